@@ -1,0 +1,115 @@
+"""Steps an FMU in fmpy by variable names: what build_fmu.py replays its reference input with, and what the tests use."""
+
+import shutil
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import fmpy
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import (
+    FMU2Slave,
+    calloc,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+    free,
+)
+
+FMI2_DISCARD = 2
+
+
+class FmuInstance:
+    """One instance of an FMI 2.0 co-simulation FMU, initialized unless told otherwise; use it in a `with` block.
+
+    Parameters   fmu : the FMU, or a folder where it is unpacked
+                 start : values set before initialization
+                 initialize : False leaves it instantiated
+    Attributes   messages : (status, text) of everything the FMU logged
+                 time : of the last successful step [s]
+    """
+
+    def __init__(self, fmu: Path | str, initialize: bool = True, name: str = "instance", **start: float) -> None:
+        self._unpacked = None if Path(fmu).is_dir() else tempfile.mkdtemp(prefix="ballscrew_fmu_")
+        folder = str(fmu) if self._unpacked is None else fmpy.extract(str(fmu), unzipdir=self._unpacked)
+        self.description = fmpy.read_model_description(folder)
+        self._references = {v.name: v.valueReference for v in self.description.modelVariables}
+        self._types = {v.name: v.type for v in self.description.modelVariables}
+        self.messages: list[tuple[int, str]] = []
+        self.time = 0.0
+        self._callbacks = fmi2CallbackFunctions()
+        self._callbacks.logger = fmi2CallbackLoggerTYPE(self._log)
+        self._callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
+        self._callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
+        self.slave = FMU2Slave(
+            guid=self.description.guid,
+            unzipDirectory=folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName=name,
+        )
+        self.slave.instantiate(callbacks=self._callbacks, loggingOn=True)
+        if initialize:
+            self.slave.setupExperiment(startTime=0.0)
+            self.set(**start)
+            self.slave.enterInitializationMode()
+            self.slave.exitInitializationMode()
+
+    def set(self, **values: float) -> None:
+        if values:
+            self.slave.setReal([self._references[name] for name in values], list(values.values()))
+
+    def get(self, *names: str) -> Any:
+        """Value of one variable, or the list of several."""
+        values = [
+            bool(self.slave.getBoolean([self._references[name]])[0])
+            if self._types[name] == "Boolean"
+            else self.slave.getReal([self._references[name]])[0]
+            for name in names
+        ]
+        return values if len(values) > 1 else values[0]
+
+    def outputs(self) -> dict[str, Any]:
+        names = [v.name for v in self.description.modelVariables if v.causality == "output"]
+        return dict(zip(names, self.get(*names), strict=True))
+
+    def step(self, step_size: float = 1e-3, **inputs: float) -> bool:
+        """Set inputs and step; False if the FMU discards the step (any other failure raises FMICallException)."""
+        self.set(**inputs)
+        try:
+            self.slave.doStep(currentCommunicationPoint=self.time, communicationStepSize=step_size)
+        except FMICallException as error:
+            if error.status != FMI2_DISCARD:
+                raise
+            return False
+        self.time += step_size
+        return True
+
+    def close(self) -> None:
+        self.slave.freeInstance()
+        if self._unpacked is not None:
+            shutil.rmtree(self._unpacked, ignore_errors=True)
+
+    def __enter__(self) -> "FmuInstance":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _log(self, _environment: Any, _name: bytes, status: int, _category: bytes, message: bytes) -> None:
+        self.messages.append((status, message.decode()))
+
+
+def replay(fmu: Path | str, rows: Iterable[dict[str, float]], step_size: float = 1e-3) -> list[dict[str, Any]]:
+    """Outputs after each step of an input sequence; a row sets only what changes.
+
+    Raises       RuntimeError: the FMU discards a step
+    """
+    results = []
+    with FmuInstance(fmu) as instance:
+        for row in rows:
+            if not instance.step(step_size, **row):
+                raise RuntimeError(f"the FMU discards the step at {row}: {instance.messages[-1][1]}")
+            results.append(instance.outputs())
+    return results

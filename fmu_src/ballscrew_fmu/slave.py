@@ -1,0 +1,186 @@
+"""The FMI 2.0 co-simulation slave: inputs to the map, signs and standstill law to the outputs. No physics of its own.
+
+Inside the FMU this module lives in a package named by its content (package.py), next to copies of everything it
+imports. All imports are at the top, so that a deleted folder of another copy of the FMU can never break a step.
+"""
+
+import importlib
+import json
+import math
+import os
+import sys
+from typing import Any
+
+from pythonfmu.enums import Fmi2Status
+from pythonfmu.fmi2slave import Fmi2Slave
+
+from ballscrew_fmu.variables import fmu_variables, places
+from ballscrew_tehl.nut_map.evaluate import NutMap
+from ballscrew_tehl.standstill import presliding_power, presliding_step, regularised_sign
+
+MAP_FILE = "nut_map.npz"
+INITIALIZING, STEPPING, TERMINATED = range(3)
+TOO_LARGE = 1e30  # an input beyond is refused like infinity, so that no product overflows
+
+
+class BallScrewFrictionBase(Fmi2Slave):
+    """Friction torque of a preloaded double-nut ball screw.
+
+    Outputs are those of the last successful step; before the first step those of the inputs as they are set.
+    An input or parameter that is not a usable number makes doStep return Discard and changes nothing.
+    """
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        _settle_imports(self.resources)
+        self._map = NutMap.from_npz(os.path.join(self.resources, MAP_FILE))
+        self._table = fmu_variables(self._map.header)
+        self._inputs = slice(0, len(places(self._table, "input")))
+        self._outputs = slice(self._inputs.stop, self._inputs.stop + len(places(self._table, "output")))
+        self._parameters = slice(self._outputs.stop, len(self._table))
+        self._bounds = [(p, -TOO_LARGE) for p in range(self._inputs.stop)]
+        self._bounds += [(p, 0.0) for p in range(self._parameters.start, self._parameters.stop)]
+        self._values: list[Any] = [0.0 if v.start is None else v.start for v in self._table]  # by value reference
+        self._deflection = 0.0  # of the presliding bristle [rad]
+        self._phase = INITIALIZING
+        self._stale = True  # outputs do not belong to the inputs yet; of interest while initializing
+        self._warned: list[str] = []
+
+    # FMI calls
+
+    def exit_initialization_mode(self) -> None:
+        self._update(None)
+        self._phase = STEPPING
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        if self._phase != STEPPING:
+            return self._refuse("doStep outside of the simulation: needs exitInitializationMode before")
+        if not 0.0 <= step_size < TOO_LARGE:
+            return self._refuse(f"step size = {step_size} s; needs a finite number >= 0")
+        return self._update(step_size)
+
+    def terminate(self) -> None:
+        self._phase = TERMINATED
+
+    def get_real(self, vrs: list[int]) -> list[float]:
+        self._refresh()
+        return [self._values[vr] for vr in vrs]
+
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        self._refresh()
+        return [bool(self._values[vr]) for vr in vrs]
+
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        self.set_real(vrs, values)  # outputs all: logged and left alone
+
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        for vr, value in zip(vrs, values, strict=True):
+            if self._outputs.start <= vr < self._outputs.stop:
+                self.log(f"{self._table[vr].name} is an output: not set", Fmi2Status.error)
+            else:
+                self._values[vr] = value
+        self._stale = True
+
+    def _get_fmu_state(self) -> dict[str, Any]:
+        return {
+            "code": __name__,
+            "map": self._map.header["content_hash"],
+            "values": list(self._values),
+            "deflection": self._deflection,
+            "phase": self._phase,
+            "stale": self._stale,
+            "warned": list(self._warned),
+        }
+
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        if (state.get("code"), state.get("map")) != (__name__, self._map.header["content_hash"]):
+            raise ValueError("FMU state of another version or map; needs a state of this FMU")
+        self._values = list(state["values"])
+        self._deflection = state["deflection"]
+        self._phase = state["phase"]
+        self._stale = state["stale"]
+        self._warned = list(state["warned"])
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+        return json.dumps(state, sort_keys=True).encode()  # floats as repr: exact, NaN and infinity too
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
+        return json.loads(bytes(state).decode())
+
+    # evaluation
+
+    def _refresh(self) -> None:
+        """In initialization mode outputs follow the inputs as soon as they are read."""
+        if self._stale and self._phase == INITIALIZING:
+            self._stale = False
+            self._update(None)
+
+    def _refuse(self, message: str) -> bool:
+        self.log(message, Fmi2Status.discard)
+        return False
+
+    def _usable(self) -> bool:
+        """Whether every input and parameter is a usable number; the log names the first one that is not."""
+        for place, least in self._bounds:
+            value = self._values[place]
+            if not least <= value < TOO_LARGE:
+                needs = "a finite number" if least < 0.0 else "a finite number >= 0"
+                return self._refuse(f"{self._table[place].name} = {value}; needs {needs}")
+        return True
+
+    def _update(self, step: float | None) -> bool:
+        """Outputs, and with a step the bristle, for the inputs as they are; False and no change if unusable."""
+        if not self._usable():
+            return False
+        preload, speed, temperature, axial_load = self._values[self._inputs]
+        ratio, net, roughness, regularization, stiffness, damping = self._values[self._parameters]
+        nut = self._map.evaluate_point(preload, speed, temperature, axial_load, ratio, net, roughness)
+        viscous = math.copysign(nut.viscous_torque, speed)
+        power = nut.viscous_torque * abs(speed)
+        coulomb = nut.hysteresis_torque + nut.sliding_torque
+        deflection = self._deflection
+        if stiffness > 0.0:
+            bristle = presliding_step(deflection, speed, step or 0.0, coulomb, stiffness, damping)
+            sign = bristle.torque / coulomb if coulomb > 0.0 else 0.0
+            if step:
+                deflection = bristle.deflection
+                power += bristle.heat / step
+            else:
+                power += presliding_power(deflection, speed, coulomb, stiffness)
+        else:
+            deflection = 0.0 if step else deflection  # a bristle that is switched off is unwound
+            sign = regularised_sign(speed, regularization)
+            power += coulomb * sign * speed
+        hysteresis, sliding = sign * nut.hysteresis_torque, sign * nut.sliding_torque
+        self._values[self._outputs] = [
+            viscous + hysteresis + sliding, viscous, hysteresis, sliding, power, *nut[3:11],
+        ]  # fmt: skip
+        self._deflection = deflection
+        if nut.clamped:
+            self._warn(nut.clamped)
+        return True
+
+    def _warn(self, clamped: tuple[str, ...]) -> None:
+        for name in clamped:
+            if name not in self._warned:
+                self._warned.append(name)
+                value = self._values[next(i for i, v in enumerate(self._table) if v.name == name)]
+                self.log(f"{name} = {value} lies beyond the map and is clamped (said once)", Fmi2Status.warning)
+
+
+def _settle_imports(resources: str) -> None:
+    """Leave the interpreter as an FMU should: the package found here, the search path without this folder.
+
+    pythonfmu puts the resources of every instance first on sys.path and leaves them there. The modules of this package
+    were loaded from the first copy of the FMU, whose folder may be gone by now.
+    """
+    package = sys.modules[__package__]
+    here = os.path.join(resources, __package__)
+    if os.path.isdir(here):
+        others = [folder for folder in package.__path__ if folder != here and os.path.isdir(folder)]
+        package.__path__[:] = [here, *others]
+    while resources in sys.path:
+        sys.path.remove(resources)
+    importlib.invalidate_caches()

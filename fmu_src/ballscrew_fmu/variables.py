@@ -1,0 +1,171 @@
+"""The one table of FMU variables: names, units, bounds, start values and dependencies.
+
+Model description, slave and tests read this table; nothing else lists variables. The value reference of a variable is
+its place in the table. Bounds and start values that belong to a map come from the map's header.
+"""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+
+class Unit(NamedTuple):
+    """SI unit with the exponents of its base units and its display units (name, factor, offset)."""
+
+    base: Mapping[str, int]
+    displays: tuple[tuple[str, float, float], ...] = ()
+
+
+# Factors and offsets: display value = factor * SI value + offset, digits as the FMI standard and Modelica write them.
+UNITS: Mapping[str, Unit] = {
+    "N": Unit({"kg": 1, "m": 1, "s": -2}),
+    "rad/s": Unit({"rad": 1, "s": -1}, (("rev/min", 9.549296585513721, 0.0),)),
+    "K": Unit({"K": 1}, (("degC", 1.0, -273.15),)),
+    "N.m": Unit({"kg": 1, "m": 2, "s": -2}),
+    "W": Unit({"kg": 1, "m": 2, "s": -3}),
+    "m": Unit({"m": 1}, (("um", 1e6, 0.0), ("nm", 1e9, 0.0))),
+    "Pa": Unit({"kg": 1, "m": -1, "s": -2}, (("GPa", 1e-9, 0.0),)),
+    "N.m/rad": Unit({"kg": 1, "m": 2, "s": -2, "rad": -1}),
+    "N.m.s/rad": Unit({"kg": 1, "m": 2, "s": -1, "rad": -1}),
+    "1": Unit({}),
+}
+
+
+class Variable(NamedTuple):
+    """One FMU variable."""
+
+    name: str
+    causality: str  # input, output, parameter
+    description: str
+    unit: str | None = None  # None: Boolean
+    start: float | None = None  # inputs and parameters only
+    minimum: float | None = None
+    maximum: float | None = None
+    nominal: float | None = None
+    display_unit: str | None = None
+    quantity: str | None = None
+    relative: bool = False  # a difference: display offsets do not apply
+    depends_on: tuple[str, ...] = ()  # inputs an output depends on
+    initially_depends_on: tuple[str, ...] = ()  # parameters it depends on in initialization mode as well
+
+    @property
+    def variability(self) -> str:
+        if self.unit is None:
+            return "discrete"
+        return "tunable" if self.causality == "parameter" else "continuous"
+
+
+_ALL = ("preload", "speed", "temperature", "axial_load")
+_COULOMB = ("preload", "speed", "axial_load")
+_FORCES = ("preload", "axial_load")
+_SIGN = ("regularization_speed", "presliding_stiffness")
+_VISCOUS = ("apparent_viscosity_ratio", "roughness_height")
+_SLIDING = ("net_sliding_coefficient", *_SIGN)
+
+
+def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
+    """The table for the map with this header: inputs, then outputs, then parameters.
+
+    Parameters   header : map header (nut_map.packed); its axes bound the inputs, its defaults start the parameters
+    """
+    axes, defaults = header["axes"], header["defaults"]
+    (force_lo, force_hi), (cold, hot), fastest = axes["force"][:2], axes["temperature"][:2], axes["speed"][1]
+    return (
+        Variable(
+            "preload", "input", "Preload of the double nut", "N", min(max(2000.0, force_lo), force_hi),
+            0.0, force_hi, 1000.0, quantity="Force",
+        ),
+        Variable(
+            "speed", "input", "Speed of the screw relative to the nut", "rad/s", 0.0, -fastest, fastest, 100.0,
+            "rev/min", "AngularVelocity",
+        ),
+        Variable(
+            "temperature", "input", "Temperature of the oil at the inlet", "K", min(max(303.15, cold), hot),
+            cold, hot, 300.0, "degC", "ThermodynamicTemperature",
+        ),
+        Variable(
+            "axial_load", "input", "Axial load on the nut body; positive loads the nut at whose flange it acts", "N", 0.0,
+            -force_hi, force_hi, 1000.0, quantity="Force",
+        ),
+        Variable(
+            "friction_torque", "output", "Friction torque; opposes motion: J dw/dt = motor torque - friction_torque",
+            "N.m", nominal=1.0, quantity="Torque", depends_on=_ALL,
+            initially_depends_on=(*_VISCOUS, *_SLIDING),
+        ),
+        Variable(
+            "viscous_torque", "output", "Viscous part of friction_torque", "N.m", nominal=1.0, quantity="Torque",
+            depends_on=_ALL, initially_depends_on=_VISCOUS,
+        ),
+        Variable(
+            "hysteresis_torque", "output", "Hysteresis part of friction_torque", "N.m", nominal=0.01,
+            quantity="Torque", depends_on=_COULOMB, initially_depends_on=_SIGN,
+        ),
+        Variable(
+            "sliding_torque", "output", "Sliding part of friction_torque", "N.m", nominal=1.0, quantity="Torque",
+            depends_on=_COULOMB, initially_depends_on=_SLIDING,
+        ),
+        Variable(
+            "power_loss", "output", "Dissipated power; less than torque times speed while presliding stores energy",
+            "W", minimum=0.0, nominal=100.0, quantity="Power", depends_on=_ALL,
+            initially_depends_on=(*_VISCOUS, *_SLIDING),
+        ),
+        Variable(
+            "film_thickness_min", "output", "Minimum film thickness of all contacts", "m", minimum=0.0, nominal=1e-7,
+            display_unit="um", quantity="Length", depends_on=_ALL,
+        ),
+        Variable(
+            "film_thickness_central_screw", "output", "Least central film thickness on the screw raceway", "m",
+            minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", depends_on=_ALL,
+        ),
+        Variable(
+            "film_thickness_central_nut", "output", "Least central film thickness on the nut raceway", "m",
+            minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", depends_on=_ALL,
+        ),
+        Variable(
+            "film_temperature_rise", "output", "Highest temperature rise in a film over the oil at its inlet", "K",
+            minimum=0.0, nominal=10.0, quantity="TemperatureDifference", relative=True, depends_on=_ALL,
+        ),
+        Variable(
+            "contact_pressure_max", "output", "Hertz pressure of the heaviest loaded ball", "Pa", minimum=0.0,
+            nominal=1e9, display_unit="GPa", quantity="Pressure", depends_on=_FORCES,
+        ),
+        Variable(
+            "ball_load_max", "output", "Load of the heaviest loaded ball", "N", minimum=0.0, nominal=10.0,
+            quantity="Force", depends_on=_FORCES,
+        ),
+        Variable(
+            "lambda_ratio", "output", "Minimum film thickness over roughness_height, at most 1000", "1", minimum=0.0,
+            maximum=1000.0, nominal=1.0, depends_on=_ALL, initially_depends_on=("roughness_height",),
+        ),
+        Variable(
+            "in_range", "output", "False while an input lies beyond the map and is clamped", depends_on=_ALL,
+        ),
+        Variable(
+            "apparent_viscosity_ratio", "parameter", "Apparent shear viscosity over film viscosity (fitted)", "1",
+            float(defaults["apparent_viscosity_ratio"]), 0.0, nominal=10.0,
+        ),
+        Variable(
+            "net_sliding_coefficient", "parameter", "Net Coulomb coefficient of the sliding part (fitted)", "1",
+            float(defaults["net_sliding_coefficient"]), 0.0, nominal=0.01,
+        ),
+        Variable(
+            "roughness_height", "parameter", "Film height at which half of the viscous part is left (fitted); 0: all",
+            "m", float(defaults["roughness_height"]), 0.0, nominal=1e-8, display_unit="nm", quantity="Length",
+        ),
+        Variable(
+            "regularization_speed", "parameter", "Coulomb parts follow tanh(speed/regularization_speed); 0: sign",
+            "rad/s", 0.1, 0.0, nominal=0.1, display_unit="rev/min", quantity="AngularVelocity",
+        ),
+        Variable(
+            "presliding_stiffness", "parameter", "Stiffness of the bristle that replaces the tanh; 0: no bristle",
+            "N.m/rad", 0.0, 0.0, nominal=100.0,
+        ),
+        Variable(
+            "presliding_damping", "parameter", "Damping of the bristle; explicit coupling with an inertia needs it",
+            "N.m.s/rad", 1.0, 0.0, nominal=1.0,
+        ),
+    )  # fmt: skip
+
+
+def places(variables: tuple[Variable, ...], causality: str) -> tuple[int, ...]:
+    """Value references of the variables with this causality."""
+    return tuple(i for i, v in enumerate(variables) if v.causality == causality)

@@ -1,0 +1,6 @@
+"""Friction torque of preloaded double-nut ball screws from thermal elastohydrodynamic lubrication.
+
+The package imports nothing by itself: a command line answer must not wait for a compiler.
+"""
+
+__version__ = "0.1.0"

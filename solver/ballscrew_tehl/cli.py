@@ -1,0 +1,149 @@
+"""Command line: python -m ballscrew_tehl COMMAND.
+
+Exit codes: 0 done; 1 a computation did not converge; 2 bad input, with one line on stderr that says what is allowed.
+Results go to stdout, everything else to stderr. What a command needs is imported when it runs: an answer from the
+map must not wait for the solver.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from . import __version__
+from .operating_points import Quantity, add_json, add_options
+
+PRELOAD = Quantity("preload_n", "preload of the double nut [N]", least=0.0)
+SPEED = Quantity("speed_rpm", "screw speed [r/min]")
+TEMPERATURE = Quantity("temperature_c", "oil temperature [C]", least=-73.15)
+AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", default=0.0)
+TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", least=0.0)
+TURNING = SPEED._replace(not_zero=True)
+
+TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
+PRELOAD_POINT = (TORQUE, TURNING, TEMPERATURE)
+
+FILMS = ("solved", "direct", "hamrock_dowson")
+KINEMATICS = ("published", "rolling_frame")
+SET_NAMES = ("two_parameter", "three_parameter")
+LOSS_NAMES = ("least_squares", "table_least_squares", "table_minimax")
+
+
+class Parser(argparse.ArgumentParser):
+    """Complains in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print the complaint and leave with 2."""
+        self.exit(2, f"{self.prog}: error: {message} (see --help)\n")
+
+
+def _screw_options(parser: argparse.ArgumentParser, with_map: bool = True) -> None:
+    parser.add_argument("--screw", metavar="FILE.toml", help="screw file; default: the packaged GD4008-3")
+    parser.add_argument("--kinematics", choices=KINEMATICS, help="surface speeds; default: as the screw file says")
+    if with_map:
+        parser.add_argument("--map", metavar="FILE", help="map file; default: the packaged map")
+
+
+def _torque(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser("torque", help="friction torque of the double nut at an operating point")
+    add_options(parser, TORQUE_POINT)
+    parser.add_argument("--direct", action="store_true", help="solve every ball's contacts instead of reading the map")
+    _screw_options(parser)
+    parser.set_defaults(run="commands.run_torque")
+
+
+def _preload(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser("preload", help="preload behind a measured friction torque")
+    add_options(parser, PRELOAD_POINT)
+    _screw_options(parser)
+    parser.set_defaults(run="commands.run_preload")
+
+
+def _map(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser("map", help="build, check or describe a map")
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    build = actions.add_parser("build", help="solve the contacts and write the map of a screw")
+    _screw_options(build, with_map=False)
+    build.add_argument("--output", metavar="FILE", help="where to write; default: the packaged map")
+    build.add_argument("--workers", type=int, metavar="N", help="processes; default: one per core")
+    build.set_defaults(run="commands.run_map_build")
+    check = actions.add_parser("check", help="load a map, verify its hash and compare it with direct solves")
+    check.add_argument("--count", type=int, default=5, metavar="N", help="random operating points to solve (default 5)")
+    info = actions.add_parser("info", help="axes, parameters, version and certificate of a map")
+    for action, run in ((check, "commands.run_map_check"), (info, "commands.run_map_info")):
+        action.add_argument("file", nargs="?", metavar="FILE", help="map file; default: the packaged map")
+        _screw_options(action, with_map=False)
+        action.set_defaults(run=run)
+    for action in (build, check, info):
+        add_json(action)
+
+
+def _calibrate(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser(
+        "calibrate",
+        help="fit the friction parameters to measured torques",
+        description="Fit the friction parameters to measured torques. The file has the columns preload_N, speed_rpm, "
+        "torque_Nm and, if wanted, temperature_degC, table, weight.",
+    )
+    parser.add_argument("measurements", nargs="?", metavar="MEASUREMENTS.csv", help="measured torques")
+    parser.add_argument("--packaged", action="store_true", help="refit the packaged sets to the paper's tables")
+    parser.add_argument("--output", metavar="FILE.toml", help="where to write the sets (--packaged: data of the package)")
+    parser.add_argument("--set", choices=SET_NAMES, help="what to fit; default: as the screw file says")
+    parser.add_argument("--loss", choices=LOSS_NAMES, default="least_squares", help="default: least_squares")
+    parser.add_argument("--film", choices=FILMS, default=FILMS[0], help="film model (default solved: from the map)")
+    _screw_options(parser)
+    add_json(parser)
+    parser.set_defaults(run="commands.run_calibrate")
+
+
+def _validate(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser("validate", help="the model beside the measured torques and published models")
+    _screw_options(parser)
+    add_json(parser)
+    parser.set_defaults(run="commands.run_validate")
+
+
+def build_parser() -> Parser:
+    """The whole command line."""
+    parser = Parser(prog="ballscrew_tehl", description="Friction torque of preloaded double-nut ball screws.")
+    parser.add_argument("--version", action="version", version=f"ballscrew_tehl {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
+    for add in (_torque, _preload, _map, _calibrate, _validate):
+        add(commands)
+    return parser
+
+
+def _join_negative_numbers(arguments: Sequence[str]) -> list[str]:
+    """--axial-load-n -1e3 as --axial-load-n=-1e3: argparse takes -1e3, -inf for options."""
+    joined: list[str] = []
+    for argument in arguments:
+        try:
+            negative = argument.startswith("-") and float(argument) == float(argument)
+        except ValueError:
+            negative = False
+        if negative and joined and joined[-1].startswith("--") and "=" not in joined[-1]:
+            joined[-1] += f"={argument}"
+        else:
+            joined.append(argument)
+    return joined
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Parameters   arguments : without the program's name; None = those of the process
+    Returns      exit code, see the top of this file
+    """
+    args = build_parser().parse_args(_join_negative_numbers(sys.argv[1:] if arguments is None else arguments))
+    module, function = args.run.split(".")
+    try:
+        return int(getattr(importlib.import_module(f".{module}", __package__), function)(args))
+    except (ValueError, OSError) as err:
+        print(f"ballscrew_tehl {args.command}: error: {' '.join(str(err).split())}", file=sys.stderr)
+        return 2
+    except ArithmeticError as err:
+        print(f"ballscrew_tehl {args.command}: not converged: {' '.join(str(err).split())}", file=sys.stderr)
+        return 1

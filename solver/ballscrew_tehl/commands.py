@@ -1,0 +1,277 @@
+"""What the commands of cli.py do. Each function takes the parsed options and returns the exit code.
+
+Solver, fit and map builder are imported in the command that needs them: an answer from the map must not wait.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from argparse import Namespace
+from typing import TYPE_CHECKING, Any
+
+from . import __version__
+from .cli import PRELOAD_POINT, TORQUE_POINT
+from .friction_set import FrictionSet, default_friction_set
+from .measurements import CELSIUS, RPM
+from .operating_points import plain, print_results, read_points, shown, table
+from .parameters import Parameters, changed, load_parameters
+
+if TYPE_CHECKING:
+    from .film_model import FilmModel
+    from .nut_map.evaluate import NutMap
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr)
+
+
+def screw_of(args: Namespace) -> Parameters:
+    """The parameters that --screw and --kinematics name.
+
+    Raises       ParameterError (a ValueError)
+    """
+    parameters = load_parameters(args.screw)
+    if args.kinematics in (None, parameters.friction.kinematics):
+        return parameters
+    return changed(parameters, friction={"kinematics": args.kinematics})
+
+
+def _map_of(args: Namespace, parameters: Parameters) -> NutMap:
+    from .nut_map.store import load_map
+
+    return load_map(args.map, parameters)
+
+
+def _warn_of_film(friction_set: FrictionSet, film_model: str) -> None:
+    if friction_set.film_model != film_model:
+        _say(f"friction set is fitted with the film model {friction_set.film_model}, the film here is {film_model}")
+
+
+def _signed(parts: tuple[float, float, float], speed: float) -> dict[str, float]:
+    """Torques that oppose the motion: sign of the speed, 0 at rest."""
+    sign = math.copysign(1.0, speed) if speed else 0.0
+    viscous, hysteresis, sliding = (sign * float(part) for part in parts)
+    return {
+        "friction_torque_nm": viscous + hysteresis + sliding,
+        "viscous_torque_nm": viscous,
+        "hysteresis_torque_nm": hysteresis,
+        "sliding_torque_nm": sliding,
+    }
+
+
+#: output of the map -> key of the command line
+EXTREMES = {
+    "film_thickness_min": "film_thickness_min_m",
+    "film_thickness_central_screw": "film_thickness_central_screw_m",
+    "film_thickness_central_nut": "film_thickness_central_nut_m",
+    "film_temperature_rise": "film_temperature_rise_k",
+    "contact_pressure_max": "contact_pressure_max_pa",
+    "ball_load_max": "ball_load_max_n",
+    "lambda_ratio": "lambda_ratio",
+}
+
+
+def run_torque(args: Namespace) -> int:
+    """Friction torque, films and contact extremes at one or many operating points."""
+    points = read_points(args, TORQUE_POINT)
+    parameters = screw_of(args)
+    friction_set = default_friction_set(parameters)
+    if args.direct:
+        results = _direct_torques(parameters, friction_set, points)
+    else:
+        results = _map_torques(_map_of(args, parameters), friction_set, points)
+    common = {"screw": parameters.name, "kinematics": friction_set.kinematics, "friction_set": friction_set.name}
+    print_results([{**result, **common, "version": __version__} for result in results], args.json, bool(args.points))
+    return 0
+
+
+def _map_torques(
+    nut_map: NutMap, friction_set: FrictionSet, points: list[dict[str, float]]
+) -> list[dict[str, Any]]:
+    _warn_of_film(friction_set, nut_map.header["film_model"])
+    results = []
+    for point in points:
+        speed = point["speed_rpm"] * RPM
+        state = nut_map.evaluate(
+            point["preload_n"],
+            speed,
+            point["temperature_c"] + CELSIUS,
+            point["axial_load_n"],
+            *friction_set.values,
+        )
+        results.append({
+            **point,
+            **_signed((state.viscous_torque, state.hysteresis_torque, state.sliding_torque), speed),
+            **{key: float(getattr(state, name)) for name, key in EXTREMES.items()},
+            "in_range": bool(state.in_range),
+            "clamped": list(state.clamped),
+            "map_hash": nut_map.header["content_hash"],
+        })  # fmt: skip
+    return results
+
+
+def _direct_torques(
+    parameters: Parameters, friction_set: FrictionSet, points: list[dict[str, float]]
+) -> list[dict[str, Any]]:
+    from .nut_map.direct import DirectFilm, direct_extremes
+    from .torque import double_nut_torque
+
+    for point in points:
+        if point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0:
+            raise ValueError("speed_rpm or preload_n = 0; allowed with --direct: not 0, there is no film to solve")
+    film_model = DirectFilm(parameters)
+    _warn_of_film(friction_set, film_model.name)
+    results = []
+    for number, point in enumerate(points, start=1):
+        _say(f"point {number} of {len(points)}")
+        speed, temperature = point["speed_rpm"] * RPM, point["temperature_c"] + CELSIUS
+        preload, axial_load = point["preload_n"], point["axial_load_n"]
+        parts = double_nut_torque(
+            parameters, friction_set, film_model, preload, speed, temperature, axial_load
+        )
+        extremes = direct_extremes(parameters, preload, axial_load, abs(speed), temperature)
+        extremes["lambda_ratio"] = extremes["film_thickness_min"] / max(friction_set.roughness_height, 1e-30)
+        extremes["lambda_ratio"] = min(extremes["lambda_ratio"], 1000.0)
+        results.append({
+            **point,
+            **_signed((parts.viscous, parts.hysteresis, parts.sliding), speed),
+            **{key: float(extremes[name]) for name, key in EXTREMES.items()},
+            "in_range": True,
+            "clamped": [],
+        })  # fmt: skip
+    return results
+
+
+def run_preload(args: Namespace) -> int:
+    """Preload at which the map shows the measured torque."""
+    from .torque import preload_from_torque
+
+    points = read_points(args, PRELOAD_POINT)
+    parameters = screw_of(args)
+    friction_set = default_friction_set(parameters)
+    nut_map = _map_of(args, parameters)
+    _warn_of_film(friction_set, nut_map.header["film_model"])
+    axes = nut_map.header["axes"]
+    highest = min(float(axes[name][1]) for name in ("force", "preload"))
+    results = []
+    for point in points:
+        speed, temperature = point["speed_rpm"] * RPM, point["temperature_c"] + CELSIUS
+
+        def torque(preload: float, speed: float = speed, temperature: float = temperature) -> float:
+            state = nut_map.evaluate(preload, speed, temperature, 0.0, *friction_set.values)
+            return float(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+
+        preload = preload_from_torque(torque, point["torque_nm"], 0.0, highest)
+        state = nut_map.evaluate(preload, speed, temperature, 0.0, *friction_set.values)
+        results.append({
+            **point,
+            "preload_n": preload,
+            "in_range": bool(state.in_range),
+            "clamped": list(state.clamped),
+            "screw": parameters.name,
+            "kinematics": friction_set.kinematics,
+            "friction_set": friction_set.name,
+            "map_hash": nut_map.header["content_hash"],
+            "version": __version__,
+        })  # fmt: skip
+    print_results(results, args.json, bool(args.points))
+    return 0
+
+
+def film_model_of(name: str, parameters: Parameters, map_file: str | None = None) -> FilmModel:
+    """Film model by its name on the command line: solved (from the map), direct (solver), hamrock_dowson.
+
+    Raises       ValueError: no map to take the film from
+    """
+    if name == "hamrock_dowson":
+        from .film_model import HamrockDowsonFilm
+
+        return HamrockDowsonFilm(parameters)
+    if name == "direct":
+        from .nut_map.direct import DirectFilm
+
+        return DirectFilm(parameters)
+    from .nut_map.contact_map import SolvedFilm
+
+    return SolvedFilm(parameters)
+
+
+def run_calibrate(args: Namespace) -> int:
+    """Fit to the user's measurements, or refit the packaged sets."""
+    from .calibrate import calibrate_packaged, fit_friction_set, torque_basis
+    from .friction_set import PACKAGED_SETS, write_friction_sets
+    from .measurements import read_measurements
+    from .validation import friction_set_text
+
+    if args.packaged == bool(args.measurements):
+        raise ValueError("calibrate needs either MEASUREMENTS.csv or --packaged")
+    parameters = screw_of(args)
+    if args.packaged:
+        output = args.output or PACKAGED_SETS
+
+        def film_for_kinematics(kinematics: str) -> FilmModel:
+            return film_model_of(args.film, changed(parameters, friction={"kinematics": kinematics}), args.map)
+
+        sets = calibrate_packaged(film_for_kinematics, parameters, output, _say)
+    else:
+        output = args.output
+        name = args.set or parameters.friction.set
+        measurements = read_measurements(args.measurements, parameters.lubricant.reference_temperature)
+        film_model = film_model_of(args.film, parameters, args.map)
+        basis = torque_basis(parameters, film_model, measurements)
+        provenance = f"{args.measurements}, {len(basis)} distinct points, ballscrew_tehl {__version__}"
+        found = fit_friction_set(basis, parameters, film_model.name, name, args.loss, provenance=provenance)
+        sets = {(found.kinematics, found.name): found}
+        if output:
+            write_friction_sets(output, sets, "Fitted by python -m ballscrew_tehl calibrate")
+    if output:
+        _say(f"written: {output}")
+    if args.json:
+        print_results([{f"{kinematics}.{name}": vars(entry) for (kinematics, name), entry in sets.items()}], True, False)
+    else:
+        print(friction_set_text(list(sets.values())))
+        if not args.packaged:
+            print("For the screw file:\n[friction]")
+            print(f"apparent_viscosity_ratio = {found.apparent_viscosity_ratio:.6g}")
+            print(f"net_sliding_coefficient = {found.net_sliding_coefficient:.6g}")
+            print(f"roughness_height_m = {found.roughness_height:.6g}")
+    return 0
+
+
+def run_validate(args: Namespace) -> int:
+    """Model beside measurement and published models, for both fitted sets."""
+    from .friction_set import load_friction_sets
+    from .validation import friction_set_text, table_text, validation_tables
+
+    parameters = screw_of(args)
+    nut_map = _map_of(args, parameters)
+    chosen = default_friction_set(parameters)
+    packaged = [s for s in load_friction_sets().values() if s.kinematics == parameters.friction.kinematics]
+    sets = [chosen] + [s for s in packaged if s.name != chosen.name]
+    found = {}
+    for entry in sets:
+        _warn_of_film(entry, nut_map.header["film_model"])
+
+        def evaluate(preload: float, speed: float, temperature: float, entry: FrictionSet = entry) -> float:
+            state = nut_map.evaluate(preload, speed, temperature, 0.0, *entry.values)
+            return float(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+
+        found[entry.name] = validation_tables(evaluate)
+    if args.json:
+        result = {
+            "kinematics": parameters.friction.kinematics,
+            "map_hash": nut_map.header["content_hash"],
+            "version": __version__,
+            "tables": {name: [t._asdict() | {"rows": [r._asdict() for r in t.rows]} for t in tables]
+                       for name, tables in found.items()},
+            "friction_sets": [vars(entry) for entry in sets],
+        }  # fmt: skip
+        print_results([result], True, False)
+        return 0
+    for name, tables in found.items():
+        print(f"== {parameters.name}, kinematics {parameters.friction.kinematics}, friction set {name}\n")
+        for entry in tables:
+            print(table_text(entry) + "\n")
+    print(friction_set_text(sets))
+    return 0

@@ -1,0 +1,62 @@
+"""A contact given by its Moes numbers, for comparison with published film tables."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ..parameters import LubricantParameters, SolidParameters
+from .solve import ContactConditions, ContactSolution, SolverOptions, solve_contact
+
+#: oil, steel and scale of the reference tables: alpha [1/Pa], eta0 [Pa s], p_r [Pa], E' [Pa]; R_x [m] drops out
+ALPHA, ETA0, P_ROELANDS, E_REFERENCE, R_X = 2.2e-8, 0.04, 1.96e8, 226e9, 0.01
+TEMPERATURE = 313.15
+STEEL = SolidParameters(density=7870.0, specific_heat=450.0, thermal_conductivity=46.0)
+LAWS = {"barus": ("barus", "incompressible"), "roelands": ("roelands", "dowson_higginson")}
+
+
+class MoesFilm(NamedTuple):
+    """Central and minimum film in Moes units H = (h/R_x)(2U)^(-1/2), and the solution they come from."""
+
+    Hc: float
+    Hm: float
+    solution: ContactSolution
+
+
+def reference_oil(law: str) -> LubricantParameters:
+    """Isothermal oil of the reference tables: "barus" (incompressible) or "roelands" (compressible).
+
+    Raises ValueError: unknown law
+    """
+    if law not in LAWS:
+        raise ValueError(f"law = {law!r}; allowed: {', '.join(LAWS)}")
+    pressure_law, density_law = LAWS[law]
+    return LubricantParameters(
+        name=f"reference {law}", density=870.0, viscosity=ETA0, reference_temperature=TEMPERATURE, specific_heat=2000.0,
+        thermal_conductivity=0.14, pressure_viscosity=ALPHA, density_temperature=0.0,
+        z_roelands=ALPHA * P_ROELANDS / (math.log(ETA0) + 9.67), roelands_pressure=P_ROELANDS,
+        viscosity_law="constant", pressure_law=pressure_law, density_law=density_law,
+    )  # fmt: skip
+
+
+def solve_moes(M: float, L: float, radius_ratio: float, law: str, options: SolverOptions = SolverOptions(thermal=False)) -> MoesFilm:
+    """Isothermal film at Moes numbers.
+
+    Parameters   M load, L lubricant number, > 0;  radius_ratio R_x/R_y, 0 < ratio <= 1;  law "barus" or "roelands"
+    Returns      MoesFilm
+    Raises       ValueError: unknown law, numbers out of range
+    Source       definitions of Moes as in Nijenbanning, Venner & Moes, Wear 176 (1994) 217: 2U = (L/(alpha E'))^4,
+                 W = M (2U)^(3/4)
+    """
+    for name, value in (("M", M), ("L", L), ("radius_ratio", radius_ratio)):
+        if not (value > 0.0 and math.isfinite(value)):
+            raise ValueError(f"{name} = {value}; needs finite, > 0")
+    if not radius_ratio <= 1.0:
+        raise ValueError(f"radius_ratio = {radius_ratio}; needs R_x/R_y <= 1: x is the rolling direction")
+    two_u = (L / (ALPHA * E_REFERENCE)) ** 4
+    load = M * two_u**0.75 * E_REFERENCE * R_X**2
+    u_e = 0.5 * two_u * E_REFERENCE * R_X / ETA0
+    conditions = ContactConditions(load, R_X, R_X / radius_ratio, u_e, u_e, TEMPERATURE, E_REFERENCE)
+    solution = solve_contact(conditions, reference_oil(law), STEEL, options)
+    unit = R_X * math.sqrt(two_u)
+    return MoesFilm(solution.h_c / unit, solution.h_m / unit, solution)

@@ -1,0 +1,149 @@
+"""Fitted friction parameters: the numbers, where they come from and how well they are known.
+
+The packaged sets live in data/friction_sets.toml, written by `python -m ballscrew_tehl calibrate --packaged`.
+A set belongs to one kinematics and to one film model: with a film that is 5 to 10 % thinner the ratio moves as much.
+Only the total torque is identified by the data, not its split into viscous and sliding part.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from .parameters import Parameters
+
+#: fitted parameters in their fixed order
+FITTED = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
+#: which of them a set fits; the others are zero
+SETS: dict[str, tuple[str, ...]] = {"two_parameter": FITTED[:2], "three_parameter": FITTED}
+#: unit that the keys of the file carry
+_SUFFIX = {"roughness_height": "roughness_height_m"}
+
+PACKAGED_SETS = Path(__file__).parent / "data" / "friction_sets.toml"
+
+
+@dataclass(frozen=True)
+class FrictionSet:
+    """One set of friction parameters with its provenance.
+
+    apparent_viscosity_ratio  apparent shear viscosity over film viscosity [1]
+    net_sliding_coefficient   mu_s (1 - 3c + c^3) as one number [1]
+    roughness_height          h_r of the share 1/(1 + (h_r/h)^2) of the viscous part [m]
+    loss, provenance          what was minimised, over which data
+    intervals                 half-width of the 95 % Student-t interval per fitted parameter (SI)
+    correlations              "first, second" -> correlation of two fitted parameters
+    errors                    absolute relative errors: mean, max, per table, leave_one_out_mean, leave_one_out_max
+    leave_one_table_out       table left out -> mean and max error on its points that the fit did not see
+    other_losses              loss -> what the other loss functions give on the same data
+    """
+
+    name: str
+    kinematics: str
+    film_model: str
+    apparent_viscosity_ratio: float
+    net_sliding_coefficient: float
+    roughness_height: float = 0.0
+    loss: str = ""
+    provenance: str = ""
+    intervals: Mapping[str, float] = field(default_factory=dict)
+    correlations: Mapping[str, float] = field(default_factory=dict)
+    errors: Mapping[str, float] = field(default_factory=dict)
+    leave_one_table_out: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    other_losses: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for key in FITTED:
+            value = getattr(self, key)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"friction set {self.name}: {key} = {value}; allowed: finite and >= 0")
+
+    @property
+    def values(self) -> tuple[float, float, float]:
+        """Ratio [1], net sliding coefficient [1], roughness height [m]."""
+        return self.apparent_viscosity_ratio, self.net_sliding_coefficient, self.roughness_height
+
+
+def load_friction_sets(path: Path | str | None = None) -> dict[tuple[str, str], FrictionSet]:
+    """Friction sets of a file by (kinematics, name).
+
+    Parameters   path : TOML file as write_friction_sets writes it; None = the packaged sets
+    Raises       ValueError: file missing or not of this form, with the place
+    """
+    file = PACKAGED_SETS if path is None else Path(path)
+    try:
+        content = tomllib.loads(file.read_text(encoding="utf-8"))
+        sets = {}
+        for kinematics, named in content.items():
+            for name, table in named.items():
+                values = {key: table.pop(_SUFFIX.get(key, key)) for key in FITTED}
+                table["intervals"] = {
+                    key: value for key in FITTED if (value := table["intervals"].get(_SUFFIX.get(key, key))) is not None
+                }
+                sets[kinematics, name] = FrictionSet(name=name, kinematics=kinematics, **values, **table)
+    except OSError as err:
+        raise ValueError(f"{file}: cannot be read ({err.strerror}); run calibrate --packaged") from err
+    except (tomllib.TOMLDecodeError, AttributeError, KeyError, TypeError) as err:
+        raise ValueError(f"{file}: no friction sets ({type(err).__name__}: {err}); run calibrate --packaged") from err
+    return sets
+
+
+def default_friction_set(parameters: Parameters) -> FrictionSet:
+    """The set that the parameters select (friction.kinematics, friction.set), with their overrides.
+
+    Raises       ValueError: no packaged set of these names
+    """
+    chosen = parameters.friction
+    sets = load_friction_sets()
+    key = (chosen.kinematics, chosen.set)
+    if key not in sets:
+        known = "; ".join(f"{kinematics}, {name}" for kinematics, name in sets)
+        raise ValueError(f"friction set = {key[0]}, {key[1]}; known: {known}")
+    overrides = {name: value for name in FITTED if (value := getattr(chosen, name)) is not None}
+    if not overrides:
+        return sets[key]
+    # what was found out about the fit is not true of numbers set by hand
+    return dataclasses.replace(
+        sets[key],
+        **overrides,
+        provenance=f"{sets[key].name}, overridden in the screw file: {', '.join(overrides)}",
+        loss="",
+        intervals={},
+        correlations={},
+        errors={},
+        leave_one_table_out={},
+        other_losses={},
+    )
+
+
+def _table(prefix: str, entries: Mapping[str, float]) -> list[str]:
+    lines = [f"[{prefix}]"]
+    for key, value in entries.items():
+        name = _SUFFIX.get(key, key)
+        shown = f"{float(value):.6g}"
+        if math.isfinite(value) and not set(shown) & set(".e"):
+            shown += ".0"
+        lines.append(f"{name} = {shown}" if name.replace("_", "").isalnum() else f'"{name}" = {shown}')
+    return lines
+
+
+def write_friction_sets(path: Path | str, sets: Mapping[tuple[str, str], FrictionSet], header: str = "") -> None:
+    """Write sets as TOML; the same sets give the same bytes.
+
+    Parameters   header : lines of comment for the top of the file
+    """
+    lines = [f"# {line}".rstrip() for line in header.splitlines()]
+    for (kinematics, name), entry in sorted(sets.items()):
+        prefix = f"{kinematics}.{name}"
+        lines += ["", f"[{prefix}]"]
+        lines += [f'{key} = "{getattr(entry, key)}"' for key in ("film_model", "loss", "provenance")]
+        lines += _table("", dict(zip(FITTED, entry.values, strict=True)))[1:]
+        for part in ("intervals", "correlations", "errors"):
+            lines += _table(f"{prefix}.{part}", getattr(entry, part))
+        for part in ("leave_one_table_out", "other_losses"):
+            for key, entries in getattr(entry, part).items():
+                lines += _table(f"{prefix}.{part}.{key}", entries)
+    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")

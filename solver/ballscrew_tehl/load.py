@@ -1,0 +1,281 @@
+"""Ball loads of the double nut: stretch of screw and nut bodies, spacer, external axial load.
+
+Each nut is a chain of balls between two elastic rods. Counted from the outer face of a nut to the spacer,
+with axial approach d, axial force f(d) of a ball and K = dz (1/(E A_screw) + 1/(E A_nut)), the recurrence of
+force and stretch, S_j = S_(j-1) - s f_j, N_j = N_(j-1) + s f_j, d_(j+1) = d_j - s dz [S_j/(E A_screw) -
+N_j/(E A_nut)], becomes
+
+    d_(k+1) - 2 d_k + d_(k-1) = K f(d_k),    d_2 - d_1 = K f(d_1) + end slope,
+
+for both nuts alike. Newton's method on the whole chain has a banded matrix and needs no case for a free nut.
+scipy is imported where it is used: an answer from a stored map needs no load distribution.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from .ball_law import (
+    MAX_STEPS,
+    Array,
+    axial_approach,
+    check_count,
+    check_force,
+    contact_angle_at_ball_load,
+    contact_compliance,
+    fixed_angle_law,
+    groove_distance,
+    loaded_angle_law,
+    loaded_contact_angle,
+)
+from .parameters import ScrewParameters
+
+__all__ = [
+    "DoubleNutLoads",
+    "axial_approach",
+    "ball_pitch",
+    "contact_angle_at_ball_load",
+    "contact_compliance",
+    "double_nut_loads",
+    "groove_distance",
+    "loaded_contact_angle",
+    "nut_loads",
+    "separation_load",
+]
+
+
+class DoubleNutLoads(NamedTuple):
+    """Loads of all balls from left to right and axial forces [N].
+
+    Q_a, Q_b : (n,) of the left nut (spacer at its right end) and of the right nut (spacer at its left end);
+    force_b = force_a + axial load; the spacer carries force_a.
+    """
+
+    Q_a: Array
+    Q_b: Array
+    force_a: float
+    force_b: float
+    spacer_force: float
+
+
+def ball_pitch(screw: ScrewParameters, ball_count: int) -> float:
+    """Axial pitch dz of the balls [m]: touching balls on the helix, or the loaded turns shared out."""
+    return max(screw.ball_diameter * math.sin(screw.lead_angle), screw.turns * screw.lead / (ball_count - 1))
+
+
+class _Chain:
+    """One screw's bodies and ball law with n balls in each nut."""
+
+    def __init__(self, screw: ScrewParameters, ball_count: int, contact_angle: float | None) -> None:
+        check_count(ball_count)
+        self.n = int(ball_count)
+        self.law = loaded_angle_law(screw) if contact_angle is None else fixed_angle_law(screw, contact_angle)
+        dz, modulus = ball_pitch(screw, self.n), screw.youngs_modulus
+        self.screw_stretch = dz / (modulus * screw.screw_section_area)
+        self.nut_stretch = dz / (modulus * screw.nut_section_area)
+        self.K = self.screw_stretch + self.nut_stretch
+        areas = 1.0 / screw.screw_section_area + 1.0 / screw.spacer_section_area
+        self.spacer_stretch = screw.spacer_length / modulus * areas
+
+    def rigid_approach(self, force: float) -> float:
+        """Approach of n equal balls under a force, by the unloaded law's power: a start for Newton."""
+        if force <= 0.0:
+            return 0.0
+        d = 1e-6
+        for _ in range(MAX_STEPS):
+            f = self.n * float(self.law(np.array([d]))[0][0])
+            if abs(f - force) <= 1e-3 * force:
+                break
+            d *= (force / f) ** (2.0 / 3.0)
+        return d
+
+    def newton(
+        self, d: Array, end_slopes: tuple[float, float], close: Callable[..., None], scale: float
+    ) -> Array:
+        """Approaches of a chain whose inner rows are the recurrence; `close` writes the rows that end it.
+
+        Parameters   d : (m,) start [m];  end_slopes : slope of d inwards at the first and last ball [m]
+                     close(d, f, slope, residual, bands) : overwrites rows of residual [m] and matrix
+                     scale : size of d [m]
+        Raises       ArithmeticError: not converged
+        """
+        from scipy.linalg import solve_banded
+
+        def system(d: Array) -> tuple[Array, Array]:
+            f, slope, _ = self.law(d)
+            residual, bands = -self.K * f, np.ones((4, d.size))
+            step = np.diff(d)
+            residual[:-1] += step
+            residual[1:] -= step
+            residual[0] -= end_slopes[0]
+            residual[-1] -= end_slopes[1]
+            bands[1] = -2.0 - self.K * slope
+            bands[1, [0, -1]] += 1.0
+            bands[3] = 0.0
+            close(d, f, slope, residual, bands)
+            return residual, bands
+
+        residual, bands = system(d)
+        for _ in range(MAX_STEPS):
+            step = solve_banded((2, 1), bands, residual, check_finite=False)
+            if float(np.max(np.abs(step))) <= 1e-9 * scale:  # the error after it is of the order of rounding
+                return d - step
+            norm, factor = float(np.max(np.abs(residual))), 1.0
+            while True:
+                trial = d - factor * step
+                residual, bands = system(trial)
+                if float(np.max(np.abs(residual))) < norm or factor < 1e-3:
+                    break
+                factor *= 0.5
+            d = trial
+        raise ArithmeticError(
+            f"ball loads not converged: last step {np.max(np.abs(step)):.1e} m of {scale:.1e} m"
+        )
+
+    def nut(self, force: float, end_slope: float = 0.0) -> Array:
+        """Approaches of one nut under its axial force, outer ball first (n,) [m]."""
+        start = self.rigid_approach(force)
+
+        def close(d: Array, f: Array, slope: Array, residual: Array, bands: Array) -> None:
+            # sum of forces, plus the rows above: this makes the matrix row local
+            residual[-1] = residual[:-1].sum() + self.K * (f.sum() - force)
+            bands[1, -1], bands[2, -2] = 1.0 + self.K * slope[-1], -1.0
+
+        # at least one ball carries: the slope must not lift all of them off at the start
+        lift = max(0.0, -end_slope) * (self.n - 1)
+        return self.newton(np.full(self.n, start + lift), (end_slope, 0.0), close, start + lift)
+
+    def double_nut(self, gap: float, axial_load: float, start: tuple[float, float]) -> Array:
+        """Approaches of both nuts, left to right (2n,) [m]; `start` for each nut."""
+        n, K, spacer = self.n, self.K, self.spacer_stretch
+
+        def close(d: Array, f: Array, slope: Array, residual: Array, bands: Array) -> None:
+            f_a = f[:n].sum() + residual[: n - 1].sum() / K
+            f_b = f[n:].sum() + residual[n + 1 :].sum() / K
+            residual[n - 1] = d[n - 1] + d[n] + spacer * f_a - gap
+            residual[n] = K * (f_b - f_a - axial_load)
+            d_f = 1.0 / K + slope[n - 1]
+            bands[2, n - 2], bands[1, n - 1], bands[0, n] = -spacer / K, 1.0 + spacer * d_f, 1.0
+            bands[3, n - 2], bands[2, n - 1] = 1.0, -K * d_f
+            bands[1, n], bands[0, n + 1] = 1.0 + K * slope[n], -1.0
+
+        first = np.repeat(start, n)
+        return self.newton(first, (0.0, -K * axial_load), close, max(abs(gap), *start))
+
+
+@lru_cache(maxsize=64)
+def _chain(screw: ScrewParameters, ball_count: int, contact_angle: float | None) -> _Chain:
+    return _Chain(screw, ball_count, contact_angle)
+
+
+@lru_cache(maxsize=4096)
+def _preload_gap(
+    screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None
+) -> float:
+    """What the spacer is longer than the room for it [m]."""
+    chain = _chain(screw, ball_count, contact_angle)
+    return 2.0 * float(chain.nut(preload)[-1]) + chain.spacer_stretch * preload
+
+
+def nut_loads(
+    screw: ScrewParameters,
+    force: float,
+    ball_count: int,
+    contact_angle: float | None = None,
+    outer_nut_force: float = 0.0,
+    outer_screw_force: float = 0.0,
+) -> Array:
+    """Normal loads of the balls of one nut.
+
+    Parameters   force : float [N], >= 0, axial force between this nut and the screw
+                 ball_count : balls that share it, >= 2
+                 contact_angle : float [rad] for all balls, or None = every ball at its own loaded angle
+                 outer_nut_force, outer_screw_force : float [N], tension in the bodies at the outer face of
+                 the nut; 0, 0 = preload only; outer_nut_force = force: bodies loaded at opposite ends
+    Returns      Q : (n,) [N], outer ball first, the ball next to the spacer last (heaviest under preload
+                 only); sum of Q sin(beta) cos(lambda) = force
+    Raises       ValueError: not finite or negative;  ArithmeticError: not converged
+    Source       module docstring; Hertz ball law, bodies as rods of the section areas of the parameters
+    """
+    check_force("force", force)
+    check_force(
+        "outer_nut_force, outer_screw_force", [outer_nut_force, outer_screw_force], allow_negative=True
+    )
+    chain = _chain(screw, ball_count, contact_angle)
+    if force == 0.0:
+        return np.zeros(chain.n)
+    end_slope = outer_screw_force * chain.screw_stretch - outer_nut_force * chain.nut_stretch
+    return chain.law(chain.nut(float(force), end_slope))[2]
+
+
+def double_nut_loads(
+    screw: ScrewParameters,
+    preload: float,
+    axial_load: float,
+    ball_count: int,
+    contact_angle: float | None = None,
+) -> DoubleNutLoads:
+    """Ball loads of two nuts pushed apart by a spacer, under an external axial load.
+
+    Parameters   preload : float [N], >= 0;  ball_count : balls of one nut, >= 2
+                 axial_load : float [N], on the outer flange of the right nut, screw held on the right;
+                 > 0 (to the right) relieves the left nut A, < 0 the right nut B
+                 contact_angle : float [rad] for all balls, or None = every ball at its own loaded angle
+    Returns      DoubleNutLoads; a nut that has come free has loads and force 0
+    Raises       ValueError: not finite or negative;  ArithmeticError: not converged
+    Source       module docstring; the gap of the spacer is that of the preload without external load:
+                 d_A + d_B + L_sp [S_mid/(E A_screw) - N_sp/(E A_sp)] at the spacer stays what it was
+    """
+    check_force("preload", preload)
+    check_force("axial_load", axial_load, allow_negative=True)
+    chain = _chain(screw, ball_count, contact_angle)
+    preload, axial_load = float(preload), float(axial_load)
+    if preload == 0.0 and axial_load == 0.0:
+        nothing = np.zeros(chain.n)
+        return DoubleNutLoads(nothing, nothing, 0.0, 0.0, 0.0)
+    gap = _preload_gap(screw, preload, ball_count, contact_angle) if preload > 0.0 else 0.0
+    forces = np.array([preload - 0.5 * axial_load, preload + 0.5 * axial_load])
+    # start: half of the load on each nut, or all of it on one
+    forces = np.where(forces > 0.0, forces, 0.0) + np.where(forces[::-1] < 0.0, -forces[::-1], 0.0)
+    d = chain.double_nut(gap, axial_load, (chain.rigid_approach(forces[0]), chain.rigid_approach(forces[1])))
+    f, _, Q = chain.law(d)
+    force_a = float(f[: chain.n].sum())
+    return DoubleNutLoads(Q[: chain.n], Q[chain.n :], force_a, float(f[chain.n :].sum()), force_a)
+
+
+def separation_load(
+    screw: ScrewParameters, preload: float, ball_count: int, sign: int = 1, contact_angle: float | None = None
+) -> float:
+    """External axial load at which the relieved nut comes free.
+
+    Parameters   preload : float [N], >= 0;  ball_count : balls of one nut, >= 2
+                 sign : +1 load that relieves the left nut, -1 the right nut (see double_nut_loads)
+                 contact_angle : as in double_nut_loads
+    Returns      magnitude of the load [N]; between rigid bodies 2^(3/2) preload
+    Raises       ValueError: not finite or negative, sign not +-1;  ArithmeticError: not converged
+    Source       gap equation with force 0 in the relieved nut: its ball next to the spacer just touches
+    """
+    check_force("preload", preload)
+    if sign not in (1, -1):
+        raise ValueError(f"sign = {sign}; allowed: 1 (relieves the left nut), -1 (the right nut)")
+    if preload == 0.0:
+        return 0.0
+    from scipy.optimize import brentq
+
+    chain = _chain(screw, ball_count, contact_angle)
+    gap = _preload_gap(screw, float(preload), ball_count, contact_angle)
+
+    def opening(load: float) -> float:
+        if sign > 0:
+            return float(chain.nut(load, -chain.K * load)[-1]) - gap
+        return float(chain.nut(load)[-1]) + chain.spacer_stretch * load - gap
+
+    low, high = preload, 4.0 * preload
+    while opening(high) < 0.0:
+        low, high = high, 2.0 * high
+    return float(brentq(opening, low, high, xtol=1e-12 * preload, rtol=1e-13))

@@ -1,0 +1,138 @@
+"""Measured friction torques: read from CSV, checked; the packaged tables of the paper."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+PACKAGED_DATA = Path(__file__).parent / "data"
+PACKAGED_TORQUE = PACKAGED_DATA / "zhao2023_torque.csv"
+PACKAGED_PRELOAD = PACKAGED_DATA / "zhao2023_preload.csv"
+
+RPM = math.pi / 30.0
+CELSIUS = 273.15
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One measured operating point.
+
+    preload [N], speed [rad/s], temperature of the oil [K], torque [N.m]
+    tables  names of the tables in which the point stands; it counts once in a fit, once in the mean of each table
+    weight  factor on its relative error
+    """
+
+    preload: float
+    speed: float
+    temperature: float
+    torque: float
+    tables: tuple[str, ...] = ()
+    weight: float = 1.0
+
+    @property
+    def point(self) -> str:
+        """For messages: 1000 N, 100 r/min."""
+        return f"{self.preload:g} N, {self.speed / RPM:g} r/min"
+
+
+def read_rows(path: Path | str) -> list[dict[str, str]]:
+    """Rows of a CSV file with a header line; lines that begin with # are comments.
+
+    Raises       ValueError: cannot be read, no rows, a row with more or fewer fields than the header
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as err:
+        raise ValueError(f"{path}: cannot be read ({err}); give a CSV file") from err
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    rows = list(csv.DictReader(lines, skipinitialspace=True))
+    if not rows:
+        raise ValueError(f"{path}: no rows; allowed: a header line and one line per point")
+    for number, row in enumerate(rows, start=1):
+        if None in row or None in row.values():
+            raise ValueError(f"{path}: row {number}: {len(lines[0].split(','))} fields expected, as in the header")
+    return [{str(key).strip(): value.strip() for key, value in row.items()} for row in rows]
+
+
+def number(path: Path | str, row: int, column: str, text: str, lowest: float, allowed: str) -> float:
+    """A field as a finite number of at least `lowest`.
+
+    Raises       ValueError: file, row, column, value, what is allowed
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value >= lowest):
+        raise ValueError(f"{path}: row {row}: {column} = {text!r}; allowed: {allowed}")
+    return value
+
+
+def read_measurements(path: Path | str, temperature: float) -> list[Measurement]:
+    """Measured torques of a CSV file.
+
+    Parameters   path : columns preload_N, speed_rpm, torque_Nm; optional temperature_degC, table, weight
+                 temperature : of the oil where the file gives none [K]
+    Returns      measurements in the order of the file
+    Raises       ValueError: a column missing or unknown, a value not allowed
+    """
+    rows = read_rows(path)
+    needed, optional = ("preload_N", "speed_rpm", "torque_Nm"), ("temperature_degC", "table", "weight")
+    for column in needed:
+        if column not in rows[0]:
+            raise ValueError(f"{path}: column {column} missing; allowed: {', '.join(needed + optional)}")
+    for column in rows[0]:
+        if column not in needed + optional:
+            raise ValueError(f"{path}: column {column!r} unknown; allowed: {', '.join(needed + optional)}")
+    found = []
+    tiny = math.ulp(0.0)
+    for index, row in enumerate(rows, start=1):
+        preload, speed, torque = (
+            number(path, index, column, row[column], tiny, "a number > 0") for column in needed
+        )
+        celsius = row.get("temperature_degC", "")
+        if celsius:
+            oil = number(path, index, "temperature_degC", celsius, -70.0, "a number >= -70") + CELSIUS
+        else:
+            oil = temperature
+        weight = number(path, index, "weight", row.get("weight", "") or "1", tiny, "a number > 0")
+        table = row.get("table", "")
+        found.append(Measurement(preload, speed * RPM, oil, torque, (table,) if table else (), weight))
+    return merged(found)
+
+
+def merged(measurements: Iterable[Measurement]) -> list[Measurement]:
+    """The distinct points: a point that stands in several tables becomes one that names them all."""
+    distinct: dict[tuple[float, ...], Measurement] = {}
+    for m in measurements:
+        key = (m.preload, m.speed, m.temperature, m.torque, m.weight)
+        if key in distinct and not set(m.tables) & set(distinct[key].tables) and m.tables:
+            tables = distinct[key].tables + m.tables
+        elif key in distinct:
+            # the same table twice: a repeated measurement, which counts twice
+            key = (*key, float(len(distinct)))
+            tables = m.tables
+        else:
+            tables = m.tables
+        distinct[key] = Measurement(m.preload, m.speed, m.temperature, m.torque, tables, m.weight)
+    return list(distinct.values())
+
+
+def packaged_measurements(temperature: float) -> list[Measurement]:
+    """The 11 distinct measured torques of Tables 2 and 4 of Zhao et al. (2023), tables "table2" and "table4".
+
+    Parameters   temperature : of the oil [K]; not printed, 303 K is assumed
+    """
+    return merged(
+        Measurement(
+            float(row["preload_N"]),
+            float(row["speed_rpm"]) * RPM,
+            temperature,
+            float(row["measured_Nm"]),
+            (row["table"],),
+        )
+        for row in read_rows(PACKAGED_TORQUE)
+    )

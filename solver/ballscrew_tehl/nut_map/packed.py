@@ -1,0 +1,132 @@
+"""Format of a nut map: what its arrays hold, how they are checked, and the .npz form that travels inside the FMU.
+
+Numpy and the standard library only.
+"""
+
+import hashlib
+import io
+import json
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FORMAT_VERSION = 1
+SURFACES = (  # logarithms over (ln force, ln speed, temperature) of one nut, raceway screw before nut
+    "viscous_torque_screw",  # [N.m] at apparent viscosity ratio 1 and full viscous share
+    "viscous_torque_nut",
+    "effective_film_screw",  # [m] isothermal, for the viscous share at a roughness height
+    "effective_film_nut",
+    "minimum_film_screw",  # [m] thermal
+    "minimum_film_nut",
+    "central_film_screw",
+    "central_film_nut",
+    "temperature_rise_screw",  # [K]
+    "temperature_rise_nut",
+)
+FORCE_CURVES = (  # logarithms over ln force of one nut
+    "hysteresis_torque",  # [N.m]
+    "sliding_torque",  # [N.m] at net sliding coefficient 1
+    "contact_pressure_max",  # [Pa]
+    "ball_load_max",  # [N]
+)
+AXES = ("force", "speed", "temperature", "preload", "share")  # [N], [rad/s], [K], [N], 1; each lo, hi, nodes
+DEFAULTS = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+class MapError(ValueError):
+    """A map that cannot be used; the message says what was found and what is expected."""
+
+
+def array_shapes(header: Mapping[str, Any]) -> dict[str, tuple[int, ...]]:
+    """Shape of each array, from the axes of the header."""
+    force, speed, temperature, preload, share = (int(header["axes"][name][2]) + 2 for name in AXES)
+    return {
+        "coefficients": (force, speed, temperature, len(SURFACES)),
+        "force_coefficients": (force, len(FORCE_CURVES)),
+        "separation_coefficients": (preload, 2),
+        "sharing_coefficients": (preload, share, 2),
+    }
+
+
+def content_hash(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> str:
+    """sha256 over the header (without its own content_hash) and every array."""
+    digest = hashlib.sha256(_header_bytes({k: v for k, v in header.items() if k != "content_hash"}))
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name], dtype="<f8")
+        digest.update(f"{name}{array.shape}".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()
+
+
+def sealed(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> dict[str, Any]:
+    """Header with format_version and the content_hash that belongs to it and to the arrays."""
+    complete = {**header, "format_version": FORMAT_VERSION}
+    return {**complete, "content_hash": content_hash(complete, arrays)}
+
+
+def check(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> None:
+    """Refuse a map of another format, with missing, misshaped or non-finite arrays, or with changed content.
+
+    Raises       MapError, one line
+    """
+    found = header.get("format_version")
+    if found != FORMAT_VERSION:
+        raise MapError(f"map format version {found}; expected {FORMAT_VERSION}: build the map again")
+    for group, names in (("axes", AXES), ("defaults", DEFAULTS)):
+        missing = [name for name in names if name not in header.get(group, {})]
+        if missing:
+            raise MapError(f"map header: {group} {', '.join(missing)} missing; expected {', '.join(names)}")
+    for name in AXES:
+        lo, hi, nodes = header["axes"][name]
+        logarithmic = name in ("force", "speed", "preload")
+        if not (nodes >= 4 and lo < hi and np.isfinite(hi) and (lo > 0.0 or not logarithmic)):
+            raise MapError(f"map axis {name} = {lo}, {hi}, {nodes} nodes; expected lo < hi and 4 nodes at least")
+    for name, shape in array_shapes(header).items():
+        if name not in arrays:
+            raise MapError(f"map array {name} missing; found {', '.join(sorted(arrays)) or 'none'}")
+        if arrays[name].shape != shape:
+            raise MapError(f"map array {name} has shape {arrays[name].shape}; expected {shape}")
+        if not np.isfinite(arrays[name]).all():
+            raise MapError(f"map array {name} holds values that are not finite")
+    expected = header.get("content_hash")
+    actual = content_hash(header, arrays)
+    if expected != actual:
+        raise MapError(f"map content hash {actual[:12]}; expected {str(expected)[:12]}: the map was changed or damaged")
+
+
+def npz_bytes(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> bytes:
+    """The map as the bytes of an .npz file: same map, same bytes (fixed dates and order, stored)."""
+    members: dict[str, NDArray[Any]] = {"header": np.frombuffer(_header_bytes(header), dtype=np.uint8)}
+    members.update({name: np.ascontiguousarray(arrays[name], dtype="<f8") for name in sorted(arrays)})
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for name, array in members.items():
+            data = io.BytesIO()
+            np.lib.format.write_array(data, array, version=(1, 0), allow_pickle=False)
+            archive.writestr(zipfile.ZipInfo(f"{name}.npy", _EPOCH), data.getvalue())
+    return out.getvalue()
+
+
+def read_npz(path: Path | str) -> tuple[dict[str, Any], dict[str, NDArray[np.float64]]]:
+    """Header and arrays of an .npz map; nothing is unpickled.
+
+    Raises       MapError: not readable as a map; OSError: no such file
+    """
+    try:
+        with np.load(path, allow_pickle=False) as members:
+            arrays = {name: members[name] for name in members.files}
+        header = json.loads(arrays.pop("header").tobytes())
+    except FileNotFoundError:
+        raise
+    except Exception as error:  # a damaged zip, array or header fails in many ways; all mean the same
+        raise MapError(f"{path}: not a readable nut map (.npz with a header): {error}") from error
+    return header, arrays
+
+
+def _header_bytes(header: Mapping[str, Any]) -> bytes:
+    return json.dumps(header, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()

@@ -1,0 +1,128 @@
+"""TOML tables whose keys carry their unit (`ball_diameter_mm`), turned into SI values; one-line errors."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+#: dimension -> unit suffix -> (factor, divisor, offset): SI = value * factor / divisor + offset, so that
+#: 13 mm is exactly 0.013 m. The first unit is SI.
+UNITS: dict[str, dict[str, tuple[float, float, float]]] = {
+    "length": {"m": (1, 1, 0), "mm": (1, 1e3, 0), "um": (1, 1e6, 0)},
+    "area": {"m2": (1, 1, 0), "mm2": (1, 1e6, 0)},
+    "angle": {"rad": (1, 1, 0), "deg": (math.pi, 180, 0)},
+    "pressure": {"Pa": (1, 1, 0), "MPa": (1e6, 1, 0), "GPa": (1e9, 1, 0)},
+    "temperature": {"K": (1, 1, 0), "degC": (1, 1, 273.15)},
+    "viscosity": {"Pas": (1, 1, 0), "mPas": (1, 1e3, 0)},
+    "kinematic_viscosity": {"m2_s": (1, 1, 0), "mm2_s": (1, 1e6, 0), "cSt": (1, 1e6, 0)},
+    "pressure_coefficient": {"per_Pa": (1, 1, 0), "per_MPa": (1, 1e6, 0), "per_GPa": (1, 1e9, 0)},
+    "temperature_coefficient": {"per_K": (1, 1, 0)},
+    "density": {"kg_m3": (1, 1, 0), "g_cm3": (1e3, 1, 0)},
+    "specific_heat": {"J_kgK": (1, 1, 0), "kJ_kgK": (1e3, 1, 0)},
+    "thermal_conductivity": {"W_mK": (1, 1, 0)},
+    "velocity": {"m_s": (1, 1, 0), "mm_s": (1, 1e3, 0)},
+    "angular_velocity": {"rad_s": (1, 1, 0), "rpm": (math.pi, 30, 0)},
+}
+
+
+class ParameterError(ValueError):
+    """One line: file, key, value, what is allowed, remedy."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Key and value as they stand in the file, for messages."""
+
+    key: str
+    value: Any
+    unit: str
+
+    def in_file_unit(self, dimension: str | None, si_value: float) -> str:
+        """A bound in the unit that the file uses, as text."""
+        if dimension is None:
+            return f"{si_value:.6g}"
+        factor, divisor, offset = UNITS[dimension][self.unit]
+        return f"{(si_value - offset) * divisor / factor:.6g} {self.unit}"
+
+
+def key_forms(field: str, dimension: str | None) -> list[str]:
+    """Keys by which a field may be given."""
+    return [field] if dimension is None else [f"{field}_{unit}" for unit in UNITS[dimension]]
+
+
+def message(where: str, key: str, value: Any, allowed: str, remedy: str) -> ParameterError:
+    """The one line of every complaint about a file."""
+    shown = "(missing)" if value is None else repr(value)
+    return ParameterError(f"{where}: {key} = {shown}; allowed: {allowed}; {remedy}")
+
+
+def _nearest(word: str, known: list[str]) -> str:
+    close = difflib.get_close_matches(word, known, n=1, cutoff=0.0)
+    return close[0] if close else ""
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Content of a TOML file; what cannot be read or parsed is a ParameterError."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as err:
+        raise ParameterError(
+            f"{path}: cannot be read ({err.strerror}); give the path of a screw file"
+        ) from err
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as err:
+        raise ParameterError(f"{path}: no valid TOML ({err}); mend the file at that place") from err
+
+
+def check_names(where: str, prefix: str, found: dict[str, Any], known: list[str], kind: str) -> None:
+    """Refuse a name that is not known and say which known one is nearest."""
+    for name, value in found.items():
+        if name not in known:
+            shown = f"{{{kind}}}" if isinstance(value, dict) else value
+            raise message(where, prefix + name, shown, f"a known {kind}", f"nearest: {_nearest(name, known)}")
+
+
+def si_value(value: Any, dimension: str | None, unit: str) -> Any:
+    """A number, or a list of numbers as a tuple, in SI; anything else stays for the type check."""
+    if isinstance(value, list):
+        return tuple(si_value(v, dimension, unit) for v in value)
+    if dimension is None or isinstance(value, bool) or not isinstance(value, (int, float)):
+        return value
+    factor, divisor, offset = UNITS[dimension][unit]
+    return value * factor / divisor + offset
+
+
+def read_table(
+    where: str, table: str, raw: dict[str, Any], dimensions: dict[str, str | None]
+) -> tuple[dict[str, Any], dict[str, Entry]]:
+    """Fields in SI and, per field, the entry as written.
+
+    Parameters   raw : the TOML table; dimensions : field -> dimension (None = a plain number or a word)
+    Raises       ParameterError: unknown key, unit missing or not of the dimension, a field given twice
+    """
+    forms = {form: field for field, dim in dimensions.items() for form in key_forms(field, dim)}
+    values: dict[str, Any] = {}
+    entries: dict[str, Entry] = {}
+    for key, value in raw.items():
+        field = forms.get(key)
+        if field is None:
+            owner = max((f for f in dimensions if key == f or key.startswith(f + "_")), key=len, default=None)
+            if owner is not None and dimensions[owner] is not None:
+                allowed = ", ".join(key_forms(owner, dimensions[owner]))
+                raise message(
+                    where, f"{table}.{key}", value, allowed, "bad unit: end the key with one of these"
+                )
+            raise message(
+                where, f"{table}.{key}", value, "a known key", f"nearest: {_nearest(key, list(forms))}"
+            )
+        if field in values:
+            raise message(
+                where, f"{table}.{key}", value, "one entry", f"{entries[field].key} says it already"
+            )
+        unit = key[len(field) + 1 :]
+        values[field] = si_value(value, dimensions[field], unit)
+        entries[field] = Entry(key, value, unit)
+    return values, entries

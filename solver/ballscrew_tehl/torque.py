@@ -1,0 +1,202 @@
+"""Friction torque of the nut and of the double nut: sums over the balls, and the preload behind a torque.
+
+Source: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Eqs. (14)-(24).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from .film_model import FilmModel
+from .friction import hysteresis_force, roughness_share, sliding_force, viscous_force
+from .friction_set import FrictionSet
+from .hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from .kinematics import surface_speeds
+from .load import contact_angle_at_ball_load, double_nut_loads, nut_loads
+from .lubricant import eta0
+from .parameters import Parameters
+
+
+class NutSums(NamedTuple):
+    """Torque of one nut before any fitted parameter enters; `fitted` in SI gives the torque.
+
+    viscous_screw, viscous_nut  viscous torque of that raceway at apparent viscosity ratio 1 and full share [N.m]
+    film_screw, film_nut        effective film for the roughness share [m]; inf for a nut without load
+    hysteresis                  hysteresis torque, both raceways [N.m]
+    sliding                     sliding torque at net coefficient 1 [N.m]
+    """
+
+    viscous_screw: float
+    viscous_nut: float
+    film_screw: float
+    film_nut: float
+    hysteresis: float
+    sliding: float
+
+    def torque(self, ratio: float, net_coefficient: float, roughness_height: float) -> TorqueParts:
+        """Torque of the nut for an apparent viscosity ratio [1], a net coefficient [1] and h_r [m]."""
+        viscous = ratio * float(
+            self.viscous_screw * roughness_share(self.film_screw, roughness_height)
+            + self.viscous_nut * roughness_share(self.film_nut, roughness_height)
+        )
+        sliding = net_coefficient * self.sliding
+        return TorqueParts(viscous, self.hysteresis, sliding, viscous + self.hysteresis + sliding)
+
+
+class TorqueParts(NamedTuple):
+    """Magnitudes [N.m], >= 0. Only the total is identified by the measured torques, not its split."""
+
+    viscous: float
+    hysteresis: float
+    sliding: float
+    total: float
+
+
+NO_TORQUE = TorqueParts(0.0, 0.0, 0.0, 0.0)
+UNLOADED = NutSums(0.0, 0.0, math.inf, math.inf, 0.0, 0.0)
+
+
+def nut_sums(
+    parameters: Parameters,
+    loads: np.ndarray,
+    speed: float,
+    temperature: float,
+    film_model: FilmModel,
+    contact_angle: float | None = None,
+) -> NutSums:
+    """Sum the friction of all balls of one nut.
+
+    Parameters   loads : (n,) ball loads [N], >= 0;  speed : screw speed [rad/s], > 0;  temperature [K]
+                 contact_angle : [rad]; None = the angle under the mean load
+    Returns      NutSums; UNLOADED if no ball carries load
+    Raises       ValueError: speed not positive, load negative or not finite
+    Source       Zhao 2023, Eqs. (23)-(24) for one nut: T = sum F (r_m + r_b cos(beta)) cos(lambda); viscous and
+                 hysteresis force on both raceways, sliding once per ball, which is what the printed torques sum.
+                 differs from paper: each ball with its own load. The film of the roughness share is the mean of
+                 1/h^2 over the balls, weighted with their viscous force: exact to first order in (h_r/h)^2
+    """
+    loads = np.asarray(loads, dtype=float)
+    if not (math.isfinite(speed) and speed > 0.0):
+        raise ValueError(f"speed = {speed} rad/s; needs finite, > 0: there is no film at rest")
+    if not np.all((loads >= 0.0) & np.isfinite(loads)):
+        raise ValueError("load of a ball negative or not finite; needs >= 0: check preload")
+    loads = loads[loads > 0.0]
+    if loads.size == 0:
+        return UNLOADED
+    screw = parameters.screw
+    beta = float(contact_angle_at_ball_load(screw, loads.mean())) if contact_angle is None else contact_angle
+    r_b = 0.5 * screw.ball_diameter
+    arm = (screw.nominal_radius + r_b * math.cos(beta)) * math.cos(screw.lead_angle)
+    viscosity = float(eta0(parameters.lubricant, temperature))
+    viscous, film, hysteresis = {}, {}, 0.0
+    for raceway in RACEWAYS:
+        contact = ellipse(loads, *reduced_radii(screw, beta, raceway), E_prime(screw))
+        h = film_model.central_film(raceway, loads, speed, temperature)
+        slip = surface_speeds(parameters, raceway, speed).friction_slip
+        force = viscous_force(contact.a, contact.b, viscosity, slip, h)
+        viscous[raceway] = arm * float(force.sum())
+        film[raceway] = float(np.sqrt(force.sum() / np.sum(force / h**2)))
+        losses = hysteresis_force(loads, contact.b, r_b, parameters.friction.hysteresis_coefficient)
+        hysteresis += arm * float(losses.sum())
+    return NutSums(
+        viscous["screw"],
+        viscous["nut"],
+        film["screw"],
+        film["nut"],
+        hysteresis,
+        arm * float(sliding_force(loads, 1.0).sum()),
+    )
+
+
+def double_nut_torque(
+    parameters: Parameters,
+    friction_set: FrictionSet,
+    film_model: FilmModel,
+    preload: float,
+    speed: float,
+    temperature: float,
+    axial_load: float = 0.0,
+) -> TorqueParts:
+    """Friction torque of the double nut while it turns.
+
+    Parameters   preload : [N], >= 0;  speed : screw speed [rad/s], not 0, its sign does not matter
+                 temperature : of the oil [K];  axial_load : external load [N], adds to one nut, relieves the other
+    Returns      TorqueParts; all zero at preload 0 (axial load on loose nuts is not modelled)
+    Raises       ValueError: not finite, negative preload, speed 0
+    Validity     steady motion; the loads of each nut are distributed as by a preload of its axial force
+    Source       Zhao 2023, Eq. (24); differs from paper: 2 T_nut becomes the sum over two nuts of their own force
+    """
+    if not (math.isfinite(preload) and preload >= 0.0):
+        raise ValueError(f"preload = {preload} N; needs finite, >= 0")
+    if not math.isfinite(axial_load):
+        raise ValueError(f"axial_load = {axial_load} N; needs finite")
+    if preload == 0.0:
+        return NO_TORQUE
+    screw = parameters.screw
+    forces: tuple[float, ...] = (preload, preload)
+    if axial_load != 0.0:
+        shared = double_nut_loads(screw, preload, axial_load, screw.ball_count)
+        forces = (float(shared.force_a), float(shared.force_b))
+    total = NO_TORQUE
+    for force in forces:
+        if force <= 0.0:
+            continue
+        loads = nut_loads(screw, force, screw.ball_count)
+        sums = nut_sums(parameters, loads, abs(speed), temperature, film_model)
+        parts = sums.torque(*friction_set.values)
+        total = TorqueParts(*(x + y for x, y in zip(total, parts, strict=True)))
+    return total
+
+
+def preload_from_torque(
+    evaluate: Callable[[float], float], torque: float, lowest: float, highest: float, relative: float = 1e-12
+) -> float:
+    """Preload at which a model shows a measured torque.
+
+    Parameters   evaluate : preload [N] -> total torque [N.m], continuous and rising
+                 torque : measured [N.m], >= 0;  lowest, highest : bracket [N], 0 <= lowest < highest
+                 relative : wanted relative accuracy of the preload
+    Returns      preload [N]; 0 for torque 0
+    Raises       ValueError: not finite, negative, outside what the bracket reaches; evaluate not continuous
+    Source       bisection with regula falsi (Illinois rule: Dowell & Jarratt, BIT 11 (1971) 168)
+    Example
+                 >>> round(preload_from_torque(lambda preload: 2.0 * preload**0.5, 6.0, 0.0, 100.0), 9)
+                 9.0
+    """
+    if not (math.isfinite(torque) and torque >= 0.0):
+        raise ValueError(f"torque = {torque} N.m; needs finite, >= 0")
+    if torque == 0.0:
+        return 0.0
+    x_0, x_1 = float(lowest), float(highest)
+    f_0, f_1 = evaluate(x_0) - torque, evaluate(x_1) - torque
+    if not (f_0 <= 0.0 <= f_1):
+        raise ValueError(
+            f"torque = {torque:.6g} N.m; allowed at this speed and temperature: {f_0 + torque:.6g} to "
+            f"{f_1 + torque:.6g} N.m (preload {x_0:.6g} to {x_1:.6g} N)"
+        )
+    if f_0 == 0.0 or f_1 == 0.0:
+        return x_0 if f_0 == 0.0 else x_1
+    side = 0
+    for _ in range(200):
+        x = x_1 - f_1 * (x_1 - x_0) / (f_1 - f_0)
+        # the chord of a curve that starts like a root may creep along one end
+        if not x_0 < x < x_1 or not abs(side) < 3:
+            x, side = 0.5 * (x_0 + x_1), 0
+        f = evaluate(x) - torque
+        if f == 0.0 or x_1 - x_0 <= relative * x_1:
+            return x
+        if f > 0.0:
+            x_1, f_1 = x, f
+            f_0 *= 0.5 if side > 0 else 1.0
+            side = max(side, 0) + 1
+        else:
+            x_0, f_0 = x, f
+            f_1 *= 0.5 if side < 0 else 1.0
+            side = min(side, 0) - 1
+        if not math.isfinite(f):
+            break
+    raise ValueError(f"torque = {torque:.6g} N.m; no preload found between {x_0:.6g} and {x_1:.6g} N")
