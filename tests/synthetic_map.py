@@ -1,7 +1,8 @@
 """A nut map in closed form, for fast tests of everything that reads a map.
 
-Every logarithm is a cubic polynomial or less in (ln force, ln speed, temperature), so that the spline holds it exactly
-and a test can compare with the formulas below. The magnitudes are those of the 40 mm screw of the packaged table.
+Every logarithm is a cubic polynomial or less in (ln force, ln speed, temperature), so that the spline holds
+it exactly and a test can compare with the formulas below. The magnitudes are those of the 40 mm screw of the
+packaged table.
 """
 
 import numpy as np
@@ -41,7 +42,12 @@ def force_curves(force):
     """The four curves of one nut over its force, stacked on the last axis; SI."""
     force = np.asarray(force, dtype=float)
     return np.stack(
-        [2.4e-3 * (force / 1000.0) ** (4 / 3), 3.067e-2 * force, 0.857e9 * (force / 1000.0) ** (1 / 3), 0.0197 * force],
+        [
+            2.4e-3 * (force / 1000.0) ** (4 / 3),
+            3.067e-2 * force,
+            0.857e9 * (force / 1000.0) ** (1 / 3),
+            0.0197 * force,
+        ],
         axis=-1,
     )
 
@@ -55,7 +61,9 @@ def separation_ratio(preload):
 def relieved_share(preload, share):
     """(force of the relieved nut over preload)^(2/3) for axial load > 0 and < 0, stacked on the last axis."""
     bend = 0.1 + 0.0 * np.asarray(preload, dtype=float)
-    return np.stack([(1.0 - share) * (1.0 + bend * share), (1.0 - share) * (1.0 + 0.5 * bend * share)], axis=-1)
+    return np.stack(
+        [(1.0 - share) * (1.0 + bend * share), (1.0 - share) * (1.0 + 0.5 * bend * share)], axis=-1
+    )
 
 
 def nodes(name):

@@ -176,7 +176,7 @@ def test_arguments_that_are_not_finite_are_named(place, bad):
 
 
 def test_a_negative_friction_parameter_is_refused():
-    with pytest.raises(ValueError, match="net_sliding_coefficient = -0.1; needs a finite number >= 0"):
+    with pytest.raises(ValueError, match=r"net_sliding_coefficient = -0\.1; needs a finite number >= 0"):
         NUT_MAP.evaluate(2000.0, 30.0, T, net_sliding_coefficient=-0.1)
 
 
@@ -203,7 +203,7 @@ def test_a_damaged_file_is_refused(tmp_path):
 def test_changed_content_is_refused():
     arrays = {name: array.copy() for name, array in NUT_MAP.arrays.items()}
     arrays["coefficients"][3, 3, 3, 0] += 1e-12
-    with pytest.raises(MapError, match="content hash .*; expected"):
+    with pytest.raises(MapError, match=r"content hash .*; expected"):
         NutMap.from_arrays(NUT_MAP.header, arrays)
 
 
@@ -215,7 +215,10 @@ def test_changed_content_is_refused():
         (lambda h, a: h.update(defaults={}), "defaults apparent_viscosity_ratio"),
         (lambda h, a: h["axes"].update(force=[0.0, 10.0, 7]), "map axis force"),
         (lambda h, a: a.pop("force_coefficients"), "force_coefficients missing"),
-        (lambda h, a: a.update(sharing_coefficients=np.ones((3, 3, 2))), r"shape \(3, 3, 2\); expected \(8, 7, 2\)"),
+        (
+            lambda h, a: a.update(sharing_coefficients=np.ones((3, 3, 2))),
+            r"shape \(3, 3, 2\); expected \(8, 7, 2\)",
+        ),
         (lambda h, a: a["separation_coefficients"].fill(np.nan), "not finite"),
     ],
 )
@@ -229,7 +232,8 @@ def test_a_map_of_another_format_is_refused(change, message):
 
 def test_the_content_hash_covers_header_and_arrays_but_not_itself():
     assert sealed({**NUT_MAP.header, "content_hash": "other"}, NUT_MAP.arrays) == NUT_MAP.header
-    assert sealed({**NUT_MAP.header, "version": "other"}, NUT_MAP.arrays)["content_hash"] != (
-        NUT_MAP.header["content_hash"]
+    assert (
+        sealed({**NUT_MAP.header, "version": "other"}, NUT_MAP.arrays)["content_hash"]
+        != (NUT_MAP.header["content_hash"])
     )
     assert make_map(1.01).header["content_hash"] != NUT_MAP.header["content_hash"]

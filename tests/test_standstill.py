@@ -113,7 +113,7 @@ def test_bristle_never_delivers_energy(run, damping):
 
 
 def rotor(stiffness, damping, load, seconds, inertia=0.01, step=1e-3, omega=0.0, parallel=True):
-    """Rotor and bristle stepped explicitly, the torque of the last step held; speeds and angle at each step."""
+    """Rotor and bristle stepped explicitly, the last torque held; speeds and angle at each step."""
     z = torque = angle = 0.0
     speeds, angles = [], []
     for n in range(round(seconds / step)):

@@ -1,4 +1,4 @@
-"""modelDescription.xml from the table of variables: units, bounds, dependencies and honest capability flags."""
+"""modelDescription.xml from the table of variables: units, bounds, dependencies, honest capability flags."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -16,16 +16,16 @@ LOG_CATEGORIES = {
     "logAll": "All messages",
 }
 CAPABILITIES = {
-    "needsExecutionTool": False,  # Python with numpy is documented in documentation/externalDependencies.txt
-    "canHandleVariableCommunicationStepSize": True,
-    "canInterpolateInputs": False,
+    "needsExecutionTool": "false",  # what the host must have stands in documentation/externalDependencies.txt
+    "canHandleVariableCommunicationStepSize": "true",
+    "canInterpolateInputs": "false",
     "maxOutputDerivativeOrder": "0",
-    "canRunAsynchronuously": False,
-    "canBeInstantiatedOnlyOncePerProcess": False,
-    "canNotUseMemoryManagementFunctions": True,
-    "canGetAndSetFMUstate": True,
-    "canSerializeFMUstate": True,
-    "providesDirectionalDerivative": False,
+    "canRunAsynchronuously": "false",
+    "canBeInstantiatedOnlyOncePerProcess": "false",
+    "canNotUseMemoryManagementFunctions": "true",
+    "canGetAndSetFMUstate": "true",
+    "canSerializeFMUstate": "true",
+    "providesDirectionalDerivative": "false",
 }
 
 
@@ -41,7 +41,7 @@ def model_description(header: Mapping[str, Any], guid: str, generation_tool: str
         modelName=MODEL_NAME,
         guid=guid,
         description=(
-            "Friction torque of a preloaded double-nut ball screw from thermal elastohydrodynamic lubrication; "
+            "Friction torque of a preloaded double-nut ball screw, thermal elastohydrodynamic lubrication; "
             f"{header['kinematics']} kinematics, map {header['content_hash'][:12]}"
         ),
         version=str(header["version"]),
@@ -50,8 +50,7 @@ def model_description(header: Mapping[str, Any], guid: str, generation_tool: str
         variableNamingConvention="flat",
         numberOfEventIndicators="0",
     )
-    flags = {name: value if isinstance(value, str) else _boolean(value) for name, value in CAPABILITIES.items()}
-    SubElement(root, "CoSimulation", modelIdentifier=MODEL_NAME, **flags)
+    SubElement(root, "CoSimulation", {"modelIdentifier": MODEL_NAME, **CAPABILITIES})
     _unit_definitions(SubElement(root, "UnitDefinitions"), variables)
     categories = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
@@ -113,7 +112,3 @@ def _model_structure(parent: Element, variables: Sequence[Variable]) -> None:
                 dependencies=" ".join(known),
                 dependenciesKind=" ".join(["dependent"] * len(known)),
             )
-
-
-def _boolean(value: object) -> str:
-    return "true" if value else "false"

@@ -1,4 +1,4 @@
-"""Documentation that travels inside the FMU: index.html, external dependencies, licence of what is embedded."""
+"""Documentation inside the FMU: index.html, external dependencies, licence of what is embedded."""
 
 import json
 from collections.abc import Mapping
@@ -11,8 +11,8 @@ from ballscrew_fmu.variables import Variable, fmu_variables
 
 EXTERNAL_DEPENDENCIES = """\
 The binaries of this FMU (pythonfmu) run Python code inside the importing process. They need:
-- a host that runs Python 3.11 or later itself, for instance fmpy, OMSimulator's Python interface or libcosim from Python.
-  In a host without Python the library does not load. Platforms: x86_64 Linux and x86_64 Windows.
+- a host that runs Python 3.11 or later itself, for instance fmpy, OMSimulator's Python interface or libcosim
+  from Python. In a host without Python the library does not load. Platforms: x86_64 Linux and x86_64 Windows.
 - numpy in that Python.
 Unpack the FMU to a folder whose path holds no special characters other than blanks.
 """
@@ -29,28 +29,31 @@ contact solutions. FMI 2.0 co-simulation for hosts that run Python (see external
 <p>{provenance}</p>
 <h2>What to believe</h2>
 <ul>
-<li>Fitted parameters: measured torques identify their sum, not the split into viscous and sliding torque.</li>
-<li>With the published kinematics the torque reproduces the publication; film thickness and temperature rise follow
-its speeds in a fixed frame. With rolling_frame kinematics film and temperature are the ones to trust.</li>
-<li>Films are those of smooth surfaces fully supplied with oil.</li>
+<li>Fitted parameters: measured torques identify their sum, not the split into viscous and sliding
+torque.</li> <li>With the published kinematics the torque reproduces the publication; film thickness and
+temperature rise follow its speeds in a fixed frame. With rolling_frame kinematics film and temperature are to
+be trusted.</li> <li>Films are those of smooth surfaces fully supplied with oil.</li>
 </ul>
 <h2>Behaviour</h2>
 <ul>
-<li>friction_torque opposes motion: J dw/dt = motor torque - friction_torque. It is the sum of its three parts.</li>
-<li>Outputs belong to the last step: inputs that are set afterwards act in the next step. While initializing, outputs
-follow the inputs.</li>
-<li>Inputs beyond the map are clamped, in_range is false, one warning is logged. Preload 0 without axial load gives
-torque 0. Friction parameters may change between steps.</li>
-<li>NaN, infinity, a number of {limit:g} or more, a negative parameter or step size: doStep returns Discard, nothing
-changes, the log names the variable. A later usable value works again.</li>
+<li>friction_torque opposes motion: J dw/dt = motor torque - friction_torque. It is the sum of its parts.</li>
+<li>Outputs belong to the last step: inputs that are set afterwards act in the next step. While initializing,
+outputs follow the inputs.</li>
+<li>Inputs beyond the map are clamped, in_range is false, one warning per input is logged. Preload 0 without
+axial load gives torque 0. All parameters may change between steps.</li>
+<li>NaN, infinity, a number of {limit:g} or more, a negative parameter or step size: doStep returns Discard,
+nothing changes, the log (if it is on) names the variable. A later usable value works again.</li>
 <li>Below {slowest:.3g} rad/s the viscous torque goes smoothly and linearly to 0 at rest, the film follows
 speed^0.67.</li>
-<li>Standstill: the Coulomb parts follow tanh(speed/regularization_speed). They cannot hold an axis at rest, and in
-explicit coupling with an inertia J they ripple unless the step is shorter than 2 J regularization_speed/torque.</li>
-<li>presliding_stiffness &gt; 0 replaces the tanh by an elasto-plastic bristle: the axis holds, stores energy and springs
-back, so friction_torque may point along the motion and power_loss is less than torque times speed. Explicit coupling
-with step h needs damping: presliding_stiffness &lt; (presliding_damping/h)(1 - h presliding_damping/J).</li>
-<li>The state of the FMU can be saved, restored and serialized, bristle included.</li>
+<li>Standstill: the Coulomb parts follow tanh(speed/regularization_speed). They cannot hold an axis at rest,
+and in explicit coupling with an inertia J they ripple unless the step is shorter than
+2 J regularization_speed/torque.</li>
+<li>presliding_stiffness &gt; 0 replaces the tanh by an elasto-plastic bristle: the axis holds, stores energy
+and springs back, so friction_torque may point along the motion and power_loss differs from torque times
+speed. Explicit coupling with step h needs damping:
+presliding_stiffness &lt; (presliding_damping/h)(1 - h presliding_damping/J).</li>
+<li>The state of the FMU can be saved, restored and serialized, bristle included. A state of another version
+or map is refused: an error is logged and steps are discarded until a state of this FMU is restored.</li>
 </ul>
 <h2>Variables</h2>
 <table border="1">
@@ -66,18 +69,19 @@ def documentation_files(header: Mapping[str, Any]) -> dict[str, str]:
     """Files of the FMU's documentation folder by path."""
     axes = header["axes"]
     provenance = (
-        f"{header['kinematics']} kinematics, film model {header['film_model']}, map {header['content_hash']} of version "
-        f"{header['version']}, parameters {header['parameters_hash']}. Range: force of a nut up to {axes['force'][1]:g} N, "
-        f"speed up to {axes['speed'][1]:g} rad/s, {axes['temperature'][0]:g} to {axes['temperature'][1]:g} K. "
+        f"{header['kinematics']} kinematics, film model {header['film_model']}, map {header['content_hash']} "
+        f"of version {header['version']}, parameters {header['parameters_hash']}. "
+        f"Range: force of a nut up to {axes['force'][1]:g} N, speed up to {axes['speed'][1]:g} rad/s, "
+        f"{axes['temperature'][0]:g} to {axes['temperature'][1]:g} K. "
         f"Certificate: {json.dumps(header['certificate'], sort_keys=True)}"
     )
     rows = "\n".join(_row(v) for v in fmu_variables(header))
     page = PAGE.format(provenance=escape(provenance), limit=TOO_LARGE, slowest=axes["speed"][0], rows=rows)
-    licence = distribution("pythonfmu").read_text("licenses/LICENSE") or "MIT; https://github.com/NTNU-IHB/PythonFMU\n"
+    licence = distribution("pythonfmu").read_text("licenses/LICENSE")
     return {
         "index.html": page,
         "externalDependencies.txt": EXTERNAL_DEPENDENCIES,
-        "licenses/pythonfmu.txt": licence,
+        "licenses/pythonfmu.txt": licence or "MIT licence; https://github.com/NTNU-IHB/PythonFMU\n",
     }
 
 

@@ -1,8 +1,8 @@
-"""Packs the FMU: isolated Python code, map, pythonfmu's binaries and model description, in reproducible bytes.
+"""Packs the FMU in reproducible bytes: isolated Python code, map, binaries of pythonfmu, description.
 
-Every pythonfmu FMU of a process shares one interpreter and one sys.modules. Nothing in this FMU has a name that another
-FMU, or another version of this one, could have: all code, with the few modules of pythonfmu that it needs, stands in one
-package named by the hash of its files, and the entry script carries the same hash.
+Every pythonfmu FMU of a process shares one interpreter and one sys.modules. Nothing in this FMU has a name
+that another FMU, or another version of this one, could have: all code, with the few modules of pythonfmu that
+it needs, stands in one package named by the hash of its files, and the entry script carries the same hash.
 """
 
 import ast
@@ -19,6 +19,7 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
+from xml.etree import ElementTree
 
 from ballscrew_fmu.description import MODEL_NAME, model_description
 from ballscrew_fmu.documentation import documentation_files
@@ -26,7 +27,8 @@ from ballscrew_fmu.slave import MAP_FILE
 from ballscrew_tehl import __version__
 from ballscrew_tehl.nut_map.evaluate import NutMap
 
-# What travels: module -> name inside the package of the FMU. Each may import only these, numpy and the standard library.
+# What travels: module -> name inside the package of the FMU. They import each other, numpy and the standard
+# library.
 RUNTIME_MODULES = {
     "ballscrew_fmu.slave": "slave",
     "ballscrew_fmu.variables": "variables",
@@ -46,7 +48,8 @@ BINARIES = {
     "win64/pythonfmu-export.dll": f"win64/{MODEL_NAME}.dll",
 }
 NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "https://fmi-standard.org/ballscrew-tehl")
-SCRIPT = '''"""Entry of the FMU; the class must be defined here and own a method (see slave.py of the package)."""
+SCRIPT = '''"""Entry of the FMU; the class must be defined here and own a method (see slave.py of the
+package)."""
 
 from {package}.slave import BallScrewFrictionBase
 
@@ -75,13 +78,17 @@ def runtime_sources() -> dict[str, str]:
 
     Raises       PackageError: a module imports something that does not travel
     """
-    sources = {}
-    for module, name in RUNTIME_MODULES.items():
-        spec = importlib.util.find_spec(module)
-        if spec is None or spec.origin is None:
-            raise PackageError(f"module {module} not found; install the project and pythonfmu")
-        sources[name] = _relocated(Path(spec.origin).read_text(encoding="utf-8"), module)
-    return sources
+    files = {name: (module, _file_of(module)) for module, name in RUNTIME_MODULES.items()}
+    return {
+        name: _relocated(file.read_text(encoding="utf-8"), module) for name, (module, file) in files.items()
+    }
+
+
+def _file_of(module: str) -> Path:
+    spec = importlib.util.find_spec(module)
+    if spec is None or spec.origin is None:
+        raise PackageError(f"module {module} not found; install the project and pythonfmu")
+    return Path(spec.origin)
 
 
 def _relocated(source: str, module: str) -> str:
@@ -122,10 +129,12 @@ def fmu_files(nut_map: NutMap, sources: Mapping[str, str] | None = None) -> dict
     files[f"resources/{script}.py"] = SCRIPT.format(package=package, model=MODEL_NAME).encode()
     files["resources/slavemodule.txt"] = script.encode()
     files[f"resources/{MAP_FILE}"] = nut_map.to_npz()
-    library = Path(importlib.util.find_spec("pythonfmu").origin).parent / "resources" / "binaries"
+    library = _file_of("pythonfmu").parent / "resources" / "binaries"
     for built, placed in BINARIES.items():
         files[f"binaries/{placed}"] = (library / built).read_bytes()
-    files |= {f"documentation/{name}": text.encode() for name, text in documentation_files(nut_map.header).items()}
+    files |= {
+        f"documentation/{name}": text.encode() for name, text in documentation_files(nut_map.header).items()
+    }
     tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"
     blank = model_description(nut_map.header, "", tool)
     guid = str(uuid.uuid5(NAMESPACE, _digest({**files, "modelDescription.xml": blank})))
@@ -166,7 +175,7 @@ def build_fmu(nut_map: NutMap, path: Path | str, sources: Mapping[str, str] | No
     files = fmu_files(nut_map, sources)
     write_fmu(path, files)
     content = Path(path).read_bytes()
-    guid = re.search(rb'guid="([^"]+)"', files["modelDescription.xml"]).group(1).decode()
+    guid = ElementTree.fromstring(files["modelDescription.xml"]).attrib["guid"]
     return BuiltFmu(Path(path), guid, hashlib.sha256(content).hexdigest(), len(content))
 
 

@@ -1,4 +1,4 @@
-"""Steps an FMU in fmpy by variable names: what build_fmu.py replays its reference input with, and what the tests use."""
+"""Steps an FMU in fmpy by variable names, for the replay of build_fmu.py and for tests."""
 
 import shutil
 import tempfile
@@ -22,7 +22,8 @@ FMI2_DISCARD = 2
 
 
 class FmuInstance:
-    """One instance of an FMI 2.0 co-simulation FMU, initialized unless told otherwise; use it in a `with` block.
+    """One instance of an FMI 2.0 co-simulation FMU, initialized unless told otherwise; use it in a `with`
+    block.
 
     Parameters   fmu : the FMU, or a folder where it is unpacked
                  start : values set before initialization
@@ -31,7 +32,9 @@ class FmuInstance:
                  time : of the last successful step [s]
     """
 
-    def __init__(self, fmu: Path | str, initialize: bool = True, name: str = "instance", **start: float) -> None:
+    def __init__(
+        self, fmu: Path | str, initialize: bool = True, name: str = "instance", **start: float
+    ) -> None:
         self._unpacked = None if Path(fmu).is_dir() else tempfile.mkdtemp(prefix="ballscrew_fmu_")
         folder = str(fmu) if self._unpacked is None else fmpy.extract(str(fmu), unzipdir=self._unpacked)
         self.description = fmpy.read_model_description(folder)
@@ -75,7 +78,7 @@ class FmuInstance:
         return dict(zip(names, self.get(*names), strict=True))
 
     def step(self, step_size: float = 1e-3, **inputs: float) -> bool:
-        """Set inputs and step; False if the FMU discards the step (any other failure raises FMICallException)."""
+        """Set inputs and step; False if the FMU discards it. Raises FMICallException for other failures."""
         self.set(**inputs)
         try:
             self.slave.doStep(currentCommunicationPoint=self.time, communicationStepSize=step_size)
@@ -101,7 +104,9 @@ class FmuInstance:
         self.messages.append((status, message.decode()))
 
 
-def replay(fmu: Path | str, rows: Iterable[dict[str, float]], step_size: float = 1e-3) -> list[dict[str, Any]]:
+def replay(
+    fmu: Path | str, rows: Iterable[dict[str, float]], step_size: float = 1e-3
+) -> list[dict[str, Any]]:
     """Outputs after each step of an input sequence; a row sets only what changes.
 
     Raises       RuntimeError: the FMU discards a step

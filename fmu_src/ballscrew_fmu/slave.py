@@ -1,7 +1,12 @@
-"""The FMI 2.0 co-simulation slave: inputs to the map, signs and standstill law to the outputs. No physics of its own.
+"""The FMI 2.0 co-simulation slave: inputs to the map, signs and standstill law to the outputs.
 
-Inside the FMU this module lives in a package named by its content (package.py), next to copies of everything it
-imports. All imports are at the top, so that a deleted folder of another copy of the FMU can never break a step.
+Inside the FMU this module lives in a package named by its content (package.py), next to copies of everything
+it imports. All imports are at the top, so that a deleted folder of another copy of the FMU can never break a
+step.
+
+No call may raise once the instance exists: pythonfmu 0.7 then releases its objects at once and again when the
+instance is freed, and the host process dies. Wrong calls are logged as errors, steps that cannot be done are
+discarded.
 """
 
 import importlib
@@ -19,7 +24,7 @@ from ballscrew_tehl.nut_map.evaluate import NutMap
 from ballscrew_tehl.standstill import presliding_power, presliding_step, regularised_sign
 
 MAP_FILE = "nut_map.npz"
-INITIALIZING, STEPPING, TERMINATED = range(3)
+INITIALIZING, STEPPING, TERMINATED, UNUSABLE = range(4)
 TOO_LARGE = 1e30  # an input beyond is refused like infinity, so that no product overflows
 
 
@@ -40,7 +45,10 @@ class BallScrewFrictionBase(Fmi2Slave):
         self._parameters = slice(self._outputs.stop, len(self._table))
         self._bounds = [(p, -TOO_LARGE) for p in range(self._inputs.stop)]
         self._bounds += [(p, 0.0) for p in range(self._parameters.start, self._parameters.stop)]
-        self._values: list[Any] = [0.0 if v.start is None else v.start for v in self._table]  # by value reference
+        self._known = range(len(self._table))
+        self._settable = frozenset(place for place, _ in self._bounds)
+        # by value reference
+        self._values: list[Any] = [0.0 if v.start is None else v.start for v in self._table]
         self._deflection = 0.0  # of the presliding bristle [rad]
         self._phase = INITIALIZING
         self._stale = True  # outputs do not belong to the inputs yet; of interest while initializing
@@ -54,7 +62,9 @@ class BallScrewFrictionBase(Fmi2Slave):
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         if self._phase != STEPPING:
-            return self._refuse("doStep outside of the simulation: needs exitInitializationMode before")
+            return self._refuse(
+                "doStep outside of a simulation: needs exitInitializationMode or a state of this FMU"
+            )
         if not 0.0 <= step_size < TOO_LARGE:
             return self._refuse(f"step size = {step_size} s; needs a finite number >= 0")
         return self._update(step_size)
@@ -63,23 +73,33 @@ class BallScrewFrictionBase(Fmi2Slave):
         self._phase = TERMINATED
 
     def get_real(self, vrs: list[int]) -> list[float]:
-        self._refresh()
-        return [self._values[vr] for vr in vrs]
+        return [float(value) for value in self._get(vrs)]
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
-        self._refresh()
-        return [bool(self._values[vr]) for vr in vrs]
+        return [bool(value) for value in self._get(vrs)]
 
-    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        self.set_real(vrs, values)  # outputs all: logged and left alone
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        return [int(value) for value in self._none(vrs, "Integer", 0)]
+
+    def get_string(self, vrs: list[int]) -> list[str]:
+        return [str(value) for value in self._none(vrs, "String", "")]
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         for vr, value in zip(vrs, values, strict=True):
-            if self._outputs.start <= vr < self._outputs.stop:
-                self.log(f"{self._table[vr].name} is an output: not set", Fmi2Status.error)
-            else:
+            if vr in self._settable:
                 self._values[vr] = value
+            else:
+                self.log(f"{self._name(vr)} is no input or parameter: not set", Fmi2Status.error)
         self._stale = True
+
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        self.set_real(vrs, [math.nan] * len(values))  # there is none to set: logged
+
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        self._none(vrs, "Integer", 0)
+
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        self._none(vrs, "String", "")
 
     def _get_fmu_state(self) -> dict[str, Any]:
         return {
@@ -94,7 +114,13 @@ class BallScrewFrictionBase(Fmi2Slave):
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         if (state.get("code"), state.get("map")) != (__name__, self._map.header["content_hash"]):
-            raise ValueError("FMU state of another version or map; needs a state of this FMU")
+            self._phase = UNUSABLE
+            self.log(
+                "FMU state that is damaged or of another version or map: not restored; "
+                "doStep is discarded until a state of this FMU is restored",
+                Fmi2Status.error,
+            )
+            return
         self._values = list(state["values"])
         self._deflection = state["deflection"]
         self._phase = state["phase"]
@@ -107,7 +133,11 @@ class BallScrewFrictionBase(Fmi2Slave):
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        return json.loads(bytes(state).decode())
+        try:
+            found = json.loads(bytes(state))
+        except ValueError:
+            return {}
+        return found if isinstance(found, dict) else {}
 
     # evaluation
 
@@ -116,6 +146,22 @@ class BallScrewFrictionBase(Fmi2Slave):
         if self._stale and self._phase == INITIALIZING:
             self._stale = False
             self._update(None)
+
+    def _get(self, vrs: list[int]) -> list[Any]:
+        self._refresh()
+        known = self._known
+        return [
+            self._values[vr] if vr in known else self._none([vr], "Real or Boolean", 0.0)[0] for vr in vrs
+        ]
+
+    def _none(self, vrs: list[int], kind: str, value: Any) -> list[Any]:
+        """Answer to a call about variables that do not exist."""
+        for vr in vrs:
+            self.log(f"no {kind} variable has value reference {vr}", Fmi2Status.error)
+        return [value] * len(vrs)
+
+    def _name(self, vr: int) -> str:
+        return self._table[vr].name if vr in self._known else f"value reference {vr}"
 
     def _refuse(self, message: str) -> bool:
         self.log(message, Fmi2Status.discard)
@@ -131,9 +177,13 @@ class BallScrewFrictionBase(Fmi2Slave):
         return True
 
     def _update(self, step: float | None) -> bool:
-        """Outputs, and with a step the bristle, for the inputs as they are; False and no change if unusable."""
-        if not self._usable():
-            return False
+        """Outputs, and with a step the bristle, for the inputs as set; False and no change if unusable."""
+        try:
+            return self._usable() and self._evaluate(step)
+        except Exception as error:  # see the head of this module: raising would kill the host
+            return self._refuse(f"step failed: {type(error).__name__}: {error}")
+
+    def _evaluate(self, step: float | None) -> bool:
         preload, speed, temperature, axial_load = self._values[self._inputs]
         ratio, net, roughness, regularization, stiffness, damping = self._values[self._parameters]
         nut = self._map.evaluate_point(preload, speed, temperature, axial_load, ratio, net, roughness)
@@ -167,14 +217,16 @@ class BallScrewFrictionBase(Fmi2Slave):
             if name not in self._warned:
                 self._warned.append(name)
                 value = self._values[next(i for i, v in enumerate(self._table) if v.name == name)]
-                self.log(f"{name} = {value} lies beyond the map and is clamped (said once)", Fmi2Status.warning)
+                self.log(
+                    f"{name} = {value} lies beyond the map and is clamped (said once)", Fmi2Status.warning
+                )
 
 
 def _settle_imports(resources: str) -> None:
     """Leave the interpreter as an FMU should: the package found here, the search path without this folder.
 
-    pythonfmu puts the resources of every instance first on sys.path and leaves them there. The modules of this package
-    were loaded from the first copy of the FMU, whose folder may be gone by now.
+    pythonfmu puts the resources of every instance first on sys.path and leaves them there. The modules of
+    this package were loaded from the first copy of the FMU, whose folder may be gone by now.
     """
     package = sys.modules[__package__]
     here = os.path.join(resources, __package__)

@@ -1,7 +1,7 @@
 """The one table of FMU variables: names, units, bounds, start values and dependencies.
 
-Model description, slave and tests read this table; nothing else lists variables. The value reference of a variable is
-its place in the table. Bounds and start values that belong to a map come from the map's header.
+Model description, slave and tests read this table; nothing else lists variables. The value reference of a
+variable is its place in the table. Bounds and start values that belong to a map come from the map's header.
 """
 
 from collections.abc import Mapping
@@ -15,7 +15,8 @@ class Unit(NamedTuple):
     displays: tuple[tuple[str, float, float], ...] = ()
 
 
-# Factors and offsets: display value = factor * SI value + offset, digits as the FMI standard and Modelica write them.
+# Factors and offsets: display value = factor * SI value + offset, digits as the FMI standard and Modelica
+# write them.
 UNITS: Mapping[str, Unit] = {
     "N": Unit({"kg": 1, "m": 1, "s": -2}),
     "rad/s": Unit({"rad": 1, "s": -1}, (("rev/min", 9.549296585513721, 0.0),)),
@@ -65,7 +66,7 @@ _SLIDING = ("net_sliding_coefficient", *_SIGN)
 def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
     """The table for the map with this header: inputs, then outputs, then parameters.
 
-    Parameters   header : map header (nut_map.packed); its axes bound the inputs, its defaults start the parameters
+    Parameters   header : map header (nut_map.packed); axes bound the inputs, defaults start parameters
     """
     axes, defaults = header["axes"], header["defaults"]
     (force_lo, force_hi), (cold, hot), fastest = axes["force"][:2], axes["temperature"][:2], axes["speed"][1]
@@ -75,24 +76,27 @@ def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
             0.0, force_hi, 1000.0, quantity="Force",
         ),
         Variable(
-            "speed", "input", "Speed of the screw relative to the nut", "rad/s", 0.0, -fastest, fastest, 100.0,
-            "rev/min", "AngularVelocity",
+            "speed", "input", "Speed of the screw relative to the nut", "rad/s", 0.0, -fastest, fastest,
+            100.0, "rev/min", "AngularVelocity",
         ),
         Variable(
             "temperature", "input", "Temperature of the oil at the inlet", "K", min(max(303.15, cold), hot),
             cold, hot, 300.0, "degC", "ThermodynamicTemperature",
         ),
         Variable(
-            "axial_load", "input", "Axial load on the nut body; positive loads the nut at whose flange it acts", "N", 0.0,
+            "axial_load", "input",
+            "Axial load on the nut body; positive loads the nut at whose flange it acts", "N", 0.0,
             -force_hi, force_hi, 1000.0, quantity="Force",
         ),
         Variable(
-            "friction_torque", "output", "Friction torque; opposes motion: J dw/dt = motor torque - friction_torque",
+            "friction_torque", "output",
+            "Friction torque; opposes motion: J dw/dt = motor torque - friction_torque",
             "N.m", nominal=1.0, quantity="Torque", depends_on=_ALL,
             initially_depends_on=(*_VISCOUS, *_SLIDING),
         ),
         Variable(
-            "viscous_torque", "output", "Viscous part of friction_torque", "N.m", nominal=1.0, quantity="Torque",
+            "viscous_torque", "output", "Viscous part of friction_torque", "N.m", nominal=1.0,
+            quantity="Torque",
             depends_on=_ALL, initially_depends_on=_VISCOUS,
         ),
         Variable(
@@ -100,20 +104,24 @@ def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
             quantity="Torque", depends_on=_COULOMB, initially_depends_on=_SIGN,
         ),
         Variable(
-            "sliding_torque", "output", "Sliding part of friction_torque", "N.m", nominal=1.0, quantity="Torque",
+            "sliding_torque", "output", "Sliding part of friction_torque", "N.m", nominal=1.0,
+            quantity="Torque",
             depends_on=_COULOMB, initially_depends_on=_SLIDING,
         ),
         Variable(
-            "power_loss", "output", "Dissipated power; less than torque times speed while presliding stores energy",
+            "power_loss", "output",
+            "Dissipated power; less than torque times speed while presliding stores energy",
             "W", minimum=0.0, nominal=100.0, quantity="Power", depends_on=_ALL,
             initially_depends_on=(*_VISCOUS, *_SLIDING),
         ),
         Variable(
-            "film_thickness_min", "output", "Minimum film thickness of all contacts", "m", minimum=0.0, nominal=1e-7,
+            "film_thickness_min", "output", "Minimum film thickness of all contacts", "m", minimum=0.0,
+            nominal=1e-7,
             display_unit="um", quantity="Length", depends_on=_ALL,
         ),
         Variable(
-            "film_thickness_central_screw", "output", "Least central film thickness on the screw raceway", "m",
+            "film_thickness_central_screw", "output", "Least central film thickness on the screw raceway",
+            "m",
             minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", depends_on=_ALL,
         ),
         Variable(
@@ -121,7 +129,8 @@ def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
             minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", depends_on=_ALL,
         ),
         Variable(
-            "film_temperature_rise", "output", "Highest temperature rise in a film over the oil at its inlet", "K",
+            "film_temperature_rise", "output",
+            "Highest temperature rise in a film over the oil at its inlet", "K",
             minimum=0.0, nominal=10.0, quantity="TemperatureDifference", relative=True, depends_on=_ALL,
         ),
         Variable(
@@ -133,34 +142,41 @@ def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
             quantity="Force", depends_on=_FORCES,
         ),
         Variable(
-            "lambda_ratio", "output", "Minimum film thickness over roughness_height, at most 1000", "1", minimum=0.0,
+            "lambda_ratio", "output", "Minimum film thickness over roughness_height, at most 1000", "1",
+            minimum=0.0,
             maximum=1000.0, nominal=1.0, depends_on=_ALL, initially_depends_on=("roughness_height",),
         ),
         Variable(
             "in_range", "output", "False while an input lies beyond the map and is clamped", depends_on=_ALL,
         ),
         Variable(
-            "apparent_viscosity_ratio", "parameter", "Apparent shear viscosity over film viscosity (fitted)", "1",
+            "apparent_viscosity_ratio", "parameter",
+            "Apparent shear viscosity over film viscosity (fitted)", "1",
             float(defaults["apparent_viscosity_ratio"]), 0.0, nominal=10.0,
         ),
         Variable(
-            "net_sliding_coefficient", "parameter", "Net Coulomb coefficient of the sliding part (fitted)", "1",
+            "net_sliding_coefficient", "parameter", "Net Coulomb coefficient of the sliding part (fitted)",
+            "1",
             float(defaults["net_sliding_coefficient"]), 0.0, nominal=0.01,
         ),
         Variable(
-            "roughness_height", "parameter", "Film height at which half of the viscous part is left (fitted); 0: all",
+            "roughness_height", "parameter",
+            "Film height at which half of the viscous part is left (fitted); 0: all",
             "m", float(defaults["roughness_height"]), 0.0, nominal=1e-8, display_unit="nm", quantity="Length",
         ),
         Variable(
-            "regularization_speed", "parameter", "Coulomb parts follow tanh(speed/regularization_speed); 0: sign",
+            "regularization_speed", "parameter",
+            "Coulomb parts follow tanh(speed/regularization_speed); 0: sign",
             "rad/s", 0.1, 0.0, nominal=0.1, display_unit="rev/min", quantity="AngularVelocity",
         ),
         Variable(
-            "presliding_stiffness", "parameter", "Stiffness of the bristle that replaces the tanh; 0: no bristle",
+            "presliding_stiffness", "parameter",
+            "Stiffness of the bristle that replaces the tanh; 0: no bristle",
             "N.m/rad", 0.0, 0.0, nominal=100.0,
         ),
         Variable(
-            "presliding_damping", "parameter", "Damping of the bristle; explicit coupling with an inertia needs it",
+            "presliding_damping", "parameter",
+            "Damping of the bristle; explicit coupling with an inertia needs it",
             "N.m.s/rad", 1.0, 0.0, nominal=1.0,
         ),
     )  # fmt: skip

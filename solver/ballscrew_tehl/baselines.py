@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
+from typing import Any
 
 from .parameters import ScrewParameters
 
@@ -33,24 +33,29 @@ def zhou_slope(screw: ScrewParameters, coefficient: float = ZHOU_COEFFICIENT) ->
                  4 to 6 kN to all digits; the formula itself is not printed there
     """
     beta = screw.contact_angle
-    return 2.0 * coefficient * (screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(beta)) / math.sin(beta)
+    return (
+        2.0
+        * coefficient
+        * (screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(beta))
+        / math.sin(beta)
+    )
 
 
-def nsk_torque(screw: ScrewParameters, preload: ArrayLike) -> np.ndarray:
+def nsk_torque(screw: ScrewParameters, preload: Any) -> np.ndarray:
     """Drag torque of the double nut after NSK [N.m]; preload [N], see nsk_slope."""
     return np.asarray(preload) * nsk_slope(screw)
 
 
-def nsk_preload(screw: ScrewParameters, torque: ArrayLike) -> np.ndarray:
+def nsk_preload(screw: ScrewParameters, torque: Any) -> np.ndarray:
     """Preload [N] that NSK's formula reads from a drag torque [N.m], see nsk_slope."""
     return np.asarray(torque) / nsk_slope(screw)
 
 
-def zhou_torque(screw: ScrewParameters, preload: ArrayLike) -> np.ndarray:
+def zhou_torque(screw: ScrewParameters, preload: Any) -> np.ndarray:
     """Drag torque of the double nut after Zhou [N.m]; preload [N], see zhou_slope."""
     return np.asarray(preload) * zhou_slope(screw)
 
 
-def zhou_preload(screw: ScrewParameters, torque: ArrayLike) -> np.ndarray:
+def zhou_preload(screw: ScrewParameters, torque: Any) -> np.ndarray:
     """Preload [N] that Zhou's formula reads from a drag torque [N.m], see zhou_slope."""
     return np.asarray(torque) / zhou_slope(screw)

@@ -6,7 +6,6 @@ during a fit. So each operating point is solved once, and fitting costs millisec
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations
@@ -17,17 +16,18 @@ from scipy.stats import t as student_t
 
 from . import __version__
 from .film_model import FilmModel
-from .friction_fit import LOSSES, TorqueBasis, fit_values, point_shares
+from .friction_fit import LOSSES, TorqueBasis, Values, fit_values
 from .friction_set import FITTED, PACKAGED_SETS, SETS, FrictionSet, write_friction_sets
 from .load import nut_loads
 from .measurements import Measurement, packaged_measurements
 from .parameters import Parameters, changed, load_parameters
 from .torque import nut_sums
 
-#: mean deviations of the paper's own model from the measurement, recomputed from its printed tables
-PUBLISHED_TARGETS = {"table2": 0.0159, "table4": 0.0117}
+#: mean deviations of the paper's own model (1.59 and 1.17 %, recomputed from its printed tables), less 0.02 % for
+#: the interpolation of a map
+TABLE_TARGETS = {"table2": 0.0157, "table4": 0.0115}
 #: loss of the packaged sets; the choice and what the other losses give stand in the file
-PACKAGED_LOSS = {"two_parameter": "least_squares", "three_parameter": "table_least_squares"}
+PACKAGED_LOSS = {"two_parameter": "least_squares", "three_parameter": "table_limited"}
 
 
 def torque_basis(
@@ -39,28 +39,27 @@ def torque_basis(
     """
     screw = parameters.screw
     sums = [
-        nut_sums(parameters, nut_loads(screw, m.preload, screw.ball_count), m.speed, m.temperature, film_model)
+        nut_sums(
+            parameters, nut_loads(screw, m.preload, screw.ball_count), m.speed, m.temperature, film_model
+        )
         for m in measurements
     ]
     return TorqueBasis.of_equal_nuts(measurements, sums)
 
 
-def intervals(
-    basis: TorqueBasis, values: Sequence[float], count: int, loss: str, targets: Mapping[str, float]
-) -> tuple[dict[str, float], dict[str, float]]:
+def intervals(basis: TorqueBasis, values: Values, count: int) -> tuple[dict[str, float], dict[str, float]]:
     """Half-widths of the 95 % intervals and correlations of the fitted parameters.
 
     Returns      intervals : parameter -> half-width (SI), inf if it cannot be told
                  correlations : "first, second" -> -1..1, NaN if it cannot be told
-    Validity     model linear around the solution, errors independent and of equal relative size; for a loss of
-                 weighted squares with its weights, for table_minimax as if the solution were of least squares
-    Source       Student-t with n - count degrees of freedom on (J'WJ)^-1 r'Wr/(n - count)
+    Validity     model linear around the solution, errors independent and of equal relative size; for a loss other
+                 than least_squares as if its solution were one of least squares
+    Source       Student-t with n - count degrees of freedom on (J'J)^-1 r'r/(n - count)
     """
-    shares = point_shares(basis, loss, targets)
     # at height 0 the torque does not depend on it to first order
     free = [i for i in range(count) if i < 2 or values[i] > 0.0]
-    J = basis.jacobian(values)[:, free] * np.sqrt(shares)[:, None]
-    residual = basis.errors(values) * np.sqrt(shares)
+    J = basis.jacobian(values)[:, free]
+    residual = basis.errors(values)
     freedom = len(basis) - count
     norm = np.linalg.norm(J, axis=0)
     half = dict.fromkeys(FITTED[:count], math.inf)
@@ -78,7 +77,7 @@ def intervals(
     return half, correlations
 
 
-def _deviations(basis: TorqueBasis, values: Sequence[float]) -> np.ndarray:
+def _deviations(basis: TorqueBasis, values: Values) -> np.ndarray:
     """Absolute relative deviations from the measurement, without weights."""
     return np.abs(basis.torque(values) / basis.measured - 1.0)
 
@@ -88,7 +87,9 @@ def leave_one_out(basis: TorqueBasis, count: int, loss: str, targets: Mapping[st
     everything = range(len(basis))
     return np.array(
         [
-            _deviations(basis, fit_values(basis.subset([j for j in everything if j != i]), count, loss, targets))[i]
+            _deviations(
+                basis, fit_values(basis.subset([j for j in everything if j != i]), count, loss, targets)
+            )[i]
             for i in everything
         ]
     )
@@ -112,7 +113,7 @@ def leave_one_table_out(
 
 
 def _error_summary(
-    basis: TorqueBasis, values: Sequence[float], count: int, loss: str, targets: Mapping[str, float]
+    basis: TorqueBasis, values: Values, count: int, loss: str, targets: Mapping[str, float]
 ) -> dict[str, float]:
     missed = _deviations(basis, values)
     summary = {"mean": float(missed.mean()), "max": float(missed.max())}
@@ -120,7 +121,10 @@ def _error_summary(
         if len(basis.tables) > 1:
             summary[name] = float(missed[rows].mean())
     left_out = leave_one_out(basis, count, loss, targets)
-    return summary | {"leave_one_out_mean": float(left_out.mean()), "leave_one_out_max": float(left_out.max())}
+    return summary | {
+        "leave_one_out_mean": float(left_out.mean()),
+        "leave_one_out_max": float(left_out.max()),
+    }
 
 
 def fit_friction_set(
@@ -154,18 +158,21 @@ def fit_friction_set(
         return fit_values(basis, count, named_loss, goals)
 
     values = fitted(loss)
-    half, correlations = intervals(basis, values, count, loss, goals)
+    half, correlations = intervals(basis, values, count)
     others = {}
     for other in LOSSES:
         if other != loss:
             found = fitted(other)
             shown = dict(zip(SETS[name], (float(v) for v in found), strict=False))
             others[other] = shown | _error_summary(basis, found, count, other, goals)
+    ratio, net, height = (float(v) for v in values)
     return FrictionSet(
         name,
         parameters.friction.kinematics,
         film_model,
-        *(float(v) for v in values),
+        apparent_viscosity_ratio=ratio,
+        net_sliding_coefficient=net,
+        roughness_height=height,
         loss=loss,
         provenance=provenance,
         intervals=half,
@@ -207,18 +214,17 @@ def calibrate_packaged(
                 f"(assumed), {screw.screw.ball_count} balls per nut, ballscrew_tehl {__version__}"
             )
             sets[kinematics, name] = fit_friction_set(
-                basis, variant, film_model.name, name, loss, PUBLISHED_TARGETS, provenance
+                basis, variant, film_model.name, name, loss, TABLE_TARGETS, provenance
             )
     if path is not None:
         write_friction_sets(path, sets, HEADER)
     return sets
 
 
-
 HEADER = """\
 Friction parameters fitted to measured torques; written by `python -m ballscrew_tehl calibrate --packaged`.
 A set belongs to its kinematics and its film model. Errors are absolute relative deviations from the measured torque;
 intervals are half-widths (95 %, Student-t). Only the total torque is identified, not its split: see the correlations.
-Losses: least_squares: sum of squared relative errors of the distinct points. table_least_squares: sum over the tables of
-the mean squared relative error over the square of the table's target. table_minimax: largest over the tables of the mean
-relative error over the target. Targets: mean deviation of the published model, 1.59 % (table2) and 1.17 % (table4)."""
+Losses: least_squares: sum of squared relative errors of the distinct points. table_minimax: largest over the tables of
+mean relative error over target. table_limited: least_squares within the targets of both tables, if they can be reached.
+Targets: 1.57 % (table2) and 1.15 % (table4), just below the mean deviations of the published model."""

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import re
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
 from . import __version__
+from .contact_command import add_contact
 from .operating_points import Quantity, add_json, add_options
 
 PRELOAD = Quantity("preload_n", "preload of the double nut [N]", least=0.0)
@@ -26,10 +28,12 @@ TURNING = SPEED._replace(not_zero=True)
 TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
 PRELOAD_POINT = (TORQUE, TURNING, TEMPERATURE)
 
-FILMS = ("solved", "direct", "hamrock_dowson")
+FILMS = ("solved", "solved_thermal", "hamrock_dowson")
+#: film model that the packaged friction sets are fitted with
+PACKAGED_FILM = {"published": "solved", "rolling_frame": "solved_thermal"}
 KINEMATICS = ("published", "rolling_frame")
 SET_NAMES = ("two_parameter", "three_parameter")
-LOSS_NAMES = ("least_squares", "table_least_squares", "table_minimax")
+LOSS_NAMES = ("least_squares", "table_limited", "table_minimax")
 
 
 class Parser(argparse.ArgumentParser):
@@ -42,7 +46,9 @@ class Parser(argparse.ArgumentParser):
 
 def _screw_options(parser: argparse.ArgumentParser, with_map: bool = True) -> None:
     parser.add_argument("--screw", metavar="FILE.toml", help="screw file; default: the packaged GD4008-3")
-    parser.add_argument("--kinematics", choices=KINEMATICS, help="surface speeds; default: as the screw file says")
+    parser.add_argument(
+        "--kinematics", choices=KINEMATICS, help="surface speeds; default: as the screw file says"
+    )
     if with_map:
         parser.add_argument("--map", metavar="FILE", help="map file; default: the packaged map")
 
@@ -50,7 +56,9 @@ def _screw_options(parser: argparse.ArgumentParser, with_map: bool = True) -> No
 def _torque(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser("torque", help="friction torque of the double nut at an operating point")
     add_options(parser, TORQUE_POINT)
-    parser.add_argument("--direct", action="store_true", help="solve every ball's contacts instead of reading the map")
+    parser.add_argument(
+        "--direct", action="store_true", help="solve every ball's contacts instead of reading the map"
+    )
     _screw_options(parser)
     parser.set_defaults(run="commands.run_torque")
 
@@ -66,19 +74,19 @@ def _map(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser("map", help="build, check or describe a map")
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     build = actions.add_parser("build", help="solve the contacts and write the map of a screw")
-    _screw_options(build, with_map=False)
     build.add_argument("--output", metavar="FILE", help="where to write; default: the packaged map")
     build.add_argument("--workers", type=int, metavar="N", help="processes; default: one per core")
-    build.set_defaults(run="commands.run_map_build")
     check = actions.add_parser("check", help="load a map, verify its hash and compare it with direct solves")
-    check.add_argument("--count", type=int, default=5, metavar="N", help="random operating points to solve (default 5)")
     info = actions.add_parser("info", help="axes, parameters, version and certificate of a map")
-    for action, run in ((check, "commands.run_map_check"), (info, "commands.run_map_info")):
+    for action in (build, check):
+        text = "random operating points to compare with direct solves (default 6)"
+        action.add_argument("--count", type=int, default=6, metavar="N", help=text)
+    for action in (check, info):
         action.add_argument("file", nargs="?", metavar="FILE", help="map file; default: the packaged map")
+    for action, name in ((build, "build"), (check, "check"), (info, "info")):
         _screw_options(action, with_map=False)
-        action.set_defaults(run=run)
-    for action in (build, check, info):
         add_json(action)
+        action.set_defaults(run=f"map_commands.run_map_{name}")
 
 
 def _calibrate(commands: argparse._SubParsersAction) -> None:
@@ -89,18 +97,28 @@ def _calibrate(commands: argparse._SubParsersAction) -> None:
         "torque_Nm and, if wanted, temperature_degC, table, weight.",
     )
     parser.add_argument("measurements", nargs="?", metavar="MEASUREMENTS.csv", help="measured torques")
-    parser.add_argument("--packaged", action="store_true", help="refit the packaged sets to the paper's tables")
-    parser.add_argument("--output", metavar="FILE.toml", help="where to write the sets (--packaged: data of the package)")
+    parser.add_argument(
+        "--packaged", action="store_true", help="refit the packaged sets to the paper's tables"
+    )
+    parser.add_argument(
+        "--output", metavar="FILE.toml", help="where to write the sets (--packaged: data of the package)"
+    )
     parser.add_argument("--set", choices=SET_NAMES, help="what to fit; default: as the screw file says")
     parser.add_argument("--loss", choices=LOSS_NAMES, default="least_squares", help="default: least_squares")
-    parser.add_argument("--film", choices=FILMS, default=FILMS[0], help="film model (default solved: from the map)")
-    _screw_options(parser)
+    parser.add_argument(
+        "--film",
+        choices=FILMS,
+        help="film model; default: solved (published), solved_thermal (rolling_frame)",
+    )
+    _screw_options(parser, with_map=False)
     add_json(parser)
     parser.set_defaults(run="commands.run_calibrate")
 
 
 def _validate(commands: argparse._SubParsersAction) -> None:
-    parser = commands.add_parser("validate", help="the model beside the measured torques and published models")
+    parser = commands.add_parser(
+        "validate", help="the model beside the measured torques and published models"
+    )
     _screw_options(parser)
     add_json(parser)
     parser.set_defaults(run="commands.run_validate")
@@ -111,7 +129,7 @@ def build_parser() -> Parser:
     parser = Parser(prog="ballscrew_tehl", description="Friction torque of preloaded double-nut ball screws.")
     parser.add_argument("--version", action="version", version=f"ballscrew_tehl {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
-    for add in (_torque, _preload, _map, _calibrate, _validate):
+    for add in (add_contact, _torque, _preload, _map, _calibrate, _validate):
         add(commands)
     return parser
 
@@ -121,10 +139,12 @@ def _join_negative_numbers(arguments: Sequence[str]) -> list[str]:
     joined: list[str] = []
     for argument in arguments:
         try:
-            negative = argument.startswith("-") and float(argument) == float(argument)
+            # NaN included: it is refused later by name
+            negative = argument.startswith("-") and isinstance(float(argument), float)
         except ValueError:
             negative = False
-        if negative and joined and joined[-1].startswith("--") and "=" not in joined[-1]:
+        plain = re.fullmatch(r"-\d+|-\d*\.\d+", argument)
+        if negative and not plain and joined and joined[-1].startswith("--") and "=" not in joined[-1]:
             joined[-1] += f"={argument}"
         else:
             joined.append(argument)

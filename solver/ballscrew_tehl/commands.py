@@ -11,10 +11,10 @@ from argparse import Namespace
 from typing import TYPE_CHECKING, Any
 
 from . import __version__
-from .cli import PRELOAD_POINT, TORQUE_POINT
+from .cli import FILMS, PACKAGED_FILM, PRELOAD_POINT, TORQUE_POINT
 from .friction_set import FrictionSet, default_friction_set
 from .measurements import CELSIUS, RPM
-from .operating_points import plain, print_results, read_points, shown, table
+from .operating_points import print_results, read_points
 from .parameters import Parameters, changed, load_parameters
 
 if TYPE_CHECKING:
@@ -45,7 +45,25 @@ def _map_of(args: Namespace, parameters: Parameters) -> NutMap:
 
 def _warn_of_film(friction_set: FrictionSet, film_model: str) -> None:
     if friction_set.film_model != film_model:
-        _say(f"friction set is fitted with the film model {friction_set.film_model}, the film here is {film_model}")
+        _say(
+            f"friction set is fitted with the film model {friction_set.film_model}, the film here is {film_model}"
+        )
+
+
+def film_model_of(name: str, parameters: Parameters) -> FilmModel:
+    """Film model by its name: solved, solved_thermal (each contact by the solver) or hamrock_dowson.
+
+    Raises       ValueError: unknown name
+    """
+    if name == "hamrock_dowson":
+        from .film_model import HamrockDowsonFilm
+
+        return HamrockDowsonFilm(parameters)
+    if name not in FILMS:
+        raise ValueError(f"film = {name!r}; allowed: {', '.join(FILMS)}")
+    from .nut_map.direct import DirectFilm
+
+    return DirectFilm(parameters, thermal=name == "solved_thermal")
 
 
 def _signed(parts: tuple[float, float, float], speed: float) -> dict[str, float]:
@@ -81,8 +99,14 @@ def run_torque(args: Namespace) -> int:
         results = _direct_torques(parameters, friction_set, points)
     else:
         results = _map_torques(_map_of(args, parameters), friction_set, points)
-    common = {"screw": parameters.name, "kinematics": friction_set.kinematics, "friction_set": friction_set.name}
-    print_results([{**result, **common, "version": __version__} for result in results], args.json, bool(args.points))
+    common = {
+        "screw": parameters.name,
+        "kinematics": friction_set.kinematics,
+        "friction_set": friction_set.name,
+    }
+    print_results(
+        [{**result, **common, "version": __version__} for result in results], args.json, bool(args.points)
+    )
     return 0
 
 
@@ -106,7 +130,7 @@ def _map_torques(
             **{key: float(getattr(state, name)) for name, key in EXTREMES.items()},
             "in_range": bool(state.in_range),
             "clamped": list(state.clamped),
-            "map_hash": nut_map.header["content_hash"],
+            "map_hash": nut_map.header["file_hash"],
         })  # fmt: skip
     return results
 
@@ -114,14 +138,15 @@ def _map_torques(
 def _direct_torques(
     parameters: Parameters, friction_set: FrictionSet, points: list[dict[str, float]]
 ) -> list[dict[str, Any]]:
-    from .nut_map.direct import DirectFilm, direct_extremes
+    from .nut_map.direct import direct_extremes
     from .torque import double_nut_torque
 
     for point in points:
         if point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0:
-            raise ValueError("speed_rpm or preload_n = 0; allowed with --direct: not 0, there is no film to solve")
-    film_model = DirectFilm(parameters)
-    _warn_of_film(friction_set, film_model.name)
+            raise ValueError(
+                "speed_rpm or preload_n = 0; allowed with --direct: not 0, there is no film to solve"
+            )
+    film_model = film_model_of(friction_set.film_model, parameters)
     results = []
     for number, point in enumerate(points, start=1):
         _say(f"point {number} of {len(points)}")
@@ -172,29 +197,11 @@ def run_preload(args: Namespace) -> int:
             "screw": parameters.name,
             "kinematics": friction_set.kinematics,
             "friction_set": friction_set.name,
-            "map_hash": nut_map.header["content_hash"],
+            "map_hash": nut_map.header["file_hash"],
             "version": __version__,
         })  # fmt: skip
     print_results(results, args.json, bool(args.points))
     return 0
-
-
-def film_model_of(name: str, parameters: Parameters, map_file: str | None = None) -> FilmModel:
-    """Film model by its name on the command line: solved (from the map), direct (solver), hamrock_dowson.
-
-    Raises       ValueError: no map to take the film from
-    """
-    if name == "hamrock_dowson":
-        from .film_model import HamrockDowsonFilm
-
-        return HamrockDowsonFilm(parameters)
-    if name == "direct":
-        from .nut_map.direct import DirectFilm
-
-        return DirectFilm(parameters)
-    from .nut_map.contact_map import SolvedFilm
-
-    return SolvedFilm(parameters)
 
 
 def run_calibrate(args: Namespace) -> int:
@@ -211,14 +218,15 @@ def run_calibrate(args: Namespace) -> int:
         output = args.output or PACKAGED_SETS
 
         def film_for_kinematics(kinematics: str) -> FilmModel:
-            return film_model_of(args.film, changed(parameters, friction={"kinematics": kinematics}), args.map)
+            variant = changed(parameters, friction={"kinematics": kinematics})
+            return film_model_of(args.film or PACKAGED_FILM[kinematics], variant)
 
         sets = calibrate_packaged(film_for_kinematics, parameters, output, _say)
     else:
         output = args.output
         name = args.set or parameters.friction.set
         measurements = read_measurements(args.measurements, parameters.lubricant.reference_temperature)
-        film_model = film_model_of(args.film, parameters, args.map)
+        film_model = film_model_of(args.film or PACKAGED_FILM[parameters.friction.kinematics], parameters)
         basis = torque_basis(parameters, film_model, measurements)
         provenance = f"{args.measurements}, {len(basis)} distinct points, ballscrew_tehl {__version__}"
         found = fit_friction_set(basis, parameters, film_model.name, name, args.loss, provenance=provenance)
@@ -228,7 +236,9 @@ def run_calibrate(args: Namespace) -> int:
     if output:
         _say(f"written: {output}")
     if args.json:
-        print_results([{f"{kinematics}.{name}": vars(entry) for (kinematics, name), entry in sets.items()}], True, False)
+        print_results(
+            [{f"{kinematics}.{name}": vars(entry) for (kinematics, name), entry in sets.items()}], True, False
+        )
     else:
         print(friction_set_text(list(sets.values())))
         if not args.packaged:
@@ -261,7 +271,7 @@ def run_validate(args: Namespace) -> int:
     if args.json:
         result = {
             "kinematics": parameters.friction.kinematics,
-            "map_hash": nut_map.header["content_hash"],
+            "map_hash": nut_map.header["file_hash"],
             "version": __version__,
             "tables": {name: [t._asdict() | {"rows": [r._asdict() for r in t.rows]} for t in tables]
                        for name, tables in found.items()},
@@ -271,7 +281,7 @@ def run_validate(args: Namespace) -> int:
         return 0
     for name, tables in found.items():
         print(f"== {parameters.name}, kinematics {parameters.friction.kinematics}, friction set {name}\n")
-        for entry in tables:
-            print(table_text(entry) + "\n")
+        for one in tables:
+            print(table_text(one) + "\n")
     print(friction_set_text(sets))
     return 0

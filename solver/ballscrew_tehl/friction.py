@@ -7,13 +7,15 @@ The forces work on floats and arrays alike and check nothing: their callers do.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from typing import Any
 
 #: position of the two lines without slip of a freely rolling ball, as a fraction of the semi-axis
 FREE_ROLLING_POSITION = 2.0 * float(np.cos(4.0 * np.pi / 9.0))
 
 
-def viscous_force(a: ArrayLike, b: ArrayLike, viscosity: ArrayLike, slip: ArrayLike, film: ArrayLike) -> np.ndarray:
+def viscous_force(
+    a: Any, b: Any, viscosity: Any, slip: Any, film: Any
+) -> Any:
     """Force that shears the film of one contact.
 
     Parameters   a, b : semi-axes of the Hertz ellipse [m], > 0;  viscosity : apparent shear viscosity [Pa s]
@@ -26,7 +28,7 @@ def viscous_force(a: ArrayLike, b: ArrayLike, viscosity: ArrayLike, slip: ArrayL
     return np.pi * np.asarray(a) * b * viscosity * np.abs(slip) / film
 
 
-def roughness_share(film: ArrayLike, roughness_height: ArrayLike) -> np.ndarray:
+def roughness_share(film: Any, roughness_height: Any) -> Any:
     """Share of the viscous part that remains where the film is as thin as the roughness.
 
     Parameters   film : central film [m], > 0;  roughness_height : h_r [m], >= 0
@@ -37,7 +39,13 @@ def roughness_share(film: ArrayLike, roughness_height: ArrayLike) -> np.ndarray:
     return 1.0 / (1.0 + np.square(np.asarray(roughness_height) / film))
 
 
-def hysteresis_force(load: ArrayLike, b: ArrayLike, ball_radius: float, coefficient: float) -> np.ndarray:
+def roughness_share_slope(film: Any, roughness_height: Any) -> Any:
+    """Derivative of roughness_share with respect to the roughness height [1/m], arguments alike."""
+    x = np.asarray(roughness_height) / film
+    return -2.0 * x / film / np.square(1.0 + np.square(x))
+
+
+def hysteresis_force(load: Any, b: Any, ball_radius: float, coefficient: float) -> Any:
     """Rolling resistance of one contact by elastic hysteresis.
 
     Parameters   load : Q [N], >= 0;  b : semi-axis along rolling [m];  ball_radius : r_b [m]
@@ -49,7 +57,7 @@ def hysteresis_force(load: ArrayLike, b: ArrayLike, ball_radius: float, coeffici
     return 3.0 * coefficient * np.asarray(load) * b / (16.0 * ball_radius)
 
 
-def net_sliding_share(no_slip_position: ArrayLike) -> np.ndarray:
+def net_sliding_share(no_slip_position: Any) -> Any:
     """Net Coulomb force over mu Q on a Hertz line load that slips forward outside and backward inside +-c.
 
     Parameters   no_slip_position : c, the lines without slip as a fraction of the semi-axis, 0 <= c <= 1
@@ -64,7 +72,7 @@ def net_sliding_share(no_slip_position: ArrayLike) -> np.ndarray:
     return 1.0 - 3.0 * c + c**3
 
 
-def no_slip_position(net_share: ArrayLike) -> np.ndarray:
+def no_slip_position(net_share: Any) -> Any:
     """Inverse of net_sliding_share: where the lines without slip lie.
 
     Parameters   net_share : net sliding coefficient over Coulomb coefficient, -1..1
@@ -77,7 +85,7 @@ def no_slip_position(net_share: ArrayLike) -> np.ndarray:
     return 2.0 * np.cos(np.arccos((np.asarray(net_share) - 1.0) / 2.0) / 3.0 - 2.0 * np.pi / 3.0)
 
 
-def sliding_force(load: ArrayLike, net_coefficient: ArrayLike) -> np.ndarray:
+def sliding_force(load: Any, net_coefficient: Any) -> Any:
     """Sliding friction of one ball, counted once per ball and not once per raceway.
 
     Parameters   load : Q [N], >= 0;  net_coefficient : mu_s (1 - 3c + c^3) [1], fitted as one number

@@ -2,12 +2,13 @@
 
 All losses look at the relative error r = w (T/T_measured - 1) of the torque, w the weight of a measurement:
 
-least_squares        sum of r^2 over the distinct points
-table_least_squares  sum over the tables of mean(r^2)/target^2: every table weighs the same, however many points it
-                     has, in units of the mean deviation that it is to reach; a point counts in each of its tables
-table_minimax        the largest over the tables of mean(|r|)/target
+least_squares   sum of r^2 over the distinct points
+table_minimax   the largest over the tables of mean(|r|)/target
+table_limited   least_squares among the values that keep mean(|r|) of every table within its target; table_minimax if
+                there are none
 
-A target is 1 unless given. Points that stand in no table form one table together.
+A point counts in the mean of each of its tables. Points that stand in no table form one table together. The target of
+a table is 1 (100 %) unless given.
 """
 
 from __future__ import annotations
@@ -16,14 +17,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares, linprog, minimize_scalar, nnls
+from numpy.typing import NDArray
+from scipy.optimize import least_squares, linprog, minimize, minimize_scalar, nnls
 
-from .friction import roughness_share
+from .friction import roughness_share, roughness_share_slope
 from .measurements import Measurement
 from .torque import NutSums
 
 #: the table of the points that stand in none
 NO_TABLE = "all"
+
+#: ratio [1], net sliding coefficient [1], roughness height [m]
+Values = Sequence[float] | NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -58,23 +63,25 @@ class TorqueBasis:
         """The points with these numbers."""
         rows = list(keep)
         chosen = tuple(self.measurements[i] for i in rows)
-        return TorqueBasis(chosen, self.viscous[rows], self.film[rows], self.hysteresis[rows], self.sliding[rows])
+        return TorqueBasis(
+            chosen, self.viscous[rows], self.film[rows], self.hysteresis[rows], self.sliding[rows]
+        )
 
-    def torque(self, values: Sequence[float]) -> np.ndarray:
+    def torque(self, values: Values) -> np.ndarray:
         """Torque [N.m] at the points for ratio [1], net sliding coefficient [1], roughness height [m]."""
         ratio, net, height = values
         viscous = np.sum(self.viscous * roughness_share(self.film, height), axis=1)
         return ratio * viscous + self.hysteresis + net * self.sliding
 
-    def errors(self, values: Sequence[float]) -> np.ndarray:
+    def errors(self, values: Values) -> np.ndarray:
         """Weighted relative errors r at the points."""
         return self.weights * (self.torque(values) / self.measured - 1.0)
 
-    def jacobian(self, values: Sequence[float]) -> np.ndarray:
+    def jacobian(self, values: Values) -> np.ndarray:
         """d errors/d values, (n, 3)."""
         ratio, _, height = values
         share = roughness_share(self.film, height)
-        by_height = -2.0 * height / self.film**2 * share**2 * self.viscous
+        by_height = self.viscous * roughness_share_slope(self.film, height)
         columns = np.stack(
             [np.sum(self.viscous * share, axis=1), self.sliding, ratio * np.sum(by_height, axis=1)], axis=1
         )
@@ -104,63 +111,61 @@ Targets = Mapping[str, float]
 Loss = Callable[[TorqueBasis, int, Targets], np.ndarray]
 
 
-def point_shares(basis: TorqueBasis, loss: str, targets: Targets) -> np.ndarray:
-    """Weight of r^2 of each point in a loss of squares, mean 1; for table_minimax all 1."""
-    shares = np.ones(len(basis))
-    if loss == "table_least_squares":
-        shares[:] = 0.0
-        for name, rows in basis.tables.items():
-            shares[rows] += 1.0 / (len(rows) * targets.get(name, 1.0) ** 2)
-    return shares / shares.mean()
-
-
-def _linear_fit(basis: TorqueBasis, height: float, root_share: np.ndarray) -> np.ndarray:
-    """Least squares in ratio and net coefficient for a given roughness height."""
+def _linear_fit(basis: TorqueBasis, height: float) -> np.ndarray:
+    """Least squares in ratio and net coefficient, none negative, for a given roughness height."""
     matrix = basis.jacobian((1.0, 1.0, height))[:, :2]
-    rest = basis.errors((0.0, 0.0, height))
     scale = 1.0 / np.linalg.norm(matrix, axis=0)
-    solution, _ = nnls(matrix * scale * root_share[:, None], -rest * root_share)
+    solution, _ = nnls(matrix * scale, -basis.errors((0.0, 0.0, height)))
     return np.array([*(solution * scale), height])
 
 
-def _squares(basis: TorqueBasis, count: int, shares: np.ndarray) -> np.ndarray:
-    """Minimise sum(shares r^2) over the first `count` parameters; the others are 0, none is negative."""
-    root_share = np.sqrt(shares)
-    if count == 2:
-        return _linear_fit(basis, 0.0, root_share)
-    best, lowest = None, np.inf
-    # the loss may have several valleys in the roughness height
-    for height in basis.film.min() * np.array([0.3, 1.0, 3.0]):
-        start = _linear_fit(basis, height, root_share)
-        # a height of zero or a vanished part must not make the scale zero
-        scale = np.maximum(start, 1e-3 * np.array([start[0] + 1.0, start[1] + 1e-3, height]))
-        found = least_squares(
-            lambda x, scale=scale: root_share * basis.errors(x * scale),
-            np.maximum(start / scale, 1e-3),
-            jac=lambda x, scale=scale: root_share[:, None] * basis.jacobian(x * scale) * scale,
-            bounds=(0.0, np.inf),
-            xtol=1e-14,
-            ftol=1e-14,
-            gtol=1e-14,
-            max_nfev=400,
-        )
-        if not found.success:
-            raise ValueError(f"fit stopped without a minimum: {found.message}")
-        if found.cost < lowest * (1.0 - 1e-12):
-            best, lowest = found.x * scale, found.cost
-    assert best is not None
-    # trf stays inside its bounds: a height whose effect is below rounding is none
-    if best[2] < 1e-4 * basis.film.min():
-        return _linear_fit(basis, 0.0, root_share)
-    return best
+def _scale(basis: TorqueBasis) -> np.ndarray:
+    """Size of the parameters: each part alone makes the torque; the thinnest film."""
+    matrix = basis.jacobian((1.0, 1.0, 0.0))[:, :2]
+    return np.array([*(1.0 / np.abs(matrix).mean(axis=0)), basis.film.min()])
 
 
 def _least_squares(basis: TorqueBasis, count: int, targets: Targets) -> np.ndarray:
-    return _squares(basis, count, point_shares(basis, "least_squares", targets))
+    if count == 2:
+        return _linear_fit(basis, 0.0)
+    best, lowest, scale = None, np.inf, _scale(basis)
+
+    # the square of the height as unknown: the torque changes linearly with it near 0
+    def values(x: np.ndarray) -> np.ndarray:
+        return scale * np.array([x[0], x[1], np.sqrt(x[2])])
+
+    def slopes(x: np.ndarray) -> np.ndarray:
+        return basis.jacobian(values(x)) * scale * np.array([1.0, 1.0, 0.5 / np.sqrt(x[2])])
+
+    # the loss may have several valleys in the roughness height
+    for height in (0.3, 1.0, 3.0):
+        start = np.maximum(_linear_fit(basis, height * scale[2]) / scale, 1e-3)
+        start[2] = height**2
+        found = least_squares(
+            lambda x: basis.errors(values(x)),
+            start,
+            jac=slopes,
+            bounds=(0.0, np.inf),
+            xtol=1e-12,
+            ftol=1e-12,
+            gtol=1e-12,
+            max_nfev=1000,
+        )
+        if not found.success:
+            raise ArithmeticError(f"fit stopped without a minimum: {found.message}")
+        if found.cost < lowest * (1.0 - 1e-12):
+            best, lowest = values(found.x), found.cost
+    assert best is not None
+    # the method stays inside its bounds: a height too small to matter is none
+    return _linear_fit(basis, 0.0) if best[2] < 1e-3 * basis.film.min() else best
 
 
-def _table_least_squares(basis: TorqueBasis, count: int, targets: Targets) -> np.ndarray:
-    return _squares(basis, count, point_shares(basis, "table_least_squares", targets))
+def _shares_of_tables(basis: TorqueBasis, targets: Targets) -> np.ndarray:
+    """Matrix that makes means per table, in units of their targets, of errors per point."""
+    mean = np.zeros((len(basis.tables), len(basis)))
+    for row, (name, members) in enumerate(basis.tables.items()):
+        mean[row, members] = 1.0 / (len(members) * targets.get(name, 1.0))
+    return mean
 
 
 def _minimax_at(basis: TorqueBasis, height: float, targets: Targets) -> tuple[float, np.ndarray]:
@@ -171,21 +176,18 @@ def _minimax_at(basis: TorqueBasis, height: float, targets: Targets) -> tuple[fl
     matrix = basis.jacobian((1.0, 1.0, height))[:, :2]
     rest = basis.errors((0.0, 0.0, height))
     scale = 1.0 / np.abs(matrix).max(axis=0)
-    n, tables = len(basis), basis.tables
-    mean = np.zeros((len(tables), n))
-    for row, (name, members) in enumerate(tables.items()):
-        mean[row, members] = 1.0 / (len(members) * targets.get(name, 1.0))
+    n, mean = len(basis), _shares_of_tables(basis, targets)
     above = np.hstack([matrix * scale, -np.eye(n), np.zeros((n, 1))])
     below = np.hstack([-matrix * scale, -np.eye(n), np.zeros((n, 1))])
-    bound = np.hstack([np.zeros((len(tables), 2)), mean, -np.ones((len(tables), 1))])
+    bound = np.hstack([np.zeros((len(mean), 2)), mean, -np.ones((len(mean), 1))])
     found = linprog(
         np.r_[np.zeros(n + 2), 1.0],
         A_ub=np.vstack([above, below, bound]),
-        b_ub=np.concatenate([-rest, rest, np.zeros(len(tables))]),
+        b_ub=np.concatenate([-rest, rest, np.zeros(len(mean))]),
         method="highs-ds",
     )
     if not found.success:
-        raise ValueError(f"fit stopped without a minimum: {found.message}")
+        raise ArithmeticError(f"fit stopped without a minimum: {found.message}")
     return float(found.fun), np.array([*(found.x[:2] * scale), height])
 
 
@@ -205,9 +207,58 @@ def _table_minimax(basis: TorqueBasis, count: int, targets: Targets) -> np.ndarr
     return _minimax_at(basis, float(refined.x) if refined.fun < losses[i] else float(heights[i]), targets)[1]
 
 
+def _table_limited(basis: TorqueBasis, count: int, targets: Targets) -> np.ndarray:
+    mean = _shares_of_tables(basis, targets)
+    free = _least_squares(basis, count, targets)
+    if np.all(mean @ np.abs(basis.errors(free)) <= 1.0):
+        return free
+    start = _table_minimax(basis, count, targets)
+    if not np.all(mean @ np.abs(basis.errors(start)) < 1.0):
+        return start
+    # unknowns: the parameters and, per point, a bound on |r|, both of size 1
+    scale, unit, n = _scale(basis)[:count], float(np.abs(basis.errors(free)).mean()), len(basis)
+
+    def values(x: np.ndarray) -> np.ndarray:
+        return np.array([*(x[:count] * scale), 0.0])[:3]
+
+    def errors(x: np.ndarray) -> np.ndarray:
+        return basis.errors(values(x)) / unit
+
+    def slopes(x: np.ndarray) -> np.ndarray:
+        return basis.jacobian(values(x))[:, :count] * scale / unit
+
+    of_bounds = np.hstack([np.zeros((len(mean), count)), mean * unit])
+    one = np.eye(n)
+    found = minimize(
+        lambda x: float(np.mean(errors(x) ** 2)),
+        np.r_[start[:count] / scale, np.abs(basis.errors(start)) / unit],
+        jac=lambda x: np.r_[2.0 / n * errors(x) @ slopes(x), np.zeros(n)],
+        bounds=[(0.0, None)] * (count + n),
+        constraints=[
+            {
+                "type": "ineq",
+                "fun": lambda x: x[count:] - errors(x),
+                "jac": lambda x: np.hstack([-slopes(x), one]),
+            },
+            {
+                "type": "ineq",
+                "fun": lambda x: x[count:] + errors(x),
+                "jac": lambda x: np.hstack([slopes(x), one]),
+            },
+            {"type": "ineq", "fun": lambda x: 1.0 - of_bounds @ x, "jac": lambda x: -of_bounds},
+        ],
+        method="SLSQP",
+        options={"ftol": 1e-12, "maxiter": 500},
+    )
+    # mode 8: no descent left within rounding
+    if not (found.success or found.status == 8):
+        raise ArithmeticError(f"fit stopped without a minimum: {found.message}")
+    return values(found.x)
+
+
 LOSSES: dict[str, Loss] = {
     "least_squares": _least_squares,
-    "table_least_squares": _table_least_squares,
+    "table_limited": _table_limited,
     "table_minimax": _table_minimax,
 }
 

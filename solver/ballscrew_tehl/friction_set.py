@@ -81,13 +81,17 @@ def load_friction_sets(path: Path | str | None = None) -> dict[tuple[str, str], 
             for name, table in named.items():
                 values = {key: table.pop(_SUFFIX.get(key, key)) for key in FITTED}
                 table["intervals"] = {
-                    key: value for key in FITTED if (value := table["intervals"].get(_SUFFIX.get(key, key))) is not None
+                    key: value
+                    for key in FITTED
+                    if (value := table["intervals"].get(_SUFFIX.get(key, key))) is not None
                 }
                 sets[kinematics, name] = FrictionSet(name=name, kinematics=kinematics, **values, **table)
     except OSError as err:
         raise ValueError(f"{file}: cannot be read ({err.strerror}); run calibrate --packaged") from err
     except (tomllib.TOMLDecodeError, AttributeError, KeyError, TypeError) as err:
-        raise ValueError(f"{file}: no friction sets ({type(err).__name__}: {err}); run calibrate --packaged") from err
+        raise ValueError(
+            f"{file}: no friction sets ({type(err).__name__}: {err}); run calibrate --packaged"
+        ) from err
     return sets
 
 
@@ -130,7 +134,9 @@ def _table(prefix: str, entries: Mapping[str, float]) -> list[str]:
     return lines
 
 
-def write_friction_sets(path: Path | str, sets: Mapping[tuple[str, str], FrictionSet], header: str = "") -> None:
+def write_friction_sets(
+    path: Path | str, sets: Mapping[tuple[str, str], FrictionSet], header: str = ""
+) -> None:
     """Write sets as TOML; the same sets give the same bytes.
 
     Parameters   header : lines of comment for the top of the file

@@ -53,7 +53,9 @@ def read_rows(path: Path | str) -> list[dict[str, str]]:
         raise ValueError(f"{path}: no rows; allowed: a header line and one line per point")
     for number, row in enumerate(rows, start=1):
         if None in row or None in row.values():
-            raise ValueError(f"{path}: row {number}: {len(lines[0].split(','))} fields expected, as in the header")
+            raise ValueError(
+                f"{path}: row {number}: {len(lines[0].split(','))} fields expected, as in the header"
+            )
     return [{str(key).strip(): value.strip() for key, value in row.items()} for row in rows]
 
 

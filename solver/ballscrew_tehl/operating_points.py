@@ -58,7 +58,9 @@ def add_options(parser: ArgumentParser, quantities: Sequence[Quantity]) -> None:
     for quantity in quantities:
         note = "" if quantity.default is None else f" (default {quantity.default:g})"
         metavar = quantity.name.rsplit("_", 1)[-1].upper()
-        parser.add_argument(quantity.option, metavar=metavar, help=f"{quantity.help}; {quantity.allowed}{note}")
+        parser.add_argument(
+            quantity.option, metavar=metavar, help=f"{quantity.help}; {quantity.allowed}{note}"
+        )
     names = ", ".join(quantity.name for quantity in quantities)
     parser.add_argument(
         "--points",
@@ -70,7 +72,9 @@ def add_options(parser: ArgumentParser, quantities: Sequence[Quantity]) -> None:
 
 def add_json(parser: ArgumentParser) -> None:
     """Add --json."""
-    parser.add_argument("--json", action="store_true", help="JSON on stdout (a list with --points), logs on stderr")
+    parser.add_argument(
+        "--json", action="store_true", help="JSON on stdout (a list with --points), logs on stderr"
+    )
 
 
 def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[str, float]]:
@@ -86,7 +90,9 @@ def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[st
     if args.points is None:
         for quantity in quantities:
             if quantity.name not in common and quantity.default is None:
-                raise ValueError(f"{quantity.option} (missing); allowed: {quantity.allowed}, or --points FILE.csv")
+                raise ValueError(
+                    f"{quantity.option} (missing); allowed: {quantity.allowed}, or --points FILE.csv"
+                )
         return [{q.name: common.get(q.name, _default(q)) for q in quantities}]
     rows = [{column.lower(): text for column, text in row.items()} for row in read_rows(args.points)]
     _check_columns(args.points, rows[0], quantities)
@@ -117,7 +123,9 @@ def _check_columns(path: str, columns: Mapping[str, str], quantities: Sequence[Q
     known = [quantity.name for quantity in quantities]
     unused = [column for column in columns if column not in known]
     for column in unused:
-        near = difflib.get_close_matches(column, [name for name in known if name not in columns], n=1, cutoff=0.7)
+        near = difflib.get_close_matches(
+            column, [name for name in known if name not in columns], n=1, cutoff=0.7
+        )
         if near:
             raise ValueError(f"{path}: column {column}; allowed: {', '.join(known)}; is {near[0]} meant?")
     if unused:
@@ -167,6 +175,8 @@ def table(rows: Sequence[Sequence[str]]) -> str:
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     lines = []
     for row in rows:
-        cells = [row[0].ljust(widths[0])] + [cell.rjust(w) for cell, w in zip(row[1:], widths[1:], strict=True)]
+        cells = [row[0].ljust(widths[0])] + [
+            cell.rjust(w) for cell, w in zip(row[1:], widths[1:], strict=True)
+        ]
         lines.append("  ".join(cells).rstrip())
     return "\n".join(lines)

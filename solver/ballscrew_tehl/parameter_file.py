@@ -77,12 +77,13 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ParameterError(f"{path}: no valid TOML ({err}); mend the file at that place") from err
 
 
-def check_names(where: str, prefix: str, found: dict[str, Any], known: list[str], kind: str) -> None:
-    """Refuse a name that is not known and say which known one is nearest."""
+def check_tables(where: str, found: dict[str, Any], known: list[str]) -> None:
+    """Refuse a table that is not known and say which known one is nearest."""
     for name, value in found.items():
         if name not in known:
-            shown = f"{{{kind}}}" if isinstance(value, dict) else value
-            raise message(where, prefix + name, shown, f"a known {kind}", f"nearest: {_nearest(name, known)}")
+            key = f"[{name}]" if isinstance(value, dict) else name
+            shown = "a table" if isinstance(value, dict) else value
+            raise message(where, key, shown, "a known table", f"nearest: {_nearest(name, known)}")
 
 
 def si_value(value: Any, dimension: str | None, unit: str) -> Any:

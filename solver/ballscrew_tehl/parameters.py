@@ -12,7 +12,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from .parameter_file import Entry, ParameterError, check_names, key_forms, message, read_table, read_toml
+from .parameter_file import Entry, ParameterError, check_tables, key_forms, message, read_table, read_toml
 from .parameter_tables import (
     FieldError,
     FrictionParameters,
@@ -92,7 +92,7 @@ def _explain(
 
 
 def _build(where: str, content: dict[str, Any]) -> Parameters:
-    check_names(where, "", content, [*TABLES, "name"], "table")
+    check_tables(where, content, [*TABLES, "name"])
     values: dict[str, Any] = {}
     for table, model in TABLES.items():
         raw = content.get(table)

@@ -1,14 +1,16 @@
 """Friction at and near standstill: a regularised sign, or an elasto-plastic bristle (presliding).
 
 Plain floats and `math` only: this module travels inside the FMU.
-Source: Dupont, Hayward, Armstrong, Altpeter, IEEE Trans. Automat. Contr. 47 (2002) 787 (elasto-plastic friction);
-changed: the piecewise linear transition between elastic and sliding, integrated exactly over a step of constant speed.
+Source: Dupont, Hayward, Armstrong, Altpeter, IEEE Trans. Automat. Contr. 47 (2002) 787 (elasto-plastic
+friction); changed: the piecewise linear transition between elastic and sliding, integrated exactly over a
+step of constant speed.
 """
 
 import math
 from typing import NamedTuple
 
-ELASTIC_SHARE = 0.7  # elastic limit over sliding deflection; > 0, else the bristle creeps under a swinging load (Dahl)
+#: elastic limit over sliding deflection; > 0, else the bristle creeps under a swinging load (Dahl)
+ELASTIC_SHARE = 0.7
 
 
 class PreslidingStep(NamedTuple):
@@ -25,9 +27,11 @@ def regularised_sign(speed: float, regularization_speed: float) -> float:
     Parameters   speed : [rad/s]
                  regularization_speed : [rad/s], >= 0; 0 gives the sign itself (0 at rest)
     Returns      tanh(speed/regularization_speed), within 1e-9 of the sign above 11 regularisation speeds
-    Validity     creeps under a load below the Coulomb torque (at 0.42 of the speed for 0.4 of the torque); in explicit
-                 coupling with an inertia J free of ripple for steps < 2 J regularization_speed/torque only
-    Example      >>> regularised_sign(0.0, 0.1), regularised_sign(-2.0, 0.1)
+    Validity     creeps under a load below the Coulomb torque (at 0.42 of the speed for 0.4 of the torque);
+                 explicit coupling with an inertia J is free of ripple only for steps below
+                 2 J regularization_speed/torque
+    Example
+                 >>> regularised_sign(0.0, 0.1), regularised_sign(-2.0, 0.1)
                  (0.0, -1.0)
     """
     if regularization_speed <= 0.0:
@@ -57,11 +61,13 @@ def presliding_step(
     Parameters   deflection : state at the start of the step [rad]
                  speed : [rad/s]          step : [s], >= 0; 0 leaves the state and reports its torque
                  coulomb_torque : sliding torque of the moment [N.m], >= 0; may change from step to step
-                 stiffness : [N.m/rad], > 0; must not follow the Coulomb torque, else a change of load makes energy
+                 stiffness : [N.m/rad], > 0; constant: if it followed the Coulomb torque, a change of load
+                             would make energy
                  damping : [N.m.s/rad], >= 0; explicit coupling with an inertia J needs it:
                            stiffness < (damping/step)(1 - step damping/J)
-    Returns      PreslidingStep; the work done on the bristle equals heat plus the change of stiffness deflection^2/2
-    Validity     torque is the one at the end of the step; it may point along the motion while the bristle springs back
+    Returns      PreslidingStep; work done on the bristle = heat + change of stiffness deflection^2/2
+    Validity     the torque is that at the end of the step; it may point along the motion while the bristle
+                 springs back
     """
     if coulomb_torque <= 0.0:
         if step <= 0.0:
@@ -71,7 +77,8 @@ def presliding_step(
     z = max(-z_s, min(z_s, deflection))
     if step <= 0.0:
         return PreslidingStep(deflection, stiffness * z, 0.0)
-    heat = 0.5 * stiffness * (deflection * deflection - z * z)  # the Coulomb level sank: stored energy is lost
+    # what the bristle stored beyond a Coulomb level that sank is lost
+    heat = 0.5 * stiffness * (deflection * deflection - z * z)
     travel = abs(speed) * step
     if travel == 0.0:
         return PreslidingStep(z, stiffness * z, heat)

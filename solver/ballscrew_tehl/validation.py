@@ -38,16 +38,20 @@ class ValidationTable(NamedTuple):
 
 def mean_deviations(rows: Sequence[ValidationRow]) -> tuple[float, ...]:
     """Mean of |model/measured - 1| per model."""
-    return tuple(sum(abs(row.models[i] / row.measured - 1.0) for row in rows) / len(rows) for i in range(len(MODELS)))
+    return tuple(
+        sum(abs(row.models[i] / row.measured - 1.0) for row in rows) / len(rows) for i in range(len(MODELS))
+    )
 
 
 def validation_tables(
-    evaluate: Evaluate, temperature: float = ASSUMED_TEMPERATURE, highest_preload: float = 12000.0
+    evaluate: Evaluate,
+    temperature: float = ASSUMED_TEMPERATURE,
+    preload_range: tuple[float, float] = (100.0, 12000.0),
 ) -> list[ValidationTable]:
     """Tables 2, 4 and 3 with this model beside the printed columns.
 
     Parameters   evaluate : the model, rising with the preload (the map, the direct solve, an FMU)
-                 highest_preload : upper end of the search for the preload of Table 3 [N], lower end 1 N
+                 preload_range : [N] in which the preload of Table 3 is looked for
     Returns      table2, table4 (torque), table3 (preload recovered from the measured torque)
     Source       measured, Zhao, Zhou, NSK: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, as printed
     """
@@ -69,7 +73,7 @@ def validation_tables(
     rows, speed = [], 100.0 * RPM
     for line in read_rows(PACKAGED_PRELOAD):
         torque = float(line["torque_Nm"])
-        ours = preload_from_torque(lambda force: evaluate(force, speed, temperature), torque, 1.0, highest_preload)
+        ours = preload_from_torque(lambda force: evaluate(force, speed, temperature), torque, *preload_range)
         others = tuple(float(line[key]) for key in ("zhao_N", "zhou_N", "nsk_N"))
         rows.append(ValidationRow(float(line["preload_N"]), speed, float(line["preload_N"]), (ours, *others)))
     title = "Table 3: preload recovered from the measured torque at 100 r/min"
@@ -85,7 +89,9 @@ def table_text(shown: ValidationTable) -> str:
     for row in shown.rows:
         head = f"{row.preload:7.0f} N{row.speed / RPM:7.0f}{row.measured:10.{digits - 1}f}"
         lines.append(head + "".join(f"{value:12.{digits}f}" for value in row.models))
-    lines.append(f"{'mean deviation':<26}" + "".join(f"{100.0 * value:10.2f} %" for value in shown.deviations))
+    lines.append(
+        f"{'mean deviation':<26}" + "".join(f"{100.0 * value:10.2f} %" for value in shown.deviations)
+    )
     return "\n".join(lines)
 
 
@@ -93,7 +99,9 @@ def friction_set_text(sets: Sequence[FrictionSet]) -> str:
     """Values with 95 % intervals and errors of friction sets as text."""
     lines = ["Fitted parameters (value +- half-width of the 95 % interval) and their errors"]
     for entry in sets:
-        lines.append(f"{entry.kinematics}, {entry.name} (film: {entry.film_model}, loss: {entry.loss or 'none'})")
+        lines.append(
+            f"{entry.kinematics}, {entry.name} (film: {entry.film_model}, loss: {entry.loss or 'none'})"
+        )
         for key in SETS.get(entry.name, FITTED):
             value, half = getattr(entry, key), entry.intervals.get(key)
             scale, unit = (1e9, " nm") if key == "roughness_height" else (1.0, "")
@@ -108,5 +116,7 @@ def friction_set_text(sets: Sequence[FrictionSet]) -> str:
                          f"{100.0 * left_out['max']:.1f} % at most")  # fmt: skip
         for pair, value in entry.correlations.items():
             lines.append(f"    correlation {pair}: {value:.2f}")
-    lines.append("Only the total torque is identified by these data, not its split into viscous and sliding part.")
+    lines.append(
+        "Only the total torque is identified by these data, not its split into viscous and sliding part."
+    )
     return "\n".join(lines)

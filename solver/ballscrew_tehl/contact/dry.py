@@ -8,6 +8,10 @@ from .elastic import LineConvolution
 from .grid import Array, Grid
 
 
+#: nodes under pressure below which the dry contact is not resolved
+LEAST_NODES = 40
+
+
 def dry_contact(
     grid: Grid, undeformed: Array, deflection: LineConvolution, load: float, tolerance: float = 1e-10, max_steps: int = 400
 ) -> tuple[Array, float]:
@@ -19,8 +23,18 @@ def dry_contact(
     weights = grid.weights.copy()
     inside = np.zeros_like(weights, dtype=bool)
     inside[:-1, 1:-1] = True
-    p = np.sqrt(np.maximum(0.0, 1.0 - grid.x[None, :] ** 2 - grid.y[:, None] ** 2)) * inside
+    width = 1.0
+    while True:
+        shape = 1.0 - (grid.x[None, :] ** 2 + grid.y[:, None] ** 2) / width**2
+        p = np.sqrt(np.maximum(0.0, shape)) * inside
+        if np.count_nonzero(p) >= LEAST_NODES:
+            break
+        width *= 1.5
     p *= load / np.sum(weights * p)
+    if width > 1.0:
+        # a grid for films far thicker than the flattening: the dry contact is a point on it, and no good start either
+        gap = undeformed + deflection(p)
+        return p, -float(np.sum((weights * p * gap)) / load)
     direction = np.zeros_like(p)
     g_old, fresh = 1.0, 0.0
     h_0 = 0.0

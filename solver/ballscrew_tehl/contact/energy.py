@@ -86,8 +86,8 @@ def film_flow(oil, x, y, p, h, t, u_a, u_b, flow):
 
 
 @njit(cache=True)
-def sweep(x, width, h_y, h, heat, conductivity, flow, t_in, t, q_a, q_b, response):
-    """One Gauss-Seidel sweep along x over all columns, each solved across the film; walls t[..., 0], t[..., -1] held.
+def sweep(x, width, h_y, h, heat, conductivity, flow, forward, t, q_a, q_b, response):
+    """One Gauss-Seidel sweep along x (forward or back) over all columns, each solved across the film; walls held.
 
     width (nx,), h_y [m]; heat: c_p [J/kgK]. Fills q_a, q_b (heat flux into the walls, W/m2) and response (n_y, n_x, 4):
     -dq_a/dT_a, dq_a/dT_b, dq_b/dT_a, -dq_b/dT_b with the neighbour columns held. Returns the largest temperature change [K].
@@ -100,7 +100,8 @@ def sweep(x, width, h_y, h, heat, conductivity, flow, t_in, t, q_a, q_b, respons
     rhs = np.empty((n, 3))
     f_z = np.empty(nz)
     change = 0.0
-    for i in range(1, nx - 1):
+    for step in range(1, nx - 1):
+        i = step if forward else nx - 1 - step
         for j in range(ny - 1):
             total = 0.0
             for k in range(nz):

@@ -23,6 +23,8 @@ from .walls import wall_operator
 RESOLVED_CELLS = 2.8
 #: share of the temperature change of one outer iteration that is taken
 TEMPERATURE_STEP = 0.7
+#: iterations without progress after which that share is halved
+STALL_AFTER = 40
 #: below this change, relative to the rise, the iteration is accelerated
 MIXING_FROM = 0.1
 #: largest temperature change of one outer iteration [K]
@@ -80,7 +82,7 @@ class SolverOptions:
     x_out: float | None = None
     y_max: float | None = None
     max_newton: int = 300
-    max_thermal: int = 200
+    max_thermal: int = 400
 
 
 @dataclass(frozen=True)
@@ -169,6 +171,13 @@ def choose_grid(options: SolverOptions, film: float, curvature_y: float, kappa: 
 def _round_up(value: float) -> float:
     """Next of a geometric row with eight steps per doubling."""
     return float(2.0 ** (math.ceil(8.0 * math.log2(value)) / 8.0))
+
+
+def _stalled(changes: list[float]) -> bool:
+    """Whether the last STALL_AFTER changes are no smaller than the ones before."""
+    if len(changes) < 2 * STALL_AFTER:
+        return False
+    return not min(changes[-STALL_AFTER:]) < 0.5 * min(changes[-2 * STALL_AFTER : -STALL_AFTER])
 
 
 @dataclass
@@ -273,7 +282,7 @@ class _ContactProblem:
         q_a, q_b = np.zeros(shape), np.zeros(shape)
         response = np.zeros((*shape, 4))
         width, h_y, x = grid.width_x * hertz.b, grid.h_y * hertz.a, grid.x * hertz.b
-        mixing = AndersonMixing()
+        mixing, share = AndersonMixing(), TEMPERATURE_STEP
         it.converged, it.reason = False, f"no convergence in {o.max_thermal} thermal iterations"
         for _ in range(o.max_thermal):
             frozen = temperature
@@ -285,16 +294,19 @@ class _ContactProblem:
             it.history.deflections += newton.deflections
             _, h = self.update_flow(it, temperature)
             new = temperature.copy()
-            for _sweep in range(2):
-                energy.sweep(x, width, h_y, h, heat, conductivity, it.flow, c.temperature, new, q_a, q_b, response)
+            # back first: the inlet carries oil both ways
+            for forward in (False, True):
+                energy.sweep(x, width, h_y, h, heat, conductivity, it.flow, forward, new, q_a, q_b, response)
             energy.update_walls(walls, new, q_a, q_b, response, c.temperature)
             change = float(np.abs(new - temperature).max())
             rise = max(float(new.max()) - c.temperature, 1e-3)
+            if len(it.temperature_history) % STALL_AFTER == 0 and _stalled(it.temperature_history):
+                share *= 0.5
+                mixing.forget()
             if change > MIXING_FROM * rise:
-                step = min(TEMPERATURE_STEP, TEMPERATURE_LIMIT / change)
-                temperature = temperature + step * (new - temperature)
+                temperature = temperature + min(share, TEMPERATURE_LIMIT / change) * (new - temperature)
             else:
-                temperature = mixing.next(temperature, new, TEMPERATURE_STEP)
+                temperature = mixing.next(temperature, new, share)
             it.temperature_history.append(change / rise)
             it.iterations += 1
             if not np.isfinite(change):
@@ -335,7 +347,46 @@ def solve_contact(
     if solution.branch != "resolved":
         finer = replace(options, n_x=2 * options.n_x - 1)
         solution = _solve_on_grid(conditions, oil, solid, finer, None)
+        if solution.branch != "resolved" and solution.converged:
+            solution = _anchored(solution, oil, solid, finer)
     return replace(solution, seconds=time.perf_counter() - begun)
+
+
+def _anchored(
+    solution: ContactSolution, oil: LubricantParameters, solid: SolidParameters, options: SolverOptions
+) -> ContactSolution:
+    """The asymptotic branch: films continued from the highest load that the grid resolves.
+
+    The ratio of the isothermal film to its closed formula is taken at that load and at half of it and continued
+    straight over the logarithm of load. What heating takes off the film, pressure and temperature are those of the
+    solution itself: they do not hang on the narrow inlet.
+    """
+    c = solution.conditions
+    isothermal = replace(options, thermal=False)
+
+    def at(load: float) -> ContactSolution:
+        return _solve_on_grid(replace(c, load=load), oil, solid, isothermal, None)
+
+    load, anchor = c.load, None
+    for _ in range(20):
+        load *= 0.5
+        anchor = at(load)
+        if anchor.branch == "resolved":
+            break
+    lower = at(0.5 * load)
+    if anchor is None or not (anchor.converged and lower.converged and anchor.branch == lower.branch == "resolved"):
+        return replace(solution, converged=False, reason="no resolved load to anchor the asymptotic branch to")
+
+    def ln_ratio(s: ContactSolution) -> float:
+        scales = _scales(s.conditions, oil)
+        return math.log(s.h_c / (scales.film_estimate * scales.h_unit))
+
+    slope = (ln_ratio(anchor) - ln_ratio(lower)) / math.log(2.0)
+    scales = _scales(c, oil)
+    h_c = scales.film_estimate * scales.h_unit * math.exp(ln_ratio(anchor) + slope * math.log(c.load / load))
+    if options.thermal:
+        h_c *= solution.h_c / at(c.load).h_c
+    return replace(solution, h_c=h_c, h_m=h_c * anchor.h_m / anchor.h_c)
 
 
 def _solve_on_grid(
@@ -380,7 +431,9 @@ def _result(problem: _ContactProblem, it: _Iteration, seconds: float) -> Contact
     # central film on the axis: quadratic through the three nodes around X = 0
     k = int(np.argmin(np.abs(grid.x)))
     h_c = float(np.polyval(np.polyfit(grid.x[k - 1 : k + 2], gap[0, k - 1 : k + 2], 2), 0.0))
-    resolved = problem.cells_in_inlet(h_c) >= RESOLVED_CELLS
+    # the inlet forms the isothermal film; what heat takes off it inside the contact does not narrow the inlet
+    inlet_film = h_c if it.temperature is None else max(h_c, scales.film_estimate)
+    resolved = problem.cells_in_inlet(inlet_film) >= RESOLVED_CELLS
     rise = 0.0 if it.temperature is None else float(it.temperature.max()) - problem.conditions.temperature
     sign = 1.0
     return ContactSolution(

@@ -1,9 +1,11 @@
-"""Uniform cubic B-splines through values on a uniform grid: weights of a point, and the fit of the coefficients.
+"""Uniform cubic B-splines through values on a uniform grid: axes, weights of a point, fit.
 
 n nodes take n + 2 coefficients; the spline is exact for cubic polynomials (not-a-knot ends).
-Source: C. de Boor, A Practical Guide to Splines, rev. ed. 2001, chapters IX and XIII (cardinal B-splines, not-a-knot).
+Source: C. de Boor, A Practical Guide to Splines, rev. ed. 2001, chapters IX and XIII (cardinal B-splines,
+not-a-knot).
 """
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -17,7 +19,8 @@ def cubic_weights(t):
 
     Parameters   t : float or array, position in the cell, 0..1
     Returns      four weights like t, >= 0, sum 1
-    Example      >>> cubic_weights(0.0)
+    Example
+                 >>> cubic_weights(0.0)
                  (0.16666666666666666, 0.6666666666666666, 0.16666666666666666, 0.0)
     """
     u = 1.0 - t
@@ -33,6 +36,40 @@ def cubic_slopes(t):
     """Derivatives of cubic_weights with respect to t (multiply by cells per unit for a slope)."""
     u = 1.0 - t
     return (-0.5 * u * u, 0.5 * t * (3.0 * t - 4.0), 0.5 * u * (4.0 - 3.0 * u), 0.5 * t * t)
+
+
+def weighted(weights, values, first: int) -> float:
+    """Four neighbouring values of a list, from `first` on, under the weights of their cell."""
+    a, b, c, d = weights
+    return a * values[first] + b * values[first + 1] + c * values[first + 2] + d * values[first + 3]
+
+
+class Axis:
+    """Uniform axis, in the value or in its logarithm: clamps a value and places it in a cell.
+
+    Parameters   bounds : lowest value, highest value, number of nodes
+    """
+
+    def __init__(self, bounds: Sequence[float], logarithmic: bool) -> None:
+        self.lo, self.hi = float(bounds[0]), float(bounds[1])
+        self.last = int(bounds[2]) - 2
+        self.logarithmic = logarithmic
+        self.origin = math.log(self.lo) if logarithmic else self.lo
+        self.scale = (self.last + 1) / ((math.log(self.hi) if logarithmic else self.hi) - self.origin)
+
+    def place(self, value: float) -> tuple[int, float]:
+        """Cell and position in it (0..1) of the value, clamped to the axis."""
+        value = min(max(value, self.lo), self.hi)
+        t = ((math.log(value) if self.logarithmic else value) - self.origin) * self.scale
+        cell = min(int(t), self.last)
+        return cell, t - cell
+
+    def place_array(self, value: NDArray[np.float64]) -> tuple[NDArray[np.int_], NDArray[np.float64]]:
+        """The same for an array."""
+        value = np.clip(value, self.lo, self.hi)
+        t = ((np.log(value) if self.logarithmic else value) - self.origin) * self.scale
+        cell = np.clip(t.astype(int), 0, self.last)
+        return cell, t - cell
 
 
 def fit(values: NDArray[np.float64], axes: Sequence[int]) -> NDArray[np.float64]:
@@ -58,7 +95,7 @@ def fit(values: NDArray[np.float64], axes: Sequence[int]) -> NDArray[np.float64]
 
 
 def _collocation(nodes: int) -> NDArray[np.float64]:
-    """Rows: value at each node, then the third derivative runs through the second and the last but one node."""
+    """Rows: value at each node; third derivative the same on both sides of the second and last but one."""
     matrix = np.zeros((nodes + 2, nodes + 2))
     for node in range(nodes):
         matrix[node, node : node + 3] = (1 / 6, 4 / 6, 1 / 6)
@@ -76,14 +113,18 @@ def map_arrays(
 ) -> Mapping[str, NDArray[np.float64]]:
     """Coefficient arrays of a nut map from physical values at its nodes.
 
-    Parameters   values : (n_force, n_speed, n_temperature, 10), > 0, columns as nut_map.packed.SURFACES names them
-                 force_values : (n_force, 4), > 0, columns as nut_map.packed.FORCE_CURVES names them
+    Parameters   values : (n_force, n_speed, n_temperature, 10), > 0, columns: packed.SURFACES
+                 force_values : (n_force, 4), > 0, columns: packed.FORCE_CURVES
                  separation_ratio : (n_preload, 2), > 0: separation load over preload, axial load > 0 and < 0
-                 relieved_share : (n_preload, n_share, 2): (force of the relieved nut over preload)^(2/3), 1 to 0
+                 relieved_share : (n_preload, n_share, 2): (force of relieved nut over preload)^(2/3), 1 .. 0
     Returns      arrays for NutMap.from_arrays
     Raises       ValueError: a value that must be positive is not
     """
-    for name, array in (("values", values), ("force_values", force_values), ("separation_ratio", separation_ratio)):
+    for name, array in (
+        ("values", values),
+        ("force_values", force_values),
+        ("separation_ratio", separation_ratio),
+    ):
         if not (np.asarray(array) > 0.0).all():
             raise ValueError(f"map {name}: minimum {np.min(array)}; needs > 0 at every node")
     return {

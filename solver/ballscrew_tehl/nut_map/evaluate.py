@@ -1,17 +1,20 @@
 """Look-up of the nut map: friction torque, film and contact extremes of the double nut at an operating point.
 
-Numpy and the standard library only: this module travels inside the FMU. Torque of the double nut = nut(F_1) + nut(F_2),
-where the axial load moves force from one nut to the other. Every quantity is stored as the logarithm of its value in a
-tricubic B-spline (bspline.py) over (ln force, ln speed, temperature); the columns are named in packed.py.
+Numpy and the standard library only: this module travels inside the FMU. Torque of the double nut = nut(F_1) +
+nut(F_2), where the axial load moves force from one nut to the other. Every quantity is stored as the
+logarithm of its value in a tricubic B-spline (bspline.py) over (ln force, ln speed, temperature); packed.py
+names the columns.
 
-Limits, all documented here and nowhere else:
-- a force below the axis follows the power laws of Hertz from its end: viscous torque F^(2/3), sliding torque F, hysteresis
-  torque F^(4/3), pressure and temperature rise F^(1/3), ball load F; films keep the values of the end. A nut without
-  force has no torque. The relieved nut may come there, that is in range; a preload below the axis is flagged.
-- a preload, speed, temperature or axial load beyond the axes is clamped and flagged. A negative preload counts as 0.
-- standstill law below the lowest speed of the axis, s = |speed|/lowest: viscous torque (1 - c) s + c s^3 times its value
-  at the lowest speed, with c from the local exponent of speed there (odd, smooth, monotone); films s^0.67 (exponent of
-  the elastohydrodynamic film), temperature rise s. In range.
+Limits:
+- a force below the axis follows the power laws of Hertz from its end: viscous torque F^(2/3), sliding torque
+  F, hysteresis torque F^(4/3), pressure and temperature rise F^(1/3), ball load F; films keep the values of
+  the end. A nut without force has no torque. The relieved nut may come there, that is in range; a preload
+  below is flagged.
+- a preload, speed, temperature or axial load beyond the axes is clamped and flagged. A negative preload
+  counts as 0.
+- standstill law below the lowest speed of the axis, s = |speed|/lowest: viscous torque (1 - c) s + c s^3
+  times its value at the lowest speed, with c from the local exponent of speed there (odd, smooth, monotone);
+  films s^0.67 (exponent of the elastohydrodynamic film), temperature rise s. In range.
 """
 
 import math
@@ -23,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ballscrew_tehl.nut_map.bspline import cubic_slopes, cubic_weights
+from ballscrew_tehl.nut_map.bspline import Axis, cubic_slopes, cubic_weights, weighted
 from ballscrew_tehl.nut_map.packed import DEFAULTS, check, npz_bytes, read_npz
 
 FILM_SPEED_EXPONENT = 0.67  # Hamrock & Dowson 1977, central film
@@ -50,29 +53,6 @@ class DoubleNutState(NamedTuple):
     clamped: tuple[str, ...]  # names of the inputs beyond the map, at any point
 
 
-class _Axis:
-    """Uniform axis, in the value or its logarithm: clamps a value and places it in a cell."""
-
-    def __init__(self, lo: float, hi: float, nodes: int, logarithmic: bool) -> None:
-        self.lo, self.hi = float(lo), float(hi)
-        self.last = int(nodes) - 2
-        self.logarithmic = logarithmic
-        self.origin = math.log(lo) if logarithmic else float(lo)
-        self.scale = (int(nodes) - 1) / ((math.log(hi) if logarithmic else float(hi)) - self.origin)
-
-    def place(self, value: float) -> tuple[int, float]:
-        value = min(max(value, self.lo), self.hi)
-        t = ((math.log(value) if self.logarithmic else value) - self.origin) * self.scale
-        cell = min(int(t), self.last)
-        return cell, t - cell
-
-    def place_array(self, value):
-        value = np.clip(value, self.lo, self.hi)
-        t = ((np.log(value) if self.logarithmic else value) - self.origin) * self.scale
-        cell = np.clip(t.astype(int), 0, self.last)
-        return cell, t - cell
-
-
 class NutMap:
     """A map that was checked on creation; immutable and safe to share.
 
@@ -87,16 +67,19 @@ class NutMap:
         self.arrays = arrays
         self.defaults = tuple(float(header["defaults"][name]) for name in DEFAULTS)
         axes = header["axes"]
-        self.force = _Axis(*axes["force"], logarithmic=True)
-        self.speed = _Axis(*axes["speed"], logarithmic=True)
-        self.temperature = _Axis(*axes["temperature"], logarithmic=False)
-        self.preload = _Axis(*axes["preload"], logarithmic=True)
-        self.share = _Axis(*axes["share"], logarithmic=False)
-        # speed and temperature first: both nuts share them, and a (4, 4) block of them contracts in one product
+        self.force = Axis(axes["force"], logarithmic=True)
+        self.speed = Axis(axes["speed"], logarithmic=True)
+        self.temperature = Axis(axes["temperature"], logarithmic=False)
+        self.preload = Axis(axes["preload"], logarithmic=True)
+        self.share = Axis(axes["share"], logarithmic=False)
+        # speed and temperature first: a (4, 4) block of them contracts in one product
         self._surfaces = np.ascontiguousarray(arrays["coefficients"].transpose(1, 2, 0, 3))
         self._curves = arrays["force_coefficients"]
         self._separation = arrays["separation_coefficients"]
         self._sharing = arrays["sharing_coefficients"]
+        # lists are faster than arrays for the few numbers of one point
+        self._separation_lists = self._separation.T.tolist()
+        self._sharing_lists = self._sharing.transpose(2, 0, 1).tolist()
         self._columns = self._surfaces.shape[-1]
 
     @classmethod
@@ -148,7 +131,9 @@ class NutMap:
         columns = list(np.broadcast_arrays(*columns))
         return self._evaluate_array(*columns)
 
-    def evaluate_point(self, preload, speed, temperature, axial_load, ratio, net, roughness) -> DoubleNutState:
+    def evaluate_point(
+        self, preload, speed, temperature, axial_load, ratio, net, roughness
+    ) -> DoubleNutState:
         """evaluate() for floats that the caller has checked: the step of the FMU."""
         clamped = []
         force_axis, speed_axis, temperature_axis = self.force, self.speed, self.temperature
@@ -196,16 +181,19 @@ class NutMap:
         if preload <= 0.0:
             return 0.0, load
         p, tp = self.preload.place(preload)
-        w_p = np.array(cubic_weights(tp))
-        share = load / (preload * math.exp(float(w_p @ self._separation[p : p + 4, side])))
+        w_p = cubic_weights(tp)
+        share = load / (preload * math.exp(weighted(w_p, self._separation_lists[side], p)))
         if share >= 1.0:
             return 0.0, load
         q, tq = self.share.place(share)
-        y = float(w_p @ self._sharing[p : p + 4, q : q + 4, side] @ np.array(cubic_weights(tq)))
+        w_q = cubic_weights(tq)
+        y = weighted(w_p, [weighted(w_q, row, q) for row in self._sharing_lists[side][p : p + 4]], 0)
         relieved = preload * max(y, 0.0) ** 1.5
         return relieved, relieved + load
 
-    def _evaluate_array(self, preload, speed, temperature, axial_load, ratio, net, roughness) -> DoubleNutState:
+    def _evaluate_array(
+        self, preload, speed, temperature, axial_load, ratio, net, roughness
+    ) -> DoubleNutState:
         outside = {"preload": (preload < self.force.lo) | (preload > self.force.hi)}
         preload = np.clip(preload, 0.0, self.force.hi)
         speed = np.abs(speed)
@@ -221,7 +209,7 @@ class NutMap:
             nuts.append(_nut(values, slopes, curves, f, s, ratio, net, roughness, _ARRAYS))
         in_range = ~np.logical_or.reduce(list(outside.values()))
         clamped = tuple(name for name, where in outside.items() if where.any())
-        return _double_nut(*nuts, roughness, in_range, clamped, _ARRAYS)
+        return _double_nut(nuts[0], nuts[1], roughness, in_range, clamped, _ARRAYS)
 
     def _splines_array(self, force, speed, temperature):
         """Surfaces, their slopes over ln speed and force curves, column first: (columns, ...)."""
@@ -251,7 +239,9 @@ class NutMap:
         share = np.where(preload > 0.0, load / np.where(preload > 0.0, preload * ratio, 1.0), 1.0)
         q, tq = self.share.place_array(share)
         w_q = cubic_weights(tq)
-        y = sum(v * w * self._sharing[p + a, q + b, side] for a, v in enumerate(w_p) for b, w in enumerate(w_q))
+        y = sum(
+            v * w * self._sharing[p + a, q + b, side] for a, v in enumerate(w_p) for b, w in enumerate(w_q)
+        )
         relieved = np.where(share < 1.0, preload * np.maximum(y, 0.0) ** 1.5, 0.0)
         relieved = np.where(axial_load == 0.0, preload, relieved)
         return relieved, relieved + load

@@ -1,4 +1,4 @@
-"""Format of a nut map: what its arrays hold, how they are checked, and the .npz form that travels inside the FMU.
+"""Format of a nut map: what its arrays hold, how they are checked, and its .npz form inside the FMU.
 
 Numpy and the standard library only.
 """
@@ -85,7 +85,9 @@ def check(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) 
         lo, hi, nodes = header["axes"][name]
         logarithmic = name in ("force", "speed", "preload")
         if not (nodes >= 4 and lo < hi and np.isfinite(hi) and (lo > 0.0 or not logarithmic)):
-            raise MapError(f"map axis {name} = {lo}, {hi}, {nodes} nodes; expected lo < hi and 4 nodes at least")
+            raise MapError(
+                f"map axis {name} = {lo}, {hi}, {nodes} nodes; expected lo < hi and 4 nodes at least"
+            )
     for name, shape in array_shapes(header).items():
         if name not in arrays:
             raise MapError(f"map array {name} missing; found {', '.join(sorted(arrays)) or 'none'}")
@@ -96,7 +98,9 @@ def check(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) 
     expected = header.get("content_hash")
     actual = content_hash(header, arrays)
     if expected != actual:
-        raise MapError(f"map content hash {actual[:12]}; expected {str(expected)[:12]}: the map was changed or damaged")
+        raise MapError(
+            f"map content hash {actual[:12]}; expected {str(expected)[:12]}: the map was changed or damaged"
+        )
 
 
 def npz_bytes(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> bytes:

@@ -1,0 +1,253 @@
+"""Building a map: solve the contacts of one ball over the sampling grid, then sum them over the balls of a nut."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import __version__
+from ..hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ..load import contact_angle_at_ball_load, double_nut_loads, nut_loads, separation_load
+from ..parameters import Parameters
+from ..torque import nut_sums
+from .bspline import map_arrays
+from .contact_map import QUANTITIES, Array, ContactAxes, ContactMap, SolvedFilm
+from .operating_contact import solve_ball
+from .packed import FORCE_CURVES
+
+RPM = np.pi / 30.0
+#: called with (finished, total, what) while a build runs
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class MapGrid:
+    """Range and nodes of a map.
+
+    force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; share: nodes of the
+    axial load from 0 to the separation load; contact_nodes: of ball load, speed, temperature.
+    """
+
+    force: tuple[float, float, int] = (120.0, 12000.0, 21)
+    speed: tuple[float, float, int] = (5.0 * RPM, 6000.0 * RPM, 33)
+    temperature: tuple[float, float, int] = (283.15, 353.15, 11)
+    preload: tuple[float, float, int] = (120.0, 12000.0, 13)
+    share_nodes: int = 21
+    contact_nodes: tuple[int, int, int] = (7, 9, 5)
+
+
+def contact_axes(parameters: Parameters, grid: MapGrid) -> ContactAxes:
+    """Sampling axes that hold every ball load of the map's nut forces."""
+    screw = parameters.screw
+    lightest = float(nut_loads(screw, grid.force[0], screw.ball_count).min())
+    heaviest = float(nut_loads(screw, grid.force[1], screw.loaded_ball_count).max())
+    n_load, n_speed, n_temperature = grid.contact_nodes
+    return ContactAxes(
+        (0.98 * lightest, 1.02 * heaviest, n_load), (*grid.speed[:2], n_speed), (*grid.temperature[:2], n_temperature)
+    )
+
+
+def _solve_row(parameters: Parameters, raceway: str, load: float, speeds: Array, temperature: float) -> dict[str, Array]:
+    """All speeds of one ball load and temperature: a unit of work for one process."""
+    row = {name: np.empty(speeds.size) for name in QUANTITIES}
+    for i, speed in enumerate(speeds):
+        cold = solve_ball(parameters, raceway, load, float(speed), temperature, thermal=False)
+        hot = solve_ball(parameters, raceway, load, float(speed), temperature, thermal=True)
+        values = (
+            cold.h_c, hot.h_c, hot.h_m, hot.temperature_rise, hot.p_max, hot.traction_force,
+            float(cold.branch != "resolved"),
+        )  # fmt: skip
+        for name, value in zip(QUANTITIES, values, strict=True):
+            row[name][i] = value
+    return row
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[Executor]:
+    """Processes with one BLAS thread each: the matrices are small, and two pools of threads would fight."""
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update(dict.fromkeys(names, "1"))
+    try:
+        with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
+            yield pool
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def build_contact_map(
+    parameters: Parameters, grid: MapGrid, executor: Executor, progress: Progress | None = None
+) -> ContactMap:
+    """Solve the sampling grid, isothermal and thermal, on an executor.
+
+    Raises       UnconvergedContactError: a contact that the solver could not finish; nothing is filled in for it
+    """
+    axes = contact_axes(parameters, grid)
+    loads, speeds, temperatures = axes.nodes
+    samples = {raceway: {name: np.empty(axes.shape) for name in QUANTITIES} for raceway in RACEWAYS}
+    jobs = {
+        executor.submit(_solve_row, parameters, raceway, float(load), speeds, float(temperature)): (raceway, i, k)
+        for raceway in RACEWAYS
+        for i, load in enumerate(loads)
+        for k, temperature in enumerate(temperatures)
+    }
+    try:
+        for done, job in enumerate(as_completed(jobs), start=1):
+            raceway, i, k = jobs[job]
+            for name, row in job.result().items():
+                samples[raceway][name][i, :, k] = row
+            if progress is not None:
+                progress(2 * done * speeds.size, 2 * len(jobs) * speeds.size, "contacts solved")
+    except BaseException:
+        for job in jobs:
+            job.cancel()
+        raise
+    return ContactMap(parameters, axes, samples)
+
+
+def viscous_values(parameters: Parameters, film: SolvedFilm, grid: MapGrid) -> Array:
+    """Viscous torque base and effective film of one nut (n_force, n_speed, n_temperature, 4): screw, nut; [N.m], [m]."""
+    forces, speeds, temperatures = _nodes(grid)
+    values = np.empty((forces.size, speeds.size, temperatures.size, 4))
+    for i, force in enumerate(forces):
+        loads = nut_loads(parameters.screw, float(force), parameters.screw.ball_count)
+        for j, speed in enumerate(speeds):
+            for k, temperature in enumerate(temperatures):
+                sums = nut_sums(parameters, loads, float(speed), float(temperature), film)
+                values[i, j, k] = sums.viscous_screw, sums.viscous_nut, sums.film_screw, sums.film_nut
+    return values
+
+
+def extreme_values(parameters: Parameters, contact_map: ContactMap, grid: MapGrid) -> Array:
+    """Least films and largest rise over the load-carrying balls of one nut (..., 6).
+
+    Minimum film screw, nut; central film screw, nut [m]; temperature rise screw, nut [K]. Films fall and heating
+    rises with load, but not everywhere: both ends of the range of loads are looked at.
+    """
+    forces, speeds, temperatures = _nodes(grid)
+    values = np.empty((forces.size, speeds.size, temperatures.size, 6))
+    for i, force in enumerate(forces):
+        loads = nut_loads(parameters.screw, float(force), parameters.screw.loaded_ball_count)
+        ends = np.array([loads.min(), loads.max()])
+        for j, speed in enumerate(speeds):
+            for k, temperature in enumerate(temperatures):
+                for r, raceway in enumerate(RACEWAYS):
+                    point = (float(speed), float(temperature))
+                    values[i, j, k, r] = contact_map.evaluate(raceway, "thermal_minimum_film", ends, *point).min()
+                    values[i, j, k, 2 + r] = contact_map.evaluate(raceway, "thermal_central_film", ends, *point).min()
+                    values[i, j, k, 4 + r] = contact_map.evaluate(raceway, "temperature_rise", ends, *point).max()
+    return values
+
+
+def force_values(parameters: Parameters, grid: MapGrid) -> Array:
+    """What depends on the force of a nut only (n_force, 4), columns as packed.FORCE_CURVES names them."""
+    screw = parameters.screw
+    film = _AnyFilm()
+    values = np.empty((grid.force[2], len(FORCE_CURVES)))
+    for i, force in enumerate(_nodes(grid)[0]):
+        sums = nut_sums(parameters, nut_loads(screw, float(force), screw.ball_count), 1.0, grid.temperature[0], film)
+        heaviest = float(nut_loads(screw, float(force), screw.loaded_ball_count).max())
+        angle = float(contact_angle_at_ball_load(screw, heaviest))
+        p_max = max(
+            float(ellipse(heaviest, *reduced_radii(screw, angle, raceway), E_prime(screw)).p_max) for raceway in RACEWAYS
+        )
+        values[i] = sums.hysteresis, sums.sliding, p_max, heaviest
+    return values
+
+
+class _AnyFilm:
+    """A film for sums that do not depend on it."""
+
+    name = "none"
+
+    def central_film(self, raceway: str, load: Array, speed: float, temperature: float) -> Array:
+        return np.full(load.shape, 1e-7)
+
+
+def sharing_values(parameters: Parameters, grid: MapGrid) -> tuple[Array, Array]:
+    """Separation load over preload (n_preload, 2) and (relieved force/preload)^(2/3) (n_preload, n_share, 2).
+
+    Last axis: axial load > 0 and < 0. Columns as bspline.map_arrays takes them.
+    """
+    screw, count = parameters.screw, parameters.screw.ball_count
+    preloads = np.geomspace(*grid.preload)
+    shares = np.linspace(0.0, 1.0, grid.share_nodes)
+    ratio = np.empty((preloads.size, 2))
+    relieved = np.zeros((preloads.size, shares.size, 2))
+    for i, preload in enumerate(preloads):
+        for side, sign in enumerate((1, -1)):
+            largest = abs(separation_load(screw, float(preload), count, sign))
+            ratio[i, side] = largest / preload
+            for k, share in enumerate(shares[:-1]):
+                both = double_nut_loads(screw, float(preload), float(sign * share * largest), count)
+                force = min(both.force_a, both.force_b) if share > 0.0 else preload
+                relieved[i, k, side] = (max(force, 0.0) / preload) ** (2.0 / 3.0)
+    return ratio, relieved
+
+
+def _nodes(grid: MapGrid) -> tuple[Array, Array, Array]:
+    return np.geomspace(*grid.force), np.geomspace(*grid.speed), np.linspace(*grid.temperature)
+
+
+@dataclass(frozen=True)
+class BuiltMap:
+    """A whole map before it is stored: header without friction defaults, spline arrays per film model, samples."""
+
+    header: dict[str, Any]
+    arrays: dict[str, dict[str, Array]]
+    contact_map: ContactMap
+
+
+def build_map(
+    parameters: Parameters,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    grid: MapGrid | None = None,
+    executor: Executor | None = None,
+) -> BuiltMap:
+    """Build the map of a screw with the kinematics that its parameters name.
+
+    Parameters   workers: processes, None = one per core;  progress: called while it runs;  grid: None = the default
+                 executor: any executor of the concurrent.futures interface instead of own processes
+    Returns      BuiltMap, to be written by store.save_map
+    Raises       UnconvergedContactError, ValueError
+    """
+    grid = grid or MapGrid()
+    if executor is not None:
+        contact_map = build_contact_map(parameters, grid, executor, progress)
+    else:
+        with _pool(workers or os.cpu_count() or 1) as pool:
+            contact_map = build_contact_map(parameters, grid, pool, progress)
+    forces = force_values(parameters, grid)
+    sharing = sharing_values(parameters, grid)
+    extremes = extreme_values(parameters, contact_map, grid)
+    arrays = {}
+    for thermal in (False, True):
+        film = SolvedFilm(contact_map, thermal)
+        values = np.concatenate([viscous_values(parameters, film, grid), extremes], axis=-1)
+        arrays[film.name] = dict(map_arrays(values, forces, *sharing))
+    header = {
+        "axes": {
+            "force": list(grid.force),
+            "speed": list(grid.speed),
+            "temperature": list(grid.temperature),
+            "preload": list(grid.preload),
+            "share": [0.0, 1.0, grid.share_nodes],
+        },
+        "kinematics": parameters.friction.kinematics,
+        "version": __version__,
+        "contacts": int(2 * 2 * np.prod(contact_map.axes.shape)),
+        "asymptotic_share": float(np.mean([contact_map.samples[raceway]["asymptotic"] for raceway in RACEWAYS])),
+    }
+    return BuiltMap(header, arrays, contact_map)
