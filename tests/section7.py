@@ -1,4 +1,4 @@
-"""The eleven measured points with the films and loads of the hand-checked numbers: uniform loads, 45 degrees."""
+"""The eleven measured points as in the hand-checked numbers: Hamrock-Dowson, uniform loads, 45 degrees."""
 
 import math
 

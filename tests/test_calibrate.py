@@ -19,7 +19,7 @@ from ballscrew_tehl.calibrate import (
     torque_basis,
 )
 from ballscrew_tehl.film_model import HamrockDowsonFilm
-from ballscrew_tehl.friction_fit import LOSSES, fit_values
+from ballscrew_tehl.friction_fit import LOSSES, _linear_fit, fit_values
 from ballscrew_tehl.friction_set import FITTED, load_friction_sets
 from ballscrew_tehl.parameters import changed
 
@@ -137,6 +137,25 @@ def test_known_parameters_are_found_again(loss, values):
     np.testing.assert_allclose(found, values, rtol=1e-3 if loss == "table_minimax" else 1e-5)
 
 
+@pytest.mark.parametrize(
+    ("seed", "noise", "rows"), [(6, 0.05, 8), (59, 0.05, 5), (27, 0.05, 8), (19, 0.05, 9)]
+)
+def test_least_squares_finds_the_lowest_of_several_valleys(seed, noise, rows):
+    generator = np.random.default_rng(seed)
+    keep = np.sort(generator.choice(11, size=rows, replace=False))
+    torques = BASIS.torque((7.5, 0.005, 2e-8)) * (1.0 + noise * generator.normal(size=11))
+    points = tuple(replace(m, torque=float(t)) for m, t in zip(MEASURED, torques, strict=True))
+    basis = replace(BASIS, measurements=points).subset(keep)
+
+    def cost(values):
+        return float(np.sum(basis.errors(values) ** 2))
+
+    heights = basis.film.min() * np.r_[0.0, np.geomspace(0.05, 30.0, 150)]
+    # the best ratio and net coefficient at each height
+    lowest = min(cost(_linear_fit(basis, height)) for height in heights)
+    assert cost(fit_values(basis, 3, "least_squares")) <= lowest * (1.0 + 1e-9)
+
+
 def test_a_vanished_height_is_zero_and_unknown():
     basis = synthetic((9.0, 0.0037, 0.0))
     found = fit_friction_set(basis, GD4008, "hamrock_dowson", "three_parameter")
@@ -211,7 +230,7 @@ def test_leave_one_table_out_needs_points_that_remain():
     ],
 )
 def test_what_cannot_be_fitted_is_refused(points, name, loss, message):
-    with pytest.raises(ValueError, match="allowed|need at least|several speeds") as caught:
+    with pytest.raises(ValueError, match=r"allowed|need at least|several speeds") as caught:
         fit_friction_set(basis_of(points), GD4008, "hamrock_dowson", name, loss)
     assert message in str(caught.value)
 

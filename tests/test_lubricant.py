@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from ballscrew_tehl.lubricant import (
     Lubricant,
     density,
-    dowson_higginson,
     eta0,
     pressure_viscosity,
+    relative_density,
     section_2_3,
     temperature_slope,
     viscosity,
@@ -136,9 +136,11 @@ def test_very_hot_oil_ignores_pressure():
 def test_dowson_higginson_both_printed_forms():
     p = np.array([0.0, 1e7, 1e9, 4e9])
     # the two forms in use are rounded differently: 0.9 % apart at 4 GPa
-    assert dowson_higginson(p) == pytest.approx((5.9e8 + 1.34 * p) / (5.9e8 + p), rel=9e-3)
-    assert dowson_higginson(0.0) == 1.0
-    assert dowson_higginson(1e15) == pytest.approx(1 + 0.6 / 1.7, rel=1e-6)
+    other = (5.9e8 + 1.34 * p) / (5.9e8 + p)
+    assert relative_density("dowson_higginson", p) == pytest.approx(other, rel=9e-3)
+    assert relative_density("dowson_higginson_590", p) == pytest.approx(other, rel=1e-14)
+    assert relative_density("dowson_higginson", 0.0) == 1.0
+    assert relative_density("dowson_higginson", 1e15) == pytest.approx(1 + 0.6 / 1.7, rel=1e-6)
 
 
 def test_density_falls_with_temperature_and_rises_with_pressure():

@@ -1,5 +1,6 @@
 """Screw files: packaged values, units, defaults, and one clear line for every kind of mistake."""
 
+import json
 import math
 from importlib import resources
 
@@ -237,6 +238,7 @@ def test_changed_checks_and_derives_anew():
 def test_json_is_canonical(read):
     text = parameters_json(GD4008)
     assert text == parameters_json(load_parameters())
+    assert text == json.dumps(json.loads(text), sort_keys=True, separators=(",", ":"))
     assert text == parameters_json(read(edited("lead_mm = 8.0", "lead_m = 0.008")))
     assert '"ball_diameter":0.004763,' in text
     assert text != parameters_json(changed(GD4008, lubricant={"viscosity": math.nextafter(0.033, 1)}))

@@ -6,9 +6,9 @@ Both are proportional to the preload and know neither speed nor oil.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
-from typing import Any
 
 from .parameters import ScrewParameters
 
@@ -29,8 +29,8 @@ def zhou_slope(screw: ScrewParameters, coefficient: float = ZHOU_COEFFICIENT) ->
     """Drag torque per newton of preload after Zhou.
 
     Returns      2 mu (r_m + r_b cos(beta))/sin(beta) [N.m/N]; 0.3987 N.m per kN for the GD4008-3
-    Source       the form and mu = 0.0065 that reproduce the values of Zhou's model printed in Zhao 2023 Table 2 at
-                 4 to 6 kN to all digits; the formula itself is not printed there
+    Source       the form and mu = 0.0065 that reproduce the values of Zhou's model printed in Zhao 2023 Table
+                 2 at 4 to 6 kN to all digits; the formula itself is not printed there
     """
     beta = screw.contact_angle
     return (

@@ -1,7 +1,7 @@
 """Friction sets from measured torques: fit, 95 % intervals, correlations, leave-one-out errors, provenance.
 
-The torque is linear in the apparent viscosity ratio and in the net sliding coefficient, and the film does not change
-during a fit. So each operating point is solved once, and fitting costs milliseconds.
+The torque is linear in the apparent viscosity ratio and in the net sliding coefficient, and the film does not
+change during a fit. So each operating point is solved once, and fitting costs milliseconds.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from .measurements import Measurement, packaged_measurements
 from .parameters import Parameters, changed, load_parameters
 from .torque import nut_sums
 
-#: mean deviations of the paper's own model (1.59 and 1.17 %, recomputed from its printed tables), less 0.02 % for
-#: the interpolation of a map
+#: mean deviations of the paper's own model (1.59 and 1.17 %, recomputed from its printed tables), less 0.02 %
+#: for the interpolation of a map
 TABLE_TARGETS = {"table2": 0.0157, "table4": 0.0115}
 #: loss of the packaged sets; the choice and what the other losses give stand in the file
 PACKAGED_LOSS = {"two_parameter": "least_squares", "three_parameter": "table_limited"}
@@ -52,8 +52,8 @@ def intervals(basis: TorqueBasis, values: Values, count: int) -> tuple[dict[str,
 
     Returns      intervals : parameter -> half-width (SI), inf if it cannot be told
                  correlations : "first, second" -> -1..1, NaN if it cannot be told
-    Validity     model linear around the solution, errors independent and of equal relative size; for a loss other
-                 than least_squares as if its solution were one of least squares
+    Validity     model linear around the solution, errors independent and of equal relative size; for a loss
+                 other than least_squares as if its solution were one of least squares
     Source       Student-t with n - count degrees of freedom on (J'J)^-1 r'r/(n - count)
     """
     # at height 0 the torque does not depend on it to first order
@@ -191,7 +191,7 @@ def calibrate_packaged(
 ) -> dict[tuple[str, str], FrictionSet]:
     """Fit the packaged sets, both kinematics times two and three parameters, and write them.
 
-    Parameters   film_for_kinematics : "published" or "rolling_frame" -> film model for the parameters of that name
+    Parameters   film_for_kinematics : "published" or "rolling_frame" -> film model for parameters with that name
                  parameters : the screw of the tables; None = the packaged one
                  path : file to write; None = write nothing
                  progress : is told what comes next
@@ -223,8 +223,9 @@ def calibrate_packaged(
 
 HEADER = """\
 Friction parameters fitted to measured torques; written by `python -m ballscrew_tehl calibrate --packaged`.
-A set belongs to its kinematics and its film model. Errors are absolute relative deviations from the measured torque;
-intervals are half-widths (95 %, Student-t). Only the total torque is identified, not its split: see the correlations.
-Losses: least_squares: sum of squared relative errors of the distinct points. table_minimax: largest over the tables of
-mean relative error over target. table_limited: least_squares within the targets of both tables, if they can be reached.
-Targets: 1.57 % (table2) and 1.15 % (table4), just below the mean deviations of the published model."""
+A set belongs to its kinematics and its film model. Errors are absolute relative deviations from the measured
+torque; intervals are half-widths (95 %, Student-t). Only the total torque is identified, not its split: see
+the correlations. Losses: least_squares: sum of squared relative errors of the distinct points. table_minimax:
+largest over the tables of mean relative error over target. table_limited: least_squares within the targets of
+both tables, if they can be reached. Targets: 1.57 % (table2) and 1.15 % (table4), just below the mean
+deviations of the published model."""

@@ -1,18 +1,19 @@
 """Command line: python -m ballscrew_tehl COMMAND.
 
-Exit codes: 0 done; 1 a computation did not converge; 2 bad input, with one line on stderr that says what is allowed.
-Results go to stdout, everything else to stderr. What a command needs is imported when it runs: an answer from the
-map must not wait for the solver.
+Exit codes: 0 done; 1 a computation did not converge; 2 bad input, with one line on stderr that says what is
+allowed. Results go to stdout, everything else to stderr. What a command needs is imported when it runs: an
+answer from the map must not wait for the solver.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import re
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from . import __version__
 from .contact_command import add_contact
@@ -37,7 +38,10 @@ LOSS_NAMES = ("least_squares", "table_limited", "table_minimax")
 
 
 class Parser(argparse.ArgumentParser):
-    """Complains in one line."""
+    """Complains in one line; takes no abbreviations, which a later option could make ambiguous."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(allow_abbrev=False, **settings)
 
     def error(self, message: str) -> NoReturn:
         """Print the complaint and leave with 2."""
@@ -161,6 +165,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     module, function = args.run.split(".")
     try:
         return int(getattr(importlib.import_module(f".{module}", __package__), function)(args))
+    except BrokenPipeError:
+        # the reader of a pipe (head, less) has gone: no complaint, and none from the interpreter's own flush
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except (ValueError, OSError) as err:
         print(f"ballscrew_tehl {args.command}: error: {' '.join(str(err).split())}", file=sys.stderr)
         return 2

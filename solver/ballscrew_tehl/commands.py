@@ -139,6 +139,7 @@ def _direct_torques(
     parameters: Parameters, friction_set: FrictionSet, points: list[dict[str, float]]
 ) -> list[dict[str, Any]]:
     from .nut_map.direct import direct_extremes
+    from .nut_map.evaluate import LAMBDA_RATIO_MAX
     from .torque import double_nut_torque
 
     for point in points:
@@ -156,8 +157,8 @@ def _direct_torques(
             parameters, friction_set, film_model, preload, speed, temperature, axial_load
         )
         extremes = direct_extremes(parameters, preload, axial_load, abs(speed), temperature)
-        extremes["lambda_ratio"] = extremes["film_thickness_min"] / max(friction_set.roughness_height, 1e-30)
-        extremes["lambda_ratio"] = min(extremes["lambda_ratio"], 1000.0)
+        lambda_ratio = extremes["film_thickness_min"] / max(friction_set.roughness_height, 1e-30)
+        extremes["lambda_ratio"] = min(lambda_ratio, LAMBDA_RATIO_MAX)
         results.append({
             **point,
             **_signed((parts.viscous, parts.hysteresis, parts.sliding), speed),

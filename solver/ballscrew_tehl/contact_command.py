@@ -174,10 +174,10 @@ def _by_moes(contact: dict[str, Any], options: Any) -> dict[str, Any]:
     """
     from .contact.moes import solve_moes
 
+    M, L = contact["moes"]
+
     def film(nodes: int) -> Any:
-        return solve_moes(
-            *contact["moes"], contact["radius_ratio"], contact["law"], replace(options, n_x=nodes)
-        )
+        return solve_moes(M, L, contact["radius_ratio"], contact["law"], replace(options, n_x=nodes))
 
     found = film(options.n_x)
     solution = found.solution

@@ -1,4 +1,5 @@
-"""Film model: where the friction takes its isothermal central film from; here the closed formula by Hamrock and Dowson.
+"""Film model: where the friction takes its isothermal central film from; here the closed formula by Hamrock
+and Dowson.
 
 A friction set belongs to one film model, by its name.
 """
@@ -33,8 +34,8 @@ class HamrockDowsonFilm:
     Parameters   parameters : the screw; its kinematics give the entrainment speed
                  contact_angle : of all balls [rad]; None = each ball at the angle under its load
     Validity     isothermal, flooded, incompressible; 5 to 12 % above compressible solutions
-    Source       Hamrock & Dowson 1977, see film.hamrock_dowson; alpha is the parameter at the reference temperature
-                 and follows the pressure law elsewhere
+    Source       Hamrock & Dowson 1977, see film.hamrock_dowson; alpha is the parameter at the reference
+                 temperature and follows the pressure law elsewhere
     """
 
     name = "hamrock_dowson"

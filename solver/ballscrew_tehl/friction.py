@@ -6,16 +6,15 @@ The forces work on floats and arrays alike and check nothing: their callers do.
 
 from __future__ import annotations
 
-import numpy as np
 from typing import Any
+
+import numpy as np
 
 #: position of the two lines without slip of a freely rolling ball, as a fraction of the semi-axis
 FREE_ROLLING_POSITION = 2.0 * float(np.cos(4.0 * np.pi / 9.0))
 
 
-def viscous_force(
-    a: Any, b: Any, viscosity: Any, slip: Any, film: Any
-) -> Any:
+def viscous_force(a: Any, b: Any, viscosity: Any, slip: Any, film: Any) -> Any:
     """Force that shears the film of one contact.
 
     Parameters   a, b : semi-axes of the Hertz ellipse [m], > 0;  viscosity : apparent shear viscosity [Pa s]
@@ -51,8 +50,8 @@ def hysteresis_force(load: Any, b: Any, ball_radius: float, coefficient: float) 
     Parameters   load : Q [N], >= 0;  b : semi-axis along rolling [m];  ball_radius : r_b [m]
                  coefficient : share of the elastic work that is lost [1]
     Returns      3 mu_hs Q b/(16 r_b) [N]
-    Source       Zhao 2023, Eq. (18); errata: the printed integrand lacks the square root of the Hertz pressure,
-                 the printed result has it
+    Source       Zhao 2023, Eq. (18); errata: the printed integrand lacks the square root of the Hertz
+                 pressure, the printed result has it
     """
     return 3.0 * coefficient * np.asarray(load) * b / (16.0 * ball_radius)
 
@@ -62,8 +61,9 @@ def net_sliding_share(no_slip_position: Any) -> Any:
 
     Parameters   no_slip_position : c, the lines without slip as a fraction of the semi-axis, 0 <= c <= 1
     Returns      1 - 3c + c^3; 0 for free rolling, c = 2 cos(4 pi/9)
-    Source       Zhao 2023, Eq. (21); errata: the printed c = a^2/(6 d_b) is a length, c must be a fraction; the
-                 middle integral is printed with the opposite sign and half the weight of the stated result
+    Source       Zhao 2023, Eq. (21); errata: the printed c = a^2/(6 d_b) is a length, c must be a fraction;
+                 the middle integral is printed with the opposite sign and half the weight of the stated
+                 result
     Example
                  >>> float(np.round(0.15 * net_sliding_share(0.3380), 4))
                  0.0037

@@ -4,11 +4,11 @@ All losses look at the relative error r = w (T/T_measured - 1) of the torque, w 
 
 least_squares   sum of r^2 over the distinct points
 table_minimax   the largest over the tables of mean(|r|)/target
-table_limited   least_squares among the values that keep mean(|r|) of every table within its target; table_minimax if
-                there are none
+table_limited   least_squares among the values that keep mean(|r|) of every table within its target;
+                table_minimax if there are none
 
-A point counts in the mean of each of its tables. Points that stand in no table form one table together. The target of
-a table is 1 (100 %) unless given.
+A point counts in the mean of each of its tables. Points that stand in no table form one table together. The
+target of a table is 1 (100 %) unless given.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ Values = Sequence[float] | NDArray[np.float64]
 class TorqueBasis:
     """Torque of the double nut at n operating points as a function of the fitted parameters only.
 
-    viscous (n, 2) [N.m] and film (n, 2) [m] of screw and nut raceway, hysteresis (n,) and sliding (n,) [N.m]: the
-    sums of NutSums over both nuts
+    viscous (n, 2) [N.m] and film (n, 2) [m] of screw and nut raceway, hysteresis (n,) and sliding (n,) [N.m]:
+    the sums of NutSums over both nuts
     """
 
     measurements: tuple[Measurement, ...]

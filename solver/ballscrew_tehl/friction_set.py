@@ -1,8 +1,8 @@
 """Fitted friction parameters: the numbers, where they come from and how well they are known.
 
 The packaged sets live in data/friction_sets.toml, written by `python -m ballscrew_tehl calibrate --packaged`.
-A set belongs to one kinematics and to one film model: with a film that is 5 to 10 % thinner the ratio moves as much.
-Only the total torque is identified by the data, not its split into viscous and sliding part.
+A set belongs to one kinematics and to one film model: with a film that is 5 to 10 % thinner the ratio moves
+as much. Only the total torque is identified by the data, not its split into viscous and sliding part.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ class FrictionSet:
     loss, provenance          what was minimised, over which data
     intervals                 half-width of the 95 % Student-t interval per fitted parameter (SI)
     correlations              "first, second" -> correlation of two fitted parameters
-    errors                    absolute relative errors: mean, max, per table, leave_one_out_mean, leave_one_out_max
+    errors                    absolute relative errors: mean, max, per table, leave_one_out_mean,
+                              leave_one_out_max
     leave_one_table_out       table left out -> mean and max error on its points that the fit did not see
     other_losses              loss -> what the other loss functions give on the same data
     """

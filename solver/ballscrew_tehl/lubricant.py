@@ -175,26 +175,27 @@ def pressure_viscosity(lub: LubricantParameters, T: Any) -> Any:
     return np.maximum(np.log(ambient) + ROELANDS_LN, 0.0) * lub.z_roelands / lub.roelands_pressure
 
 
-def dowson_higginson(p: Any) -> Any:
-    """Relative density over pressure, 1 to 1.35.
+#: (A, B) of rho(p)/rho(0) = 1 + A p/(1 + B p) [1/Pa] by the name of the density law
+DENSITY_LAWS: dict[str, tuple[float, float]] = {
+    "dowson_higginson": (0.6e-9, 1.7e-9),
+    # the same law as many film computations write it, (5.9e8 + 1.34 p)/(5.9e8 + p): 0.7 % less at 1 GPa
+    "dowson_higginson_590": (0.34 / 5.9e8, 1.0 / 5.9e8),
+    "incompressible": (0.0, 0.0),
+}
 
-    Parameters   p : float or array [Pa], >= 0
-    Source       Dowson & Higginson 1966: 1 + 0.6e-9 p/(1 + 1.7e-9 p)
+
+def relative_density(law: str, p: Any) -> Any:
+    """Density over pressure relative to ambient, 1 to 1.35.
+
+    Parameters   law : name in DENSITY_LAWS;  p : float or array [Pa], >= 0
+    Source       Dowson & Higginson 1966 in the two forms that are in use: 1 + 0.6e-9 p/(1 + 1.7e-9 p), the one of
+                 the paper, and with the constant 5.9e8 Pa
     Example
-        >>> round(float(dowson_higginson(1e9)), 4)
+        >>> round(float(relative_density("dowson_higginson", 1e9)), 4)
         1.2222
     """
-    return 1.0 + 0.6e-9 * p / (1.0 + 1.7e-9 * p)
-
-
-def _incompressible(p: Any) -> Any:
-    return 1.0 + 0.0 * p
-
-
-DENSITY_LAWS: dict[str, Callable[[Any], Any]] = {
-    "dowson_higginson": dowson_higginson,
-    "incompressible": _incompressible,
-}
+    rise, fade = DENSITY_LAWS[law]
+    return 1.0 + rise * p / (1.0 + fade * p)
 
 
 def ambient_density(lub: LubricantParameters, T: Any) -> Any:
@@ -212,7 +213,7 @@ def density(lub: LubricantParameters, p: Any, T: Any) -> Any:
                  errata: the printed sign makes density rise with temperature; it must fall
     """
     thermal = lub.density_temperature * (_checked_temperature(T) - lub.reference_temperature)
-    return lub.density * (DENSITY_LAWS[lub.density_law](p) - thermal)
+    return lub.density * (relative_density(lub.density_law, p) - thermal)
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,8 @@ def operating_points(nut_map: NutMap, count: int, seed: int = 1) -> np.ndarray:
 
 
 def deviation_from_direct(nut_map: NutMap, parameters: Parameters, count: int) -> dict[str, Any]:
-    """Relative deviations of a map from direct per-ball solves at random points that the map was not built from.
+    """Relative deviations of a map from direct per-ball solves at random points that the map was not built
+    from.
 
     Returns      points, largest and mean deviation of the friction torque
     Raises       ArithmeticError: a contact that did not converge
@@ -93,8 +94,13 @@ def run_map_build(args: Namespace) -> int:
     path = Path(args.output) if args.output else packaged_map(parameters.friction.kinematics)
     with _progress_bar() as progress:
         built = build_map(parameters, args.workers, progress)
-    save_map(path, built, {})
-    certificate = deviation_from_direct(load_map(path, parameters), parameters, args.count)
+    # a map takes the place of an older one only with its certificate
+    trial = path.with_name(path.name + ".trial")
+    try:
+        save_map(trial, built, {})
+        certificate = deviation_from_direct(load_map(trial, parameters), parameters, args.count)
+    finally:
+        trial.unlink(missing_ok=True)
     file_hash = save_map(path, built, certificate)
     result = {"file": str(path), "file_hash": file_hash, **certificate}
     print_results([result], args.json, False)
@@ -102,7 +108,7 @@ def run_map_build(args: Namespace) -> int:
 
 
 def run_map_check(args: Namespace) -> int:
-    """Load a map, which verifies its hash and parameters, and compare it with direct solves; exit code 1 if it is off."""
+    """Load a map, which verifies hash and parameters, compare it with direct solves; exit code 1 if off."""
     from .nut_map.store import load_map
 
     parameters = screw_of(args)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 PACKAGED_DATA = Path(__file__).parent / "data"
@@ -21,7 +21,8 @@ class Measurement:
     """One measured operating point.
 
     preload [N], speed [rad/s], temperature of the oil [K], torque [N.m]
-    tables  names of the tables in which the point stands; it counts once in a fit, once in the mean of each table
+    tables  names of the tables in which the point stands; it counts once in a fit, once in the mean of each
+            table
     weight  factor on its relative error
     """
 
@@ -108,19 +109,17 @@ def read_measurements(path: Path | str, temperature: float) -> list[Measurement]
 
 def merged(measurements: Iterable[Measurement]) -> list[Measurement]:
     """The distinct points: a point that stands in several tables becomes one that names them all."""
-    distinct: dict[tuple[float, ...], Measurement] = {}
+    distinct: list[Measurement] = []
     for m in measurements:
-        key = (m.preload, m.speed, m.temperature, m.torque, m.weight)
-        if key in distinct and not set(m.tables) & set(distinct[key].tables) and m.tables:
-            tables = distinct[key].tables + m.tables
-        elif key in distinct:
-            # the same table twice: a repeated measurement, which counts twice
-            key = (*key, float(len(distinct)))
-            tables = m.tables
+        for i, other in enumerate(distinct):
+            # in the same table, or in none, it is a repeated measurement, which counts again
+            apart = m.tables and other.tables and not set(m.tables) & set(other.tables)
+            if apart and replace(m, tables=other.tables) == other:
+                distinct[i] = replace(other, tables=other.tables + m.tables)
+                break
         else:
-            tables = m.tables
-        distinct[key] = Measurement(m.preload, m.speed, m.temperature, m.torque, tables, m.weight)
-    return list(distinct.values())
+            distinct.append(m)
+    return distinct
 
 
 def packaged_measurements(temperature: float) -> list[Measurement]:

@@ -122,7 +122,7 @@ class LubricantParameters(Table):
     pressure_law: Literal["roelands", "barus"] = Field(
         default="roelands", description="viscosity over pressure"
     )
-    density_law: Literal["dowson_higginson", "incompressible"] = Field(
+    density_law: Literal["dowson_higginson", "dowson_higginson_590", "incompressible"] = Field(
         default="dowson_higginson", description="density over pressure"
     )
     density: float = quantity("density", "density at the reference temperature", ge=100, le=3e3)

@@ -24,7 +24,8 @@ from .parameters import Parameters
 class NutSums(NamedTuple):
     """Torque of one nut before any fitted parameter enters; `fitted` in SI gives the torque.
 
-    viscous_screw, viscous_nut  viscous torque of that raceway at apparent viscosity ratio 1 and full share [N.m]
+    viscous_screw, viscous_nut  viscous torque of that raceway at apparent viscosity ratio 1 and full share
+                                [N.m]
     film_screw, film_nut        effective film for the roughness share [m]; inf for a nut without load
     hysteresis                  hysteresis torque, both raceways [N.m]
     sliding                     sliding torque at net coefficient 1 [N.m]
@@ -74,10 +75,11 @@ def nut_sums(
                  contact_angle : [rad]; None = the angle under the mean load
     Returns      NutSums; UNLOADED if no ball carries load
     Raises       ValueError: speed not positive, load negative or not finite
-    Source       Zhao 2023, Eqs. (23)-(24) for one nut: T = sum F (r_m + r_b cos(beta)) cos(lambda); viscous and
-                 hysteresis force on both raceways, sliding once per ball, which is what the printed torques sum.
-                 differs from paper: each ball with its own load. The film of the roughness share is the mean of
-                 1/h^2 over the balls, weighted with their viscous force: exact to first order in (h_r/h)^2
+    Source       Zhao 2023, Eqs. (23)-(24) for one nut: T = sum F (r_m + r_b cos(beta)) cos(lambda); viscous
+                 and hysteresis force on both raceways, sliding once per ball, which is what the printed
+                 torques sum.
+                 differs from paper: each ball with its own load. The film of the roughness share is the mean
+                 of 1/h^2 over the balls, weighted with their viscous force: exact to first order in (h_r/h)^2
     """
     loads = np.asarray(loads, dtype=float)
     if not (math.isfinite(speed) and speed > 0.0):
@@ -128,7 +130,8 @@ def double_nut_torque(
     Returns      TorqueParts; all zero at preload 0 (axial load on loose nuts is not modelled)
     Raises       ValueError: not finite, negative preload, speed 0
     Validity     steady motion; the loads of each nut are distributed as by a preload of its axial force
-    Source       Zhao 2023, Eq. (24); differs from paper: 2 T_nut becomes the sum over two nuts of their own force
+    Source       Zhao 2023, Eq. (24); differs from paper: 2 T_nut becomes the sum over two nuts of their own
+                 force
     """
     if not (math.isfinite(preload) and preload >= 0.0):
         raise ValueError(f"preload = {preload} N; needs finite, >= 0")

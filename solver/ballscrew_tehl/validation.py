@@ -112,7 +112,7 @@ def friction_set_text(sets: Sequence[FrictionSet]) -> str:
             parts = [f"{key} {100.0 * entry.errors[key]:.2f} %" for key in wanted if key in entry.errors]
             lines.append("    deviations: " + ", ".join(parts))
         for name, left_out in entry.leave_one_table_out.items():
-            lines.append(f"    fitted without {name}: it is missed by {100.0 * left_out['mean']:.1f} % on average, "
+            lines.append(f"    fitted without {name}: missed by {100.0 * left_out['mean']:.1f} % on average, "
                          f"{100.0 * left_out['max']:.1f} % at most")  # fmt: skip
         for pair, value in entry.correlations.items():
             lines.append(f"    correlation {pair}: {value:.2f}")

@@ -15,11 +15,6 @@ class AndersonMixing:
         self._x: list[Array] = []
         self._f: list[Array] = []
 
-    def forget(self) -> None:
-        """Start afresh, as after a jump."""
-        self._x.clear()
-        self._f.clear()
-
     def next(self, x: Array, image: Array, share: float) -> Array:
         """Mixed iterate; share is the part of the residual image - x that is taken."""
         residual = image - x

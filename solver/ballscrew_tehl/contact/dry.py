@@ -7,13 +7,17 @@ import numpy as np
 from .elastic import LineConvolution
 from .grid import Array, Grid
 
-
 #: nodes under pressure below which the dry contact is not resolved
 LEAST_NODES = 40
 
 
 def dry_contact(
-    grid: Grid, undeformed: Array, deflection: LineConvolution, load: float, tolerance: float = 1e-10, max_steps: int = 400
+    grid: Grid,
+    undeformed: Array,
+    deflection: LineConvolution,
+    load: float,
+    tolerance: float = 1e-10,
+    max_steps: int = 400,
 ) -> tuple[Array, float]:
     """Pressure >= 0 and approach with gap = 0 under pressure and >= 0 elsewhere, for a given load.
 
@@ -34,7 +38,7 @@ def dry_contact(
     if width > 1.0:
         # a grid for films far thicker than the flattening: the dry contact is a point on it, and no good start either
         gap = undeformed + deflection(p)
-        return p, -float(np.sum((weights * p * gap)) / load)
+        return p, -float(np.sum(weights * p * gap) / load)
     direction = np.zeros_like(p)
     g_old, fresh = 1.0, 0.0
     h_0 = 0.0

@@ -35,7 +35,8 @@ class FilmFlow(NamedTuple):
 
     @classmethod
     def empty(cls, ny: int, nx: int, nz: int) -> FilmFlow:
-        return cls(*(np.zeros((ny, nx, nz + 1)) for _ in range(5)), np.zeros((ny, nx)))
+        m_x, m_y, shear, compression, soft = np.zeros((5, ny, nx, nz + 1))
+        return cls(m_x, m_y, shear, compression, soft, np.zeros((ny, nx)))
 
 
 @njit(cache=True)
@@ -51,13 +52,11 @@ def film_flow(oil, x, y, p, h, t, u_a, u_b, flow):
                 p_x = (p[j, i_r] - p[j, i_l]) / (x[i_r] - x[i_l])
             else:
                 d_l, d_r = x[i] - x[i - 1], x[i + 1] - x[i]
-                p_x = (
-                    (p[j, i + 1] - p[j, i]) / d_r * d_l + (p[j, i] - p[j, i - 1]) / d_l * d_r
-                ) / (d_l + d_r)
-            if j == 0 or j == ny - 1:
-                p_y = 0.0
-            else:
-                p_y = (p[j + 1, i] - p[j - 1, i]) / (y[j + 1] - y[j - 1])
+                p_x = ((p[j, i + 1] - p[j, i]) / d_r * d_l + (p[j, i] - p[j, i - 1]) / d_l * d_r) / (
+                    d_l + d_r
+                )
+            inner = 0 < j < ny - 1
+            p_y = (p[j + 1, i] - p[j - 1, i]) / (y[j + 1] - y[j - 1]) if inner else 0.0
             e0, e1, _, _, _ = column_integrals(oil, p[j, i], t[j, i], u_a, u_b)
             gap = h[j, i]
             tau_xa = e0 * (u_b - u_a) / gap - gap * p_x * e0 / e1
@@ -90,7 +89,7 @@ def sweep(x, width, h_y, h, heat, conductivity, flow, forward, t, q_a, q_b, resp
     """One Gauss-Seidel sweep along x (forward or back) over all columns, each solved across the film; walls held.
 
     width (nx,), h_y [m]; heat: c_p [J/kgK]. Fills q_a, q_b (heat flux into the walls, W/m2) and response (n_y, n_x, 4):
-    -dq_a/dT_a, dq_a/dT_b, dq_b/dT_a, -dq_b/dT_b with the neighbour columns held. Returns the largest temperature change [K].
+    -dq_a/dT_a, dq_a/dT_b, dq_b/dT_a, -dq_b/dT_b with the neighbour columns held. Returns the largest change [K].
     """
     ny, nx = h.shape
     nz = t.shape[2] - 1
@@ -199,7 +198,12 @@ def sweep(x, width, h_y, h, heat, conductivity, flow, forward, t, q_a, q_b, resp
 
 
 def update_walls(
-    walls: tuple[LineConvolution, LineConvolution], t: Array, q_a: Array, q_b: Array, response: Array, t_in: float
+    walls: tuple[LineConvolution, LineConvolution],
+    t: Array,
+    q_a: Array,
+    q_b: Array,
+    response: Array,
+    t_in: float,
 ) -> int:
     """Set both wall temperatures of t [K] so that T = T0 + K q, with q linearised in both; returns GMRES iterations.
 
@@ -235,7 +239,9 @@ class HeatBalance(NamedTuple):
         return (self.generated - self.conducted - self.convected) / max(self.generated, 1e-300)
 
 
-def heat_balance(grid: Grid, a: float, b: float, heat: float, flow: FilmFlow, t: Array, t_in: float, q_a: Array, q_b: Array) -> HeatBalance:
+def heat_balance(
+    grid: Grid, a: float, b: float, heat: float, flow: FilmFlow, t: Array, t_in: float, q_a: Array, q_b: Array
+) -> HeatBalance:
     """Integrate the balance over the grid; a, b semi-axes [m]."""
     weights = grid.weights * (a * b)
     nz = t.shape[2] - 1
@@ -246,5 +252,7 @@ def heat_balance(grid: Grid, a: float, b: float, heat: float, flow: FilmFlow, t:
     carried = (flow.m_x * (t - t_in)) @ across * heat
     side = (flow.m_y * (t - t_in)) @ across * heat
     line = weights[:, 1] / (grid.width_x[1] * b)
-    convected = float(np.sum(line * (carried[:, -2] - carried[:, 1]))) + 2.0 * float(np.sum(grid.width_x * b * side[-2]))
+    convected = float(np.sum(line * (carried[:, -2] - carried[:, 1]))) + 2.0 * float(
+        np.sum(grid.width_x * b * side[-2])
+    )
     return HeatBalance(generated, conducted, convected)

@@ -23,7 +23,7 @@ class OilTable(NamedTuple):
     """What the kernels know of the oil: ln eta0(T) on a uniform table and the pressure laws.
 
     table_start [K], ln_eta0 (n,) of Pa s, roelands (0 Barus, 1 Roelands), z, p_r [Pa], alpha [1/Pa],
-    compressible (0, 1), beta_t: thermal expansion [1/K], T_ref [K], density [kg/m3].
+    rise, fade: A, B of the density law [1/Pa], beta_t: thermal expansion [1/K], T_ref [K], density [kg/m3].
     """
 
     table_start: float
@@ -32,7 +32,8 @@ class OilTable(NamedTuple):
     z: float
     p_r: float
     alpha: float
-    compressible: int
+    rise: float
+    fade: float
     beta_t: float
     t_ref: float
     density: float
@@ -44,9 +45,11 @@ def oil_table(oil: LubricantParameters, temperature: float) -> OilTable:
     t = start + TABLE_STEP * np.arange(int(TABLE_SPAN / TABLE_STEP) + 1)
     # bounded where the Roelands pressure term would change its sign, 6.3e-5 Pa s: thinner than any oil film gets
     ln_eta0 = np.maximum(np.log(lubricant_laws.eta0(oil, t)), -lubricant_laws.ROELANDS_LN)
+    rise, fade = lubricant_laws.DENSITY_LAWS[oil.density_law]
     return OilTable(
-        start, ln_eta0, int(oil.pressure_law == "roelands"), oil.z_roelands, oil.roelands_pressure, oil.pressure_viscosity,
-        int(oil.density_law == "dowson_higginson"), oil.density_temperature, oil.reference_temperature, oil.density,
+        start, ln_eta0, int(oil.pressure_law == "roelands"), oil.z_roelands, oil.roelands_pressure,
+        oil.pressure_viscosity, rise, fade, oil.density_temperature,
+        oil.reference_temperature, oil.density,
     )  # fmt: skip
 
 
@@ -78,8 +81,7 @@ def ln_viscosity(oil, factor, t):
 @njit(cache=True)
 def density_ratio(oil, p, t):
     """rho(p, T)/rho0 (Dowson & Higginson 1966 with thermal expansion; falls with T, sign of the print corrected)."""
-    compressed = (5.9e8 + 1.34 * p) / (5.9e8 + p) if oil.compressible == 1 else 1.0
-    return compressed - oil.beta_t * (t - oil.t_ref)
+    return 1.0 + oil.rise * p / (1.0 + oil.fade * p) - oil.beta_t * (t - oil.t_ref)
 
 
 @njit(cache=True)

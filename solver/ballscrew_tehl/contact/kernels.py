@@ -75,7 +75,11 @@ def face_fluxes(x, kappa_h, p, gap, ln_phi, dln_phi, g, dg, flow_x, flow_y, c_x,
                 wedge[j, i, 0] = w_0
                 wedge[j, i, 1] = w_m
                 wedge[j, i, 2] = w_p
-                f -= w_0 * g[j, i] * gap[j, i] + w_m * g[j, i - 1] * gap[j, i - 1] + w_p * g[j, i + 1] * gap[j, i + 1]
+                f -= (
+                    w_0 * g[j, i] * gap[j, i]
+                    + w_m * g[j, i - 1] * gap[j, i - 1]
+                    + w_p * g[j, i + 1] * gap[j, i + 1]
+                )
             flow_x[j, i] = f
     for j in range(ny - 1):
         for i in range(nx):
@@ -175,7 +179,7 @@ def line_jacobian(j, width, kappa_h, c_x, c_y, wedge, gap, g, dg, penalty, same_
         d_h[1] += wedge[j, i - 1, 0] * g[j, i - 1] * inv
         if i > 1:
             d_h[0] += wedge[j, i - 1, 1] * g[j, i - 2] * inv
-        d_p = c_x[j, i, 0] * inv - c_x[j, i - 1, 1] * inv 
+        d_p = c_x[j, i, 0] * inv - c_x[j, i - 1, 1] * inv
         d_p += (wedge[j, i - 1, 2] - wedge[j, i, 0]) * gap[j, i] * dg[j, i] * inv
         if j == 0:
             d_p += 2.0 * kappa_h * c_y[0, i, 0]
@@ -188,7 +192,11 @@ def line_jacobian(j, width, kappa_h, c_x, c_y, wedge, gap, g, dg, penalty, same_
         column[row] = full_h
         k0 = 1 if i > 1 else 0
         for k in range(n):
-            s = d_h[1] * same_line[i - 1, k + 1] + d_h[2] * same_line[i, k + 1] + d_h[3] * same_line[i + 1, k + 1]
+            s = (
+                d_h[1] * same_line[i - 1, k + 1]
+                + d_h[2] * same_line[i, k + 1]
+                + d_h[3] * same_line[i + 1, k + 1]
+            )
             if k0 == 1:
                 s += d_h[0] * same_line[i - 2, k + 1]
             out[row, k] = s
@@ -197,7 +205,9 @@ def line_jacobian(j, width, kappa_h, c_x, c_y, wedge, gap, g, dg, penalty, same_
             out[row, row + 1] += (c_x[j, i, 1] - wedge[j, i, 2] * gap[j, i + 1] * dg[j, i + 1]) * inv
         if row > 0:
             out[row, row - 1] += (
-                -c_x[j, i - 1, 0] - wedge[j, i, 1] * gap[j, i - 1] * dg[j, i - 1] + wedge[j, i - 1, 0] * gap[j, i - 1] * dg[j, i - 1]
+                -c_x[j, i - 1, 0]
+                - wedge[j, i, 1] * gap[j, i - 1] * dg[j, i - 1]
+                + wedge[j, i - 1, 0] * gap[j, i - 1] * dg[j, i - 1]
             ) * inv
         if row > 1:
             out[row, row - 2] += wedge[j, i - 1, 1] * gap[j, i - 2] * dg[j, i - 2] * inv

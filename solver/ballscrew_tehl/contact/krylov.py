@@ -10,7 +10,11 @@ from .grid import Array
 
 
 def gmres(
-    apply: Callable[[Array], Array], precondition: Callable[[Array], Array], rhs: Array, tolerance: float, max_iterations: int
+    apply: Callable[[Array], Array],
+    precondition: Callable[[Array], Array],
+    rhs: Array,
+    tolerance: float,
+    max_iterations: int,
 ) -> tuple[Array, int]:
     """Solve apply(x) = rhs to a relative residual; returns x and the iterations used."""
     beta = float(np.linalg.norm(rhs))

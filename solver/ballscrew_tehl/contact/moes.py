@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from ..parameters import LubricantParameters, SolidParameters
 from .solve import ContactConditions, ContactSolution, SolverOptions, solve_contact
@@ -12,7 +12,13 @@ from .solve import ContactConditions, ContactSolution, SolverOptions, solve_cont
 ALPHA, ETA0, P_ROELANDS, E_REFERENCE, R_X = 2.2e-8, 0.04, 1.96e8, 226e9, 0.01
 TEMPERATURE = 313.15
 STEEL = SolidParameters(density=7870.0, specific_heat=450.0, thermal_conductivity=46.0)
-LAWS = {"barus": ("barus", "incompressible"), "roelands": ("roelands", "dowson_higginson")}
+ISOTHERMAL = SolverOptions(thermal=False)
+PressureLaw = Literal["barus", "roelands"]
+DensityLaw = Literal["incompressible", "dowson_higginson_590"]
+LAWS: dict[str, tuple[PressureLaw, DensityLaw]] = {
+    "barus": ("barus", "incompressible"),
+    "roelands": ("roelands", "dowson_higginson_590"),
+}
 
 
 class MoesFilm(NamedTuple):
@@ -39,7 +45,9 @@ def reference_oil(law: str) -> LubricantParameters:
     )  # fmt: skip
 
 
-def solve_moes(M: float, L: float, radius_ratio: float, law: str, options: SolverOptions = SolverOptions(thermal=False)) -> MoesFilm:
+def solve_moes(
+    M: float, L: float, radius_ratio: float, law: str, options: SolverOptions = ISOTHERMAL
+) -> MoesFilm:
     """Isothermal film at Moes numbers.
 
     Parameters   M load, L lubricant number, > 0;  radius_ratio R_x/R_y, 0 < ratio <= 1;  law "barus" or "roelands"

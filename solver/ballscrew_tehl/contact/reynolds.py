@@ -79,7 +79,9 @@ class NewtonHistory:
 class _Linearisation:
     """Residual, Jacobian and preconditioner at one state."""
 
-    def __init__(self, geometry: ContactGeometry, p: Array, gap: Array, film: FilmCoefficients, floor: float) -> None:
+    def __init__(
+        self, geometry: ContactGeometry, p: Array, gap: Array, film: FilmCoefficients, floor: float
+    ) -> None:
         grid = geometry.grid
         ny, nx = p.shape
         self.geometry, self.gap = geometry, gap
@@ -150,7 +152,9 @@ class ContactGeometry:
         self.weights = self.grid.weights
         self.inner_weights = self.weights[:-1, 1:-1]
         self.kappa_h = self.kappa / self.grid.h_y
-        self.deflection: LineConvolution = deflection_operator(self.grid, self.kappa, _hertz_factor(self.kappa))
+        self.deflection: LineConvolution = deflection_operator(
+            self.grid, self.kappa, _hertz_factor(self.kappa)
+        )
         self.dry_pressure, self.dry_approach = dry_contact(
             self.grid, self.undeformed, self.deflection, TARGET_LOAD
         )

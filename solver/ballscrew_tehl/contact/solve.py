@@ -5,84 +5,21 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
 import numpy as np
 
-from .. import film as film_formulas
-from ..hertz import HertzContact, ellipse
+from ..hertz import HertzContact
 from ..parameters import LubricantParameters, SolidParameters
-from . import energy, film_flow
-from .anderson import AndersonMixing
-from .elastic import LineConvolution
+from . import energy
+from .conditions import DEFAULT_OPTIONS, ContactConditions, SolverOptions, inlet_length, scales_of
 from .grid import Array
-from .reynolds import GridChoice, NewtonHistory, ReynoldsState, contact_geometry
-from .walls import wall_operator
+from .problem import ContactProblem, Iteration
+from .reynolds import GridChoice, NewtonHistory, ReynoldsState
+
+__all__ = ["DEFAULT_OPTIONS", "ContactConditions", "ContactSolution", "SolverOptions", "solve_contact"]
 
 #: cells that the length of the inlet must hold at the edge of the Hertz line for a solution to count as resolved
 RESOLVED_CELLS = 2.8
-#: share of the temperature change of one outer iteration that is taken
-TEMPERATURE_STEP = 0.7
-#: iterations without progress after which that share is halved
-STALL_AFTER = 40
-#: below this change, relative to the rise, the iteration is accelerated
-MIXING_FROM = 0.1
-#: largest temperature change of one outer iteration [K]
-TEMPERATURE_LIMIT = 30.0
-
-
-@dataclass(frozen=True)
-class ContactConditions:
-    """Operating point of one contact.
-
-    load [N], R_x along and R_y across rolling [m] (R_x <= R_y), u_1, u_2 surface speeds [m/s] of the two bodies,
-    temperature of the oil that enters and of the bodies [K], E_prime = 2/sum((1-nu^2)/E) [Pa].
-    """
-
-    load: float
-    R_x: float
-    R_y: float
-    u_1: float
-    u_2: float
-    temperature: float
-    E_prime: float
-
-    def __post_init__(self) -> None:
-        for name, unit in (("load", "N"), ("R_x", "m"), ("R_y", "m"), ("E_prime", "Pa"), ("temperature", "K")):
-            value = getattr(self, name)
-            if not (value > 0.0 and math.isfinite(value)):
-                raise ValueError(f"{name} = {value} {unit}; needs finite, > 0")
-        if not self.R_x <= self.R_y:
-            raise ValueError(f"R_x = {self.R_x} m; needs R_x <= R_y = {self.R_y} m: x is the rolling direction")
-        if not (math.isfinite(self.u_1) and math.isfinite(self.u_2) and self.u_1 + self.u_2 != 0.0):
-            raise ValueError(f"u_1, u_2 = {self.u_1}, {self.u_2} m/s; needs finite with u_1 + u_2 not 0: no oil is drawn in")
-
-    @property
-    def u_e(self) -> float:
-        """Entrainment speed [m/s]."""
-        return 0.5 * (self.u_1 + self.u_2)
-
-
-@dataclass(frozen=True)
-class SolverOptions:
-    """Accuracy and cost of a solve.
-
-    thermal: couple the energy equation; n_x, n_y, n_z: nodes along, across (half; None = 17 for a long
-    ellipse to 33 for a circle) and layers through the film;
-    tolerance of pressure [p_max] and of temperature (relative to the largest rise). x_in, x_out [b], y_max [a]:
-    domain, None = wide enough not to starve.
-    """
-
-    thermal: bool = True
-    n_x: int = 129
-    n_y: int | None = None
-    n_z: int = 10
-    tolerance: float = 1e-5
-    x_in: float | None = None
-    x_out: float | None = None
-    y_max: float | None = None
-    max_newton: int = 300
-    max_thermal: int = 400
 
 
 @dataclass(frozen=True)
@@ -121,213 +58,11 @@ class ContactSolution:
     choice: GridChoice = field(repr=False)
 
 
-@dataclass(frozen=True)
-class _Scales:
-    """Dimensionless numbers of one operating point."""
-
-    hertz: HertzContact
-    h_unit: float  # b^2/R_x [m]
-    reynolds: float  # 12 eta0 u_e R_x^2/(b^3 p_max), with eta0 = 1 Pa s
-    M: float
-    L: float
-    film_estimate: float  # [b^2/R_x]
-    inlet: float  # [b]
-
-
-def inlet_length(film: float) -> float:
-    """Distance [b] over which the Hertz gap (2 sqrt(2)/3) s^(3/2) outside a line opens by `film` [b^2/R_x]."""
-    return (1.06 * film) ** (2.0 / 3.0)
-
-
-def _scales(c: ContactConditions, oil: LubricantParameters) -> _Scales:
-    hertz = ellipse(c.load, c.R_x, c.R_y, c.E_prime)
-    a, b, p_max = float(hertz.a), float(hertz.b), float(hertz.p_max)
-    hertz = HertzContact(a, b, p_max, float(hertz.delta))
-    u_e = abs(c.u_e)
-    groups = film_formulas.moes_groups(oil, c.load, u_e, c.R_x, c.E_prime, c.temperature)
-    h_c = float(film_formulas.central_film_estimate(oil, groups, c.R_x, c.R_y, p_max, c.temperature))
-    h_unit = b * b / c.R_x
-    return _Scales(
-        hertz, h_unit, 12.0 * u_e * c.R_x**2 / (b**3 * p_max), groups.M, groups.L, h_c / h_unit, inlet_length(h_c / h_unit)
-    )
-
-
-def choose_grid(options: SolverOptions, film: float, curvature_y: float, kappa: float) -> GridChoice:
-    """Domain and refinement for an expected film [b^2/R_x]; rounded, so that neighbouring points share a grid.
-
-    The inlet begins where the gap is about thirty films, the sides end where it is about ten.
-    """
-    wedge = math.sqrt(2.0 * film)
-    x_in = -max(2.5, _round_up(5.5 * wedge))
-    x_out = max(1.5, _round_up(1.5 * wedge))
-    y_max = max(1.5, _round_up(math.sqrt(1.0 + 15.0 * film / curvature_y)))
-    inlet = 2.0 ** (round(4.0 * math.log2(inlet_length(film))) / 4.0)
-    n_y = options.n_y if options.n_y is not None else 17 + 2 * round(8.0 * kappa)
-    if y_max > 2.5 and options.n_y is None:
-        n_y += 8
-    return GridChoice(options.x_in or x_in, options.x_out or x_out, options.y_max or y_max, options.n_x, n_y, inlet)
-
-
-def _round_up(value: float) -> float:
-    """Next of a geometric row with eight steps per doubling."""
-    return float(2.0 ** (math.ceil(8.0 * math.log2(value)) / 8.0))
-
-
-def _stalled(changes: list[float]) -> bool:
-    """Whether the last STALL_AFTER changes are no smaller than the ones before."""
-    if len(changes) < 2 * STALL_AFTER:
-        return False
-    return not min(changes[-STALL_AFTER:]) < 0.5 * min(changes[-2 * STALL_AFTER : -STALL_AFTER])
-
-
-@dataclass
-class _Iteration:
-    """Where a solve stands: pressure, temperature, sources, and the record of the way."""
-
-    state: ReynoldsState
-    history: NewtonHistory
-    temperature: Array | None = None
-    temperature_history: list[float] = field(default_factory=list)
-    flow: energy.FilmFlow | None = None
-    heat: energy.HeatBalance | None = None
-    traction: float = 0.0
-    converged: bool = False
-    reason: str = ""
-    iterations: int = 0
-
-
-class _ContactProblem:
-    """One operating point on one grid; entrainment is taken positive."""
-
-    def __init__(
-        self, conditions: ContactConditions, oil: LubricantParameters, solid: SolidParameters, options: SolverOptions
-    ) -> None:
-        if conditions.u_e < 0.0:
-            # rolling the other way round is the mirror image
-            conditions = replace(conditions, u_1=-conditions.u_1, u_2=-conditions.u_2)
-        self.conditions, self.oil, self.solid, self.options = conditions, oil, solid, options
-        self.scales = _scales(conditions, oil)
-        ratio = conditions.R_x / conditions.R_y
-        kappa = self.scales.hertz.b / self.scales.hertz.a
-        self.choice = choose_grid(options, self.scales.film_estimate, ratio / kappa**2, kappa)
-        self.geometry = contact_geometry(self.choice, ratio)
-        self.table = film_flow.oil_table(oil, conditions.temperature)
-
-    def cells_in_inlet(self, film: float) -> float:
-        """Grid cells in the inlet length of the central line for a film [b^2/R_x]."""
-        x = self.geometry.grid.x
-        k = int(np.searchsorted(x, -1.0))
-        return inlet_length(max(film, 0.0)) / float(x[k] - x[k - 1])
-
-    def isothermal_film(self, p: Array) -> tuple[Array, Array, Array, Array]:
-        """Film coefficients at the inlet temperature."""
-        out = tuple(np.empty_like(p) for _ in range(4))
-        film_flow.isothermal_coefficients(
-            self.table, self.scales.hertz.p_max, p, self.conditions.temperature, 1.0 / self.scales.reynolds, *out
-        )
-        return out  # type: ignore[return-value]
-
-    def thermal_film(self, temperature: Array, p: Array) -> tuple[Array, Array, Array, Array]:
-        """Film coefficients of the generalised Reynolds equation at given temperatures."""
-        c = self.conditions
-        out = tuple(np.empty_like(p) for _ in range(4))
-        film_flow.film_coefficients(
-            self.table, self.scales.hertz.p_max, p, temperature, c.u_1, c.u_2, c.u_e, 1.0 / self.scales.reynolds, *out
-        )
-        return out  # type: ignore[return-value]
-
-    def solve_isothermal(self, state: ReynoldsState, tolerance: float, max_steps: int) -> _Iteration:
-        """Newton iteration at the inlet temperature."""
-        state, history = self.geometry.solve(
-            state, self.isothermal_film, self.scales.film_estimate, tolerance, max_steps
-        )
-        return _Iteration(
-            state, history, converged=history.converged, reason=history.reason, iterations=len(history.change)
-        )
-
-    def walls(self) -> tuple[LineConvolution, LineConvolution]:
-        """Heat flux to surface temperature, of body 1 (z = 0) and body 2 (z = h)."""
-        c, solid = self.conditions, self.solid
-        chi = solid.thermal_conductivity / (solid.density * solid.specific_heat)
-
-        @lru_cache(maxsize=2)
-        def operator(speed: float) -> LineConvolution:
-            return wall_operator(
-                self.geometry.grid, self.geometry.kappa, self.scales.hertz.b, speed, solid.thermal_conductivity, chi
-            )
-
-        return operator(c.u_1), operator(c.u_2)
-
-    def physical(self, state: ReynoldsState) -> tuple[Array, Array]:
-        """Pressure [Pa] and gap [m], the latter at least a tenth of the expected film while iterating."""
-        gap = np.maximum(state.gap, 0.1 * self.scales.film_estimate) * self.scales.h_unit
-        return np.maximum(state.p, 0.0) * self.scales.hertz.p_max, gap
-
-    def update_flow(self, it: _Iteration, temperature: Array) -> tuple[Array, Array]:
-        """Velocities, heat sources and traction at the present pressure."""
-        c, hertz, grid = self.conditions, self.scales.hertz, self.geometry.grid
-        p, h = self.physical(it.state)
-        if it.flow is None:
-            it.flow = energy.FilmFlow.empty(p.shape[0], p.shape[1], temperature.shape[2] - 1)
-        energy.film_flow(self.table, grid.x * hertz.b, grid.y * hertz.a, p, h, temperature, c.u_1, c.u_2, it.flow)
-        it.traction = -float(np.sum(grid.weights * it.flow.traction)) * hertz.a * hertz.b
-        return p, h
-
-    def solve_thermal(self, it: _Iteration, temperature: Array) -> _Iteration:
-        """Alternate one Newton step of the generalised Reynolds equation with the energy equation and the walls."""
-        c, o, hertz, grid = self.conditions, self.options, self.scales.hertz, self.geometry.grid
-        heat, conductivity = self.oil.specific_heat, self.oil.thermal_conductivity
-        walls = self.walls()
-        shape = it.state.p.shape
-        q_a, q_b = np.zeros(shape), np.zeros(shape)
-        response = np.zeros((*shape, 4))
-        width, h_y, x = grid.width_x * hertz.b, grid.h_y * hertz.a, grid.x * hertz.b
-        mixing, share = AndersonMixing(), TEMPERATURE_STEP
-        it.converged, it.reason = False, f"no convergence in {o.max_thermal} thermal iterations"
-        for _ in range(o.max_thermal):
-            frozen = temperature
-            it.state, newton = self.geometry.solve(
-                it.state, lambda p, t=frozen: self.thermal_film(t, p), self.scales.film_estimate, o.tolerance, max_steps=1
-            )
-            for name in ("residual", "change", "load_error", "krylov"):
-                getattr(it.history, name).extend(getattr(newton, name))
-            it.history.deflections += newton.deflections
-            _, h = self.update_flow(it, temperature)
-            new = temperature.copy()
-            # back first: the inlet carries oil both ways
-            for forward in (False, True):
-                energy.sweep(x, width, h_y, h, heat, conductivity, it.flow, forward, new, q_a, q_b, response)
-            energy.update_walls(walls, new, q_a, q_b, response, c.temperature)
-            change = float(np.abs(new - temperature).max())
-            rise = max(float(new.max()) - c.temperature, 1e-3)
-            if len(it.temperature_history) % STALL_AFTER == 0 and _stalled(it.temperature_history):
-                share *= 0.5
-                mixing.forget()
-            if change > MIXING_FROM * rise:
-                temperature = temperature + min(share, TEMPERATURE_LIMIT / change) * (new - temperature)
-            else:
-                temperature = mixing.next(temperature, new, share)
-            it.temperature_history.append(change / rise)
-            it.iterations += 1
-            if not np.isfinite(change):
-                it.reason = "temperature not finite"
-                break
-            if newton.converged and change <= 10.0 * o.tolerance * rise:
-                it.converged, it.reason = True, "pressure and temperature changes below tolerance"
-                break
-        self.update_flow(it, temperature)
-        it.temperature = temperature
-        it.heat = energy.heat_balance(
-            grid, hertz.a, hertz.b, heat, it.flow, temperature, c.temperature, q_a, q_b
-        )
-        return it
-
-
 def solve_contact(
     conditions: ContactConditions,
     oil: LubricantParameters,
     solid: SolidParameters,
-    options: SolverOptions = SolverOptions(),
+    options: SolverOptions = DEFAULT_OPTIONS,
     start: ContactSolution | None = None,
 ) -> ContactSolution:
     """Solve one contact.
@@ -374,15 +109,19 @@ def _anchored(
         if anchor.branch == "resolved":
             break
     lower = at(0.5 * load)
-    if anchor is None or not (anchor.converged and lower.converged and anchor.branch == lower.branch == "resolved"):
-        return replace(solution, converged=False, reason="no resolved load to anchor the asymptotic branch to")
+    if anchor is None or not (
+        anchor.converged and lower.converged and anchor.branch == lower.branch == "resolved"
+    ):
+        return replace(
+            solution, converged=False, reason="no resolved load to anchor the asymptotic branch to"
+        )
 
     def ln_ratio(s: ContactSolution) -> float:
-        scales = _scales(s.conditions, oil)
+        scales = scales_of(s.conditions, oil)
         return math.log(s.h_c / (scales.film_estimate * scales.h_unit))
 
     slope = (ln_ratio(anchor) - ln_ratio(lower)) / math.log(2.0)
-    scales = _scales(c, oil)
+    scales = scales_of(c, oil)
     h_c = scales.film_estimate * scales.h_unit * math.exp(ln_ratio(anchor) + slope * math.log(c.load / load))
     if options.thermal:
         h_c *= solution.h_c / at(c.load).h_c
@@ -397,7 +136,7 @@ def _solve_on_grid(
     start: ContactSolution | None,
 ) -> ContactSolution:
     begun = time.perf_counter()
-    problem = _ContactProblem(conditions, oil, solid, options)
+    problem = ContactProblem(conditions, oil, solid, options)
     geometry, scales = problem.geometry, problem.scales
     warm = start is not None and start.choice == problem.choice and start.converged
     state = geometry.start(scales.film_estimate)
@@ -409,7 +148,9 @@ def _solve_on_grid(
         p, h_0 = start.state.p, start.state.h_0 + shift
         state = ReynoldsState(p, h_0, geometry.gap(p, h_0))
         if start.temperature is not None:
-            temperature = np.maximum(start.temperature - start.conditions.temperature, 0.0) + conditions.temperature
+            temperature = (
+                np.maximum(start.temperature - start.conditions.temperature, 0.0) + conditions.temperature
+            )
     # a thermal solve only needs to come near: its own iteration ends the work
     rough = (1e-2, 30) if options.thermal else (options.tolerance, options.max_newton)
     it = problem.solve_isothermal(state, *rough)
@@ -425,7 +166,7 @@ def _solve_on_grid(
     return _result(problem, it, time.perf_counter() - begun)
 
 
-def _result(problem: _ContactProblem, it: _Iteration, seconds: float) -> ContactSolution:
+def _result(problem: ContactProblem, it: Iteration, seconds: float) -> ContactSolution:
     grid, scales = problem.geometry.grid, problem.scales
     gap = it.state.gap
     # central film on the axis: quadratic through the three nodes around X = 0

@@ -80,7 +80,9 @@ def wall_influence(x, edges, h_y, n_distance, beta, gx, wx, gt, wt):
     return out
 
 
-def wall_operator(grid: Grid, kappa: float, semi_axis: float, speed: float, conductivity: float, diffusivity: float) -> LineConvolution:
+def wall_operator(
+    grid: Grid, kappa: float, semi_axis: float, speed: float, conductivity: float, diffusivity: float
+) -> LineConvolution:
     """Operator from heat flux [W/m2] on the grid to surface temperature rise [K].
 
     semi_axis b [m], kappa = b/a, speed of the surface along X [m/s], conductivity [W/mK], diffusivity chi [m2/s].
@@ -93,7 +95,9 @@ def wall_operator(grid: Grid, kappa: float, semi_axis: float, speed: float, cond
     return LineConvolution(influence * (semi_axis / (2.0 * np.pi * conductivity)), grid.y.size)
 
 
-def uniform_strip_rise(x: Array, flux: float, speed: float, half_width: float, conductivity: float, diffusivity: float) -> Array:
+def uniform_strip_rise(
+    x: Array, flux: float, speed: float, half_width: float, conductivity: float, diffusivity: float
+) -> Array:
     """Fast-source limit behind the leading edge of a uniform band: 2 q sqrt(x/(pi rho c k u)) (Jaeger 1942) [K]."""
     rho_c = conductivity / diffusivity
     x = np.clip(np.asarray(x) + half_width, 0.0, None)

@@ -50,11 +50,15 @@ def contact_axes(parameters: Parameters, grid: MapGrid) -> ContactAxes:
     heaviest = float(nut_loads(screw, grid.force[1], screw.loaded_ball_count).max())
     n_load, n_speed, n_temperature = grid.contact_nodes
     return ContactAxes(
-        (0.98 * lightest, 1.02 * heaviest, n_load), (*grid.speed[:2], n_speed), (*grid.temperature[:2], n_temperature)
+        (0.98 * lightest, 1.02 * heaviest, n_load),
+        (*grid.speed[:2], n_speed),
+        (*grid.temperature[:2], n_temperature),
     )
 
 
-def _solve_row(parameters: Parameters, raceway: str, load: float, speeds: Array, temperature: float) -> dict[str, Array]:
+def _solve_row(
+    parameters: Parameters, raceway: str, load: float, speeds: Array, temperature: float
+) -> dict[str, Array]:
     """All speeds of one ball load and temperature: a unit of work for one process."""
     row = {name: np.empty(speeds.size) for name in QUANTITIES}
     for i, speed in enumerate(speeds):
@@ -97,7 +101,11 @@ def build_contact_map(
     loads, speeds, temperatures = axes.nodes
     samples = {raceway: {name: np.empty(axes.shape) for name in QUANTITIES} for raceway in RACEWAYS}
     jobs = {
-        executor.submit(_solve_row, parameters, raceway, float(load), speeds, float(temperature)): (raceway, i, k)
+        executor.submit(_solve_row, parameters, raceway, float(load), speeds, float(temperature)): (
+            raceway,
+            i,
+            k,
+        )
         for raceway in RACEWAYS
         for i, load in enumerate(loads)
         for k, temperature in enumerate(temperatures)
@@ -117,7 +125,10 @@ def build_contact_map(
 
 
 def viscous_values(parameters: Parameters, film: SolvedFilm, grid: MapGrid) -> Array:
-    """Viscous torque base and effective film of one nut (n_force, n_speed, n_temperature, 4): screw, nut; [N.m], [m]."""
+    """Viscous torque base and effective film of one nut, screw and nut [N.m], [m].
+
+    Returns      (n_force, n_speed, n_temperature, 4)
+    """
     forces, speeds, temperatures = _nodes(grid)
     values = np.empty((forces.size, speeds.size, temperatures.size, 4))
     for i, force in enumerate(forces):
@@ -144,9 +155,15 @@ def extreme_values(parameters: Parameters, contact_map: ContactMap, grid: MapGri
             for k, temperature in enumerate(temperatures):
                 for r, raceway in enumerate(RACEWAYS):
                     point = (float(speed), float(temperature))
-                    values[i, j, k, r] = contact_map.evaluate(raceway, "thermal_minimum_film", ends, *point).min()
-                    values[i, j, k, 2 + r] = contact_map.evaluate(raceway, "thermal_central_film", ends, *point).min()
-                    values[i, j, k, 4 + r] = contact_map.evaluate(raceway, "temperature_rise", ends, *point).max()
+                    values[i, j, k, r] = contact_map.evaluate(
+                        raceway, "thermal_minimum_film", ends, *point
+                    ).min()
+                    values[i, j, k, 2 + r] = contact_map.evaluate(
+                        raceway, "thermal_central_film", ends, *point
+                    ).min()
+                    values[i, j, k, 4 + r] = contact_map.evaluate(
+                        raceway, "temperature_rise", ends, *point
+                    ).max()
     return values
 
 
@@ -156,11 +173,14 @@ def force_values(parameters: Parameters, grid: MapGrid) -> Array:
     film = _AnyFilm()
     values = np.empty((grid.force[2], len(FORCE_CURVES)))
     for i, force in enumerate(_nodes(grid)[0]):
-        sums = nut_sums(parameters, nut_loads(screw, float(force), screw.ball_count), 1.0, grid.temperature[0], film)
+        sums = nut_sums(
+            parameters, nut_loads(screw, float(force), screw.ball_count), 1.0, grid.temperature[0], film
+        )
         heaviest = float(nut_loads(screw, float(force), screw.loaded_ball_count).max())
         angle = float(contact_angle_at_ball_load(screw, heaviest))
         p_max = max(
-            float(ellipse(heaviest, *reduced_radii(screw, angle, raceway), E_prime(screw)).p_max) for raceway in RACEWAYS
+            float(ellipse(heaviest, *reduced_radii(screw, angle, raceway), E_prime(screw)).p_max)
+            for raceway in RACEWAYS
         )
         values[i] = sums.hysteresis, sums.sliding, p_max, heaviest
     return values
@@ -248,6 +268,8 @@ def build_map(
         "kinematics": parameters.friction.kinematics,
         "version": __version__,
         "contacts": int(2 * 2 * np.prod(contact_map.axes.shape)),
-        "asymptotic_share": float(np.mean([contact_map.samples[raceway]["asymptotic"] for raceway in RACEWAYS])),
+        "asymptotic_share": float(
+            np.mean([contact_map.samples[raceway]["asymptotic"] for raceway in RACEWAYS])
+        ),
     }
     return BuiltMap(header, arrays, contact_map)

@@ -66,12 +66,15 @@ class ContactMap:
         load, speed, temperature = self.axes.nodes
         found = {}
         for raceway in RACEWAYS:
-            formula = np.stack([
-                np.stack([film_formula(self.parameters, raceway, load, w, t) for t in temperature], axis=-1) for w in speed
-            ], axis=1)  # fmt: skip
+            formula = np.empty(self.axes.shape)
+            for j, w in enumerate(speed):
+                for k, t in enumerate(temperature):
+                    formula[:, j, k] = film_formula(self.parameters, raceway, load, w, t)
             for name in FILMS:
                 found[raceway, name] = fit(np.log(self.samples[raceway][name] / formula), (0, 1, 2))
-            found[raceway, "temperature_rise"] = fit(np.log(self.samples[raceway]["temperature_rise"]), (0, 1, 2))
+            found[raceway, "temperature_rise"] = fit(
+                np.log(self.samples[raceway]["temperature_rise"]), (0, 1, 2)
+            )
         return found
 
     def evaluate(self, raceway: str, name: str, load: Array, speed: float, temperature: float) -> Array:
@@ -87,7 +90,9 @@ class ContactMap:
         return np.asarray(value)
 
 
-def film_formula(parameters: Parameters, raceway: str, load: Array, speed: float, temperature: float) -> Array:
+def film_formula(
+    parameters: Parameters, raceway: str, load: Array, speed: float, temperature: float
+) -> Array:
     """Closed film formula that the samples are divided by (n,) [m]."""
     screw, oil = parameters.screw, parameters.lubricant
     R_x, R_y = reduced_radii(screw, contact_angle_at_ball_load(screw, load), raceway)
@@ -99,11 +104,15 @@ def film_formula(parameters: Parameters, raceway: str, load: Array, speed: float
     return np.asarray(central_film_estimate(oil, groups, R_x, R_y, p_max, temperature))
 
 
-def _place(value: Array | float, lo: float, hi: float, nodes: int, what: str, logarithmic: bool) -> tuple[Array, Array]:
+def _place(
+    value: Array | float, lo: float, hi: float, nodes: int, what: str, logarithmic: bool
+) -> tuple[Array, Array]:
     value = np.asarray(value, dtype=float)
     slack = 1e-9 * hi
     if not np.all((value >= lo - slack) & (value <= hi + slack)):
-        raise ValueError(f"{what} = {value.min():.6g} to {value.max():.6g}; the contact map covers {lo:.6g} to {hi:.6g}")
+        raise ValueError(
+            f"{what} = {value.min():.6g} to {value.max():.6g}; the contact map covers {lo:.6g} to {hi:.6g}"
+        )
     if logarithmic:
         value, lo, hi = np.log(value), np.log(lo), np.log(hi)
     t = (value - lo) / (hi - lo) * (nodes - 1)
@@ -117,7 +126,7 @@ def _spline(coefficients: Array, axes: ContactAxes, load: Array, speed: float, t
     block = coefficients[:, int(j) : int(j) + 4, int(k) : int(k) + 4]
     curve = np.array(cubic_weights(float(t_j))) @ (block @ np.array(cubic_weights(float(t_k)))).T
     i, t_i = _place(load, *axes.load, "ball load [N]", True)
-    return sum(w * curve[i + a] for a, w in enumerate(cubic_weights(t_i)))  # type: ignore[return-value]
+    return sum(w * curve[i + a] for a, w in enumerate(cubic_weights(t_i)))
 
 
 class SolvedFilm:

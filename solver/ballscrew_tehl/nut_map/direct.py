@@ -45,7 +45,9 @@ class DirectFilm:
     def _film(self, raceway: str, load: float, speed: float, temperature: float) -> float:
         key = (raceway, load, speed, temperature)
         if key not in self._solved:
-            self._solved[key] = solve_ball(self.parameters, raceway, load, speed, temperature, self.thermal).h_c
+            self._solved[key] = solve_ball(
+                self.parameters, raceway, load, speed, temperature, self.thermal
+            ).h_c
         return self._solved[key]
 
 
@@ -68,7 +70,9 @@ def direct_extremes(
     heaviest, lightest = float(loads.max()), float(loads[loads > 0.0].min())
     # film falls and heating rises with load: the ends of the range hold the extremes
     solved = {
-        raceway: [solve_ball(parameters, raceway, q, speed, temperature, thermal=True) for q in {heaviest, lightest}]
+        raceway: [
+            solve_ball(parameters, raceway, q, speed, temperature, thermal=True) for q in {heaviest, lightest}
+        ]
         for raceway in RACEWAYS
     }
     everything = [solution for pair in solved.values() for solution in pair]

@@ -34,7 +34,13 @@ FILM_MODELS = ("solved", "solved_thermal")
 #: columns of the spline coefficients that depend on the film model of the friction set
 VISCOUS_COLUMNS = 4
 #: friction parameters that the map does not depend on
-NOT_IN_MAP = ("set", "sliding_coefficient", "apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
+NOT_IN_MAP = (
+    "set",
+    "sliding_coefficient",
+    "apparent_viscosity_ratio",
+    "net_sliding_coefficient",
+    "roughness_height",
+)
 
 
 def map_parameters_json(parameters: Parameters) -> str:
@@ -47,7 +53,9 @@ def map_parameters_json(parameters: Parameters) -> str:
 
 def packaged_map(kinematics: str) -> Path:
     """File of the packaged map of a kinematics."""
-    with resources.as_file(resources.files("ballscrew_tehl") / "data" / f"map_gd4008_{kinematics}.nc") as path:
+    with resources.as_file(
+        resources.files("ballscrew_tehl") / "data" / f"map_gd4008_{kinematics}.nc"
+    ) as path:
         return path
 
 
@@ -83,7 +91,10 @@ def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) 
         variables[f"viscous_coefficients_{film}"] = (
             ("force_knot", "speed_knot", "temperature_knot", "viscous_column"),
             arrays["coefficients"][..., :VISCOUS_COLUMNS],
-            {"long_name": "uniform cubic B-spline coefficients of ln values of one nut: " + ", ".join(SURFACES[:4])},
+            {
+                "long_name": "uniform cubic B-spline coefficients of ln values of one nut: "
+                + ", ".join(SURFACES[:4])
+            },
         )
     arrays = built.arrays[FILM_MODELS[0]]
     variables["extreme_coefficients"] = (
@@ -124,7 +135,9 @@ def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) 
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + ".part")
     try:
-        xr.Dataset(variables, coordinates, attributes).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
+        xr.Dataset(variables, coordinates, attributes).to_netcdf(
+            temporary, engine="scipy", format="NETCDF3_64BIT"
+        )
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
@@ -154,7 +167,9 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
         raise MapError(f"{path}: map file format {found}; expected {FILE_FORMAT}: build the map again")
     actual = _file_hash(text, variables)
     if actual != digest:
-        raise MapError(f"{path}: content hash {actual[:12]}; expected {digest[:12]}: the file was changed or damaged")
+        raise MapError(
+            f"{path}: content hash {actual[:12]}; expected {digest[:12]}: the file was changed or damaged"
+        )
     return dict(header, file_hash=digest), variables
 
 
@@ -171,7 +186,9 @@ def _refuse_other_parameters(path: Path, header: Mapping[str, Any], parameters: 
         if isinstance(a, dict) and isinstance(b, dict):
             key = next(key for key in sorted(set(a) | set(b)) if a.get(key) != b.get(key))
             where, found, wanted = f"{table}.{key}", a.get(key), b.get(key)
-        raise MapError(f"{path}: map of other parameters: {where} = {found}; expected {wanted}: build a map for this screw")
+        raise MapError(
+            f"{path}: map of other parameters: {where} = {found}; expected {wanted}: build a map for this screw"
+        )
 
 
 def _path_for(path: Path | str | None, parameters: Parameters) -> Path:
@@ -189,8 +206,13 @@ def load_map(path: Path | str | None, parameters: Parameters) -> NutMap:
     _refuse_other_parameters(path, header, parameters)
     friction = default_friction_set(parameters)
     film = friction.film_model if friction.film_model in FILM_MODELS else FILM_MODELS[0]
-    coefficients = np.concatenate([variables[f"viscous_coefficients_{film}"], variables["extreme_coefficients"]], axis=-1)
-    arrays = {name: variables[name] for name in ("force_coefficients", "separation_coefficients", "sharing_coefficients")}
+    coefficients = np.concatenate(
+        [variables[f"viscous_coefficients_{film}"], variables["extreme_coefficients"]], axis=-1
+    )
+    arrays = {
+        name: variables[name]
+        for name in ("force_coefficients", "separation_coefficients", "sharing_coefficients")
+    }
     header = dict(header, film_model=film, defaults=dict(zip(
         ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height"), friction.values, strict=True
     )))  # fmt: skip
