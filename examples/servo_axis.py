@@ -75,8 +75,8 @@ class Axis:
         a, b = self.coupling
         if not (b <= 1.0 and a < 4.0 - 2.0 * b):
             raise ValueError(
-                f"step = {self.step} s; explicit coupling needs step^2 s0/J < 4 - 2 b and b = step s1/J <= 1, "
-                f"found {a:.3g} and b = {b:.3g}: take a smaller step, stiffness or damping"
+                f"step = {self.step} s; explicit coupling needs step^2 s0/J < 4 - 2b, b = step s1/J <= 1; "
+                f"found {a:.3g}, {b:.3g}: take a smaller step, stiffness or damping"
             )
 
     @property
@@ -395,9 +395,7 @@ def draw_reversal(panels: Any, result: dict[str, Any]) -> None:
         title="Reversal on a milled circle, 10 mm radius, 1.2 m/min", ylabel="following error [\u00b5m]"
     )
     torque.set(ylabel="motor torque [N m]", xlabel="time from the reversal of the reference [ms]")
-    loop.set(
-        ylabel="friction torque [N m]", xlabel="travel of the screw from the turning point [\u00b5m]"
-    )
+    loop.set(ylabel="friction torque [N m]", xlabel="travel of the screw from the turning point [\u00b5m]")
     loop.set(xlim=(-30.0, 1.0), ylim=(-0.95, 0.95))
     for panel in (error, torque):
         panel.set_xlim(-150.0, 150.0)

@@ -345,6 +345,7 @@ def test_an_answer_from_the_map_is_fast_and_needs_no_compiler(arguments):
 
 def test_names_offered_are_those_known():
     """The parser repeats names so that it need not import what knows them."""
+    from ballscrew_tehl.calibrate import PACKAGED_FILM
     from ballscrew_tehl.contact.moes import LAWS
     from ballscrew_tehl.contact_command import LAWS as OFFERED_LAWS
     from ballscrew_tehl.friction_fit import LOSSES
@@ -356,7 +357,8 @@ def test_names_offered_are_those_known():
     assert tuple(SETS) == cli.SET_NAMES
     assert tuple(KINEMATICS) == cli.KINEMATICS
     assert (*FILM_MODELS, "hamrock_dowson") == cli.FILMS
-    assert set(cli.PACKAGED_FILM) == set(KINEMATICS)
+    assert set(PACKAGED_FILM) == set(SETS)
+    assert set(PACKAGED_FILM.values()) <= set(cli.FILMS)
     assert tuple(LAWS) == OFFERED_LAWS
 
 

@@ -202,7 +202,7 @@ def test_bristle_keeps_energy_that_is_not_heat_yet(servo_axis, fmu, axis, synthe
 
 
 def test_following_error_without_friction_is_that_of_the_linear_cascade(result, axis):
-    """Amplitude on the circle from the transfer function; the current loop is too fast to matter at 2 rad/s."""
+    """Amplitude on the circle from the transfer function; at 2 rad/s the current loop does not matter."""
     run = result["runs"]["circle_without"]
     s, r = 2.0j, axis.ratio
     controller = axis.speed_gain * (1.0 + 1.0 / (axis.reset_time * s))

@@ -30,11 +30,9 @@ TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
 PRELOAD_POINT = (TORQUE, TURNING, TEMPERATURE)
 
 FILMS = ("solved", "solved_thermal", "hamrock_dowson")
-#: film model that the packaged friction sets are fitted with
-PACKAGED_FILM = {"published": "solved", "rolling_frame": "solved_thermal"}
 KINEMATICS = ("published", "rolling_frame")
 SET_NAMES = ("two_parameter", "three_parameter")
-LOSS_NAMES = ("least_squares", "table_limited", "table_minimax")
+LOSS_NAMES = ("least_squares", "soft_l1", "table_minimax")
 
 
 class Parser(argparse.ArgumentParser):
@@ -112,7 +110,7 @@ def _calibrate(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--film",
         choices=FILMS,
-        help="film model; default: solved (published), solved_thermal (rolling_frame)",
+        help="film model; default: solved for two_parameter, solved_thermal for three_parameter",
     )
     _screw_options(parser, with_map=False)
     add_json(parser)

@@ -11,7 +11,7 @@ from argparse import Namespace
 from typing import TYPE_CHECKING, Any
 
 from . import __version__
-from .cli import FILMS, PACKAGED_FILM, PRELOAD_POINT, TORQUE_POINT
+from .cli import FILMS, PRELOAD_POINT, TORQUE_POINT
 from .friction_set import FrictionSet, default_friction_set
 from .measurements import CELSIUS, RPM
 from .operating_points import print_results, read_points
@@ -207,7 +207,7 @@ def run_preload(args: Namespace) -> int:
 
 def run_calibrate(args: Namespace) -> int:
     """Fit to the user's measurements, or refit the packaged sets."""
-    from .calibrate import calibrate_packaged, fit_friction_set, torque_basis
+    from .calibrate import PACKAGED_FILM, calibrate_packaged, fit_friction_set, torque_basis
     from .friction_set import PACKAGED_SETS, write_friction_sets
     from .measurements import read_measurements
     from .validation import friction_set_text
@@ -218,19 +218,18 @@ def run_calibrate(args: Namespace) -> int:
     if args.packaged:
         output = args.output or PACKAGED_SETS
 
-        def film_for_kinematics(kinematics: str) -> FilmModel:
-            variant = changed(parameters, friction={"kinematics": kinematics})
-            return film_model_of(args.film or PACKAGED_FILM[kinematics], variant)
+        def film_model(variant: Parameters, name: str) -> FilmModel:
+            return film_model_of(args.film or PACKAGED_FILM[name], variant)
 
-        sets = calibrate_packaged(film_for_kinematics, parameters, output, _say)
+        sets = calibrate_packaged(film_model, parameters, output, _say)
     else:
         output = args.output
         name = args.set or parameters.friction.set
         measurements = read_measurements(args.measurements, parameters.lubricant.reference_temperature)
-        film_model = film_model_of(args.film or PACKAGED_FILM[parameters.friction.kinematics], parameters)
-        basis = torque_basis(parameters, film_model, measurements)
+        film = film_model_of(args.film or PACKAGED_FILM[name], parameters)
+        basis = torque_basis(parameters, film, measurements)
         provenance = f"{args.measurements}, {len(basis)} distinct points, ballscrew_tehl {__version__}"
-        found = fit_friction_set(basis, parameters, film_model.name, name, args.loss, provenance=provenance)
+        found = fit_friction_set(basis, parameters, film.name, name, args.loss, provenance=provenance)
         sets = {(found.kinematics, found.name): found}
         if output:
             write_friction_sets(output, sets, "Fitted by python -m ballscrew_tehl calibrate")
@@ -256,6 +255,15 @@ def run_validate(args: Namespace) -> int:
     from .validation import friction_set_text, table_text, validation_tables
 
     parameters = screw_of(args)
+    if args.contacts:
+        from .contact_validation import section5_contacts, section5_text
+
+        contacts = section5_contacts(parameters)
+        if args.json:
+            print_results([row._asdict() for row in contacts], True, True)
+        else:
+            print(section5_text(contacts))
+        return 0
     nut_map = _map_of(args, parameters)
     chosen = default_friction_set(parameters)
     packaged = [s for s in load_friction_sets().values() if s.kinematics == parameters.friction.kinematics]

@@ -82,7 +82,7 @@ def section5_contacts(parameters: Parameters) -> list[ContactRow]:
                         fine.traction_force,
                         fine.converged and coarse.converged,
                         max(changes),
-                    )  # fmt: skip
+                    )
                 )
     return rows
 

@@ -4,8 +4,9 @@ All losses look at the relative error r = w (T/T_measured - 1) of the torque, w 
 
 least_squares   sum of r^2 over the distinct points
 table_minimax   the largest over the tables of mean(|r|)/target
-table_limited   least_squares among the values that keep mean(|r|) of every table within its target;
-                table_minimax if there are none
+soft_l1         sum of 2 s^2 (sqrt(1 + (r/s)^2) - 1), s = 1 %: squares below about 1 %, absolute values above, so that
+                single stray points do not pull the fit (scipy's soft_l1)
+table_minimax if there are none
 
 A point counts in the mean of each of its tables. Points that stand in no table form one table together. The
 target of a table is 1 (100 %) unless given.
@@ -18,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares, linprog, minimize, minimize_scalar, nnls
+from scipy.optimize import least_squares, linprog, minimize_scalar, nnls
 
 from .friction import roughness_share, roughness_share_slope
 from .measurements import Measurement
@@ -26,6 +27,8 @@ from .torque import NutSums
 
 #: the table of the points that stand in none
 NO_TABLE = "all"
+#: relative error at which soft_l1 passes from squares to absolute values
+SOFT_SCALE = 0.01
 
 #: ratio [1], net sliding coefficient [1], roughness height [m]
 Values = Sequence[float] | NDArray[np.float64]
@@ -126,38 +129,52 @@ def _scale(basis: TorqueBasis) -> np.ndarray:
 
 
 def _least_squares(basis: TorqueBasis, count: int, targets: Targets) -> np.ndarray:
-    if count == 2:
+    return _smallest(basis, count, "linear")
+
+
+def _soft_l1(basis: TorqueBasis, count: int, targets: Targets) -> np.ndarray:
+    return _smallest(basis, count, "soft_l1")
+
+
+def _smallest(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
+    """Smallest sum of scipy's loss of the errors, none of the parameters negative."""
+    if count == 2 and loss == "linear":
         return _linear_fit(basis, 0.0)
     best, lowest, scale = None, np.inf, _scale(basis)
 
     # the square of the height as unknown: the torque changes linearly with it near 0
     def values(x: np.ndarray) -> np.ndarray:
-        return scale * np.array([x[0], x[1], np.sqrt(x[2])])
+        return scale * np.array([x[0], x[1], np.sqrt(x[2]) if count == 3 else 0.0])
 
     def slopes(x: np.ndarray) -> np.ndarray:
-        return basis.jacobian(values(x)) * scale * np.array([1.0, 1.0, 0.5 / np.sqrt(x[2])])
+        slope = np.array([1.0, 1.0, 0.5 / np.sqrt(x[2]) if count == 3 else 0.0])
+        return (basis.jacobian(values(x)) * scale * slope)[:, :count]
 
     # the loss may have several valleys in the roughness height
-    for height in (0.3, 1.0, 3.0):
+    for height in (0.3, 1.0, 3.0) if count == 3 else (0.0,):
         start = np.maximum(_linear_fit(basis, height * scale[2]) / scale, 1e-3)
         start[2] = height**2
         found = least_squares(
             lambda x: basis.errors(values(x)),
-            start,
+            start[:count],
             jac=slopes,
             bounds=(0.0, np.inf),
+            loss=loss,
+            f_scale=SOFT_SCALE,
             xtol=1e-12,
             ftol=1e-12,
             gtol=1e-12,
-            max_nfev=1000,
+            max_nfev=2000,
         )
         if not found.success:
             raise ArithmeticError(f"fit stopped without a minimum: {found.message}")
         if found.cost < lowest * (1.0 - 1e-12):
             best, lowest = values(found.x), found.cost
     assert best is not None
-    # the method stays inside its bounds: a height too small to matter is none
-    return _linear_fit(basis, 0.0) if best[2] < 1e-3 * basis.film.min() else best
+    if count == 3 and best[2] < 1e-3 * basis.film.min():
+        # the method stays inside its bounds: a height too small to matter is none
+        return _smallest(basis, 2, loss)
+    return best
 
 
 def _shares_of_tables(basis: TorqueBasis, targets: Targets) -> np.ndarray:
@@ -207,58 +224,9 @@ def _table_minimax(basis: TorqueBasis, count: int, targets: Targets) -> np.ndarr
     return _minimax_at(basis, float(refined.x) if refined.fun < losses[i] else float(heights[i]), targets)[1]
 
 
-def _table_limited(basis: TorqueBasis, count: int, targets: Targets) -> np.ndarray:
-    mean = _shares_of_tables(basis, targets)
-    free = _least_squares(basis, count, targets)
-    if np.all(mean @ np.abs(basis.errors(free)) <= 1.0):
-        return free
-    start = _table_minimax(basis, count, targets)
-    if not np.all(mean @ np.abs(basis.errors(start)) < 1.0):
-        return start
-    # unknowns: the parameters and, per point, a bound on |r|, both of size 1
-    scale, unit, n = _scale(basis)[:count], float(np.abs(basis.errors(free)).mean()), len(basis)
-
-    def values(x: np.ndarray) -> np.ndarray:
-        return np.array([*(x[:count] * scale), 0.0])[:3]
-
-    def errors(x: np.ndarray) -> np.ndarray:
-        return basis.errors(values(x)) / unit
-
-    def slopes(x: np.ndarray) -> np.ndarray:
-        return basis.jacobian(values(x))[:, :count] * scale / unit
-
-    of_bounds = np.hstack([np.zeros((len(mean), count)), mean * unit])
-    one = np.eye(n)
-    found = minimize(
-        lambda x: float(np.mean(errors(x) ** 2)),
-        np.r_[start[:count] / scale, np.abs(basis.errors(start)) / unit],
-        jac=lambda x: np.r_[2.0 / n * errors(x) @ slopes(x), np.zeros(n)],
-        bounds=[(0.0, None)] * (count + n),
-        constraints=[
-            {
-                "type": "ineq",
-                "fun": lambda x: x[count:] - errors(x),
-                "jac": lambda x: np.hstack([-slopes(x), one]),
-            },
-            {
-                "type": "ineq",
-                "fun": lambda x: x[count:] + errors(x),
-                "jac": lambda x: np.hstack([slopes(x), one]),
-            },
-            {"type": "ineq", "fun": lambda x: 1.0 - of_bounds @ x, "jac": lambda x: -of_bounds},
-        ],
-        method="SLSQP",
-        options={"ftol": 1e-12, "maxiter": 500},
-    )
-    # mode 8: no descent left within rounding
-    if not (found.success or found.status == 8):
-        raise ArithmeticError(f"fit stopped without a minimum: {found.message}")
-    return values(found.x)
-
-
 LOSSES: dict[str, Loss] = {
     "least_squares": _least_squares,
-    "table_limited": _table_limited,
+    "soft_l1": _soft_l1,
     "table_minimax": _table_minimax,
 }
 
