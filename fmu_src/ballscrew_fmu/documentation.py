@@ -42,7 +42,8 @@ outputs follow the inputs.</li>
 <li>Inputs beyond the map are clamped, in_range is false, one warning per input is logged. Preload 0 without
 axial load gives torque 0. All parameters may change between steps.</li>
 <li>NaN, infinity, a number of {limit:g} or more, a negative parameter or step size: doStep returns Discard,
-nothing changes, the log (if it is on) names the variable. A later usable value works again.</li>
+nothing changes, the log names the variable (if it is on: in fmpy instantiate(loggingOn=True)). A later usable
+value works again.</li>
 <li>Below {slowest:.3g} rad/s the viscous torque goes smoothly and linearly to 0 at rest, the film follows
 speed^0.67.</li>
 <li>Standstill: the Coulomb parts follow tanh(speed/regularization_speed). They cannot hold an axis at rest,
@@ -51,7 +52,8 @@ and in explicit coupling with an inertia J they ripple unless the step is shorte
 <li>presliding_stiffness &gt; 0 replaces the tanh by an elasto-plastic bristle: the axis holds, stores energy
 and springs back, so friction_torque may point along the motion and power_loss differs from torque times
 speed. Explicit coupling with step h needs damping:
-presliding_stiffness &lt; (presliding_damping/h)(1 - h presliding_damping/J).</li>
+presliding_stiffness &lt; (presliding_damping/h)(1 - h presliding_damping/J). The damping adds its own torque
+while the bristle yields: keep presliding_damping times speed well below the Coulomb torque.</li>
 <li>The state of the FMU can be saved, restored and serialized, bristle included. A state of another version
 or map is refused: an error is logged and steps are discarded until a state of this FMU is restored.</li>
 </ul>

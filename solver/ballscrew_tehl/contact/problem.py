@@ -63,6 +63,7 @@ class ContactProblem:
         solid: SolidParameters,
         options: SolverOptions,
     ) -> None:
+        self.given = conditions
         if conditions.u_e < 0.0:
             # rolling the other way round is the mirror image
             conditions = replace(conditions, u_1=-conditions.u_1, u_2=-conditions.u_2)

@@ -24,9 +24,9 @@ RESOLVED_CELLS = 2.8
 
 @dataclass(frozen=True)
 class ContactSolution:
-    """Result of a solve; fields are (n_y, n_x) on the half plane Y >= 0, temperature (n_y, n_x, n_z+1).
+    """Result of a solve; fields are (n_y, n_x) on the half plane Y >= 0, X along the entrainment.
 
-    h_c, h_m central and minimum film [m]; p_max largest pressure [Pa]; temperature_rise largest rise in the film [K];
+    Temperature is (n_y, n_x, n_z+1); h_c, h_m central and minimum film [m]; p_max largest pressure [Pa]; temperature_rise largest rise in the film [K];
     traction_force [N] on body 2 along u_1 - u_2 (its sign: positive drags body 2 towards u_1); branch "resolved" or
     "asymptotic"; M, L Moes numbers; reason why the iteration stopped.
     """
@@ -176,15 +176,14 @@ def _result(problem: ContactProblem, it: Iteration, seconds: float) -> ContactSo
     inlet_film = h_c if it.temperature is None else max(h_c, scales.film_estimate)
     resolved = problem.cells_in_inlet(inlet_film) >= RESOLVED_CELLS
     rise = 0.0 if it.temperature is None else float(it.temperature.max()) - problem.conditions.temperature
-    sign = 1.0
     return ContactSolution(
-        conditions=problem.conditions,
+        conditions=problem.given,
         hertz=scales.hertz,
         h_c=h_c * scales.h_unit,
         h_m=_minimum_film(grid.x, grid.y, gap) * scales.h_unit,
         p_max=float(it.state.p.max()) * scales.hertz.p_max,
         temperature_rise=rise,
-        traction_force=sign * it.traction,
+        traction_force=math.copysign(it.traction, it.traction * problem.given.u_e),
         converged=it.converged,
         reason=it.reason,
         iterations=it.iterations,

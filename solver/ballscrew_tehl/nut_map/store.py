@@ -205,7 +205,12 @@ def load_map(path: Path | str | None, parameters: Parameters) -> NutMap:
     header, variables = _read(path)
     _refuse_other_parameters(path, header, parameters)
     friction = default_friction_set(parameters)
-    film = friction.film_model if friction.film_model in FILM_MODELS else FILM_MODELS[0]
+    film = friction.film_model
+    if film not in FILM_MODELS:
+        raise MapError(
+            f"{path}: friction set {friction.name} is fitted with the film {film}; expected one of "
+            f"{', '.join(FILM_MODELS)}: the map holds no other"
+        )
     coefficients = np.concatenate(
         [variables[f"viscous_coefficients_{film}"], variables["extreme_coefficients"]], axis=-1
     )
