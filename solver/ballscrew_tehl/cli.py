@@ -121,6 +121,11 @@ def _validate(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser(
         "validate", help="the model beside the measured torques and published models"
     )
+    parser.add_argument(
+        "--contacts",
+        action="store_true",
+        help="instead: solve the contact of section 5.1 of the paper, both kinematics, beside the printed values",
+    )
     _screw_options(parser)
     add_json(parser)
     parser.set_defaults(run="commands.run_validate")

@@ -264,23 +264,25 @@ def run_validate(args: Namespace) -> int:
         else:
             print(section5_text(contacts))
         return 0
-    nut_map = _map_of(args, parameters)
     chosen = default_friction_set(parameters)
     packaged = [s for s in load_friction_sets().values() if s.kinematics == parameters.friction.kinematics]
     sets = [chosen] + [s for s in packaged if s.name != chosen.name]
     found = {}
     for entry in sets:
-        _warn_of_film(entry, nut_map.header["film_model"])
+        # every set looks up the film that it was fitted with
+        own = _map_of(args, changed(parameters, friction={"set": entry.name}))
 
-        def evaluate(preload: float, speed: float, temperature: float, entry: FrictionSet = entry) -> float:
-            state = nut_map.evaluate(preload, speed, temperature, 0.0, *entry.values)
+        def evaluate(
+            preload: float, speed: float, temperature: float, own: NutMap = own, entry: FrictionSet = entry
+        ) -> float:
+            state = own.evaluate(preload, speed, temperature, 0.0, *entry.values)
             return float(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
 
         found[entry.name] = validation_tables(evaluate)
     if args.json:
         result = {
             "kinematics": parameters.friction.kinematics,
-            "map_hash": nut_map.header["file_hash"],
+            "map_hash": own.header["file_hash"],
             "version": __version__,
             "tables": {name: [t._asdict() | {"rows": [r._asdict() for r in t.rows]} for t in tables]
                        for name, tables in found.items()},

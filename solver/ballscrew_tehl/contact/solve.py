@@ -26,9 +26,9 @@ RESOLVED_CELLS = 2.8
 class ContactSolution:
     """Result of a solve; fields are (n_y, n_x) on the half plane Y >= 0, X along the entrainment.
 
-    Temperature is (n_y, n_x, n_z+1); h_c, h_m central and minimum film [m]; p_max largest pressure [Pa]; temperature_rise largest rise in the film [K];
-    traction_force [N] on body 2 along u_1 - u_2 (its sign: positive drags body 2 towards u_1); branch "resolved" or
-    "asymptotic"; M, L Moes numbers; reason why the iteration stopped.
+    temperature (n_y, n_x, n_z+1) [K]; h_c, h_m central and minimum film [m]; p_max largest pressure [Pa];
+    temperature_rise largest rise in the film [K]; traction_force [N] on body 2 (positive where it drags body 2
+    towards u_1); branch "resolved" or "asymptotic"; M, L Moes numbers; reason why the iteration stopped.
     """
 
     conditions: ContactConditions
