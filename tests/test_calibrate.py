@@ -248,8 +248,13 @@ def test_packaged_calibration_writes_what_it_returns(tmp_path):
         # the rolling frame fits as well as the published kinematics
         assert entry.errors["mean"] == pytest.approx(sets["published", key[1]].errors["mean"], abs=1e-3)
     assert len(told) == 8
-    # production chain: loaded contact angle and true loads; Hamrock-Dowson film
-    default = sets["published", "three_parameter"]
+
+
+def test_packaged_default_set_reaches_what_the_publication_reaches():
+    """Bounds: mean deviations of the published model; leave-one-out of the Hamrock-Dowson film rounded up."""
+    default = load_friction_sets()["published", "three_parameter"]
+    assert default.film_model == PACKAGED_FILM["three_parameter"]
+    assert default.loss == PACKAGED_LOSS
     assert default.errors["table2"] <= 0.0159
     assert default.errors["table4"] <= 0.0117
     assert default.errors["leave_one_out_mean"] <= 0.021

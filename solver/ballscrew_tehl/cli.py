@@ -81,8 +81,8 @@ def _map(commands: argparse._SubParsersAction) -> None:
     check = actions.add_parser("check", help="load a map, verify its hash and compare it with direct solves")
     info = actions.add_parser("info", help="axes, parameters, version and certificate of a map")
     for action in (build, check):
-        text = "random operating points to compare with direct solves (default 6)"
-        action.add_argument("--count", type=int, default=6, metavar="N", help=text)
+        text = "random operating points to compare with direct solves (default %(default)s)"
+        action.add_argument("--count", type=int, default=24 if action is build else 4, metavar="N", help=text)
     for action in (check, info):
         action.add_argument("file", nargs="?", metavar="FILE", help="map file; default: the packaged map")
     for action, name in ((build, "build"), (check, "check"), (info, "info")):

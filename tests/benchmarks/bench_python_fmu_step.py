@@ -1,6 +1,6 @@
 """Cost of a step of the Python FMU beside that of an empty pythonfmu slave, measured in turn in one run.
 
-`python tests/benchmarks/test_python_fmu_step.py` prints the figures.
+`python tests/benchmarks/bench_python_fmu_step.py` prints the figures.
 """
 
 import subprocess
@@ -9,15 +9,13 @@ import tempfile
 import time
 from pathlib import Path
 
-import pytest
-
 sys.path.insert(0, str(Path(__file__).parents[1]))  # run as a script
 from synthetic_map import make_map
 
 from ballscrew_fmu.package import build_fmu
 from ballscrew_fmu.replay import FmuInstance
 
-TARGET = 25e-6  # [s] a step may cost more than one of the empty slave
+TARGET = 25e-6  # [s] more than the empty slave is what a step of the map may cost
 EMPTY = """
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 
@@ -75,15 +73,9 @@ def measure(folder: Path, repeats: int = 25, steps: int = 400) -> dict[str, floa
     return least
 
 
-@pytest.mark.slow
-def test_a_map_step_costs_little_more_than_an_empty_slave(tmp_path):
-    least = measure(tmp_path)
-    for name in ("map", "map with axial load", "map with bristle"):
-        assert least[name] - least["empty slave"] <= TARGET
-
-
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as scratch:
         figures = measure(Path(scratch))
     for case, seconds in figures.items():
         print(f"{case:22s} {1e6 * seconds:6.1f} us  {1e6 * (seconds - figures['empty slave']):+6.1f} us")
+    print(f"target: {1e6 * TARGET:+.0f} us")
