@@ -32,7 +32,7 @@ SHARE = {FILMS[0]: 1.0, FILMS[1]: 0.8, FILMS[2]: 0.5}
 
 
 #: exponent of load by which the film leaves the closed formula: it falls with load on the screw and rises on the nut
-LOAD_EXPONENT = {"screw": -0.02, "nut": 0.3}
+LOAD_EXPONENT = {"screw": -0.02, "nut": 0.12}
 
 
 def _coordinates(load, speed, temperature):
