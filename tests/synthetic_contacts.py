@@ -19,10 +19,10 @@ from ballscrew_tehl.nut_map.evaluate import NutMap
 from ballscrew_tehl.nut_map.packed import sealed
 
 GRID = MapGrid(
-    force=(120.0, 12000.0, 7),
-    speed=(300.0 * RPM, 3000.0 * RPM, 6),
+    force=(400.0, 12000.0, 7),
+    speed=(100.0 * RPM, 1000.0 * RPM, 6),
     temperature=(293.15, 313.15, 4),
-    preload=(200.0, 9000.0, 5),
+    preload=(400.0, 9000.0, 5),
     share_nodes=6,
     contact_nodes=(4, 5, 4),
 )
@@ -36,7 +36,7 @@ LOAD_EXPONENT = {"screw": -0.02, "nut": 0.12}
 
 
 def _coordinates(load, speed, temperature):
-    return np.log(load / 30.0), np.log(speed / 100.0), (temperature - 303.15) / 10.0
+    return np.log(load / 30.0), np.log(speed / 30.0), (temperature - 303.15) / 10.0
 
 
 def ratio(raceway, name, load, speed, temperature):
