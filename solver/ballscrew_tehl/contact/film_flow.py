@@ -16,6 +16,7 @@ from ..parameters import LubricantParameters
 from .grid import Array
 
 TABLE_SPAN = 640.0  # K
+ROELANDS_LN = lubricant_laws.ROELANDS_LN  # ln of 1/(6.3e-5 Pa s)
 TABLE_STEP = 0.25  # K; linear interpolation of ln eta0 is then good to 1e-5
 
 
@@ -64,17 +65,17 @@ def pressure_factor(oil, p):
 @njit(cache=True)
 def ln_viscosity(oil, factor, t):
     """ln eta(p, T) and d ln eta/dT from the pressure factor and the temperature [K]."""
-    s = (t - oil.table_start) / 0.25
+    s = (t - oil.table_start) / TABLE_STEP
     k = int(s)
     if k < 0:
         k = 0
     if k > oil.ln_eta0.size - 2:
         k = oil.ln_eta0.size - 2
-    slope = (oil.ln_eta0[k + 1] - oil.ln_eta0[k]) / 0.25
+    slope = (oil.ln_eta0[k + 1] - oil.ln_eta0[k]) / TABLE_STEP
     w = min(max(s - k, 0.0), 1.0)
-    base = oil.ln_eta0[k] + w * 0.25 * slope
+    base = oil.ln_eta0[k] + w * TABLE_STEP * slope
     if oil.roelands == 1:
-        return base + (base + 9.67) * factor, slope * (1.0 + factor)
+        return base + (base + ROELANDS_LN) * factor, slope * (1.0 + factor)
     return base + factor, slope
 
 
