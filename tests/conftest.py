@@ -1,5 +1,11 @@
 """Fixtures shared by the tests; its place puts this folder on the import path (synthetic_map)."""
 
+import os
+
+# the matrices are small: BLAS threads cost more than they save; must be set before numpy is imported
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 import pytest
 from synthetic_map import make_map
 

@@ -139,7 +139,12 @@ def jacobian_times(width, kappa_h, c_x, c_y, wedge, gap, g, dg, penalty, dp, dh)
     """Twin of kernels.jacobian_times: the divergence of the changed fluxes."""
     d_mass = g * dh + gap * dg * dp
     before = np.concatenate([d_mass[:, :1], d_mass[:, :-2]], axis=1)
-    flow_x = c_x[..., 0] * dp[:, :-1] + c_x[..., 1] * dp[:, 1:] + c_x[..., 2] * dh[:, :-1] + c_x[..., 3] * dh[:, 1:]
+    flow_x = (
+        c_x[..., 0] * dp[:, :-1]
+        + c_x[..., 1] * dp[:, 1:]
+        + c_x[..., 2] * dh[:, :-1]
+        + c_x[..., 3] * dh[:, 1:]
+    )
     flow_x -= wedge[..., 0] * d_mass[:, :-1] + wedge[..., 1] * before + wedge[..., 2] * d_mass[:, 1:]
     flow_y = c_y[..., 0] * dp[:-1] + c_y[..., 1] * dp[1:] + c_y[..., 2] * dh[:-1] + c_y[..., 3] * dh[1:]
     out = residual(width, kappa_h, flow_x, flow_y)

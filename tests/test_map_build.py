@@ -35,6 +35,9 @@ from ballscrew_tehl.torque import double_nut_torque
 SCREW = GD4008.screw
 FRICTION = FrictionSet("test", "published", "solved", 7.0, 0.005, 3e-8)
 MAP = nut_map_of(small_map())
+#: what the few nodes of GRID leave, and the closed formula of the contact map: it takes the mean radii of the balls
+#: that are asked for together, so that a ball among others differs from the same ball alone by 6e-5
+CLOSED = 4e-4
 
 
 def nodes(name):
@@ -90,7 +93,7 @@ def test_header_counts_the_contacts():
     n_load, n_speed, n_temperature = GRID.contact_nodes
     # two raceways, isothermal and thermal
     assert header["contacts"] == 4 * n_load * n_speed * n_temperature
-    # closed_row flags loads above 100 N: the highest of four nodes between 1.9 and 250 N
+    # closed_row flags loads above 100 N: the highest of four nodes between 6 and 250 N
     assert header["asymptotic_share"] == pytest.approx(1.0 / n_load)
     assert header["axes"]["share"] == [0.0, 1.0, GRID.share_nodes]
     assert {name: tuple(header["axes"][name]) for name in ("force", "speed", "temperature", "preload")} == {
@@ -267,41 +270,50 @@ def largest_error(grid, film="solved"):
             float(np.exp(rng.uniform(*np.log(getattr(GRID, n)[:2])))) for n in ("force", "speed")
         )
         point = (preload, speed, float(rng.uniform(*GRID.temperature[:2])))
-        errors.append(abs(nut_map.evaluate(*point)[0] / direct_torque(*point, film=FILM_MODELS[film])[0] - 1.0))
+        errors.append(
+            abs(nut_map.evaluate(*point)[0] / direct_torque(*point, film=FILM_MODELS[film])[0] - 1.0)
+        )
     assert np.isfinite(errors).all()
     return max(errors)
 
 
 @pytest.mark.parametrize("film", ["solved", "solved_thermal"])
 def test_error_between_the_nodes_falls_with_the_fourth_power_of_their_distance(film):
-    coarse = largest_error(replace(GRID, force=(400.0, 12000.0, 5), speed=(*GRID.speed[:2], 5)), film)
-    fine = largest_error(
-        replace(
-            GRID,
-            force=(400.0, 12000.0, 9),
-            speed=(*GRID.speed[:2], 9),
-            temperature=(*GRID.temperature[:2], 7),
-        ),
-        film,
-    )
-    assert coarse < 1e-3
+    errors = [
+        largest_error(
+            replace(
+                GRID,
+                **{name: (*getattr(GRID, name)[:2], count) for name in ("force", "speed", "temperature")},
+            ),
+            film,
+        )
+        for count in (4, 7)
+    ]
+    assert errors[0] < 1e-3
     # half the distance, 1/16 in the limit
-    assert fine < coarse / 8.0
+    assert errors[1] < errors[0] / 8.0
 
 
 def test_random_points_with_axial_load_agree_with_the_sum_over_the_balls():
-    """Up to and beyond the load that frees a nut; the error is that of the few nodes of GRID."""
+    """Up to and beyond the load that frees a nut; the film is the closed one, without the contact map."""
     rng = np.random.default_rng(8)
-    free = 0
-    for _ in range(40):
-        preload = float(np.exp(rng.uniform(np.log(300.0), np.log(2500.0))))
+    shared = free = 0
+    for _ in range(60):
+        preload = float(np.exp(rng.uniform(np.log(600.0), np.log(2500.0))))
         speed = float(np.exp(rng.uniform(*np.log(GRID.speed[:2]))))
-        point = (preload, speed, float(rng.uniform(*GRID.temperature[:2])), preload * rng.uniform(-3.5, 3.5))
-        state, direct = MAP.evaluate(*point), direct_torque(*point)
+        axial = preload * rng.uniform(-3.5, 3.5)
+        force = double_nut_loads(SCREW, preload, axial, SCREW.ball_count)
+        relieved = min(force.force_a, force.force_b)
+        # below its axis of forces the map follows power laws
+        if 0.0 < relieved < GRID.force[0]:
+            continue
+        shared, free = shared + (relieved > 0.0), free + (relieved == 0.0)
+        point = (preload, speed, float(rng.uniform(*GRID.temperature[:2])), axial)
+        state, direct = MAP.evaluate(*point), direct_torque(*point, film=ClosedFilm(GD4008, False))
         assert state.in_range
-        free += double_nut_loads(SCREW, preload, point[3], SCREW.ball_count)[2] == 0.0
-        assert sum(state[:3]) == pytest.approx(direct.total, rel=3e-3)
-    assert free >= 2
+        assert state[:3] == pytest.approx(direct[:3], rel=CLOSED)
+    assert shared >= 20
+    assert free >= 5
 
 
 def test_extremes_are_those_of_all_balls_that_carry():
@@ -339,8 +351,9 @@ def test_extremes_are_those_of_all_balls_that_carry():
                 p_max,
                 loads.max(),
             ),
-            rel=1e-9,
+            rel=CLOSED,
         )
+        assert state[7:9] == pytest.approx((p_max, loads.max()), rel=1e-9)
     assert {("screw", SCREW.loaded_ball_count - 1), ("nut", 0)} <= ends
 
 
@@ -356,24 +369,24 @@ def test_relieved_nut_goes_from_the_preload_to_nothing():
     for i, preload in enumerate(nodes("preload").tolist()):
         expected = [separation_load(SCREW, preload, SCREW.ball_count, sign) / preload for sign in (1, -1)]
         assert ratio[i] == pytest.approx(expected, rel=1e-12)
-    # rigid bodies share by Hertz alone: 2^(3/2)
+    # rigid bodies under a light load, which keeps the contact angle, share by Hertz alone: 2^(3/2)
     stiff = changed(
         GD4008, screw={"youngs_modulus": 205e9, "screw_section_area": 1.0, "nut_section_area": 1.0}
     )
-    assert sharing_values(stiff, GRID)[0] == pytest.approx(2.0**1.5, rel=0.02)
+    assert sharing_values(stiff, GRID)[0][0] == pytest.approx(2.0**1.5, rel=0.01)
 
 
 @pytest.mark.parametrize("share", [-1.2, -0.99, -0.6, -0.1, 0.05, 0.35, 0.8, 0.97, 1.1])
 def test_forces_of_the_nuts_are_those_of_the_load_distribution(share):
     """Which nut is relieved does not show in a sum over both, how much each carries does."""
-    for preload in (250.0, 1100.0, 3000.0):
+    for preload in (450.0, 1100.0, 3000.0):
         sign = 1 if share > 0.0 else -1
         axial = share * separation_load(SCREW, preload, SCREW.ball_count, sign)
         loads = double_nut_loads(SCREW, preload, axial, SCREW.ball_count)
         relieved, loaded = sorted((loads.force_a, loads.force_b))
         found = MAP._forces_point(preload, axial)
-        # six nodes of the share: 0.05 % of the preload
-        assert found == pytest.approx((relieved, loaded), abs=5e-4 * preload)
+        # the spline over the share leaves 3e-5 near the end where the nut comes free
+        assert found == pytest.approx((relieved, loaded), abs=1e-4 * preload)
         assert found[1] - found[0] == pytest.approx(abs(axial), rel=1e-12)
         assert (relieved == 0.0) == (abs(share) > 1.0)
 

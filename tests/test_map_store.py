@@ -7,6 +7,7 @@ import os
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -117,7 +118,7 @@ def test_contact_map_comes_back(saved):
     for raceway in RACEWAYS:
         for name in QUANTITIES:
             np.testing.assert_array_equal(found.samples[raceway][name], given.samples[raceway][name])
-    loads = np.array([5.0, 30.0, 100.0])
+    loads = np.array([7.0, 30.0, 100.0])
     point = ("nut", "thermal_central_film", loads, 100.0, 300.0)
     np.testing.assert_array_equal(found.evaluate(*point), given.evaluate(*point))
     other = changed(GD4008, lubricant={"viscosity": 0.034})
@@ -301,6 +302,14 @@ def test_map_holds_for_every_friction_set(saved, friction):
     if "set" not in friction:
         point = (2000.0, 100.0, 303.0, 500.0)
         assert found.evaluate(*point) == usual.evaluate(*point, *found.defaults)
+
+
+def test_friction_set_of_another_film_is_refused(saved, monkeypatch):
+    friction = replace(default_friction_set(GD4008), film_model="hamrock_dowson")
+    monkeypatch.setattr(store, "default_friction_set", lambda parameters: friction)
+    message = refusal(saved)
+    assert "film hamrock_dowson" in message
+    assert f"expected one of {', '.join(store.FILM_MODELS)}" in message
 
 
 class Harmful:

@@ -28,7 +28,9 @@ def test_influence_is_the_integral_over_the_cell(distance, node, cell):
     # one quadrant at a time, so that the singular point is a corner
     low, high = (0.0, 0.5 * h_y) if distance == 0 else ((distance - 0.5) * h_y, (distance + 0.5) * h_y)
     parts = [(left, 0.0), (0.0, right)] if left < 0.0 < right else [(left, right)]
-    exact = sum(dblquad(lambda y, x: 1.0 / np.hypot(x, y), *part, low, high, epsabs=1e-9)[0] for part in parts)
+    exact = sum(
+        dblquad(lambda y, x: 1.0 / np.hypot(x, y), *part, low, high, epsabs=1e-9)[0] for part in parts
+    )
     exact *= 2.0 if distance == 0 else 1.0
     assert value == pytest.approx(exact, rel=1e-6)  # what dblquad reaches at the singular corner
 

@@ -74,6 +74,23 @@ class SolverOptions:
     max_newton: int = 300
     max_thermal: int = 500
 
+    def __post_init__(self) -> None:
+        least = {"n_x": 17, "n_y": 5, "n_z": 4, "max_newton": 1, "max_thermal": 1}
+        for name, bound in least.items():
+            value = getattr(self, name)
+            if not (value is None or value >= bound):
+                raise ValueError(f"{name} = {value}; needs a whole number >= {bound}")
+        if not (0.0 < self.tolerance < 1.0):
+            raise ValueError(
+                f"tolerance = {self.tolerance}; needs > 0, < 1: relative to the largest pressure"
+            )
+        # the Hertz ellipse must lie inside
+        for name, sign in (("x_in", -1.0), ("x_out", 1.0), ("y_max", 1.0)):
+            value = getattr(self, name)
+            if not (value is None or (sign * value > 1.0 and math.isfinite(value))):
+                relation = "<" if sign < 0.0 else ">"
+                raise ValueError(f"{name} = {value}; needs finite, {relation} {sign:g} Hertz half-widths")
+
 
 DEFAULT_OPTIONS = SolverOptions()
 

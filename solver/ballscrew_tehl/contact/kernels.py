@@ -35,7 +35,8 @@ def lifted_gap(h, floor):
     """
     if h >= floor:
         return h, 1.0
-    lifted = floor * np.exp(h / floor - 1.0)
+    # bounded: the exponential must not vanish, it is divided by
+    lifted = floor * np.exp(max(h / floor - 1.0, -100.0))
     return lifted, lifted / floor
 
 

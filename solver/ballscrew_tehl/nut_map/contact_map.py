@@ -83,6 +83,11 @@ class ContactMap:
         Raises       ValueError: outside the sampled range, unknown raceway or quantity
         """
         load = np.asarray(load, dtype=float)
+        if (raceway, name) not in self._coefficients:
+            raise ValueError(
+                f"raceway, quantity = {raceway}, {name}; allowed: {', '.join(RACEWAYS)} and "
+                f"{', '.join((*FILMS, 'temperature_rise'))}"
+            )
         log_value = _spline(self._coefficients[raceway, name], self.axes, load, speed, temperature)
         value = np.exp(log_value)
         if name in FILMS:

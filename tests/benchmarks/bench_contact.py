@@ -1,0 +1,116 @@
+"""Cost and accuracy of the contact solve.
+
+`python tests/benchmarks/bench_contact.py [--repeat N]` prints, per case and grid: nodes along x lines over the whole
+width, Moes M, median and best time of a solve whose kernels are compiled and whose grid is known, time of the grid
+itself, Newton steps, elastic deflections (the work unit of the targets) and the error of Hc against
+tests/published/data/film_references.csv. Thermal cases have no reference: h_c is compared with the finest grid.
+Set OPENBLAS_NUM_THREADS=1 on a machine that is shared: two BLAS threads that wait for a busy core cost 10 to 50 times.
+"""
+
+import argparse
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # run as a script
+from contact_cases import OIL, STEEL, conditions
+from reference_screw import published_rows
+
+from ballscrew_tehl.contact import reynolds
+from ballscrew_tehl.contact.moes import solve_moes
+from ballscrew_tehl.contact.solve import ContactSolution, SolverOptions, solve_contact
+
+#: rheology, M, L, ratio of rows of the table
+CASES = [
+    ("comp-Roelands", "200", "10", "1.0"),
+    ("inc-Barus", "200", "10", "1.0"),
+    ("comp-Roelands", "1000", "10", "0.0353"),
+    ("inc-Barus", "10000", "10", "0.0353"),
+]
+#: nodes along, lines over half the width; None: default
+GRIDS = [(65, 33), (129, None), (129, 65)]
+THERMAL = [("screw, 30 N, 2 m/s, srr 0.5", 0.5), ("screw, 30 N, 2 m/s, srr 1.5", 1.5)]
+THERMAL_GRIDS = [(65, 9, 8), (129, None, 10), (129, 33, 20)]
+HEADER = (
+    f"{'case':34s} {'grid':>12s} {'M':>7s} {'median ms':>9s} {'best ms':>8s} {'grid ms':>8s} {'steps':>5s} "
+    f"{'deflections':>11s} {'Hc error':>8s}"
+)
+
+
+def timed(solve: Callable[[], Any], repeat: int) -> tuple[Any, list[float], float]:
+    """Last result, seconds of every repetition, seconds that the first one took longer (its grid)."""
+    reynolds.contact_geometry.cache_clear()
+    first = time.perf_counter()
+    solution = solve()
+    first = time.perf_counter() - first
+    seconds = []
+    for _ in range(repeat):
+        begun = time.perf_counter()
+        solution = solve()
+        seconds.append(time.perf_counter() - begun)
+    return solution, seconds, max(0.0, first - statistics.median(seconds))
+
+
+def line(
+    case: str, layers: str, solution: ContactSolution, seconds: list[float], grid: float, error: float | None
+) -> str:
+    """One row of the table."""
+    size = f"{solution.x.size}x{2 * solution.y.size - 1}{layers}"
+    note = (
+        ""
+        if solution.converged and solution.branch == "resolved"
+        else f"  {solution.branch}: {solution.reason}"
+    )
+    shown = "" if error is None else f"{100.0 * error:+.2f} %"
+    return (
+        f"{case:34s} {size:>12s} {solution.M:7.4g} {1e3 * statistics.median(seconds):9.1f} {1e3 * min(seconds):8.1f} "
+        f"{1e3 * grid:8.1f} {solution.iterations:5d} {solution.deflections:11d} {shown:>8s}{note}"
+    )
+
+
+def isothermal(repeat: int) -> None:
+    rows = {(r["rheology"], r["M"], r["L"], r["lambda"]): r for r in published_rows("film_references.csv")}
+    for key in CASES:
+        row = rows[key]
+        M, L, ratio = (float(v) for v in key[1:])
+        law = {"inc-Barus": "barus", "comp-Roelands": "roelands"}[key[0]]
+        x_in, x_out = (float(v) for v in row["domain_x"].split(".."))
+        y_max = float(row["domain_y"].removeprefix("+-").removesuffix("b"))
+        for n_x, n_y in GRIDS:
+            options = SolverOptions(thermal=False, n_x=n_x, n_y=n_y, x_in=x_in, x_out=x_out, y_max=y_max)
+            film, *timing = timed(partial(solve_moes, M, L, ratio, law, options), repeat)
+            error = film.Hc / float(row["Hc"]) - 1.0
+            print(line(f"{key[0]} L {key[2]} ratio {key[3]}", "", film.solution, *timing, error))
+
+
+def thermal(repeat: int) -> None:
+    for name, srr in THERMAL:
+        timings = []
+        for n_x, n_y, n_z in THERMAL_GRIDS:
+            options = SolverOptions(n_x=n_x, n_y=n_y, n_z=n_z)
+            timings.append(timed(partial(solve_contact, conditions(srr=srr), OIL, STEEL, options), repeat))
+        finest = timings[-1][0].h_c
+        for (_, _, n_z), (solution, *timing) in zip(THERMAL_GRIDS, timings, strict=True):
+            error = None if solution.h_c == finest else solution.h_c / finest - 1.0
+            print(line(name, f"x{n_z}", solution, *timing, error))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--repeat", type=int, default=5, help="timed solves per line (default 5)")
+    repeat = parser.parse_args().repeat
+    # compile everything before the clock runs
+    solve_contact(conditions(), OIL, STEEL, SolverOptions(n_x=33, n_y=5, n_z=4, max_thermal=2))
+    print(HEADER)
+    isothermal(repeat)
+    thermal(repeat)
+
+
+if __name__ == "__main__":
+    main()
