@@ -6,10 +6,15 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import hypothesis
 import pytest
 from synthetic_map import make_map
 
 from ballscrew_tehl.nut_map.evaluate import NutMap
+
+# the same examples in every run, however slow the machine: a red run must mean a changed program
+hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
+hypothesis.settings.load_profile("repeatable")
 
 
 @pytest.fixture(scope="session")
