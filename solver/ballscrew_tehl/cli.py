@@ -164,6 +164,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters   arguments : without the program's name; None = those of the process
     Returns      exit code, see the top of this file
     """
+    # the solver's matrices are small: BLAS threads would cost more than they save (read when numpy is imported)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     args = build_parser().parse_args(_join_negative_numbers(sys.argv[1:] if arguments is None else arguments))
     module, function = args.run.split(".")
     try:
