@@ -2,8 +2,10 @@
 
 from functools import lru_cache
 
+import numpy as np
 from reference_screw import GD4008
 
+from ballscrew_tehl.contact.grid import Grid
 from ballscrew_tehl.contact.moes import MoesFilm, solve_moes
 from ballscrew_tehl.contact.solve import ContactConditions, ContactSolution, SolverOptions, solve_contact
 from ballscrew_tehl.hertz import E_prime, reduced_radii
@@ -16,24 +18,48 @@ MODULUS = E_prime(GD4008.screw)
 LONG, CIRCLE = 0.0353, 1.0
 
 
-def conditions(load=30.0, u_e=2.0, srr=0.5, temperature=303.15) -> ContactConditions:
-    """A screw-side contact; u_1 is the faster body for srr > 0."""
+def conditions(load=30.0, u_e=2.0, srr=0.5, temperature=303.15, **more) -> ContactConditions:
+    """A screw-side contact; u_1 is the faster body for srr > 0. more: differential_1, spin_1, ..."""
     return ContactConditions(
-        load, R_X, R_Y, u_e * (1.0 + 0.5 * srr), u_e * (1.0 - 0.5 * srr), temperature, MODULUS
+        load, R_X, R_Y, u_e * (1.0 + 0.5 * srr), u_e * (1.0 - 0.5 * srr), temperature, MODULUS, **more
     )
 
 
-@lru_cache(maxsize=64)
-def solved(at: ContactConditions, **options) -> ContactSolution:
-    """Solution on a coarse grid unless said otherwise."""
-    solution = solve_contact(at, OIL, STEEL, SolverOptions(**({"n_x": 65, "n_y": 9, "n_z": 8} | options)))
+def options(**changed) -> SolverOptions:
+    """A coarse grid unless said otherwise."""
+    return SolverOptions(**({"n_x": 65, "n_y": 9, "n_z": 8} | changed))
+
+
+@lru_cache(maxsize=128)
+def solved(at: ContactConditions, rheology="newtonian", **changed) -> ContactSolution:
+    """Solution of the oil with a rheology and its default constants."""
+    oil = OIL.model_copy(update={"rheology": rheology})
+    solution = solve_contact(at, oil, STEEL, options(**changed))
     assert solution.converged, solution.reason
     return solution
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=128)
 def moes(M, L, radius_ratio, law, **options) -> MoesFilm:
     """Isothermal film; default grid unless said otherwise."""
     film = solve_moes(M, L, radius_ratio, law, SolverOptions(thermal=False, **options))
     assert film.solution.converged, film.solution.reason
     return film
+
+
+def grid_of(solution: ContactSolution) -> Grid:
+    """Grid in metres."""
+    hertz, choice = solution.hertz, solution.choice
+    return Grid(solution.x * hertz.b, solution.y * hertz.a, choice.mirror, choice.open_side)
+
+
+def on_axis(solution: ContactSolution) -> int:
+    """Line Y = 0."""
+    return int(np.argmin(np.abs(solution.y)))
+
+
+def grid_film(solution: ContactSolution) -> float:
+    """Central film of the grid alone [m]: the quadratic through the three nodes around X = 0, not extrapolated."""
+    x, film = solution.x, solution.film[on_axis(solution)]
+    k = int(np.argmin(np.abs(x)))
+    return float(np.polyval(np.polyfit(x[k - 1 : k + 2], film[k - 1 : k + 2], 2), 0.0))

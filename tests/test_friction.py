@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 from ballscrew_tehl import friction
+from ballscrew_tehl.kinematics import FREE_ROLLING_POSITION
 
 
 def test_viscous_force_is_couette_shear_over_the_whole_ellipse():
@@ -36,8 +37,8 @@ def test_net_sliding_share_is_the_net_coulomb_force_of_a_hertz_line_load(c):
 
 
 def test_free_rolling_has_no_net_sliding():
-    assert pytest.approx(0.347296, abs=5e-7) == friction.FREE_ROLLING_POSITION
-    assert friction.net_sliding_share(friction.FREE_ROLLING_POSITION) == pytest.approx(0.0, abs=1e-15)
+    assert pytest.approx(0.347296, abs=5e-7) == FREE_ROLLING_POSITION
+    assert friction.net_sliding_share(FREE_ROLLING_POSITION) == pytest.approx(0.0, abs=1e-15)
 
 
 def test_printed_net_coefficient_lies_near_free_rolling():

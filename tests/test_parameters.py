@@ -7,7 +7,13 @@ from importlib import resources
 import pytest
 from reference_screw import GD4008
 
-from ballscrew_tehl.parameters import ParameterError, changed, load_parameters, parameters_json
+from ballscrew_tehl.parameters import (
+    FrictionParameters,
+    ParameterError,
+    changed,
+    load_parameters,
+    parameters_json,
+)
 
 PACKAGED = (resources.files("ballscrew_tehl") / "data" / "gd4008.toml").read_text(encoding="utf-8")
 EXAMPLE = (resources.files("ballscrew_tehl") / "data" / "example_25x10.toml").read_text(encoding="utf-8")
@@ -51,6 +57,7 @@ def test_packaged_screw_is_table_1_in_si():
         "thermal_conductivity": 46.0,
     }
     assert (GD4008.friction.hysteresis_coefficient, GD4008.friction.sliding_coefficient) == (0.01, 0.15)
+    assert GD4008.friction.spin_split == FrictionParameters().spin_split == 0.5
     assert GD4008.published_speeds.reference_speed == pytest.approx(100 * math.pi, rel=1e-15)
     assert GD4008.published_speeds.screw == (5.7561, 2.9926)
     assert GD4008.published_speeds.nut == (0.0447, 3.0386)
@@ -196,6 +203,14 @@ MISTAKES = {
     "published speeds of another screw": (
         edited('kinematics = "rolling_frame"', 'kinematics = "published"', EXAMPLE),
         ["friction.kinematics = 'published'", "rolling_frame"],
+    ),
+    "share above one": (
+        edited("spin_split = 0.5 ", "spin_split = 1.5 "),
+        ["friction.spin_split = 1.5", "<= 1", "share of the spin at the screw contact"],
+    ),
+    "share below zero": (
+        edited("spin_split = 0.5 ", "spin_split = -0.5 "),
+        ["friction.spin_split = -0.5", ">= 0"],
     ),
     "no TOML": ("[screw\n", ["no valid TOML", "line 1"]),
 }

@@ -10,9 +10,6 @@ from typing import Any
 
 import numpy as np
 
-#: position of the two lines without slip of a freely rolling ball, as a fraction of the semi-axis
-FREE_ROLLING_POSITION = 2.0 * float(np.cos(4.0 * np.pi / 9.0))
-
 
 def viscous_force(a: Any, b: Any, viscosity: Any, slip: Any, film: Any) -> Any:
     """Force that shears the film of one contact.

@@ -1,8 +1,12 @@
-"""Surface speeds of ball and raceway by two named models, and the rolling facts of a ball in the nut.
+"""Surface speeds of ball and raceway by two named models, their variation over the contact ellipse, rolling facts.
 
 `published` reproduces the paper; `rolling_frame` is the physical one: entrainment is nearly equal on both
 raceways and what slides is differential slip and spin (Lu et al., Machines 10(3) (2022) 203; Harris, Rolling
 Bearing Analysis, in the limit of zero lead).
+
+Contact frame, right-handed: x along rolling at positive speed, z along the normal from body 1 (raceway) to body 2
+(ball), y = z cross x across. y leads away from the screw axis; on the flank where it leads towards the axis
+everything is the mirror image: the spins change sign.
 """
 
 from __future__ import annotations
@@ -16,6 +20,9 @@ import numpy as np
 from .hertz import raceway_sign, reduced_radii
 from .parameters import Parameters, ScrewParameters
 
+#: position of the two lines without slip of a freely rolling ball, as a fraction of the semi-axis: root of 1-3c+c^3
+FREE_ROLLING_POSITION = 2.0 * math.cos(4.0 * math.pi / 9.0)
+
 
 class SurfaceSpeeds(NamedTuple):
     """Speeds of one contact [m/s]: u_1 raceway, u_2 ball, u_e their mean; srr = (u_1-u_2)/u_e.
@@ -28,6 +35,19 @@ class SurfaceSpeeds(NamedTuple):
     u_e: Any
     srr: Any
     friction_slip: Any
+
+
+class SlipField(NamedTuple):
+    """How the surface speeds of one contact vary over the ellipse; body 1 raceway, body 2 ball; default uniform.
+
+    u_i(x, y) = u_i + differential_i y^2 - spin_i y along rolling, v_i(x, y) = spin_i x across.
+    differential_i [1/(m s)]; spin_i [rad/s], turn of the surface about the normal from body 1 to body 2.
+    """
+
+    differential_1: Any = 0.0
+    differential_2: Any = 0.0
+    spin_1: Any = 0.0
+    spin_2: Any = 0.0
 
 
 def _published(parameters: Parameters, raceway: str, speed: Any) -> SurfaceSpeeds:
@@ -55,6 +75,16 @@ KINEMATICS: dict[str, Callable[[Parameters, str, Any], SurfaceSpeeds]] = {
 }
 
 
+def _checked_name(parameters: Parameters, speed: Any, kinematics: str | None) -> str:
+    """Name of the model; refuses an unknown one and a speed that is not finite."""
+    name = parameters.friction.kinematics if kinematics is None else kinematics
+    if name not in KINEMATICS:
+        raise ValueError(f"kinematics = {name!r}; allowed: {', '.join(KINEMATICS)}")
+    if not np.all(np.isfinite(speed)):
+        raise ValueError(f"speed = {speed} rad/s; needs finite")
+    return name
+
+
 def surface_speeds(
     parameters: Parameters, raceway: str, speed: Any, kinematics: str | None = None
 ) -> SurfaceSpeeds:
@@ -71,12 +101,7 @@ def surface_speeds(
                  reconciles with both printed nut values; the printed 1.94203 there is the magnitude
                  rolling_frame: pure rolling on the mean line, friction_slip = reference_slip * u_e
     """
-    name = parameters.friction.kinematics if kinematics is None else kinematics
-    if name not in KINEMATICS:
-        raise ValueError(f"kinematics = {name!r}; allowed: {', '.join(KINEMATICS)}")
-    if not np.all(np.isfinite(speed)):
-        raise ValueError(f"speed = {speed} rad/s; needs finite")
-    return KINEMATICS[name](parameters, raceway, speed)
+    return KINEMATICS[_checked_name(parameters, speed, kinematics)](parameters, raceway, speed)
 
 
 def _gamma(screw: ScrewParameters) -> float:
@@ -126,23 +151,11 @@ def roll_rate(screw: ScrewParameters, speed: Any) -> Any:
     return entrainment_speed(screw, speed) / (0.5 * screw.ball_diameter)
 
 
-#: share of the spin that falls on the screw contact, by the name of the hypothesis
-SPIN_SPLITS: dict[str, float] = {"equal": 0.5, "screw_control": 0.0, "nut_control": 1.0}
-
-
-def spin_rates(screw: ScrewParameters, speed: Any, split: str = "equal") -> tuple[Any, Any]:
-    """Magnitudes of the spin of ball against raceway about the contact normals.
-
-    Parameters   speed : float or array [rad/s]
-                 split : "equal", or "screw_control", "nut_control": no spin on that raceway
-    Returns      screw, nut : like speed [rad/s]; they sum to |w| sin(beta) for every attitude of the ball
-    Raises       ValueError: unknown split
-    Source       Jones 1959 (raceway control) and the equal split between both, a choice by name
-    """
-    if split not in SPIN_SPLITS:
-        raise ValueError(f"split = {split!r}; allowed: {', '.join(SPIN_SPLITS)}")
-    total = np.abs(speed) * math.sin(screw.contact_angle)
-    return SPIN_SPLITS[split] * total, (1.0 - SPIN_SPLITS[split]) * total
+def _deformed_radius(screw: ScrewParameters, raceway: str) -> float:
+    """Radius R_c of the deformed contact across rolling [m]: mean curvature of ball and groove."""
+    r_b = 0.5 * screw.ball_diameter
+    r_groove = screw.screw_raceway_radius if raceway_sign(raceway) > 0 else screw.nut_raceway_radius
+    return 2.0 * r_groove * r_b / (r_groove + r_b)
 
 
 def heathcote_slip(screw: ScrewParameters, raceway: str, a: Any) -> Any:
@@ -153,8 +166,80 @@ def heathcote_slip(screw: ScrewParameters, raceway: str, a: Any) -> Any:
     Raises       ValueError: unknown raceway
     Source       derived for a spherical deformed surface of radius Rc = 2 r_g r_b/(r_g + r_b): a^2/(2 Rc R_x)
     """
-    r_b = 0.5 * screw.ball_diameter
-    r_groove = screw.screw_raceway_radius if raceway_sign(raceway) > 0 else screw.nut_raceway_radius
-    deformed = 2.0 * r_groove * r_b / (r_groove + r_b)
     R_x, _ = reduced_radii(screw, screw.contact_angle, raceway)
-    return a**2 / (2.0 * deformed * R_x)
+    return a**2 / (2.0 * _deformed_radius(screw, raceway) * R_x)
+
+
+def _uniform(parameters: Parameters, raceway: str, speed: Any, contact_angle: Any) -> SlipField:
+    reduced_radii(parameters.screw, contact_angle, raceway)  # refuses what it refuses
+    zero = 0.0 * speed * contact_angle
+    return SlipField(zero, zero, zero, zero)
+
+
+def _differential_and_spin(parameters: Parameters, raceway: str, speed: Any, contact_angle: Any) -> SlipField:
+    screw, sign, split = parameters.screw, raceway_sign(raceway), parameters.friction.spin_split
+    r_m, r_b, R_c = screw.nominal_radius, 0.5 * screw.ball_diameter, _deformed_radius(screw, raceway)
+    R_x, _ = reduced_radii(screw, contact_angle, raceway)
+    sin, cos = np.sin(contact_angle), np.cos(contact_angle)
+    # the raceway as the ball centre sees it: w - w_c of the screw, w_c of the nut
+    turning = 0.5 * (1.0 + sign * r_b * cos / r_m) * speed
+    u = turning * (r_m - sign * r_b * cos)
+    share = split if sign > 0 else 1.0 - split
+    # 1/R_x - 1/r_b = +- 1/(radius of the raceway along rolling)
+    return SlipField(
+        differential_1=u * (1.0 / R_x - 1.0 / r_b) / (2.0 * R_c),
+        differential_2=-u / (2.0 * R_c * r_b),
+        spin_1=-turning * sin,
+        spin_2=(share * speed - turning) * sin,
+    )
+
+
+SLIP_FIELDS: dict[str, Callable[[Parameters, str, Any, Any], SlipField]] = {
+    "published": _uniform,
+    "rolling_frame": _differential_and_spin,
+}
+
+
+def slip_field(
+    parameters: Parameters, raceway: str, speed: Any, contact_angle: Any, kinematics: str | None = None
+) -> SlipField:
+    """Differential (Heathcote) slip and spin of one contact, each body by its own surface.
+
+    Parameters   raceway : "screw" or "nut";  speed : float or array [rad/s], screw against nut, any sign
+                 contact_angle : float or array [rad], 0 < beta < pi/2, equal on both raceways
+                 kinematics : "published", "rolling_frame" or None = what the parameters name
+    Returns      SlipField in the contact frame of this module, shaped like speed and angle; all odd in speed.
+                 differential_1 > 0 on the screw, < 0 on the nut; differential_2 < 0; their difference is
+                 u_e/(2 R_c R_x) on both. The spins spin_2 - spin_1 of screw and nut add up to w sin(beta)
+                 for every attitude of the ball; friction.spin_split is the share of the screw
+    Raises       ValueError: unknown name, speed not finite, angle out of range
+    Validity     zero lead, no gyroscopic turn of the ball; relative error (a/r_b)^2; the bend of the contact along
+                 rolling is left out, (b/a)^2 of the slip; so is the strain of the surfaces, equal on both
+    Source       published: none, the paper has uniform speeds and the field is zero
+                 rolling_frame: rigid rotations as seen from the ball centre, at the height y^2/(2 R_c) of the
+                 deformed contact, R_c = 2 r_g r_b/(r_g + r_b) (bodies of one steel): the raceway turns with
+                 W = w (1 +- g)/2 on r_m -+ r_b cos(beta) +- cos(beta) y^2/(2 R_c) + sin(beta) y, the ball rolls with
+                 u_e/r_b on r_b - y^2/(2 R_c); normal parts of the rotations: -W sin(beta), and of the ball what
+                 the split leaves (equal 0.5; Jones 1959, raceway control: 0 at the screw, 1 at the nut)
+    Example
+        >>> from ballscrew_tehl.parameters import load_parameters
+        >>> field = slip_field(load_parameters(), "screw", 104.72, 0.7854, "rolling_frame")
+        >>> round(float(field.spin_2 - field.spin_1), 2)
+        37.02
+    """
+    name = _checked_name(parameters, speed, kinematics)
+    return SLIP_FIELDS[name](parameters, raceway, speed, contact_angle)
+
+
+def centre_speeds(
+    speeds: SurfaceSpeeds, slip: SlipField, semi_axis_a: Any, no_slip_position: float = FREE_ROLLING_POSITION
+) -> tuple[Any, Any]:
+    """Surface speeds in the middle of the ellipse, so that `speeds` hold on the lines y = +- c a.
+
+    Parameters   speeds, slip : of one contact;  semi_axis_a : float or array [m], across rolling
+                 no_slip_position : c; free rolling under Coulomb friction by default
+    Returns      u_1, u_2 [m/s]: u_i - differential_i (c a)^2; without a differential part the speeds themselves
+    Source       (u_1-u_2)(y)/u_e = (y^2 - (c a)^2)/(2 R_c R_x), Heathcote's parabola
+    """
+    height = (no_slip_position * semi_axis_a) ** 2
+    return speeds.u_1 - slip.differential_1 * height, speeds.u_2 - slip.differential_2 * height

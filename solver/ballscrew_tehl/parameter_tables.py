@@ -161,6 +161,19 @@ class LubricantParameters(Table):
         description="pressure exponent of Roelands; default: slope pressure_viscosity at p = 0",
     )  # fmt: skip
 
+    rheology: Literal["newtonian", "eyring", "carreau", "limiting_shear_stress"] = Field(
+        default="newtonian", description="shear thinning of the film"
+    )
+    eyring_stress: float = quantity("pressure", "Eyring stress tau_0", default=5e6, ge=1e5, le=1e9)
+    carreau_modulus: float = quantity("pressure", "Carreau modulus G", default=7e6, ge=1e3, le=1e10)
+    carreau_exponent: float = Field(default=0.5, ge=0.1, le=1.0, description="Carreau exponent n")
+    limiting_stress_ambient: float = quantity(
+        "pressure", "tau_00, lower bound of the limiting stress", default=5e6, ge=1e4, le=1e9
+    )
+    limiting_stress_slope: float = Field(
+        default=0.075, ge=1e-3, le=0.5, description="Lambda, limiting stress over pressure"
+    )
+
     @model_validator(mode="after")
     def _law_has_its_data(self) -> LubricantParameters:
         points = ("astm_viscosity_1", "astm_temperature_1", "astm_viscosity_2", "astm_temperature_2")
@@ -228,6 +241,12 @@ class FrictionParameters(Table):
     )
     reference_slip: float = Field(
         default=0.02, gt=0, le=2, description="slip over entrainment, rolling_frame only"
+    )
+    spin_split: float = Field(
+        default=0.5,
+        ge=0,
+        le=1,
+        description="share of the spin at the screw contact, rolling_frame only: 0.5 equal, 0 or 1 raceway control",
     )
     kinematics: Literal["published", "rolling_frame"] = Field(
         default="published", description="surface speeds"

@@ -2,7 +2,8 @@
 
 `python tests/benchmarks/bench_contact.py [--repeat N]` prints, per case and grid: nodes along x lines over the whole
 width, Moes M, median and best time of a solve whose kernels are compiled and whose grid is known, time of the grid
-itself, Newton steps, elastic deflections (the work unit of the targets) and the error of Hc against
+itself, Newton steps and elastic deflections (the work unit of the targets) of the grid, the share of the time that the
+grid of half the nodes takes, the error that the solver estimates and the error of Hc against
 tests/published/data/film_references.csv. Thermal cases have no reference: h_c is compared with the finest grid.
 Set OPENBLAS_NUM_THREADS=1 on a machine that is shared: two BLAS threads that wait for a busy core cost 10 to 50 times.
 """
@@ -37,7 +38,7 @@ THERMAL = [("screw, 30 N, 2 m/s, srr 0.5", 0.5), ("screw, 30 N, 2 m/s, srr 1.5",
 THERMAL_GRIDS = [(65, 9, 8), (129, None, 10), (129, 33, 20)]
 HEADER = (
     f"{'case':34s} {'grid':>12s} {'M':>7s} {'median ms':>9s} {'best ms':>8s} {'grid ms':>8s} {'steps':>5s} "
-    f"{'deflections':>11s} {'Hc error':>8s}"
+    f"{'deflections':>11s} {'coarse':>7s} {'estimate':>8s} {'Hc error':>8s}"
 )
 
 
@@ -66,9 +67,11 @@ def line(
         else f"  {solution.branch}: {solution.reason}"
     )
     shown = "" if error is None else f"{100.0 * error:+.2f} %"
+    coarse = solution.phases.get("coarse grid", 0.0) / solution.seconds
     return (
         f"{case:34s} {size:>12s} {solution.M:7.4g} {1e3 * statistics.median(seconds):9.1f} {1e3 * min(seconds):8.1f} "
-        f"{1e3 * grid:8.1f} {solution.iterations:5d} {solution.deflections:11d} {shown:>8s}{note}"
+        f"{1e3 * grid:8.1f} {solution.iterations:5d} {solution.deflections:11d} "
+        f"{100.0 * coarse:5.0f} % {100.0 * solution.error_estimate:6.2f} % {shown:>8s}{note}"
     )
 
 

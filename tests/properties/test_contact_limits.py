@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contact_cases import CIRCLE, LONG, OIL, STEEL, conditions, moes, solved
+from contact_cases import CIRCLE, LONG, OIL, STEEL, conditions, grid_film, moes, options, solved
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import spsolve
 
 from ballscrew_tehl.contact.moes import reference_oil
+from ballscrew_tehl.contact.problem import ContactProblem
 from ballscrew_tehl.contact.solve import ContactConditions, SolverOptions, solve_contact
 
 # --- vanishing speed: Hertz --------------------------------------------------------------------------------------
@@ -43,13 +44,13 @@ def test_gap_tends_to_that_of_the_dry_contact():
 # --- thick film: rigid bodies, one viscosity ---------------------------------------------------------------------
 
 
-def rigid_load(ratio, x_in, x_out, y_max, n=60):
+def rigid_load(ratio, x_in, x_out, y_max, n=60, stretch=3.0):
     """Integral of P over the plane for div(H^3 grad P) = dH/dX, P >= 0, H = 1 + X^2 + Y^2, dY/dX scaled by ratio.
 
     X = x/sqrt(2 R_x h_0), Y = y/sqrt(2 R_y h_0); finite volumes on a graded grid, cavitation by active sets; P = 0 on
     the edges. Shares nothing with the solver.
     """
-    half = np.sinh(3.0 * np.linspace(0.0, 1.0, n + 1)) / math.sinh(3.0)
+    half = np.sinh(stretch * np.linspace(0.0, 1.0, n + 1)) / math.sinh(stretch)
     x, y = np.concatenate([x_in * half[:0:-1], x_out * half]), y_max * half
     x_f, y_f = 0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1])
     w_x, w_y = np.diff(x_f, prepend=x[0], append=x[-1]), np.diff(y_f, prepend=0.0, append=y[-1])
@@ -82,9 +83,9 @@ def rigid_load(ratio, x_in, x_out, y_max, n=60):
     return 2.0 * float(np.sum(np.outer(w_y, w_x).ravel() * p))
 
 
-def rigid_film(ratio, *domain):
+def rigid_film(ratio, *domain, **mesh):
     """Hc M^2: load 12 eta u_e (2 R_x)^(3/2) (R_y/R_x)^(1/2) h_0^(-1/2) I in Moes' numbers."""
-    return 288.0 * rigid_load(ratio, *domain) ** 2 / ratio
+    return 288.0 * rigid_load(ratio, *domain, **mesh) ** 2 / ratio
 
 
 @pytest.mark.parametrize("ratio", [CIRCLE, LONG])
@@ -101,23 +102,69 @@ def test_closed_form_of_rigid_bodies_is_met_by_the_small_solve(ratio):
     assert 2.0 * far - near == pytest.approx(closed, rel=0.05)  # a fit, 3 % stated
 
 
-@pytest.mark.parametrize("ratio", [CIRCLE, LONG])
-def test_film_tends_to_that_of_rigid_bodies(ratio):
-    """Low load, thin oil: on the same domain as an independent rigid solve."""
-    film = moes(0.5, 0.01, ratio, "barus")
+GIVEN = {CIRCLE: 2.0, 0.2: 2.0, LONG: 5.0}  # M: thick, and within the reach of the solver
+
+
+@pytest.mark.parametrize("ratio", GIVEN)
+def test_film_is_that_of_rigid_bodies_on_the_same_closed_domain(ratio):
+    """Low load, thin oil, P = 0 on the edges that the options give: as the independent solve starves."""
+    M = GIVEN[ratio]
+    choice = moes(M, 0.01, ratio, "barus").solution.choice
+    given = {"x_in": 0.2 * choice.x_in, "x_out": choice.x_out, "y_max": choice.y_max, "n_y": 45}
+    film = moes(M, 0.01, ratio, "barus", **given)
     unit = math.sqrt(2.0 * film.solution.conditions.R_x * film.solution.h_c)  # of x; y likewise with R_y
     hertz = film.solution.hertz
     x, y = film.solution.x * hertz.b / unit, film.solution.y * hertz.a / unit * math.sqrt(ratio)
-    rigid = rigid_film(ratio, x[0], x[-1], y[-1])
-    # uniform lines across: 5 to 9 of them in the pressurised part
-    assert film.Hc * 0.5**2 == pytest.approx(rigid, rel=0.03)
+    starved = rigid_film(ratio, x[0], x[-1], y[-1], n=60, stretch=4.0)
+    assert film.Hc * M**2 == pytest.approx(starved, rel=0.03)  # 2.0 % found
+    assert film.Hc < 0.97 * moes(M, 0.01, ratio, "barus").Hc
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the default domain starves thick films: 45 % below flooded at M = 0.5"
-)
-def test_default_domain_floods_thick_films():
-    assert moes(0.5, 0.01, CIRCLE, "barus").Hc * 0.5**2 == pytest.approx(35.0, rel=0.1)
+@pytest.mark.parametrize("ratio", GIVEN)
+def test_default_domain_floods_thick_films(ratio):
+    """Against the independent solve on growing domains: the film rises with the domain, by less and less."""
+    closed = [
+        rigid_film(ratio, -w, 0.5 * w, w, n=n, stretch=stretch)
+        for w, n, stretch in ((20.0, 50, 3.0), (80.0, 60, 4.5), (1000.0, 80, 7.0))
+    ]
+    assert closed[0] < closed[1] < closed[2]
+    assert closed[2] / closed[1] < 1.0 + 0.3 * (closed[1] / closed[0] - 1.0)
+    M = GIVEN[ratio]
+    film = moes(M, 0.01, ratio, "barus").Hc * M**2
+    # 2.5 % on the circle, where the pressure falls a little faster than the open side takes it; 0.5 and 0.2 % else
+    assert film == pytest.approx(closed[2], rel=0.035 if ratio == CIRCLE else 0.01)
+    assert film > 1.02 * closed[1]
+
+
+DOMAINS = {
+    "long ellipse": (1000.0, 10.0, LONG, "barus"),
+    "ellipse": (100.0, 10.0, 0.2, "roelands"),
+    "screw": (400.0, 5.0, LONG, "roelands"),
+}
+
+
+@pytest.mark.parametrize("case", DOMAINS.values(), ids=DOMAINS)
+def test_larger_domain_changes_the_film_little(case):
+    """A thin film: twice the domain with P = 0 on its edges and the same spacing across."""
+    default = moes(*case)
+    c = default.solution.choice
+    larger = moes(
+        *case, x_in=2.0 * c.x_in, x_out=1.5 * c.x_out, y_max=2.0 * c.y_max, n_x=161, n_y=2 * c.n_y - 1
+    )
+    assert (c.open_side, larger.solution.choice.open_side) == (True, False)
+    assert default.Hc == pytest.approx(larger.Hc, rel=2e-3)  # 0.01 to 0.08 % found
+
+
+@pytest.mark.parametrize("case", [(5.0, 2.0, 0.2, "barus"), (5.0, 10.0, LONG, "roelands")])
+def test_open_side_stands_for_all_that_lies_beyond(case):
+    """A thick film: closed domains two and four times as wide starve with 1/width, their limit is the default."""
+    default = moes(*case)
+    c = default.solution.choice
+    near, far = (
+        moes(*case, x_in=c.x_in, x_out=c.x_out, y_max=k * c.y_max, n_y=1 + k * (c.n_y - 1)).Hc for k in (2, 4)
+    )
+    assert near < far < 0.97 * default.Hc
+    assert default.Hc == pytest.approx(2.0 * far - near, rel=0.015)  # 0.7 and 0.4 % found
 
 
 # --- symmetries --------------------------------------------------------------------------------------------------
@@ -126,8 +173,8 @@ def test_default_domain_floods_thick_films():
 def test_rolling_the_other_way_round_gives_the_same_film():
     here = conditions(srr=0.7)
     back = replace(here, u_1=-here.u_1, u_2=-here.u_2)
-    for options in ({"thermal": False}, {}):
-        one, other = solved(here, **options), solved(back, **options)
+    for thermal in (False, True):
+        one, other = solved(here, thermal=thermal), solved(back, thermal=thermal)
         assert other.h_c == pytest.approx(one.h_c, rel=1e-12)
         assert other.h_m == pytest.approx(one.h_m, rel=1e-12)
         assert other.temperature_rise == pytest.approx(one.temperature_rise, rel=1e-12, abs=1e-12)
@@ -140,23 +187,171 @@ def test_result_carries_the_conditions_that_were_asked():
     assert solved(asked, thermal=False).conditions == asked
 
 
-def test_swapped_bodies_give_the_same_film_and_the_opposite_traction():
-    """What is left of the asymmetry is that of the vertical flux, summed up from body 1: it fades with the nodes."""
-    here = conditions(srr=0.7)
-    swapped = replace(here, u_1=here.u_2, u_2=here.u_1)
-    gaps = {"film": [], "traction": [], "temperature": []}
-    for n_x in (65, 129):
-        one, other = solved(here, n_x=n_x), solved(swapped, n_x=n_x)
-        gaps["film"].append(abs(other.h_c / one.h_c - 1.0))
-        gaps["traction"].append(abs(other.traction_force / one.traction_force + 1.0))
-        turned = other.temperature[:, :, ::-1]
-        gaps["temperature"].append(np.abs(turned - one.temperature).mean() / one.temperature_rise)
-    for name, (coarse, fine) in gaps.items():
-        assert not fine > 1e-3, name
-        assert fine < coarse, name
-    isothermal = [solved(c, thermal=False) for c in (here, swapped)]
-    assert isothermal[1].h_c == pytest.approx(isothermal[0].h_c, rel=1e-12)
-    assert isothermal[1].traction_force == pytest.approx(-isothermal[0].traction_force, rel=1e-9)
+@pytest.mark.parametrize("spin", [0.0, 300.0])
+def test_swapped_bodies_give_the_same_film_and_the_opposite_traction(spin):
+    """The film is turned over: z = 0 is then the other body."""
+    here = conditions(srr=0.7, spin_1=spin, spin_2=-0.5 * spin)
+    swapped = replace(here, u_1=here.u_2, u_2=here.u_1, spin_1=here.spin_2, spin_2=here.spin_1)
+    for thermal in (True, False):
+        one, other = (solved(c, thermal=thermal, tolerance=1e-7) for c in (here, swapped))
+        assert other.h_c == pytest.approx(one.h_c, rel=1e-6)
+        assert other.h_m == pytest.approx(one.h_m, rel=1e-6)
+        assert other.traction_force == pytest.approx(-one.traction_force, rel=1e-5)
+        assert other.sliding_heat == pytest.approx(one.sliding_heat, rel=1e-5)
+        assert other.spin_moment == pytest.approx(-one.spin_moment, rel=1e-3, abs=1e-15)
+        if thermal:
+            gap = np.abs(other.temperature[:, :, ::-1] - one.temperature)
+            assert not gap.max() > 1e-3 * one.temperature_rise
+
+
+# --- spin and differential slip ----------------------------------------------------------------------------------
+
+SCALARS = ("h_c", "h_m", "p_max", "temperature_rise", "traction_force", "sliding_heat")
+
+
+def traction_fields(at, solution, **changed):
+    """Mid-film stress along and across [Pa] of a converged solution."""
+    problem = ContactProblem(at, OIL, STEEL, options(**changed), solution.choice)
+    it = problem.start(solution.state)
+    temperature = solution.temperature
+    if temperature is None:
+        temperature = np.full((*solution.film.shape, 9), at.temperature)
+    problem.update_flow(it, temperature)
+    return it.flow.traction_x, it.flow.traction_y
+
+
+@pytest.mark.parametrize("thermal", [True, False], ids=["thermal", "isothermal"])
+@pytest.mark.parametrize("differential", [0.0, -1e6])
+def test_whole_plane_equals_the_half_plane_without_spin(thermal, differential):
+    here = conditions(srr=0.2, differential_1=differential)
+    half, whole = (solved(c, thermal=thermal, tolerance=1e-7) for c in (here, replace(here, spin_1=1e-12)))
+    assert (half.choice.mirror, whole.choice.mirror) == (True, False)
+    middle = whole.y.size // 2
+    np.testing.assert_allclose(whole.y[middle:], half.y, atol=1e-12)
+    for name in SCALARS:
+        assert getattr(whole, name) == pytest.approx(getattr(half, name), rel=1e-5, abs=1e-12), name
+    for name, size in (("pressure", half.p_max), ("film", half.h_c)):
+        field = getattr(whole, name)
+        np.testing.assert_allclose(field[middle:], getattr(half, name), rtol=1e-6, atol=1e-4 * size)
+        np.testing.assert_allclose(field, field[::-1], rtol=1e-6, atol=1e-6 * size)
+    if thermal:
+        gap = np.abs(whole.temperature[middle:] - half.temperature)
+        assert not gap.max() > 1e-3 * half.temperature_rise
+    assert abs(whole.spin_moment) < 1e-9 * half.conditions.load * half.hertz.a
+    assert half.spin_moment == 0.0
+
+
+@pytest.mark.parametrize("thermal", [True, False], ids=["thermal", "isothermal"])
+def test_reversed_spin_is_the_mirror_image(thermal):
+    left, right = (
+        conditions(srr=0.1, spin_1=400.0, spin_2=-200.0),
+        conditions(srr=0.1, spin_1=-400.0, spin_2=200.0),
+    )
+    one, other = (solved(c, thermal=thermal, tolerance=1e-7) for c in (left, right))
+    for name in SCALARS:
+        assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-6, abs=1e-12), name
+    assert other.spin_moment == pytest.approx(-one.spin_moment, rel=1e-4)
+    np.testing.assert_allclose(other.pressure[::-1], one.pressure, atol=1e-5 * one.p_max)
+    one_x, one_y = traction_fields(left, one, thermal=thermal)
+    other_x, other_y = traction_fields(right, other, thermal=thermal)
+    np.testing.assert_allclose(other_x[::-1], one_x, atol=1e-3 * np.abs(one_x).max())
+    np.testing.assert_allclose(other_y[::-1], -one_y, atol=1e-3 * np.abs(one_y).max())
+    # neither even nor odd by itself, or there would be nothing to see
+    assert np.abs(one_x - one_x[::-1]).max() > 0.01 * np.abs(one_x).max()
+
+
+def test_spin_moment_is_odd_and_drags_body_2_along():
+    """Isothermal: to first order in the spin; about the normal from body 1 to body 2."""
+    moments = [
+        solved(conditions(srr=0.0, spin_1=spin), thermal=False).spin_moment for spin in (-100.0, 100.0, 200.0)
+    ]
+    assert moments[0] == pytest.approx(-moments[1], rel=1e-4)
+    assert moments[1] > 0.0
+    assert moments[2] == pytest.approx(2.0 * moments[1], rel=1e-2)
+    alike = solved(conditions(srr=0.0, spin_1=200.0, spin_2=200.0), thermal=False)
+    assert abs(alike.spin_moment) < 1e-3 * moments[2]
+
+
+def test_differential_slip_drags_the_sides_with_it():
+    """Pure rolling on the axis; body 1 lags with the square of the distance and holds body 2 back there."""
+    here = conditions(srr=0.0, differential_1=-1e6)
+    solution = solved(here)
+    assert solution.choice.mirror
+    along, _ = traction_fields(here, solution)
+    loaded = solution.pressure > 0.3 * solution.p_max
+    # stress on the fluid at mid-film: the sign of (speed of b - speed of a)
+    assert along[loaded & (np.abs(solution.y[:, None]) > 0.3)].min() > 0.0
+    assert not np.abs(along[0]).max() > 0.05 * along.max()
+    assert solution.traction_force < 0.0
+    assert solution.sliding_heat > 0.0
+    opposite = solved(replace(here, differential_1=0.0, differential_2=-1e6))
+    assert opposite.traction_force > 0.0
+    assert opposite.h_c == pytest.approx(solution.h_c, rel=1e-3)
+
+
+# --- rheology ----------------------------------------------------------------------------------------------------
+
+LIGHT, HEAVY = conditions(load=3.0, srr=0.3), conditions(srr=0.1)
+THINNING = ("eyring", "carreau", "limiting_shear_stress")
+
+
+CASES = [(r, at) for r in THINNING for at in (LIGHT, HEAVY) if (r, at) != ("limiting_shear_stress", HEAVY)]
+
+
+@pytest.mark.xfail(
+    strict=True, reason="at the limiting stress the thinning flips between 1 and 1e9: two-cycle"
+)
+def test_limiting_shear_stress_converges_under_load():
+    solved(HEAVY, "limiting_shear_stress", thermal=False, max_thermal=60)
+
+
+@pytest.mark.parametrize("thermal", [True, False], ids=["thermal", "isothermal"])
+@pytest.mark.parametrize(("rheology", "at"), CASES)
+def test_shear_thinning_takes_traction_and_heat_away(rheology, at, thermal):
+    newtonian, thinned = (solved(at, r, thermal=thermal) for r in ("newtonian", rheology))
+    assert 0.0 < thinned.traction_force < 0.9 * newtonian.traction_force
+    assert thinned.sliding_heat < 0.9 * newtonian.sliding_heat
+    if thermal:
+        assert thinned.temperature_rise < newtonian.temperature_rise
+    # the film forms in the inlet, where the stress is low: it loses little
+    assert 0.9 * grid_film(newtonian) < grid_film(thinned) < 1.001 * grid_film(newtonian)
+
+
+@pytest.mark.parametrize(("load", "srr"), [(30.0, 0.5), (3.0, 0.3)])
+def test_traction_stays_below_the_limiting_stress(load, srr):
+    at = conditions(load=load, srr=srr)
+    solution = solved(at, "limiting_shear_stress")
+    area = math.pi * solution.hertz.a * solution.hertz.b
+    bound = OIL.limiting_stress_slope * at.load + OIL.limiting_stress_ambient * area
+    assert solution.traction_force <= bound
+
+
+@pytest.mark.parametrize("rheology", ["eyring", "carreau"])
+def test_traction_of_a_shear_thinning_oil_grows_slowly_with_sliding(rheology):
+    """Isothermal and heavily loaded: with the logarithm (Eyring) or the square root (Carreau, n = 1/2) of the rate."""
+    forces = [solved(conditions(srr=srr), rheology, thermal=False).traction_force for srr in (0.1, 0.2, 0.4)]
+    ratios = np.array(forces[1:]) / np.array(forces[:-1])
+    low, high = {"eyring": (1.0, 1.2), "carreau": (1.3, 2.0**0.6)}[rheology]
+    assert np.all((low < ratios) & (ratios < high))
+
+
+@pytest.mark.parametrize("rheology", THINNING)
+def test_rheology_does_not_show_at_low_stress(rheology):
+    """0.02 % sliding of a thick film: the stress stays far below every constant."""
+    at = conditions(load=0.5, u_e=1.0, srr=2e-4)
+    newtonian, other = (solved(at, r) for r in ("newtonian", rheology))
+    assert other.traction_force == pytest.approx(newtonian.traction_force, rel=2e-3)
+    assert grid_film(other) == pytest.approx(grid_film(newtonian), rel=5e-3)
+
+
+@pytest.mark.parametrize("rheology", THINNING)
+def test_swapped_bodies_and_reversed_sliding_hold_for_any_rheology(rheology):
+    one, other = (solved(conditions(load=3.0, srr=srr), rheology) for srr in (0.3, -0.3))
+    assert other.traction_force == pytest.approx(-one.traction_force, rel=5e-3)
+    assert grid_film(other) == pytest.approx(grid_film(one), rel=1e-4)
+
+
+# --- no sliding --------------------------------------------------------------------------------------------------
 
 
 def test_pure_rolling_gives_no_traction():
@@ -220,12 +415,47 @@ def test_film_falls_with_load_and_grows_with_speed():
     assert 0.6 < math.log2(speeds[1] / speeds[0]) < 0.75
 
 
-def test_warm_start_changes_nothing_but_the_work():
-    first = solved(conditions())
-    near = conditions(u_e=2.02)
-    cold = solved(near)
-    warm = solve_contact(near, OIL, STEEL, SolverOptions(n_x=65, n_y=9, n_z=8), start=first)
+COLD_AND_WARM = [
+    (True, conditions(), conditions(u_e=2.02)),
+    (True, conditions(srr=1.0), conditions(srr=1.05)),
+    (True, conditions(load=3.0), conditions(load=3.0, u_e=2.02)),
+    (False, conditions(), conditions(u_e=2.02)),
+]
+
+
+@pytest.mark.parametrize(("thermal", "start", "near"), COLD_AND_WARM)
+def test_warm_start_changes_nothing_but_the_work(thermal, start, near):
+    """The grid's own film: the share that is extrapolated stays that of the start."""
+    first, cold = (solved(at, thermal=thermal) for at in (start, near))
+    warm = solve_contact(near, OIL, STEEL, options(thermal=thermal), start=first)
     assert warm.converged
-    assert warm.iterations < cold.iterations
-    assert warm.h_c == pytest.approx(cold.h_c, rel=1e-4)
+    assert warm.choice == cold.choice
+    # the cold one has also solved the coarse grid, which its counts leave out
+    assert "coarse grid" not in warm.phases
+    if thermal:
+        assert warm.iterations < cold.iterations
+    assert grid_film(warm) == pytest.approx(grid_film(cold), rel=1e-4)
     assert warm.traction_force == pytest.approx(cold.traction_force, rel=1e-3)
+    np.testing.assert_allclose(warm.pressure, cold.pressure, atol=1e-3 * cold.p_max)
+    if thermal:
+        assert warm.temperature_rise == pytest.approx(cold.temperature_rise, rel=2e-3)
+    # the share differs by what 1 % of speed changes
+    assert warm.extrapolation == first.extrapolation
+    assert warm.h_c == pytest.approx(cold.h_c, rel=1e-3)
+
+
+def test_warm_start_from_the_solution_itself_comes_back_to_it():
+    first = solved(conditions())
+    again = solve_contact(conditions(), OIL, STEEL, options(), start=first)
+    assert again.converged
+    assert again.iterations < first.iterations
+    assert again.h_c == pytest.approx(first.h_c, rel=1e-5)
+
+
+@pytest.mark.xfail(
+    strict=True, reason="stalls at the edge of cavitation: 44 Newton steps against 19 of a cold start"
+)
+def test_isothermal_warm_start_saves_newton_steps():
+    first = solved(conditions(), thermal=False)
+    again = solve_contact(conditions(), OIL, STEEL, options(thermal=False), start=first)
+    assert again.iterations < first.iterations

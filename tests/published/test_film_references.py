@@ -1,19 +1,21 @@
-"""Central and minimum film of every row of film_references.csv, on the domain that the row gives.
+"""Central and minimum film of every row of film_references.csv, on the domain that the row gives, default options.
 
 Bounds: 1 % of Hc up to M = 1000 and 2 % above (uncertainty of the table 0.5 % and 1 to 2 %), 2.5 % and 5 % of Hm
-(1.5 % and 2 to 4 %). Hm is compared for radius ratios up to 0.2, where the minimum lies at the outlet of the central
-lines. Left out are the 29 rows with ratios 0.5 and 1: there the minimum sits in the side lobes, a few hundredths of
-the half-width wide, and the default 25 to 33 lines across hit or miss it by up to 20 %; one of them is followed to a
-fine grid instead.
+(1.5 % and 2 to 4 %). Rows that miss a bound are named with their own, not left out.
 """
 
+import numpy as np
 import pytest
-from contact_cases import moes
+from contact_cases import grid_film, moes
 from reference_screw import published_rows
 
 ROWS = published_rows("film_references.csv")
 LAWS = {"inc-Barus": "barus", "comp-Roelands": "roelands"}
-LOBES = 0.2  # radius ratio above which the minimum lies in the side lobes
+#: circles under high load: the side lobes, where the minimum lies, are narrower than the 61 lines resolve. Hm comes out
+#: 2.6 to 3.3 % too thick
+LOBES = {
+    "inc-Barus-1000-5-1.0": 0.035, "comp-Roelands-1000-5-1.0": 0.035, "comp-Roelands-1000-10-1.0": 0.035,
+}  # fmt: skip
 
 
 def film_of(row, **options):
@@ -36,30 +38,43 @@ def high(row):
 def test_table_is_complete():
     assert len(ROWS) == 58
     assert {row["rheology"] for row in ROWS} == set(LAWS)
+    assert set(LOBES) < {name(row) for row in ROWS if row["lambda"] == "1.0"}
 
 
 @pytest.mark.parametrize("row", ROWS, ids=name)
-def test_central_film(row):
+def test_films(row):
     film = film_of(row)
     assert film.solution.branch == "resolved"
     assert film.Hc == pytest.approx(float(row["Hc"]), rel=0.02 if high(row) else 0.01)
+    bound = LOBES.get(name(row), 0.05 if high(row) else 0.025)
+    assert film.Hm == pytest.approx(float(row["Hm"]), rel=bound)
 
 
-OUTLET = [row for row in ROWS if float(row["lambda"]) <= LOBES]
-
-
-@pytest.mark.parametrize("row", OUTLET, ids=name)
-def test_minimum_film_at_the_outlet(row):
-    assert film_of(row).Hm == pytest.approx(float(row["Hm"]), rel=0.05 if high(row) else 0.025)
+def test_extrapolation_and_its_error_estimate_hold_over_the_table():
+    """Rows up to M = 1000, as one: the reported film is closer than that of the grid, and the estimate is no guess."""
+    rows = [row for row in ROWS if not high(row)]
+    films = [film_of(row) for row in rows]
+    table = np.array([float(row["Hc"]) for row in rows])
+    reported = np.array([film.Hc for film in films]) / table - 1.0
+    shares = np.array([grid_film(film.solution) / film.solution.h_c for film in films])
+    plain = shares * (1.0 + reported) - 1.0
+    estimates = np.array([film.solution.error_estimate for film in films])
+    rms = lambda v: float(np.sqrt(np.mean(v**2)))  # noqa: E731
+    # 0.01 % against 0.14 % found; the table says 0.5 %
+    assert not rms(reported) > 1e-3
+    assert not rms(reported) > 0.5 * rms(plain)
+    assert 0.5 < rms(plain) / rms(estimates) < 2.0
+    # never further off than its estimate and what the table itself prints
+    assert np.all(np.abs(reported) <= estimates + 1e-3)
 
 
 def test_lines_across_bring_out_the_side_lobes():
+    """Hm of a circle: a couple of per cent, up or down, until the lines are narrower than the lobes."""
     row = next(row for row in ROWS if name(row) == "comp-Roelands-200-10-1.0")
-    errors = [abs(film_of(row, n_x=65, n_y=n_y).Hm / float(row["Hm"]) - 1.0) for n_y in (17, 33, 65)]
-    assert errors[0] > errors[1] > errors[2]
-    assert not errors[2] > 0.01
-
-
-def test_minimum_is_left_out_for_the_wide_ellipses_only():
-    assert len(ROWS) - len(OUTLET) == 29
-    assert {row["lambda"] for row in ROWS if row not in OUTLET} == {"0.5", "1.0"}
+    coarse, fine = (
+        [abs(film_of(row, n_x=65, n_y=n_y).Hm / float(row["Hm"]) - 1.0) for n_y in lines]
+        for lines in ((17, 25, 33), (65,))
+    )
+    assert not max(coarse) > 0.04  # 1.1 to 2.5 % found
+    assert not fine[0] > 0.006  # 0.3 % found
+    assert fine[0] < 0.5 * min(coarse)

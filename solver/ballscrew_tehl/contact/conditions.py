@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from .. import film as film_formulas
 from ..hertz import HertzContact, ellipse
 from ..parameters import LubricantParameters
+from .grid import INLET_SHAPE, Array
 from .reynolds import GridChoice
 
 
@@ -17,6 +20,8 @@ class ContactConditions:
 
     load [N], R_x along and R_y across rolling [m] (R_x <= R_y), u_1, u_2 surface speeds [m/s] of the two bodies,
     temperature of the oil that enters and of the bodies [K], E_prime = 2/sum((1-nu^2)/E) [Pa].
+    differential_1, _2 [1/(m s)] and spin_1, _2 [rad/s]: the speeds vary over the contact as
+    u_i + differential_i y^2 - spin_i y along rolling and spin_i x across.
     """
 
     load: float
@@ -26,6 +31,10 @@ class ContactConditions:
     u_2: float
     temperature: float
     E_prime: float
+    differential_1: float = 0.0
+    differential_2: float = 0.0
+    spin_1: float = 0.0
+    spin_2: float = 0.0
 
     def __post_init__(self) -> None:
         for name, unit in (
@@ -47,6 +56,34 @@ class ContactConditions:
                 f"u_1, u_2 = {self.u_1}, {self.u_2} m/s; needs finite with u_1 + u_2 not 0: no oil is drawn in"
             )
 
+        for name, unit in (("differential", "1/(m s)"), ("spin", "rad/s")):
+            for body in (1, 2):
+                value = getattr(self, f"{name}_{body}")
+                if not math.isfinite(value):
+                    raise ValueError(f"{name}_{body} = {value} {unit}; needs finite")
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether both halves of the contact are mirror images: no spin."""
+        return self.spin_1 == 0.0 == self.spin_2
+
+    def reversed(self) -> ContactConditions:
+        """The mirror image that rolls the other way round."""
+        names = ("u_1", "u_2", "differential_1", "differential_2", "spin_1", "spin_2")
+        return replace(self, **{name: -getattr(self, name) for name in names})
+
+    def surface_speeds(self, x: Array, y: Array) -> tuple[Array, Array, Array, Array]:
+        """u_1, u_2 along and v_1, v_2 across on nodes x (nx,), y (ny,) [m]; each (ny, nx) [m/s]."""
+        x, y = np.meshgrid(x, y)
+        u = [
+            speed + differential * y**2 - spin * y
+            for speed, differential, spin in (
+                (self.u_1, self.differential_1, self.spin_1),
+                (self.u_2, self.differential_2, self.spin_2),
+            )
+        ]
+        return u[0], u[1], self.spin_1 * x, self.spin_2 * x
+
     @property
     def u_e(self) -> float:
         """Entrainment speed [m/s]."""
@@ -57,22 +94,22 @@ class ContactConditions:
 class SolverOptions:
     """Accuracy and cost of a solve.
 
-    thermal: couple the energy equation; n_x, n_y, n_z: nodes along, across (half; None = 17 for a long
-    ellipse to 33 for a circle) and layers through the film;
+    thermal: couple the energy equation; n_x, n_y, n_z: nodes along, across (half; None = by film and
+    ellipse, see choose_grid) and layers through the film;
     tolerance of pressure [p_max] and of temperature (relative to the largest rise). x_in, x_out [b], y_max [a]:
-    domain, None = wide enough not to starve.
+    domain with P = 0 on its edges, None = wide enough not to starve.
     """
 
     thermal: bool = True
     n_x: int = 129
     n_y: int | None = None
-    n_z: int = 10
+    n_z: int = 8
     tolerance: float = 1e-5
     x_in: float | None = None
     x_out: float | None = None
     y_max: float | None = None
     max_newton: int = 300
-    max_thermal: int = 500
+    max_thermal: int = 400
 
     def __post_init__(self) -> None:
         least = {"n_x": 17, "n_y": 5, "n_z": 4, "max_newton": 1, "max_thermal": 1}
@@ -104,13 +141,14 @@ class Scales:
     reynolds: float  # 12 eta0 u_e R_x^2/(b^3 p_max), with eta0 = 1 Pa s
     M: float
     L: float
-    film_estimate: float  # [b^2/R_x]
+    film_estimate: float  # [b^2/R_x], isothermal
+    warm_film: float  # [b^2/R_x], what heating is expected to leave of it
     inlet: float  # [b]
 
 
 def inlet_length(film: float) -> float:
     """Distance [b] over which the Hertz gap (2 sqrt(2)/3) s^(3/2) outside a line opens by `film` [b^2/R_x]."""
-    return (1.06 * film) ** (2.0 / 3.0)
+    return (INLET_SHAPE * film) ** (2.0 / 3.0)
 
 
 def scales_of(c: ContactConditions, oil: LubricantParameters) -> Scales:
@@ -121,6 +159,9 @@ def scales_of(c: ContactConditions, oil: LubricantParameters) -> Scales:
     groups = film_formulas.moes_groups(oil, c.load, u_e, c.R_x, c.E_prime, c.temperature)
     h_c = float(film_formulas.central_film_estimate(oil, groups, c.R_x, c.R_y, p_max, c.temperature))
     h_unit = b * b / c.R_x
+    N = film_formulas.thermal_load_parameter(oil, u_e, c.temperature)
+    # the reduction formula takes off too much where the film is already thin: half of it, in the logarithm
+    left = math.sqrt(float(film_formulas.wilson_sheu(N, abs(c.u_1 - c.u_2) / u_e)))
     return Scales(
         hertz,
         h_unit,
@@ -128,28 +169,41 @@ def scales_of(c: ContactConditions, oil: LubricantParameters) -> Scales:
         groups.M,
         groups.L,
         h_c / h_unit,
+        left * h_c / h_unit,
         inlet_length(h_c / h_unit),
     )
 
 
-def choose_grid(options: SolverOptions, film: float, curvature_y: float, kappa: float) -> GridChoice:
+def choose_grid(
+    options: SolverOptions, film: float, curvature_y: float, kappa: float, mirror: bool = True
+) -> GridChoice:
     """Domain and refinement for an expected film [b^2/R_x]; rounded, so that neighbouring points share a grid.
 
-    The inlet begins where the gap is about thirty films, the sides end where it is about ten.
+    wedge: distance over which the undeformed gap opens by one film. A film formed by the flattened contact feels the
+    inlet over a dozen of them (a gap of 150 films). A film thicker than the flattening is borne by the wedge alone:
+    pressure falls with the third power of the distance, its load with the first, and the film with twice that. So the
+    inlet goes to 250 wedges on a long ellipse, 110 on a circle (beyond, the lines couple too closely for the solver),
+    and the outlet past the cavitation line, which runs off at an angle. Across, the side is open and four to six
+    wedges do; a domain that is given has P = 0 on its edges. Line spacing: the Hertz edge lies on a line; side lobes
+    of a wide ellipse are narrower the thinner the film; thick films need about two lines per wedge.
     """
-    wedge = math.sqrt(2.0 * film)
-    x_in = -max(2.5, _round_up(5.5 * wedge))
-    x_out = max(1.5, _round_up(1.5 * wedge))
-    y_max = max(1.5, _round_up(math.sqrt(1.0 + 15.0 * film / curvature_y)))
-    inlet = 2.0 ** (round(4.0 * math.log2(inlet_length(film))) / 4.0)
-    n_y = options.n_y if options.n_y is not None else 17 + 2 * round(8.0 * kappa)
-    if y_max > 2.5 and options.n_y is None:
-        n_y += 8
+    film = 2.0 ** (math.ceil(4.0 * math.log2(film)) / 4.0)
+    wedge, wedge_y = math.sqrt(2.0 * film), math.sqrt(2.0 * film / curvature_y)
+    x_in = options.x_in or -max(2.5, 1.5 + (12.0 + (40.0 + 9.0 / kappa) * min(film, 2.0)) * wedge)
+    x_out = options.x_out or max(1.5, 1.25 + (1.0 + 2.5 * min(film, 2.0)) * wedge)
+    lobes = min(1.0, 0.1 * kappa / film) ** 1.3 * min(1.0, (kappa / 0.3) ** 2)
+    per_half_width = min(11.0 + 49.0 * lobes, (3.6 + 14.0 * kappa**1.5 * min(1.0, 0.3 / film) ** 2) / wedge_y)
+    if per_half_width > 2.0:
+        per_half_width = float(round(per_half_width))
+    y_max, lines = options.y_max, options.n_y
+    if y_max is None:
+        y_max = max(1.25, math.sqrt(1.0 + (4.0 + 2.0 * min(film, 1.0)) ** 2 * wedge_y**2))
+        y_max = 2.0 * math.ceil(0.5 * y_max * per_half_width - 1e-9) / per_half_width
+    if lines is None:
+        # an odd number, so that every other line makes the coarse grid
+        lines = max(17, 1 + 2 * round(0.5 * y_max * per_half_width))
+    if not mirror:
+        lines = 2 * lines - 1
     return GridChoice(
-        options.x_in or x_in, options.x_out or x_out, options.y_max or y_max, options.n_x, n_y, inlet
+        x_in, x_out, y_max, options.n_x, lines, inlet_length(film), mirror, options.y_max is None
     )
-
-
-def _round_up(value: float) -> float:
-    """Next of a geometric row with eight steps per doubling."""
-    return float(2.0 ** (math.ceil(8.0 * math.log2(value)) / 8.0))

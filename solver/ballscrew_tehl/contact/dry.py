@@ -26,7 +26,7 @@ def dry_contact(
     """
     weights = grid.weights.copy()
     inside = np.zeros_like(weights, dtype=bool)
-    inside[:-1, 1:-1] = True
+    inside[grid.inner] = True
     width = 1.0
     while True:
         shape = 1.0 - (grid.x[None, :] ** 2 + grid.y[:, None] ** 2) / width**2

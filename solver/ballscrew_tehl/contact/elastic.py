@@ -2,84 +2,161 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+from typing import Any
+
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from .grid import Array, Grid
-
-
-@njit(cache=True, fastmath=False)
-def _love(x: float, y: float) -> float:
-    """Integral of 1/r over the rectangle 0..x, 0..y (Love 1929), odd in x and in y."""
-    r = np.sqrt(x * x + y * y)
-    value = 0.0
-    if x != 0.0:
-        value += x * np.arcsinh(y / abs(x))
-    if y != 0.0 and r > 0.0:
-        value += y * np.arcsinh(x / abs(y))
-    return value
+from .line_table import SHARE, both_sides, cell_integrals, panel_breaks, panel_nodes, panel_primitive
 
 
 @njit(cache=True)
 def line_influence(x, edges, h_y, n_distance):
     """Influence (n_distance, nx, nx): integral of 1/r over cell k of a line d spacings away, seen from node i.
 
-    x, edges [b]; h_y: spacing across in the same unit. Source: Love 1929; the corner function is shared by neighbours.
+    x, edges [b]; h_y: spacing across in the same unit. Source: Love 1929 with the corner x ln(y+r) + y ln(x+r), y > 0;
+    terms of x or of y alone drop out of the differences.
     """
     nx = x.size
     out = np.empty((n_distance, nx, nx))
-    corner = np.empty((n_distance + 1, nx + 1))
+    low, high = np.empty(nx + 1), np.empty(nx + 1)
     for i in range(nx):
-        for d in range(n_distance + 1):
-            for k in range(nx + 1):
-                corner[d, k] = _love(edges[k] - x[i], (d - 0.5) * h_y)
         for d in range(n_distance):
+            # the line's own strip is twice its upper half
+            times = 1.0 if d > 0 else 2.0
+            y = (d + 0.5) * h_y
+            for k in range(nx + 1):
+                s = edges[k] - x[i]
+                if d == 0:
+                    low[k] = s * np.log(abs(s)) if s != 0.0 else 0.0
+                else:
+                    low[k] = high[k]
+                # y (ln(s + r) - ln y), odd in s
+                r = np.sqrt(s * s + y * y)
+                high[k] = s * np.log(y + r) + np.copysign(y * np.log((abs(s) + r) / y), s)
             for k in range(nx):
-                out[d, i, k] = corner[d + 1, k + 1] - corner[d + 1, k] - corner[d, k + 1] + corner[d, k]
+                out[d, i, k] = times * ((high[k + 1] - low[k + 1]) - (high[k] - low[k]))
     return out
 
 
-def cosine_matrices(n_y: int) -> tuple[Array, Array, Array]:
-    """Transforms of even data on lines 0..n_y-1 with room for linear convolution.
-
-    Returns forward (modes, n_y), backward (n_y, modes) and kernel transform (modes, modes); period 4(n_y-1).
-    """
-    n = n_y - 1
-    modes = np.arange(2 * n + 1)
-    forward = np.cos(np.pi * np.outer(modes, np.arange(n_y)) / (2 * n))
-    forward[:, 1:] *= 2.0
-    backward = np.cos(np.pi * np.outer(np.arange(n_y), modes) / (2 * n)) / (4 * n)
-    backward[:, 1:-1] *= 2.0
-    kernel = np.cos(np.pi * np.outer(modes, modes) / (2 * n))
+def distance_modes(n_y: int, mirror: bool) -> Array:
+    """Cosine transform (modes, distances) of an even kernel: period 4(n_y-1) for half a plane, 2(n_y-1) for all."""
+    modes = np.arange(2 * n_y - 1 if mirror else n_y)
+    kernel = np.cos(np.pi * np.outer(modes, modes) / (modes.size - 1))
     kernel[:, 1:-1] *= 2.0
-    return forward, backward, kernel
+    return kernel
+
+
+def line_modes(n_y: int, mirror: bool) -> tuple[Array, Array]:
+    """Transforms of a field to the modes of distance_modes (forward) and back (n_y, rows of forward).
+
+    Mirror symmetry: even field on lines 0..n_y-1, cosines, forward (modes, n_y). Else: all lines, forward
+    (2 modes, n_y) with the cosine and the sine of a mode one below the other.
+    """
+    n = 2 * (n_y - 1) if mirror else n_y - 1
+    angle = np.pi * np.outer(np.arange(n + 1), np.arange(n_y)) / n
+    share = np.full(n + 1, 1.0 / n)
+    share[[0, -1]] *= 0.5
+    if mirror:
+        forward, backward = np.cos(angle), np.cos(angle).T * share
+        forward[:, 1:] *= 2.0
+        return forward, backward
+    forward = np.stack([np.cos(angle), np.sin(angle)], axis=1).reshape(-1, n_y)
+    return forward, forward.T * np.repeat(share, 2)
 
 
 class LineConvolution:
     """Convolution across (Toeplitz in y, even) with dense influence along x: out = sum_l K[|j-l|] f_l.
 
-    influence : (2 n_y - 1, nx, nx), one matrix per distance in lines.
+    influence : (n_distance, nx, nx), one matrix per distance in lines. mirror: the lines are 0..n_y-1 of an even
+    field whose last line is zero, n_distance = 2 n_y - 1; else all lines of a field that is zero on the first and the
+    last one, n_distance = n_y.
     """
 
-    def __init__(self, influence: Array, n_y: int) -> None:
-        forward, backward, kernel = cosine_matrices(n_y)
-        modes, nx = kernel.shape[0], influence.shape[1]
-        self._forward, self._backward = forward, backward
-        self._hat = (kernel @ influence.reshape(modes, nx * nx)).reshape(modes, nx, nx)
-        self.same_line = influence[0]
+    def __init__(self, influence: Array, n_y: int, mirror: bool = True) -> None:
+        kernel, nx = distance_modes(n_y, mirror), influence.shape[1]
+        hat = (kernel @ influence.reshape(-1, nx * nx)).reshape(-1, nx, nx)
+        self._take(hat, influence[0], n_y, mirror)
+
+    @classmethod
+    def from_modes(cls, hat: Array, same_line: Array, n_y: int, mirror: bool) -> LineConvolution:
+        """From the transform (modes, nx, nx) of the influence by distance_modes, and influence[0]."""
+        out = cls.__new__(cls)
+        out._take(hat, same_line, n_y, mirror)
+        return out
+
+    def _take(self, hat: Array, same_line: Array, n_y: int, mirror: bool) -> None:
+        self._hat, self.same_line = hat, same_line
+        self._forward, self._backward = line_modes(n_y, mirror)
+
+    def give_up(self, shape: tuple[int, int, int]) -> Array:
+        """Hand the memory of the modes to a successor; this operator cannot be applied any more."""
+        if self._hat.shape != shape:
+            raise ValueError(
+                f"modes of shape {self._hat.shape} cannot hold {shape}: reuse on the same grid size"
+            )
+        out, self._hat = self._hat, np.empty((0, 0, 0))
+        self.__dict__.pop("_single", None)
+        return out
+
+    @cached_property
+    def _single(self) -> tuple[NDArray[Any], ...]:
+        """Forward, modes and backward in single precision."""
+        return tuple(v.astype(np.float32) for v in (self._forward, self._hat, self._backward))
 
     def __call__(self, field: Array) -> Array:
-        """Convolve field (n_y, nx); the last line must be zero."""
-        hat = self._forward @ field
-        out = np.matmul(self._hat, hat[:, :, None])[:, :, 0]
-        return self._backward @ out
+        """Convolve field (n_y, nx); zero on the last line and, for a whole plane, on the first."""
+        return _convolve(self._forward, self._hat, self._backward, field)
+
+    def rough(self, field: Array) -> Array:
+        """The same in single precision, 1e-6 of the largest value: half the memory traffic, for increments."""
+        forward, hat, backward = self._single
+        return _convolve(forward, hat, backward, field.astype(np.float32)).astype(np.float64)
+
+
+def _convolve(
+    forward: NDArray[Any], hat: NDArray[Any], backward: NDArray[Any], field: NDArray[Any]
+) -> NDArray[Any]:
+    modes, nx = hat.shape[:2]
+    # the one (cosine) or two (cosine, sine) rows of a mode see the same matrix
+    rows = (forward @ field).reshape(modes, -1, nx)
+    return backward @ np.matmul(rows, hat.transpose(0, 2, 1)).reshape(-1, nx)
+
+
+def mode_operator(
+    grid: Grid,
+    sign: float,
+    breaks: Array,
+    density: Array,
+    own: Array,
+    reuse: LineConvolution | None = None,
+) -> LineConvolution:
+    """Operator of densities (panels, points, distances) at panel_nodes(breaks) for distances 1, 2, ...
+
+    Those that are left out are zero. sign = -1 turns s round; own: the influence of a line on itself. reuse: an
+    operator of a grid of this size whose memory the new one takes over (fresh pages cost as much as the rest).
+    """
+    kernel = distance_modes(grid.y.size, grid.mirror)
+    table = panel_primitive(breaks, density @ kernel[:, 1 : density.shape[2] + 1].T)
+    shape = (len(kernel), grid.x.size, grid.x.size)
+    hat = reuse.give_up(shape) if reuse is not None else np.empty(shape)
+    cell_integrals(grid.x, grid.cell_edges_x, sign, breaks, table, own, hat)
+    return LineConvolution.from_modes(hat, own, grid.y.size, grid.mirror)
 
 
 def deflection_operator(grid: Grid, kappa: float, factor: float) -> LineConvolution:
     """Deflection [b^2/R_x] of dimensionless pressure: factor * double integral of P/sqrt(dX^2 + (dY/kappa)^2).
 
-    kappa = b/a; factor = 2 p_max a R_x/(pi E' b^2).
+    kappa = b/a; factor = 2 p_max a R_x/(pi E' b^2). Panels of order POINTS: 1e-11 of the largest influence.
     """
-    n_distance = 2 * grid.y.size - 1
-    influence = line_influence(grid.x, grid.cell_edges_x, grid.h_y / kappa, n_distance)
-    return LineConvolution(influence * (factor * kappa), grid.y.size)
+    h_y, scale = grid.h_y / kappa, factor * kappa
+    half = panel_breaks(0.0, grid.length_x, 0.5 * h_y, SHARE, np.inf)
+    s = panel_nodes(half)[:, :, None]
+    # integral of 1/r across a strip
+    y = (np.arange(grid.n_distance) + 0.5) * h_y
+    density = scale * np.diff(np.log(y + np.sqrt(s * s + y * y)))
+    own = scale * line_influence(grid.x, grid.cell_edges_x, h_y, 1)[0]
+    return mode_operator(grid, 1.0, *both_sides(half, density, density), own)

@@ -1,7 +1,8 @@
-"""Graded grid of one contact in Hertz units: X = x/b along rolling, Y = y/a across, Y >= 0 (mirror symmetry)."""
+"""Graded grid of one contact in Hertz units: X = x/b along rolling, Y = y/a across; Y >= 0 if mirrored there."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,22 +10,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+#: film over the gap at unit distance outside the edge of a Hertz line [b^2/R_x]: (2 sqrt(2)/3) s^(3/2)
+INLET_SHAPE = 1.06
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
     """Tensor grid; lines along X at every Y, pressure zero on the outer edges.
 
-    x : (nx,) nodes along rolling [b], graded; y : (ny,) nodes across [a], uniform from 0.
+    x : (nx,) nodes along rolling [b], graded; y : (ny,) nodes across [a], uniform from 0, or without mirror symmetry
+    from -y_max to y_max. open_side: the film goes on beyond the last lines, else P = 0 there.
     """
 
     x: Array
     y: Array
+    mirror: bool = True
+    open_side: bool = False
+
+    @property
+    def inner(self) -> tuple[slice, slice]:
+        """Lines and columns between the outer edges."""
+        return slice(0 if self.mirror else 1, -1), slice(1, -1)
 
     @property
     def h_y(self) -> float:
         """Spacing across [a]."""
         return float(self.y[1] - self.y[0])
+
+    @property
+    def n_distance(self) -> int:
+        """Distances between lines of the whole contact, 0 included."""
+        return 2 * self.y.size - 1 if self.mirror else self.y.size
+
+    @property
+    def length_x(self) -> float:
+        """Length of the domain along rolling [b]."""
+        return float(self.x[-1] - self.x[0])
 
     @cached_property
     def cell_edges_x(self) -> Array:
@@ -39,15 +60,37 @@ class Grid:
 
     @cached_property
     def weights(self) -> Array:
-        """(ny, nx) area weights of the whole contact [a b]: lines off the axis count twice."""
-        across = np.full(self.y.size, 2.0 * self.h_y)
-        across[0] = self.h_y
+        """(ny, nx) area weights of the whole contact [a b]: with a mirror, lines off the axis count twice."""
+        across = np.full(self.y.size, self.h_y)
+        if self.mirror:
+            across[1:] *= 2.0
         return across[:, None] * self.width_x[None, :]
 
+    @cached_property
+    def load_weights(self) -> Array:
+        """(ny, nx) area weights for the load [a b]: the last lines under an open side stand for what is beyond as well.
 
-def uniform_grid(x_in: float, x_out: float, y_max: float, n_x: int, n_y: int) -> Grid:
-    """Uniform grid over x_in..x_out [b] and 0..y_max [a]."""
-    return Grid(np.linspace(x_in, x_out, n_x), np.linspace(0.0, y_max, n_y))
+        The load of a line falls with the square of its distance where it is borne by the wedge alone, so that the rest
+        is that of the line times its distance.
+        """
+        weights = self.weights.copy()
+        if self.open_side:
+            beyond = self.y[-2] ** 2 / (self.y[-2] + 0.5 * self.h_y) * self.width_x
+            weights[-2] += 2.0 * beyond if self.mirror else beyond
+            if not self.mirror:
+                weights[1] += beyond
+        return weights
+
+
+def uniform_grid(
+    x_in: float, x_out: float, y_max: float, n_x: int, n_y: int, mirror: bool = True, open_side: bool = False
+) -> Grid:
+    """Uniform grid over x_in..x_out [b] and 0..y_max [a], or -y_max..y_max without mirror symmetry."""
+    return Grid(np.linspace(x_in, x_out, n_x), _lines(y_max, n_y, mirror), mirror, open_side)
+
+
+def _lines(y_max: float, n_y: int, mirror: bool) -> Array:
+    return np.linspace(0.0 if mirror else -y_max, y_max, n_y)
 
 
 def _bump(x: Array, centre: float, half_width: float) -> Array:
@@ -57,26 +100,36 @@ def _bump(x: Array, centre: float, half_width: float) -> Array:
 
 def _nodes(fine: Array, density: Array, n: int) -> Array:
     """n nodes spread by a density given on a fine mesh."""
-    count = np.concatenate(([0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))))
+    count = np.concatenate(([0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(fine))))
     return np.interp(np.linspace(0.0, count[-1], n), count, fine)
 
 
-def graded_grid(x_in: float, x_out: float, y_max: float, n_x: int, n_y: int, inlet: float = 0.1) -> Grid:
+def graded_grid(
+    x_in: float,
+    x_out: float,
+    y_max: float,
+    n_x: int,
+    n_y: int,
+    inlet: float = 0.1,
+    mirror: bool = True,
+    open_side: bool = False,
+) -> Grid:
     """Grid refined where the film forms and where it leaves.
 
     inlet : length over which the gap opens by one film thickness at the edge of the Hertz line [b]. The node density
-    is a sum of plateaus (inlet of all lines, edge X = -1 of the central lines, outlet); it is integrated and
-    inverted, so that the spacing varies smoothly and second-order formulas keep their order.
+    is a sum of plateaus (inlet of all lines, edge X = -1 of the central lines, outlet, side lobes); it is integrated
+    and inverted, so that the spacing varies smoothly and second-order formulas keep their order.
     """
-    fine = np.linspace(x_in, x_out, 20001)
-    if inlet > 1.0:
-        # film thicker than the elastic flattening: a hydrodynamic wedge about as wide as the inlet itself
-        density = 1.0 / (1.0 + np.abs(fine / inlet)) ** 1.5
-        return Grid(_nodes(fine, density, n_x), np.linspace(0.0, y_max, n_y))
+    # fine in the core, however long the domain
+    fine = np.sinh(np.linspace(math.asinh(x_in), math.asinh(x_out), 20001))
     density = 1.0 + 3.0 * _bump(fine, -0.9, 0.3) + 2.0 * _bump(fine, 0.95, 0.25)
+    # side lobes of a wide ellipse: the outlets of its outer lines
+    density += _bump(fine, 0.35, 0.5)
     # the central lines: more nodes the shorter the inlet
     extra = min(max(0.3 / inlet - 2.0, 0.0), 20.0)
     density += extra * (_bump(fine, -0.985, 0.05 + inlet) + 0.5 * _bump(fine, 0.98, 0.06 + inlet))
-    # a thin tail of pressure far upstream needs few nodes
-    density /= 1.0 + np.maximum(0.0, -fine - 1.6)
-    return Grid(_nodes(fine, density, n_x), np.linspace(0.0, y_max, n_y))
+    # a thin tail of pressure far away needs few nodes; a film thicker than the flattening is borne by its wedge, which
+    # wants a spacing in proportion to the distance
+    wedge = max(1.0, math.sqrt(2.0 * inlet**1.5 / INLET_SHAPE))
+    density /= (1.0 + np.maximum(0.0, np.abs(fine) - 1.6) / wedge) ** (1.25 if inlet < 1.0 else 1.0)
+    return Grid(_nodes(fine, density, n_x), _lines(y_max, n_y, mirror), mirror, open_side)

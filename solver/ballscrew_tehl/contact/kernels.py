@@ -6,7 +6,8 @@ line Y = 0; the last line and the first and last column carry P = 0.
 Poiseuille flux at a face: e dP/dX with e = H_f^3 phi_f, H_f the mean gap and phi_f the logarithmic mean of the
 nodal fluidity: exact where ln(viscosity) is linear in pressure between two nodes, which keeps the steep
 piezoviscous inlet accurate on few points. Wedge flux: g H at the face by
-the quadratic through two upstream nodes and one downstream.
+the quadratic through two upstream nodes and one downstream. The outermost face across may be open: P of the last line
+is zero for the deflection, its flux is that of a pressure that falls with a power of the gap.
 """
 
 from __future__ import annotations
@@ -14,8 +15,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+#: power of the gap with which pressure falls beyond the last line: 3/2 on a long ellipse, 2 on a circle
+FAR_POWER = 1.75
 
-@njit(cache=True)
+
+@njit(cache=True, error_model="numpy")
 def log_mean(s_left, s_right):
     """Logarithmic mean of exp(s_left), exp(s_right) and its log-derivatives to both."""
     d = s_right - s_left
@@ -27,7 +31,7 @@ def log_mean(s_left, s_right):
     return mean, 1.0 - w_right, w_right
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def lifted_gap(h, floor):
     """Gap for the flow and its derivative: h above the floor, floor*exp(h/floor - 1) below (C1, positive).
 
@@ -40,13 +44,33 @@ def lifted_gap(h, floor):
     return lifted, lifted / floor
 
 
-@njit(cache=True)
-def face_fluxes(x, kappa_h, p, gap, ln_phi, dln_phi, g, dg, flow_x, flow_y, c_x, c_y, wedge, floor):
+@njit(cache=True, error_model="numpy")
+def face_fluxes(
+    x,
+    kappa_h,
+    mirror,
+    open_side,
+    p,
+    gap,
+    ln_phi,
+    dln_phi,
+    g,
+    dg,
+    g_y,
+    dg_y,
+    flow_x,
+    flow_y,
+    c_x,
+    c_y,
+    wedge,
+    floor,
+):
     """Fluxes at faces and their derivatives.
 
-    kappa_h : kappa/h_y, scales the flow across. dln_phi, dg : derivatives to P.
+    kappa_h : kappa/h_y, scales the flow across. mirror, open_side : of the grid. dln_phi, dg : derivatives to P.
     flow_x (ny, nx-1), flow_y (ny-1, nx): Poiseuille minus wedge flux.
-    c_x (ny, nx-1, 4), c_y (ny-1, nx, 4): derivatives of the Poiseuille part to P_left, P_right, H_left, H_right.
+    c_x (ny, nx-1, 4), c_y (ny-1, nx, 4): derivatives to P_left, P_right, H_left, H_right, along x of the Poiseuille
+    part only.
     wedge (ny, nx-1, 3): weights of the nodes i, i-1, i+1 in the wedge flux of face i+1/2.
     """
     ny, nx = p.shape
@@ -84,38 +108,60 @@ def face_fluxes(x, kappa_h, p, gap, ln_phi, dln_phi, g, dg, flow_x, flow_y, c_x,
             flow_x[j, i] = f
     for j in range(ny - 1):
         for i in range(nx):
-            # harmonic mean: the gap opens by much more than itself from line to line beside the ellipse
             h_0, dh_0 = lifted_gap(gap[j, i], floor)
             h_1, dh_1 = lifted_gap(gap[j + 1, i], floor)
+            # harmonic mean: the gap opens by much more than itself from line to line beside the ellipse
             h = 2.0 * h_0 * h_1 / (h_0 + h_1)
+            cube = h * h * h
+            # logarithmic derivatives of the conductance to the gaps
+            d_0 = 3.0 * h_1 / ((h_0 + h_1) * h_0)
+            d_1 = 3.0 * h_0 / ((h_0 + h_1) * h_1)
+            if open_side and (j == ny - 2 or (j == 0 and not mirror)):
+                # beyond an open side pressure falls with a power of the gap instead of to zero within one cell
+                near, beyond = (h_0, h_1) if j == ny - 2 else (h_1, h_0)
+                far = min(near / beyond, 1.0) ** FAR_POWER
+                share = 1.0 - far
+                cube *= share
+                if share > 0.0:
+                    by_near, by_beyond = -FAR_POWER * far / (share * near), FAR_POWER * far / (share * beyond)
+                    d_0 += by_near if j == ny - 2 else by_beyond
+                    d_1 += by_beyond if j == ny - 2 else by_near
             phi, w_l, w_r = log_mean(ln_phi[j, i], ln_phi[j + 1, i])
-            e = h * h * h * phi * kappa_h
-            d = kappa_h * (p[j + 1, i] - p[j, i])
-            f = h * h * h * phi * d
+            e = cube * phi * kappa_h
+            f = e * (p[j + 1, i] - p[j, i])
             c_y[j, i, 0] = -e + f * w_l * dln_phi[j, i]
             c_y[j, i, 1] = e + f * w_r * dln_phi[j + 1, i]
-            c_y[j, i, 2] = 6.0 * f / h * (h_1 / (h_0 + h_1)) ** 2 * dh_0
-            c_y[j, i, 3] = 6.0 * f / h * (h_0 / (h_0 + h_1)) ** 2 * dh_1
+            c_y[j, i, 2] = f * d_0 * dh_0
+            c_y[j, i, 3] = f * d_1 * dh_1
+            # transport across by spin
+            f -= 0.5 * (g_y[j, i] * gap[j, i] + g_y[j + 1, i] * gap[j + 1, i])
+            c_y[j, i, 0] -= 0.5 * dg_y[j, i] * gap[j, i]
+            c_y[j, i, 1] -= 0.5 * dg_y[j + 1, i] * gap[j + 1, i]
+            c_y[j, i, 2] -= 0.5 * g_y[j, i]
+            c_y[j, i, 3] -= 0.5 * g_y[j + 1, i]
             flow_y[j, i] = f
 
 
-@njit(cache=True)
-def residual(width, kappa_h, flow_x, flow_y, out):
-    """Net inflow by pressure minus wedge per unit area; zero on the outer edges."""
+@njit(cache=True, error_model="numpy")
+def residual(width, kappa_h, mirror, flow_x, flow_y, out):
+    """Net inflow by pressure minus wedge per unit area; zero on the outer edges.
+
+    mirror: line 0 is a line of symmetry, else an outer edge.
+    """
     ny, nx = out.shape
     out[:, :] = 0.0
-    for j in range(ny - 1):
+    for j in range(0 if mirror else 1, ny - 1):
         for i in range(1, nx - 1):
             r = (flow_x[j, i] - flow_x[j, i - 1]) / width[i]
-            if j == 0:
+            if mirror and j == 0:
                 r += 2.0 * kappa_h * flow_y[0, i]
             else:
                 r += kappa_h * (flow_y[j, i] - flow_y[j - 1, i])
             out[j, i] = r
 
 
-@njit(cache=True)
-def jacobian_times(width, kappa_h, c_x, c_y, wedge, gap, g, dg, penalty, dp, dh, out):
+@njit(cache=True, error_model="numpy")
+def jacobian_times(width, kappa_h, mirror, c_x, c_y, wedge, gap, g, dg, penalty, dp, dh, out):
     """Directional derivative of the residual for changes dp of pressure and dh of gap; identity where cavitated."""
     ny, nx = out.shape
     out[:, :] = 0.0
@@ -145,16 +191,18 @@ def jacobian_times(width, kappa_h, c_x, c_y, wedge, gap, g, dg, penalty, dp, dh,
                 + c_y[j, i, 2] * dh[j, i]
                 + c_y[j, i, 3] * dh[j + 1, i]
             ) * kappa_h
-            out[j, i] += 2.0 * f if j == 0 else f
+            out[j, i] += 2.0 * f if mirror and j == 0 else f
             if j + 1 < ny - 1:
                 out[j + 1, i] -= f
     for j in range(ny - 1):
         for i in range(1, nx - 1):
             out[j, i] -= penalty[j, i] * dp[j, i]
+    if not mirror:
+        out[0, :] = 0.0
 
 
-@njit(cache=True)
-def line_jacobian(j, width, kappa_h, c_x, c_y, wedge, gap, g, dg, penalty, same_line, out, column):
+@njit(cache=True, error_model="numpy")
+def line_jacobian(j, width, kappa_h, mirror, c_x, c_y, wedge, gap, g, dg, penalty, same_line, out, column):
     """Jacobian of line j to its own pressures, deflection of the line by itself included.
 
     out (nx-2, nx-2); column (nx-2,): derivative to a rigid approach (same gap change everywhere).
@@ -182,7 +230,7 @@ def line_jacobian(j, width, kappa_h, c_x, c_y, wedge, gap, g, dg, penalty, same_
             d_h[0] += wedge[j, i - 1, 1] * g[j, i - 2] * inv
         d_p = c_x[j, i, 0] * inv - c_x[j, i - 1, 1] * inv
         d_p += (wedge[j, i - 1, 2] - wedge[j, i, 0]) * gap[j, i] * dg[j, i] * inv
-        if j == 0:
+        if mirror and j == 0:
             d_p += 2.0 * kappa_h * c_y[0, i, 0]
             d_h[2] += 2.0 * kappa_h * c_y[0, i, 2]
             full_h = d_h[0] + d_h[1] + d_h[2] + d_h[3] + 2.0 * kappa_h * c_y[0, i, 3]

@@ -15,11 +15,11 @@ def gmres(
     rhs: Array,
     tolerance: float,
     max_iterations: int,
-) -> tuple[Array, int]:
-    """Solve apply(x) = rhs to a relative residual; returns x and the iterations used."""
+) -> tuple[Array, int, float]:
+    """Solve apply(x) = rhs to a relative residual; returns x, the iterations used, the residual left."""
     beta = float(np.linalg.norm(rhs))
     if beta == 0.0:
-        return np.zeros_like(rhs), 0
+        return np.zeros_like(rhs), 0, 0.0
     m = max_iterations
     basis = np.empty((m + 1, rhs.size))
     hessenberg = np.zeros((m + 1, m))
@@ -50,4 +50,4 @@ def gmres(
         if not abs(e[k + 1]) > tolerance * beta:
             break
     y = np.linalg.solve(np.triu(hessenberg[:used, :used]), e[:used])
-    return precondition(y @ basis[:used]), used
+    return precondition(y @ basis[:used]), used, abs(float(e[used])) / beta

@@ -1,9 +1,14 @@
-"""One operating point on one grid: the isothermal Newton solve and its coupling with the energy equation."""
+"""One operating point on one grid: the Newton solve of the pressure and its coupling with the energy equation."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from functools import lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,28 +18,51 @@ from .anderson import AndersonMixing
 from .conditions import ContactConditions, SolverOptions, choose_grid, inlet_length, scales_of
 from .elastic import LineConvolution
 from .grid import Array
-from .reynolds import NewtonHistory, ReynoldsState, contact_geometry
+from .oil import oil_table
+from .reynolds import GridChoice, LinePreconditioner, NewtonHistory, ReynoldsState, contact_geometry
 from .walls import wall_operator
 
-#: share of the temperature change of one outer iteration that is taken
-TEMPERATURE_STEP = 0.7
+#: share of the change of one outer iteration that is taken
+OUTER_STEP = 0.6
+#: the same of a cautious iteration
+CAUTIOUS_STEP = 0.5
+CAUTIOUS_MIXING_BELOW = 2e-3
+#: share of the change of ln(viscosity) by shear thinning, and its bound
+THINNING_STEP, THINNING_LIMIT = 0.5, 2.0
 #: iterations without progress after which that share is halved
-STALL_AFTER = 40
+STALL_AFTER = 15
 #: Newton steps of the pressure per outer iteration at most, and the pressure change that ends them early,
-#: as a share of the last relative temperature change
-NEWTON_STEPS = 5
-PRESSURE_SHARE = 0.02
-#: below this change, relative to the rise, the iteration is accelerated: at first, and after a stall
-MIXING_FROM = (5e-3, 0.3)
+#: as a share of the last relative change of the outer iteration
+NEWTON_STEPS = 10
+PRESSURE_SHARE = 0.1
+#: changes, relative to the rise, below which the iteration is accelerated if it creeps: two iterations leave that share
+MIXING_BELOW = 0.03
+MIXING_FROM = 0.3
+SWEEPS = (False, True)
+#: rise [K] below which temperatures need no closer tolerance
+LEAST_RISE = 10.0
 #: largest temperature change of one outer iteration [K]
-TEMPERATURE_LIMIT = 30.0
+TEMPERATURE_LIMIT = 60.0
+
+
+def _slow(changes: list[float], below: float) -> bool:
+    """Whether the iteration creeps and is near enough to be accelerated."""
+    return len(changes) > 2 and changes[-1] < below and changes[-1] > MIXING_FROM * changes[-3]
 
 
 def _stalled(changes: list[float]) -> bool:
-    """Whether the last STALL_AFTER changes are no smaller than the ones before."""
-    if len(changes) < 2 * STALL_AFTER:
+    """Whether the last STALL_AFTER changes are no smaller than the ones before; asked once per STALL_AFTER."""
+    if len(changes) % STALL_AFTER or len(changes) < 2 * STALL_AFTER:
         return False
     return not min(changes[-STALL_AFTER:]) < 0.5 * min(changes[-2 * STALL_AFTER : -STALL_AFTER])
+
+
+class Traction(NamedTuple):
+    """Shear on body 2: force along rolling [N], moment about the contact normal [N m]; heat of sliding [W]."""
+
+    force: float
+    moment: float
+    heat: float
 
 
 @dataclass
@@ -43,18 +71,21 @@ class Iteration:
 
     state: ReynoldsState
     history: NewtonHistory
-    flow: energy.FilmFlow
+    flow: film_flow.FilmFlow
     temperature: Array | None = None
     temperature_history: list[float] = field(default_factory=list)
     heat: energy.HeatBalance | None = None
-    traction: float = 0.0
     converged: bool = False
     reason: str = ""
     iterations: int = 0
+    preconditioner: LinePreconditioner | None = field(default=None, repr=False)
 
 
 class ContactProblem:
-    """One operating point on one grid; entrainment is taken positive."""
+    """One operating point on one grid; entrainment is taken positive.
+
+    choice: the grid, None = the one that the options and the expected film ask for
+    """
 
     def __init__(
         self,
@@ -62,18 +93,43 @@ class ContactProblem:
         oil: LubricantParameters,
         solid: SolidParameters,
         options: SolverOptions,
+        choice: GridChoice | None = None,
     ) -> None:
         self.given = conditions
         if conditions.u_e < 0.0:
             # rolling the other way round is the mirror image
-            conditions = replace(conditions, u_1=-conditions.u_1, u_2=-conditions.u_2)
+            conditions = conditions.reversed()
         self.conditions, self.oil, self.solid, self.options = conditions, oil, solid, options
+        self.seconds: dict[str, float] = defaultdict(float)
         self.scales = scales_of(conditions, oil)
         ratio = conditions.R_x / conditions.R_y
         kappa = self.scales.hertz.b / self.scales.hertz.a
-        self.choice = choose_grid(options, self.scales.film_estimate, ratio / kappa**2, kappa)
-        self.geometry = contact_geometry(self.choice, ratio)
-        self.table = film_flow.oil_table(oil, conditions.temperature)
+        film = self.scales.warm_film if options.thermal else self.scales.film_estimate
+        self.choice = choice or choose_grid(options, film, ratio / kappa**2, kappa, conditions.symmetric)
+        with self.timed("geometry"):
+            self.geometry = contact_geometry(self.choice, ratio)
+        #: size of the film [b^2/R_x]: the expected one, then that of the iteration
+        self.film_scale = self.scales.film_estimate
+        self.table = oil_table(oil, conditions.temperature)
+        grid, hertz = self.geometry.grid, self.scales.hertz
+        self.speeds = film_flow.SurfaceSpeeds(*conditions.surface_speeds(grid.x * hertz.b, grid.y * hertz.a))
+        #: whether the film is that of one viscosity per pressure
+        self.plain = oil.rheology == "newtonian" and not options.thermal
+
+    @contextmanager
+    def timed(self, phase: str) -> Iterator[None]:
+        """Book the time under a phase."""
+        begun = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[phase] += time.perf_counter() - begun
+
+    def central_film(self, it: Iteration) -> float:
+        """Gap on the axis at X = 0 [b^2/R_x], by the quadratic through the three nodes around it."""
+        x, gap = self.geometry.grid.x, it.state.gap[self.geometry.axis]
+        k = int(np.argmin(np.abs(x)))
+        return float(np.polyval(np.polyfit(x[k - 1 : k + 2], gap[k - 1 : k + 2], 2), 0.0))
 
     def cells_in_inlet(self, film: float) -> float:
         """Grid cells in the inlet length of the central line for a film [b^2/R_x]."""
@@ -81,51 +137,45 @@ class ContactProblem:
         k = int(np.searchsorted(x, -1.0))
         return inlet_length(max(film, 0.0)) / float(x[k] - x[k - 1])
 
-    def isothermal_film(self, p: Array) -> tuple[Array, Array, Array, Array]:
-        """Film coefficients at the inlet temperature."""
-        out = tuple(np.empty_like(p) for _ in range(4))
-        film_flow.isothermal_coefficients(
-            self.table,
-            self.scales.hertz.p_max,
-            p,
-            self.conditions.temperature,
-            1.0 / self.scales.reynolds,
-            *out,
-        )
-        return out  # type: ignore[return-value]
-
-    def thermal_film(self, temperature: Array, p: Array) -> tuple[Array, Array, Array, Array]:
-        """Film coefficients of the generalised Reynolds equation at given temperatures."""
+    def isothermal_film(self, p: Array) -> tuple[Array, ...]:
+        """Film coefficients of a Newtonian oil at the inlet temperature."""
         c = self.conditions
-        out = tuple(np.empty_like(p) for _ in range(4))
-        film_flow.film_coefficients(
-            self.table,
-            self.scales.hertz.p_max,
-            p,
-            temperature,
-            c.u_1,
-            c.u_2,
-            c.u_e,
-            1.0 / self.scales.reynolds,
-            *out,
-        )
-        return out  # type: ignore[return-value]
+        out = tuple(np.empty_like(p) for _ in range(6))
+        film_flow.isothermal_coefficients(
+            self.table, self.scales.hertz.p_max, p, c.temperature, self.speeds, c.u_e, 1.0 / self.scales.reynolds, *out
+        )  # fmt: skip
+        return out
 
-    def solve_isothermal(self, state: ReynoldsState, tolerance: float, max_steps: int) -> Iteration:
-        """Newton iteration at the inlet temperature."""
-        state, history = self.geometry.solve(
-            state, self.isothermal_film, self.scales.film_estimate, tolerance, max_steps
-        )
+    def general_film(
+        self, temperature: Array, t_p: Array, p_at: Array, flow: film_flow.FilmFlow, p: Array
+    ) -> tuple[Array, ...]:
+        """Film coefficients of the generalised Reynolds equation; temperature and thinning follow the pressure."""
+        c = self.conditions
+        out = tuple(np.empty_like(p) for _ in range(6))
+        film_flow.film_coefficients(
+            self.table, self.scales.hertz.p_max, p, p_at, temperature, t_p, flow.thinning, flow.ln_eta,
+            flow.stress_share,
+            self.speeds, c.u_e, 1.0 / self.scales.reynolds, *out,
+        )  # fmt: skip
+        return out
+
+    def start(self, state: ReynoldsState | None = None) -> Iteration:
+        """An iteration at its beginning: from a state, or from the dry contact opened by the expected film."""
+        if state is None:
+            state = self.geometry.start(self.scales.film_estimate)
         lines, nodes = state.p.shape
-        flow = energy.FilmFlow.empty(lines, nodes, self.options.n_z)
-        return Iteration(
-            state,
-            history,
-            flow,
-            converged=history.converged,
-            reason=history.reason,
-            iterations=len(history.change),
-        )
+        return Iteration(state, NewtonHistory(), film_flow.FilmFlow.empty(lines, nodes, self.options.n_z))
+
+    def solve_isothermal(self, it: Iteration, tolerance: float, max_steps: int) -> Iteration:
+        """Newton iteration of a Newtonian oil at the inlet temperature."""
+        with self.timed("reynolds"):
+            it.state, history, it.preconditioner = self.geometry.solve(
+                it.state, self.isothermal_film, self.scales.film_estimate, tolerance, max_steps
+            )
+        it.history.extend(history)
+        it.converged, it.reason = history.converged, history.reason
+        it.iterations += len(history.change)
+        return it
 
     def walls(self) -> tuple[LineConvolution, LineConvolution]:
         """Heat flux to surface temperature, of body 1 (z = 0) and body 2 (z = h)."""
@@ -143,78 +193,163 @@ class ContactProblem:
                 chi,
             )
 
-        return operator(c.u_1), operator(c.u_2)
+        with self.timed("wall kernels"):
+            return operator(c.u_1), operator(c.u_2)
 
     def physical(self, state: ReynoldsState) -> tuple[Array, Array]:
-        """Pressure [Pa] and gap [m], the latter at least a tenth of the expected film while iterating."""
-        gap = np.maximum(state.gap, 0.1 * self.scales.film_estimate) * self.scales.h_unit
+        """Pressure [Pa] and gap [m], the latter at least a tenth of the present film while iterating."""
+        gap = np.maximum(state.gap, 0.1 * self.film_scale) * self.scales.h_unit
         return np.maximum(state.p, 0.0) * self.scales.hertz.p_max, gap
 
-    def update_flow(self, it: Iteration, temperature: Array) -> tuple[Array, Array]:
-        """Velocities, heat sources and traction at the present pressure."""
-        c, hertz, grid = self.conditions, self.scales.hertz, self.geometry.grid
+    def update_flow(self, it: Iteration, temperature: Array) -> Array:
+        """Velocities, heat sources and shear stress at the present pressure; returns the gap [m]."""
+        hertz, grid = self.scales.hertz, self.geometry.grid
         p, h = self.physical(it.state)
-        energy.film_flow(
-            self.table, grid.x * hertz.b, grid.y * hertz.a, p, h, temperature, c.u_1, c.u_2, it.flow
-        )
-        it.traction = -float(np.sum(grid.weights * it.flow.traction)) * hertz.a * hertz.b
-        return p, h
+        with self.timed("film flow"):
+            film_flow.film_flow(
+                self.table, grid.x * hertz.b, grid.y * hertz.a, grid.mirror, p, h, temperature, self.speeds, it.flow
+            )  # fmt: skip
+        return h
 
-    def solve_thermal(self, it: Iteration, temperature: Array) -> Iteration:
-        """Alternate one Newton step of the generalised Reynolds equation with the energy equation and the walls."""
-        c, o, hertz, grid = self.conditions, self.options, self.scales.hertz, self.geometry.grid
+    def traction(self, it: Iteration) -> Traction:
+        """Stress of mid-film integrated over the contact; the halves of a mirrored contact count twice."""
+        hertz, grid, flow = self.scales.hertz, self.geometry.grid, it.flow
+        area = grid.weights * (hertz.a * hertz.b)
+        x, y = np.meshgrid(grid.x * hertz.b, grid.y * hertz.a)
+        moment = 0.0 if grid.mirror else -float(np.sum(area * (x * flow.traction_y - y * flow.traction_x)))
+        slip_x, slip_y = self.speeds.u_b - self.speeds.u_a, self.speeds.v_b - self.speeds.v_a
+        heat = float(np.sum(area * (flow.traction_x * slip_x + flow.traction_y * slip_y)))
+        return Traction(-float(np.sum(area * flow.traction_x)), moment, heat)
+
+    def warm_columns(self) -> tuple[Array, Array]:
+        """First column of every line where the energy equation is solved, and the one behind the last."""
+        film, nodes = self.scales.warm_film, self.geometry.grid.x.size
+        near = self.geometry.undeformed <= energy.INLET_GAPS * film + 1.0
+        near[:, [0, -1]] = False
+        some = near.any(axis=1)
+        start = np.where(some, near.argmax(axis=1), 1)
+        end = np.where(some, nodes - near[:, ::-1].argmax(axis=1), 1)
+        return start.astype(np.int64), end.astype(np.int64)
+
+    def warm_film(self, it: Iteration, walls: tuple[LineConvolution, LineConvolution]) -> Array:
+        """Temperatures to begin with: every column sheared by itself, the walls warmed by what they then take up."""
+        c, k_oil = self.conditions, self.oil.thermal_conductivity
+        shape = (*it.state.p.shape, self.options.n_z + 1)
+        temperature = np.full(shape, float(c.temperature))
+        h = self.update_flow(it, temperature)
+        p, _ = self.physical(it.state)
+        slip = self.speeds.u_b - self.speeds.u_a
+        wall_a = np.full(shape[:2], float(c.temperature))
+        wall_b, q = wall_a.copy(), np.zeros(shape[:2])
+        for _ in range(4):
+            energy.sheared_films(self.table, p, h, k_oil, slip, wall_a, wall_b, temperature, q)
+            wall_a += 0.6 * (c.temperature + walls[0](q) - wall_a)
+            wall_b += 0.6 * (c.temperature + walls[1](q) - wall_b)
+        energy.sheared_films(self.table, p, h, k_oil, slip, wall_a, wall_b, temperature, q)
+        temperature[:, 0], temperature[:, -1] = c.temperature, c.temperature
+        return temperature
+
+    def solve_coupled(
+        self, it: Iteration, temperature: Array | None, tolerance: float, limit: int, cautious: bool = False
+    ) -> Iteration:
+        """Alternate Newton steps of the generalised Reynolds equation with rheology, energy equation and walls.
+
+        limit: most iterations; cautious: slow and sure, with sources that only ever damp and temperatures that do not
+        follow the pressure.
+        """
+        o, c, hertz, grid = self.options, self.conditions, self.scales.hertz, self.geometry.grid
         heat, conductivity = self.oil.specific_heat, self.oil.thermal_conductivity
-        walls = self.walls()
         shape = it.state.p.shape
         q_a, q_b = np.zeros(shape), np.zeros(shape)
-        response = np.zeros((*shape, 4))
+        response, t_p = np.zeros((*shape, 4)), np.zeros((*shape, o.n_z + 1))
+        face = energy.FaceFlow.empty(*self.warm_columns(), shape[1], o.n_z)
         width, h_y, x = grid.width_x * hertz.b, grid.h_y * hertz.a, grid.x * hertz.b
-        mixing, share, early = AndersonMixing(), TEMPERATURE_STEP, False
-        it.converged, it.reason = False, f"no convergence in {o.max_thermal} thermal iterations"
-        for _ in range(o.max_thermal):
+        flux_unit = c.u_e * self.scales.h_unit * self.oil.density
+        if o.thermal:
+            walls = self.walls()
+            if temperature is None:
+                temperature = self.warm_film(it, walls)
+        elif temperature is None:
+            temperature = np.full((*shape, o.n_z + 1), float(c.temperature))
+        h = self.update_flow(it, temperature)
+        mixing: AndersonMixing | None = None
+        share, newtonian = (CAUTIOUS_STEP if cautious else OUTER_STEP), self.oil.rheology == "newtonian"
+        below = CAUTIOUS_MIXING_BELOW if cautious else MIXING_BELOW
+        it.converged, it.reason = False, f"no convergence in {limit} thermal iterations"
+        for _ in range(limit):
             # the pressure follows as closely as the temperature has come: no closer, for it costs the most
-            aim = max(o.tolerance, PRESSURE_SHARE * (it.temperature_history or [1.0])[-1])
-            it.state, newton = self.geometry.solve(
-                it.state,
-                partial(self.thermal_film, temperature),
-                self.scales.film_estimate,
-                aim,
-                max_steps=NEWTON_STEPS,
+            aim = max(tolerance, PRESSURE_SHARE * min((it.temperature_history or [1.0])[-1], 0.1))
+            p_at = np.maximum(it.state.p, 0.0)
+            film = partial(self.general_film, temperature, t_p, p_at, it.flow)
+            # a node that changes sides at the edge of cavitation takes many short steps
+            steps = NEWTON_STEPS if it.history.converged or not it.temperature_history else 6 * NEWTON_STEPS
+            with self.timed("reynolds"):
+                it.state, newton, it.preconditioner = self.geometry.solve(
+                    it.state, film, self.film_scale, aim, steps, preconditioner=it.preconditioner
+                )
+            # heat may leave a tenth of the film that the inlet forms
+            estimate = self.scales.film_estimate
+            self.film_scale = min(max(self.central_film(it), 1e-2 * estimate), estimate)
+            it.history.extend(newton)
+            d_p = (np.maximum(it.state.p, 0.0) - p_at) * hertz.p_max
+            temperature = temperature + np.clip(
+                t_p * d_p[..., None], -film_flow.FOLLOW_LIMIT, film_flow.FOLLOW_LIMIT
             )
-            for name in ("residual", "change", "load_error", "krylov"):
-                getattr(it.history, name).extend(getattr(newton, name))
-            it.history.deflections += newton.deflections
-            _, h = self.update_flow(it, temperature)
-            new = temperature.copy()
-            # back first: the inlet carries oil both ways
-            for forward in (False, True):
-                energy.sweep(x, width, h_y, h, heat, conductivity, it.flow, forward, new, q_a, q_b, response)
-            energy.update_walls(walls, new, q_a, q_b, response, c.temperature)
-            change = float(np.abs(new - temperature).max())
-            rise = max(float(new.max()) - c.temperature, 1e-3)
-            if len(it.temperature_history) % STALL_AFTER == 0 and _stalled(it.temperature_history):
-                # recirculating oil wants acceleration early, a wandering pressure spike wants none and shorter steps
-                early = not early
-                share *= 1.0 if early else 0.5
-            if change > MIXING_FROM[early] * rise:
-                temperature = temperature + min(share, TEMPERATURE_LIMIT / change) * (new - temperature)
-            else:
-                temperature = mixing.next(temperature, new, share)
-            it.temperature_history.append(change / rise)
+            before = np.log(it.flow.thinning) - it.flow.ln_eta
+            h = self.update_flow(it, temperature)
+            if not newtonian:
+                step = np.log(it.flow.thinning) - it.flow.ln_eta - before
+                step = THINNING_STEP * np.clip(step, -THINNING_LIMIT, THINNING_LIMIT)
+                it.flow.thinning[:] = np.exp(it.flow.ln_eta + before + step)
+            change = (
+                0.0 if newtonian else float(np.abs(np.log(it.flow.thinning) - it.flow.ln_eta - before).max())
+            )
+            rise = 1.0
+            if o.thermal:
+                with self.timed("energy"):
+                    film = partial(self.general_film, temperature, t_p, np.maximum(it.state.p, 0.0), it.flow)
+                    flux_x, flux_y = self.geometry.fluxes(it.state, film, self.film_scale)
+                    energy.face_flow(
+                        width, h_y, grid.mirror, heat, flux_x * flux_unit, flux_y * flux_unit, it.flow, face
+                    )
+                    new = temperature.copy()
+                    # back first: the inlet carries oil both ways
+                    for forward in SWEEPS:
+                        energy.sweep(
+                            x, width, h_y, grid.mirror, h, conductivity, c.temperature, it.flow, face, temperature,
+                            cautious, forward, new, t_p, q_a, q_b, response,
+                        )  # fmt: skip
+                with self.timed("walls"):
+                    energy.update_walls(walls, new, q_a, q_b, response, c.temperature)
+                if cautious:
+                    t_p[:] = 0.0
+                change_t = float(np.abs(new - temperature).max())
+                rise = max(float(new.max()) - c.temperature, LEAST_RISE)
+                change = max(change, change_t / rise)
+                limited = min(share, TEMPERATURE_LIMIT / change_t)
+                if mixing is None and _slow([*it.temperature_history, change], below):
+                    mixing = AndersonMixing()
+                elif mixing is not None and change > 3.0 * min(it.temperature_history[-3:]):
+                    # extrapolated beyond where it holds
+                    mixing = None
+                if not cautious and _stalled(it.temperature_history):
+                    # a pressure spike that wanders wants shorter steps
+                    share, mixing = 0.5 * share, None
+                if mixing is None:
+                    temperature = temperature + limited * (new - temperature)
+                else:
+                    temperature = mixing.next(temperature, new, limited)
+            it.temperature_history.append(change)
             it.iterations += 1
             if not np.isfinite(change):
                 it.reason = "temperature not finite"
                 break
-            if (
-                newton.converged
-                and newton.change[-1] <= 10.0 * o.tolerance
-                and change <= 10.0 * o.tolerance * rise
-            ):
+            if newton.converged and newton.change[-1] <= 10.0 * tolerance and change <= 10.0 * tolerance:
                 it.converged, it.reason = True, "pressure and temperature changes below tolerance"
                 break
-        self.update_flow(it, temperature)
-        it.temperature = temperature
-        it.heat = energy.heat_balance(
-            grid, hertz.a, hertz.b, heat, it.flow, temperature, c.temperature, q_a, q_b
-        )
+        if o.thermal:
+            it.temperature = temperature
+            it.heat = energy.heat_balance(
+                x, width, h_y, grid.mirror, it.flow, face, new, c.temperature, q_a, q_b
+            )
         return it

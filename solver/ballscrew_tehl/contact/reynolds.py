@@ -10,8 +10,8 @@ Differs from paper: Eq. 6 omits the deflection; cavitation (Eq. 9) is the condit
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import lru_cache
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.linalg import lapack
@@ -24,17 +24,39 @@ from .grid import Array, Grid, graded_grid, uniform_grid
 from .krylov import gmres
 
 TARGET_LOAD = 2.0 * np.pi / 3.0
-#: stiffness against negative pressure; its error in P is residual/PENALTY
-PENALTY = 1e5
-#: largest pressure change of one Newton step [p_max]
+#: deepest pressure of an iterate, below its largest: a node at the edge of cavitation may change sides for ever
+LEAST_PRESSURE = 1e-6
+#: largest pressure change of one Newton step, relative to p_max or to the largest pressure if that is lower
 STEP_LIMIT = 0.3
+#: iterations of GMRES above which a preconditioner of a former state is renewed
+KEEP_BELOW = 4
+#: pressure change [p_max] above which it is renewed at once
+RENEW_ABOVE = 3e-3
+#: largest change of the approach of one Newton step, relative to film and flattening
+APPROACH_LIMIT = 0.5
+#: Newton steps without progress after which the steps are halved
+STALL_AFTER = 6
+LEAST_SHARE = 0.125
+#: smallest share of its fluidity that a node keeps in one Newton step
+LEAST_FLUIDITY = 0.05
 #: share of the expected film below which the flow sees a lifted gap while iterating
 FLOOR_SHARE = 0.2
 
 
+#: film [b^2/R_x] above which it is thicker than the flattening of the bodies
+THICK_FILM = 2.0
+#: load error, relative, that a converged solution may have
+LOAD_TOLERANCE = 1e-4
+#: fewest nodes along rolling that a coarser grid may have
+LEAST_NODES = 33
+
+
 @dataclass(frozen=True)
 class GridChoice:
-    """Numbers that define a grid: domain in Hertz half-widths, nodes, and the inlet length it is refined for [b]."""
+    """Numbers that define a grid: domain in Hertz half-widths, nodes, and the inlet length it is refined for [b].
+
+    mirror: n_y lines over the half plane Y >= 0, else over the whole; open_side: the film goes on beyond them.
+    """
 
     x_in: float = -2.5
     x_out: float = 1.5
@@ -42,16 +64,27 @@ class GridChoice:
     n_x: int = 129
     n_y: int = 17
     inlet: float | None = None
+    mirror: bool = True
+    open_side: bool = False
 
     def build(self) -> Grid:
         """The grid; uniform without an inlet length."""
         if self.inlet is None:
-            return uniform_grid(self.x_in, self.x_out, self.y_max, self.n_x, self.n_y)
-        return graded_grid(self.x_in, self.x_out, self.y_max, self.n_x, self.n_y, self.inlet)
+            return uniform_grid(
+                self.x_in, self.x_out, self.y_max, self.n_x, self.n_y, self.mirror, self.open_side
+            )
+        return graded_grid(
+            self.x_in, self.x_out, self.y_max, self.n_x, self.n_y, self.inlet, self.mirror, self.open_side
+        )
+
+    def halved(self) -> GridChoice | None:
+        """Every other node of the same grid, None where too few are left."""
+        n_x, n_y = (self.n_x + 1) // 2, (self.n_y + 1) // 2
+        return replace(self, n_x=n_x, n_y=n_y) if n_x >= LEAST_NODES and n_y >= 5 else None
 
 
-#: nodal film coefficients of P >= 0: ln phi, d ln phi/dP, g, dg/dP, each (n_y, n_x)
-FilmCoefficients = Callable[[Array], tuple[Array, Array, Array, Array]]
+#: nodal film coefficients of P >= 0: ln phi, d ln phi/dP, g, dg/dP, g_y, dg_y/dP, each (n_y, n_x)
+FilmCoefficients = Callable[[Array], tuple[Array, ...]]
 
 
 @dataclass(frozen=True)
@@ -72,12 +105,21 @@ class NewtonHistory:
     load_error: list[float] = field(default_factory=list)
     krylov: list[int] = field(default_factory=list)
     deflections: int = 0
+    factorisations: int = 0
     converged: bool = False
     reason: str = "not started"
 
+    def extend(self, later: NewtonHistory) -> None:
+        """Append the steps of a later part of the same solve."""
+        for name in ("residual", "change", "load_error", "krylov"):
+            getattr(self, name).extend(getattr(later, name))
+        self.deflections += later.deflections
+        self.factorisations += later.factorisations
+        self.converged, self.reason = later.converged, later.reason
+
 
 class _Linearisation:
-    """Residual, Jacobian and preconditioner at one state."""
+    """Residual and Jacobian at one state."""
 
     def __init__(
         self, geometry: ContactGeometry, p: Array, gap: Array, film: FilmCoefficients, floor: float
@@ -85,31 +127,65 @@ class _Linearisation:
         grid = geometry.grid
         ny, nx = p.shape
         self.geometry, self.gap = geometry, gap
-        ln_phi, dln_phi, self.g, self.dg = film(np.maximum(p, 0.0))
+        ln_phi, dln_phi, self.g, self.dg, g_y, dg_y = film(np.maximum(p, 0.0))
+        self.thickening = -dln_phi
         self.c_x, self.c_y = np.empty((ny, nx - 1, 4)), np.empty((ny - 1, nx, 4))
         self.wedge = np.empty((ny, nx - 1, 3))
-        flow_x, flow_y, res = np.empty((ny, nx - 1)), np.empty((ny - 1, nx)), np.empty((ny, nx))
+        self.flow_x, self.flow_y, res = np.empty((ny, nx - 1)), np.empty((ny - 1, nx)), np.empty((ny, nx))
         kernels.face_fluxes(
-            grid.x, geometry.kappa_h, p, gap, ln_phi, dln_phi, self.g, self.dg, flow_x, flow_y,
+            grid.x, geometry.kappa_h, grid.mirror, grid.open_side, p, gap, ln_phi, dln_phi, self.g, self.dg, g_y,
+            dg_y, self.flow_x, self.flow_y,
             self.c_x, self.c_y, self.wedge, floor,
         )  # fmt: skip
-        kernels.residual(grid.width_x, geometry.kappa_h, flow_x, flow_y, res)
+        kernels.residual(grid.width_x, geometry.kappa_h, grid.mirror, self.flow_x, self.flow_y, res)
         # measured by the local flow conductance, which spans many decades from thick films to the contact
         conductance = np.zeros_like(p)
         conductance[:, 1:-1] = (np.abs(self.c_x[:, 1:, 0]) + np.abs(self.c_x[:, :-1, 1])) / grid.width_x[1:-1]
-        self.penalty = np.where(p < 0.0, PENALTY + 10.0 * conductance, 0.0)
-        self.residual = (res - self.penalty * p)[:-1, 1:-1]
+        # stiff enough that the wedge holds a cavitated node well above the deepest pressure allowed
+        stiffness = 10.0 * (1.0 + grid.x[-1]) / (LEAST_PRESSURE * float(p.max()))
+        self.penalty = np.where(p < 0.0, stiffness + 10.0 * conductance, 0.0)
+        self.residual = (res - self.penalty * p)[grid.inner]
+        elastic = np.abs(self.g * np.diagonal(geometry.deflection.same_line) / grid.width_x)
+        self.flow_share = conductance / (conductance + elastic + 1e-300)
+        #: size of the diagonal: turns residuals into changes of pressure, the load balance last
+        self.scale = np.append((conductance + elastic + self.penalty)[grid.inner], TARGET_LOAD)
 
-    def factorise(self) -> None:
-        """LU of every line's Jacobian, and its answer to a rigid approach."""
-        geometry = self.geometry
-        lines, n = self.residual.shape
+    def update(self, d_p: Array) -> Array:
+        """Change of pressure for a linear step d_p.
+
+        Where pressure flow rules, the equation is linear in the fluidity rather than in the pressure: there the step is
+        taken in the fluidity, which a pressure that rises by the logarithm of it reaches in few steps.
+        """
+        thickening = np.maximum(self.thickening, 1e-3)
+        in_fluidity = -np.log(np.maximum(1.0 - thickening * d_p, LEAST_FLUIDITY)) / thickening
+        return d_p + self.flow_share * (in_fluidity - d_p)
+
+    def apply(self, v: Array) -> Array:
+        """Scaled Jacobian of residual and load times a change of pressures and approach."""
+        geometry, grid = self.geometry, self.geometry.grid
+        d_p = geometry.embed(v[:-1])
+        out = np.empty_like(d_p)
+        kernels.jacobian_times(
+            grid.width_x, geometry.kappa_h, grid.mirror, self.c_x, self.c_y, self.wedge, self.gap, self.g, self.dg,
+            self.penalty, d_p, geometry.deflection.rough(d_p) + v[-1], out,
+        )  # fmt: skip
+        return np.append(out[grid.inner], np.sum(geometry.weights * d_p)) / self.scale
+
+
+class LinePreconditioner:
+    """LU of every line's Jacobian with the line's own deflection, bordered by the load balance."""
+
+    def __init__(self, linear: _Linearisation) -> None:
+        geometry = self._geometry = linear.geometry
+        grid = geometry.grid
+        lines, n = linear.residual.shape
         matrix, columns = np.empty((n, n)), np.empty((lines, n))
         self._lu = []
-        for j in range(lines):
+        for row in range(lines):
+            j = row + (0 if grid.mirror else 1)
             kernels.line_jacobian(
-                j, geometry.grid.width_x, geometry.kappa_h, self.c_x, self.c_y, self.wedge, self.gap, self.g, self.dg,
-                self.penalty, geometry.deflection.same_line, matrix, columns[j],
+                j, grid.width_x, geometry.kappa_h, grid.mirror, linear.c_x, linear.c_y, linear.wedge, linear.gap,
+                linear.g, linear.dg, linear.penalty, geometry.deflection.same_line, matrix, columns[row],
             )  # fmt: skip
             factor, pivot, info = lapack.dgetrf(matrix.T)
             if info != 0:
@@ -121,22 +197,15 @@ class _Linearisation:
     def _solve_lines(self, rhs: Array) -> Array:
         return np.stack([lapack.dgetrs(*lu, row, trans=1)[0] for lu, row in zip(self._lu, rhs, strict=True)])
 
-    def precondition(self, v: Array) -> Array:
-        """Line solves, bordered by the load balance."""
-        z = self._solve_lines(v[:-1].reshape(self.residual.shape))
-        d_h0 = (np.sum(self.geometry.inner_weights * z) - v[-1]) / self._approach_load
-        return np.append(z - d_h0 * self._approach, d_h0)
+    def scaled(self, scale: Array) -> Callable[[Array], Array]:
+        """The same for residuals that have been divided by a scale."""
+        return lambda v: self(scale * v)
 
-    def apply(self, v: Array) -> Array:
-        """Jacobian of residual and load times a change of pressures and approach."""
-        geometry = self.geometry
-        d_p = geometry.embed(v[:-1])
-        out = np.empty_like(d_p)
-        kernels.jacobian_times(
-            geometry.grid.width_x, geometry.kappa_h, self.c_x, self.c_y, self.wedge, self.gap, self.g, self.dg,
-            self.penalty, d_p, geometry.deflection(d_p) + v[-1], out,
-        )  # fmt: skip
-        return np.append(out[:-1, 1:-1], np.sum(geometry.weights * d_p))
+    def __call__(self, v: Array) -> Array:
+        """Line solves, bordered by the load balance."""
+        z = self._solve_lines(v[:-1].reshape(self._approach.shape))
+        d_h0 = (np.sum(self._geometry.inner_weights * z) - v[-1]) / self._approach_load
+        return np.append(z - d_h0 * self._approach, d_h0)
 
 
 class ContactGeometry:
@@ -149,20 +218,27 @@ class ContactGeometry:
         self.curvature_y = radius_ratio / self.kappa**2
         x, y = self.grid.x, self.grid.y
         self.undeformed = 0.5 * x[None, :] ** 2 + 0.5 * self.curvature_y * y[:, None] ** 2
-        self.weights = self.grid.weights
-        self.inner_weights = self.weights[:-1, 1:-1]
+        self.weights = self.grid.load_weights
+        self.inner_weights = self.weights[self.grid.inner]
         self.kappa_h = self.kappa / self.grid.h_y
         self.deflection: LineConvolution = deflection_operator(
             self.grid, self.kappa, _hertz_factor(self.kappa)
         )
-        self.dry_pressure, self.dry_approach = dry_contact(
-            self.grid, self.undeformed, self.deflection, TARGET_LOAD
-        )
+
+    @cached_property
+    def dry_contact(self) -> tuple[Array, float]:
+        """Pressure and approach without a film."""
+        return dry_contact(self.grid, self.undeformed, self.deflection, TARGET_LOAD)
+
+    @property
+    def axis(self) -> int:
+        """Line Y = 0."""
+        return 0 if self.grid.mirror else self.grid.y.size // 2
 
     def embed(self, inner: Array) -> Array:
         """Inner pressures (flat) as a field with zero edges."""
         field_ = np.zeros_like(self.undeformed)
-        field_[:-1, 1:-1] = inner.reshape(self.inner_weights.shape)
+        field_[self.grid.inner] = inner.reshape(self.inner_weights.shape)
         return field_
 
     def gap(self, p: Array, h_0: float) -> Array:
@@ -170,8 +246,21 @@ class ContactGeometry:
         return self.undeformed + self.deflection(p) + h_0
 
     def start(self, h_c: float) -> ReynoldsState:
-        """The dry contact, opened by an estimate of the central film [b^2/R_x]."""
-        p, h_0 = self.dry_pressure, self.dry_approach + h_c
+        """A state to begin with for an estimate of the central film [b^2/R_x].
+
+        The dry contact opened by the film; where that is thicker than the flattening, a pressure as wide as the wedge.
+        """
+        if h_c < THICK_FILM:
+            p, h_0 = self.dry_contact
+            h_0 += h_c
+            return ReynoldsState(p, h_0, self.gap(p, h_0))
+        x, y = self.grid.x[None, :], self.grid.y[:, None]
+        p = (1.0 + (x * x + self.curvature_y * y * y) / (2.0 * h_c)) ** -2.0
+        edge = np.ones_like(p, dtype=bool)
+        edge[self.grid.inner] = False
+        p[edge] = 0.0
+        p *= TARGET_LOAD / float(np.sum(self.weights * p))
+        h_0 = h_c - float(self.gap(p, 0.0)[self.axis, np.argmin(np.abs(self.grid.x))])
         return ReynoldsState(p, h_0, self.gap(p, h_0))
 
     def solve(
@@ -183,14 +272,18 @@ class ContactGeometry:
         max_steps: int = 60,
         krylov_tolerance: float = 0.02,
         max_krylov: int = 60,
-    ) -> tuple[ReynoldsState, NewtonHistory]:
+        preconditioner: LinePreconditioner | None = None,
+    ) -> tuple[ReynoldsState, NewtonHistory, LinePreconditioner | None]:
         """Newton's method from a state; film_estimate [b^2/R_x] scales the safeguard of the gap.
 
+        preconditioner: that of a former state, kept while GMRES needs few iterations with it.
         Ends when an undamped step changes the pressure by less than tolerance [p_max], or says why not.
         """
         history = NewtonHistory()
         p, h_0, gap = state.p, state.h_0, state.gap
-        floor = FLOOR_SHARE * film_estimate
+        floor, share, most = FLOOR_SHARE * film_estimate, 1.0, 1.0
+        full_steps: list[float] = []
+        last, turned = np.zeros_like(p), False
         history.reason = f"no convergence in {max_steps} Newton steps"
         for _ in range(max_steps):
             linear = _Linearisation(self, p, gap, film, floor)
@@ -200,28 +293,81 @@ class ContactGeometry:
             if not np.isfinite(history.residual[-1]):
                 history.reason = "residual not finite"
                 break
-            linear.factorise()
-            rhs = -np.append(linear.residual, load_error)
-            delta, used = gmres(linear.apply, linear.precondition, rhs, krylov_tolerance, max_krylov)
-            d_p = self.embed(delta[:-1])
+            rhs = -np.append(linear.residual, load_error) / linear.scale
+            used = 0
+            if history.change and history.change[-1] > RENEW_ABOVE:
+                preconditioner = None
+            if preconditioner is not None:
+                delta, used, left = gmres(
+                    linear.apply, preconditioner.scaled(linear.scale), rhs, krylov_tolerance, KEEP_BELOW
+                )
+                if not left <= krylov_tolerance:
+                    preconditioner = None
+            if preconditioner is None:
+                preconditioner = LinePreconditioner(linear)
+                history.factorisations += 1
+                delta, again, _ = gmres(
+                    linear.apply, preconditioner.scaled(linear.scale), rhs, krylov_tolerance, max_krylov
+                )
+                used += again
+            d_p = linear.update(self.embed(delta[:-1]))
             # limited node by node: a moving pressure spike must not hold up the rest
-            damped = bool(np.abs(d_p).max() > STEP_LIMIT)
-            p_new = p + np.clip(d_p, -STEP_LIMIT, STEP_LIMIT)
-            p_new = np.maximum(p_new, -1e-4 * float(p_new.max()))
-            h_0 += float(delta[-1])
+            limit = STEP_LIMIT * min(1.0, float(p.max()))
+            damped = bool(np.abs(d_p).max() > limit)
+            full_steps.append(float(np.abs(d_p).max()))
+            turned = float(np.sum(d_p * last)) < -0.5 * float(np.sum(last * last))
+            if turned and full_steps[-1] > 0.5 * min(full_steps[-3:]):
+                # to and fro: a node at the edge of cavitation; half steps bring it to rest there
+                share *= 0.5
+                most = share
+            elif _stalled(full_steps):
+                share = max(0.5 * share, LEAST_SHARE)
+            elif share < 1.0 and not turned and _shrinking(full_steps, 1.0 - 0.5 * share):
+                share = min(2.0 * share, most)
+            last = d_p
+            p_new = p + share * np.clip(d_p, -limit, limit)
+            p_new = np.maximum(p_new, -LEAST_PRESSURE * float(p_new.max()))
+            # a film thicker than the flattening must not be overshot
+            approach = APPROACH_LIMIT * (1.0 + max(float(gap[self.axis].min()), 0.0))
+            h_0 += share * min(max(float(delta[-1]), -approach), approach)
             change = float(np.abs(p_new - p).max())
             p = p_new
             gap = self.gap(p, h_0)
             history.change.append(change)
             history.krylov.append(used)
-            history.deflections += used + 2
+            history.deflections += used + 1
             if not np.isfinite(change):
                 history.reason = "pressure not finite"
                 break
-            if change <= tolerance * min(1.0, float(p.max())) and not damped:
+            balanced = abs(load_error) <= LOAD_TOLERANCE * TARGET_LOAD
+            close = (1.0 if most < 0.1 else share) * tolerance * min(1.0, float(p.max()))
+            if change <= close and balanced and not damped:
                 history.converged, history.reason = True, "pressure change below tolerance"
                 break
-        return ReynoldsState(p, h_0, gap), history
+        return ReynoldsState(p, h_0, gap), history, preconditioner
+
+    def fluxes(
+        self, state: ReynoldsState, film: FilmCoefficients, film_estimate: float
+    ) -> tuple[Array, Array]:
+        """Flux through the faces along and across [u_e b^2/R_x times the density of reference]."""
+        linear = _Linearisation(self, state.p, state.gap, film, FLOOR_SHARE * film_estimate)
+        return -linear.flow_x, -linear.flow_y
+
+
+def _shrinking(steps: list[float], factor: float) -> bool:
+    """Whether the last two steps each came down by a factor."""
+    return len(steps) > 2 and steps[-1] < factor * steps[-2] < factor * factor * steps[-3]
+
+
+def _stalled(changes: list[float]) -> bool:
+    """Whether the last steps are no smaller than the ones before, asked once per STALL_AFTER steps.
+
+    A node at the edge of cavitation can change sides for ever; shorter steps bring it to rest on the edge.
+    """
+    n = len(changes)
+    if n == 0 or n % STALL_AFTER or n < 2 * STALL_AFTER:
+        return False
+    return not min(changes[-STALL_AFTER:]) < 0.5 * min(changes[-2 * STALL_AFTER : -STALL_AFTER])
 
 
 def _hertz_factor(kappa: float) -> float:

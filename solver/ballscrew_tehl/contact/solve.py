@@ -12,23 +12,32 @@ from ..hertz import HertzContact
 from ..parameters import LubricantParameters, SolidParameters
 from . import energy
 from .conditions import DEFAULT_OPTIONS, ContactConditions, SolverOptions, inlet_length, scales_of
-from .grid import Array
+from .grid import Array, Grid
 from .problem import ContactProblem, Iteration
-from .reynolds import GridChoice, NewtonHistory, ReynoldsState
+from .reynolds import TARGET_LOAD, GridChoice, NewtonHistory, ReynoldsState
 
 __all__ = ["DEFAULT_OPTIONS", "ContactConditions", "ContactSolution", "SolverOptions", "solve_contact"]
 
 #: cells that the length of the inlet must hold at the edge of the Hertz line for a solution to count as resolved
 RESOLVED_CELLS = 2.8
+#: tolerance on the grid of half the nodes, where a cold solve begins
+COARSE_TOLERANCE = 1e-4
+#: iterations after which a thermal solve begins anew, slow and sure
+FAST_ITERATIONS = 60
+#: share of the film that an extrapolation may add: beyond, the coarse grid does not resolve the inlet
+EXTRAPOLATED_BELOW = 0.06
 
 
 @dataclass(frozen=True)
 class ContactSolution:
     """Result of a solve; fields are (n_y, n_x) on the half plane Y >= 0, X along the entrainment.
 
-    temperature (n_y, n_x, n_z+1) [K]; h_c, h_m central and minimum film [m]; p_max largest pressure [Pa];
+    temperature (n_y, n_x, n_z+1) [K]; h_c, h_m central and minimum film [m], extrapolated from the grid and the one of
+    half the nodes by the two shares `extrapolation`; that of h_c is the error estimate (NaN without a coarse grid; a
+    warm start keeps the shares of its start); film (n_y, n_x): as on the grid; p_max largest pressure [Pa];
     temperature_rise largest rise in the film [K]; traction_force [N] on body 2 (positive where it drags body 2
-    towards u_1); branch "resolved" or "asymptotic"; M, L Moes numbers; reason why the iteration stopped.
+    towards u_1), spin_moment [N m] about the normal from body 1 to body 2, sliding_heat [W] of both; phases: seconds
+    by part of the work; branch "resolved" or "asymptotic"; M, L Moes numbers; reason why the iteration stopped.
     """
 
     conditions: ContactConditions
@@ -38,14 +47,19 @@ class ContactSolution:
     p_max: float
     temperature_rise: float
     traction_force: float
+    spin_moment: float
+    sliding_heat: float
     converged: bool
     reason: str
     iterations: int
     deflections: int
     seconds: float
+    phases: dict[str, float]
     M: float
     L: float
     branch: str
+    extrapolation: tuple[float, float]
+    error_estimate: float
     history: NewtonHistory
     temperature_history: list[float]
     heat_balance: energy.HeatBalance | None
@@ -67,12 +81,14 @@ def solve_contact(
 ) -> ContactSolution:
     """Solve one contact.
 
-    Parameters   conditions: operating point;  oil, solid: materials (both bodies of `solid`);  start: a neighbouring
-                 solution on the same grid to start from
+    Parameters   conditions: operating point;  oil, solid: materials (both bodies of `solid`), with the rheology that
+                 the oil names;  start: a neighbouring solution to start from, on any grid
     Returns      ContactSolution; ask `converged` and `reason` before using it
     Raises       ValueError: conditions out of range
-    Validity     smooth surfaces, fully flooded, steady; Newtonian. Resolved while the inlet length holds about three
-                 cells; the nodes along rolling are doubled first, beyond that the film comes from the asymptotic branch
+    Validity     smooth surfaces, fully flooded, steady. Resolved while the inlet length holds about three cells; the
+                 nodes along rolling are doubled first, beyond that the film comes from the asymptotic branch. Oil in a
+                 gap of more than energy.INLET_GAPS films has the inlet temperature. The largest temperature of pure
+                 rolling is that of the pressure spike and hangs on the grid
     Source       Zhao et al. 2023, Eqs. 5-13 with the deflection that Eq. 6 omits, the generalised Reynolds equation
                  (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959) and the errata named in the
                  modules of this package
@@ -102,16 +118,17 @@ def _anchored(
     def at(load: float) -> ContactSolution:
         return _solve_on_grid(replace(c, load=load), oil, solid, isothermal, None)
 
-    load, anchor = c.load, None
+    def usable(solution: ContactSolution) -> bool:
+        return solution.converged and solution.branch == "resolved"
+
+    load, lower = c.load, None
     for _ in range(20):
         load *= 0.5
-        anchor = at(load)
-        if anchor.branch == "resolved":
+        anchor, lower = lower, at(load)
+        if anchor is not None and usable(anchor) and usable(lower):
+            load *= 2.0
             break
-    lower = at(0.5 * load)
-    if anchor is None or not (
-        anchor.converged and lower.converged and anchor.branch == lower.branch == "resolved"
-    ):
+    else:
         return replace(
             solution, converged=False, reason="no resolved load to anchor the asymptotic branch to"
         )
@@ -137,61 +154,155 @@ def _solve_on_grid(
 ) -> ContactSolution:
     begun = time.perf_counter()
     problem = ContactProblem(conditions, oil, solid, options)
-    geometry, scales = problem.geometry, problem.scales
-    warm = start is not None and start.choice == problem.choice and start.converged
-    state = geometry.start(scales.film_estimate)
-    temperature = None
-    if warm and start is not None:
-        # pressures carry over in Hertz units; the gap keeps its share of the expected film
-        ratio = start.h_c / start.hertz.b**2 * start.conditions.R_x / scales.film_estimate
-        shift = scales.film_estimate * (1.0 - ratio) if not 0.5 < ratio < 2.0 else 0.0
-        p, h_0 = start.state.p, start.state.h_0 + shift
-        state = ReynoldsState(p, h_0, geometry.gap(p, h_0))
-        if start.temperature is not None:
-            temperature = (
-                np.maximum(start.temperature - start.conditions.temperature, 0.0) + conditions.temperature
-            )
-    # a thermal solve only needs to come near: its own iteration ends the work
-    rough = (1e-2, 30) if options.thermal else (options.tolerance, options.max_newton)
-    it = problem.solve_isothermal(state, *rough)
-    if not it.converged and warm:
-        it = problem.solve_isothermal(geometry.start(scales.film_estimate), *rough)
-    shape = (*it.state.p.shape, options.n_z + 1)
-    if temperature is None or temperature.shape != shape:
-        temperature = np.full(shape, float(conditions.temperature))
-    if options.thermal:
-        it = problem.solve_thermal(it, temperature)
-    else:
-        problem.update_flow(it, np.full(shape, float(conditions.temperature)))
-    return _result(problem, it, time.perf_counter() - begun)
+    if start is not None and start.converged:
+        it = _solve_from(problem, *_carried(start, problem), options.tolerance)
+        if it.converged:
+            return _result(problem, it, time.perf_counter() - begun, *start.extrapolation, None)
+    coarse_choice = problem.choice.halved()
+    if coarse_choice is None:
+        it = _solve_from(problem, None, None, options.tolerance)
+        return _result(problem, it, time.perf_counter() - begun, math.nan, math.nan, None)
+    coarse = ContactProblem(conditions, oil, solid, options, coarse_choice)
+    first = _solve_from(coarse, None, None, COARSE_TOLERANCE)
+    if first.converged:
+        it = _solve_from(problem, *_prolonged(coarse, first, problem), options.tolerance)
+    if not first.converged or not it.converged:
+        it = _solve_from(problem, None, None, options.tolerance)
+    extrapolation = own = math.nan
+    if first.converged and it.converged:
+        # Richardson: the error of second order is a third of the change from half the nodes
+        extrapolation = (1.0 - coarse.central_film(first) / problem.central_film(it)) / 3.0
+        # side lobes are about as narrow as the spacing of the lines: no order to be seen, they follow the centre
+        (h_coarse, at_coarse), (h_fine, at_fine) = _least_film(coarse, first), _least_film(problem, it)
+        own = (1.0 - h_coarse / h_fine) / 3.0 if at_coarse == at_fine == 0 else extrapolation
+    return _result(problem, it, time.perf_counter() - begun, extrapolation, own, coarse)
 
 
-def _result(problem: ContactProblem, it: Iteration, seconds: float) -> ContactSolution:
+def _solve_from(
+    problem: ContactProblem, state: ReynoldsState | None, temperature: Array | None, tolerance: float
+) -> Iteration:
+    """Solve on one grid from a state, or from the dry contact."""
+    options = problem.options
+    it = problem.start(state)
+    if problem.plain:
+        return problem.solve_isothermal(it, tolerance, options.max_newton)
+    if state is None:
+        # only to come near: the coupled iteration ends the work
+        it = problem.solve_isothermal(it, 1e-2, 30)
+    limit = min(options.max_thermal, FAST_ITERATIONS)
+    it = problem.solve_coupled(it, temperature, tolerance, limit)
+    if not it.converged and limit < options.max_thermal:
+        # hot inlets of thick cold films: slowly, from the beginning
+        again = problem.solve_isothermal(problem.start(None), 1e-2, 30)
+        again = problem.solve_coupled(again, None, tolerance, options.max_thermal - limit, cautious=True)
+        again.iterations += it.iterations
+        return again
+    return it
+
+
+def _resample(field_: Array, source: Grid, target: Grid) -> Array:
+    """Values (n_y, n_x, ...) of one grid on another by linear interpolation; beyond the border its value."""
+
+    def weights(at: Array, nodes: Array) -> Array:
+        k = np.clip(np.searchsorted(nodes, at) - 1, 0, nodes.size - 2)
+        w = np.clip((at - nodes[k]) / (nodes[k + 1] - nodes[k]), 0.0, 1.0)
+        out = np.zeros((at.size, nodes.size))
+        out[np.arange(at.size), k] = 1.0 - w
+        out[np.arange(at.size), k + 1] = w
+        return out
+
+    along, across = weights(target.x, source.x), weights(target.y, source.y)
+    return np.einsum("jl,lk...,ik->ji...", across, field_, along, optimize=True)
+
+
+def _on_grid(
+    source: Grid, p: Array, gap: Array, temperature: Array | None, problem: ContactProblem
+) -> tuple[ReynoldsState, Array | None]:
+    """Pressure, gap and temperature of another grid as a state of a problem."""
+    grid, geometry = problem.geometry.grid, problem.geometry
+    p = _resample(np.maximum(p, 0.0), source, grid)
+    edge = np.ones_like(p, dtype=bool)
+    edge[grid.inner] = False
+    p[edge] = 0.0
+    p *= TARGET_LOAD / float(np.sum(geometry.weights * p))
+    # the approach that leaves the gap of the contact as it was
+    wanted, shape = _resample(gap, source, grid), geometry.gap(p, 0.0)
+    middle = p > 0.5 * p.max()
+    h_0 = float(np.mean((wanted - shape)[middle]))
+    if temperature is not None:
+        temperature = _resample(temperature, source, grid)
+    return ReynoldsState(p, h_0, shape + h_0), temperature
+
+
+def _prolonged(
+    coarse: ContactProblem, it: Iteration, problem: ContactProblem
+) -> tuple[ReynoldsState, Array | None]:
+    """A coarse solution on the grid of a finer problem."""
+    return _on_grid(coarse.geometry.grid, it.state.p, it.state.gap, it.temperature, problem)
+
+
+def _carried(start: ContactSolution, problem: ContactProblem) -> tuple[ReynoldsState, Array | None]:
+    """A neighbouring solution as a start: pressures in Hertz units, the gap by its share of the expected film."""
+    c, scales = problem.conditions, problem.scales
+    source = Grid(start.x, start.y)
+    own = scales_of(start.conditions, problem.oil)
+    share = scales.film_estimate / own.film_estimate
+    temperature = start.temperature
+    if temperature is not None:
+        temperature = np.maximum(temperature - start.conditions.temperature, 0.0) + c.temperature
+    gap = start.state.gap + start.h_c / own.h_unit * (share - 1.0)
+    return _on_grid(source, start.state.p, gap, temperature, problem)
+
+
+def _result(
+    problem: ContactProblem,
+    it: Iteration,
+    seconds: float,
+    extrapolation: float,
+    extrapolation_m: float,
+    coarse: ContactProblem | None,
+) -> ContactSolution:
     grid, scales = problem.geometry.grid, problem.scales
     gap = it.state.gap
-    # central film on the axis: quadratic through the three nodes around X = 0
-    k = int(np.argmin(np.abs(grid.x)))
-    h_c = float(np.polyval(np.polyfit(grid.x[k - 1 : k + 2], gap[0, k - 1 : k + 2], 2), 0.0))
+    h_c = problem.central_film(it)
     # the inlet forms the isothermal film; what heat takes off it inside the contact does not narrow the inlet
     inlet_film = h_c if it.temperature is None else max(h_c, scales.film_estimate)
     resolved = problem.cells_in_inlet(inlet_film) >= RESOLVED_CELLS
+    if problem.plain:
+        problem.update_flow(
+            it, np.full((*gap.shape, problem.options.n_z + 1), float(problem.conditions.temperature))
+        )
+    traction = problem.traction(it)
     rise = 0.0 if it.temperature is None else float(it.temperature.max()) - problem.conditions.temperature
+    h_c_final, h_m_final = (
+        film * (1.0 + share if abs(share) < EXTRAPOLATED_BELOW else 1.0)
+        for film, share in ((h_c, extrapolation), (_least_film(problem, it)[0], extrapolation_m))
+    )
+    mirrored = problem.given.u_e < 0.0
+    phases = dict(problem.seconds)
+    if coarse is not None:
+        phases["coarse grid"] = sum(coarse.seconds.values())
     return ContactSolution(
         conditions=problem.given,
         hertz=scales.hertz,
-        h_c=h_c * scales.h_unit,
-        h_m=_minimum_film(grid.x, grid.y, gap) * scales.h_unit,
+        h_c=h_c_final * scales.h_unit,
+        h_m=min(h_m_final, h_c_final) * scales.h_unit,
         p_max=float(it.state.p.max()) * scales.hertz.p_max,
         temperature_rise=rise,
-        traction_force=math.copysign(it.traction, it.traction * problem.given.u_e),
+        traction_force=-traction.force if mirrored else traction.force,
+        spin_moment=-traction.moment if mirrored else traction.moment,
+        sliding_heat=traction.heat,
         converged=it.converged,
         reason=it.reason,
         iterations=it.iterations,
         deflections=it.history.deflections,
         seconds=seconds,
+        phases=phases,
         M=scales.M,
         L=scales.L,
         branch="resolved" if resolved else "asymptotic",
+        extrapolation=(extrapolation, extrapolation_m),
+        error_estimate=abs(extrapolation),
         history=it.history,
         temperature_history=it.temperature_history,
         heat_balance=it.heat,
@@ -205,8 +316,15 @@ def _result(problem: ContactProblem, it: Iteration, seconds: float) -> ContactSo
     )
 
 
-def _minimum_film(x: Array, y: Array, gap: Array) -> float:
-    """Smallest gap over the lines whose contact edge holds a cell per inlet length [b^2/R_x].
+def _least_film(problem: ContactProblem, it: Iteration) -> tuple[float, int]:
+    """Minimum film of the grid [b^2/R_x] and the line that it lies on, counted from the axis."""
+    grid, gap, axis = problem.geometry.grid, it.state.gap, problem.geometry.axis
+    halves = [gap[axis:]] if grid.mirror else [gap[axis:], gap[axis::-1]]
+    return min(_minimum_film(grid.x, grid.y[axis:], half) for half in halves)
+
+
+def _minimum_film(x: Array, y: Array, gap: Array) -> tuple[float, int]:
+    """Smallest gap, and its line, over the lines whose contact edge holds a cell per inlet length [b^2/R_x].
 
     On a long ellipse under high load the outermost lines end on cells longer than their own inlet and carry no
     meaningful film; the minimum of such an ellipse lies at the outlet of the central lines anyway.
@@ -217,4 +335,22 @@ def _minimum_film(x: Array, y: Array, gap: Array) -> float:
     usable = (spacing <= inlet_length(max(h_c, 0.0)) / half_width ** (1.0 / 3.0)) | (y > 1.0)
     usable[0] = True
     lines = usable & np.logical_and.accumulate(usable | (y > 1.0))
-    return float(gap[lines].min())
+    # the lobe is about as narrow as the spacing: parabola through the least node of each line and its neighbours, then
+    # through the lines, there of the logarithm: the gap opens steeply towards the edge
+    least = np.array([_vertex(x, line) for line in gap])
+    k = int(np.argmin(np.where(lines, least, np.inf)))
+    if not 0 < k < y.size - 1 or not least[k - 1 : k + 2].min() > 0.0 or not lines[k + 1]:
+        return float(least[k]), k
+    return math.exp(_vertex(y[k - 1 : k + 2], np.log(least[k - 1 : k + 2]))), k
+
+
+def _vertex(x: Array, values: Array) -> float:
+    """Least value of the parabola through the least inner node and its neighbours."""
+    k = min(max(int(np.argmin(values)), 1), x.size - 2)
+    low, mid, high = (float(v) for v in values[k - 1 : k + 2])
+    left, right = float(x[k - 1] - x[k]), float(x[k + 1] - x[k])
+    bend = ((high - mid) / right - (low - mid) / left) / (right - left)
+    slope = (low - mid) / left - bend * left
+    if not bend > 0.0 or not left < -0.5 * slope / bend < right:
+        return min(low, mid, high)
+    return mid - 0.25 * slope * slope / bend

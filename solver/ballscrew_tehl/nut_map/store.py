@@ -33,10 +33,20 @@ FILE_FORMAT = 1
 FILM_MODELS = ("solved", "solved_thermal")
 #: columns of the spline coefficients that depend on the film model of the friction set
 VISCOUS_COLUMNS = 4
+#: oil parameters that a map of a Newtonian oil does not depend on
+RHEOLOGY = (
+    "rheology",
+    "eyring_stress",
+    "carreau_modulus",
+    "carreau_exponent",
+    "limiting_stress_ambient",
+    "limiting_stress_slope",
+)
 #: friction parameters that the map does not depend on
 NOT_IN_MAP = (
     "set",
     "sliding_coefficient",
+    "spin_split",  # until contacts are solved with spin
     "apparent_viscosity_ratio",
     "net_sliding_coefficient",
     "roughness_height",
@@ -48,6 +58,9 @@ def map_parameters_json(parameters: Parameters) -> str:
     content = json.loads(parameters_json(parameters))
     for name in NOT_IN_MAP:
         content["friction"].pop(name, None)
+    if content["lubricant"]["rheology"] == "newtonian":
+        for name in RHEOLOGY:
+            content["lubricant"].pop(name, None)
     return json.dumps(content, sort_keys=True, separators=(",", ":"))
 
 
