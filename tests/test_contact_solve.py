@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from contact_cases import CIRCLE, LONG, OIL, STEEL, conditions, grid_film, moes, solved
 
+import ballscrew_tehl.contact.solve as solve_module
 from ballscrew_tehl.contact.moes import reference_oil, solve_moes
 from ballscrew_tehl.contact.solve import ContactConditions, SolverOptions, solve_contact
 from ballscrew_tehl.film import film_groups, nijenbanning_venner_moes
@@ -280,3 +281,27 @@ def test_hardly_moving_contact_is_answered_or_reported(u_e):
     at = ContactConditions(**(GOOD | {"u_1": u_e, "u_2": u_e}))
     solution = solve_contact(at, OIL, STEEL, replace(COARSE, thermal=False, max_newton=40))
     assert not solution.converged or solution.h_c > 0.0
+
+
+# --- start-up ----------------------------------------------------------------------------------------------------
+
+
+def test_first_compilation_is_announced_once(monkeypatch, tmp_path, caplog):
+    class Stats:
+        cache_path = str(tmp_path)
+
+    class Kernel:
+        stats = Stats
+
+    announce = solve_module.announce_compilation
+    monkeypatch.setattr(solve_module.energy, "sweep", Kernel)
+    announce.cache_clear()
+    assert announce()
+    assert "compiling the contact solver" in caplog.text
+    caplog.clear()
+    announce()
+    assert caplog.text == ""
+    (tmp_path / "energy.sweep-106.py311.nbi").touch()
+    announce.cache_clear()
+    assert not announce()
+    assert caplog.text == ""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
@@ -93,6 +96,7 @@ def solve_contact(
                  (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959) and the errata named in the
                  modules of this package
     """
+    announce_compilation()
     begun = time.perf_counter()
     solution = _solve_on_grid(conditions, oil, solid, options, start)
     if solution.branch != "resolved":
@@ -101,6 +105,18 @@ def solve_contact(
         if solution.branch != "resolved" and solution.converged:
             solution = _anchored(solution, oil, solid, finer)
     return replace(solution, seconds=time.perf_counter() - begun)
+
+
+@lru_cache(maxsize=1)
+def announce_compilation() -> bool:
+    """Say once per process if the kernels have not been compiled on this machine yet; returns whether it did."""
+    cache = energy.sweep.stats.cache_path
+    compiled = cache is not None and any(Path(cache).glob("energy.sweep-*.nbi"))
+    if not compiled:
+        logging.getLogger(__name__).warning(
+            "compiling the contact solver: once per machine, about 20 s on a quiet one"
+        )
+    return not compiled
 
 
 def _anchored(
