@@ -14,7 +14,14 @@ import numpy as np
 from ..hertz import HertzContact
 from ..parameters import LubricantParameters, SolidParameters
 from . import energy
-from .conditions import DEFAULT_OPTIONS, ContactConditions, SolverOptions, inlet_length, scales_of
+from .conditions import (
+    DEFAULT_OPTIONS,
+    ContactConditions,
+    SolverOptions,
+    choose_grid,
+    inlet_length,
+    scales_of,
+)
 from .grid import Array, Grid
 from .problem import ContactProblem, Iteration
 from .reynolds import TARGET_LOAD, GridChoice, NewtonHistory, ReynoldsState
@@ -98,8 +105,10 @@ def solve_contact(
     """
     announce_compilation()
     begun = time.perf_counter()
-    solution = _solve_on_grid(conditions, oil, solid, options, start)
-    if solution.branch != "resolved":
+    solution = None
+    if _expected_resolved(conditions, oil, options, 0.8):
+        solution = _solve_on_grid(conditions, oil, solid, options, start)
+    if solution is None or solution.branch != "resolved":
         finer = replace(options, n_x=2 * options.n_x - 1)
         solution = _solve_on_grid(conditions, oil, solid, finer, None)
         if solution.branch != "resolved" and solution.converged:
@@ -138,7 +147,10 @@ def _anchored(
         return solution.converged and solution.branch == "resolved"
 
     load, lower = c.load, None
-    for _ in range(20):
+    # the films of the formula tell nearly where the grid begins to resolve: no solves on the way there
+    while load > 1e-6 * c.load and not _expected_resolved(replace(c, load=0.5 * load), oil, isothermal):
+        load *= 0.5
+    for _ in range(8):
         load *= 0.5
         anchor, lower = lower, at(load)
         if anchor is not None and usable(anchor) and usable(lower):
@@ -159,6 +171,17 @@ def _anchored(
     if options.thermal:
         h_c *= solution.h_c / at(c.load).h_c
     return replace(solution, h_c=h_c, h_m=h_c * anchor.h_m / anchor.h_c)
+
+
+def _expected_resolved(
+    conditions: ContactConditions, oil: LubricantParameters, options: SolverOptions, share: float = 1.0
+) -> bool:
+    """Whether the grid of an operating point holds a share of the cells that its expected inlet asks for."""
+    scales = scales_of(conditions, oil)
+    ratio, kappa = conditions.R_x / conditions.R_y, scales.hertz.b / scales.hertz.a
+    x = choose_grid(options, scales.film_estimate, ratio / kappa**2, kappa).build().x
+    k = int(np.searchsorted(x, -1.0))
+    return inlet_length(scales.film_estimate) >= share * RESOLVED_CELLS * float(x[k] - x[k - 1])
 
 
 def _solve_on_grid(
