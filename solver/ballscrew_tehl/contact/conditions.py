@@ -151,6 +151,12 @@ def inlet_length(film: float) -> float:
     return (INLET_SHAPE * film) ** (2.0 / 3.0)
 
 
+def cells_in_inlet(x: Array, film: float) -> float:
+    """Cells of the nodes x [b] in the inlet length of the central line for a film [b^2/R_x]."""
+    k = int(np.searchsorted(x, -1.0))
+    return inlet_length(max(film, 0.0)) / float(x[k] - x[k - 1])
+
+
 def scales_of(c: ContactConditions, oil: LubricantParameters) -> Scales:
     hertz = ellipse(c.load, c.R_x, c.R_y, c.E_prime)
     a, b, p_max = float(hertz.a), float(hertz.b), float(hertz.p_max)
@@ -207,3 +213,9 @@ def choose_grid(
     return GridChoice(
         x_in, x_out, y_max, options.n_x, lines, inlet_length(film), mirror, options.y_max is None
     )
+
+
+def expected_grid(c: ContactConditions, scales: Scales, film: float, options: SolverOptions) -> GridChoice:
+    """The grid of an operating point for an expected film [b^2/R_x]."""
+    kappa = scales.hertz.b / scales.hertz.a
+    return choose_grid(options, film, c.R_x / c.R_y / kappa**2, kappa, c.symmetric)

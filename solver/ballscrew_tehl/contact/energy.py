@@ -3,10 +3,9 @@
 rho c (u T_x + v T_y + w T_z) = k T_zz - (T/rho)(d rho/dT)(u p_x + v p_y) + tau . du/dz   (Eq. 11 with the continuity
 equation corrected). Steady, in conservative finite volumes: the mass through every face is that of the Reynolds
 equation, so the heat balance closes exactly. Upwind along the local flow, of second order where it runs forward,
-exponential scheme across
-the film, dissipation linearised with the stress it leaves to the rest of the column. T = T0 only where flow enters the
-domain, outlet included; the domain ends in the oil pool, where the gap is INLET_GAPS films. Where the film cavitates
-it is taken as full and carries the oil that the rupture left.
+exponential scheme across the film, dissipation linearised with the stress it leaves to the rest of the column. T = T0
+only where flow enters the domain, outlet included; the domain ends in the oil pool, where the gap is INLET_GAPS films.
+Where the film cavitates it is taken as full and carries the oil that the rupture left.
 """
 
 from __future__ import annotations
@@ -192,12 +191,10 @@ def sweep(
 ):
     """One Gauss-Seidel sweep along x (forward or back) over all columns, each solved across the film; walls held.
 
-    width (nx,), h_y [m]; t_at: temperatures that flow belongs to; cautious: dissipation
-    as if hotter oil sheared with less heat everywhere, which converges slowly from anywhere. Fills q_a, q_b (heat
-    flux into the walls, W/m2) and response (n_y, n_x, 4): -dq_a/dT_a,
-    dq_a/dT_b, dq_b/dT_a, -dq_b/dT_b, and t_p, dT/dp [K/Pa], with the neighbour columns held. Back, only columns with
-    reverse flow are visited.
-    Returns the largest change [K].
+    width (nx,), h_y [m]; t_at: temperatures that flow belongs to; cautious: dissipation as if hotter oil sheared with
+    less heat everywhere, which converges slowly from far away. Fills q_a, q_b (heat flux into the walls, W/m2),
+    response (n_y, n_x, 4): -dq_a/dT_a, dq_a/dT_b, dq_b/dT_a, -dq_b/dT_b, and t_p, dT/dp [K/Pa], with the neighbour
+    columns held. Back, only columns with reverse flow are visited. Returns the largest change [K].
     """
     ny, nz = h.shape[0], t.shape[2] - 1
     dz = 1.0 / nz
@@ -327,29 +324,15 @@ def sheared_films(oil, p, h, conductivity, slip, t_a, t_b, t, q):
             wall = 0.5 * (t_a[j, i] + t_b[j, i])
             factor, _ = pressure_factor(oil, p[j, i])
             ln_eta, slope, _ = ln_viscosity(oil, factor, wall)
-            # the slope flattens with heat: take it where half the rise of a first guess has been reached
-            q[j, i] = sheared_film(
-                conductivity,
-                h[j, i],
-                slip[j, i],
-                np.exp(ln_eta),
-                max(-slope, 1e-9),
-                t_a[j, i],
-                t_b[j, i],
-                t[j, i],
-            )
-            middle = 0.5 * (wall + t[j, i, (t.shape[2] - 1) // 2])
-            _, slope, _ = ln_viscosity(oil, factor, middle)
-            q[j, i] = sheared_film(
-                conductivity,
-                h[j, i],
-                slip[j, i],
-                np.exp(ln_eta),
-                max(-slope, 1e-9),
-                t_a[j, i],
-                t_b[j, i],
-                t[j, i],
-            )
+            eta = np.exp(ln_eta)
+            for _ in range(2):
+                soft = max(-slope, 1e-9)
+                q[j, i] = sheared_film(
+                    conductivity, h[j, i], slip[j, i], eta, soft, t_a[j, i], t_b[j, i], t[j, i]
+                )
+                # the slope flattens with heat: take it where half the rise of the first guess has been reached
+                middle = 0.5 * (wall + t[j, i, (t.shape[2] - 1) // 2])
+                _, slope, _ = ln_viscosity(oil, factor, middle)
 
 
 def update_walls(

@@ -15,11 +15,11 @@ import numpy as np
 from ..parameters import LubricantParameters, SolidParameters
 from . import energy, film_flow
 from .anderson import AndersonMixing
-from .conditions import ContactConditions, SolverOptions, choose_grid, inlet_length, scales_of
+from .conditions import ContactConditions, SolverOptions, cells_in_inlet, expected_grid, scales_of
 from .elastic import LineConvolution
 from .grid import Array
 from .oil import oil_table
-from .reynolds import GridChoice, LinePreconditioner, NewtonHistory, ReynoldsState, contact_geometry
+from .reynolds import GridChoice, LinePreconditioner, NewtonHistory, ReynoldsState, contact_geometry, stalled
 from .walls import wall_operator
 
 #: share of the change of one outer iteration that is taken
@@ -38,7 +38,6 @@ PRESSURE_SHARE = 0.1
 #: changes, relative to the rise, below which the iteration is accelerated if it creeps: two iterations leave that share
 MIXING_BELOW = 0.03
 MIXING_FROM = 0.3
-SWEEPS = (False, True)
 #: rise [K] below which temperatures need no closer tolerance
 LEAST_RISE = 10.0
 #: largest temperature change of one outer iteration [K]
@@ -48,13 +47,6 @@ TEMPERATURE_LIMIT = 60.0
 def _slow(changes: list[float], below: float) -> bool:
     """Whether the iteration creeps and is near enough to be accelerated."""
     return len(changes) > 2 and changes[-1] < below and changes[-1] > MIXING_FROM * changes[-3]
-
-
-def _stalled(changes: list[float]) -> bool:
-    """Whether the last STALL_AFTER changes are no smaller than the ones before; asked once per STALL_AFTER."""
-    if len(changes) % STALL_AFTER or len(changes) < 2 * STALL_AFTER:
-        return False
-    return not min(changes[-STALL_AFTER:]) < 0.5 * min(changes[-2 * STALL_AFTER : -STALL_AFTER])
 
 
 class Traction(NamedTuple):
@@ -102,12 +94,10 @@ class ContactProblem:
         self.conditions, self.oil, self.solid, self.options = conditions, oil, solid, options
         self.seconds: dict[str, float] = defaultdict(float)
         self.scales = scales_of(conditions, oil)
-        ratio = conditions.R_x / conditions.R_y
-        kappa = self.scales.hertz.b / self.scales.hertz.a
         film = self.scales.warm_film if options.thermal else self.scales.film_estimate
-        self.choice = choice or choose_grid(options, film, ratio / kappa**2, kappa, conditions.symmetric)
+        self.choice = choice or expected_grid(conditions, self.scales, film, options)
         with self.timed("geometry"):
-            self.geometry = contact_geometry(self.choice, ratio)
+            self.geometry = contact_geometry(self.choice, conditions.R_x / conditions.R_y)
         #: size of the film [b^2/R_x]: the expected one, then that of the iteration
         self.film_scale = self.scales.film_estimate
         self.table = oil_table(oil, conditions.temperature)
@@ -133,9 +123,7 @@ class ContactProblem:
 
     def cells_in_inlet(self, film: float) -> float:
         """Grid cells in the inlet length of the central line for a film [b^2/R_x]."""
-        x = self.geometry.grid.x
-        k = int(np.searchsorted(x, -1.0))
-        return inlet_length(max(film, 0.0)) / float(x[k] - x[k - 1])
+        return cells_in_inlet(self.geometry.grid.x, film)
 
     def isothermal_film(self, p: Array) -> tuple[Array, ...]:
         """Film coefficients of a Newtonian oil at the inlet temperature."""
@@ -295,16 +283,16 @@ class ContactProblem:
             temperature = temperature + np.clip(
                 t_p * d_p[..., None], -film_flow.FOLLOW_LIMIT, film_flow.FOLLOW_LIMIT
             )
-            before = np.log(it.flow.thinning) - it.flow.ln_eta
-            h = self.update_flow(it, temperature)
-            if not newtonian:
+            change = 0.0
+            if newtonian:
+                h = self.update_flow(it, temperature)
+            else:
+                before = np.log(it.flow.thinning) - it.flow.ln_eta
+                h = self.update_flow(it, temperature)
                 step = np.log(it.flow.thinning) - it.flow.ln_eta - before
                 step = THINNING_STEP * np.clip(step, -THINNING_LIMIT, THINNING_LIMIT)
                 it.flow.thinning[:] = np.exp(it.flow.ln_eta + before + step)
-            change = (
-                0.0 if newtonian else float(np.abs(np.log(it.flow.thinning) - it.flow.ln_eta - before).max())
-            )
-            rise = 1.0
+                change = float(np.abs(step).max())
             if o.thermal:
                 with self.timed("energy"):
                     film = partial(self.general_film, temperature, t_p, np.maximum(it.state.p, 0.0), it.flow)
@@ -314,7 +302,7 @@ class ContactProblem:
                     )
                     new = temperature.copy()
                     # back first: the inlet carries oil both ways
-                    for forward in SWEEPS:
+                    for forward in (False, True):
                         energy.sweep(
                             x, width, h_y, grid.mirror, h, conductivity, c.temperature, it.flow, face, temperature,
                             cautious, forward, new, t_p, q_a, q_b, response,
@@ -326,13 +314,13 @@ class ContactProblem:
                 change_t = float(np.abs(new - temperature).max())
                 rise = max(float(new.max()) - c.temperature, LEAST_RISE)
                 change = max(change, change_t / rise)
-                limited = min(share, TEMPERATURE_LIMIT / change_t)
+                limited = min(share, TEMPERATURE_LIMIT / max(change_t, 1e-300))
                 if mixing is None and _slow([*it.temperature_history, change], below):
                     mixing = AndersonMixing()
                 elif mixing is not None and change > 3.0 * min(it.temperature_history[-3:]):
                     # extrapolated beyond where it holds
                     mixing = None
-                if not cautious and _stalled(it.temperature_history):
+                if not cautious and stalled(it.temperature_history, STALL_AFTER):
                     # a pressure spike that wanders wants shorter steps
                     share, mixing = 0.5 * share, None
                 if mixing is None:

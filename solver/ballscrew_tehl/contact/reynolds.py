@@ -236,7 +236,7 @@ class ContactGeometry:
         return 0 if self.grid.mirror else self.grid.y.size // 2
 
     def embed(self, inner: Array) -> Array:
-        """Inner pressures (flat) as a field with zero edges."""
+        """Inner pressures, flat or (lines, columns), as a field with zero edges."""
         field_ = np.zeros_like(self.undeformed)
         field_[self.grid.inner] = inner.reshape(self.inner_weights.shape)
         return field_
@@ -256,9 +256,7 @@ class ContactGeometry:
             return ReynoldsState(p, h_0, self.gap(p, h_0))
         x, y = self.grid.x[None, :], self.grid.y[:, None]
         p = (1.0 + (x * x + self.curvature_y * y * y) / (2.0 * h_c)) ** -2.0
-        edge = np.ones_like(p, dtype=bool)
-        edge[self.grid.inner] = False
-        p[edge] = 0.0
+        p = self.embed(p[self.grid.inner])
         p *= TARGET_LOAD / float(np.sum(self.weights * p))
         h_0 = h_c - float(self.gap(p, 0.0)[self.axis, np.argmin(np.abs(self.grid.x))])
         return ReynoldsState(p, h_0, self.gap(p, h_0))
@@ -320,7 +318,7 @@ class ContactGeometry:
                 # to and fro: a node at the edge of cavitation; half steps bring it to rest there
                 share *= 0.5
                 most = share
-            elif _stalled(full_steps):
+            elif stalled(full_steps, STALL_AFTER):
                 share = max(0.5 * share, LEAST_SHARE)
             elif share < 1.0 and not turned and _shrinking(full_steps, 1.0 - 0.5 * share):
                 share = min(2.0 * share, most)
@@ -359,15 +357,11 @@ def _shrinking(steps: list[float], factor: float) -> bool:
     return len(steps) > 2 and steps[-1] < factor * steps[-2] < factor * factor * steps[-3]
 
 
-def _stalled(changes: list[float]) -> bool:
-    """Whether the last steps are no smaller than the ones before, asked once per STALL_AFTER steps.
-
-    A node at the edge of cavitation can change sides for ever; shorter steps bring it to rest on the edge.
-    """
-    n = len(changes)
-    if n == 0 or n % STALL_AFTER or n < 2 * STALL_AFTER:
+def stalled(changes: list[float], after: int) -> bool:
+    """Whether the last `after` changes are no smaller than the ones before; asked once per `after`."""
+    if len(changes) % after or len(changes) < 2 * after:
         return False
-    return not min(changes[-STALL_AFTER:]) < 0.5 * min(changes[-2 * STALL_AFTER : -STALL_AFTER])
+    return not min(changes[-after:]) < 0.5 * min(changes[-2 * after : -after])
 
 
 def _hertz_factor(kappa: float) -> float:

@@ -18,7 +18,8 @@ from .conditions import (
     DEFAULT_OPTIONS,
     ContactConditions,
     SolverOptions,
-    choose_grid,
+    cells_in_inlet,
+    expected_grid,
     inlet_length,
     scales_of,
 )
@@ -178,10 +179,8 @@ def _expected_resolved(
 ) -> bool:
     """Whether the grid of an operating point holds a share of the cells that its expected inlet asks for."""
     scales = scales_of(conditions, oil)
-    ratio, kappa = conditions.R_x / conditions.R_y, scales.hertz.b / scales.hertz.a
-    x = choose_grid(options, scales.film_estimate, ratio / kappa**2, kappa).build().x
-    k = int(np.searchsorted(x, -1.0))
-    return inlet_length(scales.film_estimate) >= share * RESOLVED_CELLS * float(x[k] - x[k - 1])
+    x = expected_grid(conditions, scales, scales.film_estimate, options).build().x
+    return cells_in_inlet(x, scales.film_estimate) >= share * RESOLVED_CELLS
 
 
 def _solve_on_grid(
@@ -260,9 +259,7 @@ def _on_grid(
     """Pressure, gap and temperature of another grid as a state of a problem."""
     grid, geometry = problem.geometry.grid, problem.geometry
     p = _resample(np.maximum(p, 0.0), source, grid)
-    edge = np.ones_like(p, dtype=bool)
-    edge[grid.inner] = False
-    p[edge] = 0.0
+    p = geometry.embed(p[grid.inner])
     p *= TARGET_LOAD / float(np.sum(geometry.weights * p))
     # the approach that leaves the gap of the contact as it was
     wanted, shape = _resample(gap, source, grid), geometry.gap(p, 0.0)

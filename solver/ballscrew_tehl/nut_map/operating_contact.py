@@ -8,7 +8,7 @@ from ..kinematics import SlipField, centre_speeds, slip_field, surface_speeds
 from ..load import contact_angle_at_ball_load
 from ..parameters import Parameters
 
-#: nodes along rolling of the contacts of a map: with the extrapolation from half of them the film is good to 0.1 %
+#: nodes along rolling of the contacts of a map; half of them serve to extrapolate the film
 MAP_NODES = 97
 
 
