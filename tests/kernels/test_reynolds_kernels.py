@@ -188,3 +188,47 @@ def test_lifted_gap_is_smooth_positive_and_leaves_a_film_alone():
 def test_lifted_gap_stays_positive_however_deep_an_iterate_overlaps():
     lifted = [kernels.lifted_gap(-depth * FLOOR, FLOOR)[0] for depth in (1e2, 1e4, 1e6)]
     assert min(lifted) > 0.0
+
+
+@pytest.mark.parametrize("mirror", [True, False])
+def test_settled_edge_solves_the_complementarity_problem(mirror):
+    rng = np.random.default_rng(5)
+    ny, nx, kappa_h = 6, 9, 0.7
+    width = 0.5 + rng.random(nx)
+    c_x, c_y = np.zeros((ny, nx - 1, 4)), np.zeros((ny - 1, nx, 4))
+    for c in (c_x, c_y):
+        # conductances of a face differ a little between its sides, as with piezoviscous oil
+        c[..., 0], c[..., 1] = -0.5 - rng.random(c.shape[:2]), 0.5 + rng.random(c.shape[:2])
+    inner = np.zeros((ny, nx), dtype=bool)
+    inner[0 if mirror else 1 : -1, 1:-1] = True
+    low = inner & (rng.random((ny, nx)) < 0.8)
+    p = np.where(inner, np.maximum(rng.random((ny, nx)) - 0.5, 0.0), 0.0)
+    r = np.where(inner, rng.normal(size=(ny, nx)), 0.0)
+    settled, left = p.copy(), r.copy()
+    kernels.settle_edge(width, kappa_h, mirror, c_x, c_y, low, 2000, settled, left)
+
+    unit, jacobian = np.zeros((ny, nx)), []
+    for j, i in np.argwhere(low):
+        unit[j, i] = 1.0
+        flow_x = c_x[..., 0] * unit[:, :-1] + c_x[..., 1] * unit[:, 1:]
+        flow_y = c_y[..., 0] * unit[:-1] + c_y[..., 1] * unit[1:]
+        jacobian.append(twins.residual(width, kappa_h, mirror, flow_x, flow_y))
+        unit[j, i] = 0.0
+    matrix = np.array(jacobian)[:, low].T
+    # primal-dual active set: finite for such matrices
+    q, free = p[low], p[low] > 0.0
+    for _ in range(50):
+        q = np.zeros(free.size)
+        start = r[low] - matrix @ p[low]
+        q[free] = np.linalg.solve(matrix[np.ix_(free, free)], -start[free])
+        inflow = start + matrix @ q
+        changed = (q > 0.0) | (~free & (inflow > 1e-12))
+        if (changed == free).all():
+            break
+        free = changed
+    else:
+        pytest.fail("the active set of the twin did not settle")
+    assert settled[low] == pytest.approx(q, abs=1e-7)
+    assert left[low] == pytest.approx(inflow, abs=1e-7)
+    assert (settled[~low] == p[~low]).all()
+    assert 0 < free.sum() < free.size

@@ -452,9 +452,6 @@ def test_warm_start_from_the_solution_itself_comes_back_to_it():
     assert again.h_c == pytest.approx(first.h_c, rel=1e-5)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="stalls at the edge of cavitation: 44 Newton steps against 19 of a cold start"
-)
 def test_isothermal_warm_start_saves_newton_steps():
     first = solved(conditions(), thermal=False)
     again = solve_contact(conditions(), OIL, STEEL, options(thermal=False), start=first)

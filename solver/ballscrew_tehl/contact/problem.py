@@ -22,8 +22,9 @@ from .oil import oil_table
 from .reynolds import GridChoice, LinePreconditioner, NewtonHistory, ReynoldsState, contact_geometry, stalled
 from .walls import wall_operator
 
-#: share of the change of one outer iteration that is taken
+#: share of the change of one outer iteration that is taken at first; Aitken's rule then finds it, but no less than
 OUTER_STEP = 0.6
+LEAST_STEP = 0.3
 #: the same of a cautious iteration
 CAUTIOUS_STEP = 0.5
 CAUTIOUS_MIXING_BELOW = 2e-3
@@ -257,10 +258,15 @@ class ContactProblem:
             walls = self.walls()
             if temperature is None:
                 temperature = self.warm_film(it, walls)
+            columns = np.arange(shape[1])
+            outside = (columns < face.start[:, None]) | (columns >= face.end[:, None])
+            temperature[..., 1:-1][outside] = c.temperature
         elif temperature is None:
             temperature = np.full((*shape, o.n_z + 1), float(c.temperature))
         h = self.update_flow(it, temperature)
         mixing: AndersonMixing | None = None
+        relaxed: Array | None = None
+        most = 1.0
         share, newtonian = (CAUTIOUS_STEP if cautious else OUTER_STEP), self.oil.rheology == "newtonian"
         below = CAUTIOUS_MIXING_BELOW if cautious else MIXING_BELOW
         it.converged, it.reason = False, f"no convergence in {limit} thermal iterations"
@@ -314,6 +320,17 @@ class ContactProblem:
                 change_t = float(np.abs(new - temperature).max())
                 rise = max(float(new.max()) - c.temperature, LEAST_RISE)
                 change = max(change, change_t / rise)
+                residual = new - temperature
+                if relaxed is not None and not cautious:
+                    # Aitken (Kuttler & Wall 2008): the step that would have removed the last residual
+                    overlap = float(np.vdot(residual, relaxed)) / max(
+                        float(np.vdot(relaxed, relaxed)), 1e-300
+                    )
+                    if share > OUTER_STEP and change > 1.2 * it.temperature_history[-1]:
+                        # some parts of the field do not bear long steps
+                        most = OUTER_STEP
+                    share = min(max(share / max(1.0 - overlap, 0.1), LEAST_STEP), min(1.5 * share, most))
+                relaxed = residual
                 limited = min(share, TEMPERATURE_LIMIT / max(change_t, 1e-300))
                 if mixing is None and _slow([*it.temperature_history, change], below):
                     mixing = AndersonMixing()

@@ -39,6 +39,8 @@ STALL_AFTER = 6
 LEAST_SHARE = 0.125
 #: smallest share of its fluidity that a node keeps in one Newton step
 LEAST_FLUIDITY = 0.05
+#: pressure, relative to the largest, below which the edge of cavitation is settled, and sweeps for it
+EDGE_PRESSURE, EDGE_SWEEPS = 0.02, 100
 #: share of the expected film below which the flow sees a lifted gap while iterating
 FLOOR_SHARE = 0.2
 
@@ -281,7 +283,8 @@ class ContactGeometry:
         p, h_0, gap = state.p, state.h_0, state.gap
         floor, share, most = FLOOR_SHARE * film_estimate, 1.0, 1.0
         full_steps: list[float] = []
-        last, turned = np.zeros_like(p), False
+        last = np.zeros_like(p)
+        turns: list[bool] = []
         history.reason = f"no convergence in {max_steps} Newton steps"
         for _ in range(max_steps):
             linear = _Linearisation(self, p, gap, film, floor)
@@ -313,8 +316,9 @@ class ContactGeometry:
             limit = STEP_LIMIT * min(1.0, float(p.max()))
             damped = bool(np.abs(d_p).max() > limit)
             full_steps.append(float(np.abs(d_p).max()))
-            turned = float(np.sum(d_p * last)) < -0.5 * float(np.sum(last * last))
-            if turned and full_steps[-1] > 0.5 * min(full_steps[-3:]):
+            turns.append(float(np.sum(d_p * last)) < -0.5 * float(np.sum(last * last)))
+            turned = turns[-1]
+            if turned and sum(turns[-4:]) > 1 and full_steps[-1] > 0.5 * min(full_steps[-3:]):
                 # to and fro: a node at the edge of cavitation; half steps bring it to rest there
                 share *= 0.5
                 most = share
@@ -324,6 +328,7 @@ class ContactGeometry:
                 share = min(2.0 * share, most)
             last = d_p
             p_new = p + share * np.clip(d_p, -limit, limit)
+            self._settle_edge(linear, p_new)
             p_new = np.maximum(p_new, -LEAST_PRESSURE * float(p_new.max()))
             # a film thicker than the flattening must not be overshot
             approach = APPROACH_LIMIT * (1.0 + max(float(gap[self.axis].min()), 0.0))
@@ -343,6 +348,19 @@ class ContactGeometry:
                 history.converged, history.reason = True, "pressure change below tolerance"
                 break
         return ReynoldsState(p, h_0, gap), history, preconditioner
+
+    def _settle_edge(self, linear: _Linearisation, p: Array) -> None:
+        """Let the edge of cavitation follow a step of the pressure p at once; Newton moves it one node in a step."""
+        grid = self.grid
+        low = (p < EDGE_PRESSURE * float(p.max())) & (linear.flow_share > 0.9) & (grid.x > 0.0)
+        # the penalty is what holds a cavitated node against the flow
+        inflow = linear.penalty * p
+        before = np.where(low, np.maximum(p, 0.0), p)
+        settled = before.copy()
+        kernels.settle_edge(
+            grid.width_x, self.kappa_h, grid.mirror, linear.c_x, linear.c_y, low, EDGE_SWEEPS, settled, inflow
+        )
+        p += settled - before
 
     def fluxes(
         self, state: ReynoldsState, film: FilmCoefficients, film_estimate: float

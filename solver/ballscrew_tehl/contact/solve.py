@@ -25,7 +25,7 @@ from .conditions import (
 )
 from .grid import Array, Grid
 from .problem import ContactProblem, Iteration
-from .reynolds import TARGET_LOAD, GridChoice, NewtonHistory, ReynoldsState
+from .reynolds import LEAST_PRESSURE, TARGET_LOAD, GridChoice, NewtonHistory, ReynoldsState
 
 __all__ = ["DEFAULT_OPTIONS", "ContactConditions", "ContactSolution", "SolverOptions", "solve_contact"]
 
@@ -238,19 +238,27 @@ def _solve_from(
     return it
 
 
+def _weights(at: Array, nodes: Array) -> Array:
+    """Matrix (at, nodes) of cubic interpolation through the four nodes around; beyond the border its value."""
+    first = np.clip(np.searchsorted(nodes, at) - 2, 0, nodes.size - 4)
+    at = np.clip(at, nodes[0], nodes[-1])
+    out = np.zeros((at.size, nodes.size))
+    for own in range(4):
+        weight = np.ones(at.size)
+        for other in range(4):
+            if other != own:
+                weight *= (at - nodes[first + other]) / (nodes[first + own] - nodes[first + other])
+        out[np.arange(at.size), first + own] = weight
+    return out
+
+
 def _resample(field_: Array, source: Grid, target: Grid) -> Array:
-    """Values (n_y, n_x, ...) of one grid on another by linear interpolation; beyond the border its value."""
-
-    def weights(at: Array, nodes: Array) -> Array:
-        k = np.clip(np.searchsorted(nodes, at) - 1, 0, nodes.size - 2)
-        w = np.clip((at - nodes[k]) / (nodes[k + 1] - nodes[k]), 0.0, 1.0)
-        out = np.zeros((at.size, nodes.size))
-        out[np.arange(at.size), k] = 1.0 - w
-        out[np.arange(at.size), k + 1] = w
-        return out
-
-    along, across = weights(target.x, source.x), weights(target.y, source.y)
-    return np.einsum("jl,lk...,ik->ji...", across, field_, along, optimize=True)
+    """Values (n_y, n_x, ...) of one grid on another."""
+    along, y = _weights(target.x, source.x), source.y
+    if source.mirror:
+        # even across the line of symmetry
+        y, field_ = np.concatenate((-y[2:0:-1], y)), np.concatenate((field_[2:0:-1], field_))
+    return np.einsum("jl,lk...,ik->ji...", _weights(target.y, y), field_, along, optimize=True)
 
 
 def _on_grid(
@@ -259,7 +267,8 @@ def _on_grid(
     """Pressure, gap and temperature of another grid as a state of a problem."""
     grid, geometry = problem.geometry.grid, problem.geometry
     p = _resample(np.maximum(p, 0.0), source, grid)
-    p = geometry.embed(p[grid.inner])
+    # cavitated nodes stay so: the edge of cavitation moves by one node in a Newton step
+    p = geometry.embed(np.where(p > 0.0, p, -1e-3 * LEAST_PRESSURE)[grid.inner])
     p *= TARGET_LOAD / float(np.sum(geometry.weights * p))
     # the approach that leaves the gap of the contact as it was
     wanted, shape = _resample(gap, source, grid), geometry.gap(p, 0.0)
