@@ -1,11 +1,10 @@
-"""Grid, dry contact, linearisation, preconditioner, GMRES and Anderson mixing on their own."""
+"""Grid, dry contact, linearisation, preconditioner and GMRES on their own."""
 
 import numpy as np
 import pytest
 from contact_cases import OIL
 
 from ballscrew_tehl.contact import film_flow, kernels
-from ballscrew_tehl.contact.anderson import AndersonMixing
 from ballscrew_tehl.contact.dry import dry_contact
 from ballscrew_tehl.contact.grid import graded_grid, uniform_grid
 from ballscrew_tehl.contact.krylov import gmres
@@ -307,26 +306,3 @@ def test_gmres_stops_at_its_limit():
     assert used == 5
     assert left > 1e-3
     assert left == pytest.approx(np.linalg.norm(matrix @ solution - rhs) / np.linalg.norm(rhs), rel=1e-9)
-
-
-def test_anderson_mixing_beats_the_plain_iteration():
-    """x -> A x + c with a slow mode: history of 5 finds the fixed point of a problem with 4 modes."""
-    rates, shift = np.array([0.95, -0.6, 0.5, 0.2]), np.array([1.0, 2.0, 3.0, 4.0])
-    exact = shift / (1.0 - rates)
-
-    def image(x):
-        return rates * x + shift
-
-    mixing, x, plain = AndersonMixing(), np.zeros(4), np.zeros(4)
-    for _ in range(20):
-        x, plain = mixing.next(x, image(x), 0.7), image(plain)
-    assert not np.abs(x - exact).max() > 1e-6
-    assert np.abs(plain - exact).max() > 1.0
-
-
-def test_anderson_mixing_keeps_the_shape_and_a_fixed_point():
-    x = np.arange(6.0).reshape(2, 3)
-    mixing = AndersonMixing()
-    for _ in range(4):
-        assert mixing.next(x, x, 0.7).shape == x.shape
-        np.testing.assert_allclose(mixing.next(x, x, 0.7), x)

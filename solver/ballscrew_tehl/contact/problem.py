@@ -14,7 +14,6 @@ import numpy as np
 
 from ..parameters import LubricantParameters, SolidParameters
 from . import energy, film_flow
-from .anderson import AndersonMixing
 from .conditions import ContactConditions, SolverOptions, cells_in_inlet, expected_grid, scales_of
 from .elastic import LineConvolution
 from .grid import Array
@@ -24,10 +23,12 @@ from .walls import wall_operator
 
 #: share of the change of one outer iteration that is taken at first; Aitken's rule then finds it, but no less than
 OUTER_STEP = 0.6
-LEAST_STEP = 0.3
-#: the same of a cautious iteration
-CAUTIOUS_STEP = 0.5
-CAUTIOUS_MIXING_BELOW = 2e-3
+LEAST_STEP, AITKEN_BELOW = 0.3, 0.1
+#: the same while cautious; change below which caution is given up. Grown by five times, it comes back, and the next
+#: trial begins at a fifth
+CAUTIOUS_STEP, BOLD_BELOW = 0.5, 0.02
+#: bold iterations without progress above a change after which they are given up
+LOST_AFTER, LOST_ABOVE = 8, 0.1
 #: share of the change of ln(viscosity) by shear thinning, and its bound
 THINNING_STEP, THINNING_LIMIT = 0.5, 2.0
 #: iterations without progress after which that share is halved
@@ -36,18 +37,16 @@ STALL_AFTER = 15
 #: as a share of the last relative change of the outer iteration
 NEWTON_STEPS = 10
 PRESSURE_SHARE = 0.1
-#: changes, relative to the rise, below which the iteration is accelerated if it creeps: two iterations leave that share
-MIXING_BELOW = 0.03
-MIXING_FROM = 0.3
 #: rise [K] below which temperatures need no closer tolerance
 LEAST_RISE = 10.0
 #: largest temperature change of one outer iteration [K]
 TEMPERATURE_LIMIT = 60.0
 
 
-def _slow(changes: list[float], below: float) -> bool:
-    """Whether the iteration creeps and is near enough to be accelerated."""
-    return len(changes) > 2 and changes[-1] < below and changes[-1] > MIXING_FROM * changes[-3]
+def _lost(changes: list[float]) -> bool:
+    """Whether the iteration has got nowhere while its changes are large."""
+    before, lately = changes[:-LOST_AFTER], changes[-LOST_AFTER:]
+    return len(before) > 2 and min(lately) > LOST_ABOVE and not min(lately) < 0.7 * min(before)
 
 
 class Traction(NamedTuple):
@@ -69,6 +68,7 @@ class Iteration:
     temperature_history: list[float] = field(default_factory=list)
     heat: energy.HeatBalance | None = None
     converged: bool = False
+    cautious: bool = False
     reason: str = ""
     iterations: int = 0
     preconditioner: LinePreconditioner | None = field(default=None, repr=False)
@@ -243,8 +243,8 @@ class ContactProblem:
     ) -> Iteration:
         """Alternate Newton steps of the generalised Reynolds equation with rheology, energy equation and walls.
 
-        limit: most iterations; cautious: slow and sure, with sources that only ever damp and temperatures that do not
-        follow the pressure.
+        limit: most iterations; cautious: slow and sure at first, with sources that only ever damp and temperatures that
+        do not follow the pressure, until the changes are small. A bold iteration that gets nowhere ends early.
         """
         o, c, hertz, grid = self.options, self.conditions, self.scales.hertz, self.geometry.grid
         heat, conductivity = self.oil.specific_heat, self.oil.thermal_conductivity
@@ -263,12 +263,11 @@ class ContactProblem:
             temperature[..., 1:-1][outside] = c.temperature
         elif temperature is None:
             temperature = np.full((*shape, o.n_z + 1), float(c.temperature))
-        h = self.update_flow(it, temperature)
-        mixing: AndersonMixing | None = None
+        h, new = self.update_flow(it, temperature), temperature
         relaxed: Array | None = None
-        most = 1.0
+        most, handed_over, bold_below = 1.0, False, BOLD_BELOW
         share, newtonian = (CAUTIOUS_STEP if cautious else OUTER_STEP), self.oil.rheology == "newtonian"
-        below = CAUTIOUS_MIXING_BELOW if cautious else MIXING_BELOW
+        it.cautious = cautious
         it.converged, it.reason = False, f"no convergence in {limit} thermal iterations"
         for _ in range(limit):
             # the pressure follows as closely as the temperature has come: no closer, for it costs the most
@@ -299,6 +298,9 @@ class ContactProblem:
                 step = THINNING_STEP * np.clip(step, -THINNING_LIMIT, THINNING_LIMIT)
                 it.flow.thinning[:] = np.exp(it.flow.ln_eta + before + step)
                 change = float(np.abs(step).max())
+            if not newton.finite:
+                it.reason = newton.reason
+                break
             if o.thermal:
                 with self.timed("energy"):
                     film = partial(self.general_film, temperature, t_p, np.maximum(it.state.p, 0.0), it.flow)
@@ -321,33 +323,30 @@ class ContactProblem:
                 rise = max(float(new.max()) - c.temperature, LEAST_RISE)
                 change = max(change, change_t / rise)
                 residual = new - temperature
-                if relaxed is not None and not cautious:
+                if relaxed is not None and not cautious and change < AITKEN_BELOW:
                     # Aitken (Kuttler & Wall 2008): the step that would have removed the last residual
-                    overlap = float(np.vdot(residual, relaxed)) / max(
-                        float(np.vdot(relaxed, relaxed)), 1e-300
-                    )
+                    overlap = float(np.vdot(residual, relaxed) / max(np.vdot(relaxed, relaxed), 1e-300))
                     if share > OUTER_STEP and change > 1.2 * it.temperature_history[-1]:
                         # some parts of the field do not bear long steps
                         most = OUTER_STEP
                     share = min(max(share / max(1.0 - overlap, 0.1), LEAST_STEP), min(1.5 * share, most))
                 relaxed = residual
+                if cautious and change < bold_below:
+                    cautious, share, relaxed, handed_over = False, OUTER_STEP, None, True
+                elif handed_over and not cautious and change > 5.0 * bold_below:
+                    cautious, share, bold_below = True, CAUTIOUS_STEP, 0.2 * bold_below
                 limited = min(share, TEMPERATURE_LIMIT / max(change_t, 1e-300))
-                if mixing is None and _slow([*it.temperature_history, change], below):
-                    mixing = AndersonMixing()
-                elif mixing is not None and change > 3.0 * min(it.temperature_history[-3:]):
-                    # extrapolated beyond where it holds
-                    mixing = None
                 if not cautious and stalled(it.temperature_history, STALL_AFTER):
                     # a pressure spike that wanders wants shorter steps
-                    share, mixing = 0.5 * share, None
-                if mixing is None:
-                    temperature = temperature + limited * (new - temperature)
-                else:
-                    temperature = mixing.next(temperature, new, limited)
+                    share = 0.5 * share
+                temperature = temperature + limited * residual
             it.temperature_history.append(change)
             it.iterations += 1
             if not np.isfinite(change):
                 it.reason = "temperature not finite"
+                break
+            if not cautious and not handed_over and _lost(it.temperature_history):
+                it.reason = f"no progress in {LOST_AFTER} thermal iterations"
                 break
             if newton.converged and newton.change[-1] <= 10.0 * tolerance and change <= 10.0 * tolerance:
                 it.converged, it.reason = True, "pressure and temperature changes below tolerance"

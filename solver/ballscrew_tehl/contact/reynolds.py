@@ -109,6 +109,7 @@ class NewtonHistory:
     deflections: int = 0
     factorisations: int = 0
     converged: bool = False
+    finite: bool = True
     reason: str = "not started"
 
     def extend(self, later: NewtonHistory) -> None:
@@ -117,7 +118,7 @@ class NewtonHistory:
             getattr(self, name).extend(getattr(later, name))
         self.deflections += later.deflections
         self.factorisations += later.factorisations
-        self.converged, self.reason = later.converged, later.reason
+        self.converged, self.finite, self.reason = later.converged, later.finite, later.reason
 
 
 class _Linearisation:
@@ -279,6 +280,23 @@ class ContactGeometry:
         preconditioner: that of a former state, kept while GMRES needs few iterations with it.
         Ends when an undamped step changes the pressure by less than tolerance [p_max], or says why not.
         """
+        # an iterate that runs away is told by numbers that are not finite
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._solve(
+                state, film, film_estimate, tolerance, max_steps, krylov_tolerance, max_krylov, preconditioner
+            )
+
+    def _solve(
+        self,
+        state: ReynoldsState,
+        film: FilmCoefficients,
+        film_estimate: float,
+        tolerance: float,
+        max_steps: int,
+        krylov_tolerance: float,
+        max_krylov: int,
+        preconditioner: LinePreconditioner | None,
+    ) -> tuple[ReynoldsState, NewtonHistory, LinePreconditioner | None]:
         history = NewtonHistory()
         p, h_0, gap = state.p, state.h_0, state.gap
         floor, share, most = FLOOR_SHARE * film_estimate, 1.0, 1.0
@@ -292,7 +310,7 @@ class ContactGeometry:
             history.residual.append(float(np.sqrt(np.mean(linear.residual**2))))
             history.load_error.append(load_error)
             if not np.isfinite(history.residual[-1]):
-                history.reason = "residual not finite"
+                history.finite, history.reason = False, "residual not finite"
                 break
             rhs = -np.append(linear.residual, load_error) / linear.scale
             used = 0
@@ -340,7 +358,7 @@ class ContactGeometry:
             history.krylov.append(used)
             history.deflections += used + 1
             if not np.isfinite(change):
-                history.reason = "pressure not finite"
+                history.finite, history.reason = False, "pressure not finite"
                 break
             balanced = abs(load_error) <= LOAD_TOLERANCE * TARGET_LOAD
             close = (1.0 if most < 0.1 else share) * tolerance * min(1.0, float(p.max()))

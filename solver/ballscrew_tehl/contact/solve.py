@@ -32,7 +32,7 @@ __all__ = ["DEFAULT_OPTIONS", "ContactConditions", "ContactSolution", "SolverOpt
 #: cells that the length of the inlet must hold at the edge of the Hertz line for a solution to count as resolved
 RESOLVED_CELLS = 2.8
 #: tolerance on the grid of half the nodes, where a cold solve begins
-COARSE_TOLERANCE = 1e-4
+COARSE_TOLERANCE = 3e-5
 #: iterations after which a thermal solve begins anew, slow and sure
 FAST_ITERATIONS = 60
 #: share of the film that an extrapolation may add: beyond, the coarse grid does not resolve the inlet
@@ -203,7 +203,7 @@ def _solve_on_grid(
     coarse = ContactProblem(conditions, oil, solid, options, coarse_choice)
     first = _solve_from(coarse, None, None, COARSE_TOLERANCE)
     if first.converged:
-        it = _solve_from(problem, *_prolonged(coarse, first, problem), options.tolerance)
+        it = _solve_from(problem, *_prolonged(coarse, first, problem), options.tolerance, first.cautious)
     if not first.converged or not it.converged:
         it = _solve_from(problem, None, None, options.tolerance)
     extrapolation = own = math.nan
@@ -217,9 +217,13 @@ def _solve_on_grid(
 
 
 def _solve_from(
-    problem: ContactProblem, state: ReynoldsState | None, temperature: Array | None, tolerance: float
+    problem: ContactProblem,
+    state: ReynoldsState | None,
+    temperature: Array | None,
+    tolerance: float,
+    cautious: bool = False,
 ) -> Iteration:
-    """Solve on one grid from a state, or from the dry contact."""
+    """Solve on one grid from a state, or from the dry contact; cautious: it is known that bold steps do not do."""
     options = problem.options
     it = problem.start(state)
     if problem.plain:
@@ -227,14 +231,15 @@ def _solve_from(
     if state is None:
         # only to come near: the coupled iteration ends the work
         it = problem.solve_isothermal(it, 1e-2, 30)
-    limit = min(options.max_thermal, FAST_ITERATIONS)
-    it = problem.solve_coupled(it, temperature, tolerance, limit)
-    if not it.converged and limit < options.max_thermal:
-        # hot inlets of thick cold films: slowly, from the beginning
-        again = problem.solve_isothermal(problem.start(None), 1e-2, 30)
-        again = problem.solve_coupled(again, None, tolerance, options.max_thermal - limit, cautious=True)
-        again.iterations += it.iterations
-        return again
+    near, limit, used = it.state, options.max_thermal, 0
+    if not cautious:
+        it = problem.solve_coupled(it, temperature, tolerance, min(limit, FAST_ITERATIONS))
+        used = it.iterations
+        if it.converged or used >= limit:
+            return it
+    # hot inlets of thick cold films: slowly
+    it = problem.solve_coupled(problem.start(near), temperature, tolerance, limit - used, cautious=True)
+    it.iterations += used
     return it
 
 
