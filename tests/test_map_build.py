@@ -165,7 +165,7 @@ def test_one_and_two_workers_build_the_same_map_and_leave_the_environment(monkey
 
 def test_workers_compute_with_one_thread_each():
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-    with build._pool(1) as pool:
+    with build.worker_pool(1) as pool:
         assert list(pool.map(os.getenv, names)) == ["1", "1", "1"]
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,10 +21,14 @@ from ..parameters import Parameters
 from ..torque import nut_sums
 from .bspline import map_arrays
 from .contact_map import QUANTITIES, Array, ContactAxes, ContactMap, SolvedFilm
+from .journal import Journal, Solved
 from .operating_contact import solve_ball
 from .packed import FORCE_CURVES
+from .store import map_parameters_json
 
 RPM = np.pi / 30.0
+#: speeds of one load and temperature that a process solves at a time: what an interrupt can lose
+PIECE = 8
 #: called with (finished, total, what) while a build runs
 Progress = Callable[[int, int, str], None]
 
@@ -32,7 +38,9 @@ class MapGrid:
     """Range and nodes of a map.
 
     force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; share: nodes of the
-    axial load from 0 to the separation load; contact_nodes: of ball load, speed, temperature.
+    axial load from 0 to the separation load; contact_nodes: of ball load, speed, temperature, to begin with. An axis
+    gets twice as many cells while the error of the films between its nodes is estimated above contact_tolerance and
+    a raceway has no more than contact_limit nodes.
     """
 
     force: tuple[float, float, int] = (120.0, 12000.0, 21)
@@ -40,7 +48,9 @@ class MapGrid:
     temperature: tuple[float, float, int] = (283.15, 353.15, 11)
     preload: tuple[float, float, int] = (120.0, 12000.0, 13)
     share_nodes: int = 21
-    contact_nodes: tuple[int, int, int] = (7, 9, 5)
+    contact_nodes: tuple[int, int, int] = (5, 9, 5)
+    contact_tolerance: float = 1e-3
+    contact_limit: int = 2700
 
 
 def contact_axes(parameters: Parameters, grid: MapGrid) -> ContactAxes:
@@ -74,13 +84,13 @@ def _solve_row(
 
 
 @contextmanager
-def _pool(workers: int) -> Iterator[Executor]:
-    """Processes with one BLAS thread each: the matrices are small, and two pools of threads would fight."""
+def worker_pool(workers: int | None) -> Iterator[Executor]:
+    """Processes (None: one per core) with one BLAS thread each: matrices are small, two pools of threads would fight."""
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
     before = {name: os.environ.get(name) for name in names}
     os.environ.update(dict.fromkeys(names, "1"))
     try:
-        with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
+        with ProcessPoolExecutor(workers or os.cpu_count(), multiprocessing.get_context("spawn")) as pool:
             yield pool
     finally:
         for name, value in before.items():
@@ -91,37 +101,65 @@ def _pool(workers: int) -> Iterator[Executor]:
 
 
 def build_contact_map(
-    parameters: Parameters, grid: MapGrid, executor: Executor, progress: Progress | None = None
+    parameters: Parameters,
+    grid: MapGrid,
+    executor: Executor,
+    progress: Progress | None = None,
+    journal: Journal | None = None,
 ) -> ContactMap:
-    """Solve the sampling grid, isothermal and thermal, on an executor.
+    """Solve the sampling grid, isothermal and thermal, on an executor, and refine it where it does not do.
 
+    Parameters   journal: contacts solved before, and where those solved now are written at once
     Raises       UnconvergedContactError: a contact that the solver could not finish; nothing is filled in for it
     """
     axes = contact_axes(parameters, grid)
+    solved = Solved(journal)
+    while True:
+        _solve_missing(parameters, axes, solved, executor, progress)
+        contact_map = ContactMap(parameters, axes, solved.samples(axes))
+        errors = contact_map.axis_errors()
+        choices = [
+            (error, axis)
+            for axis, error in enumerate(errors)
+            if error > grid.contact_tolerance and math.prod(axes.refined(axis).shape) <= grid.contact_limit
+        ]
+        if not choices:
+            return contact_map
+        axes = axes.refined(max(choices)[1])
+
+
+def _solve_missing(
+    parameters: Parameters,
+    axes: ContactAxes,
+    solved: Solved,
+    executor: Executor,
+    progress: Progress | None,
+) -> None:
+    """Solve what the axes ask for and nobody has solved yet; every finished piece is kept at once."""
     loads, speeds, temperatures = axes.nodes
-    samples = {raceway: {name: np.empty(axes.shape) for name in QUANTITIES} for raceway in RACEWAYS}
-    jobs = {
-        executor.submit(_solve_row, parameters, raceway, float(load), speeds, float(temperature)): (
-            raceway,
-            i,
-            k,
-        )
-        for raceway in RACEWAYS
-        for i, load in enumerate(loads)
-        for k, temperature in enumerate(temperatures)
-    }
+    jobs = {}
+    total = 4 * math.prod(axes.shape)
+    waiting = 0
+    for raceway in RACEWAYS:
+        for load in loads.tolist():
+            for temperature in temperatures.tolist():
+                missing = solved.missing(raceway, load, speeds, temperature)
+                waiting += 2 * missing.size
+                for first in range(0, missing.size, PIECE):
+                    piece = missing[first : first + PIECE]
+                    job = executor.submit(_solve_row, parameters, raceway, load, piece, temperature)
+                    jobs[job] = raceway, load, piece, temperature
     try:
-        for done, job in enumerate(as_completed(jobs), start=1):
-            raceway, i, k = jobs[job]
-            for name, row in job.result().items():
-                samples[raceway][name][i, :, k] = row
+        for job in as_completed(jobs):
+            raceway, load, piece, temperature = jobs[job]
+            solved.add(raceway, load, piece, temperature, job.result())
+            waiting -= 2 * piece.size
             if progress is not None:
-                progress(2 * done * speeds.size, 2 * len(jobs) * speeds.size, "contacts solved")
+                progress(total - waiting, total, "contacts solved")
     except BaseException:
         for job in jobs:
             job.cancel()
         raise
-    return ContactMap(parameters, axes, samples)
 
 
 def viscous_values(parameters: Parameters, film: SolvedFilm, grid: MapGrid) -> Array:
@@ -235,20 +273,24 @@ def build_map(
     progress: Progress | None = None,
     grid: MapGrid | None = None,
     executor: Executor | None = None,
+    journal: Path | None = None,
 ) -> BuiltMap:
     """Build the map of a screw with the kinematics that its parameters name.
 
     Parameters   workers: processes, None = one per core;  progress: called while it runs;  grid: None = the default
-                 executor: any executor of the concurrent.futures interface instead of own processes
+                 executor: any executor of the concurrent.futures interface instead of own processes;  journal: file
+                 of contacts solved by a build that was interrupted, continued by this one
     Returns      BuiltMap, to be written by store.save_map
     Raises       UnconvergedContactError, ValueError
     """
     grid = grid or MapGrid()
-    if executor is not None:
-        contact_map = build_contact_map(parameters, grid, executor, progress)
-    else:
-        with _pool(workers or os.cpu_count() or 1) as pool:
-            contact_map = build_contact_map(parameters, grid, pool, progress)
+    with ExitStack() as stack:
+        record = None
+        if journal is not None:
+            record = stack.enter_context(Journal(journal, map_parameters_json(parameters), __version__))
+        if executor is None:
+            executor = stack.enter_context(worker_pool(workers))
+        contact_map = build_contact_map(parameters, grid, executor, progress, record)
     forces = force_values(parameters, grid)
     sharing = sharing_values(parameters, grid)
     extremes = extreme_values(parameters, contact_map, grid)
@@ -268,6 +310,9 @@ def build_map(
         "kinematics": parameters.friction.kinematics,
         "version": __version__,
         "contacts": int(2 * 2 * np.prod(contact_map.axes.shape)),
+        "sampling_errors": dict(
+            zip(("load", "speed", "temperature"), contact_map.axis_errors(), strict=True)
+        ),
         "asymptotic_share": float(
             np.mean([contact_map.samples[raceway]["asymptotic"] for raceway in RACEWAYS])
         ),

@@ -1,0 +1,149 @@
+"""Contacts solved so far: in memory by their place, and line by line in a file that outlives the process."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, TextIO
+
+import numpy as np
+
+from ..hertz import RACEWAYS
+from .contact_map import QUANTITIES, Array, ContactAxes
+
+JOURNAL_FORMAT = 1
+
+#: raceway, load, speed, temperature, each number to the digits that tell two nodes apart
+Place = tuple[str, str, str, str]
+
+
+def _place(raceway: str, load: float, speed: float, temperature: float) -> Place:
+    return raceway, f"{load:.12g}", f"{speed:.12g}", f"{temperature:.12g}"
+
+
+class Journal:
+    """Append-only text file of solved contacts: a line that says for what, then one line of JSON per piece of work.
+
+    Numbers are written so that they come back to the last bit. A last line that is not whole, as a killed process
+    leaves it, is cut off.
+
+    Parameters   path: made if it is not there;  parameters_json: canonical text of what the contacts depend on;
+                 version: of the solver
+    Raises       ValueError: a file for other parameters or of another version
+    """
+
+    def __init__(self, path: Path, parameters_json: str, version: str) -> None:
+        self.path = path
+        self._head = {
+            "format": JOURNAL_FORMAT,
+            "version": version,
+            "parameters": hashlib.sha256(parameters_json.encode()).hexdigest(),
+        }
+        self._file: TextIO | None = None
+
+    def __enter__(self) -> Journal:
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        lines = self.path.read_bytes().split(b"\n") if self.path.exists() else [b""]
+        whole = b"".join(line + b"\n" for line in lines[:-1])
+        if whole:
+            try:
+                head = json.loads(lines[0])
+            except ValueError:
+                head = None
+            if head != self._head:
+                raise ValueError(
+                    f"{self.path}: contacts of another screw, oil or version; expected parameters "
+                    f"{self._head['parameters'][:12]}, version {self._head['version']}: remove or rename the file"
+                )
+        with self.path.open("r+b" if self.path.exists() else "wb") as file:
+            file.truncate(len(whole))
+        self._file = self.path.open("a", encoding="ascii")
+        if not whole:
+            self._write(self._head)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def _write(self, content: Mapping[str, Any]) -> None:
+        if self._file is None:
+            raise ValueError(f"{self.path}: the journal is not open")
+        self._file.write(json.dumps(content) + "\n")
+        self._file.flush()
+        os.fsync(self._file.fileno())
+
+    def add(
+        self, raceway: str, load: float, speeds: Array, temperature: float, values: Mapping[str, Array]
+    ) -> None:
+        """Keep one piece of work for good."""
+        self._write(
+            {
+                "raceway": raceway,
+                "load": load,
+                "temperature": temperature,
+                "speeds": speeds.tolist(),
+                "values": {name: values[name].tolist() for name in QUANTITIES},
+            }
+        )
+
+    def pieces(self) -> Iterator[tuple[str, float, Array, float, dict[str, Array]]]:
+        """What is in the file, as it was added."""
+        with self.path.open(encoding="ascii") as file:
+            next(file)
+            for line in file:
+                piece = json.loads(line)
+                values = {name: np.array(piece["values"][name]) for name in QUANTITIES}
+                yield (
+                    piece["raceway"], piece["load"], np.array(piece["speeds"]), piece["temperature"], values,
+                )  # fmt: skip
+
+
+class Solved:
+    """Solved contacts by their place; with a journal those of before, and each new one is written there at once."""
+
+    def __init__(self, journal: Journal | None = None) -> None:
+        self._journal = journal
+        self._values: dict[Place, tuple[float, ...]] = {}
+        if journal is not None:
+            for piece in journal.pieces():
+                self._take(*piece)
+
+    def _take(
+        self, raceway: str, load: float, speeds: Array, temperature: float, values: Mapping[str, Array]
+    ) -> None:
+        for i, speed in enumerate(speeds.tolist()):
+            self._values[_place(raceway, load, speed, temperature)] = tuple(
+                float(values[name][i]) for name in QUANTITIES
+            )
+
+    def add(
+        self, raceway: str, load: float, speeds: Array, temperature: float, values: Mapping[str, Array]
+    ) -> None:
+        """Take up one piece of work: values by quantity, one per speed."""
+        if self._journal is not None:
+            self._journal.add(raceway, load, speeds, temperature, values)
+        self._take(raceway, load, speeds, temperature, values)
+
+    def missing(self, raceway: str, load: float, speeds: Array, temperature: float) -> Array:
+        """Those of the speeds that are not solved yet."""
+        open_ = [_place(raceway, load, speed, temperature) not in self._values for speed in speeds.tolist()]
+        return speeds[np.array(open_)]
+
+    def samples(self, axes: ContactAxes) -> dict[str, dict[str, Array]]:
+        """Values at the nodes of the axes (n_load, n_speed, n_temperature) by raceway and quantity."""
+        loads, speeds, temperatures = (nodes.tolist() for nodes in axes.nodes)
+        samples = {}
+        for raceway in RACEWAYS:
+            table = np.array([
+                [[self._values[_place(raceway, q, w, t)] for t in temperatures] for w in speeds] for q in loads
+            ])  # fmt: skip
+            samples[raceway] = {name: table[..., column] for column, name in enumerate(QUANTITIES)}
+        return samples
