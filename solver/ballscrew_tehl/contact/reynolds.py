@@ -346,7 +346,9 @@ class ContactGeometry:
                 share = min(2.0 * share, most)
             last = d_p
             p_new = p + share * np.clip(d_p, -limit, limit)
-            self._settle_edge(linear, p_new)
+            if film_estimate < THICK_FILM:
+                # a wedge that bears the load alone has steps too long for it
+                self._settle_edge(linear, p_new, full_steps[-1])
             p_new = np.maximum(p_new, -LEAST_PRESSURE * float(p_new.max()))
             # a film thicker than the flattening must not be overshot
             approach = APPROACH_LIMIT * (1.0 + max(float(gap[self.axis].min()), 0.0))
@@ -367,8 +369,11 @@ class ContactGeometry:
                 break
         return ReynoldsState(p, h_0, gap), history, preconditioner
 
-    def _settle_edge(self, linear: _Linearisation, p: Array) -> None:
-        """Let the edge of cavitation follow a step of the pressure p at once; Newton moves it one node in a step."""
+    def _settle_edge(self, linear: _Linearisation, p: Array, step: float) -> None:
+        """Let the edge of cavitation follow a step to the pressure p at once; Newton moves it one node in a step.
+
+        step: largest change by the step; the edge changes no more, for the inflow is known to the digits of GMRES only.
+        """
         grid = self.grid
         low = (p < EDGE_PRESSURE * float(p.max())) & (linear.flow_share > 0.9) & (grid.x > 0.0)
         # the penalty is what holds a cavitated node against the flow
@@ -378,7 +383,7 @@ class ContactGeometry:
         kernels.settle_edge(
             grid.width_x, self.kappa_h, grid.mirror, linear.c_x, linear.c_y, low, EDGE_SWEEPS, settled, inflow
         )
-        p += settled - before
+        p += np.clip(settled - before, -step, step)
 
     def fluxes(
         self, state: ReynoldsState, film: FilmCoefficients, film_estimate: float
