@@ -97,14 +97,14 @@ def partly_solved_row(parameters, raceway, load, speeds, temperature):
 
 
 def closed_build(
-    parameters=GD4008, grid=GRID, progress=None, row=closed_row, executor=None, workers=None
+    parameters=GD4008, grid=GRID, progress=None, row=closed_row, executor=None, workers=None, journal=None
 ) -> BuiltMap:
     """build_map with closed contacts, in one thread unless an executor or a number of workers is given."""
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as thread:
         patch.setattr(build, "_solve_row", row)
         if workers is not None:
-            return build_map(parameters, workers, progress, grid)
-        return build_map(parameters, None, progress, grid, executor or thread)
+            return build_map(parameters, workers, progress, grid, journal=journal)
+        return build_map(parameters, None, progress, grid, executor or thread, journal)
 
 
 @cache

@@ -78,6 +78,14 @@ def _map(commands: argparse._SubParsersAction) -> None:
     build = actions.add_parser("build", help="solve the contacts and write the map of a screw")
     build.add_argument("--output", metavar="FILE", help="where to write; default: the packaged map")
     build.add_argument("--workers", type=int, metavar="N", help="processes; default: one per core")
+    build.add_argument(
+        "--dask", metavar="ADDRESS", help="solve on a Dask cluster: tcp://HOST:PORT of its scheduler"
+    )
+    build.add_argument(
+        "--family",
+        metavar="FOLDER",
+        help="a map for every screw file *.toml there; --output: folder of the maps",
+    )
     check = actions.add_parser("check", help="load a map, verify its hash and compare it with direct solves")
     info = actions.add_parser("info", help="axes, parameters, version and certificate of a map")
     for action in (build, check):

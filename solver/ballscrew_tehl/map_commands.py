@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import sys
+import time
 from argparse import Namespace
 from collections.abc import Iterator
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -42,78 +44,208 @@ def operating_points(nut_map: NutMap, count: int, seed: int = 1) -> np.ndarray:
     return np.stack([preload, speed, temperature, axial], axis=1)
 
 
-def deviation_from_direct(nut_map: NutMap, parameters: Parameters, count: int) -> dict[str, Any]:
-    """Relative deviations of a map from direct per-ball solves at random points that the map was not built
-    from.
+class Deviation(NamedTuple):
+    """Relative error of a map at one operating point against direct per-ball solves."""
 
-    Returns      points, largest and mean deviation of the friction torque
+    torque: float
+    film: float
+    temperature_rise: float
+
+
+def deviation_at(nut_map: NutMap, parameters: Parameters, point: tuple[float, ...]) -> Deviation:
+    """Errors of friction torque, least central film and largest rise [of the rise, of 1 K if that is more].
+
+    Parameters   point: preload [N], speed [rad/s], temperature [K], axial load [N]
     Raises       ArithmeticError: a contact that did not converge
     """
+    from .nut_map.direct import direct_extremes
     from .torque import double_nut_torque
 
     friction_set = default_friction_set(parameters)
     film = film_model_of(str(nut_map.header["film_model"]), parameters)
-    found = []
-    for preload, speed, temperature, axial_load in operating_points(nut_map, count).tolist():
-        state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction_set.values)
-        torque = float(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
-        direct = double_nut_torque(parameters, friction_set, film, preload, speed, temperature, axial_load)
-        found.append(abs(torque / direct.total - 1.0))
-    return {"points": count, "torque_error_max": max(found), "torque_error_mean": float(np.mean(found))}
+    preload, speed, temperature, axial_load = point
+    state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction_set.values)
+    torque = float(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+    direct = double_nut_torque(parameters, friction_set, film, preload, speed, temperature, axial_load)
+    extremes = direct_extremes(parameters, preload, axial_load, speed, temperature)
+    films = ("film_thickness_central_screw", "film_thickness_central_nut")
+    rise = extremes["film_temperature_rise"]
+    return Deviation(
+        abs(torque / direct.total - 1.0),
+        max(abs(getattr(state, name) / extremes[name] - 1.0) for name in films),
+        abs(state.film_temperature_rise - rise) / max(rise, 1.0),
+    )
+
+
+def deviation_from_direct(
+    nut_map: NutMap,
+    parameters: Parameters,
+    count: int,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Relative deviations of a map from direct per-ball solves at random points that the map was not built
+    from.
+
+    Parameters   executor: of the concurrent.futures interface, None = in this process
+    Returns      points; mean, 99 % quantile and largest deviation of torque, film and temperature rise
+    Raises       ArithmeticError: a contact that did not converge
+    """
+    points = [tuple(point) for point in operating_points(nut_map, count).tolist()]
+    found: list[Deviation] = []
+    if executor is None:
+        results: Iterator[Deviation] = (deviation_at(nut_map, parameters, point) for point in points)
+    else:
+        jobs = [executor.submit(deviation_at, nut_map, parameters, point) for point in points]
+        results = (job.result() for job in jobs)
+    for deviation in results:
+        found.append(deviation)
+        if progress is not None:
+            progress(len(found), count, "points of the certificate")
+    result: dict[str, Any] = {"points": count}
+    for name, errors in zip(Deviation._fields, np.array(found).T, strict=True):
+        result |= {
+            f"{name}_error_mean": float(errors.mean()),
+            f"{name}_error_99": float(np.quantile(errors, 0.99)),
+            f"{name}_error_max": float(errors.max()),
+        }
+    return result
 
 
 @contextmanager
 def _progress_bar() -> Iterator[Progress]:
+    """A bar with rate and time left on a terminal, else a line per twentieth of the work."""
     from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
     from rich.progress import Progress as Bar
 
     console = Console(stderr=True)
+    begun, doing = time.monotonic(), ""
     if not console.is_terminal:
-        told = -1
+        told, before = -1, 0
 
         def line(finished: int, total: int, what: str) -> None:
-            nonlocal told
+            nonlocal told, before, begun, doing
+            if what != doing:
+                begun, told, before, doing = time.monotonic(), -1, finished, what
             if 20 * finished // total > told:
                 told = 20 * finished // total
-                print(f"{finished} of {total} {what}", file=sys.stderr, flush=True)
+                rate = (finished - before) / max(time.monotonic() - begun, 1e-9)
+                left = f", {rate:.1f}/s, {(total - finished) / rate:.0f} s left" if rate > 0.0 else ""
+                print(f"{finished} of {total} {what}{left}", file=sys.stderr, flush=True)
 
         yield line
         return
-    with Bar(console=console) as bar:
-        task = bar.add_task("starting", total=None)
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
+        TimeElapsedColumn(), TimeRemainingColumn(),
+    )  # fmt: skip
+    with Bar(*columns, console=console) as bar:
+        task = bar.add_task("starting", total=None, rate="")
 
         def progress(finished: int, total: int, what: str) -> None:
-            bar.update(task, completed=finished, total=total, description=what)
+            nonlocal doing
+            if what != doing:
+                doing = what
+                bar.reset(task, total=total, description=what)
+            speed = bar.tasks[0].speed
+            bar.update(task, completed=finished, total=total, rate=f"{speed:.1f}/s" if speed else "")
 
         yield progress
 
 
-def run_map_build(args: Namespace) -> int:
-    """Solve the contacts of a screw, write the map with its certificate."""
-    from .nut_map.build import build_map
-    from .nut_map.store import load_map, packaged_map, save_map
+@contextmanager
+def _executor(args: Namespace) -> Iterator[Executor]:
+    """The workers of a build: a Dask cluster, or processes of this machine."""
+    if args.dask is None:
+        from .nut_map.build import worker_pool
 
-    parameters = screw_of(args)
-    if args.workers is not None and args.workers < 1:
-        raise ValueError(f"--workers = {args.workers}; allowed: a whole number >= 1")
-    if args.output is None and args.screw is not None:
+        with worker_pool(args.workers) as pool:
+            yield pool
+        return
+    try:
+        from distributed import Client
+    except ImportError as error:
         raise ValueError(
-            "--output (missing); allowed: a file; the packaged map belongs to the packaged screw"
-        )
-    path = Path(args.output) if args.output else packaged_map(parameters.friction.kinematics)
-    with _progress_bar() as progress:
-        built = build_map(parameters, args.workers, progress)
+            "--dask needs dask.distributed; remedy: pip install 'ballscrew-tehl[dask]'"
+        ) from error
+    try:
+        client = Client(args.dask, timeout="10s", set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise ValueError(
+            f"--dask = {args.dask}: no scheduler answers there ({error}); allowed: tcp://HOST:PORT"
+        ) from error
+    with client:
+        # a dead worker is the cluster's business: its contacts go to another one
+        yield client.get_executor(retries=3)
+
+
+def _build_one(
+    parameters: Parameters, path: Path, count: int, executor: Executor, progress: Progress
+) -> dict[str, Any]:
+    """Build, certify and write one map; contacts that an interrupted build has solved are not solved again."""
+    from .nut_map.build import build_map
+    from .nut_map.store import load_map, save_map
+
+    journal = path.with_name(path.name + ".contacts")
+    built = build_map(parameters, progress=progress, executor=executor, journal=journal)
     # a map takes the place of an older one only with its certificate
     trial = path.with_name(path.name + ".trial")
     try:
         save_map(trial, built, {})
-        certificate = deviation_from_direct(load_map(trial, parameters), parameters, args.count)
+        certificate = deviation_from_direct(
+            load_map(trial, parameters), parameters, count, executor, progress
+        )
     finally:
         trial.unlink(missing_ok=True)
     file_hash = save_map(path, built, certificate)
-    result = {"file": str(path), "file_hash": file_hash, **certificate}
-    print_results([result], args.json, False)
+    journal.unlink()
+    return {"file": str(path), "file_hash": file_hash, **certificate}
+
+
+def run_map_build(args: Namespace) -> int:
+    """Solve the contacts of a screw, or of every screw file of a folder, and write the maps with their certificates."""
+    from .nut_map.store import packaged_map
+
+    for name in ("workers", "count"):
+        value = getattr(args, name)
+        if value is not None and value < 1:
+            raise ValueError(f"--{name} = {value}; allowed: a whole number >= 1")
+    if args.family is not None:
+        wanted = _family(args)
+    else:
+        parameters = screw_of(args)
+        if args.output is None and args.screw is not None:
+            raise ValueError(
+                "--output (missing); allowed: a file; the packaged map belongs to the packaged screw"
+            )
+        path = Path(args.output) if args.output else packaged_map(parameters.friction.kinematics)
+        wanted = [(parameters, path)]
+    with _executor(args) as executor, _progress_bar() as progress:
+        results = [_build_one(*one, args.count, executor, progress) for one in wanted]
+    print_results(results, args.json, args.family is not None)
     return 0
+
+
+def _family(args: Namespace) -> list[tuple[Parameters, Path]]:
+    """Parameters and map file of every screw file of a folder; all are read before the first contact is solved."""
+    folder = Path(args.family)
+    if args.screw is not None:
+        raise ValueError("--family and --screw; allowed: one of them")
+    files = sorted(folder.glob("*.toml"))
+    if not files:
+        raise ValueError(f"--family = {folder}; allowed: a folder with screw files *.toml")
+    target = Path(args.output) if args.output else folder
+    return [
+        (screw_of(Namespace(screw=str(file), kinematics=args.kinematics)), target / f"{file.stem}.nc")
+        for file in files
+    ]
 
 
 def run_map_check(args: Namespace) -> int:

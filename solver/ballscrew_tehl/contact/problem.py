@@ -37,16 +37,27 @@ STALL_AFTER = 15
 #: as a share of the last relative change of the outer iteration
 NEWTON_STEPS = 10
 PRESSURE_SHARE = 0.1
+#: iterations over which the film must keep still, and the largest change of temperature there, for a solution whose hot
+#: pressure spike wanders to and fro to count as converged
+SETTLED_OVER, SETTLED_BELOW = 15, 0.03
 #: rise [K] below which temperatures need no closer tolerance
 LEAST_RISE = 10.0
 #: largest temperature change of one outer iteration [K]
 TEMPERATURE_LIMIT = 60.0
 
 
-def _lost(changes: list[float]) -> bool:
-    """Whether the iteration has got nowhere while its changes are large."""
-    before, lately = changes[:-LOST_AFTER], changes[-LOST_AFTER:]
+def _lost(changes: list[float], patience: int) -> bool:
+    """Whether the iteration has got nowhere for that long while its changes are large."""
+    before, lately = changes[:-patience], changes[-patience:]
     return len(before) > 2 and min(lately) > LOST_ABOVE and not min(lately) < 0.7 * min(before)
+
+
+def _settled(films: list[float], changes: list[float], tolerance: float) -> bool:
+    """Whether the film has kept still for so long that what moves in the temperatures cannot matter to it."""
+    if len(films) <= SETTLED_OVER or not max(changes[-SETTLED_OVER:]) < SETTLED_BELOW:
+        return False
+    lately = films[-SETTLED_OVER:]
+    return max(lately) - min(lately) <= tolerance * abs(films[-1])
 
 
 class Traction(NamedTuple):
@@ -268,6 +279,7 @@ class ContactProblem:
         most, handed_over, bold_below = 1.0, False, BOLD_BELOW
         share, newtonian = (CAUTIOUS_STEP if cautious else OUTER_STEP), self.oil.rheology == "newtonian"
         it.cautious = cautious
+        films: list[float] = []
         it.converged, it.reason = False, f"no convergence in {limit} thermal iterations"
         for _ in range(limit):
             # the pressure follows as closely as the temperature has come: no closer, for it costs the most
@@ -282,7 +294,8 @@ class ContactProblem:
                 )
             # heat may leave a tenth of the film that the inlet forms
             estimate = self.scales.film_estimate
-            self.film_scale = min(max(self.central_film(it), 1e-2 * estimate), estimate)
+            films.append(self.central_film(it))
+            self.film_scale = min(max(films[-1], 1e-2 * estimate), estimate)
             it.history.extend(newton)
             d_p = (np.maximum(it.state.p, 0.0) - p_at) * hertz.p_max
             temperature = temperature + np.clip(
@@ -345,11 +358,15 @@ class ContactProblem:
             if not np.isfinite(change):
                 it.reason = "temperature not finite"
                 break
-            if not cautious and not handed_over and _lost(it.temperature_history):
-                it.reason = f"no progress in {LOST_AFTER} thermal iterations"
+            patience = LOST_AFTER if not cautious and not handed_over else 5 * LOST_AFTER
+            if _lost(it.temperature_history, patience):
+                it.reason = f"no progress in {patience} thermal iterations"
                 break
             if newton.converged and newton.change[-1] <= 10.0 * tolerance and change <= 10.0 * tolerance:
                 it.converged, it.reason = True, "pressure and temperature changes below tolerance"
+                break
+            if newton.converged and _settled(films, it.temperature_history, 10.0 * tolerance):
+                it.converged, it.reason = True, f"film within tolerance, temperature moves by {change:.0e} of the rise"
                 break
         if o.thermal:
             it.temperature = temperature

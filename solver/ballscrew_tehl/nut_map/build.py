@@ -50,7 +50,7 @@ class MapGrid:
     share_nodes: int = 21
     contact_nodes: tuple[int, int, int] = (5, 9, 5)
     contact_tolerance: float = 1e-3
-    contact_limit: int = 2700
+    contact_limit: int = 1400
 
 
 def contact_axes(parameters: Parameters, grid: MapGrid) -> ContactAxes:
