@@ -161,6 +161,34 @@ closed_build(progress=slow, journal=Path({str(journal)!r}))
     same_map(closed_build(journal=journal), small_map())
 
 
+def test_workers_of_a_killed_build_stop():
+    script = """
+import os, time
+from ballscrew_tehl.nut_map.build import worker_pool
+if __name__ == "__main__":
+    with worker_pool(1) as pool:
+        print(pool.submit(os.getpid).result(), flush=True)
+        pool.submit(time.sleep, 60).result()
+"""
+    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    worker = int(process.stdout.readline())
+    process.kill()
+    process.wait()
+    process.stdout.close()
+    for _ in range(100):
+        try:
+            os.kill(worker, 0)
+        except ProcessLookupError:
+            break
+        # a stopped worker may wait for whoever takes over its parent's children
+        if Path(f"/proc/{worker}/stat").read_text().split()[2] == "Z":
+            break
+        time.sleep(0.1)
+    else:
+        pytest.fail("the worker goes on")
+
+
 # --- sampling by its error ---
 
 

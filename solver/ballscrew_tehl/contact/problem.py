@@ -23,7 +23,7 @@ from .walls import wall_operator
 
 #: share of the change of one outer iteration that is taken at first; Aitken's rule then finds it, but no less than
 OUTER_STEP = 0.6
-LEAST_STEP, AITKEN_BELOW = 0.3, 0.1
+LEAST_STEP, AITKEN_BELOW = 0.05, 0.1
 #: the same while cautious; change below which caution is given up. Grown by five times, it comes back, and the next
 #: trial begins at a fifth
 CAUTIOUS_STEP, BOLD_BELOW = 0.5, 0.02
@@ -336,20 +336,24 @@ class ContactProblem:
                 rise = max(float(new.max()) - c.temperature, LEAST_RISE)
                 change = max(change, change_t / rise)
                 residual = new - temperature
-                if relaxed is not None and not cautious and change < AITKEN_BELOW:
+                if relaxed is not None:
                     # Aitken (Kuttler & Wall 2008): the step that would have removed the last residual
                     overlap = float(np.vdot(residual, relaxed) / max(np.vdot(relaxed, relaxed), 1e-300))
                     if share > OUTER_STEP and change > 1.2 * it.temperature_history[-1]:
                         # some parts of the field do not bear long steps
                         most = OUTER_STEP
-                    share = min(max(share / max(1.0 - overlap, 0.1), LEAST_STEP), min(1.5 * share, most))
+                    longest = min(1.5 * share, most)
+                    if cautious or change > AITKEN_BELOW:
+                        # far away only to damp what goes to and fro
+                        longest = min(1.2 * share, CAUTIOUS_STEP if cautious else OUTER_STEP)
+                    share = min(max(share / max(1.0 - overlap, 0.1), LEAST_STEP), longest)
                 relaxed = residual
                 if cautious and change < bold_below:
                     cautious, share, relaxed, handed_over = False, OUTER_STEP, None, True
                 elif handed_over and not cautious and change > 5.0 * bold_below:
                     cautious, share, bold_below = True, CAUTIOUS_STEP, 0.2 * bold_below
                 limited = min(share, TEMPERATURE_LIMIT / max(change_t, 1e-300))
-                if not cautious and stalled(it.temperature_history, STALL_AFTER):
+                if stalled(it.temperature_history, STALL_AFTER):
                     # a pressure spike that wanders wants shorter steps
                     share = 0.5 * share
                 temperature = temperature + limited * residual

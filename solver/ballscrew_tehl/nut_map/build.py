@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import multiprocessing
 import os
+import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import ExitStack, contextmanager
@@ -83,14 +85,27 @@ def _solve_row(
     return row
 
 
+def _leave_with_parent() -> None:
+    """A worker whose build was killed stops instead of working on for nobody."""
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
 @contextmanager
 def worker_pool(workers: int | None) -> Iterator[Executor]:
-    """Processes (None: one per core) with one BLAS thread each: matrices are small, two pools of threads would fight."""
+    """Processes, None: one per core; one BLAS thread each: matrices are small, two pools of threads would fight."""
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
     before = {name: os.environ.get(name) for name in names}
     os.environ.update(dict.fromkeys(names, "1"))
     try:
-        with ProcessPoolExecutor(workers or os.cpu_count(), multiprocessing.get_context("spawn")) as pool:
+        spawn = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(workers or os.cpu_count(), spawn, _leave_with_parent) as pool:
             yield pool
     finally:
         for name, value in before.items():

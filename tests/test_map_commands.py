@@ -1,0 +1,138 @@
+"""The command `map build`: one screw, a family of screws, what it refuses."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+import pytest
+from reference_screw import GD4008
+from synthetic_contacts import GRID, ClosedFilm, closed_row
+
+from ballscrew_tehl import map_commands
+from ballscrew_tehl.__main__ import main
+from ballscrew_tehl.map_commands import Deviation, deviation_from_direct, operating_points
+from ballscrew_tehl.nut_map import build
+from ballscrew_tehl.nut_map.store import load_map
+from ballscrew_tehl.parameters import load_parameters
+
+SCREW = resources.files("ballscrew_tehl") / "data" / "gd4008.toml"
+
+
+@contextmanager
+def thread(args):
+    with ThreadPoolExecutor(1) as pool:
+        yield pool
+
+
+def certificate_row(nut_map, parameters, point):
+    """Deviations that tell the places in the result apart."""
+    share = (point[0] % 7.0) / 7.0
+    return Deviation(0.01 * share, 0.1 * share, share)
+
+
+@pytest.fixture
+def closed(monkeypatch):
+    """Contacts in closed form, solved in one thread."""
+    monkeypatch.setattr(build, "_solve_row", closed_row)
+    monkeypatch.setattr(build, "MapGrid", lambda: GRID)
+    monkeypatch.setattr(map_commands, "_executor", thread)
+    monkeypatch.setattr(map_commands, "deviation_at", certificate_row)
+
+
+def test_family_gets_a_map_for_every_screw(closed, tmp_path, capsys):
+    folder, maps = tmp_path / "screws", tmp_path / "maps"
+    folder.mkdir()
+    text = SCREW.read_text(encoding="utf-8")
+    for name in ("a", "b"):
+        (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    assert (
+        main(["map", "build", "--family", str(folder), "--output", str(maps), "--count", "5", "--json"]) == 0
+    )
+    shown = capsys.readouterr()
+    results = json.loads(shown.out)
+    assert [Path(result["file"]).name for result in results] == ["a.nc", "b.nc"]
+    assert "s left" in shown.err
+    # neither journals nor trials are left
+    assert sorted(path.name for path in maps.iterdir()) == ["a.nc", "b.nc"]
+    for result in results:
+        nut_map = load_map(result["file"], load_parameters(str(folder / "a.toml")))
+        certificate = nut_map.header["certificate"]
+        assert certificate["points"] == result["points"] == 5
+        assert 0.0 < certificate["torque_error_mean"] < certificate["torque_error_max"] < 0.01
+        assert certificate["film_error_max"] == pytest.approx(10.0 * certificate["torque_error_max"])
+
+
+def test_certificate_holds_mean_quantile_and_largest(closed, tmp_path, monkeypatch, capsys):
+    path = tmp_path / "map.nc"
+    assert main(["map", "build", "--output", str(path), "--count", "7", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    nut_map = load_map(path, GD4008)
+    errors = [certificate_row(nut_map, GD4008, point) for point in operating_points(nut_map, 7).tolist()]
+    for k, name in enumerate(Deviation._fields):
+        column = [error[k] for error in errors]
+        assert result[f"{name}_error_mean"] == pytest.approx(np.mean(column), rel=1e-12)
+        assert result[f"{name}_error_99"] == pytest.approx(np.quantile(column, 0.99), rel=1e-12)
+        assert result[f"{name}_error_max"] == max(column)
+    assert deviation_from_direct(nut_map, GD4008, 7)["torque_error_max"] == result["torque_error_max"]
+
+
+def test_deviation_is_that_of_the_map(closed, tmp_path, monkeypatch, capsys):
+    """Direct films 3 % above the map's own: film off by 3 %, torque by less."""
+    path = tmp_path / "map.nc"
+    monkeypatch.undo()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(build, "_solve_row", closed_row)
+        patch.setattr(build, "MapGrid", lambda: GRID)
+        patch.setattr(map_commands, "_executor", thread)
+        patch.setattr(map_commands, "deviation_at", certificate_row)
+        assert main(["map", "build", "--output", str(path), "--count", "1"]) == 0
+    nut_map = load_map(path, GD4008)
+    point = (2000.0, 50.0, 303.15, 0.0)
+    state = nut_map.evaluate(*point)
+
+    class Thicker(ClosedFilm):
+        def central_film(self, raceway, load, speed, temperature):
+            return 1.03 * super().central_film(raceway, load, speed, temperature)
+
+    from ballscrew_tehl.nut_map import direct
+
+    monkeypatch.setattr(map_commands, "film_model_of", lambda name, parameters: Thicker(parameters, True))
+    monkeypatch.setattr(
+        direct,
+        "direct_extremes",
+        lambda *arguments: {
+            "film_thickness_central_screw": state.film_thickness_central_screw / 1.03,
+            "film_thickness_central_nut": state.film_thickness_central_nut,
+            "film_temperature_rise": state.film_temperature_rise + 0.5,
+        },
+    )
+    deviation = map_commands.deviation_at(nut_map, GD4008, point)
+    assert deviation.film == pytest.approx(0.03, rel=1e-9)
+    assert deviation.temperature_rise == pytest.approx(
+        0.5 / max(state.film_temperature_rise + 0.5, 1.0), rel=1e-9
+    )
+    assert 0.003 < deviation.torque < 0.03
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["--workers", "0"], "--workers = 0; allowed: a whole number >= 1"),
+        (["--count", "0"], "--count = 0; allowed: a whole number >= 1"),
+        (["--family", "{empty}"], "allowed: a folder with screw files"),
+        (["--family", "{empty}", "--screw", "x.toml"], "--family and --screw"),
+        (["--dask", "tcp://127.0.0.1:9", "--output", "{empty}/x.nc"], "no scheduler answers there"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(tmp_path, capsys, arguments, line):
+    if "--dask" in arguments:
+        pytest.importorskip("distributed")
+    arguments = [argument.replace("{empty}", str(tmp_path)) for argument in arguments]
+    assert main(["map", "build", *arguments]) == 2
+    shown = capsys.readouterr().err.strip()
+    assert line in shown
+    assert "\n" not in shown
+    assert list(tmp_path.iterdir()) == []
