@@ -311,9 +311,7 @@ def test_contact_points_mix_moes_and_dimensions(capsys, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    strict=True, reason="the packaged maps come from the former solver, whose inlet starved by 1 %"
-)
+@pytest.mark.xfail(strict=True, reason="the packaged map comes from the former solver, starved by 1 %")
 def test_direct_solve_agrees_with_the_map(capsys):
     _, by_map, _ = run(capsys, "torque", *POINT)
     code, direct, _ = run(capsys, "torque", *POINT, "--direct")

@@ -178,7 +178,7 @@ def test_unconverged_contact_is_tried_on_other_grids_and_named(monkeypatch, ther
         f"contact not solved: nut, load 39.5 N, speed 314 rad/s, 303 K ({kind}): pressure spike wanders"
     )
     assert isinstance(caught.value, ArithmeticError)
-    assert len({call[-1] for call in calls}) == len(calls) == 3
+    assert len({call[-1] for call in calls}) == len(calls) == 4
     expected = (ball_contact(GD4008, "nut", 39.5, 314.0, 303.0), GD4008.lubricant, GD4008.solid, thermal)
     assert all(call[:-1] == expected for call in calls)
 
@@ -269,10 +269,18 @@ def test_direct_extremes_are_those_of_all_balls_of_both_nuts(monkeypatch, share)
     )
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the packaged maps come from the former solver, whose inlet starved by 1 %"
+@pytest.mark.parametrize(
+    "kinematics",
+    [
+        pytest.param(
+            name,
+            marks=[pytest.mark.xfail(strict=True, reason="this map comes from the former solver, starved by 1 %")]
+            if name == "published"
+            else [],
+        )
+        for name in PACKAGED
+    ],
 )
-@pytest.mark.parametrize("kinematics", PACKAGED)
 def test_packaged_map_agrees_with_direct_solves(monkeypatch, kinematics):
     """Within 1 % of the torque, at two points in the middle of the range, by the isothermal film."""
     parameters = changed(GD4008, friction={"kinematics": kinematics})

@@ -338,7 +338,7 @@ class ContactProblem:
                 residual = new - temperature
                 if relaxed is not None:
                     # Aitken (Kuttler & Wall 2008): the step that would have removed the last residual
-                    overlap = float(np.vdot(residual, relaxed) / max(np.vdot(relaxed, relaxed), 1e-300))
+                    overlap = float(np.sum(residual * relaxed)) / max(float(np.sum(relaxed * relaxed)), 1e-300)
                     if share > OUTER_STEP and change > 1.2 * it.temperature_history[-1]:
                         # some parts of the field do not bear long steps
                         most = OUTER_STEP
@@ -362,7 +362,7 @@ class ContactProblem:
             if not np.isfinite(change):
                 it.reason = "temperature not finite"
                 break
-            patience = LOST_AFTER if not cautious and not handed_over else 5 * LOST_AFTER
+            patience = LOST_AFTER if not cautious and not handed_over else 12 * LOST_AFTER
             if _lost(it.temperature_history, patience):
                 it.reason = f"no progress in {patience} thermal iterations"
                 break

@@ -329,6 +329,9 @@ def _result(
         for film, share in ((h_c, extrapolation), (_least_film(problem, it)[0], extrapolation_m))
     )
     mirrored = problem.given.u_e < 0.0
+    converged, reason = it.converged, it.reason
+    if converged and not min(h_m_final, h_c_final) > 0.0:
+        converged, reason = False, "the bodies touch: film thinner than the grid resolves"
     phases = dict(problem.seconds)
     if coarse is not None:
         phases["coarse grid"] = sum(coarse.seconds.values())
@@ -342,8 +345,8 @@ def _result(
         traction_force=-traction.force if mirrored else traction.force,
         spin_moment=-traction.moment if mirrored else traction.moment,
         sliding_heat=traction.heat,
-        converged=it.converged,
-        reason=it.reason,
+        converged=converged,
+        reason=reason,
         iterations=it.iterations,
         deflections=it.history.deflections,
         seconds=seconds,

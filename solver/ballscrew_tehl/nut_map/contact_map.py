@@ -95,8 +95,9 @@ class ContactMap:
         """Estimated error of ln(film) between the nodes of each axis (load, speed, temperature).
 
         Every other node along the axis is left out and predicted by the spline through the rest; the spline through
-        all leaves an eighth of that (a sixteenth where it is smooth). The 95 % quantile over nodes, raceways and films:
-        a few contacts near a change of regime must not rule the sampling of all.
+        all leaves an eighth of that (a sixteenth where it is smooth). The 95 % quantile over nodes, raceways and both
+        central films: a few contacts near a change of regime must not rule the sampling of all, and the minimum film
+        of side lobes scatters with the grid.
         """
         return tuple(self._axis_error(axis) for axis in range(3))  # type: ignore[return-value]
 
@@ -105,7 +106,7 @@ class ContactMap:
         if nodes % 2 == 0:
             return 0.0  # not to be halved
         found = []
-        for values in self._ln_ratios.values():
+        for values in (self._ln_ratios[raceway, name] for raceway in RACEWAYS for name in FILMS[:2]):
             lines = np.moveaxis(values, axis, 0).reshape(nodes, -1)
             found.append(np.abs(_predicted(lines[::2]) - lines[1::2]).ravel())
         return float(np.quantile(np.concatenate(found), 0.95)) / 8.0

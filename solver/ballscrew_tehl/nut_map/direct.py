@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ..hertz import RACEWAYS
 from ..load import double_nut_loads, nut_loads
-from ..parameters import Parameters
-from .contact_map import Array
+from ..parameters import Parameters, ScrewParameters
+from ..torque import nut_sums
 from .operating_contact import solve_ball
+
+Array = NDArray[np.float64]
 
 #: Chebyshev nodes over the loads of one nut; they differ by a few percent, so three leave an error below 1e-6
 LOAD_NODES = 3
@@ -84,3 +90,83 @@ def direct_extremes(
         "contact_pressure_max": max(s.hertz.p_max for s in everything),
         "ball_load_max": heaviest,
     }
+
+
+class RacewayValues(NamedTuple):
+    """One raceway of one nut from the contact of its mean ball."""
+
+    viscous_torque: float  # [N.m] at apparent viscosity ratio 1 and full viscous share
+    effective_film: float  # [m] for the viscous share at a roughness height
+    minimum_film: float  # [m] thermal, of the mean ball
+    central_film: float  # [m] thermal, of the mean ball
+    temperature_rise: float  # [K] of the mean ball
+
+
+def mean_load(loads: Array) -> float:
+    """Ball load [N] whose film stands for those of a nut: ln(load) averaged as viscous force grows, load^(2/3).
+
+    With film = film(mean) (load/mean)^slope the sum over the balls has no error of first order in the slope; what is
+    left is half of the square of its error times the variance of ln(load), below 1e-5 up to 9000 N on 40 mm.
+    """
+    weights = loads ** (2.0 / 3.0)
+    return float(np.exp(np.sum(weights * np.log(loads)) / weights.sum()))
+
+
+@lru_cache(maxsize=1024)
+def _ball_loads(screw: ScrewParameters, force: float, count: int) -> Array:
+    return nut_loads(screw, force, count)
+
+
+class NutContacts:
+    """The contacts of the balls of one nut, one solve per raceway and film.
+
+    Parameters   thermal : whether friction takes the film of the thermal solve ("solved_thermal") or of the isothermal
+                 one ("solved"), which is then solved as well
+    """
+
+    def __init__(self, parameters: Parameters, thermal: bool) -> None:
+        self.parameters = parameters
+        self.thermal = thermal
+
+    def mean_load(self, force: float) -> float:
+        """mean_load of the balls in the friction sums of a nut under an axial force [N]."""
+        screw = self.parameters.screw
+        return mean_load(_ball_loads(screw, force, screw.ball_count))
+
+    def extreme_loads(self, force: float) -> tuple[float, float]:
+        """Lightest and heaviest of the load-carrying balls [N]."""
+        screw = self.parameters.screw
+        loads = _ball_loads(screw, force, screw.loaded_ball_count)
+        return float(loads.min()), float(loads.max())
+
+    def solve(
+        self, raceway: str, force: float, speed: float, temperature: float, slope: float
+    ) -> RacewayValues:
+        """Solve the mean ball and sum over the balls.
+
+        Parameters   force of the nut [N] > 0, speed [rad/s] > 0, temperature [K]
+                     slope : exponent of load that leads from the film of the mean ball to that of the others
+        Raises       UnconvergedContactError; ValueError: out of range
+        """
+        screw = self.parameters.screw
+        loads = _ball_loads(screw, force, screw.ball_count)
+        load = mean_load(loads)
+        hot = solve_ball(self.parameters, raceway, load, speed, temperature, thermal=True)
+        own = hot if self.thermal else solve_ball(self.parameters, raceway, load, speed, temperature, False)
+        film = _PowerFilm(raceway, own.h_c, load, slope)
+        sums = nut_sums(self.parameters, loads, speed, temperature, film)._asdict()
+        return RacewayValues(
+            sums[f"viscous_{raceway}"], sums[f"film_{raceway}"], hot.h_m, hot.h_c, hot.temperature_rise
+        )
+
+
+class _PowerFilm:
+    """Film of one raceway around a solved load; the other raceway is not asked for and gets the same."""
+
+    name = "mean ball"
+
+    def __init__(self, raceway: str, film: float, load: float, slope: float) -> None:
+        self.raceway, self.film, self.load, self.slope = raceway, film, load, slope
+
+    def central_film(self, raceway: str, load: Array, speed: float, temperature: float) -> Array:
+        return np.asarray(self.film * (load / self.load) ** self.slope)

@@ -18,7 +18,8 @@ Limits:
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cached_property
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -31,6 +32,10 @@ from ballscrew_tehl.nut_map.packed import DEFAULTS, check, npz_bytes, read_npz
 
 FILM_SPEED_EXPONENT = 0.67  # Hamrock & Dowson 1977, central film
 LAMBDA_RATIO_MAX = 1000.0  # reported for a smooth surface
+PIECE = 2048  # points of an array that are evaluated at a time
+
+#: called with the force of a nut [N] and its ten logarithms (packed.SURFACES); returns them corrected
+Correction = Callable[[float, list[float]], list[float]]
 
 _SCALARS = SimpleNamespace(exp=math.exp, least=min, most=max)
 _ARRAYS = SimpleNamespace(exp=np.exp, least=np.minimum, most=np.maximum)
@@ -116,25 +121,52 @@ class NutMap:
         Raises       ValueError: an argument that is not finite, or a negative friction parameter
         """
         given = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height)
-        ratio, net, roughness = (d if g is None else g for g, d in zip(given, self.defaults, strict=True))
-        arguments = (preload, speed, temperature, axial_load, ratio, net, roughness)
+        arguments = self.checked_arguments(preload, speed, temperature, axial_load, *given)
+        if isinstance(arguments[0], (float, int)):
+            return self.evaluate_point(*arguments)
+        return self._evaluate_array(*arguments)
+
+    def checked_arguments(self, preload, speed, temperature, axial_load, *friction) -> list[Any]:
+        """Arguments of evaluate() with defaults filled in: all numbers, or all arrays of one shape.
+
+        Raises       ValueError as evaluate()
+        """
+        ratio, net, roughness = (d if g is None else g for g, d in zip(friction, self.defaults, strict=True))
+        arguments = [preload, speed, temperature, axial_load, ratio, net, roughness]
         if all(isinstance(a, (float, int)) for a in arguments):
             for name, value in zip(_ARGUMENTS, arguments, strict=True):
                 if not math.isfinite(value) or (value < 0.0 and name in _NOT_NEGATIVE):
                     raise _bad_argument(name, value)
-            return self.evaluate_point(*arguments)
+            return arguments
         columns = [np.asarray(a, dtype=np.float64) for a in arguments]
         for name, column in zip(_ARGUMENTS, columns, strict=True):
             bad = ~np.isfinite(column) | ((column < 0.0) & (name in _NOT_NEGATIVE))
             if bad.any():
                 raise _bad_argument(name, float(column[bad].flat[0]))
-        columns = list(np.broadcast_arrays(*columns))
-        return self._evaluate_array(*columns)
+        return list(np.broadcast_arrays(*columns))
+
+    def surfaces(self, force, speed, temperature) -> NDArray[np.float64]:
+        """The ten logarithms of one nut, packed.SURFACES first: (10, ...), clamped to the axes; arguments broadcast."""
+        force, speed, temperature = np.broadcast_arrays(
+            *(np.asarray(x, dtype=np.float64) for x in (force, speed, temperature))
+        )
+        return self._splines_array(force, speed, temperature, False)[0]
 
     def evaluate_point(
-        self, preload, speed, temperature, axial_load, ratio, net, roughness
+        self,
+        preload,
+        speed,
+        temperature,
+        axial_load,
+        ratio,
+        net,
+        roughness,
+        correction: Correction | None = None,
     ) -> DoubleNutState:
-        """evaluate() for floats that the caller has checked: the step of the FMU."""
+        """evaluate() for floats that the caller has checked: the step of the FMU.
+
+        correction : of the surfaces of each nut at its force (refine.py), None = the map as it is
+        """
         clamped = []
         force_axis, speed_axis, temperature_axis = self.force, self.speed, self.temperature
         if not force_axis.lo <= preload <= force_axis.hi:
@@ -155,22 +187,24 @@ class NutMap:
         weights = np.array(rows)
         block = self._surfaces[j : j + 4, k : k + 4]
         if axial_load == 0.0:
-            nut = self._nut_point(preload, block, weights, s, ratio, net, roughness)
+            nut = self._nut_point(preload, block, weights, s, ratio, net, roughness, correction)
             return _double_nut(nut, nut, roughness, not clamped, tuple(clamped), _SCALARS)
         relieved, loaded = self._forces_point(preload, axial_load)
         if loaded > force_axis.hi:
             clamped.append("axial_load")
             loaded = force_axis.hi
-        first = self._nut_point(relieved, block, weights, s, ratio, net, roughness)
-        second = self._nut_point(loaded, block, weights, s, ratio, net, roughness)
+        first = self._nut_point(relieved, block, weights, s, ratio, net, roughness, correction)
+        second = self._nut_point(loaded, block, weights, s, ratio, net, roughness, correction)
         return _double_nut(first, second, roughness, not clamped, tuple(clamped), _SCALARS)
 
-    def _nut_point(self, force, block, weights, s, ratio, net, roughness):
+    def _nut_point(self, force, block, weights, s, ratio, net, roughness, correction):
         i, ti = self.force.place(force)
         w_i = np.array(cubic_weights(ti))
         contracted = weights @ block[:, :, i : i + 4].reshape(16, -1)
         values = (w_i @ contracted.reshape(len(weights), 4, self._columns)).tolist()
         curves = (w_i @ self._curves[i : i + 4]).tolist()
+        if correction is not None:
+            values[0] = correction(force, values[0])
         f = min(force / self.force.lo, 1.0)
         return _nut(values[0], values[1] if s < 1.0 else None, curves, f, s, ratio, net, roughness, _SCALARS)
 
@@ -194,40 +228,75 @@ class NutMap:
     def _evaluate_array(
         self, preload, speed, temperature, axial_load, ratio, net, roughness
     ) -> DoubleNutState:
+        """evaluate() for arrays of one shape, piece by piece: a piece stays in the cache of the processor."""
+        shape = preload.shape
+        arguments = [a.ravel() for a in (preload, speed, temperature, axial_load, ratio, net, roughness)]
+        size = max(arguments[0].size, 1)
+        found, clamped = [], dict.fromkeys(_CLAMPED, False)
+        for first in range(0, size, PIECE):
+            state, outside = self._evaluate_piece(*(a[first : first + PIECE] for a in arguments))
+            found.append(state)
+            for name in _CLAMPED:
+                clamped[name] |= bool(outside[name].any())
+        columns: list[Any] = [np.concatenate(column).reshape(shape) for column in zip(*found, strict=True)]
+        columns.append(tuple(name for name in _CLAMPED if clamped[name]))
+        return DoubleNutState(*columns)
+
+    def _evaluate_piece(self, preload, speed, temperature, axial_load, ratio, net, roughness):
+        """State without the names of what is clamped, and where each of _CLAMPED is."""
         outside = {"preload": (preload < self.force.lo) | (preload > self.force.hi)}
         preload = np.clip(preload, 0.0, self.force.hi)
         speed = np.abs(speed)
         outside["speed"] = speed > self.speed.hi
         outside["temperature"] = (temperature < self.temperature.lo) | (temperature > self.temperature.hi)
-        relieved, loaded = self._forces_array(preload, axial_load)
-        outside["axial_load"] = (loaded > self.force.hi) & (axial_load != 0.0)
+        outside["axial_load"] = np.zeros(preload.shape, dtype=bool)
+        forces = [preload]
+        if axial_load.any():
+            relieved, loaded = self._forces_array(preload, axial_load)
+            outside["axial_load"] = (loaded > self.force.hi) & (axial_load != 0.0)
+            forces = [relieved, np.minimum(loaded, self.force.hi)]
         s = np.minimum(speed / self.speed.lo, 1.0)
         nuts = []
-        for force in (relieved, np.minimum(loaded, self.force.hi)):
-            values, slopes, curves = self._splines_array(force, speed, temperature)
+        for force in forces:
+            values, slopes, curves = self._splines_array(force, speed, temperature, bool((s < 1.0).any()))
             f = np.minimum(force / self.force.lo, 1.0)
             nuts.append(_nut(values, slopes, curves, f, s, ratio, net, roughness, _ARRAYS))
         in_range = ~np.logical_or.reduce(list(outside.values()))
-        clamped = tuple(name for name, where in outside.items() if where.any())
-        return _double_nut(nuts[0], nuts[1], roughness, in_range, clamped, _ARRAYS)
+        return _double_nut(nuts[0], nuts[-1], roughness, in_range, (), _ARRAYS)[:-1], outside
 
-    def _splines_array(self, force, speed, temperature):
-        """Surfaces, their slopes over ln speed and force curves, column first: (columns, ...)."""
+    @cached_property
+    def _runs(self) -> NDArray[np.float64]:
+        """Coefficients of four neighbours along force side by side, one row per first neighbour."""
+        columns = self._surfaces.shape[-1]
+        windows = np.lib.stride_tricks.sliding_window_view(self._surfaces.reshape(-1), 4 * columns)
+        return np.ascontiguousarray(windows[::columns])
+
+    def _splines_array(self, force, speed, temperature, with_slopes: bool):
+        """Surfaces, their slopes over ln speed (or None) and force curves, column first: (columns, ...)."""
         (i, ti), (j, tj) = self.force.place_array(force), self.speed.place_array(speed)
         k, tk = self.temperature.place_array(temperature)
-        shape = force.shape
-        values, slopes = np.zeros((2, *shape, self._columns))
-        curves = np.zeros((*shape, self._curves.shape[1]))
-        speed_weights = zip(cubic_weights(tj), cubic_slopes(tj), strict=True)
-        for b, (w_j, d_j) in enumerate(speed_weights):
+        w_i = np.stack(cubic_weights(ti), axis=-1)
+        _, n_k, n_i, columns = self._surfaces.shape
+        run = 4 * columns
+        start = (j * n_k + k) * n_i + i
+        values, block = np.zeros((*force.shape, run)), np.empty((*force.shape, run))
+        slopes = np.zeros_like(values) if with_slopes else None
+        for b, (w_j, d_j) in enumerate(zip(cubic_weights(tj), cubic_slopes(tj), strict=True)):
             for c, w_k in enumerate(cubic_weights(tk)):
-                for a, w_i in enumerate(cubic_weights(ti)):
-                    coefficients = self._surfaces[j + b, k + c, i + a]
-                    values += (w_i * w_j * w_k)[..., None] * coefficients
-                    slopes += (w_i * d_j * w_k * self.speed.scale)[..., None] * coefficients
-        for a, w_i in enumerate(cubic_weights(ti)):
-            curves += w_i[..., None] * self._curves[i + a]
-        return (np.moveaxis(x, -1, 0) for x in (values, slopes, curves))
+                np.take(self._runs, start + (b * n_k + c) * n_i, axis=0, out=block)
+                if slopes is not None:
+                    slopes += (d_j * w_k * self.speed.scale)[..., None] * block
+                block *= (w_j * w_k)[..., None]
+                values += block
+        curves = np.zeros((*force.shape, self._curves.shape[1]))
+        for a in range(4):
+            curves += w_i[..., a, None] * self._curves[i + a]
+
+        def contracted(x):
+            x = x.reshape(*force.shape, 4, columns)
+            return np.moveaxis(np.einsum("...a,...ac->...c", w_i, x), -1, 0)
+
+        return contracted(values), None if slopes is None else contracted(slopes), np.moveaxis(curves, -1, 0)
 
     def _forces_array(self, preload, axial_load):
         """_forces_point for arrays."""
@@ -247,6 +316,7 @@ class NutMap:
         return relieved, relieved + load
 
 
+_CLAMPED = ("preload", "speed", "temperature", "axial_load")
 _ARGUMENTS = ("preload", "speed", "temperature", "axial_load", *DEFAULTS)
 _NOT_NEGATIVE = DEFAULTS
 

@@ -38,7 +38,7 @@ class Journal:
 
     def __init__(self, path: Path, parameters_json: str, version: str) -> None:
         self.path = path
-        self._head = {
+        self._head: dict[str, Any] = {
             "format": JOURNAL_FORMAT,
             "version": version,
             "parameters": hashlib.sha256(parameters_json.encode()).hexdigest(),

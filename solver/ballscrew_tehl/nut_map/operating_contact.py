@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..blas_threads import one_blas_thread
 from ..contact.solve import ContactConditions, ContactSolution, SolverOptions, solve_contact
 from ..hertz import E_prime, ellipse, reduced_radii
 from ..kinematics import SlipField, centre_speeds, slip_field, surface_speeds
@@ -10,6 +11,8 @@ from ..parameters import Parameters
 
 #: nodes along rolling of the contacts of a map; half of them serve to extrapolate the film
 MAP_NODES = 97
+#: thermal iterations after which another grid is tried
+MOST_ITERATIONS = 150
 
 
 class UnconvergedContactError(ArithmeticError):
@@ -48,14 +51,13 @@ def solve_ball(
     """
     conditions = ball_contact(parameters, raceway, load, speed, temperature)
     # a pressure spike that wanders between two nodes comes to rest on other nodes
-    for n_x in (MAP_NODES, 129, 161):
-        options = SolverOptions(thermal=thermal, n_x=n_x)
-        solution = solve_contact(conditions, parameters.lubricant, parameters.solid, options)
+    for n_x in (MAP_NODES, 129, 161, 193):
+        options = SolverOptions(thermal=thermal, n_x=n_x, max_thermal=MOST_ITERATIONS)
+        with one_blas_thread():
+            solution = solve_contact(conditions, parameters.lubricant, parameters.solid, options)
         if solution.converged:
-            break
-    else:
-        raise UnconvergedContactError(
-            f"contact not solved: {raceway}, load {load:.6g} N, speed {speed:.6g} rad/s, {temperature:.6g} K "
-            f"({'thermal' if thermal else 'isothermal'}): {solution.reason}"
-        )
-    return solution
+            return solution
+    raise UnconvergedContactError(
+        f"contact not solved: {raceway}, load {load:.6g} N, speed {speed:.6g} rad/s, {temperature:.6g} K "
+        f"({'thermal' if thermal else 'isothermal'}): {solution.reason}"
+    )
