@@ -14,7 +14,6 @@ from reference_screw import GD4008
 from synthetic_contacts import GRID, ClosedFilm, nut_map_of, small_map
 from synthetic_map import make_map
 
-from ballscrew_tehl.blas_threads import _openblas, one_blas_thread
 from ballscrew_tehl.friction_set import FrictionSet
 from ballscrew_tehl.load import nut_loads
 from ballscrew_tehl.nut_map import direct
@@ -433,18 +432,6 @@ def test_points_of_the_tests_lie_within_reach():
     assert cells > 2.0 * REACH
     assert GRID.contact_nodes[1] > 3
 
-
-def test_one_blas_thread_within_and_as_before_afterwards():
-    before = [get() for get, _ in _openblas()]
-
-    def fail():
-        with one_blas_thread():
-            assert all(get() == 1 for get, _ in _openblas())
-            raise KeyError
-
-    with pytest.raises(KeyError):
-        fail()
-    assert [get() for get, _ in _openblas()] == before
 
 
 # the solver

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ..blas_threads import one_blas_thread
 from ..contact.solve import ContactConditions, ContactSolution, SolverOptions, solve_contact
 from ..hertz import E_prime, ellipse, reduced_radii
 from ..kinematics import SlipField, centre_speeds, slip_field, surface_speeds
@@ -53,8 +52,7 @@ def solve_ball(
     # a pressure spike that wanders between two nodes comes to rest on other nodes
     for n_x in (MAP_NODES, 129, 161, 193):
         options = SolverOptions(thermal=thermal, n_x=n_x, max_thermal=MOST_ITERATIONS)
-        with one_blas_thread():
-            solution = solve_contact(conditions, parameters.lubricant, parameters.solid, options)
+        solution = solve_contact(conditions, parameters.lubricant, parameters.solid, options)
         if solution.converged:
             return solution
     raise UnconvergedContactError(
