@@ -6,7 +6,7 @@ import numpy as np
 from reference_screw import GD4008
 
 from ballscrew_tehl.contact.grid import Grid
-from ballscrew_tehl.contact.moes import MoesFilm, solve_moes
+from ballscrew_tehl.contact.moes import MoesFilm, reference_oil, solve_moes
 from ballscrew_tehl.contact.solve import ContactConditions, ContactSolution, SolverOptions, solve_contact
 from ballscrew_tehl.hertz import E_prime, reduced_radii
 
@@ -63,3 +63,12 @@ def grid_film(solution: ContactSolution) -> float:
     x, film = solution.x, solution.film[on_axis(solution)]
     k = int(np.argmin(np.abs(x)))
     return float(np.polyval(np.polyfit(x[k - 1 : k + 2], film[k - 1 : k + 2], 2), 0.0))
+
+
+#: pressure and density laws of the kernels
+OILS = {
+    "roelands, compressible, thermal expansion": OIL,
+    "barus": OIL.model_copy(update={"pressure_law": "barus"}),
+    "incompressible": OIL.model_copy(update={"density_law": "incompressible"}),
+    "barus, incompressible, one viscosity": reference_oil("barus"),
+}

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from reference_screw import GD4008
 
+from ballscrew_tehl.hertz import RACEWAYS
 from ballscrew_tehl.nut_map import build
 from ballscrew_tehl.nut_map.build import RPM, BuiltMap, MapGrid, build_map
 from ballscrew_tehl.nut_map.contact_map import FILMS, QUANTITIES, film_formula
@@ -123,3 +124,16 @@ def nut_map_of(built: BuiltMap, film="solved", ratio=7.0, net=0.005, roughness=3
         },
     }  # fmt: skip
     return NutMap.from_arrays(sealed(header, built.arrays[film]), built.arrays[film])
+
+
+def same_map(one, two):
+    """Header, samples and coefficients equal to the last bit."""
+    assert one.header == two.header
+    for raceway in RACEWAYS:
+        for name in QUANTITIES:
+            np.testing.assert_array_equal(
+                one.contact_map.samples[raceway][name], two.contact_map.samples[raceway][name]
+            )
+    for film, arrays in one.arrays.items():
+        for name, array in arrays.items():
+            np.testing.assert_array_equal(array, two.arrays[film][name])

@@ -274,7 +274,9 @@ def test_direct_extremes_are_those_of_all_balls_of_both_nuts(monkeypatch, share)
     [
         pytest.param(
             name,
-            marks=[pytest.mark.xfail(strict=True, reason="this map comes from the former solver, starved by 1 %")]
+            marks=[
+                pytest.mark.xfail(strict=True, reason="this map comes from the former solver, starved by 1 %")
+            ]
             if name == "published"
             else [],
         )

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from reference_screw import GD4008
-from synthetic_contacts import GRID, closed_build, closed_row, small_map
+from synthetic_contacts import GRID, closed_build, closed_row, same_map, small_map
 
 from ballscrew_tehl.hertz import RACEWAYS
 from ballscrew_tehl.nut_map import build
@@ -28,18 +28,6 @@ def journal_of(path, parameters="{}", version="1"):
 
 def piece(shift=0.0):
     return {name: SPEEDS * np.pi + k + shift for k, name in enumerate(QUANTITIES)}
-
-
-def same_map(one, two):
-    assert one.header == two.header
-    for raceway in RACEWAYS:
-        for name in QUANTITIES:
-            np.testing.assert_array_equal(
-                one.contact_map.samples[raceway][name], two.contact_map.samples[raceway][name]
-            )
-    for film, arrays in one.arrays.items():
-        for name, array in arrays.items():
-            np.testing.assert_array_equal(array, two.arrays[film][name])
 
 
 def test_numbers_come_back_to_the_last_bit(tmp_path):

@@ -433,7 +433,6 @@ def test_points_of_the_tests_lie_within_reach():
     assert GRID.contact_nodes[1] > 3
 
 
-
 # the solver
 
 

@@ -3,21 +3,14 @@
 import contact_twins as twins
 import numpy as np
 import pytest
-from contact_cases import OIL
+from contact_cases import OIL, OILS
 
 from ballscrew_tehl import lubricant
 from ballscrew_tehl.contact import film_flow
-from ballscrew_tehl.contact.moes import reference_oil
 from ballscrew_tehl.contact.oil import oil_table
 
 T_IN = 303.15
 P_MAX, U_E, SCALE = 1.1e9, 1.7, 0.7
-OILS = {
-    "roelands, compressible, thermal expansion": OIL,
-    "barus": OIL.model_copy(update={"pressure_law": "barus"}),
-    "incompressible": OIL.model_copy(update={"density_law": "incompressible"}),
-    "barus, incompressible, one viscosity": reference_oil("barus"),
-}
 RHEOLOGIES = {
     "newtonian": {},
     "eyring": {"rheology": "eyring", "eyring_stress": 2e6},

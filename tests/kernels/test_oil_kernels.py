@@ -3,19 +3,13 @@
 import contact_twins as twins
 import numpy as np
 import pytest
-from contact_cases import OIL
+from contact_cases import OIL, OILS
 
 from ballscrew_tehl import lubricant
 from ballscrew_tehl.contact import oil as oil_kernels
 from ballscrew_tehl.contact.moes import reference_oil
 
 T_IN = 303.15
-OILS = {
-    "roelands, compressible, thermal expansion": OIL,
-    "barus": OIL.model_copy(update={"pressure_law": "barus"}),
-    "incompressible": OIL.model_copy(update={"density_law": "incompressible"}),
-    "barus, incompressible, one viscosity": reference_oil("barus"),
-}
 RHEOLOGIES = {
     "eyring": {"rheology": "eyring", "eyring_stress": 4e6},
     "carreau": {"rheology": "carreau", "carreau_modulus": 2e6, "carreau_exponent": 0.4},

@@ -338,7 +338,9 @@ class ContactProblem:
                 residual = new - temperature
                 if relaxed is not None:
                     # Aitken (Kuttler & Wall 2008): the step that would have removed the last residual
-                    overlap = float(np.sum(residual * relaxed)) / max(float(np.sum(relaxed * relaxed)), 1e-300)
+                    overlap = float(np.sum(residual * relaxed)) / max(
+                        float(np.sum(relaxed * relaxed)), 1e-300
+                    )
                     if share > OUTER_STEP and change > 1.2 * it.temperature_history[-1]:
                         # some parts of the field do not bear long steps
                         most = OUTER_STEP
@@ -370,7 +372,10 @@ class ContactProblem:
                 it.converged, it.reason = True, "pressure and temperature changes below tolerance"
                 break
             if newton.converged and _settled(films, it.temperature_history, 10.0 * tolerance):
-                it.converged, it.reason = True, f"film within tolerance, temperature moves by {change:.0e} of the rise"
+                it.converged, it.reason = (
+                    True,
+                    f"film within tolerance, temperature moves by {change:.0e} of the rise",
+                )
                 break
         if o.thermal:
             it.temperature = temperature

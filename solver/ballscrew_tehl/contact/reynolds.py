@@ -264,6 +264,8 @@ class ContactGeometry:
         h_0 = h_c - float(self.gap(p, 0.0)[self.axis, np.argmin(np.abs(self.grid.x))])
         return ReynoldsState(p, h_0, self.gap(p, h_0))
 
+    # an iterate that runs away is told by numbers that are not finite
+    @np.errstate(over="ignore", invalid="ignore")
     def solve(
         self,
         state: ReynoldsState,
@@ -280,23 +282,6 @@ class ContactGeometry:
         preconditioner: that of a former state, kept while GMRES needs few iterations with it.
         Ends when an undamped step changes the pressure by less than tolerance [p_max], or says why not.
         """
-        # an iterate that runs away is told by numbers that are not finite
-        with np.errstate(over="ignore", invalid="ignore"):
-            return self._solve(
-                state, film, film_estimate, tolerance, max_steps, krylov_tolerance, max_krylov, preconditioner
-            )
-
-    def _solve(
-        self,
-        state: ReynoldsState,
-        film: FilmCoefficients,
-        film_estimate: float,
-        tolerance: float,
-        max_steps: int,
-        krylov_tolerance: float,
-        max_krylov: int,
-        preconditioner: LinePreconditioner | None,
-    ) -> tuple[ReynoldsState, NewtonHistory, LinePreconditioner | None]:
         history = NewtonHistory()
         p, h_0, gap = state.p, state.h_0, state.gap
         floor, share, most = FLOOR_SHARE * film_estimate, 1.0, 1.0
