@@ -7,32 +7,39 @@
 
 #include <stdbool.h>
 
+#include "map.h"
 #include "variables.h"
 
 #define MODEL_INDICATORS 2
+#define MODEL_TOO_LARGE 1e30 /* refused like infinity, so that no product overflows */
 
 typedef struct {
-    double force[2];           /* [N] of the relieved and the loaded nut; equal without axial load */
-    unsigned clamped;          /* bit per input that lies beyond the map, in the order of the inputs */
-    double hysteresis[2];      /* [N.m] magnitudes of each nut */
-    double sliding[2];
-    double coulomb;            /* [N.m] sum over both nuts */
+    Place speed, temperature, place[2]; /* place: of the forces */
+    double force[2];                    /* [N] of the nuts, relieved first */
+    double force_share[2], third[2];    /* force over the lowest of the axis, at most 1; its cube root */
+    double hysteresis, sliding;         /* [N.m] magnitudes, sum over both nuts */
+    int nuts;                           /* 1: both carry the same */
+    unsigned clamped;                   /* bit per input beyond the map, in the order of the inputs */
 } Loads;
 
 typedef struct {
-    double value[VARIABLE_COUNT];    /* inputs, parameters and the bristle as they are set; outputs when computed */
-    double latched[VARIABLE_COUNT];  /* inputs and parameters that the outputs belong to */
-    double step;                     /* [s] of the step that the outputs belong to; 0: an instant */
-    double deflection_before;        /* [rad] of the bristle at the start of that step */
-    bool continuous;                 /* model exchange: the bristle is a state of the importer */
-    int slip;                        /* model exchange: 0 the bristle follows, +1 or -1 it slips that way */
-    bool in_range;                   /* model exchange: as of the last event */
-    bool torque_known, all_known, loads_known; /* which outputs are computed */
+    const Map *map;
+    double value[VARIABLE_COUNT];   /* inputs, parameters and the bristle as they are set; outputs when computed */
+    double latched[VARIABLE_COUNT]; /* inputs and parameters that the outputs belong to */
+    double step;                    /* [s] that the outputs belong to; 0: an instant */
+    double deflection_before;       /* [rad] of the bristle at the start of that step */
+    double bristle_torque;          /* [N.m] of the latched point */
+    double bristle_power;           /* [W] */
+    double margin;                  /* of the latched point within the map; negative beyond */
+    bool continuous;                /* model exchange: the bristle is a state of the importer */
+    bool in_range;                  /* model exchange: as of the last event */
+    int slip;                       /* model exchange: 0 the bristle follows, +1 or -1 it slips that way */
+    bool loads_known, torque_known, films_known;
     Loads loads;
 } Model;
 
 /* Start values. continuous: for model exchange. */
-void model_reset(Model *model, bool continuous);
+void model_reset(Model *model, const Map *map, bool continuous);
 
 /* Whether a value may be stored in an input, a parameter or the state: finite, below 1e30, not below its bound. */
 bool model_accepts(int reference, double value);
@@ -53,14 +60,19 @@ void model_step(Model *model, double step);
 /* Bit per input (0 preload, 1 speed, 2 temperature, 3 axial_load) that the latched point clamps. */
 unsigned model_clamped(Model *model);
 
-/* Model exchange. Modes change in model_event only; it returns whether the deflection was changed. */
+/* Model exchange, at the latched point: mode at the start; the change of mode at an event, which returns whether the
+   deflection was changed; indicators as IN_RANGE_INDICATOR, SLIP_INDICATOR. */
 void model_initial_event(Model *model);
 bool model_event(Model *model);
 void model_indicators(Model *model, double indicators[MODEL_INDICATORS]);
 
-/* Directional derivative of outputs and of the rate of the deflection along the seeds of inputs, parameters and of the
-   deflection, at the latched point and step: sensitivity[i] of unknowns[i]. Variables that do not change smoothly have 0. */
-void model_directional_derivative(Model *model, const int unknowns[], int unknown_count, const int knowns[],
-                                  int known_count, const double seed[], double sensitivity[]);
+/* Directional derivative of outputs and of the rate of the deflection at the latched point and step: sensitivity[i] of
+   unknowns[i] along seed[k] of knowns[k], which are inputs, parameters or the deflection. What does not change smoothly
+   has 0. */
+void model_directional_derivative(Model *model, const int unknowns[], size_t unknown_count, const int knowns[],
+                                  size_t known_count, const double seed[], double sensitivity[]);
+
+/* Outputs as the derivative computes them, for tests: equal to model_get. */
+void model_values_with_derivatives(const Model *model, double values[VARIABLE_COUNT]);
 
 #endif
