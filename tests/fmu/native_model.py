@@ -102,3 +102,25 @@ class NativeModel:
         found = (ctypes.c_double * len(self.names))()
         self._library.model_values_with_derivatives(self._model, found)
         return dict(zip(self.names, found, strict=True))
+
+
+SANITIZERS = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+
+
+def sanitized_host(
+    folder: Path, nut_map, host: Path, units: Iterable[str] = MODEL_UNITS, *options: str
+) -> Path:
+    """Program of a C host and the runtime with AddressSanitizer and UndefinedBehaviorSanitizer.
+
+    Raises       FileNotFoundError: no compiler of the system, whose sanitizers it needs
+    """
+    command = compiler()
+    if len(command) > 1:
+        raise FileNotFoundError("no C compiler of the system: sanitizers not run")
+    write_sources(folder, nut_map)
+    program = folder / host.stem
+    subprocess.run(
+        [*command, "-std=c99", *WARNINGS, *SANITIZERS, *options, "-I.", "-o", str(program), str(host), *units, "-lm"],
+        cwd=folder, check=True, timeout=300,
+    )  # fmt: skip
+    return program

@@ -66,7 +66,9 @@ def test_model_is_the_map(model, nut_map):
     expected = [expected_values(state, i, point[1]) for i, point in enumerate(points.tolist())]
     full = {name: max(abs(row[name]) for row in expected) for name in expected[0]}
     worst = dict.fromkeys(full, 0.0)
-    for i, ((preload, speed, temperature, axial), row) in enumerate(zip(points.tolist(), expected, strict=True)):
+    for i, ((preload, speed, temperature, axial), row) in enumerate(
+        zip(points.tolist(), expected, strict=True)
+    ):
         model.latch(preload=preload, speed=speed, temperature=temperature, axial_load=axial)
         for name, value in row.items():
             error = abs(model.get(name) - value) / max(abs(value), 1e-3 * full[name])
@@ -161,7 +163,11 @@ def test_derivatives_are_those_of_the_outputs(model, continuous):
             noise = 1e-13 * largest / width
             trusted = np.abs(wide - narrow) <= 1e-6 * np.abs(narrow) + noise
             error = np.abs(found - narrow)
-            assert (error[trusted] <= 1e-5 * np.abs(narrow[trusted]) + 10.0 * noise[trusted]).all(), (name, base, step)
+            assert (error[trusted] <= 1e-5 * np.abs(narrow[trusted]) + 10.0 * noise[trusted]).all(), (
+                name,
+                base,
+                step,
+            )
             compared += int(trusted.sum())
     assert compared > 0.9 * 1500 * 4 * len(outputs)
 
