@@ -69,14 +69,7 @@ or map is refused: an error is logged and steps are discarded until a state of t
 
 def documentation_files(header: Mapping[str, Any]) -> dict[str, str]:
     """Files of the FMU's documentation folder by path."""
-    axes = header["axes"]
-    provenance = (
-        f"{header['kinematics']} kinematics, film model {header['film_model']}, map {header['content_hash']} "
-        f"of version {header['version']}, parameters {header['parameters_hash']}. "
-        f"Range: force of a nut up to {axes['force'][1]:g} N, speed up to {axes['speed'][1]:g} rad/s, "
-        f"{axes['temperature'][0]:g} to {axes['temperature'][1]:g} K. "
-        f"Certificate: {json.dumps(header['certificate'], sort_keys=True)}"
-    )
+    axes, provenance = header["axes"], map_provenance(header)
     rows = "\n".join(_row(v) for v in fmu_variables(header))
     page = PAGE.format(provenance=escape(provenance), limit=TOO_LARGE, slowest=axes["speed"][0], rows=rows)
     licence = distribution("pythonfmu").read_text("licenses/LICENSE")
@@ -85,6 +78,18 @@ def documentation_files(header: Mapping[str, Any]) -> dict[str, str]:
         "externalDependencies.txt": EXTERNAL_DEPENDENCIES,
         "licenses/pythonfmu.txt": licence or "MIT licence; https://github.com/NTNU-IHB/PythonFMU\n",
     }
+
+
+def map_provenance(header: Mapping[str, Any]) -> str:
+    """What the map was made from, its range and its certificate, in one paragraph."""
+    axes = header["axes"]
+    return (
+        f"{header['kinematics']} kinematics, film model {header['film_model']}, map {header['content_hash']} "
+        f"of version {header['version']}, parameters {header['parameters_hash']}. "
+        f"Range: force of a nut up to {axes['force'][1]:g} N, speed up to {axes['speed'][1]:g} rad/s, "
+        f"{axes['temperature'][0]:g} to {axes['temperature'][1]:g} K. "
+        f"Certificate: {json.dumps(header['certificate'], sort_keys=True)}"
+    )
 
 
 def _row(v: Variable) -> str:

@@ -105,14 +105,18 @@ class FmuInstance:
 
 
 def replay(
-    fmu: Path | str, rows: Iterable[dict[str, float]], step_size: float = 1e-3
+    fmu: Path | str,
+    rows: Iterable[dict[str, float]],
+    step_size: float = 1e-3,
+    kind: type[FmuInstance] = FmuInstance,
 ) -> list[dict[str, Any]]:
     """Outputs after each step of an input sequence; a row sets only what changes.
 
+    Parameters   kind : of instance; Fmu3Instance (replay_fmi3) for FMI 3.0
     Raises       RuntimeError: the FMU discards a step
     """
     results = []
-    with FmuInstance(fmu) as instance:
+    with kind(fmu) as instance:
         for row in rows:
             if not instance.step(step_size, **row):
                 raise RuntimeError(f"the FMU discards the step at {row}: {instance.messages[-1][1]}")

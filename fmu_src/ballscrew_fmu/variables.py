@@ -27,6 +27,8 @@ UNITS: Mapping[str, Unit] = {
     "Pa": Unit({"kg": 1, "m": -1, "s": -2}, (("GPa", 1e-9, 0.0),)),
     "N.m/rad": Unit({"kg": 1, "m": 2, "s": -2, "rad": -1}),
     "N.m.s/rad": Unit({"kg": 1, "m": 2, "s": -1, "rad": -1}),
+    "rad": Unit({"rad": 1}, (("deg", 57.29577951308232, 0.0),)),
+    "s": Unit({"s": 1}),
     "1": Unit({}),
 }
 
@@ -35,7 +37,7 @@ class Variable(NamedTuple):
     """One FMU variable."""
 
     name: str
-    causality: str  # input, output, parameter
+    causality: str  # input, output, parameter; native FMUs also local and independent
     description: str
     unit: str | None = None  # None: Boolean
     start: float | None = None  # inputs and parameters only
@@ -47,6 +49,9 @@ class Variable(NamedTuple):
     relative: bool = False  # a difference: display offsets do not apply
     depends_on: tuple[str, ...] = ()  # inputs an output depends on
     initially_depends_on: tuple[str, ...] = ()  # parameters it depends on in initialization mode as well
+    derivative_of: str | None = None  # the continuous state that this is the time derivative of
+    indicates: bool = False  # its change of sign is an event
+    python_only: bool = False  # not in the native FMUs
 
     @property
     def variability(self) -> str:
@@ -180,6 +185,49 @@ def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
             "N.m.s/rad", 1.0, 0.0, nominal=1.0,
         ),
     )  # fmt: skip
+
+
+def native_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
+    """The table of the native FMUs: inputs, outputs and parameters as above, then the bristle as a state.
+
+    In model exchange the importer integrates the bristle, so that outputs depend on it; in co-simulation it is
+    the bristle at the end of the step. The sign of the event indicators carries their meaning, not their size.
+    """
+    shared = [v for v in fmu_variables(header) if not v.python_only]
+    names = {v.name for v in shared}
+    bristle = ("presliding_deflection",)
+    table = []
+    for v in shared:
+        initially = tuple(name for name in v.initially_depends_on if name in names)
+        follows = "presliding_stiffness" in initially
+        if follows:
+            v = v._replace(depends_on=(*v.depends_on, *bristle))
+            initially = tuple(dict.fromkeys((*initially, "net_sliding_coefficient", "presliding_damping")))
+        table.append(v._replace(initially_depends_on=initially))
+    slipping = ("net_sliding_coefficient", "presliding_stiffness")
+    return (
+        *table,
+        Variable(
+            "presliding_deflection", "local", "Deflection of the presliding bristle, a continuous state", "rad",
+            0.0, nominal=1e-3, display_unit="deg", quantity="Angle",
+        ),
+        Variable(
+            "presliding_deflection_rate", "local", "Time derivative of presliding_deflection", "rad/s",
+            nominal=0.1, display_unit="rev/min", quantity="AngularVelocity", depends_on=(*_COULOMB, *bristle),
+            initially_depends_on=slipping, derivative_of=bristle[0],
+        ),
+        Variable(
+            "in_range_indicator", "local", "Event indicator of in_range", "1", nominal=1.0, depends_on=_ALL,
+            indicates=True,
+        ),
+        Variable(
+            "slip_indicator", "local", "Event indicator of the bristle: it starts or stops to slip", "1",
+            nominal=1.0, depends_on=(*_COULOMB, *bristle), initially_depends_on=slipping, indicates=True,
+        ),
+    )  # fmt: skip
+
+
+TIME = Variable("time", "independent", "Time", "s", quantity="Time")  # FMI 3 lists it, after the table
 
 
 def places(variables: tuple[Variable, ...], causality: str) -> tuple[int, ...]:
