@@ -1,0 +1,334 @@
+/* Saved states of an instance: in memory, and as bytes that every platform reads. */
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "instance.h"
+
+/* Layout, little-endian: magic, checksum of all that follows, version of this layout, size of all, then the token and the
+   map that the state belongs to, each with its length, then the fields in the order of pass_situation. */
+#define MAGIC "BSFSTATE"
+#define MAGIC_SIZE 8
+#define CHECKED_FROM (MAGIC_SIZE + 8)
+#define LAYOUT_VERSION 1U
+
+typedef struct {
+    Link link; /* first: a Link of the ring is a Saved */
+    Situation situation;
+} Saved;
+
+/* --- in memory --------------------------------------------------------------------------------------------------- */
+
+static Saved *new_saved(Instance *instance)
+{
+    Saved *saved = instance->importer.allocate(1, sizeof *saved);
+
+    if (saved != NULL) {
+        saved->link.next = &instance->saved;
+        saved->link.previous = instance->saved.previous;
+        saved->link.previous->next = saved->link.next->previous = &saved->link;
+    }
+    return saved;
+}
+
+static void release(Instance *instance, Link *link)
+{
+    link->previous->next = link->next;
+    link->next->previous = link->previous;
+    instance->importer.release(link);
+}
+
+/* The standards have freeInstance free everything, states that the importer kept too. */
+void instance_forget_all(Instance *instance)
+{
+    while (instance->saved.next != &instance->saved) {
+        release(instance, instance->saved.next);
+    }
+}
+
+static Status missing(Instance *instance)
+{
+    return instance_fail(instance, "FMU state or an argument is a NULL pointer");
+}
+
+Status instance_save(Instance *instance, void **state)
+{
+    Saved *saved;
+
+    if (state == NULL) {
+        return missing(instance);
+    }
+    saved = *state != NULL ? *state : new_saved(instance);
+    if (saved == NULL) {
+        return instance_fail(instance, "not enough memory for an FMU state");
+    }
+    saved->situation = instance->now;
+    *state = saved;
+    return STATUS_OK;
+}
+
+Status instance_restore(Instance *instance, const void *state)
+{
+    const Saved *saved = state;
+
+    if (saved == NULL) {
+        return missing(instance);
+    }
+    if (saved->situation.model.continuous != (instance->kind == MODEL_EXCHANGE)) {
+        return instance_fail(instance, "FMU state is of the other kind, %s: not restored",
+                             saved->situation.model.continuous ? "model exchange" : "co-simulation");
+    }
+    instance->now = saved->situation;
+    instance->now.model.map = instance->map;
+    return STATUS_OK;
+}
+
+Status instance_forget(Instance *instance, void **state)
+{
+    if (state != NULL && *state != NULL) {
+        release(instance, *state);
+        *state = NULL;
+    }
+    return STATUS_OK;
+}
+
+/* --- as bytes ---------------------------------------------------------------------------------------------------- */
+
+/* One walk over the fields measures, writes and reads, so that the three cannot differ. */
+typedef struct {
+    enum { MEASURE, WRITE, READ } way;
+    unsigned char *to;
+    const unsigned char *from;
+    size_t at;
+    size_t size; /* READ: of what is there */
+    bool good;   /* READ: nothing missing, nothing impossible */
+} Walk;
+
+static void pass_bytes(Walk *walk, uint64_t *value, size_t count)
+{
+    if (walk->way == READ && count > walk->size - walk->at) {
+        walk->good = false;
+        *value = 0;
+        return;
+    }
+    if (walk->way == READ) {
+        *value = 0;
+        for (size_t i = count; i-- > 0;) {
+            *value = *value << 8 | walk->from[walk->at + i];
+        }
+    } else if (walk->way == WRITE) {
+        for (size_t i = 0; i < count; ++i) {
+            walk->to[walk->at + i] = (unsigned char)(*value >> (8 * i) & 0xFFU);
+        }
+    }
+    walk->at += count;
+}
+
+static void pass_double(Walk *walk, double *value)
+{
+    uint64_t bits;
+
+    memcpy(&bits, value, sizeof bits);
+    pass_bytes(walk, &bits, 8);
+    memcpy(value, &bits, sizeof bits);
+}
+
+static void pass_unsigned(Walk *walk, unsigned *value, unsigned most)
+{
+    uint64_t bits = *value;
+
+    pass_bytes(walk, &bits, 4);
+    walk->good = walk->good && bits <= most;
+    *value = (unsigned)(bits & 0xFFFFFFFFU);
+}
+
+static void pass_bool(Walk *walk, bool *value)
+{
+    unsigned number = *value ? 1U : 0U;
+
+    pass_unsigned(walk, &number, 1U);
+    *value = number != 0U;
+}
+
+/* A text that must be this one. */
+static void pass_text(Walk *walk, const char *text)
+{
+    const size_t length = strlen(text);
+    unsigned found = (unsigned)length;
+
+    pass_unsigned(walk, &found, 0xFFFFFFFFU);
+    walk->good = walk->good && found == length;
+    for (size_t i = 0; i < length && walk->good; ++i) {
+        uint64_t byte = (unsigned char)text[i];
+        pass_bytes(walk, &byte, 1);
+        walk->good = walk->good && byte == (unsigned char)text[i];
+    }
+}
+
+/* Every field of the model but the map, which is the instance's, and what is computed from the latched point again. */
+static void pass_model(Walk *walk, Model *model)
+{
+    unsigned slip = (unsigned)(model->slip + 1);
+
+    for (int i = 0; i < VARIABLE_COUNT; ++i) {
+        pass_double(walk, &model->value[i]);
+        pass_double(walk, &model->latched[i]);
+    }
+    pass_double(walk, &model->step);
+    pass_double(walk, &model->deflection_before);
+    pass_double(walk, &model->bristle_torque);
+    pass_double(walk, &model->bristle_power);
+    pass_bool(walk, &model->continuous);
+    pass_bool(walk, &model->in_range);
+    pass_unsigned(walk, &slip, 2U);
+    if (walk->way == READ) {
+        model->slip = (int)slip - 1;
+        model->map = NULL;
+        model->margin = 0.0; /* with the loads */
+        memset(&model->loads, 0, sizeof model->loads);
+        model->loads_known = model->torque_known = model->films_known = false;
+    }
+}
+
+static void pass_situation(Walk *walk, Situation *situation)
+{
+    pass_double(walk, &situation->time);
+    pass_double(walk, &situation->stop);
+    pass_unsigned(walk, &situation->state, FAILED);
+    pass_unsigned(walk, &situation->warned, 2U * WARNED_TIME - 1U);
+    pass_bool(walk, &situation->stale);
+    pass_model(walk, &situation->model);
+}
+
+/* Head and fields; *sum and *size are written as they are and read as they are found. */
+static void pass_all(Walk *walk, Situation *situation, uint64_t *sum, unsigned *version, unsigned *size)
+{
+    const char *const magic = MAGIC;
+
+    for (size_t i = 0; i < MAGIC_SIZE; ++i) {
+        uint64_t byte = (unsigned char)magic[i];
+        pass_bytes(walk, &byte, 1);
+        walk->good = walk->good && byte == (unsigned char)magic[i];
+    }
+    pass_bytes(walk, sum, 8);
+    pass_unsigned(walk, version, 0xFFFFFFFFU);
+    pass_unsigned(walk, size, 0xFFFFFFFFU);
+    if (!walk->good || *version != LAYOUT_VERSION) {
+        return;
+    }
+    pass_text(walk, MODEL_TOKEN);
+    pass_text(walk, MODEL_MAP);
+    if (walk->good) {
+        pass_situation(walk, situation);
+    }
+}
+
+/* 64-bit hash of Fowler, Noll and Vo, variant 1a. */
+static uint64_t checksum(const unsigned char *bytes, size_t size)
+{
+    uint64_t sum = UINT64_C(14695981039346656037);
+
+    for (size_t i = 0; i < size; ++i) {
+        sum = (sum ^ bytes[i]) * UINT64_C(1099511628211);
+    }
+    return sum;
+}
+
+static size_t serialized_size(const Saved *saved)
+{
+    Walk walk = {MEASURE, NULL, NULL, 0, 0, true};
+    Situation copy = saved->situation;
+    unsigned version = LAYOUT_VERSION, size = 0;
+    uint64_t sum = 0;
+
+    pass_all(&walk, &copy, &sum, &version, &size);
+    return walk.at;
+}
+
+Status instance_serialized_size(Instance *instance, const void *state, size_t *size)
+{
+    if (state == NULL || size == NULL) {
+        return missing(instance);
+    }
+    *size = serialized_size(state);
+    return STATUS_OK;
+}
+
+Status instance_serialize(Instance *instance, const void *state, unsigned char *bytes, size_t size)
+{
+    Walk walk = {WRITE, bytes, NULL, 0, 0, true};
+    Situation copy;
+    size_t needed;
+    unsigned version = LAYOUT_VERSION, written;
+    uint64_t sum = 0;
+
+    if (state == NULL || bytes == NULL) {
+        return missing(instance);
+    }
+    needed = serialized_size(state);
+    if (size != needed) {
+        return instance_fail(instance, "room for %lu bytes; an FMU state has %lu", (unsigned long)size,
+                             (unsigned long)needed);
+    }
+    copy = ((const Saved *)state)->situation;
+    written = (unsigned)needed;
+    pass_all(&walk, &copy, &sum, &version, &written);
+    sum = checksum(bytes + CHECKED_FROM, needed - CHECKED_FROM);
+    walk.at = MAGIC_SIZE;
+    pass_bytes(&walk, &sum, 8);
+    return STATUS_OK;
+}
+
+/* Whether an instance can be in this situation. */
+static bool possible(const Situation *situation)
+{
+    const unsigned state = situation->state;
+
+    if (state == 0U || (state & (state - 1U)) != 0U || !(fabs(situation->time) < MODEL_TOO_LARGE)
+        || !(situation->stop > -MODEL_TOO_LARGE) || !(situation->model.step >= 0.0)) {
+        return false;
+    }
+    for (int i = 0; i < VARIABLE_COUNT; ++i) {
+        const enum Causality causality = model_variables[i].causality;
+        const bool set = causality == CAUSALITY_INPUT || causality == CAUSALITY_PARAMETER
+                         || causality == CAUSALITY_STATE;
+        if (set && !(model_accepts(i, situation->model.value[i]) && model_accepts(i, situation->model.latched[i]))) {
+            return false;
+        }
+    }
+    return true;
+}
+
+Status instance_deserialize(Instance *instance, const unsigned char *bytes, size_t size, void **state)
+{
+    Walk walk = {READ, NULL, bytes, 0, size, true};
+    Situation situation;
+    Saved *saved;
+    unsigned version = 0, written = 0;
+    uint64_t sum = 0;
+
+    if (bytes == NULL || state == NULL) {
+        return missing(instance);
+    }
+    memset(&situation, 0, sizeof situation);
+    pass_all(&walk, &situation, &sum, &version, &written);
+    if (version != 0U && version != LAYOUT_VERSION) {
+        return instance_fail(instance, "serialized FMU state has layout %u, this FMU reads layout %u", version,
+                             LAYOUT_VERSION);
+    }
+    if (size <= CHECKED_FROM || written != size || sum != checksum(bytes + CHECKED_FROM, size - CHECKED_FROM)) {
+        return instance_fail(instance, "serialized FMU state of %lu bytes is damaged or none of this FMU",
+                             (unsigned long)size);
+    }
+    if (!walk.good || walk.at != size || !possible(&situation)) {
+        return instance_fail(instance, "serialized FMU state is of another version or map; this FMU has %s and map %.12s",
+                             MODEL_TOKEN, MODEL_MAP);
+    }
+    saved = new_saved(instance);
+    if (saved == NULL) {
+        return instance_fail(instance, "not enough memory for an FMU state");
+    }
+    saved->situation = situation;
+    *state = saved;
+    return STATUS_OK;
+}
