@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Build dist/BallScrewFriction.fmu from a screw file and its map, check it in fmpy, and show its torque."""
+"""Build the FMUs of a screw from its map - for Python hosts and native - check them in fmpy, show their torque."""
 
 import argparse
 import hashlib
@@ -18,16 +18,20 @@ EPILOG = """\
 what is done
   1. read the screw file (checked: a wrong key or value is one line and exit code 2)
   2. load the map of this screw; a map of another screw or version is refused
-  3. pack map and Python code into an FMI 2.0 co-simulation FMU: same input, same bytes
-  4. validate it with fmpy: any finding stops the build
-  5. replay a reference input in fmpy and compare every output with the map (1e-9)
-  6. print measured torque beside this model, Zhao, Zhou and NSK (for the packaged screw),
-     the path and the SHA-256 of the FMU
-The FMU appears in the output folder after all checks have passed, or not at all.
+  3. pack map and Python code into BallScrewFriction.fmu: FMI 2.0 co-simulation for Python hosts
+  4. compile the C runtime for Linux, Windows and macOS with ziglang, and pack it with the map into
+     BallScrewFrictionNative_fmi2.fmu and _fmi3.fmu: co-simulation and model exchange for every host
+     (first time: some minutes, for the C libraries of these systems; then less than a minute)
+  5. validate each with fmpy: any finding stops the build
+  6. replay a reference input in fmpy and compare every output with the map (1e-9)
+  7. print measured torque beside this model, Zhao, Zhou and NSK (for the packaged screw),
+     and path, size and SHA-256 of each FMU
+Same input, same bytes. The FMUs appear in the output folder after all checks have passed, or not at all.
 
 examples
   python build_fmu.py                                  the screw GD4008-3 with its packaged map
   python build_fmu.py --kinematics rolling_frame       its other kinematics: films to trust
+  python build_fmu.py --python-only                    no compiler: the FMU for Python hosts only
   python -m ballscrew_tehl map build --screw my.toml --output my_map.nc
   python build_fmu.py --screw my.toml --map my_map.nc --output my_fmus
 
@@ -36,7 +40,7 @@ exit codes: 0 done, 1 a check failed, 2 bad input
 
 
 class CheckError(RuntimeError):
-    """The built FMU fails a check; it is not delivered."""
+    """A built FMU fails a check; none is delivered."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -68,7 +72,12 @@ def parser() -> Parser:
         metavar="FOLDER",
         type=Path,
         default=ROOT / "dist",
-        help="where the FMU goes; default: %(default)s",
+        help="where the FMUs go; default: %(default)s",
+    )
+    options.add_argument(
+        "--python-only",
+        action="store_true",
+        help="build BallScrewFriction.fmu only, without the native FMUs, which need ziglang",
     )
     return options
 
@@ -122,19 +131,18 @@ def expected_outputs(nut_map: Any, regularization_speed: float, row: Mapping[str
     return outputs
 
 
-def check_replay(fmu: Path, nut_map: Any) -> float:
+def check_replay(fmu: Path, nut_map: Any, kind: Any = None) -> float:
     """Largest relative difference between the FMU in fmpy and the map over the reference input.
 
+    Parameters   kind : of instance, as replay; None takes that of FMI 2.0
     Raises       CheckError: an output differs by more than AGREEMENT
     """
-    from ballscrew_fmu.replay import replay
-    from ballscrew_fmu.variables import fmu_variables
+    from ballscrew_fmu.replay import FmuInstance, replay
 
-    starts = {v.name: v.start or 0.0 for v in fmu_variables(nut_map.header)}
-    rows = list(reference_input(nut_map.header))
+    rows, wanted = reference_results(nut_map)
     worst = 0.0
-    for n, (row, outputs) in enumerate(zip(rows, replay(fmu, rows, STEP), strict=True)):
-        expected = expected_outputs(nut_map, starts["regularization_speed"], row)
+    results = replay(fmu, rows, STEP, kind or FmuInstance)
+    for n, (outputs, expected) in enumerate(zip(results, wanted, strict=True)):
         if outputs.keys() != expected.keys():
             raise CheckError(f"replay: outputs {sorted(outputs)}; expected {sorted(expected)}")
         for name, value in outputs.items():
@@ -143,6 +151,15 @@ def check_replay(fmu: Path, nut_map: Any) -> float:
                 raise CheckError(f"replay step {n}: {name} = {value!r}; the map says {expected[name]!r}")
             worst = max(worst, difference)
     return worst
+
+
+def reference_results(nut_map: Any) -> tuple[list[dict[str, float]], list[dict[str, float]]]:
+    """Reference input, and what the map gives for it with the start values of the parameters."""
+    from ballscrew_fmu.variables import fmu_variables
+
+    starts = {v.name: v.start or 0.0 for v in fmu_variables(nut_map.header)}
+    rows = list(reference_input(nut_map.header))
+    return rows, [expected_outputs(nut_map, starts["regularization_speed"], row) for row in rows]
 
 
 def torque_tables(fmu: Path, parameters: Any, nut_map: Any) -> str:
@@ -173,32 +190,70 @@ def torque_tables(fmu: Path, parameters: Any, nut_map: Any) -> str:
         return "\n".join(lines)
 
 
-def build(parameters: Any, nut_map: Any, folder: Path, advance: Any = lambda text: None) -> tuple[Path, str]:
-    """Pack, check and deliver the FMU; returns its path and the text of the tables.
+def check(fmu: Path, nut_map: Any, kind: Any = None) -> str:
+    """Validation and replay of one FMU; returns the line that says so.
 
-    Raises       CheckError: a check fails, nothing is delivered; OSError: the folder cannot be written
+    Raises       CheckError
     """
     from fmpy.validation import validate_fmu
 
+    findings = validate_fmu(str(fmu))
+    if findings:
+        raise CheckError(f"fmpy validation of {fmu.name}: {' | '.join(findings)}")
+    try:
+        worst = check_replay(fmu, nut_map, kind)
+    except CheckError as error:
+        raise CheckError(f"{fmu.name}: {error}") from error
+    return f"fmpy: no finding; replay against the map: largest difference {worst:.1e} (limit {AGREEMENT:g})"
+
+
+def build_native(parameters: Any, nut_map: Any, folder: Path, advance: Any) -> list[tuple[Path, str]]:
+    """The native FMUs in a folder, each with the line about its checks.
+
+    Raises       CheckError; BuildError or SourceError: they cannot be compiled
+    """
+    from ballscrew_fmu.native_build import PLATFORMS
+    from ballscrew_fmu.native_package import Reference, build_native_fmu, native_file_name
+    from ballscrew_fmu.replay import FmuInstance
+    from ballscrew_fmu.replay_fmi3 import Fmu3Instance
+    from ballscrew_fmu.validation_report import validation_report
+
+    reference = Reference(STEP, *reference_results(nut_map))
+    report = validation_report(parameters, nut_map)
+    built = []
+    for version, kind in ((2, FmuInstance), (3, Fmu3Instance)):
+        advance(f"compiling for FMI {version}")
+        target = folder / native_file_name(version)
+        fmu = build_native_fmu(nut_map, version, target, reference, report, tuple(PLATFORMS)).path
+        advance(f"checking for FMI {version}")
+        built.append((fmu, check(fmu, nut_map, kind)))
+    return built
+
+
+def build(
+    parameters: Any, nut_map: Any, folder: Path, advance: Any = lambda text: None, python_only: bool = False
+) -> tuple[list[Path], str]:
+    """Pack, check and deliver the FMUs; returns their paths and the text of tables and checks.
+
+    Raises       CheckError, BuildError, SourceError: nothing is delivered; OSError: the folder cannot be written
+    """
     from ballscrew_fmu.description import MODEL_NAME
     from ballscrew_fmu.package import build_fmu
 
     folder.mkdir(parents=True, exist_ok=True)
-    target = folder / f"{MODEL_NAME}.fmu"
     with tempfile.TemporaryDirectory(dir=folder, prefix=".build_") as scratch:
         advance("packing")
-        fmu = build_fmu(nut_map, Path(scratch) / target.name).path
-        advance("validating with fmpy")
-        findings = validate_fmu(str(fmu))
-        if findings:
-            raise CheckError("fmpy validation: " + " | ".join(findings))
-        advance("replaying in fmpy")
-        worst = check_replay(fmu, nut_map)
+        fmu = build_fmu(nut_map, Path(scratch) / f"{MODEL_NAME}.fmu").path
+        advance("validating and replaying")
+        built = [(fmu, check(fmu, nut_map))]
         advance("computing the tables")
-        tables = torque_tables(fmu, parameters, nut_map)
-        os.replace(fmu, target)
-    checks = f"fmpy: no finding; replay against the map: largest difference {worst:.1e} (limit {AGREEMENT:g})"
-    return target, f"{tables}\n\n{checks}"
+        text = torque_tables(fmu, parameters, nut_map)
+        if not python_only:
+            built += build_native(parameters, nut_map, Path(scratch), advance)
+        text += "\n\n" + "\n".join(f"{made.name}: {line}" for made, line in built)
+        for made, _ in built:
+            os.replace(made, folder / made.name)
+    return [folder / made.name for made, _ in built], text
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -207,32 +262,36 @@ def main(arguments: list[str] | None = None) -> int:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-        import ballscrew_fmu  # noqa: F401
+        from ballscrew_fmu.native_build import BuildError
+        from ballscrew_fmu.native_sources import SourceError
     except ImportError as error:
         return _complain(f"{error}; install the project first: python -m pip install -e {ROOT}")
     columns = (TextColumn("{task.description:<28}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("reading screw and map", total=5)
+        task = progress.add_task("reading screw and map", total=4 if args.python_only else 8)
         try:
             parameters, nut_map = read_inputs(args.screw, args.map, args.kinematics)
         except (ValueError, OSError) as error:
             return _complain(str(error))
         try:
-            path, text = build(
+            paths, text = build(
                 parameters,
                 nut_map,
                 args.output,
                 lambda text: progress.update(task, description=text, advance=1),
+                args.python_only,
             )
         except OSError as error:
             reason = error.strerror or error
             return _complain(f"--output {args.output}: {reason}; needs a folder that can be written")
         except CheckError as error:
             return _complain(f"check failed, no FMU delivered: {error}", code=1)
-    content = path.read_bytes()
+        except (BuildError, SourceError) as error:
+            return _complain(f"no FMU delivered: {error}", code=1)
     print(text)
-    print(f"{path}  {len(content) / 1024:.0f} kB")
-    print(f"sha256 {hashlib.sha256(content).hexdigest()}")
+    for path in paths:
+        content = path.read_bytes()
+        print(f"{path}  {len(content) / 1024:.0f} kB\nsha256 {hashlib.sha256(content).hexdigest()}")
     return 0
 
 

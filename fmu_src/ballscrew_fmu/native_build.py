@@ -15,6 +15,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
+from ballscrew_fmu.native_sources import is_fmi_header
+
 
 class Platform(NamedTuple):
     target: str  # of zig
@@ -110,11 +112,24 @@ def _build(sources: Mapping[str, bytes], name: str, platform: str) -> bytes:
         options = (*options, f"-Wl,-install_name,@rpath/{name}{suffix}")
     with tempfile.TemporaryDirectory(prefix="ballscrew_native_") as scratch:
         folder = Path(scratch)
+        (folder / "fmi").mkdir()
         for file, content in sources.items():
-            (folder / file).write_bytes(content)
+            (folder / ("fmi" if is_fmi_header(file) else ".") / file).write_bytes(content)
         units = sorted(file for file in sources if file.endswith(".c"))
         library = f"{name}{suffix}"
-        command = [*_ZIG, "cc", "-target", target, "-shared", *COMPILER_OPTIONS, *WARNINGS, "-s"]
+        # FMI 3.0 headers do not pass the warnings: they count as those of the system
+        command = [
+            *_ZIG,
+            "cc",
+            "-target",
+            target,
+            "-shared",
+            *COMPILER_OPTIONS,
+            *WARNINGS,
+            "-s",
+            "-isystem",
+            "fmi",
+        ]
         _run([*command, "-o", library, *units, *options], folder, platform)
         return (folder / library).read_bytes()
 

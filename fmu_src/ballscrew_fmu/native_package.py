@@ -80,8 +80,9 @@ def native_files(
         "terminalsAndIcons/terminalsAndIcons.xml": terminals(),
         "terminalsAndIcons/icon.svg": icon_svg(),
         "terminalsAndIcons/icon.png": icon_png(),
-        "model.png": icon_png(),
     }
+    if fmi_version == 2:
+        files["model.png"] = icon_png()
     built_for = f"libraries for {', '.join(platforms)}"
     documentation = native_documentation(header, fmi_version, built_for, validation)
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
