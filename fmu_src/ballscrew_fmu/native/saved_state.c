@@ -312,13 +312,14 @@ Status instance_deserialize(Instance *instance, const unsigned char *bytes, size
     }
     memset(&situation, 0, sizeof situation);
     pass_all(&walk, &situation, &sum, &version, &written);
-    if (version != 0U && version != LAYOUT_VERSION) {
-        return instance_fail(instance, "serialized FMU state has layout %u, this FMU reads layout %u", version,
-                             LAYOUT_VERSION);
-    }
-    if (size <= CHECKED_FROM || written != size || sum != checksum(bytes + CHECKED_FROM, size - CHECKED_FROM)) {
+    if (size <= CHECKED_FROM || memcmp(bytes, MAGIC, MAGIC_SIZE) != 0 || written != size
+        || sum != checksum(bytes + CHECKED_FROM, size - CHECKED_FROM)) {
         return instance_fail(instance, "serialized FMU state of %lu bytes is damaged or none of this FMU",
                              (unsigned long)size);
+    }
+    if (version != LAYOUT_VERSION) {
+        return instance_fail(instance, "serialized FMU state has layout %u, this FMU reads layout %u", version,
+                             LAYOUT_VERSION);
     }
     if (!walk.good || walk.at != size || !possible(&situation)) {
         return instance_fail(instance, "serialized FMU state is of another version or map; this FMU has %s and map %.12s",
