@@ -1,0 +1,405 @@
+"""What fmpy and the schemas do not look at: an FMU against itself, its libraries and physics.
+
+findings(files) reads the members only; capability_findings(folder) calls the library of this machine.
+"""
+
+import ctypes
+import io
+import re
+import struct
+from contextlib import contextmanager
+from pathlib import Path
+from xml.etree import ElementTree
+
+import fmpy
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import (
+    FMU2Model,
+    FMU2Slave,
+    calloc,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+    free,
+)
+from fmpy.fmi3 import FMU3Model, FMU3Slave
+from lxml import etree
+
+SCHEMAS = Path(fmpy.__file__).parent / "schema"
+
+# exponents of kg, m, s, K, rad and display factors, offsets; written down independently of the table
+DIMENSIONS = {
+    "N": (1, 1, -2, 0, 0), "rad/s": (0, 0, -1, 0, 1), "K": (0, 0, 0, 1, 0), "N.m": (1, 2, -2, 0, 0),
+    "W": (1, 2, -3, 0, 0), "m": (0, 1, 0, 0, 0), "Pa": (1, -1, -2, 0, 0), "1": (0, 0, 0, 0, 0),
+    "N.m/rad": (1, 2, -2, 0, -1), "N.m.s/rad": (1, 2, -1, 0, -1), "rad": (0, 0, 0, 0, 1), "s": (0, 0, 1, 0, 0),
+}  # fmt: skip
+DISPLAYS = {
+    ("rad/s", "rev/min"): (9.549296585513721, 0.0), ("K", "degC"): (1.0, -273.15), ("m", "um"): (1e6, 0.0),
+    ("m", "nm"): (1e9, 0.0), ("Pa", "GPa"): (1e-9, 0.0), ("rad", "deg"): (57.29577951308232, 0.0),
+}  # fmt: skip
+# machine of each library: ELF e_machine, PE machine, Mach-O processors
+MACHINES = {
+    "linux64": ("elf", 62), "x86_64-linux": ("elf", 62), "aarch64-linux": ("elf", 183),
+    "win64": ("pe", 0x8664), "x86_64-windows": ("pe", 0x8664),
+    "darwin64": ("mach", (0x01000007, 0x0100000C)), "x86_64-darwin": ("mach", (0x01000007,)),
+    "aarch64-darwin": ("mach", (0x0100000C,)),
+}  # fmt: skip
+# flags that no call can show, as the runtime is written
+DECLARED = {
+    "needsExecutionTool": False, "canRunAsynchronuously": False, "completedIntegratorStepNotNeeded": True,
+    "needsCompletedIntegratorStep": False, "providesEvaluateDiscreteStates": False,
+    "providesIntermediateUpdate": False, "mightReturnEarlyFromDoStep": False,
+    "canReturnEarlyAfterIntermediateUpdate": False, "providesPerElementDependencies": False,
+}  # fmt: skip
+FMI_HEADER = re.compile(r"fmi[23](Functions|FunctionTypes|TypesPlatform|PlatformTypes)\.h")
+
+
+def schema_errors(content: bytes, schema: str) -> list[str]:
+    """Findings of a schema of fmpy, as 'fmi3/fmi3TerminalsAndIcons.xsd'."""
+    validator = etree.XMLSchema(file=str(SCHEMAS / schema))
+    return [] if validator.validate(etree.fromstring(content)) else [str(e) for e in validator.error_log]
+
+
+def variables_of(root):
+    """(name, value reference, node with the numbers) in order, for both versions."""
+    nodes = list(root.find("ModelVariables"))
+    return [
+        (n.get("name"), int(n.get("valueReference")), n[0] if n.tag == "ScalarVariable" else n) for n in nodes
+    ]
+
+
+def findings(files: dict[str, bytes]) -> list[str]:
+    """What is wrong with these members of a native FMU; empty if nothing is."""
+    root = ElementTree.parse(io.BytesIO(files["modelDescription.xml"])).getroot()
+    version = int(root.get("fmiVersion")[0])
+    return [
+        *_schemas(files, version),
+        *_numbers(root),
+        *_units(root),
+        *_identity(root, files, version),
+        *_libraries(root, files),
+        *_against_the_sources(root, files),
+        *_beside(root, files),
+    ]
+
+
+def _schemas(files, version):
+    found = schema_errors(files["modelDescription.xml"], f"fmi{version}/fmi{version}ModelDescription.xsd")
+    found += schema_errors(files["sources/buildDescription.xml"], "fmi3/fmi3BuildDescription.xsd")
+    return found + schema_errors(
+        files["terminalsAndIcons/terminalsAndIcons.xml"], "fmi3/fmi3TerminalsAndIcons.xsd"
+    )
+
+
+def _numbers(root):
+    found = []
+    references = [reference for _, reference, _ in variables_of(root)]
+    if references != list(range(len(references))):
+        found.append(f"value references {references} are not 0 to {len(references) - 1}, each once")
+    for name, _, node in variables_of(root):
+        values = {key: float(node.get(key)) for key in ("min", "start", "max") if _is_number(node.get(key))}
+        if list(values.values()) != sorted(values.values()):
+            found.append(f"{name}: {values} not in order")
+        if node.get("nominal") is not None and not float(node.get("nominal")) > 0.0:
+            found.append(f"{name}: nominal = {node.get('nominal')}")
+    return found
+
+
+def _is_number(text):
+    return text is not None and text not in ("true", "false")
+
+
+def _units(root):
+    found = []
+    used = {node.get("unit") for _, _, node in variables_of(root)} - {None}
+    units = {unit.get("name"): unit for unit in root.find("UnitDefinitions")}
+    if set(units) != used:
+        found.append(f"units {sorted(units)} defined, {sorted(used)} used")
+    for name, unit in units.items():
+        base = unit.find("BaseUnit")
+        exponents = tuple(int(base.get(key, "0")) for key in ("kg", "m", "s", "K", "rad"))
+        if exponents != DIMENSIONS.get(name) or set(base.keys()) - {"kg", "m", "s", "K", "rad"}:
+            found.append(f"unit {name} has exponents {exponents} of kg, m, s, K, rad")
+        for display in unit.findall("DisplayUnit"):
+            numbers = (float(display.get("factor", "1")), float(display.get("offset", "0")))
+            if numbers != DISPLAYS.get((name, display.get("name"))):
+                found.append(f"display unit {display.get('name')} of {name}: factor, offset {numbers}")
+    for name, _, node in variables_of(root):
+        if node.get("relativeQuantity") == "true" and node.get("displayUnit") == "degC":
+            found.append(f"{name} is a difference and would be shown with an offset")
+    return found
+
+
+def _identity(root, files, version):
+    token = root.get("guid" if version == 2 else "instantiationToken")
+    binaries = {name: content for name, content in files.items() if name.startswith("binaries/")}
+    found = [
+        f"{name} does not know the token {token}" for name, c in binaries.items() if token.encode() not in c
+    ]
+    if f'MODEL_TOKEN "{token}"'.encode() not in files["sources/variables.h"]:
+        found.append(f"the sources do not know the token {token}")
+    return found if token else ["no token"]
+
+
+def _libraries(root, files):
+    found = []
+    identifiers = {
+        node.get("modelIdentifier") for node in root if node.tag in ("CoSimulation", "ModelExchange")
+    }
+    suffixes = {"elf": ".so", "pe": ".dll", "mach": ".dylib"}
+    for path, content in files.items():
+        if not path.startswith("binaries/"):
+            continue
+        _, folder, name = path.split("/")
+        kind, machine = MACHINES.get(folder, ("elf", None))
+        if {name.removesuffix(suffixes[kind])} != identifiers:
+            found.append(f"{path} is not named by the model identifier {identifiers}")
+        if machine_of(content) != (kind, machine):
+            found.append(f"{path} is made for {machine_of(content)}")
+        for text in (b"/tmp/", b"/home/", b"/root/", b"/Users/", b".pdb", b"\\Users\\"):
+            if text in content:
+                found.append(f"{path} holds {text!r}")
+    return found
+
+
+def machine_of(content: bytes):
+    """Format and processor of a library."""
+    if content[:4] == b"\x7fELF":
+        return "elf", struct.unpack_from("<H", content, 18)[0]
+    if content[:2] == b"MZ":
+        (start,) = struct.unpack_from("<I", content, 0x3C)
+        return "pe", struct.unpack_from("<H", content, start + 4)[0]
+    if content[:4] == b"\xca\xfe\xba\xbe":
+        (count,) = struct.unpack_from(">I", content, 4)
+        slices = [struct.unpack_from(">IIIII", content, 8 + 20 * n) for n in range(count)]
+        for cpu, _, offset, size, alignment in slices:
+            thin = content[offset : offset + size]
+            if offset % (1 << alignment) or machine_of(thin) != ("mach", (cpu,)):
+                return "mach", ()
+        return "mach", tuple(cpu for cpu, *_ in slices)
+    if content[:4] == b"\xcf\xfa\xed\xfe":
+        return "mach", (struct.unpack_from("<I", content, 4)[0],)
+    return "unknown", None
+
+
+def _against_the_sources(root, files):
+    """The description says what the C code has."""
+    found = []
+    text = {
+        name.removeprefix("sources/"): c.decode() for name, c in files.items() if name.startswith("sources/")
+    }
+    rows = re.findall(r'\{"(\w+)", CAUSALITY_(\w+), (\w+), ([^,]+), ([^,]+), ([^}]+)\}', text["variables.c"])
+    listed = [(name, node) for name, _, node in variables_of(root) if node.get("causality") != "independent"]
+    if [row[0] for row in rows] != [name for name, _ in listed]:
+        found.append("variables of the description and of variables.c differ")
+    for (name, node), (_, kind, boolean, start, _, nominal) in zip(listed, rows, strict=False):
+        if (node.tag == "Boolean") != (boolean == "true"):
+            found.append(f"{name}: {node.tag}, but boolean is {boolean} in variables.c")
+        if node.get("start") is not None and float(node.get("start")) != float(start):
+            found.append(f"{name}: start {node.get('start')}, but {start} in variables.c")
+        if node.get("nominal") is not None and float(node.get("nominal")) != float(nominal):
+            found.append(f"{name}: nominal {node.get('nominal')}, but {nominal} in variables.c")
+        if (node.get("derivative") is not None) != (kind == "RATE"):
+            found.append(f"{name}: derivative {node.get('derivative')}, but {kind} in variables.c")
+    (indicators,) = re.findall(r"#define MODEL_INDICATORS (\d+)", text["model.h"])
+    if root.get("fmiVersion")[0] == "2":
+        counted = root.get("numberOfEventIndicators")
+        listed_files = [
+            [f.get("name") for f in root.find(f"{i}/SourceFiles")] for i in ("ModelExchange", "CoSimulation")
+        ]
+    else:
+        counted = str(len(root.findall("ModelStructure/EventIndicator")))
+        listed_files = []
+    if counted != indicators:
+        found.append(f"{counted} event indicators, but {indicators} in model.h")
+    categories = {node.get("name") for node in root.find("LogCategories")}
+    used = set(re.findall(r'"(log[A-Z]\w+)"', text["instance.c"]))
+    if categories != used:
+        found.append(f"log categories {sorted(categories)}, but {sorted(used)} in instance.c")
+    build = ElementTree.fromstring(text["buildDescription.xml"])
+    listed_files.append([node.get("name") for node in build.iter("SourceFile")])
+    units = sorted(name for name in text if name.endswith(".c"))
+    found += [f"source files {names}; there are {units}" for names in listed_files if sorted(names) != units]
+    found += [f"sources/{name} belongs to the importer" for name in text if FMI_HEADER.fullmatch(name)]
+    return found
+
+
+def _beside(root, files):
+    """Terminals, reference results and documentation fit the variables."""
+    found = []
+    nodes = {name: node for name, _, node in variables_of(root)}
+    terminals = ElementTree.fromstring(files["terminalsAndIcons/terminalsAndIcons.xml"])
+    members = [node.get("variableName") for node in terminals.iter("TerminalMemberVariable")]
+    found += [f"terminal member {name} is no variable" for name in members if name not in nodes]
+    folder = "extra/org.fmi-standard.fmi-ls-ref"
+    if f"{folder}/fmi-ls-manifest.xml" in files:
+        manifest = ElementTree.fromstring(files[f"{folder}/fmi-ls-manifest.xml"])
+        space = "{http://fmi-standard.org/fmi-ls-manifest}fmi-ls-"
+        if (manifest.get(f"{space}name"), manifest.get(f"{space}version")) != (
+            "org.fmi-standard.fmi-ls-ref",
+            "1.0.0-alpha.1",
+        ):
+            found.append("manifest of another layered standard")
+        for related in manifest.iter("Related"):
+            place = f"{folder}/{related.get('source')}"
+            head = files.get(place, b"").decode().partition("\n")[0].split(",")
+            if head[0] != "time" or any(name not in nodes for name in head[1:]):
+                found.append(f"{place}: columns {head}")
+    for name in re.findall(r'src="([^"]+)"', files["documentation/index.html"].decode()):
+        place = name.removeprefix("../") if name.startswith("../") else f"documentation/{name}"
+        if place not in files:
+            found.append(f"documentation shows {name}, which is not there")
+    return found
+
+
+def capability_findings(folder: Path | str) -> list[str]:
+    """Flags of an unpacked FMU that its library contradicts."""
+    description = fmpy.read_model_description(str(folder))
+    root = ElementTree.parse(Path(folder) / "modelDescription.xml").getroot()
+    version = int(description.fmiVersion[0])
+    found = []
+    for interface in ("ModelExchange", "CoSimulation"):
+        flags = dict(root.find(interface).attrib)
+        actual = {**DECLARED, **_probe(folder, description, version, interface)}
+        for flag, claimed in flags.items():
+            if flag == "modelIdentifier":
+                continue
+            value = {"true": True, "false": False}.get(claimed, claimed)
+            if flag not in actual or value != actual[flag]:
+                found.append(f"{interface}: {flag} = {claimed}; the library says {actual.get(flag)}")
+    return found
+
+
+class _Instance:
+    """One instance of either version and interface, initialized."""
+
+    def __init__(self, folder, description, version, interface):
+        kinds = {
+            (2, "CoSimulation"): FMU2Slave, (2, "ModelExchange"): FMU2Model,
+            (3, "CoSimulation"): FMU3Slave, (3, "ModelExchange"): FMU3Model,
+        }  # fmt: skip
+        self.version, self.interface, self.allocated = version, interface, 0
+        self.fmu = kinds[version, interface](
+            guid=description.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName="probe",
+        )
+        if version == 2:
+            self._callbacks = fmi2CallbackFunctions()
+            self._callbacks.logger = fmi2CallbackLoggerTYPE(lambda *_: None)
+            self._callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(self._allocate)
+            self._callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
+            self.fmu.instantiate(callbacks=self._callbacks)
+            self.fmu.setupExperiment(startTime=0.0)
+            self.set, self.get = self.fmu.setReal, self.fmu.getReal
+        else:
+            self.fmu.instantiate(logMessage=lambda *_: None)
+            self.set, self.get = self.fmu.setFloat64, self.fmu.getFloat64
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+
+    def _allocate(self, count, size):
+        self.allocated += 1
+        return calloc(count, size)
+
+
+@contextmanager
+def _instance(*arguments):
+    one = _Instance(*arguments)
+    try:
+        yield one
+    finally:
+        one.fmu.freeInstance()
+
+
+def _works(call) -> bool:
+    try:
+        call()
+    except (FMICallException, AttributeError):
+        return False
+    return True
+
+
+def _probe(folder, description, version, interface):
+    """What the library does, by flag. References: 1 speed, 4 friction_torque."""
+    arguments = (folder, description, version, interface)
+    state = "State" if version == 3 else "state"
+    steps = interface == "CoSimulation"
+
+    def attempt(call, prepare=lambda one: None):
+        with _instance(*arguments) as one:
+            prepare(one)
+            return _works(lambda: call(one.fmu))
+
+    def save(fmu, serialize):
+        suffix = f"FMU{state}"
+        saved = getattr(fmu, f"get{suffix}")()
+        if serialize:
+            bytes_ = getattr(fmu, f"serialize{suffix}")(saved)
+            getattr(fmu, f"free{suffix}")(saved)
+            restore = "deserialize" if version == 3 else "deSerialize"
+            saved = getattr(fmu, f"{restore}{suffix}")(bytes_)
+        getattr(fmu, f"set{suffix}")(saved)
+        getattr(fmu, f"free{suffix}")(saved)
+
+    def one_step(one):
+        if steps:
+            one.fmu.doStep(currentCommunicationPoint=0.0, communicationStepSize=1e-3)
+
+    found = {
+        f"canGetAndSetFMU{state}": attempt(lambda fmu: save(fmu, False), one_step),
+        f"canSerializeFMU{state}": attempt(lambda fmu: save(fmu, True), one_step),
+        "canBeInstantiatedOnlyOncePerProcess": not _two_at_a_time(arguments),
+    }
+    if version == 2:
+        found["providesDirectionalDerivative"] = attempt(
+            lambda fmu: fmu.getDirectionalDerivative([4], [1], [1.0]), one_step
+        )
+        with _instance(*arguments) as one:
+            found["canNotUseMemoryManagementFunctions"] = one.allocated == 0
+        found["canInterpolateInputs"] = steps and attempt(
+            lambda f: f.setRealInputDerivatives([1], [1], [0.0])
+        )
+        higher = steps and attempt(lambda fmu: fmu.getRealOutputDerivatives([4], [1]), one_step)
+    else:
+        found["providesDirectionalDerivatives"] = attempt(
+            lambda fmu: fmu.getDirectionalDerivative([4], [1], [1.0]), one_step
+        )
+        found["providesAdjointDerivatives"] = attempt(
+            lambda fmu: fmu.getAdjointDerivative([4], [1], [1.0]), one_step
+        )
+        higher = steps and attempt(lambda fmu: fmu.getOutputDerivatives([4], [1]), one_step)
+        found["hasEventMode"] = steps and attempt(lambda fmu: fmu.enterEventMode(), one_step)
+    found["maxOutputDerivativeOrder"] = "1" if higher else "0"
+    found["canHandleVariableCommunicationStepSize"] = steps and attempt(_uneven_steps)
+    return found
+
+
+def _uneven_steps(fmu):
+    time = 0.0
+    for step in (1e-3, 0.3e-3, 2.0, 1e-6):
+        fmu.doStep(currentCommunicationPoint=time, communicationStepSize=step)
+        time += step
+
+
+def _two_at_a_time(arguments) -> bool:
+    with _instance(*arguments) as one, _instance(*arguments) as two:
+        one.set([1], [10.0])
+        two.set([1], [200.0])
+        return one.get([1]) == [10.0] and two.get([1]) == [200.0]
+
+
+def exports(library: Path, names: list[str]) -> list[str]:
+    """Functions of these names that a library for this machine does not export."""
+    loaded = ctypes.CDLL(str(library))
+    return [name for name in names if not hasattr(loaded, name)]
+
+
+def fmi_functions(version: int) -> list[str]:
+    """All functions of an FMI version, from its header."""
+    header = (Path(fmpy.__file__).parent / "c-code" / f"fmi{version}Functions.h").read_text()
+    return sorted(
+        set(re.findall(rf"^#define (fmi{version}\w+)\s+fmi{version}FullName\(", header, re.MULTILINE))
+    )
