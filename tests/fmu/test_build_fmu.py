@@ -1,14 +1,18 @@
 """build_fmu.py: the delivered FMU, its report, and bad input."""
 
+import csv
 import hashlib
 import importlib.util
+import io
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
 from fmpy.validation import validate_fmu
 
+from ballscrew_fmu.native_build import PLATFORMS, BuildError
 from ballscrew_tehl.nut_map.packed import MapError
 from ballscrew_tehl.parameters import load_parameters
 
@@ -28,8 +32,18 @@ def with_synthetic_map(script, monkeypatch, synthetic_nut_map):
     monkeypatch.setattr(script, "read_inputs", lambda *_: (load_parameters(), synthetic_nut_map))
 
 
+@pytest.fixture
+def for_this_machine(monkeypatch):
+    """Native FMUs without the other platforms, which take their time; they are test_native_package's."""
+    host = "x86_64-windows" if sys.platform == "win32" else f"x86_64-{sys.platform}"
+    monkeypatch.setattr("ballscrew_fmu.native_build.PLATFORMS", {host: PLATFORMS[host]})
+
+
+NATIVE = ["BallScrewFrictionNative_fmi2.fmu", "BallScrewFrictionNative_fmi3.fmu"]
+
+
 def test_it_delivers_a_checked_fmu_and_says_what_it_is(script, with_synthetic_map, tmp_path, capsys):
-    assert script.main(["--output", str(tmp_path / "new" / "dist")]) == 0
+    assert script.main(["--python-only", "--output", str(tmp_path / "new" / "dist")]) == 0
     fmu = tmp_path / "new" / "dist" / "BallScrewFriction.fmu"
     assert [path.name for path in fmu.parent.iterdir()] == [fmu.name]
     assert validate_fmu(str(fmu)) == []
@@ -38,6 +52,60 @@ def test_it_delivers_a_checked_fmu_and_says_what_it_is(script, with_synthetic_ma
     assert str(fmu) in printed
     for word in ("measured", "this model", "Zhao", "Zhou", "NSK", "Table 2", "Table 4", "no finding"):
         assert word in printed
+
+
+def test_it_delivers_the_native_fmus_as_well(
+    script, with_synthetic_map, for_this_machine, tmp_path, capsys, synthetic_nut_map
+):
+    assert script.main(["--output", str(tmp_path)]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["BallScrewFriction.fmu", *NATIVE]
+    printed = capsys.readouterr().out
+    for name in NATIVE:
+        assert validate_fmu(str(tmp_path / name)) == []
+        assert hashlib.sha256((tmp_path / name).read_bytes()).hexdigest() in printed
+        assert f"{name}: fmpy: no finding; replay against the map" in printed
+        with zipfile.ZipFile(tmp_path / name) as archive:
+            files = {member: archive.read(member) for member in archive.namelist()}
+        assert "Table 4: torque over speed" in files["documentation/index.html"].decode()
+        assert files["documentation/torque_over_speed.png"][:4] == b"\x89PNG"
+        results = files["extra/org.fmi-standard.fmi-ls-ref/BallScrewFrictionNative_out.csv"].decode()
+        rows = list(csv.DictReader(io.StringIO(results)))
+        assert len(rows) == 240
+        inputs = list(script.reference_input(synthetic_nut_map.header))
+        state = synthetic_nut_map.evaluate(**inputs[-1])
+        assert float(rows[-1]["film_thickness_min"]) == state.film_thickness_min
+        assert float(rows[-1]["time"]) == pytest.approx(0.24)
+
+
+def test_a_native_fmu_that_differs_delivers_nothing(
+    script, with_synthetic_map, for_this_machine, tmp_path, monkeypatch, capsys
+):
+    original = script.check_replay
+
+    def differs(fmu, nut_map, kind=None):
+        if fmu.name == NATIVE[1]:
+            raise script.CheckError("replay step 3: another torque")
+        return original(fmu, nut_map, kind)
+
+    monkeypatch.setattr(script, "check_replay", differs)
+    assert script.main(["--output", str(tmp_path)]) == 1
+    assert f"no FMU delivered: {NATIVE[1]}: replay step 3: another torque" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_a_compiler_one_line_names_the_remedy(
+    script, with_synthetic_map, tmp_path, monkeypatch, capsys
+):
+    def missing():
+        raise BuildError("ziglang is not installed: build with --python-only")
+
+    monkeypatch.setattr("ballscrew_fmu.native_package.compiler_version", missing)
+    assert script.main(["--output", str(tmp_path)]) == 1
+    assert (
+        one_line(capsys)
+        == "build_fmu.py: no FMU delivered: ziglang is not installed: build with --python-only"
+    )
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_tables_show_the_torque_of_the_fmu(script, fmu, synthetic_nut_map):
@@ -49,7 +117,7 @@ def test_the_tables_show_the_torque_of_the_fmu(script, fmu, synthetic_nut_map):
 def test_two_runs_deliver_the_same_bytes(script, with_synthetic_map, tmp_path):
     files = []
     for name in ("a", "b"):
-        assert script.main(["--output", str(tmp_path / name)]) == 0
+        assert script.main(["--python-only", "--output", str(tmp_path / name)]) == 0
         files.append((tmp_path / name / "BallScrewFriction.fmu").read_bytes())
     assert files[0] == files[1]
 
@@ -71,7 +139,7 @@ def test_a_replay_that_differs_delivers_nothing(script, with_synthetic_map, tmp_
     )
     assert script.main(["--output", str(tmp_path)]) == 1
     error = capsys.readouterr().err
-    assert "check failed, no FMU delivered: replay step" in error
+    assert "check failed, no FMU delivered: BallScrewFriction.fmu: replay step" in error
     assert list(tmp_path.iterdir()) == []
 
 
@@ -82,7 +150,7 @@ def test_a_finding_of_the_validation_delivers_nothing(
     old.write_bytes(b"the one before")
     monkeypatch.setattr("fmpy.validation.validate_fmu", lambda _: ["first finding", "second"])
     assert script.main(["--output", str(tmp_path)]) == 1
-    assert "fmpy validation: first finding | second" in capsys.readouterr().err
+    assert "fmpy validation of BallScrewFriction.fmu: first finding | second" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == [old.name]
     assert old.read_bytes() == b"the one before"
 
@@ -140,5 +208,5 @@ def test_help_names_steps_options_and_exit_codes():
         [sys.executable, str(ROOT / "build_fmu.py"), "--help"], capture_output=True, text=True
     )
     assert run.returncode == 0
-    for word in ("--screw", "--map", "--output", "--kinematics", "examples", "exit codes", "rolling_frame"):
+    for word in ("--screw", "--map", "--output", "--kinematics", "--python-only", "examples", "exit codes"):
         assert word in run.stdout
