@@ -35,7 +35,7 @@ PLATFORMS: Mapping[str, Platform] = {  # by platform tuple of FMI 3
 # -ffp-contract=off: no fused multiply-add on aarch64, so that all platforms round alike
 COMPILER_OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden")
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
-TIME_LIMIT = 600.0  # [s] for one platform; the first use of a target builds its C library stubs
+TIME_LIMIT = 1800.0  # [s] for one platform; the first use of a target builds its C library stubs
 
 # fat header of macOS, big-endian: magic, count; then per slice cpu type, cpu subtype, offset, size, alignment
 _FAT_MAGIC = 0xCAFEBABE

@@ -55,7 +55,7 @@ contact solutions. FMI {fmi}, co-simulation and model exchange, in C99 without a
 <tr><td>a Python host that wants contacts solved at run time (refine)</td>
 <td>BallScrewFriction.fmu (FMI 2.0 co-simulation)</td></tr>
 </table>
-<p>All have the same variables with the same value references and the same results.</p>
+<p>Inputs, outputs and parameters that they share have the same names, value references and results.</p>
 <h2>Map</h2>
 <p>{provenance}</p>
 <h2>What to believe</h2>
