@@ -412,6 +412,12 @@ def test_communication_points_may_drift_and_jump(version):
         assert one.messages == []
         for jump in (5.0, 1.0):
             assert one.step(jump, 1e-3) == OK
+        reached = doubles(0.0)
+        if version == 2:
+            assert one.call("GetRealStatus", 2, reached) == OK
+        else:
+            assert one.get_raw(references(len(VARIABLES)), reached) == OK
+        assert reached[0] == 1.001  # the time of the importer counts
         texts = [m.text for m in one.messages]
         assert len(texts) == (0 if version == 2 else 1)
         assert all(text.startswith("communication point = 5 s") for text in texts)

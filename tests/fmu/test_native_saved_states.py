@@ -102,6 +102,22 @@ def test_a_serialized_state_continues_exactly_in_a_fresh_instance(version, kind)
 
 
 @both_versions
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_slipping_bristle_goes_on_slipping(version, way):
+    with NativeInstance(version, ME) as one, NativeInstance(version, ME) as other:
+        one.start(**START, speed=way, presliding_deflection=way)  # far beyond sliding
+        one.update()
+        assert one.rates() == [0.0]
+        _, state = other.deserialize(one.serialize(one.save()))
+        assert other.restore(state) == OK
+        for each in (one, other):
+            assert each.rates() == [0.0]
+            each.set(speed=-way)
+            assert each.update() == (OK, True)  # sticks again
+        assert other.outputs() == one.outputs()
+
+
+@both_versions
 @pytest.mark.parametrize(("kind", "letter"), [*((CS, x) for x in "instx"), *((ME, x) for x in "inectx")])
 def test_the_state_of_the_state_machine_is_restored(version, kind, letter):
     expected = {
