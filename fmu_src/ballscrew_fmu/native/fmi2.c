@@ -7,9 +7,9 @@
 
 #include "instance.h"
 
-/* States in which each call is legal: tables of sections 3.2.3 and 4.2.4 of FMI 2.0.5. Conditions on the variable are in
-   settable_in of instance.c. Differs: the table has setTime in Event Mode for discrete-time FMUs only, but importers
-   call it there for others too. */
+/* States in which each call is legal: tables of sections 3.2.3 and 4.2.4 of FMI 2.0.5. Conditions on the variable are
+   in settable_in of instance.c. Differs: the table has setTime in Event Mode for discrete-time FMUs only, but
+   importers call it there for others too. */
 #define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
 #define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
 #define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)
@@ -187,7 +187,7 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
 {
     BEGIN(GetBoolean)
     if (nvr > 0 && (vr == NULL || value == NULL)) {
-        RETURN(instance_fail(instance, "an array is a NULL pointer"));
+        RETURN(instance_missing_array(instance));
     }
     for (size_t i = 0; i < nvr; ++i) {
         bool found;

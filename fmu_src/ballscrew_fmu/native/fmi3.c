@@ -295,7 +295,7 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueR
     BEGIN(GetBoolean)
     status = check_counts(self, nValueReferences, nValues);
     if (status == STATUS_OK && nValues > 0 && (valueReferences == NULL || values == NULL)) {
-        status = instance_fail(self, "an array is a NULL pointer");
+        status = instance_missing_array(self);
     }
     for (size_t i = 0; status == STATUS_OK && i < nValues; ++i) {
         status = instance_get_boolean(self, valueReferences[i], &values[i]);

@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#define MAP_FILE "nut_map.bin"
 #define MESSAGE_SIZE 640
 
 static const char *const state_names[] = {"Instantiated", "Initialization Mode", "Event Mode", "Continuous-Time Mode",
@@ -116,91 +115,6 @@ static const char *number_text(double value, char text[32])
 
 /* --- making and freeing ------------------------------------------------------------------------------------------ */
 
-static int hexadecimal(char c)
-{
-    if (c >= '0' && c <= '9') {
-        return c - '0';
-    }
-    c = (char)(c | 0x20);
-    return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
-}
-
-static bool starts_with(const char *text, const char *beginning)
-{
-    for (; *beginning != '\0'; ++text, ++beginning) {
-        if ((*text >= 'A' && *text <= 'Z' ? (char)(*text | 0x20) : *text) != *beginning) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/* Path of a file URI, or the text itself where it is no URI; path has room for the text. */
-static void path_of_uri(const char *uri, char *path)
-{
-    const char *from = uri;
-
-    if (!starts_with(uri, "file:")) {
-        strcpy(path, uri);
-        return;
-    }
-    from += 5;
-    if (starts_with(from, "//localhost/")) {
-        from += 11;
-    } else if (starts_with(from, "///")) {
-        from += 2;
-    }
-    /* what else has two slashes is a share of another host, as it stands: //host/share */
-    if (from[0] == '/' && from[1] != '\0' && (from[2] == ':' || from[2] == '|')) {
-        ++from; /* /C:/folder */
-    }
-    while (*from != '\0') {
-        const int high = *from == '%' ? hexadecimal(from[1]) : -1;
-        const int low = high >= 0 ? hexadecimal(from[2]) : -1;
-        if (low >= 0 && high + low > 0) {
-            *path++ = (char)(unsigned char)(16 * high + low);
-            from += 3;
-        } else {
-            *path++ = *from++;
-        }
-    }
-    *path = '\0';
-}
-
-/* The map in the resources; NULL with a message. */
-static Map *read_map(const Importer *importer, const char *name, const char *resources, bool is_uri)
-{
-    char message[MESSAGE_SIZE / 2], *path;
-    Map *map;
-    size_t length;
-
-    if (resources == NULL) {
-        importer_refuse(importer, name, "no location of the resources; " MAP_FILE " is needed from there");
-        return NULL;
-    }
-    path = importer->allocate(1, strlen(resources) + sizeof "/" MAP_FILE);
-    if (path == NULL) {
-        importer_refuse(importer, name, "not enough memory");
-        return NULL;
-    }
-    if (is_uri) {
-        path_of_uri(resources, path);
-    } else {
-        strcpy(path, resources);
-    }
-    length = strlen(path);
-    if (length > 0 && path[length - 1] != '/' && path[length - 1] != '\\') {
-        path[length++] = '/';
-    }
-    strcpy(path + length, MAP_FILE);
-    map = map_read(path, MODEL_MAP, message, sizeof message);
-    importer->release(path);
-    if (map == NULL) {
-        importer_refuse(importer, name, "%s", message);
-    }
-    return map;
-}
-
 Instance *instance_create(const Importer *importer, unsigned kind, const char *name, const char *token,
                           const char *resources, bool is_uri, bool logging)
 {
@@ -218,7 +132,7 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
                         token != NULL ? token : "NULL", MODEL_TOKEN);
         return NULL;
     }
-    map = read_map(importer, name, resources, is_uri);
+    map = importer_map(importer, name, resources, is_uri);
     if (map == NULL) {
         return NULL;
     }
@@ -285,17 +199,18 @@ Instance *instance_begin(void *handle, const Call *call)
     list_states(instance->now.state, here, sizeof here);
     list_states(call->states, legal, sizeof legal);
     if ((instance->kind & call->kinds) == 0U) {
-        (void)instance_fail(instance, "called in %s; legal in %s only", kind_name(instance->kind), kind_name(call->kinds));
+        (void)instance_fail(instance, "called in %s; legal in %s only", kind_name(instance->kind),
+                            kind_name(call->kinds));
     } else {
-        (void)instance_fail(instance, "called in %s; legal in %s", here, legal[0] != '\0' ? legal : "no state of this FMU");
+        (void)instance_fail(instance, "called in %s; legal in %s", here,
+                            legal[0] != '\0' ? legal : "no state of this FMU");
     }
     return NULL;
 }
 
 /* --- following what was set -------------------------------------------------------------------------------------- */
 
-/* In co-simulation only steps bring the outputs forward once it is initialized. */
-static void follow(Instance *instance)
+void instance_follow(Instance *instance)
 {
     if (instance->now.stale
         && (instance->kind == MODEL_EXCHANGE || instance->now.state == INITIALIZATION_MODE)) {
@@ -352,7 +267,7 @@ Status instance_enter(Instance *instance, unsigned state)
 
 Status instance_exit_initialization(Instance *instance)
 {
-    follow(instance);
+    instance_follow(instance);
     if (instance->kind == MODEL_EXCHANGE) {
         model_initial_event(&instance->now.model);
         instance->now.state = EVENT_MODE;
@@ -392,12 +307,12 @@ static unsigned settable_in(enum Causality causality)
     }
 }
 
-static bool is_real(unsigned reference)
+bool instance_is_real(unsigned reference)
 {
     return reference < (unsigned)VARIABLE_COUNT && !model_variables[reference].boolean;
 }
 
-static Status missing_array(Instance *instance)
+Status instance_missing_array(Instance *instance)
 {
     return instance_fail(instance, "an array is a NULL pointer");
 }
@@ -422,11 +337,11 @@ static Status unusable(Instance *instance, unsigned reference, double value)
 Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[])
 {
     if (count > 0 && (references == NULL || values == NULL)) {
-        return missing_array(instance);
+        return instance_missing_array(instance);
     }
-    follow(instance);
+    instance_follow(instance);
     for (size_t i = 0; i < count; ++i) {
-        if (is_real(references[i])) {
+        if (instance_is_real(references[i])) {
             values[i] = model_get(&instance->now.model, (int)references[i]);
         } else if (instance->time_variable && references[i] == (unsigned)TIME_REFERENCE) {
             values[i] = instance->now.time;
@@ -440,10 +355,10 @@ Status instance_get_reals(Instance *instance, const unsigned references[], size_
 Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[])
 {
     if (count > 0 && (references == NULL || values == NULL)) {
-        return missing_array(instance);
+        return instance_missing_array(instance);
     }
     for (size_t i = 0; i < count; ++i) {
-        if (!is_real(references[i])) {
+        if (!instance_is_real(references[i])) {
             return unknown(instance, "settable Real", references[i]);
         }
         if ((settable_in(model_variables[references[i]].causality) & instance->now.state) == 0U) {
@@ -469,7 +384,7 @@ Status instance_get_boolean(Instance *instance, unsigned reference, bool *value)
     if (reference >= (unsigned)VARIABLE_COUNT || !model_variables[reference].boolean) {
         return unknown(instance, "Boolean", reference);
     }
-    follow(instance);
+    instance_follow(instance);
     *value = model_get(&instance->now.model, (int)reference) != 0.0;
     return STATUS_OK;
 }
@@ -484,111 +399,7 @@ Status instance_no_variables(Instance *instance, const char *type, const unsigne
     if (count == 0) {
         return STATUS_OK;
     }
-    return references == NULL ? missing_array(instance) : unknown(instance, type, references[0]);
-}
-
-/* --- derivatives ------------------------------------------------------------------------------------------------- */
-
-/* One entry for each variable, however often the importer names it: the model needs no more room than this. */
-typedef struct {
-    int references[VARIABLE_COUNT];
-    double seeds[VARIABLE_COUNT];
-    size_t count;
-} Seeded;
-
-static void add_seed(Seeded *seeded, int reference, double seed)
-{
-    size_t i = 0;
-
-    while (i < seeded->count && seeded->references[i] != reference) {
-        ++i;
-    }
-    if (i == seeded->count) {
-        seeded->references[seeded->count++] = reference;
-        seeded->seeds[i] = 0.0;
-    }
-    seeded->seeds[i] += seed;
-}
-
-/* Seeds of the unknowns times their slopes along one known. */
-static double along(Model *model, const Seeded *seeded, int known)
-{
-    const double one = 1.0;
-    double slopes[VARIABLE_COUNT], sum = 0.0;
-
-    model_directional_derivative(model, seeded->references, seeded->count, &known, 1, &one, slopes);
-    for (size_t i = 0; i < seeded->count; ++i) {
-        sum += seeded->seeds[i] * slopes[i];
-    }
-    return sum;
-}
-
-static bool is_known(const Instance *instance, unsigned reference)
-{
-    enum Causality causality;
-
-    if (!is_real(reference)) {
-        return false;
-    }
-    causality = model_variables[reference].causality;
-    return causality == CAUSALITY_INPUT || causality == CAUSALITY_STATE
-           || (causality == CAUSALITY_PARAMETER && instance->now.state == INITIALIZATION_MODE);
-}
-
-static bool is_unknown(unsigned reference)
-{
-    return is_real(reference)
-           && (model_variables[reference].causality == CAUSALITY_OUTPUT
-               || model_variables[reference].causality == CAUSALITY_RATE);
-}
-
-Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t unknown_count,
-                           const unsigned knowns[], size_t known_count, const double seed[], double sensitivity[],
-                           bool adjoint)
-{
-    Seeded seeded;
-
-    if ((unknown_count > 0 && unknowns == NULL) || (known_count > 0 && knowns == NULL)
-        || ((adjoint ? unknown_count : known_count) > 0 && seed == NULL)
-        || ((adjoint ? known_count : unknown_count) > 0 && sensitivity == NULL)) {
-        return missing_array(instance);
-    }
-    for (size_t i = 0; i < unknown_count; ++i) {
-        if (!is_unknown(unknowns[i])) {
-            return instance_fail(instance, "value reference %u has no derivatives; unknowns are Real outputs and %s",
-                                 unknowns[i], model_variables[PRESLIDING_DEFLECTION_RATE].name);
-        }
-    }
-    for (size_t i = 0; i < known_count; ++i) {
-        if (!is_known(instance, knowns[i])) {
-            return instance_fail(instance, "no derivatives along value reference %u; knowns are inputs and %s",
-                                 knowns[i], model_variables[PRESLIDING_DEFLECTION].name);
-        }
-    }
-    follow(instance);
-    seeded.count = 0;
-    if (adjoint) {
-        for (size_t i = 0; i < unknown_count; ++i) {
-            add_seed(&seeded, (int)unknowns[i], seed[i]);
-        }
-        for (size_t i = 0; i < known_count; ++i) {
-            sensitivity[i] = along(&instance->now.model, &seeded, (int)knowns[i]);
-        }
-        return STATUS_OK;
-    }
-    for (size_t i = 0; i < known_count; ++i) {
-        add_seed(&seeded, (int)knowns[i], seed[i]);
-    }
-    for (size_t first = 0; first < unknown_count; first += VARIABLE_COUNT) {
-        int references[VARIABLE_COUNT];
-        size_t count = 0;
-        for (; count < VARIABLE_COUNT && first + count < unknown_count; ++count) {
-            references[count] = (int)unknowns[first + count];
-        }
-        model_directional_derivative(&instance->now.model, references, count, seeded.references, seeded.count,
-                                     seeded.seeds, sensitivity + first);
-    }
-    return STATUS_OK;
+    return references == NULL ? instance_missing_array(instance) : unknown(instance, type, references[0]);
 }
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
@@ -602,7 +413,8 @@ Status instance_step(Instance *instance, double time, double step, bool zero_all
     char text[32], other[32];
 
     if (!(is_time(time) && step >= 0.0 && step < MODEL_TOO_LARGE && (step > 0.0 || zero_allowed))) {
-        return instance_fail(instance, "communication point = %s s, step size = %s s; needs finite numbers, step size %s 0",
+        return instance_fail(instance,
+                             "communication point = %s s, step size = %s s; needs finite numbers, step size %s 0",
                              number_text(time, text), number_text(step, other), zero_allowed ? ">=" : ">");
     }
     if (time + step > now->stop + tolerance) {
@@ -639,7 +451,7 @@ Status instance_set_time(Instance *instance, double time)
 
 Status instance_event(Instance *instance, bool *state_changed)
 {
-    follow(instance);
+    instance_follow(instance);
     *state_changed = model_event(&instance->now.model);
     warn_of_clamping(instance);
     return STATUS_OK;
@@ -652,7 +464,7 @@ static Status check_length(Instance *instance, const double array[], size_t leng
         return instance_fail(instance, "array of %lu numbers; needs %lu", (unsigned long)length,
                              (unsigned long)expected);
     }
-    return array == NULL ? missing_array(instance) : STATUS_OK;
+    return array == NULL ? instance_missing_array(instance) : STATUS_OK;
 }
 
 Status instance_set_states(Instance *instance, const double states[], size_t length)
@@ -684,7 +496,7 @@ Status instance_get_rates(Instance *instance, double rates[], size_t length)
     const Status status = check_length(instance, rates, length, INSTANCE_STATES);
 
     if (status == STATUS_OK) {
-        follow(instance);
+        instance_follow(instance);
         rates[0] = model_get(&instance->now.model, PRESLIDING_DEFLECTION_RATE);
     }
     return status;
@@ -705,7 +517,7 @@ Status instance_get_indicators(Instance *instance, double indicators[], size_t l
     const Status status = check_length(instance, indicators, length, MODEL_INDICATORS);
 
     if (status == STATUS_OK) {
-        follow(instance);
+        instance_follow(instance);
         model_indicators(&instance->now.model, indicators);
     }
     return status;

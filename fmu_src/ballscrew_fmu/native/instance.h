@@ -77,6 +77,9 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
                           const char *resources, bool is_uri, bool logging);
 void instance_free(Instance *instance);
 
+/* The map in the resources; NULL with a message. */
+Map *importer_map(const Importer *importer, const char *name, const char *resources, bool is_uri);
+
 /* Message about an instance that is not made; no setting of the log can hold it back. */
 void importer_refuse(const Importer *importer, const char *name, const char *format, ...);
 
@@ -95,7 +98,12 @@ Status instance_enter(Instance *instance, unsigned state);
 Status instance_exit_initialization(Instance *instance);
 Status instance_reset(Instance *instance);
 
+/* Bring the outputs to what was set, where they follow it: in co-simulation only steps do, once it is initialized. */
+void instance_follow(Instance *instance);
+
 /* Values. A call that fails or is discarded stores nothing. */
+bool instance_is_real(unsigned reference);
+Status instance_missing_array(Instance *instance);
 Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[]);
 Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[]);
 Status instance_get_boolean(Instance *instance, unsigned reference, bool *value);
@@ -103,7 +111,8 @@ Status instance_set_boolean(Instance *instance, unsigned reference);
 Status instance_no_variables(Instance *instance, const char *type, const unsigned references[], size_t count);
 
 /* Derivatives of outputs and of the rate of the bristle along inputs, the bristle and, while initializing, parameters;
-   forward: sensitivity of each unknown along the seed of the knowns; adjoint: of each known along that of the unknowns. */
+   forward: sensitivity of each unknown along the seed of the knowns; adjoint: of each known along that of the
+   unknowns. */
 Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t unknown_count,
                            const unsigned knowns[], size_t known_count, const double seed[], double sensitivity[],
                            bool adjoint);

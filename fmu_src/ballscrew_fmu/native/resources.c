@@ -1,0 +1,91 @@
+/* The map in the resources of the FMU, found by URI (FMI 2) or by path (FMI 3). */
+#include <string.h>
+
+#include "instance.h"
+
+#define MAP_FILE "nut_map.bin"
+
+static int hexadecimal(char c)
+{
+    if (c >= '0' && c <= '9') {
+        return c - '0';
+    }
+    c = (char)(c | 0x20);
+    return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
+}
+
+static bool starts_with(const char *text, const char *beginning)
+{
+    for (; *beginning != '\0'; ++text, ++beginning) {
+        if ((*text >= 'A' && *text <= 'Z' ? (char)(*text | 0x20) : *text) != *beginning) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Path of a file URI, or the text itself where it is no URI; path has room for the text. */
+static void path_of_uri(const char *uri, char *path)
+{
+    const char *from = uri;
+
+    if (!starts_with(uri, "file:")) {
+        strcpy(path, uri);
+        return;
+    }
+    from += 5;
+    if (starts_with(from, "//localhost/")) {
+        from += 11;
+    } else if (starts_with(from, "///")) {
+        from += 2;
+    }
+    /* what else has two slashes is a share of another host, as it stands: //host/share */
+    if (from[0] == '/' && from[1] != '\0' && (from[2] == ':' || from[2] == '|')) {
+        ++from; /* /C:/folder */
+    }
+    while (*from != '\0') {
+        const int high = *from == '%' ? hexadecimal(from[1]) : -1;
+        const int low = high >= 0 ? hexadecimal(from[2]) : -1;
+        if (low >= 0 && high + low > 0) {
+            *path++ = (char)(unsigned char)(16 * high + low);
+            from += 3;
+        } else {
+            *path++ = *from++;
+        }
+    }
+    *path = '\0';
+}
+
+/* The map in the resources; NULL with a message. */
+Map *importer_map(const Importer *importer, const char *name, const char *resources, bool is_uri)
+{
+    char message[320], *path;
+    Map *map;
+    size_t length;
+
+    if (resources == NULL) {
+        importer_refuse(importer, name, "no location of the resources; " MAP_FILE " is needed from there");
+        return NULL;
+    }
+    path = importer->allocate(1, strlen(resources) + sizeof "/" MAP_FILE);
+    if (path == NULL) {
+        importer_refuse(importer, name, "not enough memory");
+        return NULL;
+    }
+    if (is_uri) {
+        path_of_uri(resources, path);
+    } else {
+        strcpy(path, resources);
+    }
+    length = strlen(path);
+    if (length > 0 && path[length - 1] != '/' && path[length - 1] != '\\') {
+        path[length++] = '/';
+    }
+    strcpy(path + length, MAP_FILE);
+    map = map_read(path, MODEL_MAP, message, sizeof message);
+    importer->release(path);
+    if (map == NULL) {
+        importer_refuse(importer, name, "%s", message);
+    }
+    return map;
+}
