@@ -206,15 +206,6 @@ Place axis_place(const Axis *axis, double value)
     return place;
 }
 
-void cubic_weights(double t, double weights[4])
-{
-    double u = 1.0 - t;
-    weights[0] = u * u * u / 6.0;
-    weights[1] = (4.0 - 3.0 * t * t * (1.0 + u)) / 6.0;
-    weights[2] = (4.0 - 3.0 * u * u * (1.0 + t)) / 6.0;
-    weights[3] = t * t * t / 6.0;
-}
-
 void cubic_slopes(double t, double slopes[4])
 {
     double u = 1.0 - t;

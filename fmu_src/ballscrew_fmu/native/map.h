@@ -59,7 +59,15 @@ void map_free(Map *map);
 Place axis_place(const Axis *axis, double value);
 
 /* Weights of the four B-splines of a cell, and their first and second derivatives over t. */
-void cubic_weights(double t, double weights[4]);
+static inline void cubic_weights(double t, double weights[4])
+{
+    const double sixth = 1.0 / 6.0, u = 1.0 - t;
+    weights[0] = sixth * (u * u * u);
+    weights[1] = sixth * (4.0 - 3.0 * t * t * (1.0 + u));
+    weights[2] = sixth * (4.0 - 3.0 * u * u * (1.0 + t));
+    weights[3] = sixth * (t * t * t);
+}
+
 void cubic_slopes(double t, double slopes[4]);
 void cubic_bends(double t, double bends[4]);
 

@@ -22,51 +22,41 @@ static double with_sign_of(double magnitude, double signed_value)
     return signed_value < 0.0 ? -magnitude : magnitude;
 }
 
-/* distance to the ends of an axis over its length, negative beyond */
-static double margin_within(double value, double lo, double hi)
-{
-    return least(value - lo, hi - value) / (hi - lo);
-}
-
+/* Forces of the nuts and what follows from them alone. */
 static void compute_loads(Model *model)
 {
     const Map *map = model->map;
-    const double *at = model->latched;
     Loads *loads = &model->loads;
-    double preload = at[PRELOAD], speed = fabs(at[SPEED]), temperature = at[TEMPERATURE], w[4];
+    const double axial_load = model->latched[AXIAL_LOAD];
+    double preload = model->latched[PRELOAD];
 
+    if (loads->known && loads->preload == preload && loads->axial_load == axial_load) {
+        return;
+    }
+    loads->known = true;
+    loads->preload = preload;
+    loads->axial_load = axial_load;
     loads->clamped = 0;
-    model->margin = margin_within(preload, map->force.lo, map->force.hi);
-    if (model->margin < 0.0) {
+    if (preload < map->force.lo || preload > map->force.hi) {
         loads->clamped |= 1U;
         preload = least(most(preload, 0.0), map->force.hi);
     }
-    if (speed > map->speed.hi) {
-        loads->clamped |= 2U;
-    }
-    model->margin = least(model->margin, (map->speed.hi - speed) / map->speed.hi);
-    if (!(temperature >= map->temperature.lo && temperature <= map->temperature.hi)) {
-        loads->clamped |= 4U;
-    }
-    model->margin = least(model->margin, margin_within(temperature, map->temperature.lo, map->temperature.hi));
-    loads->speed = axis_place(&map->speed, speed);
-    loads->temperature = axis_place(&map->temperature, temperature);
     loads->nuts = 1;
     loads->force[0] = loads->force[1] = preload;
-    if (at[AXIAL_LOAD] != 0.0) {
+    if (axial_load != 0.0) {
         loads->nuts = 2;
-        map_forces(map, preload, at[AXIAL_LOAD], loads->force);
-        model->margin = least(model->margin, (map->force.hi - loads->force[1]) / map->force.hi);
+        map_forces(map, preload, axial_load, loads->force);
         if (loads->force[1] > map->force.hi) {
             loads->clamped |= 8U;
             loads->force[1] = map->force.hi;
         }
     }
-    loads->hysteresis = loads->sliding = 0.0;
+    loads->hysteresis = loads->sliding_load = 0.0;
     for (int n = 0; n < loads->nuts; ++n) {
-        Place place = axis_place(&map->force, loads->force[n]);
+        const double force = loads->force[n], f = force < map->force.lo ? force / map->force.lo : 1.0;
+        const Place place = axis_place(&map->force, force);
         const double *curves = map->curves + (ptrdiff_t)place.cell * CURVE_COLUMNS;
-        double sum[2] = {0.0, 0.0}, f = least(loads->force[n] / map->force.lo, 1.0);
+        double sum[2] = {0.0, 0.0}, *w = loads->weight[n];
         cubic_weights(place.t, w);
         for (int a = 0; a < 4; ++a) {
             sum[0] += w[a] * curves[a * CURVE_COLUMNS + HYSTERESIS_CURVE];
@@ -76,13 +66,12 @@ static void compute_loads(Model *model)
         loads->force_share[n] = f;
         loads->third[n] = f < 1.0 ? pow(f, 1.0 / 3.0) : 1.0;
         loads->hysteresis += exp(sum[0]) * f * loads->third[n];
-        loads->sliding += at[NET_SLIDING_COEFFICIENT] * exp(sum[1]) * f;
+        loads->sliding_load += exp(sum[1]) * f;
     }
     if (loads->nuts == 1) {
         loads->hysteresis *= 2.0;
-        loads->sliding *= 2.0;
+        loads->sliding_load *= 2.0;
     }
-    model->loads_known = true;
 }
 
 /* sixteen weights of the neighbours over speed and temperature */
@@ -95,98 +84,141 @@ static void plane_weights(const double w_j[4], const double w_k[4], double plane
     }
 }
 
-/* surfaces at a place: contracted over speed and temperature, then over force */
-static void contract_torque(const Map *map, const Loads *loads, int nut, const double plane[16], const double w_i[4],
-                            double values[TORQUE_COLUMNS])
+static void compute_conditions(Model *model)
 {
-    const double *block =
-        map_block(map, map->torque, TORQUE_COLUMNS, loads->speed, loads->temperature, loads->place[nut]);
-    const ptrdiff_t by_speed = map_speed_stride(map, TORQUE_COLUMNS);
-    const ptrdiff_t by_temperature = map_temperature_stride(map, TORQUE_COLUMNS);
-    double run[4 * TORQUE_COLUMNS] = {0.0};
+    const Map *map = model->map;
+    Conditions *now = &model->conditions;
+    const double speed = fabs(model->latched[SPEED]), temperature = model->latched[TEMPERATURE];
+    double w_j[4], w_k[4];
+
+    now->clamped = speed > map->speed.hi ? 2U : 0U;
+    if (!(temperature >= map->temperature.lo && temperature <= map->temperature.hi)) {
+        now->clamped |= 4U;
+    }
+    now->share = speed < map->speed.lo ? speed / map->speed.lo : 1.0;
+    now->speed = axis_place(&map->speed, speed);
+    now->temperature = axis_place(&map->temperature, temperature);
+    cubic_weights(now->speed.t, w_j);
+    cubic_weights(now->temperature.t, w_k);
+    plane_weights(w_j, w_k, now->plane);
+    model->conditions_known = true;
+}
+
+/* Everything that the outputs of the latched point start from. */
+static void locate(Model *model)
+{
+    if (!model->conditions_known) {
+        compute_loads(model);
+        compute_conditions(model);
+    }
+}
+
+static double sliding_magnitude(const Model *model)
+{
+    return model->latched[NET_SLIDING_COEFFICIENT] * model->loads.sliding_load;
+}
+
+static double coulomb_magnitude(const Model *model)
+{
+    return model->loads.hysteresis + sliding_magnitude(model);
+}
+
+/* Sum of the sixteen rows of neighbours; sums: as many columns at once as stay in registers. */
+static inline void add_rows(const double *block, ptrdiff_t by_speed, ptrdiff_t by_temperature, const double plane[16],
+                            double sums[], int columns)
+{
+    double run[16] = {0.0};
 
     for (int b = 0; b < 4; ++b) {
         for (int c = 0; c < 4; ++c) {
             const double *row = block + b * by_speed + c * by_temperature;
             const double w = plane[4 * b + c];
-            for (int i = 0; i < 4 * TORQUE_COLUMNS; ++i) {
+            for (int i = 0; i < columns; ++i) {
                 run[i] += w * row[i];
             }
         }
     }
-    for (int i = 0; i < TORQUE_COLUMNS; ++i) {
-        values[i] = w_i[0] * run[i] + w_i[1] * run[TORQUE_COLUMNS + i] + w_i[2] * run[2 * TORQUE_COLUMNS + i]
-                    + w_i[3] * run[3 * TORQUE_COLUMNS + i];
+    for (int i = 0; i < columns; ++i) {
+        sums[i] = run[i];
     }
 }
 
-static void contract_films(const Map *map, const Loads *loads, int nut, const double plane[16], const double w_i[4],
-                           double values[FILM_COLUMNS])
+static inline void over_force(const double w[4], const double sums[], int columns, double values[])
 {
-    const double *block =
-        map_block(map, map->films, FILM_COLUMNS, loads->speed, loads->temperature, loads->place[nut]);
+    for (int i = 0; i < columns; ++i) {
+        values[i] = w[0] * sums[i] + w[1] * sums[columns + i] + w[2] * sums[2 * columns + i]
+                    + w[3] * sums[3 * columns + i];
+    }
+}
+
+/* surfaces at the force of a nut: contracted over speed and temperature, then over force */
+static void contract_torque(const Model *model, int nut, const double plane[16], double values[TORQUE_COLUMNS])
+{
+    const Map *map = model->map;
+    const double *block = map_block(map, map->torque, TORQUE_COLUMNS, model->conditions.speed,
+                                    model->conditions.temperature, model->loads.place[nut]);
+    double sums[4 * TORQUE_COLUMNS];
+
+    add_rows(block, map_speed_stride(map, TORQUE_COLUMNS), map_temperature_stride(map, TORQUE_COLUMNS), plane, sums,
+             4 * TORQUE_COLUMNS);
+    over_force(model->loads.weight[nut], sums, TORQUE_COLUMNS, values);
+}
+
+static void contract_films(const Model *model, int nut, double values[FILM_COLUMNS])
+{
+    const Map *map = model->map;
+    const double *block = map_block(map, map->films, FILM_COLUMNS, model->conditions.speed,
+                                    model->conditions.temperature, model->loads.place[nut]);
     const ptrdiff_t by_speed = map_speed_stride(map, FILM_COLUMNS);
     const ptrdiff_t by_temperature = map_temperature_stride(map, FILM_COLUMNS);
-    double run[4 * FILM_COLUMNS] = {0.0};
+    double sums[4 * FILM_COLUMNS];
 
-    for (int b = 0; b < 4; ++b) {
-        for (int c = 0; c < 4; ++c) {
-            const double *row = block + b * by_speed + c * by_temperature;
-            const double w = plane[4 * b + c];
-            for (int i = 0; i < 4 * FILM_COLUMNS; ++i) {
-                run[i] += w * row[i];
-            }
-        }
+    for (int half = 0; half < 4 * FILM_COLUMNS; half += 2 * FILM_COLUMNS) {
+        add_rows(block + half, by_speed, by_temperature, model->conditions.plane, sums + half, 2 * FILM_COLUMNS);
     }
-    for (int i = 0; i < FILM_COLUMNS; ++i) {
-        values[i] = w_i[0] * run[i] + w_i[1] * run[FILM_COLUMNS + i] + w_i[2] * run[2 * FILM_COLUMNS + i]
-                    + w_i[3] * run[3 * FILM_COLUMNS + i];
-    }
+    over_force(model->loads.weight[nut], sums, FILM_COLUMNS, values);
 }
 
-static double speed_share(const Model *model)
+/* Share of the viscous torque that is left below the lowest speed of the map. The exponent of speed at the end of the
+   axis follows from the slopes of torque and film; x: roughness over film, squared. Below 3 the law is monotone. */
+static double slow_share(const Model *model, int raceway, const double slopes[TORQUE_COLUMNS], double x)
 {
-    return least(fabs(model->latched[SPEED]) / model->map->speed.lo, 1.0);
+    const double s = model->conditions.share;
+    const double exponent =
+        (slopes[VISCOUS_SCREW + raceway] + 2.0 * x / (1.0 + x) * slopes[EFFECTIVE_FILM_SCREW + raceway])
+        * model->map->speed.scale;
+    const double c = 0.5 * (least(most(exponent, 0.0), 3.0) - 1.0);
+
+    return s * (1.0 - c + c * s * s);
 }
 
 static double viscous_torque(const Model *model)
 {
-    const Map *map = model->map;
+    const Conditions *now = &model->conditions;
     const Loads *loads = &model->loads;
-    const double *at = model->latched;
-    const double s = speed_share(model), roughness = at[ROUGHNESS_HEIGHT];
-    double w_j[4], w_k[4], w_i[4], plane[16], slope_plane[16], total = 0.0;
+    const double roughness = model->latched[ROUGHNESS_HEIGHT];
+    double slope_plane[16], total = 0.0;
 
-    cubic_weights(loads->speed.t, w_j);
-    cubic_weights(loads->temperature.t, w_k);
-    plane_weights(w_j, w_k, plane);
-    if (s < 1.0) {
-        cubic_slopes(loads->speed.t, w_j);
+    if (now->share < 1.0) {
+        double w_j[4], w_k[4];
+        cubic_slopes(now->speed.t, w_j);
+        cubic_weights(now->temperature.t, w_k);
         plane_weights(w_j, w_k, slope_plane);
     }
     for (int n = 0; n < loads->nuts; ++n) {
         double values[TORQUE_COLUMNS], slopes[TORQUE_COLUMNS], viscous = 0.0;
-        cubic_weights(loads->place[n].t, w_i);
-        contract_torque(map, loads, n, plane, w_i, values);
-        if (s < 1.0) {
-            contract_torque(map, loads, n, slope_plane, w_i, slopes);
+        contract_torque(model, n, now->plane, values);
+        if (now->share < 1.0) {
+            contract_torque(model, n, slope_plane, slopes);
         }
         for (int raceway = 0; raceway < 2; ++raceway) {
-            const double film = exp(values[EFFECTIVE_FILM_SCREW + raceway]);
-            const double x = (roughness / film) * (roughness / film), share = 1.0 / (1.0 + x);
-            double torque = exp(values[VISCOUS_SCREW + raceway]) * share;
-            if (s < 1.0) {
-                /* exponent of speed of the viscous torque at the end of the axis; below 3 the law is monotone */
-                const double exponent = (slopes[VISCOUS_SCREW + raceway]
-                                         + 2.0 * x * share * slopes[EFFECTIVE_FILM_SCREW + raceway])
-                                        * map->speed.scale;
-                const double c = 0.5 * (least(most(exponent, 0.0), 3.0) - 1.0);
-                torque *= s * (1.0 - c + c * s * s);
-            }
-            viscous += torque;
+            const double ratio = roughness * exp(-values[EFFECTIVE_FILM_SCREW + raceway]), x = ratio * ratio;
+            const double torque = exp(values[VISCOUS_SCREW + raceway]) / (1.0 + x);
+            viscous += now->share < 1.0 ? torque * slow_share(model, raceway, slopes, x) : torque;
         }
-        total += at[APPARENT_VISCOSITY_RATIO] * viscous * loads->third[n] * loads->third[n];
+        total += viscous * loads->third[n] * loads->third[n];
     }
+    total *= model->latched[APPARENT_VISCOSITY_RATIO];
     return loads->nuts == 1 ? 2.0 * total : total;
 }
 
@@ -232,13 +264,11 @@ static void compute_torque(Model *model)
     const double speed = at[SPEED];
     double magnitude, viscous, hysteresis, sliding, coulomb, sign, power;
 
-    if (!model->loads_known) {
-        compute_loads(model);
-    }
+    locate(model);
     magnitude = viscous_torque(model);
     viscous = with_sign_of(magnitude, speed);
     power = magnitude * fabs(speed);
-    coulomb = model->loads.hysteresis + model->loads.sliding;
+    coulomb = coulomb_magnitude(model);
     if (at[PRESLIDING_STIFFNESS] > 0.0) {
         if (model->continuous) {
             bristle(model, coulomb);
@@ -250,7 +280,7 @@ static void compute_torque(Model *model)
         power += coulomb * sign * speed;
     }
     hysteresis = sign * model->loads.hysteresis;
-    sliding = sign * model->loads.sliding;
+    sliding = sign * sliding_magnitude(model);
     model->value[FRICTION_TORQUE] = viscous + hysteresis + sliding;
     model->value[VISCOUS_TORQUE] = viscous;
     model->value[HYSTERESIS_TORQUE] = hysteresis;
@@ -262,24 +292,19 @@ static void compute_torque(Model *model)
 static void compute_films(Model *model)
 {
     const Map *map = model->map;
-    const double s = speed_share(model), film_share = s < 1.0 ? pow(s, FILM_SPEED_EXPONENT) : 1.0;
-    double *out = model->value, w_j[4], w_k[4], w_i[4], plane[16];
     const Loads *loads = &model->loads;
+    double *out = model->value, s, film_share;
 
-    if (!model->loads_known) {
-        compute_loads(model);
-    }
-    cubic_weights(loads->speed.t, w_j);
-    cubic_weights(loads->temperature.t, w_k);
-    plane_weights(w_j, w_k, plane);
+    locate(model);
+    s = model->conditions.share;
+    film_share = s < 1.0 ? pow(s, FILM_SPEED_EXPONENT) : 1.0;
     for (int n = 0; n < loads->nuts; ++n) {
-        const double *curves = map->curves + (ptrdiff_t)loads->place[n].cell * CURVE_COLUMNS;
+        const double *curves = map->curves + (ptrdiff_t)loads->place[n].cell * CURVE_COLUMNS, *w = loads->weight[n];
         double values[FILM_COLUMNS], pressure = 0.0, load = 0.0, film[3], extreme[3];
-        cubic_weights(loads->place[n].t, w_i);
-        contract_films(map, loads, n, plane, w_i, values);
+        contract_films(model, n, values);
         for (int a = 0; a < 4; ++a) {
-            pressure += w_i[a] * curves[a * CURVE_COLUMNS + PRESSURE_CURVE];
-            load += w_i[a] * curves[a * CURVE_COLUMNS + BALL_LOAD_CURVE];
+            pressure += w[a] * curves[a * CURVE_COLUMNS + PRESSURE_CURVE];
+            load += w[a] * curves[a * CURVE_COLUMNS + BALL_LOAD_CURVE];
         }
         film[0] = film_share * exp(least(values[MINIMUM_FILM_SCREW], values[MINIMUM_FILM_NUT]));
         film[1] = film_share * exp(values[CENTRAL_FILM_SCREW]);
@@ -312,25 +337,18 @@ void model_reset(Model *model, const Map *map, bool continuous)
     model_latch(model);
 }
 
-bool model_accepts(int reference, double value)
-{
-    return value >= model_variables[reference].lowest && value < MODEL_TOO_LARGE;
-}
-
-void model_set(Model *model, int reference, double value)
-{
-    model->value[reference] = value;
-}
+extern bool model_accepts(int reference, double value);
+extern void model_set(Model *model, int reference, double value);
 
 void model_latch(Model *model)
 {
     memcpy(model->latched, model->value, sizeof model->latched);
     model->step = 0.0;
     model->deflection_before = model->value[PRESLIDING_DEFLECTION];
-    model->loads_known = model->torque_known = model->films_known = false;
+    model->conditions_known = model->torque_known = model->films_known = false;
     if (model->value[PRESLIDING_STIFFNESS] > 0.0 && !model->continuous) {
         compute_loads(model);
-        bristle(model, model->loads.hysteresis + model->loads.sliding);
+        bristle(model, coulomb_magnitude(model));
     }
 }
 
@@ -339,14 +357,15 @@ void model_step(Model *model, double step)
     memcpy(model->latched, model->value, sizeof model->latched);
     model->step = step;
     model->deflection_before = model->value[PRESLIDING_DEFLECTION];
-    model->loads_known = model->torque_known = model->films_known = false;
-    compute_loads(model);
+    model->conditions_known = model->torque_known = model->films_known = false;
     if (model->latched[PRESLIDING_STIFFNESS] > 0.0) {
-        bristle(model, model->loads.hysteresis + model->loads.sliding);
+        compute_loads(model);
+        bristle(model, coulomb_magnitude(model));
     } else if (step > 0.0) {
         /* a bristle that is switched off is unwound */
         model->value[PRESLIDING_DEFLECTION] = model->latched[PRESLIDING_DEFLECTION] = 0.0;
         model->value[PRESLIDING_DEFLECTION_RATE] = 0.0;
+        model->bristle_torque = model->bristle_power = 0.0;
     }
 }
 
@@ -376,10 +395,8 @@ double model_get(Model *model, int reference)
 
 unsigned model_clamped(Model *model)
 {
-    if (!model->loads_known) {
-        compute_loads(model);
-    }
-    return model->loads.clamped;
+    locate(model);
+    return model->loads.clamped | model->conditions.clamped;
 }
 
 /* --- model exchange --- */
@@ -388,21 +405,37 @@ unsigned model_clamped(Model *model)
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
 #define SLIP_FROM 0.999       /* of the sliding deflection, which the bristle reaches in infinite travel only */
 
+/* distance to the ends of an axis over its length, negative beyond */
+static double margin_within(double value, double lo, double hi)
+{
+    return least(value - lo, hi - value) / (hi - lo);
+}
+
+/* least distance of the latched point to the ends of the map, negative beyond */
+static double margin(const Model *model)
+{
+    const Map *map = model->map;
+    const double *at = model->latched;
+    const double highest = model->loads.nuts == 2 ? model->loads.force[1] : 0.0;
+
+    return least(least(margin_within(at[PRELOAD], map->force.lo, map->force.hi),
+                       margin_within(at[TEMPERATURE], map->temperature.lo, map->temperature.hi)),
+                 least((map->speed.hi - fabs(at[SPEED])) / map->speed.hi, (map->force.hi - highest) / map->force.hi));
+}
+
 void model_indicators(Model *model, double indicators[MODEL_INDICATORS])
 {
     const double *at = model->latched;
     const double stiffness = at[PRESLIDING_STIFFNESS];
 
-    if (!model->loads_known) {
-        compute_loads(model);
-    }
-    indicators[0] = model->margin + (model->in_range ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
+    locate(model);
+    indicators[0] = margin(model) + (model->in_range ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
     if (!(stiffness > 0.0)) {
         indicators[1] = 1.0;
     } else if (model->slip != 0) {
         indicators[1] = model->slip * at[SPEED] + SPEED_HYSTERESIS;
     } else {
-        const double sliding = (model->loads.hysteresis + model->loads.sliding) / stiffness;
+        const double sliding = coulomb_magnitude(model) / stiffness;
         indicators[1] = SLIP_FROM * sliding - with_sign_of(at[PRESLIDING_DEFLECTION], at[SPEED]);
     }
 }
@@ -431,7 +464,7 @@ bool model_event(Model *model)
             model->slip = at[SPEED] > 0.0 ? 1 : -1;
         }
     } else if (indicators[1] < 0.0) {
-        const double sliding = (model->loads.hysteresis + model->loads.sliding) / at[PRESLIDING_STIFFNESS];
+        const double sliding = coulomb_magnitude(model) / at[PRESLIDING_STIFFNESS];
         model->value[PRESLIDING_DEFLECTION] = model->slip * sliding;
         model->slip = 0;
         changed = true;

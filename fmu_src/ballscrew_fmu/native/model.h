@@ -14,13 +14,25 @@
 #define MODEL_TOO_LARGE 1e30 /* refused like infinity, so that no product overflows */
 
 typedef struct {
-    Place speed, temperature, place[2]; /* place: of the forces */
-    double force[2];                    /* [N] of the nuts, relieved first */
-    double force_share[2], third[2];    /* force over the lowest of the axis, at most 1; its cube root */
-    double hysteresis, sliding;         /* [N.m] magnitudes, sum over both nuts */
-    int nuts;                           /* 1: both carry the same */
-    unsigned clamped;                   /* bit per input beyond the map, in the order of the inputs */
+    double force[2];                 /* [N] of the nuts, relieved first */
+    Place place[2];                  /* of the forces */
+    double weight[2][4];             /* of the neighbours over force */
+    double force_share[2], third[2]; /* force over the lowest of the axis, at most 1; its cube root */
+    double hysteresis;               /* [N.m] magnitude, sum over both nuts */
+    double sliding_load;             /* [N.m] sliding part over its coefficient, sum over both nuts */
+    int nuts;                        /* 1: both carry the same */
+    unsigned clamped;                /* bit per input beyond the map, in the order of the inputs */
+    double preload, axial_load;      /* [N] that they belong to */
+    bool known;
 } Loads;
+
+/* Where the latched point lies over speed and temperature. */
+typedef struct {
+    Place speed, temperature;
+    double plane[16]; /* weights of the neighbours, speed first */
+    double share;     /* speed over the lowest of the axis, at most 1 */
+    unsigned clamped;
+} Conditions;
 
 typedef struct {
     const Map *map;
@@ -30,25 +42,31 @@ typedef struct {
     double deflection_before;       /* [rad] of the bristle at the start of that step */
     double bristle_torque;          /* [N.m] of the latched point */
     double bristle_power;           /* [W] */
-    double margin;                  /* of the latched point within the map; negative beyond */
     bool continuous;                /* model exchange: the bristle is a state of the importer */
     bool in_range;                  /* model exchange: as of the last event */
     int slip;                       /* model exchange: 0 the bristle follows, +1 or -1 it slips that way */
-    bool loads_known, torque_known, films_known;
-    Loads loads;
+    bool conditions_known, torque_known, films_known;
+    Loads loads; /* kept while neither preload nor axial load changes */
+    Conditions conditions;
 } Model;
 
 /* Start values. continuous: for model exchange. */
 void model_reset(Model *model, const Map *map, bool continuous);
 
 /* Whether a value may be stored in an input, a parameter or the state: finite, below 1e30, not below its bound. */
-bool model_accepts(int reference, double value);
+inline bool model_accepts(int reference, double value)
+{
+    return value >= model_variables[reference].lowest && value < MODEL_TOO_LARGE;
+}
 
 /* Value as set for inputs and parameters, as computed for everything else (booleans 0 or 1). */
 double model_get(Model *model, int reference);
 
 /* Store a value that model_accepts; inputs, parameters and the deflection only. */
-void model_set(Model *model, int reference, double value);
+inline void model_set(Model *model, int reference, double value)
+{
+    model->value[reference] = value;
+}
 
 /* Outputs belong from now on to the inputs as they are set, at an instant. */
 void model_latch(Model *model);

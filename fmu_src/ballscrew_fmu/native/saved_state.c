@@ -184,9 +184,9 @@ static void pass_model(Walk *walk, Model *model)
     if (walk->way == READ) {
         model->slip = (int)slip - 1;
         model->map = NULL;
-        model->margin = 0.0; /* with the loads */
         memset(&model->loads, 0, sizeof model->loads);
-        model->loads_known = model->torque_known = model->films_known = false;
+        memset(&model->conditions, 0, sizeof model->conditions);
+        model->conditions_known = model->torque_known = model->films_known = false;
     }
 }
 
