@@ -435,7 +435,7 @@ void model_indicators(Model *model, double indicators[MODEL_INDICATORS])
     } else if (model->slip != 0) {
         indicators[1] = model->slip * at[SPEED] + SPEED_HYSTERESIS;
     } else {
-        const double sliding = coulomb_magnitude(model) / stiffness;
+        const double sliding = least(coulomb_magnitude(model) / stiffness, MODEL_TOO_LARGE);
         indicators[1] = SLIP_FROM * sliding - with_sign_of(at[PRESLIDING_DEFLECTION], at[SPEED]);
     }
 }
