@@ -12,8 +12,9 @@ from ..parameters import Parameters
 
 #: nodes along rolling of the contacts of a map; half of them serve to extrapolate the film
 MAP_NODES = 97
-#: thermal iterations after which another grid is tried
-MOST_ITERATIONS = 150
+#: nodes along rolling and thermal iterations of one attempt after the other: a pressure spike that wanders between two
+#: nodes comes to rest on other nodes, or takes its time
+ATTEMPTS = ((MAP_NODES, 150), (129, 150), (MAP_NODES, 600), (161, 600))
 #: Moes load above which a thermal solve that fails is continued from lower loads, and how often the load is halved
 CONTINUED_ABOVE, MOST_HALVINGS = 3e4, 5
 
@@ -56,9 +57,8 @@ def solve_ball(
     Raises       UnconvergedContactError: names the contact and the reason
     """
     conditions = ball_contact(parameters, raceway, load, speed, temperature)
-    # a pressure spike that wanders between two nodes comes to rest on other nodes
-    for n_x in (MAP_NODES, 129, 161, 193):
-        solution = _solve_on(parameters, conditions, n_x, thermal)
+    for n_x, most_iterations in ATTEMPTS:
+        solution = _attempt(parameters, conditions, thermal, n_x, most_iterations)
         if solution.converged:
             return solution
         if thermal and solution.M > CONTINUED_ABOVE:
@@ -71,10 +71,10 @@ def solve_ball(
     )
 
 
-def _solve_on(
-    parameters: Parameters, conditions: ContactConditions, n_x: int, thermal: bool
+def _attempt(
+    parameters: Parameters, conditions: ContactConditions, thermal: bool, n_x: int, most_iterations: int
 ) -> ContactSolution:
-    options = SolverOptions(thermal=thermal, n_x=n_x, max_thermal=MOST_ITERATIONS)
+    options = SolverOptions(thermal=thermal, n_x=n_x, max_thermal=most_iterations)
     return solve_contact(conditions, parameters.lubricant, parameters.solid, options)
 
 
@@ -90,7 +90,7 @@ def _continued(
 
     def solved(at: float, thermal: bool) -> ContactSolution:
         conditions = ball_contact(parameters, raceway, at, speed, temperature)
-        return _solve_on(parameters, conditions, MAP_NODES, thermal)
+        return _attempt(parameters, conditions, thermal, *ATTEMPTS[0])
 
     cold = solved(load, False)
     pairs: list[tuple[ContactSolution, ContactSolution]] = []
