@@ -294,20 +294,7 @@ def test_direct_extremes_are_those_of_all_balls_of_both_nuts(monkeypatch, share)
     )
 
 
-@pytest.mark.parametrize(
-    "kinematics",
-    [
-        pytest.param(
-            name,
-            marks=[
-                pytest.mark.xfail(strict=True, reason="this map comes from the former solver, starved by 1 %")
-            ]
-            if name == "published"
-            else [],
-        )
-        for name in PACKAGED
-    ],
-)
+@pytest.mark.parametrize("kinematics", PACKAGED)
 def test_packaged_map_agrees_with_direct_solves(monkeypatch, kinematics):
     """Within 1 % of the torque, at two points in the middle of the range, by the isothermal film."""
     parameters = changed(GD4008, friction={"kinematics": kinematics})
