@@ -21,8 +21,8 @@ from ballscrew_tehl.map_commands import Deviation, deviation_from_direct, operat
 from ballscrew_tehl.measurements import RPM
 from ballscrew_tehl.nut_map.packed import POINT
 from ballscrew_tehl.nut_map.plot import (
-    ERRORS,
     ERROR_SPAN,
+    ERRORS,
     caption,
     map_figure,
     map_picture,

@@ -87,7 +87,8 @@ def friction_torque(state: DoubleNutState) -> Array:
 def map_picture(nut_map: NutMap, contact_map: ContactMap) -> MapPicture:
     """The numbers to draw, over the whole range of speed of the map and with its own friction parameters."""
     axes = nut_map.header["axes"]
-    speed = np.geomspace(*axes["speed"][:2], SPEEDS)
+    slowest, fastest = axes["speed"][:2]
+    speed = np.geomspace(slowest, fastest, SPEEDS)
     preloads = round_preloads(
         max(axes["force"][0], axes["preload"][0]), min(axes["force"][1], axes["preload"][1])
     )
@@ -114,8 +115,9 @@ def map_picture(nut_map: NutMap, contact_map: ContactMap) -> MapPicture:
 def round_preloads(lowest: float, highest: float) -> Array:
     """Preloads between two [N]: of 1, 2, 5, 10, ..., at most six; three even ones where the range holds fewer than two.
 
-    Example      >>> round_preloads(120.0, 12000.0)
-                 array([  200.,   500.,  1000.,  2000.,  5000., 10000.])
+    Example
+        >>> round_preloads(120.0, 12000.0)
+        array([  200.,   500.,  1000.,  2000.,  5000., 10000.])
     """
     decades = 10.0 ** np.arange(np.floor(np.log10(lowest)), np.ceil(np.log10(highest)) + 1.0)
     series = np.outer(decades, [1.0, 2.0, 5.0]).ravel()
@@ -148,8 +150,9 @@ def _sampling_errors(header: Mapping[str, Any], contact_map: ContactMap) -> dict
 def percent(error: float) -> str:
     """Two digits.
 
-    Example      >>> percent(0.00445), percent(1.2), percent(3e-6)
-                 ('0.45 %', '120 %', '0.0003 %')
+    Example
+        >>> percent(0.00448), percent(1.2), percent(3e-6)
+        ('0.45 %', '120 %', '0.0003 %')
     """
     return f"{float(f'{100.0 * error:.2g}'):g} %"
 
@@ -201,8 +204,8 @@ def map_figure(picture: MapPicture, error: str = "torque") -> Figure:
         raise ValueError(f"error = {error!r}; allowed: {', '.join(ERRORS)}")
     header = picture.nut_map.header
     figure = Figure(figsize=(10.0, 11.6), layout="constrained")
-    names = [["torque_by_preload", "torque_by_temperature"], ["film", "rise"], [*RACEWAYS]]
-    panels = figure.subplot_mosaic(names)
+    names = ("torque_by_preload", "torque_by_temperature", "film", "rise", *RACEWAYS)
+    panels = dict(zip(names, figure.subplots(3, 2).flat, strict=True))
     for name, axes in panels.items():
         axes.set_label(name)
         axes.set(xlabel="screw speed [r/min]", xscale="log")
@@ -308,7 +311,7 @@ def _draw_samples(axes: Axes, picture: MapPicture, raceway: str, error: str, nor
     axes.set(title=f"Samples on the {raceway} raceway", yscale="log", ylabel="ball load [N]")
     if picture.certificate is not None and norm is not None:
         found = picture.certificate
-        errors = np.maximum(found.errors[error], norm.vmin)
+        errors = np.clip(found.errors[error], norm.vmin, norm.vmax)
         axes.scatter(
             found.speed / RPM, found.ball_load, s=15.0 + 85.0 * np.asarray(norm(errors)), c=errors, norm=norm,
             cmap=ERROR_COLOURS, edgecolors="black", linewidths=0.8, zorder=3, label="certificate, heaviest ball",
