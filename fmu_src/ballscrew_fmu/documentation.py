@@ -8,6 +8,7 @@ from typing import Any
 
 from ballscrew_fmu.slave import TOO_LARGE
 from ballscrew_fmu.variables import Variable, fmu_variables
+from ballscrew_tehl.nut_map.packed import certificate_totals
 
 EXTERNAL_DEPENDENCIES = """\
 The binaries of this FMU (pythonfmu) run Python code inside the importing process. They need:
@@ -88,7 +89,7 @@ def map_provenance(header: Mapping[str, Any]) -> str:
         f"of version {header['version']}, parameters {header['parameters_hash']}. "
         f"Range: force of a nut up to {axes['force'][1]:g} N, speed up to {axes['speed'][1]:g} rad/s, "
         f"{axes['temperature'][0]:g} to {axes['temperature'][1]:g} K. "
-        f"Certificate: {json.dumps(header['certificate'], sort_keys=True)}"
+        f"Certificate: {json.dumps(certificate_totals(header['certificate']), sort_keys=True)}"
     )
 
 

@@ -32,6 +32,7 @@ PRELOAD_POINT = (TORQUE, TURNING, TEMPERATURE)
 FILMS = ("solved", "solved_thermal", "hamrock_dowson")
 KINEMATICS = ("published", "rolling_frame")
 SET_NAMES = ("two_parameter", "three_parameter")
+CERTIFIED = ("torque", "film", "temperature_rise")
 LOSS_NAMES = ("least_squares", "soft_l1", "table_minimax")
 
 
@@ -73,7 +74,7 @@ def _preload(commands: argparse._SubParsersAction) -> None:
 
 
 def _map(commands: argparse._SubParsersAction) -> None:
-    parser = commands.add_parser("map", help="build, check or describe a map")
+    parser = commands.add_parser("map", help="build, check, describe or draw a map")
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     build = actions.add_parser("build", help="solve the contacts and write the map of a screw")
     build.add_argument("--output", metavar="FILE", help="where to write; default: the packaged map")
@@ -88,12 +89,22 @@ def _map(commands: argparse._SubParsersAction) -> None:
     )
     check = actions.add_parser("check", help="load a map, verify its hash and compare it with direct solves")
     info = actions.add_parser("info", help="axes, parameters, version and certificate of a map")
+    plot = actions.add_parser(
+        "plot", help="draw torque, film, temperature rise, samples and certificate of a map"
+    )
+    plot.add_argument("--output", required=True, metavar="FILE.png", help="where to write the picture")
+    plot.add_argument(
+        "--error",
+        choices=CERTIFIED,
+        default=CERTIFIED[0],
+        help="error that colours the points of the certificate (default %(default)s)",
+    )
     for action in (build, check):
         text = "random operating points to compare with direct solves (default %(default)s)"
         action.add_argument("--count", type=int, default=24 if action is build else 4, metavar="N", help=text)
-    for action in (check, info):
+    for action in (check, info, plot):
         action.add_argument("file", nargs="?", metavar="FILE", help="map file; default: the packaged map")
-    for action, name in ((build, "build"), (check, "check"), (info, "info")):
+    for action, name in ((build, "build"), (check, "check"), (info, "info"), (plot, "plot")):
         _screw_options(action, with_map=False)
         add_json(action)
         action.set_defaults(run=f"map_commands.run_map_{name}")

@@ -1,4 +1,4 @@
-"""The commands `map build`, `map check` and `map info`."""
+"""The commands `map build`, `map check`, `map info` and `map plot`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 import sys
 import time
 from argparse import Namespace
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,14 +14,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .commands import film_model_of, screw_of
+from . import __version__
+from .commands import EXTREMES, film_model_of, screw_of
 from .friction_set import default_friction_set
+from .measurements import CELSIUS, RPM
+from .nut_map.packed import POINT, certificate_totals
 from .operating_points import print_results
 from .parameters import Parameters
 
 if TYPE_CHECKING:
     from .nut_map.build import Progress
     from .nut_map.evaluate import NutMap
+    from .nut_map.plot import MapPicture
 
 
 def operating_points(nut_map: NutMap, count: int, seed: int = 1) -> np.ndarray:
@@ -88,7 +92,8 @@ def deviation_from_direct(
     from.
 
     Parameters   executor: of the concurrent.futures interface, None = in this process
-    Returns      points; mean, 99 % quantile and largest deviation of torque, film and temperature rise
+    Returns      points; mean, 99 % quantile and largest deviation of torque, film and temperature rise;
+                 each: the points [N, rad/s, K, N] and the deviations there by column, rounded to six and three digits
     Raises       ArithmeticError: a contact that did not converge
     """
     points = [tuple(point) for point in operating_points(nut_map, count).tolist()]
@@ -102,14 +107,20 @@ def deviation_from_direct(
         found.append(deviation)
         if progress is not None:
             progress(len(found), count, "points of the certificate")
-    result: dict[str, Any] = {"points": count}
+    each = {name: _rounded(column, 6) for name, column in zip(POINT, zip(*points, strict=True), strict=True)}
+    result: dict[str, Any] = {"points": count, "each": each}
     for name, errors in zip(Deviation._fields, np.array(found).T, strict=True):
+        each[f"{name}_error"] = _rounded(errors, 3)
         result |= {
             f"{name}_error_mean": float(errors.mean()),
             f"{name}_error_99": float(np.quantile(errors, 0.99)),
             f"{name}_error_max": float(errors.max()),
         }
     return result
+
+
+def _rounded(column: Iterable[float], digits: int) -> list[float]:
+    return [float(f"{value:.{digits}g}") for value in column]
 
 
 @contextmanager
@@ -206,7 +217,7 @@ def _build_one(
         trial.unlink(missing_ok=True)
     file_hash = save_map(path, built, certificate)
     journal.unlink()
-    return {"file": str(path), "file_hash": file_hash, **certificate}
+    return {"file": str(path), "file_hash": file_hash, **certificate_totals(certificate)}
 
 
 def run_map_build(args: Namespace) -> int:
@@ -259,7 +270,7 @@ def run_map_check(args: Namespace) -> int:
     if args.count < 1:
         raise ValueError(f"--count = {args.count}; allowed: a whole number >= 1")
     nut_map = load_map(args.file, parameters)
-    result = deviation_from_direct(nut_map, parameters, args.count)
+    result = certificate_totals(deviation_from_direct(nut_map, parameters, args.count))
     allowed = float(nut_map.header["certificate"].get("torque_error_max", 0.0))
     good = result["torque_error_max"] <= allowed + 1e-6
     result |= {
@@ -285,6 +296,7 @@ def run_map_info(args: Namespace) -> int:
         print_results([header], True, False)
         return 0
     rows: dict[str, Any] = {}
+    header["certificate"] = certificate_totals(header["certificate"])
     for key, value in header.items():
         if isinstance(value, dict):
             rows |= {f"{key}.{name}": entry for name, entry in value.items()}
@@ -298,3 +310,53 @@ def run_map_info(args: Namespace) -> int:
         )
     print_results([rows], False, False)
     return 0
+
+
+def run_map_plot(args: Namespace) -> int:
+    """Draw a map: torque, film and temperature rise over speed, its samples and the points of its certificate."""
+    path = Path(args.output)
+    if path.suffix.lower() != ".png" or path.is_dir() or not path.parent.is_dir():
+        raise ValueError(f"--output = {path}; allowed: a file *.png in a folder that exists")
+    parameters = screw_of(args)
+    from .nut_map.plot import map_figure, map_picture, save_figure
+    from .nut_map.store import load_contact_map, load_map
+
+    picture = map_picture(load_map(args.file, parameters), load_contact_map(args.file, parameters))
+    file_hash = picture.nut_map.header["file_hash"]
+    save_figure(map_figure(picture, args.error), path, file_hash)
+    friction_set = default_friction_set(parameters)
+    result = {
+        "file": str(path),
+        **_plotted_extremes(picture),
+        "screw": parameters.name,
+        "kinematics": friction_set.kinematics,
+        "friction_set": friction_set.name,
+        "map_hash": file_hash,
+        "version": __version__,
+    }
+    print_results([result], args.json, False)
+    return 0
+
+
+def _plotted_extremes(picture: MapPicture) -> dict[str, Any]:
+    """Lowest and highest of everything drawn, by the keys of the command line; None: the file does not hold it."""
+    from .nut_map.plot import ERRORS, FILM_LINES, friction_torque
+
+    def ends(*values: Any) -> list[float]:
+        return [float(min(np.min(v) for v in values)), float(max(np.max(v) for v in values))]
+
+    loads, _, _ = picture.contact_map.axes.nodes
+    found: dict[str, Any] = {
+        "speed_rpm": ends(picture.speed / RPM),
+        "preload_n": ends(picture.preloads),
+        "temperature_c": ends(picture.temperatures - CELSIUS),
+        "friction_torque_nm": ends(*map(friction_torque, (picture.by_preload, picture.by_temperature))),
+    }
+    for name in FILM_LINES:
+        found[EXTREMES[name]] = ends(getattr(picture.by_temperature, name)[picture.film_rows])
+    found["film_temperature_rise_k"] = ends(picture.by_temperature.film_temperature_rise)
+    found |= {"ball_load_n": ends(loads), "samples": math.prod(picture.contact_map.axes.shape)}
+    found |= {f"sampling_error_{name}": error for name, error in picture.sampling_errors.items()}
+    points = picture.certificate
+    found["certificate_points"] = 0 if points is None else points.speed.size
+    return found | {f"{name}_error": None if points is None else ends(points.errors[name]) for name in ERRORS}

@@ -249,6 +249,8 @@ class ContactProblem:
         temperature[:, 0], temperature[:, -1] = c.temperature, c.temperature
         return temperature
 
+    # an iterate that runs away is told by numbers that are not finite
+    @np.errstate(over="ignore", invalid="ignore")
     def solve_coupled(
         self, it: Iteration, temperature: Array | None, tolerance: float, limit: int, cautious: bool = False
     ) -> Iteration:

@@ -345,7 +345,8 @@ def _nut(values, slopes, curves, f, s, ratio, net, roughness, ops):
         ratio * viscous * third * third,
         exp(curves[0]) * f * third,
         net * exp(curves[1]) * f,
-        film * exp(ops.least(values[4], values[5])),
+        # a spline through nearly equal films may cross another
+        film * exp(ops.least(ops.least(values[4], values[5]), ops.least(values[6], values[7]))),
         film * exp(values[6]),
         film * exp(values[7]),
         s * third * exp(ops.most(values[8], values[9])),

@@ -34,6 +34,7 @@ FORCE_CURVES = (  # logarithms over ln force of one nut
     "ball_load_max",  # [N]
 )
 AXES = ("force", "speed", "temperature", "preload", "share")  # [N], [rad/s], [K], [N], 1; each lo, hi, nodes
+POINT = ("preload", "speed", "temperature", "axial_load")  # [N], [rad/s], [K], [N]; of a certificate
 DEFAULTS = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
@@ -51,6 +52,11 @@ def array_shapes(header: Mapping[str, Any]) -> dict[str, tuple[int, ...]]:
         "separation_coefficients": (preload, 2),
         "sharing_coefficients": (preload, share, 2),
     }
+
+
+def certificate_totals(certificate: Mapping[str, Any]) -> dict[str, Any]:
+    """Certificate without its points ("each": columns POINT and the errors there, which older maps do not hold)."""
+    return {name: value for name, value in certificate.items() if name != "each"}
 
 
 def content_hash(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> str:

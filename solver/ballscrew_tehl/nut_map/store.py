@@ -84,7 +84,8 @@ def _file_hash(header: str, variables: Mapping[str, Array]) -> str:
 def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) -> str:
     """Write a map to a temporary name beside `path` and rename it; returns the content hash.
 
-    certificate: how far the map is from direct solves, and over what; stored as it is.
+    certificate: how far the map is from direct solves, and over what (map_commands.deviation_from_direct); stored as
+    it is.
     """
     import xarray as xr
 

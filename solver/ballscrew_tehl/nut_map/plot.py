@@ -1,0 +1,364 @@
+"""Picture of a map: what it answers over speed, where it was sampled, where its certificate compared it.
+
+The numbers are made by map_picture, drawn by map_figure. matplotlib is imported when a figure is made.
+"""
+
+from __future__ import annotations
+
+import os
+import textwrap
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..hertz import RACEWAYS
+from ..measurements import CELSIUS, RPM
+from .contact_map import Array, ContactMap
+from .evaluate import DoubleNutState, NutMap
+from .packed import POINT
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import LogNorm
+    from matplotlib.figure import Figure
+
+#: speeds of a line
+SPEEDS = 241
+#: errors of a certificate by name, with their names in a picture
+ERRORS = {"torque": "friction torque", "film": "central film", "temperature_rise": "temperature rise"}
+#: scale of the errors of a certificate, which is logarithmic: lowest over highest end, and the least highest end
+ERROR_SPAN, LEAST_ERROR = 1e-3, 1e-9
+#: characters of a line of the caption
+CAPTION_WIDTH = 150
+#: films of a state with their names in a picture and their lines
+FILM_LINES = {
+    "film_thickness_central_screw": ("central, screw raceway", "-"),
+    "film_thickness_central_nut": ("central, nut raceway", "--"),
+    "film_thickness_min": ("minimum, both raceways", ":"),
+}
+#: colour-blind safe: the scales rise in lightness; the colour of Okabe & Ito for what needs care
+PRELOAD_COLOURS, TEMPERATURE_COLOURS, ERROR_COLOURS, CAUTION = "cividis", "plasma", "viridis_r", "#D55E00"
+
+
+class CertificatePoints(NamedTuple):
+    """Random operating points of a certificate and how far the map is off there."""
+
+    ball_load: Array  # [N] of the heaviest ball of both nuts, as the map has it
+    speed: Array  # [rad/s]
+    errors: Mapping[str, Array]  # relative, keys of ERRORS
+
+
+@dataclass(frozen=True)
+class MapPicture:
+    """Numbers of the picture, SI: lines over speed without axial load, samples, certificate.
+
+    by_preload: state (preload, speed) at the temperature; by_temperature: state (temperature, speed) at the preload
+    certificate: None if the map file does not hold its points; sampling_errors: estimated error of ln(film) between the
+    samples of load, speed, temperature, None: no estimate
+    """
+
+    nut_map: NutMap
+    contact_map: ContactMap
+    speed: Array
+    preloads: Array
+    temperatures: Array
+    preload: float
+    temperature: float
+    by_preload: DoubleNutState
+    by_temperature: DoubleNutState
+    certificate: CertificatePoints | None
+    sampling_errors: Mapping[str, float | None]
+
+    @property
+    def film_rows(self) -> list[int]:
+        """Temperatures whose films are drawn: coldest, that of the lines by preload, hottest."""
+        chosen = (self.temperatures[0], self.temperature, self.temperatures[-1])
+        return [row for row, temperature in enumerate(self.temperatures) if temperature in chosen]
+
+
+def friction_torque(state: DoubleNutState) -> Array:
+    """Sum of the parts [N.m]."""
+    return np.asarray(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+
+
+def map_picture(nut_map: NutMap, contact_map: ContactMap) -> MapPicture:
+    """The numbers to draw, over the whole range of speed of the map and with its own friction parameters."""
+    axes = nut_map.header["axes"]
+    slowest, fastest = axes["speed"][:2]
+    speed = np.geomspace(slowest, fastest, SPEEDS)
+    preloads = round_preloads(
+        max(axes["force"][0], axes["preload"][0]), min(axes["force"][1], axes["preload"][1])
+    )
+    preload = float(preloads[np.argmin(np.abs(np.log(preloads**2 / (preloads[0] * preloads[-1]))))])
+    cold, hot = axes["temperature"][:2]
+    reference = round(contact_map.parameters.lubricant.reference_temperature - CELSIUS) + CELSIUS
+    temperature = float(np.clip(reference, cold, hot))
+    temperatures = np.unique([cold, temperature, 0.5 * (temperature + hot), hot])
+    return MapPicture(
+        nut_map,
+        contact_map,
+        speed,
+        preloads,
+        temperatures,
+        preload,
+        temperature,
+        nut_map.evaluate(preloads[:, None], speed, temperature),
+        nut_map.evaluate(preload, speed, temperatures[:, None]),
+        _certificate_points(nut_map),
+        _sampling_errors(nut_map.header, contact_map),
+    )
+
+
+def round_preloads(lowest: float, highest: float) -> Array:
+    """Preloads between two [N]: of 1, 2, 5, 10, ..., at most six; three even ones where the range holds fewer than two.
+
+    Example
+        >>> round_preloads(120.0, 12000.0)
+        array([  200.,   500.,  1000.,  2000.,  5000., 10000.])
+    """
+    decades = 10.0 ** np.arange(np.floor(np.log10(lowest)), np.ceil(np.log10(highest)) + 1.0)
+    series = np.outer(decades, [1.0, 2.0, 5.0]).ravel()
+    found = series[(series >= lowest) & (series <= highest)]
+    if found.size < 2:
+        return np.geomspace(lowest, highest, 3)
+    return found[:: -(-found.size // 6)]
+
+
+def _certificate_points(nut_map: NutMap) -> CertificatePoints | None:
+    """None: a certificate of totals alone, as older files hold, or none at all."""
+    each = nut_map.header["certificate"].get("each")
+    if each is None:
+        return None
+    columns = {name: np.array(column, dtype=float) for name, column in each.items()}
+    load = nut_map.evaluate(*(columns[name] for name in POINT)).ball_load_max
+    return CertificatePoints(load, columns["speed"], {name: columns[f"{name}_error"] for name in ERRORS})
+
+
+def _sampling_errors(header: Mapping[str, Any], contact_map: ContactMap) -> dict[str, float | None]:
+    """As the build found them, for older files from the samples; an axis that cannot be halved has no estimate."""
+    names = ("load", "speed", "temperature")
+    found = header.get("sampling_errors") or dict(zip(names, contact_map.axis_errors(), strict=True))
+    return {
+        name: float(found[name]) if nodes % 2 else None
+        for name, nodes in zip(names, contact_map.axes.shape, strict=True)
+    }
+
+
+def percent(error: float) -> str:
+    """Two digits.
+
+    Example
+        >>> percent(0.00448), percent(1.2), percent(3e-6)
+        ('0.45 %', '120 %', '0.0003 %')
+    """
+    return f"{float(f'{100.0 * error:.2g}'):g} %"
+
+
+def caption(picture: MapPicture) -> str:
+    """What the samples and the certificate say."""
+    header, samples = picture.nut_map.header, picture.contact_map.samples
+    share = float(np.mean([samples[raceway]["asymptotic"] for raceway in RACEWAYS]))
+    between = ", ".join(
+        f"{name} {'not estimated' if error is None else percent(error)}"
+        for name, error in picture.sampling_errors.items()
+    )
+    shape = " x ".join(map(str, picture.contact_map.axes.shape))
+    lines = [
+        f"Samples: {shape} (ball load x speed x temperature) per raceway, {percent(share)} on the asymptotic branch. "
+        f"Estimated error of the films between them: {between}."
+    ]
+    certificate = header["certificate"]
+    parts = []
+    for name, words in ERRORS.items():
+        totals = [
+            f"{total} {percent(certificate[f'{name}_error_{key}'])}"
+            for key, total in (("mean", "mean"), ("99", "99 % quantile"), ("max", "largest"))
+            if f"{name}_error_{key}" in certificate
+        ]
+        if totals:
+            parts.append(f"{words} {', '.join(totals)}")
+    if parts:
+        lines.append(f"Errors at {certificate['points']} random points: {'; '.join(parts)}.")
+        if picture.certificate is None:
+            lines[-1] += " The file does not hold the points."
+    else:
+        lines.append("The map has no certificate.")
+    lines.append(f"Map {header.get('file_hash', header['content_hash'])[:12]}, version {header['version']}.")
+    # a number keeps its unit
+    pieces = [textwrap.wrap(line.replace(" %", "\xa0%"), CAPTION_WIDTH) for line in lines]
+    return "\n".join(piece for line in pieces for piece in line).replace("\xa0", " ")
+
+
+def map_figure(picture: MapPicture, error: str = "torque") -> Figure:
+    """The picture; every panel carries its name as label.
+
+    Parameters   error: which one of ERRORS gives colour and size to the points of the certificate
+    Raises       ValueError: unknown error
+    """
+    from matplotlib.figure import Figure
+
+    if error not in ERRORS:
+        raise ValueError(f"error = {error!r}; allowed: {', '.join(ERRORS)}")
+    header = picture.nut_map.header
+    figure = Figure(figsize=(10.0, 11.6), layout="constrained")
+    names = ("torque_by_preload", "torque_by_temperature", "film", "rise", *RACEWAYS)
+    panels = dict(zip(names, figure.subplots(3, 2).flat, strict=True))
+    for name, axes in panels.items():
+        axes.set_label(name)
+        axes.set(xlabel="screw speed [r/min]", xscale="log")
+        axes.grid(alpha=0.3)
+    _draw_torque(panels["torque_by_preload"], panels["torque_by_temperature"], picture)
+    _draw_film(panels["film"], picture)
+    _draw_rise(panels["rise"], picture)
+    norm = None if picture.certificate is None else _error_norm(picture.certificate.errors[error])
+    for raceway in RACEWAYS:
+        _draw_samples(panels[raceway], picture, raceway, error, norm)
+    if picture.certificate is not None and norm is not None:
+        below = bool(picture.certificate.errors[error].min() < norm.vmin)
+        _draw_error_scale(figure, [panels[raceway] for raceway in RACEWAYS], norm, error, below)
+    for axes in panels.values():
+        _plain_numbers(axes)
+    figure.suptitle(
+        f"Nut map of {picture.contact_map.parameters.name}, kinematics {header['kinematics']}, "
+        f"film model {header['film_model']}"
+    )
+    figure.supxlabel(caption(picture), x=0.012, ha="left", fontsize=8.5, linespacing=1.5)
+    return figure
+
+
+def _scale(name: str, count: int) -> list[Any]:
+    """Colours from dark to light, none too light for a line on white."""
+    from matplotlib import colormaps
+
+    return [colormaps[name](x) for x in np.linspace(0.0, 0.85, count)]
+
+
+def _force(force: float) -> str:
+    return f"{force / 1000.0:.3g} kN"
+
+
+def _degrees(temperature: float) -> str:
+    return f"{temperature - CELSIUS:.3g} C"
+
+
+def _draw_torque(left: Axes, right: Axes, picture: MapPicture) -> None:
+    rpm = picture.speed / RPM
+    torques, colours = friction_torque(picture.by_preload), _scale(PRELOAD_COLOURS, len(picture.preloads))
+    for preload, torque, colour in zip(picture.preloads, torques, colours, strict=True):
+        left.plot(rpm, torque, color=colour, label=_force(preload))
+        left.annotate(
+            _force(preload), (rpm[-1], torque[-1]), xytext=(4.0, 0.0), textcoords="offset points", va="center"
+        )
+    left.set(title=f"Friction torque by preload, oil at {_degrees(picture.temperature)}", yscale="log")
+    left.set_xlim(right=rpm[-1] * (rpm[-1] / rpm[0]) ** 0.2)  # room for the names of the lines
+    torques = friction_torque(picture.by_temperature)
+    colours = _scale(TEMPERATURE_COLOURS, len(picture.temperatures))
+    for temperature, torque, colour in zip(picture.temperatures, torques, colours, strict=True):
+        right.plot(rpm, torque, color=colour, label=_degrees(temperature))
+    right.set(title=f"Friction torque by oil temperature, preload {_force(picture.preload)}")
+    right.set_ylim(bottom=0.0)
+    right.legend(title="oil temperature", loc="upper left")
+    for axes in (left, right):
+        axes.set_ylabel("friction torque [N m]")
+
+
+def _draw_film(axes: Axes, picture: MapPicture) -> None:
+    rpm = picture.speed / RPM
+    colours = _scale(TEMPERATURE_COLOURS, len(picture.temperatures))
+    for name, (label, style) in FILM_LINES.items():
+        films = 1e9 * getattr(picture.by_temperature, name)
+        for row in picture.film_rows:
+            axes.plot(rpm, films[row], style, color=colours[row])
+        axes.plot([], [], style, color="0.3", label=label)
+    axes.set(
+        title=f"Film, preload {_force(picture.preload)}",
+        yscale="log",
+        ylabel="least film over the balls [nm]",
+    )
+    low, high = axes.get_ylim()
+    axes.set_ylim(low * (low / high) ** 0.25, high)  # room for the legend
+    axes.legend(title="colours: oil temperature, as beside", loc="lower right")
+
+
+def _draw_rise(axes: Axes, picture: MapPicture) -> None:
+    rpm = picture.speed / RPM
+    colours = _scale(TEMPERATURE_COLOURS, len(picture.temperatures))
+    rises = picture.by_temperature.film_temperature_rise
+    for temperature, rise, colour in zip(picture.temperatures, rises, colours, strict=True):
+        axes.plot(rpm, rise, color=colour, label=_degrees(temperature))
+    axes.set(
+        title=f"Film temperature rise, preload {_force(picture.preload)}",
+        ylabel="largest rise over the oil temperature [K]",
+    )
+    axes.set_ylim(bottom=0.0)
+    axes.legend(title="oil temperature", loc="upper left")
+
+
+def _draw_samples(axes: Axes, picture: MapPicture, raceway: str, error: str, norm: LogNorm | None) -> None:
+    """Samples of all temperatures lie on each other; a ring: the asymptotic branch at one of them or more."""
+    loads, speeds, _ = picture.contact_map.axes.nodes
+    load, rpm = np.meshgrid(loads, speeds / RPM, indexing="ij")
+    axes.plot(rpm.ravel(), load.ravel(), "o", color="0.45", markersize=3, label="sample")
+    asymptotic = np.any(picture.contact_map.samples[raceway]["asymptotic"] > 0.0, axis=2)
+    if asymptotic.any():
+        axes.plot(
+            rpm[asymptotic], load[asymptotic], "s", color=CAUTION, fillstyle="none", markersize=7,
+            label="asymptotic at some temperature",
+        )  # fmt: skip
+    axes.set(title=f"Samples on the {raceway} raceway", yscale="log", ylabel="ball load [N]")
+    if picture.certificate is not None and norm is not None:
+        found = picture.certificate
+        errors = np.clip(found.errors[error], norm.vmin, norm.vmax)
+        axes.scatter(
+            found.speed / RPM, found.ball_load, s=15.0 + 85.0 * np.asarray(norm(errors)), c=errors, norm=norm,
+            cmap=ERROR_COLOURS, edgecolors="black", linewidths=0.8, zorder=3, label="certificate, heaviest ball",
+        )  # fmt: skip
+    axes.set_ylim(bottom=loads[0] * (loads[0] / loads[-1]) ** 0.55)  # room for the legend
+    axes.legend(loc="lower left")
+
+
+def _error_norm(errors: Array) -> LogNorm:
+    """Colours of errors, over half a decade at least and three at most; what is below counts as the lowest."""
+    from matplotlib.colors import LogNorm
+
+    highest = max(errors.max(), LEAST_ERROR)
+    return LogNorm(np.clip(errors.min(), ERROR_SPAN * highest, highest / 3.0), highest)
+
+
+def _draw_error_scale(figure: Figure, axes: list[Axes], norm: LogNorm, error: str, below: bool) -> None:
+    """below: there are errors below the scale, a tip on it says so."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    bar = figure.colorbar(
+        ScalarMappable(norm, ERROR_COLOURS), ax=axes, location="bottom", aspect=50, shrink=0.8,
+        extend="min" if below else "neither",
+    )  # fmt: skip
+    bar.ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    bar.ax.xaxis.set_major_formatter(lambda value, _: percent(value))
+    bar.ax.xaxis.set_minor_formatter(NullFormatter())
+    bar.set_label(f"certificate: error of the {ERRORS[error]} against direct solves")
+
+
+def _plain_numbers(axes: Axes) -> None:
+    """1000 instead of 10^3, more of them where the axis is short."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+        if axis.get_scale() == "log":
+            axis.set_major_locator(LogLocator(subs=(1.0, 3.0) if high > 300.0 * low else (1.0, 2.0, 5.0)))
+            axis.set_major_formatter(lambda value, _: f"{value:g}")
+            axis.set_minor_formatter(NullFormatter())
+
+
+def save_figure(figure: Figure, path: Path, file_hash: str) -> None:
+    """Write a PNG to a temporary name beside `path` and rename it; the file names the map that it shows."""
+    temporary = path.with_name(path.name + ".part")
+    try:
+        figure.savefig(temporary, format="png", dpi=150, metadata={"Source": f"map {file_hash}"})
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
