@@ -1,0 +1,152 @@
+"""Costs of the native FMU from a C host, beside a trivial table FMU in C and the Python FMU; one run, in turn.
+
+`python tests/benchmarks/bench_native_step.py` builds the libraries as they are delivered and the C host
+native/step_costs.c with -O2 and prints medians of many short runs, so that other work on the machine does not
+count. `--profile CASE` counts the instructions of a step under valgrind instead.
+"""
+
+import argparse
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from ctypes import c_double, c_size_t, c_uint
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # run as a script
+sys.path.insert(0, str(Path(__file__).parents[1] / "fmu"))
+from native_host import HERE, TOKEN, build, c_host
+
+from ballscrew_fmu.native_build import build_libraries
+from ballscrew_fmu.native_map import MAP_FILE, map_bytes
+from ballscrew_fmu.native_sources import NATIVE_NAME, native_sources
+from ballscrew_fmu.package import build_fmu
+from ballscrew_fmu.replay import FmuInstance
+from ballscrew_tehl.nut_map.store import load_map
+from ballscrew_tehl.parameters import load_parameters
+
+REPETITIONS, CALLS = 1001, 300
+PYTHON = "python"
+TARGETS = {  # [s]
+    "torque": 0.12e-6, "torque_axial": 0.3e-6, "all": 1e-6, "all_axial": 1e-6, "load": 3e-3,
+    "single_torque": 1e-6, "single_torque_axial": 1e-6, "single_all_axial": 1e-6,
+}  # fmt: skip
+CASES = {
+    "torque": "3 inputs, torque; a drive cycle",
+    "torque_axial": "4 inputs, torque; axial load varies",
+    "all": "3 inputs, all outputs",
+    "all_axial": "4 inputs, all outputs",
+    "torque_speed": "3 inputs, torque; only speed varies",
+    "torque_scattered": "3 inputs, torque; anywhere in the map",
+    "torque_axial_scattered": "4 inputs, torque; anywhere",
+    "all_scattered": "3 inputs, all outputs; anywhere",
+    "all_axial_scattered": "4 inputs, all outputs; anywhere",
+    "table": "table FMU in C: 3 inputs, torque",
+    "load": "load library and map, instantiate, initialize",
+    PYTHON: "Python FMU: 3 inputs, torque, raw ctypes",
+}
+
+
+def host_command(folder: Path, nut_map) -> list[str]:
+    """Command of the C host up to repetitions; everything built in the folder."""
+    library = build_libraries(native_sources(nut_map.header, 2, TOKEN), NATIVE_NAME, ["x86_64-linux"])
+    (folder / "native.so").write_bytes(library["x86_64-linux"])
+    (folder / MAP_FILE).write_bytes(map_bytes(nut_map))
+    host = c_host(folder / "host", nut_map, "step_costs", "-O2", runtime=False)
+    options = ["-std=c99", "-O2", "-shared", "-fPIC"]
+    build(folder / "host", options, folder / "table.so", [str(HERE / "table_fmu.c")])
+    return [str(host), str(folder / "native.so"), TOKEN, folder.as_uri(), str(folder / "table.so")]
+
+
+def measure(command: list[str], repetitions: int = REPETITIONS, calls: int = CALLS) -> dict[str, list[float]]:
+    """Median and least [s] by case; of single calls p50, p99, p99.9, largest, cost of the clock."""
+    host, *arguments = command
+    run = subprocess.run(
+        [host, str(repetitions), str(calls), *arguments], capture_output=True, text=True, check=True
+    )
+    lines = [line.split() for line in run.stdout.splitlines()]
+    return {name: [float(number) for number in numbers] for name, *numbers in lines}
+
+
+def instructions(command: list[str], case: str, calls: int = 20_000) -> float:
+    """Instructions of one call of a case: two runs of different length under callgrind, their difference."""
+    host, *arguments = command
+    counts = []
+    for n in (calls, 2 * calls):
+        run = subprocess.run(
+            ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", host, "1", str(n), *arguments, case],
+            capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        counts.append(int(re.search(r"Collected : (\d+)", run.stderr)[1]))
+    return (counts[1] - counts[0]) / calls
+
+
+def python_step(fmu: Path, repetitions: int = 501, steps: int = 10) -> list[float]:
+    """Median and least [s] of a step of the Python FMU through its C functions."""
+    with FmuInstance(fmu) as one:
+        library, handle = one.slave.dll, one.slave.component
+        inputs, torque, values, found = (
+            (c_uint * 3)(0, 1, 2),
+            (c_uint * 1)(4),
+            (c_double * 3)(),
+            (c_double * 1)(),
+        )
+        three, single, step, spent = c_size_t(3), c_size_t(1), c_double(1e-4), []
+        for _ in range(repetitions):
+            begin = time.perf_counter()
+            for n in range(steps):
+                values[:] = 2000.0 + n, 1.0 + 0.01 * n, 303.15 + 0.01 * n
+                library.fmi2SetReal(handle, inputs, three, values)
+                library.fmi2DoStep(handle, c_double(1e-4 * n), step, 1)
+                library.fmi2GetReal(handle, torque, single, found)
+            spent.append((time.perf_counter() - begin) / steps)
+        return [statistics.median(spent), min(spent)]
+
+
+def text_of(seconds: float) -> str:
+    return f"{1e3 * seconds:.2f} ms" if seconds >= 1e-3 else f"{1e6 * seconds:.3f} us"
+
+
+def table(figures: dict[str, list[float]]) -> str:
+    yardstick = figures["table"][0]
+    lines = [f"{'case':47s} {'median':>9s} {'least':>9s} {'x table':>8s}  target"]
+    for name, title in CASES.items():
+        median, least = figures[name]
+        target = text_of(TARGETS[name]) if name in TARGETS else ""
+        ratio = f"{median / yardstick:8.1f}"
+        lines.append(f"{title:47s} {text_of(median):>9s} {text_of(least):>9s} {ratio}  {target}")
+    lines.append(f"\nsteps one by one{'':31s} {'p50':>9s} {'p99':>9s} {'p99.9':>9s} {'largest':>9s}")
+    for name, numbers in figures.items():
+        if name.startswith("single_"):
+            quantiles = " ".join(f"{text_of(x):>9s}" for x in numbers[:4])
+            lines.append(f"{CASES[name.removeprefix('single_')]:47s} {quantiles}")
+            clock = numbers[4]
+    lines.append(f"target p99.9: {text_of(1e-6)}; {text_of(clock)} of reading the clock taken off each")
+    lines.append(f"\nPython FMU over native FMU: {figures[PYTHON][0] / figures['torque'][0]:.0f}")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--profile", metavar="CASE", nargs="+", choices=[c for c in CASES if c not in ("load", PYTHON)]
+    )
+    args = parser.parse_args()
+    nut_map = load_map(None, load_parameters())
+    with tempfile.TemporaryDirectory() as scratch:
+        command = host_command(Path(scratch), nut_map)
+        if args.profile:
+            for case in args.profile:
+                print(f"{CASES[case]:47s} {instructions(command, case):7.0f} instructions")
+            return
+        figures = measure(command)
+        figures[PYTHON] = python_step(build_fmu(nut_map, Path(scratch) / "BallScrewFriction.fmu").path)
+    print(table(figures))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,42 @@
+"""All functions of both FMI versions in random order under sanitizers, from the C host native/walk.c."""
+
+import subprocess
+
+import pytest
+from native_host import sanitized_c_host
+from synthetic_map import make_map
+
+CALLS = 300_000
+# what the FMU cannot do: no call may ever succeed
+CANNOT = {
+    "fmi2SetRealInputDerivatives", "fmi2GetRealOutputDerivatives", "fmi2CancelStep", "fmi2GetStatus",
+    "fmi2GetIntegerStatus", "fmi2GetBooleanStatus", "fmi2GetStringStatus", "fmi3EvaluateDiscreteStates",
+    "fmi3GetNumberOfVariableDependencies", "fmi3GetVariableDependencies", "fmi3EnterConfigurationMode",
+    "fmi3ExitConfigurationMode", "fmi3EnterStepMode", "fmi3ActivateModelPartition", "fmi3GetOutputDerivatives",
+}  # fmt: skip
+
+
+def test_random_calls_leave_the_sanitizers_silent(tmp_path):
+    try:
+        program = sanitized_c_host(tmp_path, make_map(), "walk", "-fsanitize=address,undefined")
+    except FileNotFoundError as error:
+        pytest.skip(str(error))
+    command = [str(program), str(tmp_path), str(CALLS)]
+    environment = {"ASAN_OPTIONS": "detect_leaks=1", "UBSAN_OPTIONS": "print_stacktrace=1"}
+    run = subprocess.run(command, capture_output=True, text=True, timeout=600, env=environment)
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert run.stderr == ""
+    *failures, summary = run.stdout.splitlines()
+    assert {line.removeprefix("never succeeded: ") for line in failures} == CANNOT
+    assert int(summary.split()[2]) > CALLS // 2  # succeeded: most of the walk is not among refusals
+
+
+def test_the_sanitizers_see_a_leak(tmp_path):
+    """A host that frees nothing must fail, or the silence above would mean nothing."""
+    try:
+        program = sanitized_c_host(tmp_path, make_map(), "leak", "-fsanitize=address,undefined")
+    except FileNotFoundError as error:
+        pytest.skip(str(error))
+    run = subprocess.run([str(program), str(tmp_path)], capture_output=True, text=True, timeout=60)
+    assert run.returncode != 0
+    assert "LeakSanitizer" in run.stderr
