@@ -178,9 +178,6 @@ def test_dependencies_are_those_that_a_change_of_the_value_shows(roots, native_u
         assert seen[name] & changing == set((running | indicators)[name]), name
 
 
-@pytest.mark.xfail(
-    strict=True, reason="model exchange: while initializing in_range is that of the last event"
-)
 def test_in_range_depends_on_each_input_while_initializing(native_unpacked):
     for changed in ("preload", "speed", "temperature", "axial_load"):
         start = REGULARISED | {changed: CHANGED[changed]}

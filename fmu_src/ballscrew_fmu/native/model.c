@@ -306,7 +306,10 @@ static void compute_films(Model *model)
             pressure += w[a] * curves[a * CURVE_COLUMNS + PRESSURE_CURVE];
             load += w[a] * curves[a * CURVE_COLUMNS + BALL_LOAD_CURVE];
         }
-        film[0] = film_share * exp(least(values[MINIMUM_FILM_SCREW], values[MINIMUM_FILM_NUT]));
+        /* a spline through nearly equal films may cross another */
+        film[0] = film_share
+                  * exp(least(least(values[MINIMUM_FILM_SCREW], values[MINIMUM_FILM_NUT]),
+                              least(values[CENTRAL_FILM_SCREW], values[CENTRAL_FILM_NUT])));
         film[1] = film_share * exp(values[CENTRAL_FILM_SCREW]);
         film[2] = film_share * exp(values[CENTRAL_FILM_NUT]);
         extreme[0] = s * loads->third[n] * exp(most(values[RISE_SCREW], values[RISE_NUT]));
@@ -369,6 +372,12 @@ void model_step(Model *model, double step)
     }
 }
 
+/* in model exchange it changes at events only, once they have begun */
+static bool in_range(Model *model)
+{
+    return model->continuous && model->events_began ? model->in_range : model_clamped(model) == 0U;
+}
+
 double model_get(Model *model, int reference)
 {
     if (reference >= FRICTION_TORQUE && reference <= POWER_LOSS) {
@@ -380,7 +389,7 @@ double model_get(Model *model, int reference)
             compute_films(model);
         }
     } else if (reference == IN_RANGE) {
-        return model->continuous ? model->in_range : model_clamped(model) == 0U;
+        return in_range(model);
     } else if (reference == PRESLIDING_DEFLECTION_RATE && model->continuous) {
         if (!model->torque_known) {
             compute_torque(model);
@@ -429,7 +438,7 @@ void model_indicators(Model *model, double indicators[MODEL_INDICATORS])
     const double stiffness = at[PRESLIDING_STIFFNESS];
 
     locate(model);
-    indicators[0] = margin(model) + (model->in_range ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
+    indicators[0] = margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
     if (!(stiffness > 0.0)) {
         indicators[1] = 1.0;
     } else if (model->slip != 0) {
@@ -444,6 +453,7 @@ void model_initial_event(Model *model)
 {
     model->slip = 0;
     model->in_range = model_clamped(model) == 0U;
+    model->events_began = true;
     (void)model_event(model);
 }
 

@@ -44,6 +44,7 @@ typedef struct {
     double bristle_power;           /* [W] */
     bool continuous;                /* model exchange: the bristle is a state of the importer */
     bool in_range;                  /* model exchange: as of the last event */
+    bool events_began;              /* model exchange: the initial event has been */
     int slip;                       /* model exchange: 0 the bristle follows, +1 or -1 it slips that way */
     bool conditions_known, torque_known, films_known;
     Loads loads; /* kept while neither preload nor axial load changes */

@@ -180,6 +180,7 @@ static void pass_model(Walk *walk, Model *model)
     pass_double(walk, &model->bristle_power);
     pass_bool(walk, &model->continuous);
     pass_bool(walk, &model->in_range);
+    pass_bool(walk, &model->events_began);
     pass_unsigned(walk, &slip, 2U);
     if (walk->way == READ) {
         model->slip = (int)slip - 1;

@@ -174,7 +174,9 @@ static Nut nut_at(const Map *map, const Dual at[], Dual force_value, const Stenc
     nut.sliding = multiply(multiply(at[NET_SLIDING_COEFFICIENT], f),
                            exponential(along(force.weight, curves + SLIDING_CURVE, CURVE_COLUMNS)));
     contracted(map, map->films, FILM_COLUMNS, speed->weight, speed->cell, temperature, &force, values);
-    nut.film[0] = multiply(film_share, exponential(least(values[MINIMUM_FILM_SCREW], values[MINIMUM_FILM_NUT])));
+    nut.film[0] = multiply(film_share,
+                           exponential(least(least(values[MINIMUM_FILM_SCREW], values[MINIMUM_FILM_NUT]),
+                                             least(values[CENTRAL_FILM_SCREW], values[CENTRAL_FILM_NUT]))));
     nut.film[1] = multiply(film_share, exponential(values[CENTRAL_FILM_SCREW]));
     nut.film[2] = multiply(film_share, exponential(values[CENTRAL_FILM_NUT]));
     nut.extreme[0] = multiply(multiply(s, third), exponential(most(values[RISE_SCREW], values[RISE_NUT])));
