@@ -1,0 +1,58 @@
+"""The native runtime over many steps and in threads, from C hosts: memory, drift, independence.
+
+The long run by hand: build native/soak.c as here and give it 100000000 steps.
+"""
+
+import subprocess
+
+import pytest
+from native_host import c_host, sanitized_c_host
+from synthetic_map import make_map
+
+STEPS = 2_000_000
+COUNTED = ("-Wl,--wrap=malloc", "-Wl,--wrap=calloc", "-Wl,--wrap=realloc")
+
+
+@pytest.fixture(scope="module")
+def soak(tmp_path_factory):
+    return c_host(tmp_path_factory.mktemp("soak"), make_map(), "soak", "-O2", *COUNTED)
+
+
+@pytest.fixture(scope="module")
+def threads_host(tmp_path_factory):
+    return c_host(tmp_path_factory.mktemp("threads"), make_map(), "threads", "-O2")
+
+
+def run(program, *arguments):
+    command = [str(program), str(program.parent), *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Sanitizer" not in done.stderr, done.stderr
+    return done.stdout
+
+
+def test_millions_of_steps_allocate_nothing_and_leave_no_trace(soak):
+    report = run(soak, STEPS)
+    assert report.count("random steps: 0 allocations, heap +0 bytes") == 2
+    assert report.count("equal to the bit") == 2
+
+
+def test_an_allocation_in_a_step_is_found(soak):
+    command = [str(soak), str(soak.parent), "8000", "allocate"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1
+    assert "not so: allocations == before" in done.stdout
+
+
+@pytest.mark.parametrize(("threads", "steps"), [(2, 20000), (100, 2000)])
+def test_instances_in_threads_are_those_of_a_serial_run(threads_host, threads, steps):
+    assert ": 0 differ" in run(threads_host, threads, steps)
+
+
+def test_thread_sanitizer_is_silent(tmp_path):
+    try:
+        program = sanitized_c_host(tmp_path, make_map(), "threads", "-fsanitize=thread")
+    except FileNotFoundError as error:
+        pytest.skip(str(error))
+    for threads, steps in ((2, 2000), (100, 100)):
+        assert ": 0 differ" in run(program, threads, steps)
