@@ -293,7 +293,7 @@ def test_a_damaged_map_is_refused(tmp_path):
         assert "truncated" in one.last
 
 
-FOLDER_NAME = "with space, plus+, hash#, percent%41, ü and (brackets)"
+FOLDER_NAME = "with space, plus+, hash#, percent%41, \u00fc and (brackets)"
 
 
 @pytest.mark.parametrize("form", ["file://{}", "file:{}", "file://localhost{}", "FILE://{}", "file://{}/"])
