@@ -2,6 +2,7 @@
 
 import fmpy
 import pytest
+import stub_solver
 
 from ballscrew_fmu.package import build_fmu
 from ballscrew_fmu.replay import FmuInstance
@@ -16,6 +17,27 @@ def fmu(tmp_path_factory, synthetic_nut_map):
 @pytest.fixture(scope="session")
 def unpacked(fmu):
     return fmpy.extract(str(fmu), unzipdir=str(fmu.parent / "unpacked"))
+
+
+@pytest.fixture(scope="session")
+def cache_folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(autouse=True)
+def user_cache(monkeypatch, cache_folder):
+    """A cache of the tests' own, for all FMUs that refine."""
+    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
+        monkeypatch.setenv(name, str(cache_folder))
+    return cache_folder
+
+
+@pytest.fixture(scope="session")
+def refinable(tmp_path_factory, synthetic_nut_map):
+    """Unpacked FMU of the closed-form map that refines with the stub."""
+    folder = tmp_path_factory.mktemp("refinable")
+    fmu = build_fmu(synthetic_nut_map, folder / "BallScrewFriction.fmu", solver=stub_solver.SOURCES).path
+    return fmpy.extract(str(fmu), unzipdir=str(folder / "unpacked"))
 
 
 @pytest.fixture

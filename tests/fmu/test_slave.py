@@ -179,6 +179,11 @@ def test_a_negative_parameter_discards_the_step(instance, name):
     assert instance.messages[-1] == (DISCARD, f"{name} = -1e-09; needs a finite number >= 0")
 
 
+def test_a_refine_tolerance_of_zero_discards_the_step(instance):
+    assert instance.step(speed=1.0, refine_tolerance=0.0) is False
+    assert instance.messages[-1] == (DISCARD, "refine_tolerance = 0.0; needs a finite number > 0")
+
+
 def test_a_bad_start_value_is_logged_and_can_be_mended(unpacked, synthetic_nut_map):
     with FmuInstance(unpacked, speed=math.nan) as one:
         assert one.messages == [(DISCARD, "speed = nan; needs a finite number")]
@@ -217,7 +222,7 @@ def test_setting_an_output_is_logged_and_has_no_effect(instance):
     instance.step(speed=30.0)
     before = instance.outputs()
     instance.set(friction_torque=99.0)
-    assert instance.messages[-1] == (ERROR, "friction_torque is no input or parameter: not set")
+    assert instance.messages[-1] == (ERROR, "friction_torque is no Real input or parameter: not set")
     assert instance.outputs() == before
 
 
