@@ -1,5 +1,8 @@
 """An FMU of the closed-form map, built once for all tests of this folder."""
 
+import sys
+from pathlib import Path
+
 import fmpy
 import pytest
 import stub_solver
@@ -38,6 +41,16 @@ def refinable(tmp_path_factory, synthetic_nut_map):
     folder = tmp_path_factory.mktemp("refinable")
     fmu = build_fmu(synthetic_nut_map, folder / "BallScrewFriction.fmu", solver=stub_solver.SOURCES).path
     return fmpy.extract(str(fmu), unzipdir=str(folder / "unpacked"))
+
+
+@pytest.fixture(scope="session")
+def slave_module():
+    """Module `slave` of an unpacked FMU that is loaded; others may be loaded as well."""
+
+    def find(folder):
+        return sys.modules[next(Path(folder).glob("resources/_ballscrew_*")).name + ".slave"]
+
+    return find
 
 
 @pytest.fixture
