@@ -88,7 +88,7 @@ def _scalar_variable(parent: Element, reference: int, v: Variable) -> None:
     if v.causality != "input":  # FMI 2.0 forbids `initial` on inputs
         node.set("initial", "exact" if v.causality == "parameter" else "calculated")
     if v.unit is None:
-        SubElement(node, "Boolean")
+        SubElement(node, "Boolean", {} if v.start is None else {"start": str(bool(v.start)).lower()})
         return
     numbers = (("min", v.minimum), ("max", v.maximum), ("nominal", v.nominal), ("start", v.start))
     attributes = {"quantity": v.quantity, "unit": v.unit, "displayUnit": v.display_unit}

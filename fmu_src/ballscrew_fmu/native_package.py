@@ -24,7 +24,8 @@ from ballscrew_fmu.native_documentation import NOT_VALIDATED, Validation, native
 from ballscrew_fmu.native_icon import icon_png, icon_svg
 from ballscrew_fmu.native_map import MAP_FILE, map_bytes
 from ballscrew_fmu.native_sources import NATIVE_NAME, is_fmi_header, native_sources
-from ballscrew_fmu.package import NAMESPACE, BuiltFmu, _digest, write_fmu
+from ballscrew_fmu.package import NAMESPACE, BuiltFmu, write_fmu
+from ballscrew_fmu.solver_cache import digest
 from ballscrew_tehl import __version__
 from ballscrew_tehl.nut_map.evaluate import NutMap
 
@@ -100,7 +101,7 @@ def native_files(
 
     sources, shown = complete("")
     recipe = {"recipe": " ".join((zig, *COMPILER_OPTIONS, *platforms)).encode()}
-    token = str(uuid.uuid5(NAMESPACE, _digest({**files, **shown, **sources, **recipe})))
+    token = str(uuid.uuid5(NAMESPACE, digest({**files, **shown, **sources, **recipe})))
     sources, shown = complete(token)
     libraries = build_libraries(sources, NATIVE_NAME, platforms, advance)
     return {**files, **shown, **_binaries(libraries, fmi_version)}

@@ -2,7 +2,8 @@
 
 Every pythonfmu FMU of a process shares one interpreter and one sys.modules. Nothing in this FMU has a name
 that another FMU, or another version of this one, could have: all code, with the few modules of pythonfmu that
-it needs, stands in one package named by the hash of its files, and the entry script carries the same hash.
+it needs, stands in one package named by the hash of its files, and the entry script carries the same hash. The
+contact solver for run-time refinement travels as sources in a folder of that package (solver_cache.py).
 """
 
 import ast
@@ -24,13 +25,15 @@ from xml.etree import ElementTree
 from ballscrew_fmu.description import MODEL_NAME, model_description
 from ballscrew_fmu.documentation import documentation_files
 from ballscrew_fmu.slave import MAP_FILE
+from ballscrew_fmu.solver_cache import SOLVER_FOLDER, digest, solver_name
 from ballscrew_tehl import __version__
 from ballscrew_tehl.nut_map.evaluate import NutMap
 
-# What travels: module -> name inside the package of the FMU. They import each other, numpy and the standard
+# What a step needs: module -> name inside the package of the FMU. They import each other, numpy and the standard
 # library.
 RUNTIME_MODULES = {
     "ballscrew_fmu.slave": "slave",
+    "ballscrew_fmu.solver_cache": "solver_cache",
     "ballscrew_fmu.variables": "variables",
     "ballscrew_tehl.nut_map.bspline": "bspline",
     "ballscrew_tehl.nut_map.evaluate": "evaluate",
@@ -43,6 +46,10 @@ RUNTIME_MODULES = {
     "pythonfmu.logmsg": "logmsg",
     "pythonfmu.variables": "pythonfmu_variables",
 }
+#: what refinement needs: this module and all that it imports from its package
+SOLVER_MODULE = "ballscrew_tehl.nut_map.refine"
+#: packages besides the standard library that it needs in the host
+SOLVER_NEEDS = ("numba", "numpy", "pydantic", "scipy")
 BINARIES = {
     "linux64/libpythonfmu-export.so": f"linux64/{MODEL_NAME}.so",
     "win64/pythonfmu-export.dll": f"win64/{MODEL_NAME}.dll",
@@ -116,14 +123,66 @@ def _relocated(source: str, module: str) -> str:
     return moved
 
 
-def fmu_files(nut_map: NutMap, sources: Mapping[str, str] | None = None) -> dict[str, bytes]:
+def solver_sources() -> dict[str, str]:
+    """Source of each module that refinement needs, by its path below the package `ballscrew_tehl`.
+
+    Raises       PackageError: a module imports what is neither below that package, by a relative import, nor in
+                 SOLVER_NEEDS
+    """
+    root = SOLVER_MODULE.partition(".")[0]
+    found: dict[str, str] = {}
+    wanted = [SOLVER_MODULE]
+    while wanted:
+        module = wanted.pop()
+        file = _file_of(module)
+        package = module if file.name == "__init__.py" else module.rpartition(".")[0]
+        place = module.replace(".", "/") + ("/__init__.py" if package == module else ".py")
+        place = place.removeprefix(f"{root}/")
+        if place in found:
+            continue
+        found[place] = file.read_text(encoding="utf-8")
+        if "." in module:
+            wanted.append(module.rpartition(".")[0])
+        wanted += _imported(ast.parse(found[place]), module, package)
+    return found
+
+
+def _imported(tree: ast.AST, module: str, package: str) -> list[str]:
+    """Modules of the same package that a module imports when it runs."""
+    found = []
+    nodes: list[ast.AST] = [tree]
+    while nodes:
+        node = nodes.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            nodes += node.orelse
+            continue
+        nodes += ast.iter_child_nodes(node)
+        if isinstance(node, ast.ImportFrom) and node.level:
+            target = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
+            found.append(target)
+            below = (f"{target}.{alias.name}" for alias in node.names)
+            found += [name for name in below if node.module is None and importlib.util.find_spec(name)]
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names]
+            for name in names:
+                if name.partition(".")[0] not in {*SOLVER_NEEDS, *sys.stdlib_module_names}:
+                    raise PackageError(f"{module} imports {name}, which does not travel with the FMU")
+    return found
+
+
+def fmu_files(
+    nut_map: NutMap, sources: Mapping[str, str] | None = None, solver: Mapping[str, str] | None = None
+) -> dict[str, bytes]:
     """Members of the FMU by path, complete with GUID.
 
-    Parameters   sources : as runtime_sources(); None takes these
+    Parameters   sources, solver : as runtime_sources(), solver_sources(); None takes these
     """
     code = {f"{name}.py": text.encode() for name, text in (sources or runtime_sources()).items()}
     code["__init__.py"] = b'"""Code of one FMU, named by its content."""\n'
-    mark = _digest(code)[:12]
+    solver_code = {name: text.encode() for name, text in (solver or solver_sources()).items()}
+    folder = f"{SOLVER_FOLDER}/{solver_name(solver_code)}"
+    code |= {f"{folder}/{name}": content for name, content in solver_code.items()}
+    mark = digest(code)[:12]
     package, script = f"_ballscrew_{mark}", f"{MODEL_NAME}_{mark}"
     files = {f"resources/{package}/{name}": content for name, content in code.items()}
     files[f"resources/{script}.py"] = SCRIPT.format(package=package, model=MODEL_NAME).encode()
@@ -137,7 +196,7 @@ def fmu_files(nut_map: NutMap, sources: Mapping[str, str] | None = None) -> dict
     }
     tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"
     blank = model_description(nut_map.header, "", tool)
-    guid = str(uuid.uuid5(NAMESPACE, _digest({**files, "modelDescription.xml": blank})))
+    guid = str(uuid.uuid5(NAMESPACE, digest({**files, "modelDescription.xml": blank})))
     return {"modelDescription.xml": model_description(nut_map.header, guid, tool), **files}
 
 
@@ -166,22 +225,19 @@ def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> None:
         raise
 
 
-def build_fmu(nut_map: NutMap, path: Path | str, sources: Mapping[str, str] | None = None) -> BuiltFmu:
+def build_fmu(
+    nut_map: NutMap,
+    path: Path | str,
+    sources: Mapping[str, str] | None = None,
+    solver: Mapping[str, str] | None = None,
+) -> BuiltFmu:
     """Build the FMU of a map: same map and same code, same bytes and same GUID.
 
-    Parameters   path : of the FMU to write; an existing one is replaced
+    Parameters   path : of the FMU to write; an existing one is replaced;  sources, solver : as fmu_files
     Returns      BuiltFmu
     """
-    files = fmu_files(nut_map, sources)
+    files = fmu_files(nut_map, sources, solver)
     write_fmu(path, files)
     content = Path(path).read_bytes()
     guid = ElementTree.fromstring(files["modelDescription.xml"]).attrib["guid"]
     return BuiltFmu(Path(path), guid, hashlib.sha256(content).hexdigest(), len(content))
-
-
-def _digest(files: Mapping[str, bytes]) -> str:
-    digest = hashlib.sha256()
-    for name in sorted(files):
-        digest.update(f"{name}\0{len(files[name])}\0".encode())
-        digest.update(files[name])
-    return digest.hexdigest()

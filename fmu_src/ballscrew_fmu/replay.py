@@ -60,8 +60,11 @@ class FmuInstance:
             self.slave.exitInitializationMode()
 
     def set(self, **values: float) -> None:
-        if values:
-            self.slave.setReal([self._references[name] for name in values], list(values.values()))
+        switches = [name for name in values if self._types[name] == "Boolean"]
+        numbers = [name for name in values if name not in switches]
+        for names, setter in ((numbers, self.slave.setReal), (switches, self.slave.setBoolean)):
+            if names:
+                setter([self._references[name] for name in names], [values[name] for name in names])
 
     def get(self, *names: str) -> Any:
         """Value of one variable, or the list of several."""

@@ -2,7 +2,8 @@
 
 Inside the FMU this module lives in a package named by its content (package.py), next to copies of everything
 it imports. All imports are at the top, so that a deleted folder of another copy of the FMU can never break a
-step.
+step. Only the contact solver is imported later, and only with refine = true, from a folder that stays
+(solver_cache.py).
 
 No call may raise once the instance exists: pythonfmu 0.7 then releases its objects at once and again when the
 instance is freed, and the host process dies. Wrong calls are logged as errors, steps that cannot be done are
@@ -14,13 +15,16 @@ import json
 import math
 import os
 import sys
+import time
+from pathlib import Path
 from typing import Any
 
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
-from ballscrew_fmu.variables import fmu_variables, places
-from ballscrew_tehl.nut_map.evaluate import NutMap
+from ballscrew_fmu.solver_cache import SolverError, compiled_files, load_solver
+from ballscrew_fmu.variables import Variable, fmu_variables, places
+from ballscrew_tehl.nut_map.evaluate import DoubleNutState, NutMap
 from ballscrew_tehl.standstill import presliding_power, presliding_step, regularised_sign
 
 MAP_FILE = "nut_map.npz"
@@ -43,16 +47,21 @@ class BallScrewFrictionBase(Fmi2Slave):
         self._inputs = slice(0, len(places(self._table, "input")))
         self._outputs = slice(self._inputs.stop, self._inputs.stop + len(places(self._table, "output")))
         self._parameters = slice(self._outputs.stop, len(self._table))
+        parameters = places(self._table, "parameter")
         self._bounds = [(p, -TOO_LARGE) for p in range(self._inputs.stop)]
-        self._bounds += [(p, 0.0) for p in range(self._parameters.start, self._parameters.stop)]
+        self._bounds += [(p, _least(self._table[p])) for p in parameters if self._table[p].unit is not None]
         self._known = range(len(self._table))
         self._settable = frozenset(place for place, _ in self._bounds)
+        self._switches = frozenset(p for p in parameters if self._table[p].unit is None)
         # by value reference
         self._values: list[Any] = [0.0 if v.start is None else v.start for v in self._table]
         self._deflection = 0.0  # of the presliding bristle [rad]
         self._phase = INITIALIZING
         self._stale = True  # outputs do not belong to the inputs yet; of interest while initializing
         self._warned: list[str] = []
+        self._refinement: Any = None  # made at the first refined step
+        self._remembered: Any = None  # state of a refinement that is not made yet
+        self._solver_fails = False
 
     # FMI calls
 
@@ -89,11 +98,16 @@ class BallScrewFrictionBase(Fmi2Slave):
             if vr in self._settable:
                 self._values[vr] = value
             else:
-                self.log(f"{self._name(vr)} is no input or parameter: not set", Fmi2Status.error)
+                self.log(f"{self._name(vr)} is no Real input or parameter: not set", Fmi2Status.error)
         self._stale = True
 
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        self.set_real(vrs, [math.nan] * len(values))  # there is none to set: logged
+        for vr, value in zip(vrs, values, strict=True):
+            if vr in self._switches:
+                self._values[vr] = bool(value)
+            else:
+                self.log(f"{self._name(vr)} is no Boolean parameter: not set", Fmi2Status.error)
+        self._stale = True
 
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
         self._none(vrs, "Integer", 0)
@@ -110,6 +124,7 @@ class BallScrewFrictionBase(Fmi2Slave):
             "phase": self._phase,
             "stale": self._stale,
             "warned": list(self._warned),
+            "refinement": self._remembered if self._refinement is None else self._refinement.state(),
         }
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
@@ -126,6 +141,7 @@ class BallScrewFrictionBase(Fmi2Slave):
         self._phase = state["phase"]
         self._stale = state["stale"]
         self._warned = list(state["warned"])
+        self._refinement, self._remembered = None, state["refinement"]
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
@@ -172,7 +188,7 @@ class BallScrewFrictionBase(Fmi2Slave):
         for place, least in self._bounds:
             value = self._values[place]
             if not least <= value < TOO_LARGE:
-                needs = "a finite number" if least < 0.0 else "a finite number >= 0"
+                needs = "a finite number" if least < 0.0 else f"a finite number {'>' if least else '>='} 0"
                 return self._refuse(f"{self._table[place].name} = {value}; needs {needs}")
         return True
 
@@ -185,8 +201,13 @@ class BallScrewFrictionBase(Fmi2Slave):
 
     def _evaluate(self, step: float | None) -> bool:
         preload, speed, temperature, axial_load = self._values[self._inputs]
-        ratio, net, roughness, regularization, stiffness, damping = self._values[self._parameters]
-        nut = self._map.evaluate_point(preload, speed, temperature, axial_load, ratio, net, roughness)
+        ratio, net, roughness, regularization, stiffness, damping, refine, tolerance = self._values[
+            self._parameters
+        ]
+        point = (preload, speed, temperature, axial_load, ratio, net, roughness)
+        nut = self._refined(tolerance, point) if refine else None
+        if nut is None:
+            nut = self._map.evaluate_point(*point)
         viscous = math.copysign(nut.viscous_torque, speed)
         power = nut.viscous_torque * abs(speed)
         coulomb = nut.hysteresis_torque + nut.sliding_torque
@@ -212,14 +233,60 @@ class BallScrewFrictionBase(Fmi2Slave):
             self._warn(nut.clamped)
         return True
 
+    def _refined(self, tolerance: float, point: tuple[float, ...]) -> DoubleNutState | None:
+        """The refined map at a point; None if the solver cannot be used here, which is logged once."""
+        if self._solver_fails:
+            return None
+        try:
+            if self._refinement is None:
+                self._refinement = self._make_refinement()
+            self._refinement.tolerance = tolerance
+            return self._refinement.evaluate_point(*point)
+        except Exception as error:  # the map must go on
+            self._solver_fails = True
+            if self._refinement is not None:
+                self._remembered, self._refinement = self._refinement.state(), None
+            reason = str(error) if isinstance(error, SolverError) else f"{type(error).__name__}: {error}"
+            self._say_once("refine", f"refine: {reason}; results are those of the map", Fmi2Status.error)
+            return None
+
+    def _make_refinement(self) -> Any:
+        """Refinement of this map with what is remembered; imports the solver and compiles it where that is new."""
+        solver, remark = load_solver(Path(self.resources, str(__package__)))
+        if remark:
+            self._say_once("cache", f"refine: {remark}", Fmi2Status.warning)
+        refinement = solver.Refinement(self._map, report=self._report)
+        before, begun = compiled_files(solver), time.monotonic()
+        refinement.prepare()
+        if compiled_files(solver) > before:
+            seconds = time.monotonic() - begun
+            self.log(f"refine: contact solver compiled in {seconds:.0f} s, once per machine", Fmi2Status.ok)
+        if self._remembered is not None:
+            refinement.restore(self._remembered)
+        return refinement
+
+    def _report(self, solve: Any) -> None:
+        if solve.failure:
+            self._say_once("unsolved", f"refine: {solve} (said once)", Fmi2Status.warning)
+        else:
+            self.log(f"refine: {solve}", Fmi2Status.ok)
+
+    def _say_once(self, key: str, message: str, status: Fmi2Status) -> None:
+        if key not in self._warned:
+            self._warned.append(key)
+            self.log(message, status)
+
     def _warn(self, clamped: tuple[str, ...]) -> None:
         for name in clamped:
             if name not in self._warned:
-                self._warned.append(name)
                 value = self._values[next(i for i, v in enumerate(self._table) if v.name == name)]
-                self.log(
-                    f"{name} = {value} lies beyond the map and is clamped (said once)", Fmi2Status.warning
-                )
+                message = f"{name} = {value} lies beyond the map and is clamped (said once)"
+                self._say_once(name, message, Fmi2Status.warning)
+
+
+def _least(variable: Variable) -> float:
+    """Least value of a Real parameter: all may be 0 but the tolerance."""
+    return math.ulp(0.0) if variable.name == "refine_tolerance" else 0.0
 
 
 def _settle_imports(resources: str) -> None:

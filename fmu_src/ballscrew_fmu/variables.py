@@ -40,7 +40,7 @@ class Variable(NamedTuple):
     causality: str  # input, output, parameter; native FMUs also local and independent
     description: str
     unit: str | None = None  # None: Boolean
-    start: float | None = None  # inputs and parameters only
+    start: float | bool | None = None  # inputs and parameters only
     minimum: float | None = None
     maximum: float | None = None
     nominal: float | None = None
@@ -55,16 +55,17 @@ class Variable(NamedTuple):
 
     @property
     def variability(self) -> str:
-        if self.unit is None:
-            return "discrete"
-        return "tunable" if self.causality == "parameter" else "continuous"
+        if self.causality == "parameter":
+            return "tunable"
+        return "discrete" if self.unit is None else "continuous"
 
 
 _ALL = ("preload", "speed", "temperature", "axial_load")
 _COULOMB = ("preload", "speed", "axial_load")
 _FORCES = ("preload", "axial_load")
 _SIGN = ("regularization_speed", "presliding_stiffness")
-_VISCOUS = ("apparent_viscosity_ratio", "roughness_height")
+_REFINED = ("refine", "refine_tolerance")
+_VISCOUS = ("apparent_viscosity_ratio", "roughness_height", *_REFINED)
 _SLIDING = ("net_sliding_coefficient", *_SIGN)
 
 
@@ -122,21 +123,24 @@ def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
         Variable(
             "film_thickness_min", "output", "Minimum film thickness of all contacts", "m", minimum=0.0,
             nominal=1e-7,
-            display_unit="um", quantity="Length", depends_on=_ALL,
+            display_unit="um", quantity="Length", depends_on=_ALL, initially_depends_on=_REFINED,
         ),
         Variable(
             "film_thickness_central_screw", "output", "Least central film thickness on the screw raceway",
             "m",
             minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", depends_on=_ALL,
+            initially_depends_on=_REFINED,
         ),
         Variable(
             "film_thickness_central_nut", "output", "Least central film thickness on the nut raceway", "m",
             minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", depends_on=_ALL,
+            initially_depends_on=_REFINED,
         ),
         Variable(
             "film_temperature_rise", "output",
             "Highest temperature rise in a film over the oil at its inlet", "K",
             minimum=0.0, nominal=10.0, quantity="TemperatureDifference", relative=True, depends_on=_ALL,
+            initially_depends_on=_REFINED,
         ),
         Variable(
             "contact_pressure_max", "output", "Hertz pressure of the heaviest loaded ball", "Pa", minimum=0.0,
@@ -149,7 +153,7 @@ def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
         Variable(
             "lambda_ratio", "output", "Minimum film thickness over roughness_height, at most 1000", "1",
             minimum=0.0,
-            maximum=1000.0, nominal=1.0, depends_on=_ALL, initially_depends_on=("roughness_height",),
+            maximum=1000.0, nominal=1.0, depends_on=_ALL, initially_depends_on=("roughness_height", *_REFINED),
         ),
         Variable(
             "in_range", "output", "False while an input lies beyond the map and is clamped", depends_on=_ALL,
@@ -183,6 +187,15 @@ def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
             "presliding_damping", "parameter",
             "Damping of the bristle; explicit coupling with an inertia needs it",
             "N.m.s/rad", 1.0, 0.0, nominal=1.0,
+        ),
+        Variable(
+            "refine", "parameter",
+            "Solve contacts at the operating point and correct the map; needs scipy, numba and pydantic",
+            start=False, python_only=True,
+        ),
+        Variable(
+            "refine_tolerance", "parameter", "Relative error of friction_torque that refine allows, > 0", "1",
+            1e-3, 0.0, nominal=1e-3, python_only=True,
         ),
     )  # fmt: skip
 

@@ -1,7 +1,11 @@
 """FMUs of the closed-form map, built once for all tests of this folder."""
 
+import sys
+from pathlib import Path
+
 import fmpy
 import pytest
+import stub_solver
 from native_reference import REFERENCE, VALIDATION
 
 from ballscrew_fmu.native_package import build_native_fmu, native_file_name
@@ -18,6 +22,37 @@ def fmu(tmp_path_factory, synthetic_nut_map):
 @pytest.fixture(scope="session")
 def unpacked(fmu):
     return fmpy.extract(str(fmu), unzipdir=str(fmu.parent / "unpacked"))
+
+
+@pytest.fixture(scope="session")
+def cache_folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(autouse=True)
+def user_cache(monkeypatch, cache_folder):
+    """A cache of the tests' own, for all FMUs that refine."""
+    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
+        monkeypatch.setenv(name, str(cache_folder))
+    return cache_folder
+
+
+@pytest.fixture(scope="session")
+def refinable(tmp_path_factory, synthetic_nut_map):
+    """Unpacked FMU of the closed-form map that refines with the stub."""
+    folder = tmp_path_factory.mktemp("refinable")
+    fmu = build_fmu(synthetic_nut_map, folder / "BallScrewFriction.fmu", solver=stub_solver.SOURCES).path
+    return fmpy.extract(str(fmu), unzipdir=str(folder / "unpacked"))
+
+
+@pytest.fixture(scope="session")
+def slave_module():
+    """Module `slave` of an unpacked FMU that is loaded; others may be loaded as well."""
+
+    def find(folder):
+        return sys.modules[next(Path(folder).glob("resources/_ballscrew_*")).name + ".slave"]
+
+    return find
 
 
 @pytest.fixture

@@ -11,8 +11,9 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from ballscrew_fmu.description import CAPABILITIES, MODEL_NAME
-from ballscrew_fmu.package import NAMESPACE, _digest
+from ballscrew_fmu.package import NAMESPACE
 from ballscrew_fmu.replay import FmuInstance
+from ballscrew_fmu.solver_cache import digest
 
 INPUTS = {
     "preload": ("N", None),
@@ -29,7 +30,9 @@ OUTPUTS = {
 PARAMETERS = {
     "apparent_viscosity_ratio": "1", "net_sliding_coefficient": "1", "roughness_height": "m",
     "regularization_speed": "rad/s", "presliding_stiffness": "N.m/rad", "presliding_damping": "N.m.s/rad",
+    "refine": None, "refine_tolerance": "1",
 }  # fmt: skip
+BOOLEANS = ("in_range", "refine")
 DIMENSIONS = {  # exponents of kg, m, s, K, rad written down independently of the table
     "N": (1, 1, -2, 0, 0), "rad/s": (0, 0, -1, 0, 1), "K": (0, 0, 0, 1, 0), "N.m": (1, 2, -2, 0, 0),
     "W": (1, 2, -3, 0, 0), "m": (0, 1, 0, 0, 0), "Pa": (1, -1, -2, 0, 0), "1": (0, 0, 0, 0, 0),
@@ -69,7 +72,7 @@ def test_variables_are_those_of_the_interface(scalars):
             initial,
         )
         assert len(node.get("description")) > 15
-        assert node[0].tag == ("Boolean" if name == "in_range" else "Real")
+        assert node[0].tag == ("Boolean" if name in BOOLEANS else "Real")
         unit = {**{n: u for n, (u, _) in INPUTS.items()}, **OUTPUTS, **PARAMETERS}[name]
         assert node[0].get("unit") == unit
     assert [node.get("valueReference") for node in scalars.values()] == [str(n) for n in range(len(scalars))]
@@ -83,8 +86,10 @@ def test_start_values_bounds_and_display_units(scalars):
     for name, node in scalars.items():
         real = node[0]
         assert (real.get("start") is not None) == (name not in OUTPUTS)
-        if name != "in_range":
-            assert float(real.get("nominal")) > 0.0
+        if name in BOOLEANS:
+            assert real.get("start") == {"in_range": None, "refine": "false"}[name]
+            continue
+        assert float(real.get("nominal")) > 0.0
         if real.get("start") is not None:
             low, high = float(real.get("min", -math.inf)), float(real.get("max", math.inf))
             assert low <= float(real.get("start")) <= high
@@ -136,11 +141,12 @@ OTHER = {
     "preload": 90000.0, "speed": -400.0, "temperature": 500.0, "axial_load": 14000.0,
     "apparent_viscosity_ratio": 1.0, "net_sliding_coefficient": 0.1, "roughness_height": 1e-7,
     "regularization_speed": 3.0, "presliding_stiffness": 50.0, "presliding_damping": 9.0,
+    "refine": True, "refine_tolerance": 0.05,
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", ["Outputs", "InitialUnknowns"])
-def test_dependencies_are_those_that_a_change_of_the_value_shows(root, scalars, unpacked, kind):
+def test_dependencies_are_those_that_a_change_of_the_value_shows(root, scalars, refinable, kind):
     names = list(scalars)
     declared = {
         names[int(node.get("index")) - 1]: {names[int(d) - 1] for d in node.get("dependencies").split()}
@@ -148,20 +154,24 @@ def test_dependencies_are_those_that_a_change_of_the_value_shows(root, scalars, 
     }
     changes = OTHER if kind == "InitialUnknowns" else {name: OTHER[name] for name in INPUTS}
     seen = {name: set() for name in declared}
-    with FmuInstance(unpacked, **BASE) as one:
-        base = one.outputs()
+
+    def outputs(**start):
+        with FmuInstance(refinable, **(BASE | start)) as one:
+            return one.outputs()
+
     for changed, value in changes.items():
-        with FmuInstance(unpacked, **(BASE | {changed: value})) as one:
-            for name, output in one.outputs().items():
-                if output != base[name]:
-                    seen[name].add(changed)
+        switch = {"refine": True} if changed == "refine_tolerance" else {}
+        base = outputs(**switch)
+        for name, output in outputs(**switch, **{changed: value}).items():
+            if output != base[name]:
+                seen[name].add(changed)
     assert seen == declared
 
 
 def test_guid_belongs_to_the_content(root, files):
     guid = root.get("guid")
     blank = files["modelDescription.xml"].replace(guid.encode(), b"")
-    assert str(uuid.uuid5(NAMESPACE, _digest({**files, "modelDescription.xml": blank}))) == guid
+    assert str(uuid.uuid5(NAMESPACE, digest({**files, "modelDescription.xml": blank}))) == guid
 
 
 def test_the_file_carries_no_date_and_names_its_maker(root):

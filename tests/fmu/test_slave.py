@@ -1,7 +1,6 @@
 """The FMU through fmpy: values, signs, standstill, bad input, order of calls."""
 
 import math
-import sys
 
 import fmpy
 import numpy as np
@@ -179,6 +178,11 @@ def test_a_negative_parameter_discards_the_step(instance, name):
     assert instance.messages[-1] == (DISCARD, f"{name} = -1e-09; needs a finite number >= 0")
 
 
+def test_a_refine_tolerance_of_zero_discards_the_step(instance):
+    assert instance.step(speed=1.0, refine_tolerance=0.0) is False
+    assert instance.messages[-1] == (DISCARD, "refine_tolerance = 0.0; needs a finite number > 0")
+
+
 def test_a_bad_start_value_is_logged_and_can_be_mended(unpacked, synthetic_nut_map):
     with FmuInstance(unpacked, speed=math.nan) as one:
         assert one.messages == [(DISCARD, "speed = nan; needs a finite number")]
@@ -217,7 +221,7 @@ def test_setting_an_output_is_logged_and_has_no_effect(instance):
     instance.step(speed=30.0)
     before = instance.outputs()
     instance.set(friction_torque=99.0)
-    assert instance.messages[-1] == (ERROR, "friction_torque is no input or parameter: not set")
+    assert instance.messages[-1] == (ERROR, "friction_torque is no Real input or parameter: not set")
     assert instance.outputs() == before
 
 
@@ -336,16 +340,13 @@ def test_wrong_calls_are_logged_and_do_no_harm(instance):
     assert instance.get("friction_torque") > 0.0
 
 
-def test_a_failure_inside_the_step_discards_it_and_the_host_lives(unpacked):
-    """A failure that nothing foresees: the map of a live instance is broken from outside."""
+def test_a_failure_inside_the_step_discards_it_and_the_host_lives(unpacked, slave_module):
+    """A failure that nothing foresees: the code of a live instance is broken from outside."""
     with FmuInstance(unpacked) as one:
-        slave_class = next(
-            m for n, m in sys.modules.items() if n.endswith(".slave") and n.startswith("_ballscrew_")
-        )
         one.step(speed=30.0)
         before = one.outputs()
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(slave_class, "presliding_step", None)
+            patch.setattr(slave_module(unpacked), "presliding_step", None)
             assert one.step(presliding_stiffness=1.0) is False
         assert one.messages[-1][1].startswith("step failed: TypeError")
         assert one.outputs() == before
