@@ -305,3 +305,25 @@ def test_first_compilation_is_announced_once(monkeypatch, tmp_path, caplog):
     announce.cache_clear()
     assert not announce()
     assert caplog.text == ""
+
+
+# --- points of the Sobol sequence that once failed -----------------------------------------------------------------
+
+
+def test_nearly_rigid_contact_that_one_grid_does_not_solve_is_solved_on_a_finer_one():
+    solution = solve_moes(1.554, 32.85, 0.03017, "barus").solution
+    assert solution.converged
+    assert solution.branch == "resolved"
+    assert solution.pressure.shape[1] == 2 * SolverOptions().n_x - 1
+
+
+@pytest.mark.slow
+def test_film_that_no_grid_solves_is_continued_from_lower_loads():
+    solution = solve_moes(1.932e6, 2.381, 0.9522, "roelands").solution
+    assert solution.converged
+    assert solution.branch == "asymptotic"
+    assert solution.reason.startswith("film continued from ")
+    groups = solution.M, solution.L
+    assert groups == pytest.approx((1.932e6, 2.381), rel=1e-6)
+    assert 0.0 < solution.h_m < solution.h_c
+    assert solution.p_max == solution.hertz.p_max

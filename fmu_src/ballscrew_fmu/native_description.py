@@ -14,7 +14,7 @@ LOG_CATEGORIES = {
     "logStatusWarning": PYTHON_CATEGORIES["logStatusWarning"],
     "logStatusDiscard": "A value that cannot be used: it is not stored",
     "logStatusError": "A call that is not allowed now or whose arguments cannot be used, with the reason",
-    "logStatusFatal": "The map in the resources cannot be read",
+    "logStatusFatal": "Failures that end the simulation; this FMU has none",
     "logAll": PYTHON_CATEGORIES["logAll"],
 }
 _ALWAYS = {"modelIdentifier": NATIVE_NAME, "needsExecutionTool": "false"}

@@ -150,12 +150,19 @@ def _validate(commands: argparse._SubParsersAction) -> None:
     parser.set_defaults(run="commands.run_validate")
 
 
+def _init(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser("init", help="write a commented screw file to fill in")
+    parser.add_argument("file", metavar="FILE.toml", help="a new file")
+    add_json(parser)
+    parser.set_defaults(run="commands.run_init")
+
+
 def build_parser() -> Parser:
     """The whole command line."""
     parser = Parser(prog="ballscrew_tehl", description="Friction torque of preloaded double-nut ball screws.")
     parser.add_argument("--version", action="version", version=f"ballscrew_tehl {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
-    for add in (add_contact, _torque, _preload, _map, _calibrate, _validate):
+    for add in (add_contact, _torque, _preload, _map, _calibrate, _validate, _init):
         add(commands)
     return parser
 

@@ -5,6 +5,7 @@ Solver, fit and map builder are imported in the command that needs them: an answ
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 from argparse import Namespace
@@ -295,4 +296,16 @@ def run_validate(args: Namespace) -> int:
         for one in tables:
             print(table_text(one) + "\n")
     print(friction_set_text(sets))
+    return 0
+
+
+def run_init(args: Namespace) -> int:
+    """A screw file to fill in."""
+    from .screw_template import write_template
+
+    write_template(args.file)
+    if args.json:
+        print(json.dumps({"file": args.file}))
+    else:
+        print(f"{args.file}: put in the values of your screw and oil; the first lines say how to go on")
     return 0

@@ -108,7 +108,7 @@ class SolverOptions:
     x_in: float | None = None
     x_out: float | None = None
     y_max: float | None = None
-    max_newton: int = 300
+    max_newton: int = 600
     max_thermal: int = 400
 
     def __post_init__(self) -> None:

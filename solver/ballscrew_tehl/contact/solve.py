@@ -35,6 +35,8 @@ RESOLVED_CELLS = 2.8
 COARSE_TOLERANCE = 3e-5
 #: iterations after which a thermal solve begins anew, slow and sure
 FAST_ITERATIONS = 60
+#: Moes load above which an isothermal film that no grid solves is taken from the asymptotic branch
+ASYMPTOTIC_ABOVE = 3e4
 #: share of the film that an extrapolation may add: beyond, the coarse grid does not resolve the inlet
 EXTRAPOLATED_BELOW = 0.06
 
@@ -109,10 +111,14 @@ def solve_contact(
     solution = None
     if _expected_resolved(conditions, oil, options, 0.8):
         solution = _solve_on_grid(conditions, oil, solid, options, start)
-    if solution is None or solution.branch != "resolved":
+    if solution is None or solution.branch != "resolved" or not (solution.converged or options.thermal):
         finer = replace(options, n_x=2 * options.n_x - 1)
         solution = _solve_on_grid(conditions, oil, solid, finer, None)
-        if solution.branch != "resolved" and solution.converged:
+        if solution.converged:
+            beyond = solution.branch != "resolved"
+        else:
+            beyond = not options.thermal and solution.M > ASYMPTOTIC_ABOVE
+        if beyond:
             solution = _anchored(solution, oil, solid, finer)
     return replace(solution, seconds=time.perf_counter() - begun)
 
@@ -136,7 +142,8 @@ def _anchored(
 
     The ratio of the isothermal film to its closed formula is taken at that load and at half of it and continued
     straight over the logarithm of load. What heating takes off the film, pressure and temperature are those of the
-    solution itself: they do not hang on the narrow inlet.
+    solution itself: they do not hang on the narrow inlet. An isothermal one that did not converge has the fields of the
+    highest load that the grid resolves.
     """
     c = solution.conditions
     isothermal = replace(options, thermal=False)
@@ -171,7 +178,21 @@ def _anchored(
     h_c = scales.film_estimate * scales.h_unit * math.exp(ln_ratio(anchor) + slope * math.log(c.load / load))
     if options.thermal:
         h_c *= solution.h_c / at(c.load).h_c
-    return replace(solution, h_c=h_c, h_m=h_c * anchor.h_m / anchor.h_c)
+    h_m = h_c * anchor.h_m / anchor.h_c
+    if solution.converged:
+        return replace(solution, h_c=h_c, h_m=h_m)
+    return replace(
+        anchor,
+        conditions=c,
+        hertz=solution.hertz,
+        M=solution.M,
+        L=solution.L,
+        p_max=float(solution.hertz.p_max),
+        h_c=h_c,
+        h_m=h_m,
+        branch="asymptotic",
+        reason=f"film continued from {anchor.conditions.load:.6g} N",
+    )
 
 
 def _expected_resolved(

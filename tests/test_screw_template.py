@@ -1,0 +1,83 @@
+"""The screw file that `init` writes: complete, explained, and the same screw when it is read again."""
+
+import json
+
+import pytest
+from reference_screw import GD4008
+
+from ballscrew_tehl import cli
+from ballscrew_tehl.parameter_file import key_forms
+from ballscrew_tehl.parameters import TABLES, Parameters, _dimensions, load_parameters
+from ballscrew_tehl.screw_template import example_parameters, screw_template
+
+
+def assert_same(found: Parameters, expected: Parameters) -> None:
+    assert found.name == expected.name
+    for table in TABLES:
+        ours, theirs = getattr(found, table), getattr(expected, table)
+        assert (ours is None) == (theirs is None)
+        if theirs is None:
+            continue
+        assert ours.model_fields_set == theirs.model_fields_set
+        for field in type(theirs).model_fields:
+            value = getattr(theirs, field)
+            if isinstance(value, (float, tuple)):
+                value = pytest.approx(value, rel=1e-11)
+            assert getattr(ours, field) == value, field
+
+
+@pytest.mark.parametrize("parameters", [example_parameters(), GD4008], ids=["example", "gd4008"])
+def test_template_is_the_screw_it_was_made_of(tmp_path, parameters):
+    path = tmp_path / "screw.toml"
+    path.write_text(screw_template(parameters))
+    assert_same(load_parameters(path), parameters)
+
+
+def test_every_field_is_explained_on_its_line():
+    lines = screw_template(GD4008).splitlines()
+    for table in TABLES:
+        values = getattr(GD4008, table)
+        for field, info in type(values).model_fields.items():
+            starts = tuple(f"{key} =" for key in key_forms(field, _dimensions(type(values))[field]))
+            found = [text for text in lines if text.removeprefix("# ").startswith(starts)]
+            assert any(str(info.description) in text for text in found), field
+    assert any("ball_diameter_mm = 4.763" in line and "> 0, <= 500" in line for line in lines)
+    assert any("viscosity_law" in line and "astm_d341 | constant" in line for line in lines)
+
+
+@pytest.mark.parametrize("table", ["screw", "lubricant", "friction"])
+def test_defaults_that_are_switched_on_change_nothing(tmp_path, table):
+    """The commented keys are valid: with their # away the file describes the same screw."""
+    path = tmp_path / "screw.toml"
+    parameters = example_parameters()
+    text, inside = [], False
+    for line in screw_template(parameters).splitlines():
+        inside = line == f"[{table}]" if line.startswith("[") else inside
+        key, _, value = line.removeprefix("# ").partition("#")[0].partition("=")
+        # what follows from other data may not be given as well
+        given = inside and line.startswith("# ") and value.strip() and key.strip() != "viscosity_Pas"
+        text.append(line.removeprefix("# ") if given else line)
+    path.write_text("\n".join(text))
+    found, expected = getattr(load_parameters(path), table), getattr(parameters, table)
+    assert len(found.model_fields_set) > len(expected.model_fields_set)
+    for field in type(expected).model_fields:
+        value = getattr(expected, field)
+        assert getattr(found, field) == (
+            pytest.approx(value, rel=1e-11) if isinstance(value, float) else value
+        )
+
+
+def test_init_writes_a_file_and_never_replaces_one(tmp_path, capsys):
+    path = tmp_path / "mine.toml"
+    assert cli.main(["init", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"file": str(path)}
+    assert_same(load_parameters(path), example_parameters())
+    path.write_text("name = 'filled in'")
+    with pytest.raises(SystemExit) as left:
+        raise SystemExit(cli.main(["init", str(path)]))
+    assert left.value.code == 2
+    assert "exists already" in capsys.readouterr().err
+    assert path.read_text() == "name = 'filled in'"
+    assert cli.main(["init", str(tmp_path / "none" / "x.toml")]) == 2
+    assert "needs a folder" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [path]
