@@ -32,6 +32,7 @@ from ballscrew_tehl.nut_map.evaluate import NutMap
 # What a step needs: module -> name inside the package of the FMU. They import each other, numpy and the standard
 # library.
 RUNTIME_MODULES = {
+    "ballscrew_fmu.process_end": "process_end",
     "ballscrew_fmu.slave": "slave",
     "ballscrew_fmu.solver_cache": "solver_cache",
     "ballscrew_fmu.variables": "variables",

@@ -22,6 +22,7 @@ from typing import Any
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
+from ballscrew_fmu.process_end import reset_at_exit
 from ballscrew_fmu.solver_cache import SolverError, compiled_files, load_solver
 from ballscrew_fmu.variables import Variable, fmu_variables, places
 from ballscrew_tehl.nut_map.evaluate import DoubleNutState, NutMap
@@ -42,6 +43,7 @@ class BallScrewFrictionBase(Fmi2Slave):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         _settle_imports(self.resources)
+        reset_at_exit(self.resources)
         self._map = NutMap.from_npz(os.path.join(self.resources, MAP_FILE))
         self._table = fmu_variables(self._map.header)
         self._inputs = slice(0, len(places(self._table, "input")))
