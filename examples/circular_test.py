@@ -19,9 +19,9 @@ nearly a step of disturbance; its answer rises within the time of the speed loop
 position loop, exp(-position_gain t), so that in angle the tail is as long as feed / (radius position_gain).
 With presliding the bristle springs back first, over a travel s of the table of about 10 um, and the torque
 follows the travel: the peak comes later, by less than the angle arccos(1 - s/radius) in which the table covers
-it. Its height hardly changes, but at the slowest feed: there the regularised sign of the law without presliding
-takes longer than the bristle, and the peak with presliding is the higher one. Neither backlash nor any other
-friction is in the model.
+it. Its height hardly changes. Without presliding the regularised sign lets the torque fall before the reversal
+already, the more so the slower the feed: that is the law, not the screw. Neither backlash nor any other friction is
+in the model.
 """
 
 import argparse
@@ -44,7 +44,7 @@ BEFORE = 0.1  # [rad] shown before a reversal
 class Glitch(NamedTuple):
     """The peak after one reversal."""
 
-    height: float  # [m] outward, over the deviation at the reversal
+    height: float  # [m] outward, over the deviation BEFORE the reversal
     angle: float  # [rad] from the reversal to the peak
     onset: float  # [rad] from the reversal to a fifth of the peak
     width: float  # [rad] where it is above half its height
@@ -61,7 +61,7 @@ def one_run(fmu: Path | str, axis: Axis, feed: float, case: str) -> Run:
 
 
 def deviation(run: Run, feed: float) -> tuple[np.ndarray, np.ndarray]:
-    """Angle from the first reversal past the start [rad], a turn less BEFORE..., and outward deviation [m].
+    """Angle from a reversal [rad], half a turn from BEFORE it on, and outward deviation [m].
 
     The position of the axis is -radius cos(angle) about the centre; that of the other, which is a quarter turn
     behind, -radius cos(angle - pi/2). Half a turn later every error has the other sign.
@@ -76,7 +76,7 @@ def deviation(run: Run, feed: float) -> tuple[np.ndarray, np.ndarray]:
 
 def glitch(angle: np.ndarray, outward: np.ndarray) -> Glitch:
     """The peak between the reversal at 0 and 1 rad after it."""
-    base = float(np.interp(0.0, angle, outward))
+    base = float(outward[0])
     near = (angle > -BEFORE) & (angle < 1.0)
     x, y = angle[near], outward[near] - base
     top = int(np.argmax(y))
@@ -159,7 +159,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
             angle, outward = result["curves"][case, f]
             label = STYLES[case]["label"] if f == feed else None
             panel.plot(np.degrees(angle), 1e6 * outward, dash, color=STYLES[case]["color"], label=label)
-    polar.set(ylim=(0.0, 32.0), yticks=[10.0, 20.0, 30.0], yticklabels=["-10", "0", "10 \u00b5m"])
+    polar.set(ylim=(0.0, 38.0), yticks=[10.0, 20.0, 30.0], yticklabels=["-10", "0", "10 \u00b5m"])
     polar.set_rlabel_position(67.5)
     polar.set_title(f"Deviation outward, {1e3 * RADIUS:g} mm radius, {60.0 * feed:g} m/min")
     feeds = ", ".join(f"{60.0 * f:g}" for f in result["feeds"])
