@@ -153,7 +153,9 @@ def main(
 
 
 def table(result: dict[str, Any]) -> str:
-    lines = [f"{'error [rad/s] at h =':24}" + "".join(f"{1e3 * h:9.3f} ms" for h in result["steps"]) + "   order"]
+    lines = [
+        f"{'error [rad/s] at h =':24}" + "".join(f"{1e3 * h:9.3f} ms" for h in result["steps"]) + "   order"
+    ]
     for (law, master), values in result["errors"].items():
         cells = "".join(f"{value:12.2e}" for value in values)
         lines.append(f"{law + ', ' + master:24}{cells}{result['orders'][law, master]:8.2f}")
@@ -175,7 +177,9 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
         dash = "-" if master == "parallel" else "--"
         left.loglog(milliseconds, values, dash, marker="o", ms=4, color=color,
                     label=f"{law}, {master}, order {result['orders'][law, master]:.2f}")  # fmt: skip
-    left.set(title="Swing with two reversals", xlabel="step [ms]", ylabel="largest error of the speed [rad/s]")
+    left.set(
+        title="Swing with two reversals", xlabel="step [ms]", ylabel="largest error of the speed [rad/s]"
+    )
     left.set_xticks(milliseconds, [f"{h:.3g}" for h in milliseconds])
     left.minorticks_off()
     b = np.linspace(0.0, 1.0, 101)
