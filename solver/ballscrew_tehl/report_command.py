@@ -32,7 +32,9 @@ def run_report(args: Namespace) -> int:
 
     material = gather(parameters, args.map, say)
     chosen = material.chosen.entry
-    claimed = claims(parameters, material.frictions, material.tables[chosen.name]) if material.measured else []
+    claimed = (
+        claims(parameters, material.frictions, material.tables[chosen.name]) if material.measured else []
+    )
     say("figures")
     text = whole_page(material, claimed, errata(material) if material.measured else [])
     temporary = path.with_name(path.name + ".part")
@@ -47,9 +49,10 @@ def run_report(args: Namespace) -> int:
         "measured": material.measured,
     }
     result["deviations"] = {
-        name: {table.name: table.deviations[0] for table in tables} for name, tables in material.tables.items()
+        name: {table.name: table.deviations[0] for table in tables}
+        for name, tables in material.tables.items()
     }
-    result["claims"] = {claim.id: claim.verdict for claim in claimed}
+    result["claims"] = {claim.id: claim.verdicts[0] for claim in claimed}
     result["contacts_converged"] = all(found.solution.converged for found in material.contacts)
     result |= {
         "screw": parameters.name,

@@ -43,7 +43,7 @@ class Found(NamedTuple):
 
 
 class Claim(NamedTuple):
-    """One line of the file with ours beside it; found: in the order of the friction sets, the first one is judged.
+    """One line of the file with ours beside it; found, verdicts: in the order of the friction sets.
 
     measured: the same from the measured torques alone, None where they do not hold it
     """
@@ -55,7 +55,7 @@ class Claim(NamedTuple):
     unit: str
     found: tuple[Found, ...]
     measured: Found | None
-    verdict: str
+    verdicts: tuple[str, ...]
     rule: str
     remark: str
 
@@ -77,7 +77,8 @@ def judged(printed: Sequence[float], found: Sequence[float]) -> str:
         >>> judged((186.0,), (190.0,)), judged((186.0,), (202.0,)), judged((186.0,), (math.nan,))
         ('reproduced', 'near', 'not reproduced')
     """
-    worst = max(abs(ours / theirs - 1.0) for ours, theirs in zip(found, printed, strict=True))
+    # of NumPy: NaN stays NaN
+    worst = np.max([abs(ours / theirs - 1.0) for ours, theirs in zip(found, printed, strict=True)])
     if worst <= REPRODUCED_WITHIN:
         return VERDICTS[0]
     return VERDICTS[1] if worst <= NEAR_WITHIN else VERDICTS[2]
@@ -190,7 +191,7 @@ class Rule(NamedTuple):
     compute: Callable[[Friction, Parameters], Found]
     remark: str
     trend: Callable[[Found], bool] | None = None
-    says: str = ""
+    says: str = "by the numbers"
 
 
 RULES: dict[str, Rule] = {
@@ -207,7 +208,8 @@ RULES: dict[str, Rule] = {
     ),
     "sensitivity_viscosity": Rule(
         _more_viscosity,
-        "At 1800 N, 1000 r/min, as a share of the viscosity of section 2.3. Judged: only the shear viscosity changes. If "
+        "At 1800 N, 1000 r/min, as a share of the viscosity of section 2.3. Judged: only the shear viscosity "
+        "changes. If "
         "the oil itself is more viscous its film is thicker too, which takes back most of it.",
     ),
     "sensitivity_sliding": Rule(_more_sliding, "At 1800 N, 1000 r/min; on the net coefficient."),
@@ -231,7 +233,6 @@ RULES: dict[str, Rule] = {
         f"reproduced if at most {100.0 * SMALL_SHARE:g} % of the torque",
     ),
 }  # fmt: skip
-NUMBER_RULE = "by the numbers"
 
 
 def _measured(screw: ScrewParameters, tables: Sequence[ValidationTable]) -> dict[str, Found]:
@@ -260,7 +261,7 @@ def claims(
 ) -> list[Claim]:
     """Every line of the file, in its order.
 
-    Parameters   frictions: the first one is judged;  tables: of validation_tables, for the measured torques
+    Parameters   frictions: each is judged;  tables: of validation_tables, for the measured torques
     Raises       ValueError: a line that no rule here computes
     """
     measured = _measured(parameters.screw, tables)
@@ -271,11 +272,11 @@ def claims(
         rule = RULES[row["id"]]
         found = tuple(rule.compute(friction, parameters) for friction in frictions)
         if rule.trend is None:
-            verdict, says = judged(numbers(row["value"]), found[0].values), NUMBER_RULE
+            verdicts = tuple(judged(numbers(row["value"]), one.values) for one in found)
         else:
-            verdict, says = VERDICTS[0 if rule.trend(found[0]) else 2], rule.says
+            verdicts = tuple(VERDICTS[0 if rule.trend(one) else 2] for one in found)
         result.append(
             Claim(row["id"], row["where"], row["statement"], row["value"].replace("..", " to "), row["unit"], found,
-                  measured.get(row["id"]), verdict, says, rule.remark)
+                  measured.get(row["id"]), verdicts, rule.says, rule.remark)
         )  # fmt: skip
     return result

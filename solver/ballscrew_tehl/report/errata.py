@@ -84,18 +84,21 @@ def _speeds(material: Material) -> list[Erratum]:
     return [
         Erratum(
             "Eq. 3", "a term without its square", "r_b^2 sin^2; the pair of speeds that the printed values imply",
-            f"u_1 = {1e3 * screw.u_1:.1f} mm/s on the screw at 3000 r/min",
+            f"{1e3 * screw.u_1:.1f} mm/s for the screw at 3000 r/min, as the printed screw values need",
         ),
         Erratum(
             "Eq. 4", f"gives {1e3 * EQUATION_4:.1f} mm/s for the nut at 3000 r/min",
             f"{1e3 * nut.u_1:.1f} mm/s, the only one that agrees with both printed nut values",
-            f"entrainment {1e3 * u_e:.0f} instead of {1e3 * nut.u_e:.0f} mm/s, slide-to-roll ratio {srr:.3f} instead of "
+            f"entrainment {1e3 * u_e:.0f} instead of {1e3 * nut.u_e:.0f} mm/s, slide-to-roll ratio {srr:.3f} "
+            f"instead of "
             f"{abs(nut.srr):.3f}",
         ),
         Erratum(
-            "Eqs. 1 to 4", "surface speeds in the fixed frame", "kept as the named kinematics published; rolling_frame "
+            "Eqs. 1 to 4", "surface speeds in the fixed frame", "kept as the named kinematics published; "
+                                                                "rolling_frame "
             "beside it",
-            f"entrainment of screw over nut {screw.u_e / nut.u_e:.2f}; seen from the ball both are {true.u_e:.3f} m/s and "
+            f"entrainment of screw over nut {screw.u_e / nut.u_e:.2f}; seen from the ball both are {true.u_e:.3f} "
+            f"m/s and "
             "there is no mean sliding",
         ),
     ]  # fmt: skip
@@ -112,18 +115,20 @@ def _contact(material: Material) -> list[Erratum]:
         j, i, _ = np.unravel_index(int(np.argmax(s.temperature)), s.temperature.shape)
         column = s.temperature[j, i]
         across = viscosity(material.parameters.lubricant, float(s.pressure[j, i]), column)
-        thinning.append(f"{float(across.max() / across.min()):.0f}")
+        thinning.append(f"{float(f'{float(across.max() / across.min()):.2g}'):g}")
     none = "contact not solved"
     return [
         Erratum(
-            "Eq. 5", "density and viscosity constant across the film", "generalised Reynolds equation, integrated across "
+            "Eq. 5", "density and viscosity constant across the film", "generalised Reynolds equation, integrated "
+                                                                       "across "
             "the film",
             f"viscosity varies across the film {' and '.join(thinning)} times (screw and nut, section 5.1, at the "
             "hottest place)" if thinning else none,
         ),
         Erratum(
             "Eq. 6", "gap without the deflection of the bodies", "deflection of the half-spaces added",
-            f"Hertz approach of {' and '.join(shares)} central films (screw and nut, section 5.1)" if shares else none,
+            f"Hertz approach of {' and '.join(shares)} central films (screw and nut, section "
+            f"5.1)" if shares else none,
         ),
         Erratum(
             "Eq. 12", "continuity misprinted", "d(rho u)/dx + d(rho v)/dy + d(rho w)/dz = 0",
@@ -149,19 +154,22 @@ def _oil(material: Material) -> list[Erratum]:
     dense = float(relative_density(oil.density_law, p))
     return [
         Erratum(
-            "Table 1", f"pressure coefficient {SWAPPED[0]:g}, temperature coefficient {SWAPPED[1]:g} (symbols swapped)",
+            "Table 1", f"pressure coefficient {SWAPPED[0]:g}, temperature coefficient {SWAPPED[1]:g} (symbols "
+                       f"swapped)",
             f"by their units: {alpha:g} 1/Pa, {oil.temperature_viscosity:g} 1/K",
             f"exponent of the viscosity at 1 GPa (Barus): {SWAPPED[0] * p:.1e} as printed, {alpha * p:.1f} as used",
         ),
         Erratum(
             "Eq. 7", f"temperature coefficient {printed_law.temperature_viscosity:g} 1/K",
             "the law of section 2.3, scaled to Table 1; the printed one is kept by name (roelands_printed)",
-            f"ln viscosity changes by {slopes[0]:.3f} per K as printed, {slopes[1]:.3f} as used (303 K); at {warm:g} K the "
+            f"ln viscosity changes by {slopes[0]:.3f} per K as printed, {slopes[1]:.3f} as used (303 K); at "
+            f"{warm:g} K the "
             f"printed law gives {thinner:.1f} times the viscosity",
         ),
         Erratum(
             "Eq. 8", "sign that lets density rise with temperature", "density falls with temperature",
-            f"at 1 GPa and {hot:.0f} K above the inlet: {dense + thermal:.3f} as printed, {dense - thermal:.3f} as used",
+            f"at 1 GPa and {hot:.0f} K above the inlet: {dense + thermal:.3f} as printed, {dense - thermal:.3f} as "
+            f"used",
         ),
         Erratum(
             "Table 1, section 2.3", f"two ambient viscosities at 303 K: {ambient:.3f} and {text:.3f} Pa s",
@@ -183,15 +191,20 @@ def _heat(material: Material) -> list[Erratum]:
         speeds = surface_speeds(published, raceway, material.contact_point[1])
         for body, u in (("raceway", speeds.u_1), ("ball", speeds.u_2)):
             pe = float(abs(u)) * b / chi
-            parts.append(f"{raceway} contact, {body}: Pe {pe:.2g}, {100.0 * (fast_source_excess(pe) - 1.0):+.0f} %")
-    examples = ", ".join(f"{100.0 * (fast_source_excess(pe) - 1.0):.0f} % at Pe = {pe:g}" for pe in (0.1, 0.5, 5.0))
+            parts.append(
+                f"{raceway} contact, {body}: Pe {pe:.2g}, {100.0 * (fast_source_excess(pe) - 1.0):+.0f} %"
+            )
+    examples = ", ".join(
+        f"{100.0 * (fast_source_excess(pe) - 1.0):.0f} % at Pe = {pe:g}" for pe in (0.1, 0.5, 5.0)
+    )
     return [
         Erratum(
             "Eq. 13, second line", "heat flux into the upper wall without its minus", "-k dT/dz at the upper wall",
             "with the printed sign that wall would be cooled by the heat that the film gives it",
         ),
         Erratum(
-            "Eq. 13", "fast moving source at every speed", "moving point source, any speed (standing surface included)",
+            "Eq. 13", "fast moving source at every speed", "moving point source, any speed (standing surface "
+                                                           "included)",
             f"largest rise of the wall too high by {examples}; in section 5.1: {'; '.join(parts)}",
         ),
     ]  # fmt: skip
@@ -224,7 +237,8 @@ def _friction(material: Material) -> list[Erratum]:
         ),
         Erratum(
             "Eq. 18", "integrand without the square root of the Hertz pressure", "with it, as in the printed result",
-            f"hysteresis torque {100.0 * (rootless - 1.0):+.0f} %, torque {100.0 * (rootless - 1.0) * hysteresis / total:+.2f} %",
+            f"hysteresis torque {100.0 * (rootless - 1.0):+.0f} %, torque "
+            f"{100.0 * (rootless - 1.0) * hysteresis / total:+.2f} %",
         ),
         Erratum(
             "Eq. 21", "middle integral with opposite sign and half weight", "1 - 3c + c^3, as in the printed result",
@@ -232,8 +246,10 @@ def _friction(material: Material) -> list[Erratum]:
             f"{as_printed / net:.0f} times the sliding torque",
         ),
         Erratum(
-            "Eq. 21", "c = a^2/(6 d_b), a length", "c as a fraction of the semi-axis, in one calibrated net coefficient",
-            f"{1e6 * length:.1f} um at 1000 N; taken as a number it gives {wrong:.3f} instead of {net:.4f}: torque at "
+            "Eq. 21", "c = a^2/(6 d_b), a length", "c as a fraction of the semi-axis, in one calibrated net "
+                                                   "coefficient",
+            f"{1e6 * length:.1f} um at 1000 N; taken as a number it gives {wrong:.3f} instead of {net:.4f}: torque "
+            f"at "
             f"1000 N, 1000 r/min {total + (wrong / net - 1.0) * sliding:.2f} instead of {total:.2f} N m",
         ),
     ]  # fmt: skip
@@ -242,11 +258,14 @@ def _friction(material: Material) -> list[Erratum]:
 def _tables(material: Material) -> list[Erratum]:
     screw = material.parameters.screw
     helix = screw.turns * 2.0 * math.pi * screw.nominal_radius / math.cos(screw.lead_angle)
-    rows = [row for row in read_rows(PACKAGED_TORQUE) if (row["preload_N"], row["speed_rpm"]) == ("1000", "100")]
+    rows = [
+        row for row in read_rows(PACKAGED_TORQUE) if (row["preload_N"], row["speed_rpm"]) == ("1000", "100")
+    ]
     return [
         Erratum(
             "Table 1", f"{screw.ball_count} balls in {screw.turns:g} turns",
-            f"{screw.ball_count} in the friction sums, as the printed torques need; {screw.loaded_ball_count} carry load",
+            f"{screw.ball_count} in the friction sums, as the printed torques need; {screw.loaded_ball_count} "
+            f"carry load",
             f"the turns hold at most {int(helix / screw.ball_diameter)} touching balls",
         ),
         Erratum(

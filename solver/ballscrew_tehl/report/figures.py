@@ -29,8 +29,10 @@ if TYPE_CHECKING:
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 MARKERS = ("o", "s", "^", "v")
 WIDTH, DOTS = 5.4, 150
-#: films beyond this many central ones have one colour; domain that is shown, in Hertz half-widths
-MOST_FILMS = 2.5
+#: films beyond this many central ones are not drawn, have one colour in a field; domain shown, in Hertz half-widths
+MOST_FILMS, MOST_FILMS_FIELD = 2.5, 1.6
+#: share of the contact whose rise the scale holds: a spike of few nodes would leave the rest dark
+HELD, ABOVE_HELD = 0.98, 1.5
 SHOWN_X, SHOWN_Y = (-2.2, 1.6), 1.25
 #: field -> title, unit, factor from SI, colours
 FIELDS = {
@@ -76,7 +78,9 @@ def measured_against_computed(material: Material) -> str:
     tables = [t for t in material.tables[material.chosen.entry.name] if t.unit == "N.m"]
     highest = 1.08 * max(row.measured for table in tables for row in table.rows)
     axes.plot([0.0, highest], [0.0, highest], color="0.4", linewidth=1.0)
-    axes.fill_between([0.0, highest], [0.0, 0.95 * highest], [0.0, 1.05 * highest], color="0.88", linewidth=0.0)
+    axes.fill_between(
+        [0.0, highest], [0.0, 0.95 * highest], [0.0, 1.05 * highest], color="0.88", linewidth=0.0
+    )
     for k, name in reversed(list(enumerate(MODELS))):
         points = [(row.measured, row.models[k]) for table in tables for row in table.rows]
         axes.plot(
@@ -100,16 +104,16 @@ def deviations(material: Material) -> str:
     place = np.arange(len(labels), dtype=float)
 
     def percent(found: Any, model: int) -> list[float]:
-        return [
-            100.0 * (row.models[model] / row.measured - 1.0) for table in found for row in table.rows
-        ]
+        return [100.0 * (row.models[model] / row.measured - 1.0) for table in found for row in table.rows]
 
     series = {f"this model, {name.replace('_', ' ')}": percent(found, 0) for name, found in tables.items()}
     series["Zhao"] = percent(first, MODELS.index("Zhao"))
     colours = [COLOURS[0], "#56B4E9", COLOURS[1]]
     width = 0.8 / len(series)
     for k, (name, values) in enumerate(series.items()):
-        axes.bar(place + (k - 0.5 * (len(series) - 1)) * width, values, width, label=name, color=colours[k % 3])
+        axes.bar(
+            place + (k - 0.5 * (len(series) - 1)) * width, values, width, label=name, color=colours[k % 3]
+        )
     axes.axhline(0.0, color="black", linewidth=0.8)
     axes.axvline(len(first[0].rows) - 0.5, color="0.5", linewidth=0.8, linestyle=":")
     axes.set_xticks(place, labels=labels, rotation=60, ha="right", rotation_mode="anchor")
@@ -148,7 +152,9 @@ def torque_over_preload(material: Material) -> str:
     for name, formula, colour in (("Zhou", zhou_torque, COLOURS[2]), ("NSK", nsk_torque, COLOURS[3])):
         axes.plot(lines.x / 1000.0, formula(screw, lines.x), "--", color=colour, label=name)
     points = packaged_measurements(ASSUMED_TEMPERATURE) if material.measured else []
-    for speed, torque, colour in zip(lines.rows, lines.torque, _scale("plasma", len(lines.rows)), strict=True):
+    for speed, torque, colour in zip(
+        lines.rows, lines.torque, _scale("plasma", len(lines.rows)), strict=True
+    ):
         axes.plot(lines.x / 1000.0, torque, color=colour, linewidth=2, label=f"{speed / RPM:.0f} r/min")
         for m in points:
             if abs(m.speed / speed - 1.0) < 1e-6:
@@ -164,7 +170,9 @@ def torque_over_temperature(material: Material) -> str:
     """One line per speed."""
     figure, axes = _figure()
     lines = material.over_temperature
-    for speed, torque, colour in zip(lines.rows, lines.torque, _scale("plasma", len(lines.rows)), strict=True):
+    for speed, torque, colour in zip(
+        lines.rows, lines.torque, _scale("plasma", len(lines.rows)), strict=True
+    ):
         axes.plot(lines.x - CELSIUS, torque, color=colour, linewidth=2, label=f"{speed / RPM:.0f} r/min")
     axes.set_ylim(bottom=0.0)
     _finish(axes, "oil temperature [C]", "friction torque [N m]", f"preload {lines.fixed / 1000:.3g} kN")
@@ -185,7 +193,12 @@ def load_distribution(balls: BallLoads) -> str:
     axes.set_ylim(bottom=0.0)
     low, high = axes.get_ylim()
     axes.set_ylim(low, 1.15 * high)
-    _finish(axes, "ball, relieved nut left, loaded nut right", "ball load [N]", f"preload {balls.preload / 1000:.3g} kN")
+    _finish(
+        axes,
+        "ball, relieved nut left, loaded nut right",
+        "ball load [N]",
+        f"preload {balls.preload / 1000:.3g} kN",
+    )
     axes.legend(title="axial load", loc="upper left")
     return figure_address(figure, "svg")
 
@@ -215,15 +228,23 @@ def _whole(solution: ContactSolution, name: str) -> tuple[np.ndarray, np.ndarray
     return 1e6 * solution.hertz.b * solution.x, 1e6 * solution.hertz.a * y, field
 
 
+def _held_rise(solution: ContactSolution) -> float:
+    """Rise [K] that the share HELD of the Hertz ellipse does not exceed."""
+    x, y, field = _whole(solution, "rise")
+    a, b = 1e6 * solution.hertz.a, 1e6 * solution.hertz.b
+    return float(np.quantile(field[(y[:, None] / a) ** 2 + (x / b) ** 2 < 1.0], HELD))
+
+
 def contact_field(solutions: Sequence[ContactSolution | None], name: str) -> str:
     """A field of FIELDS on screw and nut raceway with one colour scale; oil enters from below; the Hertz ellipse."""
     title, unit, factor, colours = FIELDS[name]
     figure, panels = _figure(4.2, 2)
     shown = [s for s in solutions if s is not None]
+    highest = largest = max(float(_whole(s, name)[2].max()) for s in shown)
     if name == "film":
-        highest = MOST_FILMS * max(s.h_c for s in shown)
-    else:
-        highest = max(float(_whole(s, name)[2].max()) for s in shown)
+        highest = MOST_FILMS_FIELD * max(s.h_c for s in shown)
+    elif name == "rise":
+        highest = min(largest, max(ABOVE_HELD * _held_rise(s) for s in shown))
     mesh = None
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     for axes, raceway, s in zip(panels, RACEWAYS, solutions, strict=True):
@@ -234,13 +255,20 @@ def contact_field(solutions: Sequence[ContactSolution | None], name: str) -> str
         a, b = 1e6 * s.hertz.a, 1e6 * s.hertz.b
         x, y, field = _whole(s, name)
         mesh = axes.pcolormesh(
-            y, x, factor * field.T, cmap=colours, vmin=0.0, vmax=factor * highest, shading="gouraud", rasterized=True
+            y,
+            x,
+            factor * field.T,
+            cmap=colours,
+            vmin=0.0,
+            vmax=factor * highest,
+            shading="gouraud",
+            rasterized=True,
         )
         axes.plot(a * np.cos(angle), b * np.sin(angle), color="white", linewidth=1.0, linestyle="--")
         axes.set(xlim=(-SHOWN_Y * a, SHOWN_Y * a), ylim=(SHOWN_X[0] * b, SHOWN_X[1] * b))
     panels[-1].set_xlabel("across rolling [um]")
     if mesh is not None:
-        figure.colorbar(mesh, ax=panels, label=f"[{unit}]", extend="max" if name == "film" else "neither")
+        figure.colorbar(mesh, ax=panels, label=f"[{unit}]", extend="max" if highest < largest else "neither")
     figure.suptitle(title)
     return figure_address(figure, "png")
 
@@ -256,7 +284,13 @@ def central_lines(solutions: Sequence[ContactSolution | None]) -> str:
         row = int(np.argmin(np.abs(s.y)))
         x = 1e6 * s.hertz.b * s.x
         axes.plot(x, 1e-9 * s.pressure[row], color=COLOURS[0], linewidth=2, label="pressure")
-        axes.plot(x, 1e-9 * s.hertz.p_max * np.sqrt(np.clip(1.0 - s.x**2, 0.0, None)), ":", color="0.4", label="Hertz")
+        axes.plot(
+            x,
+            1e-9 * s.hertz.p_max * np.sqrt(np.clip(1.0 - s.x**2, 0.0, None)),
+            ":",
+            color="0.4",
+            label="Hertz",
+        )
         beside = axes.twinx()
         beside.plot(x, 1e9 * s.film[row], color=COLOURS[1], linewidth=2, label="film")
         beside.set_ylim(0.0, 1e9 * MOST_FILMS * s.h_c)

@@ -182,7 +182,7 @@ def _lines(friction: Friction, picture: MapPicture, measured: bool) -> tuple[Lin
     temperature, preload = picture.temperature, preloads[len(preloads) // 2 - 1]
     speed = np.geomspace(slowest, top, POINTS)
     force = np.linspace(picture.preloads[0], preloads[-1], POINTS)
-    oil = np.linspace(*axes["temperature"][:2], POINTS)
+    oil = np.linspace(float(axes["temperature"][0]), float(axes["temperature"][1]), POINTS)
     return (
         Lines(speed, preloads, friction.torque(preloads[:, None], speed, temperature), temperature),
         Lines(force, speeds, friction.torque(force, speeds[:, None], temperature), temperature),
@@ -213,7 +213,7 @@ def solved_contacts(
     from ..nut_map.operating_contact import ball_contact
 
     names = [name for name in KINEMATICS if name != "published" or parameters.published_speeds is not None]
-    found = []
+    found: list[SolvedContact] = []
     for kinematics in names:
         variant = changed(parameters, friction={"kinematics": kinematics})
         for raceway in RACEWAYS:
