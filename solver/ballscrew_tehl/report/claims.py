@@ -203,20 +203,20 @@ RULES: dict[str, Rule] = {
     ),
     "crossover_speed": Rule(
         _crossover,
-        "Measured totals do not tell how the torque is split: the two friction sets differ here although both fit "
-        "the tables.",
+        "Measured totals do not tell how the torque is split: the two friction sets differ here although "
+        "both fit the tables.",
     ),
     "sensitivity_viscosity": Rule(
         _more_viscosity,
-        "At 1800 N, 1000 r/min, as a share of the viscosity of section 2.3. Judged: only the shear viscosity "
-        "changes. If "
-        "the oil itself is more viscous its film is thicker too, which takes back most of it.",
+        "At 1800 N, 1000 r/min, as a share of the viscosity of section 2.3. Judged: only the shear "
+        "viscosity changes. If the oil itself is more viscous its film is thicker too, which takes back "
+        "most of it.",
     ),
     "sensitivity_sliding": Rule(_more_sliding, "At 1800 N, 1000 r/min; on the net coefficient."),
     "temperature_trend": Rule(
         _warmer,
-        "At 1800 N, 1000 r/min. Warmer oil is thinner: it shears more easily, and its thinner film takes back only a "
-        "part.",
+        "At 1800 N, 1000 r/min. Warmer oil is thinner: it shears more easily, and its thinner film takes "
+        "back only a part.",
         lambda found: found.values[0] > 0.0,
         "reproduced if the torque rises",
     ),

@@ -83,25 +83,26 @@ def _speeds(material: Material) -> list[Erratum]:
     screw = surface_speeds(published, "screw", 3000.0 * RPM)
     return [
         Erratum(
-            "Eq. 3", "a term without its square", "r_b^2 sin^2; the pair of speeds that the printed values imply",
+            "Eq. 3",
+            "a term without its square",
+            "r_b^2 sin^2; the pair of speeds that the printed values imply",
             f"{1e3 * screw.u_1:.1f} mm/s for the screw at 3000 r/min, as the printed screw values need",
         ),
         Erratum(
-            "Eq. 4", f"gives {1e3 * EQUATION_4:.1f} mm/s for the nut at 3000 r/min",
+            "Eq. 4",
+            f"gives {1e3 * EQUATION_4:.1f} mm/s for the nut at 3000 r/min",
             f"{1e3 * nut.u_1:.1f} mm/s, the only one that agrees with both printed nut values",
-            f"entrainment {1e3 * u_e:.0f} instead of {1e3 * nut.u_e:.0f} mm/s, slide-to-roll ratio {srr:.3f} "
-            f"instead of "
-            f"{abs(nut.srr):.3f}",
+            f"entrainment {1e3 * u_e:.0f} instead of {1e3 * nut.u_e:.0f} mm/s, slide-to-roll ratio "
+            f"{srr:.3f} instead of {abs(nut.srr):.3f}",
         ),
         Erratum(
-            "Eqs. 1 to 4", "surface speeds in the fixed frame", "kept as the named kinematics published; "
-                                                                "rolling_frame "
-            "beside it",
-            f"entrainment of screw over nut {screw.u_e / nut.u_e:.2f}; seen from the ball both are {true.u_e:.3f} "
-            f"m/s and "
-            "there is no mean sliding",
+            "Eqs. 1 to 4",
+            "surface speeds in the fixed frame",
+            "kept as the named kinematics published; rolling_frame beside it",
+            f"entrainment of screw over nut {screw.u_e / nut.u_e:.2f}; seen from the ball both are "
+            f"{true.u_e:.3f} m/s and there is no mean sliding",
         ),
-    ]  # fmt: skip
+    ]
 
 
 def _contact(material: Material) -> list[Erratum]:
@@ -119,22 +120,29 @@ def _contact(material: Material) -> list[Erratum]:
     none = "contact not solved"
     return [
         Erratum(
-            "Eq. 5", "density and viscosity constant across the film", "generalised Reynolds equation, integrated "
-                                                                       "across "
-            "the film",
-            f"viscosity varies across the film {' and '.join(thinning)} times (screw and nut, section 5.1, at the "
-            "hottest place)" if thinning else none,
+            "Eq. 5",
+            "density and viscosity constant across the film",
+            "generalised Reynolds equation, integrated across the film",
+            f"viscosity varies across the film {' and '.join(thinning)} times (screw and nut, section 5.1, "
+            "at the hottest place)"
+            if thinning
+            else none,
         ),
         Erratum(
-            "Eq. 6", "gap without the deflection of the bodies", "deflection of the half-spaces added",
-            f"Hertz approach of {' and '.join(shares)} central films (screw and nut, section "
-            f"5.1)" if shares else none,
+            "Eq. 6",
+            "gap without the deflection of the bodies",
+            "deflection of the half-spaces added",
+            f"Hertz approach of {' and '.join(shares)} central films (screw and nut, section 5.1)"
+            if shares
+            else none,
         ),
         Erratum(
-            "Eq. 12", "continuity misprinted", "d(rho u)/dx + d(rho v)/dy + d(rho w)/dz = 0",
+            "Eq. 12",
+            "continuity misprinted",
+            "d(rho u)/dx + d(rho v)/dy + d(rho w)/dz = 0",
             "no number: the printed form is not used",
         ),
-    ]  # fmt: skip
+    ]
 
 
 def _oil(material: Material) -> list[Erratum]:
@@ -154,30 +162,33 @@ def _oil(material: Material) -> list[Erratum]:
     dense = float(relative_density(oil.density_law, p))
     return [
         Erratum(
-            "Table 1", f"pressure coefficient {SWAPPED[0]:g}, temperature coefficient {SWAPPED[1]:g} (symbols "
-                       f"swapped)",
+            "Table 1",
+            f"pressure coefficient {SWAPPED[0]:g}, temperature coefficient {SWAPPED[1]:g} (symbols swapped)",
             f"by their units: {alpha:g} 1/Pa, {oil.temperature_viscosity:g} 1/K",
             f"exponent of the viscosity at 1 GPa (Barus): {SWAPPED[0] * p:.1e} as printed, {alpha * p:.1f} as used",
         ),
         Erratum(
-            "Eq. 7", f"temperature coefficient {printed_law.temperature_viscosity:g} 1/K",
+            "Eq. 7",
+            f"temperature coefficient {printed_law.temperature_viscosity:g} 1/K",
             "the law of section 2.3, scaled to Table 1; the printed one is kept by name (roelands_printed)",
             f"ln viscosity changes by {slopes[0]:.3f} per K as printed, {slopes[1]:.3f} as used (303 K); at "
-            f"{warm:g} K the "
-            f"printed law gives {thinner:.1f} times the viscosity",
+            f"{warm:g} K the printed law gives {thinner:.1f} times the viscosity",
         ),
         Erratum(
-            "Eq. 8", "sign that lets density rise with temperature", "density falls with temperature",
-            f"at 1 GPa and {hot:.0f} K above the inlet: {dense + thermal:.3f} as printed, {dense - thermal:.3f} as "
-            f"used",
+            "Eq. 8",
+            "sign that lets density rise with temperature",
+            "density falls with temperature",
+            f"at 1 GPa and {hot:.0f} K above the inlet: {dense + thermal:.3f} as printed, "
+            f"{dense - thermal:.3f} as used",
         ),
         Erratum(
-            "Table 1, section 2.3", f"two ambient viscosities at 303 K: {ambient:.3f} and {text:.3f} Pa s",
+            "Table 1, section 2.3",
+            f"two ambient viscosities at 303 K: {ambient:.3f} and {text:.3f} Pa s",
             f"film with {ambient:.3f}; shear with the apparent viscosity ratio, calibrated to {ratio:.2f}",
-            f"{text / ambient:.1f} times apart; with {ambient:.3f} for both the torque at 1000 N, 1000 r/min is "
-            f"{plain:.3f} instead of {total:.3f} N m",
+            f"{text / ambient:.1f} times apart; with {ambient:.3f} for both the torque at 1000 N, 1000 "
+            f"r/min is {plain:.3f} instead of {total:.3f} N m",
         ),
-    ]  # fmt: skip
+    ]
 
 
 def _heat(material: Material) -> list[Erratum]:
@@ -199,15 +210,18 @@ def _heat(material: Material) -> list[Erratum]:
     )
     return [
         Erratum(
-            "Eq. 13, second line", "heat flux into the upper wall without its minus", "-k dT/dz at the upper wall",
+            "Eq. 13, second line",
+            "heat flux into the upper wall without its minus",
+            "-k dT/dz at the upper wall",
             "with the printed sign that wall would be cooled by the heat that the film gives it",
         ),
         Erratum(
-            "Eq. 13", "fast moving source at every speed", "moving point source, any speed (standing surface "
-                                                           "included)",
+            "Eq. 13",
+            "fast moving source at every speed",
+            "moving point source, any speed (standing surface included)",
             f"largest rise of the wall too high by {examples}; in section 5.1: {'; '.join(parts)}",
         ),
-    ]  # fmt: skip
+    ]
 
 
 def _friction(material: Material) -> list[Erratum]:
@@ -231,28 +245,35 @@ def _friction(material: Material) -> list[Erratum]:
     wrong = coulomb * float(net_sliding_share(length))
     return [
         Erratum(
-            "Eq. 15", "integral 2 pi a b/3, result pi a b", "the printed result pi a b",
-            f"with the integral the torque at 1000 N, 1000 r/min is {total - (1.0 - less) * viscous:.3f} instead of "
-            f"{total:.3f} N m",
+            "Eq. 15",
+            "integral 2 pi a b/3, result pi a b",
+            "the printed result pi a b",
+            f"with the integral the torque at 1000 N, 1000 r/min is {total - (1.0 - less) * viscous:.3f} "
+            f"instead of {total:.3f} N m",
         ),
         Erratum(
-            "Eq. 18", "integrand without the square root of the Hertz pressure", "with it, as in the printed result",
+            "Eq. 18",
+            "integrand without the square root of the Hertz pressure",
+            "with it, as in the printed result",
             f"hysteresis torque {100.0 * (rootless - 1.0):+.0f} %, torque "
             f"{100.0 * (rootless - 1.0) * hysteresis / total:+.2f} %",
         ),
         Erratum(
-            "Eq. 21", "middle integral with opposite sign and half weight", "1 - 3c + c^3, as in the printed result",
+            "Eq. 21",
+            "middle integral with opposite sign and half weight",
+            "1 - 3c + c^3, as in the printed result",
             f"net sliding coefficient {as_printed:.3f} instead of {net:.4f} at the calibrated c = {c:.3f}: "
             f"{as_printed / net:.0f} times the sliding torque",
         ),
         Erratum(
-            "Eq. 21", "c = a^2/(6 d_b), a length", "c as a fraction of the semi-axis, in one calibrated net "
-                                                   "coefficient",
-            f"{1e6 * length:.1f} um at 1000 N; taken as a number it gives {wrong:.3f} instead of {net:.4f}: torque "
-            f"at "
-            f"1000 N, 1000 r/min {total + (wrong / net - 1.0) * sliding:.2f} instead of {total:.2f} N m",
+            "Eq. 21",
+            "c = a^2/(6 d_b), a length",
+            "c as a fraction of the semi-axis, in one calibrated net coefficient",
+            f"{1e6 * length:.1f} um at 1000 N; taken as a number it gives {wrong:.3f} instead of {net:.4f}: "
+            f"torque at 1000 N, 1000 r/min {total + (wrong / net - 1.0) * sliding:.2f} instead of "
+            f"{total:.2f} N m",
         ),
-    ]  # fmt: skip
+    ]
 
 
 def _tables(material: Material) -> list[Erratum]:
@@ -263,14 +284,16 @@ def _tables(material: Material) -> list[Erratum]:
     ]
     return [
         Erratum(
-            "Table 1", f"{screw.ball_count} balls in {screw.turns:g} turns",
-            f"{screw.ball_count} in the friction sums, as the printed torques need; {screw.loaded_ball_count} "
-            f"carry load",
+            "Table 1",
+            f"{screw.ball_count} balls in {screw.turns:g} turns",
+            f"{screw.ball_count} in the friction sums, as the printed torques need; "
+            f"{screw.loaded_ball_count} carry load",
             f"the turns hold at most {int(helix / screw.ball_diameter)} touching balls",
         ),
         Erratum(
-            "Tables 2 and 4", "the paper's own model at 1000 N, 100 r/min",
+            "Tables 2 and 4",
+            "the paper's own model at 1000 N, 100 r/min",
             "each value in its table; the measured point counts once",
             " and ".join(row["zhao_Nm"] for row in rows) + " N m for the same point",
         ),
-    ]  # fmt: skip
+    ]

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .. import __version__
-from ..contact_validation import printed_values
 from ..friction_set import FITTED, SETS
 from ..hertz import RACEWAYS
 from ..measurements import CELSIUS, RPM
@@ -15,12 +14,13 @@ from ..nut_map.plot import ERRORS, percent
 from ..parameters import Parameters
 from ..validation import MODELS, ValidationTable
 from . import figures
-from .claims import NEAR_WITHIN, REPRODUCED_WITHIN, VERDICTS, Claim, judged
+from .claims import VERDICTS, Claim
 from .errata import Erratum
 from .figures import FIELDS
-from .material import Friction, Material, torque_of_contacts
+from .material import Friction, Material
 from .page import Html, element, figure, page, paragraph, section, table, tiles
 from .page import figures as beside
+from .paper import UNMEASURED, paper, percent_of, words
 
 PAPER = "https://doi.org/10.1007/s00170-022-09524-2"
 NAMES = {
@@ -28,24 +28,6 @@ NAMES = {
     "net_sliding_coefficient": "net sliding coefficient",
     "roughness_height": "roughness height [nm]",
 }
-UNMEASURED = (
-    "This screw or its oil is not that of the paper: there are no measured torques for it. The comparison with the "
-    "measurement and with the statements of the paper is left out."
-)
-
-
-def words(name: str) -> str:
-    """A name of the program in words."""
-    return name.replace("_", " ")
-
-
-def _percent(value: float) -> str:
-    return f"{100.0 * value:.2f} %"
-
-
-def verdict_mark(verdict: str) -> Html:
-    """A verdict with its colour."""
-    return element("span", verdict, class_=f"verdict {verdict.replace(' ', '-')}")
 
 
 def intro(material: Material, claimed: Sequence[Claim]) -> list[Html]:
@@ -53,25 +35,27 @@ def intro(material: Material, claimed: Sequence[Claim]) -> list[Html]:
     parameters, header = material.parameters, material.picture.nut_map.header
     content = [
         paragraph(
-            "Friction torque of a preloaded double-nut ball screw, computed from its contacts: the load of every "
-            "ball, the "
-            "oil film in every contact by thermal elastohydrodynamic lubrication, then viscous, hysteresis and "
-            "sliding "
-            "friction.",
+            "Friction torque of a preloaded double-nut ball screw, computed from its contacts: the load of "
+            "every ball, the oil film in every contact by thermal elastohydrodynamic lubrication, then "
+            "viscous, hysteresis and sliding friction.",
             class_="lead",
         )
     ]
     if material.measured:
         tables = {t.name: t for t in material.tables[material.chosen.entry.name]}
         shown = [
-            (_percent(tables[name].deviations[0]), what)
-            for name, what in (("table2", "mean deviation over preload (Table 2)"),
-                               ("table4", "mean deviation over speed (Table 4)"),
-                               ("table3", "mean deviation of the preload found from the torque (Table 3)"))
-        ]  # fmt: skip
+            (percent_of(tables[name].deviations[0]), what)
+            for name, what in (
+                ("table2", "mean deviation over preload (Table 2)"),
+                ("table4", "mean deviation over speed (Table 4)"),
+                ("table3", "mean deviation of the preload found from the torque (Table 3)"),
+            )
+        ]
         errors = material.chosen.entry.errors
         if "leave_one_out_mean" in errors:
-            shown.append((_percent(errors["leave_one_out_mean"]), "mean miss of a point left out of the fit"))
+            shown.append(
+                (percent_of(errors["leave_one_out_mean"]), "mean miss of a point left out of the fit")
+            )
         reproduced = sum(claim.verdicts[0] == VERDICTS[0] for claim in claimed)
         shown.append(
             (f"{reproduced} of {len(claimed)}", "statements in the paper's text reproduced (part 6)")
@@ -102,10 +86,12 @@ def _comparison(shown: ValidationTable, others: Mapping[str, ValidationTable], c
     rows = []
     for i, row in enumerate(shown.rows):
         values = [row.models[0], *(found.rows[i].models[0] for found in sets.values()), *row.models[1:]]
-        rows.append([f"{row.preload:.0f}", f"{row.speed / RPM:.0f}", f"{row.measured:.{digits - 1}f}"]
-                    + [f"{value:.{digits}f}" for value in values])  # fmt: skip
+        rows.append(
+            [f"{row.preload:.0f}", f"{row.speed / RPM:.0f}", f"{row.measured:.{digits - 1}f}"]
+            + [f"{value:.{digits}f}" for value in values]
+        )
     means = [shown.deviations[0], *(found.deviations[0] for found in sets.values()), *shown.deviations[1:]]
-    total = ["mean deviation", "", "", *map(_percent, means)]
+    total = ["mean deviation", "", "", *map(percent_of, means)]
     return table(shown.name, f"{shown.title} [{shown.unit.replace('.', ' ')}]", head, rows, total)
 
 
@@ -128,7 +114,7 @@ def _sets(frictions: Sequence[Friction]) -> Html:
         return text
 
     def error(key: str) -> Any:
-        return lambda entry: _percent(entry.errors[key]) if key in entry.errors else "-"
+        return lambda entry: percent_of(entry.errors[key]) if key in entry.errors else "-"
 
     for key in FITTED:
         add(f"{NAMES[key]}, calibrated", fitted(key))
@@ -142,7 +128,7 @@ def _sets(frictions: Sequence[Friction]) -> Html:
         add(
             f"{name.replace('table', 'Table ')} left out of the fit: missed on average, at most",
             lambda entry, name=name: ", ".join(
-                _percent(entry.leave_one_table_out.get(name, {}).get(key, math.nan))
+                percent_of(entry.leave_one_table_out.get(name, {}).get(key, math.nan))
                 for key in ("mean", "max")
             ),
         )
@@ -154,21 +140,22 @@ def _sets(frictions: Sequence[Friction]) -> Html:
 def validation(material: Material) -> Html:
     """Part 1."""
     calibrated = paragraph(
-        "Calibrated, not predicted, are the apparent viscosity ratio, the net sliding coefficient and, in the set "
-        "with three, "
-        "a roughness height: fitted to the eleven distinct measured torques of Tables 2 and 4. Only the total "
-        "torque is "
-        "identified by these data, not its split into viscous and sliding part. The oil temperature of the tables is "
-        "not printed; 303 K is assumed."
+        "Calibrated, not predicted, are the apparent viscosity ratio, the net sliding coefficient and, in "
+        "the set with three, a roughness height: fitted to the eleven distinct measured torques of Tables "
+        "2 and 4. Only the total torque is identified by these data, not its split into viscous and "
+        "sliding part. The oil temperature of the tables is not printed; 303 K is assumed."
     )
     if not material.measured:
         return section(
-            "validation", "1 Validation", paragraph(UNMEASURED, class_="note"),
-            paragraph("The friction parameters below are calibrated on the screw of the paper, GD4008-3. For this "
-                      "screw they "
-                      "are an assumption until its torque is measured (command calibrate)."),
+            "validation",
+            "1 Validation",
+            paragraph(UNMEASURED, class_="note"),
+            paragraph(
+                "The friction parameters below are calibrated on the screw of the paper, GD4008-3. For "
+                "this screw they are an assumption until its torque is measured (command calibrate)."
+            ),
             _sets(material.frictions),
-        )  # fmt: skip
+        )
     chosen = material.chosen.entry.name
     by_name = {name: {t.name: t for t in found} for name, found in material.tables.items()}
     tables = [
@@ -178,19 +165,26 @@ def validation(material: Material) -> Html:
     return section(
         "validation",
         "1 Validation against measured torques",
-        paragraph("Measured torques and the columns Zhao, Zhou and NSK are those printed in the ", element("a",
-                  "paper of Zhao et al. (2023)", href=PAPER), "; the mean deviation is that of the magnitudes."),
+        paragraph(
+            "Measured torques and the columns Zhao, Zhou and NSK are those printed in the ",
+            element("a", "paper of Zhao et al. (2023)", href=PAPER),
+            "; the mean deviation is that of the magnitudes.",
+        ),
         calibrated,
         beside(
-            figure(figures.measured_against_computed(material),
-                   f"Computed against measured torque, Tables 2 and 4, set {words(chosen)}. Grey band: 5 %."),
-            figure(figures.deviations(material),
-                   "Deviation of each computed torque from the measured one; left of the dotted line Table 2, "
-                   "right Table 4."),
+            figure(
+                figures.measured_against_computed(material),
+                f"Computed against measured torque, Tables 2 and 4, set {words(chosen)}. Grey band: 5 %.",
+            ),
+            figure(
+                figures.deviations(material),
+                "Deviation of each computed torque from the measured one; left of the dotted line Table 2, "
+                "right Table 4.",
+            ),
         ),
         *tables,
         _sets(material.frictions),
-    )  # fmt: skip
+    )
 
 
 def torque(material: Material) -> Html:
@@ -210,13 +204,19 @@ def torque(material: Material) -> Html:
         "2 Torque over speed, preload and temperature",
         beside(
             figure(figures.torque_over_speed(material), f"Friction torque over screw speed.{circles}"),
-            figure(figures.torque_over_preload(material),
-                   f"Friction torque over preload; the formulas of Zhou and NSK know no speed.{circles}"),
+            figure(
+                figures.torque_over_preload(material),
+                f"Friction torque over preload; the formulas of Zhou and NSK know no speed.{circles}",
+            ),
             figure(figures.torque_over_temperature(material), "Friction torque over oil temperature."),
-            table("torques", f"Friction torque [N m], oil at {temperature - CELSIUS:.1f} C",
-                  ["preload [N]", *(f"{w / RPM:.0f} r/min" for w in speed)], rows),
+            table(
+                "torques",
+                f"Friction torque [N m], oil at {temperature - CELSIUS:.1f} C",
+                ["preload [N]", *(f"{w / RPM:.0f} r/min" for w in speed)],
+                rows,
+            ),
         ),
-    )  # fmt: skip
+    )
 
 
 def balls(material: Material) -> Html:
@@ -225,29 +225,46 @@ def balls(material: Material) -> Html:
     rows = []
     for case in found.cases:
         q_a, q_b = case.loads.Q_a, case.loads.Q_b
-        rows.append([f"{case.axial_load:.0f}", f"{case.loads.force_a:.0f}", f"{case.loads.force_b:.0f}",
-                     *(f"{value:.1f}" for value in (q_a.min(), q_a.max(), q_b.min(), q_b.max()))])  # fmt: skip
+        rows.append(
+            [
+                f"{case.axial_load:.0f}",
+                f"{case.loads.force_a:.0f}",
+                f"{case.loads.force_b:.0f}",
+                *(f"{value:.1f}" for value in (q_a.min(), q_a.max(), q_b.min(), q_b.max())),
+            ]
+        )
     count = material.parameters.screw.loaded_ball_count
     return section(
         "balls",
         "3 Ball loads of the double nut",
         paragraph(
-            f"Each nut has {count} load-carrying balls. Screw, nuts and spacer stretch, so the balls next to the "
-            f"spacer carry "
-            "most under preload alone. An axial load adds to one nut and relieves the other, which comes free at "
-            f"{found.separation:.0f} N, {found.separation / found.preload:.2f} times the preload (rigid bodies: "
-            f"{2.0**1.5:.2f} times)."
+            f"Each nut has {count} load-carrying balls. Screw, nuts and spacer stretch, so the balls next "
+            "to the spacer carry most under preload alone. An axial load adds to one nut and relieves the "
+            f"other, which comes free at {found.separation:.0f} N, {found.separation / found.preload:.2f} "
+            f"times the preload (rigid bodies: {2.0**1.5:.2f} times)."
         ),
         beside(
-            figure(figures.load_distribution(found), "Load of every ball along both nuts, with and without axial "
-                                                     "load."),
+            figure(
+                figures.load_distribution(found),
+                "Load of every ball along both nuts, with and without axial load.",
+            ),
             figure(figures.nut_forces(found), "Axial force of both nuts over the axial load."),
         ),
-        table("ball_loads", f"Forces and ball loads [N] at a preload of {found.preload:.0f} N",
-              ["axial load", "relieved nut", "loaded nut", "relieved: lightest "
-                                                           "ball", "heaviest", "loaded: lightest ball",
-               "heaviest"], rows),
-    )  # fmt: skip
+        table(
+            "ball_loads",
+            f"Forces and ball loads [N] at a preload of {found.preload:.0f} N",
+            [
+                "axial load",
+                "relieved nut",
+                "loaded nut",
+                "relieved: lightest ball",
+                "heaviest",
+                "loaded: lightest ball",
+                "heaviest",
+            ],
+            rows,
+        ),
+    )
 
 
 def contacts(material: Material) -> Html:
@@ -259,40 +276,61 @@ def contacts(material: Material) -> Html:
         # + 0: no sign on zeros
         slide = round((c.u_1 - c.u_2) / c.u_e, 4) + 0.0
         values = (
-            [f"{c.u_e:.3f}", f"{slide:.4f}", f"{1e9 * s.h_c:.1f}", f"{1e9 * s.h_m:.1f}", f"{1e-9 * s.hertz.p_max:.3f}",
-             f"{1e-9 * s.p_max:.3f}", f"{s.temperature_rise:.1f}", f"{round(s.traction_force, 3) + 0.0:.3f}"]
-            if s.converged else ["not converged: " + s.reason, *[""] * 7]
-        )  # fmt: skip
+            [
+                f"{c.u_e:.3f}",
+                f"{slide:.4f}",
+                f"{1e9 * s.h_c:.1f}",
+                f"{1e9 * s.h_m:.1f}",
+                f"{1e-9 * s.hertz.p_max:.3f}",
+                f"{1e-9 * s.p_max:.3f}",
+                f"{s.temperature_rise:.1f}",
+                f"{round(s.traction_force, 3) + 0.0:.3f}",
+            ]
+            if s.converged
+            else ["not converged: " + s.reason, *[""] * 7]
+        )
         rows.append([words(kinematics), raceway, *values])
     where = "the contact of section 5.1 of the paper" if material.measured else "the heaviest ball"
     parts = [
         paragraph(
-            f"One ball, {where}: {load:.1f} N, {speed / RPM:.0f} r/min, oil and bodies at {temperature:g} K; "
-            f"pressure, film and "
-            "temperature solved together when this report was made, Newtonian oil, smooth surfaces. The kinematics "
-            "published "
-            "has the surface speeds of the paper, in the fixed frame; rolling frame travels with the ball: there "
-            "is no mean "
-            "sliding, and its film and temperatures are the ones to trust. Its largest rise is that of compression "
-            "in the "
-            "narrow pressure spike and hangs on the grid."
+            f"One ball, {where}: {load:.1f} N, {speed / RPM:.0f} r/min, oil and bodies at {temperature:g} "
+            "K; pressure, film and temperature solved together when this report was made, Newtonian oil, "
+            "smooth surfaces. The kinematics published has the surface speeds of the paper, in the fixed "
+            "frame; rolling frame travels with the ball: there is no mean sliding, and its film and "
+            "temperatures are the ones to trust. Its largest rise is that of compression in the narrow "
+            "pressure spike and hangs on the grid."
         ),
-        table("solved_contacts", "Solved contacts",
-              ["kinematics", "raceway", "entrainment [m/s]", "slide-to-roll "
-                                                             "ratio", "central film [nm]", "minimum film [nm]",
-               "Hertz pressure [GPa]", "largest pressure [GPa]", "largest rise [K]", "traction [N]"], rows),
-    ]  # fmt: skip
+        table(
+            "solved_contacts",
+            "Solved contacts",
+            [
+                "kinematics",
+                "raceway",
+                "entrainment [m/s]",
+                "slide-to-roll ratio",
+                "central film [nm]",
+                "minimum film [nm]",
+                "Hertz pressure [GPa]",
+                "largest pressure [GPa]",
+                "largest rise [K]",
+                "traction [N]",
+            ],
+            rows,
+        ),
+    ]
     for kinematics in dict.fromkeys(found.kinematics for found in material.contacts):
         solutions = [material.contact(kinematics, raceway) for raceway in RACEWAYS]
         if not any(solutions):
             continue
         name = words(kinematics)
         drawn = [
-            figure(figures.contact_field(solutions, field), f"{title}, kinematics {name}. Dashed: Hertz ellipse; "
-                                                            f"the oil "
-                   "enters from below; the scale along rolling is stretched.")
+            figure(
+                figures.contact_field(solutions, field),
+                f"{title}, kinematics {name}. Dashed: Hertz ellipse; the oil enters from below; the scale "
+                "along rolling is stretched.",
+            )
             for field, (title, *_) in FIELDS.items()
-        ]  # fmt: skip
+        ]
         drawn.append(
             figure(
                 figures.central_lines(solutions), f"Pressure and film along the middle, kinematics {name}."
@@ -307,13 +345,22 @@ def nut_map(material: Material) -> Html:
     header = material.picture.nut_map.header
     certificate = header["certificate"]
     rows = [
-        [words, *(percent(certificate[f"{name}_error_{key}"]) if f"{name}_error_{key}" in certificate else "-"
-                  for key in ("mean", "99", "max"))]
+        [
+            words,
+            *(
+                percent(certificate[f"{name}_error_{key}"]) if f"{name}_error_{key}" in certificate else "-"
+                for key in ("mean", "99", "max")
+            ),
+        ]
         for name, words in ERRORS.items()
-    ]  # fmt: skip
+    ]
     axes = header["axes"]
-    scales = {"force": (1.0, 0.0, "N"), "preload": (1.0, 0.0, "N"), "speed": (1.0 / RPM, 0.0, "r/min"),
-              "temperature": (1.0, CELSIUS, "C")}  # fmt: skip
+    scales = {
+        "force": (1.0, 0.0, "N"),
+        "preload": (1.0, 0.0, "N"),
+        "speed": (1.0 / RPM, 0.0, "r/min"),
+        "temperature": (1.0, CELSIUS, "C"),
+    }
     span = [
         [
             name,
@@ -325,134 +372,26 @@ def nut_map(material: Material) -> Html:
     checked = paragraph("The map has no certificate.", class_="note")
     if "points" in certificate:
         caption = (
-            f"Certificate: error of the map at {certificate['points']} random points that it was not built from, against "
-            "direct solves of the balls"
+            f"Certificate: error of the map at {certificate['points']} random points that it was not built "
+            "from, against direct solves of the balls"
         )
         checked = table("certificate", caption, ["", "mean", "99 % quantile", "largest"], rows)
     return section(
         "map",
         "5 The map and its certificate",
-        paragraph("The contacts were solved once for many loads, speeds and temperatures; torques, films and "
-                  "temperatures come "
-                  "from this map. Films and temperatures of part 5 are extremes over all balls."),
-        figure(figures.map_picture_address(material), "The map: what it answers, where it was sampled, where its "
-                                                      "certificate "
-               "compared it with direct solves.", wide=True),
+        paragraph(
+            "The contacts were solved once for many loads, speeds and temperatures; torques, films and "
+            "temperatures come from this map. Films and temperatures of part 5 are extremes over all balls."
+        ),
+        figure(
+            figures.map_picture_address(material),
+            "The map: what it answers, where it was sampled, where its certificate compared it with direct "
+            "solves.",
+            wide=True,
+        ),
         checked,
         table("axes", "Range of the map", ["axis (force: of one nut)", "from", "to", "nodes"], span),
-    )  # fmt: skip
-
-
-def contact_claims(material: Material) -> list[list[Any]]:
-    """Printed values of section 5.1 beside the solved ones: quantity, raceway, print, ours, verdict."""
-    rows: list[list[Any]] = []
-    solved: dict[str, Any] = {
-        "entrainment_speed": (lambda s: 1e3 * s.conditions.u_e, ".2f"),
-        "slide_roll_ratio": (lambda s: abs(s.conditions.u_1 - s.conditions.u_2) / s.conditions.u_e, ".5f"),
-        "minimum_film": (lambda s: 1e6 * s.h_m, ".3f"),
-        "film_temperature_rise_max": (lambda s: s.temperature_rise, ".1f"),
-    }
-    for printed in printed_values():
-        value, digits = solved[printed["quantity"]]
-        for raceway in RACEWAYS:
-            s = material.contact("published", raceway)
-            text = printed[raceway]
-            if s is None:
-                verdict, shown = VERDICTS[2], "not converged"
-            else:
-                ours = float(value(s))
-                bound = float(text.lstrip(">~"))
-                above = VERDICTS[0] if ours > bound else VERDICTS[2]
-                verdict, shown = (
-                    above if text.startswith(">") else judged((bound,), (ours,)),
-                    f"{ours:{digits}}",
-                )
-            unit = "" if printed["unit"] == "1" else f" [{printed['unit']}]"
-            rows.append([words(printed["quantity"]) + unit, raceway, text, shown, verdict_mark(verdict)])
-    return rows
-
-
-def _order_of_raceways(material: Material) -> str:
-    """How screw and nut of section 5.1 compare, here and in print."""
-    screw, nut = (material.contact("published", raceway) for raceway in RACEWAYS)
-    if screw is None or nut is None:
-        return "A contact did not converge."
-    more = screw.temperature_rise - nut.temperature_rise
-    return (
-        f"The screw contact is {abs(more):.1f} K {'hotter' if more > 0.0 else 'cooler'} than the nut contact "
-        f"(printed: about 10 K "
-        f"hotter) and its minimum film {screw.h_m / nut.h_m:.1f} times that of the nut (printed: more than twice); "
-        f"the sizes of both "
-        "are not those of the paper."
     )
-
-
-def paper(material: Material, claimed: Sequence[Claim], found: Sequence[Erratum]) -> Html:
-    """Part 6."""
-    title = "6 What of the paper is reproduced"
-    if not material.measured:
-        return section("paper", title, paragraph(UNMEASURED, class_="note"))
-    sets = [f.entry.name for f in material.frictions]
-    tables = {t.name: t for t in material.tables[sets[0]]}
-    rows = [
-        [f"{claim.statement} ({claim.where})",
-         " ".join((claim.printed, claim.unit.replace("1", "") if claim.printed else "")).strip() or "no number",
-         *(Html(element("span", one.text) + "<br>" + verdict_mark(verdict))
-           for one, verdict in zip(claim.found, claim.verdicts, strict=True)),
-         claim.measured.text if claim.measured else "-", f"{claim.remark} Rule: {claim.rule}."]
-        for claim in claimed
-    ]  # fmt: skip
-    fits = [
-        [tables[name].title, _percent(tables[name].deviations[1]), _percent(tables[name].deviations[0]),
-         verdict_mark(VERDICTS[0] if tables[name].deviations[0] <= tables[name].deviations[1] else VERDICTS[2])]
-        for name in ("table2", "table4", "table3")
-    ]  # fmt: skip
-    _, speed, temperature = material.contact_point
-    traction = torque_of_contacts(material, "published")
-    friction = float(material.chosen.torque(material.balls.preload, speed, temperature))
-    times = (
-        f"{traction / friction:.1f} times"
-        if math.isfinite(traction)
-        else "not computed as often (not converged)"
-    )
-    return section(
-        "paper",
-        title,
-        paragraph("Every statement that can be computed is held against this model, by one rule: "
-                  "", verdict_mark(VERDICTS[0]),
-                  f" if every number is within {100.0 * REPRODUCED_WITHIN:g} % of the print, "
-                  f"", verdict_mark(VERDICTS[1]),
-                  f" within {100.0 * NEAR_WITHIN:g} %, else "
-                  f"", verdict_mark(VERDICTS[2]), ". A statement without a number has "
-                  "its own rule beside it. Both friction sets are judged; the first one is that of all other "
-                  "results. Nothing was "
-                  "tuned towards these statements."),
-        table("fits", "Agreement with the measurement (reproduced: at least as good as the paper's own model)",
-              ["table", "paper", "this model", "verdict"], fits, text=True),
-        table("claims", "Statements in the text",
-              ["statement", "printed", *(f"this model, {words(name)}" for name in sets), "measured torques alone",
-               "how it is computed"], rows, text=True),
-        table("section5", "Section 5.1: one ball, kinematics "
-                          "published", ["quantity", "raceway", "printed", "this model",
-              "verdict"], contact_claims(material), text=True),
-        paragraph(f"{_order_of_raceways(material)} Why the sizes differ cannot be settled from the print: it tells "
-                  f"neither the grid "
-                  "nor which of the two ambient viscosities entered the contact, and Eq. 6 omits the deflection. "
-                  "The values here "
-                  "hold their grid (command validate --contacts shows three). The traction of these contacts, "
-                  "summed over the load-carrying balls, would be "
-                  f"{times} the torque of the friction model at {material.balls.preload:.0f} N, {speed / RPM:.0f} "
-                  f"r/min: the "
-                  "published friction is not the shear stress of the published contact."),
-        table("errata", "Misprints and gaps of the paper, and what they make in numbers",
-              ["where", "printed", "used here", "effect"], [list(one) for one in found], text=True),
-        paragraph("Calibrated: apparent viscosity ratio, net sliding coefficient, roughness height (part 1). "
-                  "Chosen, not "
-                  f"printed: {material.parameters.screw.loaded_ball_count} load-carrying balls, section areas of "
-                  f"screw, nut and "
-                  "spacer, oil at 303 K in the tables, and for rolling frame the reference slip "
-                  f"{material.parameters.friction.reference_slip:g}."),
-    )  # fmt: skip
 
 
 def whole_page(material: Material, claimed: Sequence[Claim], found: Sequence[Erratum]) -> str:
@@ -476,6 +415,11 @@ def title(parameters: Parameters) -> str:
 def _footer(material: Material) -> Html:
     file_hash = str(material.picture.nut_map.header["file_hash"])
     return Html(
-        element("span", f"ballscrew_tehl {__version__}, map {file_hash[:12]}. Measurements, printed values and "
-                "statements: ", element("a", "Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231", href=PAPER), ".")
-    )  # fmt: skip
+        element(
+            "span",
+            f"ballscrew_tehl {__version__}, map {file_hash[:12]}. Measurements, printed values and "
+            "statements: ",
+            element("a", "Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231", href=PAPER),
+            ".",
+        )
+    )
