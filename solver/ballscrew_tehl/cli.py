@@ -157,12 +157,24 @@ def _init(commands: argparse._SubParsersAction) -> None:
     parser.set_defaults(run="commands.run_init")
 
 
+def _report(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser(
+        "report",
+        help="one HTML page: validation, torques, ball loads, a contact, the map, the paper",
+        description="Write one HTML page that opens offline. Solves the contacts of one ball on the way, some seconds.",
+    )
+    parser.add_argument("--output", required=True, metavar="FILE.html", help="where to write the page")
+    _screw_options(parser)
+    add_json(parser)
+    parser.set_defaults(run="report_command.run_report")
+
+
 def build_parser() -> Parser:
     """The whole command line."""
     parser = Parser(prog="ballscrew_tehl", description="Friction torque of preloaded double-nut ball screws.")
     parser.add_argument("--version", action="version", version=f"ballscrew_tehl {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
-    for add in (add_contact, _torque, _preload, _map, _calibrate, _validate, _init):
+    for add in (add_contact, _torque, _preload, _map, _calibrate, _validate, _report, _init):
         add(commands)
     return parser
 

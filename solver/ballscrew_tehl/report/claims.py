@@ -1,0 +1,282 @@
+"""Statements in the text of the paper beside what this model gives, each with a verdict by a stated rule."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..film import central_film_estimate, film_groups
+from ..hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ..kinematics import surface_speeds
+from ..lubricant import pressure_viscosity, section_2_3
+from ..measurements import PACKAGED_DATA, RPM, read_rows
+from ..parameters import Parameters, ScrewParameters
+from ..validation import ASSUMED_TEMPERATURE, ValidationTable
+from .material import Friction
+
+PACKAGED_CLAIMS = PACKAGED_DATA / "zhao2023_claims.csv"
+
+#: largest relative difference from the print that counts as reproduced, as near
+REPRODUCED_WITHIN, NEAR_WITHIN = 0.05, 0.20
+#: largest share of the torque that counts as small
+SMALL_SHARE = 0.05
+VERDICTS = ("reproduced", "near", "not reproduced")
+#: preloads [N] and speeds [rad/s] that the statements range over
+PRELOADS = np.arange(1000.0, 6001.0, 1000.0)
+SLOW, FAST = 100.0 * RPM, 2500.0 * RPM
+SPEEDS = np.array([100.0, 500.0, 1000.0, 1500.0, 2000.0, 2500.0]) * RPM
+#: operating point of sections 5.2 and 5.3: preload as printed, speed and step of temperature chosen here
+POINT = (1800.0, 1000.0 * RPM)
+WARMER = 10.0
+#: steps of section 5.3: ambient viscosity [Pa s], sliding coefficient [1]
+MORE_VISCOSITY, MORE_SLIDING = 0.025, 0.001
+
+
+class Found(NamedTuple):
+    """What a model or the measurement gives: numbers to hold against the printed ones, and as text."""
+
+    values: tuple[float, ...]
+    text: str
+
+
+class Claim(NamedTuple):
+    """One line of the file with ours beside it; found, verdicts: in the order of the friction sets.
+
+    measured: the same from the measured torques alone, None where they do not hold it
+    """
+
+    id: str
+    where: str
+    statement: str
+    printed: str
+    unit: str
+    found: tuple[Found, ...]
+    measured: Found | None
+    verdicts: tuple[str, ...]
+    rule: str
+    remark: str
+
+
+def numbers(text: str) -> tuple[float, ...]:
+    """Printed numbers of a field; a range has two.
+
+    Example
+        >>> numbers("0.0065..0.0056"), numbers("")
+        ((0.0065, 0.0056), ())
+    """
+    return tuple(float(part) for part in text.split("..")) if text else ()
+
+
+def judged(printed: Sequence[float], found: Sequence[float]) -> str:
+    """Verdict on numbers: by the largest relative difference; NaN is not reproduced.
+
+    Example
+        >>> judged((186.0,), (190.0,)), judged((186.0,), (202.0,)), judged((186.0,), (math.nan,))
+        ('reproduced', 'near', 'not reproduced')
+    """
+    # of NumPy: NaN stays NaN
+    worst = np.max([abs(ours / theirs - 1.0) for ours, theirs in zip(found, printed, strict=True)])
+    if worst <= REPRODUCED_WITHIN:
+        return VERDICTS[0]
+    return VERDICTS[1] if worst <= NEAR_WITHIN else VERDICTS[2]
+
+
+def friction_coefficient(screw: ScrewParameters, torque: Any, preload: Any) -> Any:
+    """T sin(beta)/(2 F (r_m + r_b cos(beta))), beta without load: what the paper calls friction coefficient."""
+    beta = screw.contact_angle
+    radius = screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(beta)
+    return torque * math.sin(beta) / (2.0 * radius * preload)
+
+
+def _ends(values: Any) -> Found:
+    first, last = float(values[0]), float(values[-1])
+    return Found((first, last), f"{first:.4f} to {last:.4f}")
+
+
+def _mean(values: Any) -> Found:
+    mean, low, high = (float(f(values)) for f in (np.mean, np.min, np.max))
+    return Found((mean,), f"{mean:.2f} ({low:.2f} to {high:.2f})")
+
+
+def _coefficient(speed: float) -> Callable[[Friction, Parameters], Found]:
+    def found(friction: Friction, parameters: Parameters) -> Found:
+        torque = friction.torque(PRELOADS[[0, -1]], speed, ASSUMED_TEMPERATURE)
+        return _ends(friction_coefficient(parameters.screw, torque, PRELOADS[[0, -1]]))
+
+    return found
+
+
+def crossover_speed(friction: Friction, preload: float) -> float:
+    """Speed [rad/s] at which viscous and sliding torque are equal; NaN if they are nowhere within the map."""
+    slowest, fastest = friction.nut_map.header["axes"]["speed"][:2]
+    speed = np.geomspace(slowest, fastest, 2001)
+    viscous, _, sliding = friction.parts(preload, speed, ASSUMED_TEMPERATURE)
+    above = viscous >= sliding
+    if above.all() or not above.any():
+        return math.nan
+    return float(np.exp(np.interp(0.0, np.log(viscous / sliding), np.log(speed))))
+
+
+def _crossover(friction: Friction, parameters: Parameters) -> Found:
+    rpm = crossover_speed(friction, POINT[0]) / RPM
+    return Found((rpm,), f"{rpm:.0f}" if math.isfinite(rpm) else "none")
+
+
+def film_factor(parameters: Parameters, viscosity_factor: float) -> float:
+    """By how much the film grows with the viscosity: closed formula, mean of both raceways, at POINT."""
+    screw, oil = parameters.screw, parameters.lubricant
+    load = POINT[0] / (screw.ball_count * math.sin(screw.contact_angle) * math.cos(screw.lead_angle))
+    temperature = oil.reference_temperature
+    alpha = float(pressure_viscosity(oil, temperature))
+    growth = []
+    for raceway in RACEWAYS:
+        R_x, R_y = reduced_radii(screw, screw.contact_angle, raceway)
+        p_max = ellipse(load, R_x, R_y, E_prime(screw)).p_max
+        u_e = surface_speeds(parameters, raceway, POINT[1]).u_e
+        films = [
+            central_film_estimate(
+                oil, film_groups(load, u_e, R_x, E_prime(screw), eta, alpha), R_x, R_y, p_max, temperature
+            )
+            for eta in (oil.viscosity, viscosity_factor * oil.viscosity)
+        ]
+        growth.append(float(films[1] / films[0]))
+    return sum(growth) / len(growth)
+
+
+def _more_viscosity(friction: Friction, parameters: Parameters) -> Found:
+    viscous, hysteresis, sliding = friction.parts(*POINT, ASSUMED_TEMPERATURE)
+    factor = 1.0 + MORE_VISCOSITY / float(section_2_3(ASSUMED_TEMPERATURE))
+    total = viscous + hysteresis + sliding
+    shear = 100.0 * viscous * (factor - 1.0) / total
+    both = 100.0 * viscous * (factor / film_factor(parameters, factor) - 1.0) / total
+    return Found((shear,), f"{shear:.1f} (film grows too: {both:.1f})")
+
+
+def _more_sliding(friction: Friction, parameters: Parameters) -> Found:
+    _, _, sliding = friction.parts(*POINT, ASSUMED_TEMPERATURE)
+    share = 100.0 * MORE_SLIDING * sliding / friction.entry.net_sliding_coefficient
+    value = float(share / friction.torque(*POINT, ASSUMED_TEMPERATURE))
+    return Found((value,), f"{value:.1f}")
+
+
+def _warmer(friction: Friction, parameters: Parameters) -> Found:
+    cold, hot = (friction.torque(*POINT, ASSUMED_TEMPERATURE + step) for step in (0.0, WARMER))
+    value = 100.0 * float(hot / cold - 1.0)
+    return Found((value,), f"{value:+.1f} % for {WARMER:+.0f} K")
+
+
+def _over_speed(friction: Friction, parameters: Parameters) -> Found:
+    slow, fast = (friction.torque(PRELOADS, speed, ASSUMED_TEMPERATURE) for speed in (SLOW, FAST))
+    return _mean((fast - slow) / ((FAST - SLOW) / (1000.0 * RPM)))
+
+
+def _over_preload(friction: Friction, parameters: Parameters) -> Found:
+    low, high = (friction.torque(preload, SPEEDS, ASSUMED_TEMPERATURE) for preload in PRELOADS[[0, -1]])
+    return _mean((high - low) / ((PRELOADS[-1] - PRELOADS[0]) / 1000.0))
+
+
+def _hysteresis(friction: Friction, parameters: Parameters) -> Found:
+    parts = friction.parts(PRELOADS[:, None], SPEEDS, ASSUMED_TEMPERATURE)
+    share = 100.0 * parts[1] / sum(parts)
+    low, high = float(share.min()), float(share.max())
+    return Found((low, high), f"{low:.1f} to {high:.1f} % of the torque")
+
+
+class Rule(NamedTuple):
+    """How a line of the file is computed; trend: None = numbers by `judged`, else whether ours agrees."""
+
+    compute: Callable[[Friction, Parameters], Found]
+    remark: str
+    trend: Callable[[Found], bool] | None = None
+    says: str = "by the numbers"
+
+
+RULES: dict[str, Rule] = {
+    "friction_coefficient_low_speed": Rule(
+        _coefficient(SLOW), "Torque over twice the force along the balls times the arm, as the paper defines it."
+    ),
+    "friction_coefficient_high_speed": Rule(
+        _coefficient(FAST), "The measured torque at 1 kN itself gives more than the text says."
+    ),
+    "crossover_speed": Rule(
+        _crossover,
+        "Measured totals do not tell how the torque is split: the two friction sets differ here although "
+        "both fit the tables.",
+    ),
+    "sensitivity_viscosity": Rule(
+        _more_viscosity,
+        "At 1800 N, 1000 r/min, as a share of the viscosity of section 2.3. Judged: only the shear "
+        "viscosity changes. If the oil itself is more viscous its film is thicker too, which takes back "
+        "most of it.",
+    ),
+    "sensitivity_sliding": Rule(_more_sliding, "At 1800 N, 1000 r/min; on the net coefficient."),
+    "temperature_trend": Rule(
+        _warmer,
+        "At 1800 N, 1000 r/min. Warmer oil is thinner: it shears more easily, and its thinner film takes "
+        "back only a part.",
+        lambda found: found.values[0] > 0.0,
+        "reproduced if the torque rises",
+    ),
+    "slope_speed": Rule(
+        _over_speed, "Mean over 1 to 6 kN (least to largest), from 100 to 2500 r/min. Measured: at 1 kN."
+    ),
+    "slope_preload": Rule(
+        _over_preload, "Mean over 100 to 2500 r/min (least to largest), from 1 to 6 kN. Measured: at 100 r/min."
+    ),
+    "hysteresis_small": Rule(
+        _hysteresis,
+        "Over 1 to 6 kN and 100 to 2500 r/min.",
+        lambda found: found.values[-1] <= 100.0 * SMALL_SHARE,
+        f"reproduced if at most {100.0 * SMALL_SHARE:g} % of the torque",
+    ),
+}  # fmt: skip
+
+
+def _measured(screw: ScrewParameters, tables: Sequence[ValidationTable]) -> dict[str, Found]:
+    """What the measured torques say by themselves; Table 2 at 100 r/min, Table 4 at 1000 N."""
+    by_name = {table.name: table.rows for table in tables}
+    by_preload, by_speed = by_name["table2"], by_name["table4"]
+    low = [friction_coefficient(screw, row.measured, row.preload) for row in by_preload]
+    high = float(friction_coefficient(screw, by_speed[-1].measured, by_speed[-1].preload))
+
+    def slope(first: float, last: float, span: float) -> Found:
+        value = (last - first) / span
+        return Found((value,), f"{value:.2f}")
+
+    return {
+        "friction_coefficient_low_speed": _ends(low),
+        "friction_coefficient_high_speed": Found((high,), f"{high:.4f} at 1 kN"),
+        "slope_speed": slope(by_speed[0].measured, by_speed[-1].measured,
+                             (by_speed[-1].speed - by_speed[0].speed) / (1000.0 * RPM)),
+        "slope_preload": slope(by_preload[0].measured, by_preload[-1].measured,
+                               (by_preload[-1].preload - by_preload[0].preload) / 1000.0),
+    }  # fmt: skip
+
+
+def claims(
+    parameters: Parameters, frictions: Sequence[Friction], tables: Sequence[ValidationTable]
+) -> list[Claim]:
+    """Every line of the file, in its order.
+
+    Parameters   frictions: each is judged;  tables: of validation_tables, for the measured torques
+    Raises       ValueError: a line that no rule here computes
+    """
+    measured = _measured(parameters.screw, tables)
+    result = []
+    for row in read_rows(PACKAGED_CLAIMS):
+        if row["id"] not in RULES:
+            raise ValueError(f"{PACKAGED_CLAIMS.name}: id = {row['id']}; allowed: {', '.join(RULES)}")
+        rule = RULES[row["id"]]
+        found = tuple(rule.compute(friction, parameters) for friction in frictions)
+        if rule.trend is None:
+            verdicts = tuple(judged(numbers(row["value"]), one.values) for one in found)
+        else:
+            verdicts = tuple(VERDICTS[0 if rule.trend(one) else 2] for one in found)
+        result.append(
+            Claim(row["id"], row["where"], row["statement"], row["value"].replace("..", " to "), row["unit"], found,
+                  measured.get(row["id"]), verdicts, rule.says, rule.remark)
+        )  # fmt: skip
+    return result

@@ -1,0 +1,425 @@
+"""What the page says, part by part."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from .. import __version__
+from ..friction_set import FITTED, SETS
+from ..hertz import RACEWAYS
+from ..measurements import CELSIUS, RPM
+from ..nut_map.plot import ERRORS, percent
+from ..parameters import Parameters
+from ..validation import MODELS, ValidationTable
+from . import figures
+from .claims import VERDICTS, Claim
+from .errata import Erratum
+from .figures import FIELDS
+from .material import Friction, Material
+from .page import Html, element, figure, page, paragraph, section, table, tiles
+from .page import figures as beside
+from .paper import UNMEASURED, paper, percent_of, words
+
+PAPER = "https://doi.org/10.1007/s00170-022-09524-2"
+NAMES = {
+    "apparent_viscosity_ratio": "apparent viscosity ratio",
+    "net_sliding_coefficient": "net sliding coefficient",
+    "roughness_height": "roughness height [nm]",
+}
+
+
+def intro(material: Material, claimed: Sequence[Claim]) -> list[Html]:
+    """What it is, and the most important numbers."""
+    parameters, header = material.parameters, material.picture.nut_map.header
+    content = [
+        paragraph(
+            "Friction torque of a preloaded double-nut ball screw, computed from its contacts: the load of "
+            "every ball, the oil film in every contact by thermal elastohydrodynamic lubrication, then "
+            "viscous, hysteresis and sliding friction.",
+            class_="lead",
+        )
+    ]
+    if material.measured:
+        tables = {t.name: t for t in material.tables[material.chosen.entry.name]}
+        shown = [
+            (percent_of(tables[name].deviations[0]), what)
+            for name, what in (
+                ("table2", "mean deviation over preload (Table 2)"),
+                ("table4", "mean deviation over speed (Table 4)"),
+                ("table3", "mean deviation of the preload found from the torque (Table 3)"),
+            )
+        ]
+        errors = material.chosen.entry.errors
+        if "leave_one_out_mean" in errors:
+            shown.append(
+                (percent_of(errors["leave_one_out_mean"]), "mean miss of a point left out of the fit")
+            )
+        reproduced = sum(claim.verdicts[0] == VERDICTS[0] for claim in claimed)
+        shown.append(
+            (f"{reproduced} of {len(claimed)}", "statements in the paper's text reproduced (part 6)")
+        )
+        content.append(tiles(shown))
+    else:
+        content.append(paragraph(UNMEASURED, class_="note"))
+    contents = [
+        ("screw", parameters.name),
+        ("oil", parameters.lubricant.name),
+        ("kinematics", words(parameters.friction.kinematics)),
+        (
+            "friction set",
+            f"{words(material.chosen.entry.name)}, film: {words(material.chosen.entry.film_model)}",
+        ),
+        ("program", f"ballscrew_tehl {__version__}; the map was built by {header['version']}"),
+        ("map", element("code", str(header["file_hash"]))),
+    ]
+    return [*content, table("identity", "What this report is about", ("", ""), contents, text=True)]
+
+
+def _comparison(shown: ValidationTable, others: Mapping[str, ValidationTable], chosen: str) -> Html:
+    """One table with a column per friction set and published model; a last row with the mean deviations."""
+    digits = 4 if shown.unit == "N.m" else 1
+    sets = {name: found for name, found in others.items() if name != chosen}
+    head = ["preload [N]", "speed [r/min]", "measured", f"this model, {words(chosen)}"]
+    head += [f"this model, {words(name)}" for name in sets] + list(MODELS[1:])
+    rows = []
+    for i, row in enumerate(shown.rows):
+        values = [row.models[0], *(found.rows[i].models[0] for found in sets.values()), *row.models[1:]]
+        rows.append(
+            [f"{row.preload:.0f}", f"{row.speed / RPM:.0f}", f"{row.measured:.{digits - 1}f}"]
+            + [f"{value:.{digits}f}" for value in values]
+        )
+    means = [shown.deviations[0], *(found.deviations[0] for found in sets.values()), *shown.deviations[1:]]
+    total = ["mean deviation", "", "", *map(percent_of, means)]
+    return table(shown.name, f"{shown.title} [{shown.unit.replace('.', ' ')}]", head, rows, total)
+
+
+def _sets(frictions: Sequence[Friction]) -> Html:
+    """Calibrated numbers with intervals and errors."""
+    rows: list[list[str]] = []
+
+    def add(what: str, value: Any) -> None:
+        rows.append([what, *(value(friction.entry) for friction in frictions)])
+
+    def fitted(key: str) -> Any:
+        def text(entry: Any) -> str:
+            if key not in SETS.get(entry.name, FITTED):
+                return "-"
+            scale = 1e9 if key == "roughness_height" else 1.0
+            half = entry.intervals.get(key)
+            known = "" if half is None else f" +- {scale * half:.2g}"
+            return f"{scale * getattr(entry, key):.4g}{known}"
+
+        return text
+
+    def error(key: str) -> Any:
+        return lambda entry: percent_of(entry.errors[key]) if key in entry.errors else "-"
+
+    for key in FITTED:
+        add(f"{NAMES[key]}, calibrated", fitted(key))
+    for key, what in (
+        ("mean", "mean deviation of the points of the fit"),
+        ("leave_one_out_mean", "each point left out of the fit in turn: missed on average"),
+        ("leave_one_out_max", "each point left out of the fit in turn: missed at most"),
+    ):
+        add(what, error(key))
+    for name in dict.fromkeys(name for f in frictions for name in f.entry.leave_one_table_out):
+        add(
+            f"{name.replace('table', 'Table ')} left out of the fit: missed on average, at most",
+            lambda entry, name=name: ", ".join(
+                percent_of(entry.leave_one_table_out.get(name, {}).get(key, math.nan))
+                for key in ("mean", "max")
+            ),
+        )
+    head = ["", *(f"{words(f.entry.name)} (film: {words(f.entry.film_model)})" for f in frictions)]
+    caption = "Calibrated numbers (+-: half width of the 95 % interval) and how well they do on what they have not seen"
+    return table("calibration", caption, head, rows)
+
+
+def validation(material: Material) -> Html:
+    """Part 1."""
+    calibrated = paragraph(
+        "Calibrated, not predicted, are the apparent viscosity ratio, the net sliding coefficient and, in "
+        "the set with three, a roughness height: fitted to the eleven distinct measured torques of Tables "
+        "2 and 4. Only the total torque is identified by these data, not its split into viscous and "
+        "sliding part. The oil temperature of the tables is not printed; 303 K is assumed."
+    )
+    if not material.measured:
+        return section(
+            "validation",
+            "1 Validation",
+            paragraph(UNMEASURED, class_="note"),
+            paragraph(
+                "The friction parameters below are calibrated on the screw of the paper, GD4008-3. For "
+                "this screw they are an assumption until its torque is measured (command calibrate)."
+            ),
+            _sets(material.frictions),
+        )
+    chosen = material.chosen.entry.name
+    by_name = {name: {t.name: t for t in found} for name, found in material.tables.items()}
+    tables = [
+        _comparison(one, {name: found[one.name] for name, found in by_name.items()}, chosen)
+        for one in material.tables[chosen]
+    ]
+    return section(
+        "validation",
+        "1 Validation against measured torques",
+        paragraph(
+            "Measured torques and the columns Zhao, Zhou and NSK are those printed in the ",
+            element("a", "paper of Zhao et al. (2023)", href=PAPER),
+            "; the mean deviation is that of the magnitudes.",
+        ),
+        calibrated,
+        beside(
+            figure(
+                figures.measured_against_computed(material),
+                f"Computed against measured torque, Tables 2 and 4, set {words(chosen)}. Grey band: 5 %.",
+            ),
+            figure(
+                figures.deviations(material),
+                "Deviation of each computed torque from the measured one; left of the dotted line Table 2, "
+                "right Table 4.",
+            ),
+        ),
+        *tables,
+        _sets(material.frictions),
+    )
+
+
+def torque(material: Material) -> Html:
+    """Part 2."""
+    circles = " Circles: measured." if material.measured else ""
+    speed = material.over_preload.rows
+    temperature = material.over_speed.fixed
+    rows = [
+        [
+            f"{preload:.0f}",
+            *(f"{material.chosen.torque(float(preload), float(w), temperature):.3f}" for w in speed),
+        ]
+        for preload in material.over_speed.rows
+    ]
+    return section(
+        "torque",
+        "2 Torque over speed, preload and temperature",
+        beside(
+            figure(figures.torque_over_speed(material), f"Friction torque over screw speed.{circles}"),
+            figure(
+                figures.torque_over_preload(material),
+                f"Friction torque over preload; the formulas of Zhou and NSK know no speed.{circles}",
+            ),
+            figure(figures.torque_over_temperature(material), "Friction torque over oil temperature."),
+            table(
+                "torques",
+                f"Friction torque [N m], oil at {temperature - CELSIUS:.1f} C",
+                ["preload [N]", *(f"{w / RPM:.0f} r/min" for w in speed)],
+                rows,
+            ),
+        ),
+    )
+
+
+def balls(material: Material) -> Html:
+    """Part 3."""
+    found = material.balls
+    rows = []
+    for case in found.cases:
+        q_a, q_b = case.loads.Q_a, case.loads.Q_b
+        rows.append(
+            [
+                f"{case.axial_load:.0f}",
+                f"{case.loads.force_a:.0f}",
+                f"{case.loads.force_b:.0f}",
+                *(f"{value:.1f}" for value in (q_a.min(), q_a.max(), q_b.min(), q_b.max())),
+            ]
+        )
+    count = material.parameters.screw.loaded_ball_count
+    return section(
+        "balls",
+        "3 Ball loads of the double nut",
+        paragraph(
+            f"Each nut has {count} load-carrying balls. Screw, nuts and spacer stretch, so the balls next "
+            "to the spacer carry most under preload alone. An axial load adds to one nut and relieves the "
+            f"other, which comes free at {found.separation:.0f} N, {found.separation / found.preload:.2f} "
+            f"times the preload (rigid bodies: {2.0**1.5:.2f} times)."
+        ),
+        beside(
+            figure(
+                figures.load_distribution(found),
+                "Load of every ball along both nuts, with and without axial load.",
+            ),
+            figure(figures.nut_forces(found), "Axial force of both nuts over the axial load."),
+        ),
+        table(
+            "ball_loads",
+            f"Forces and ball loads [N] at a preload of {found.preload:.0f} N",
+            [
+                "axial load",
+                "relieved nut",
+                "loaded nut",
+                "relieved: lightest ball",
+                "heaviest",
+                "loaded: lightest ball",
+                "heaviest",
+            ],
+            rows,
+        ),
+    )
+
+
+def contacts(material: Material) -> Html:
+    """Part 4."""
+    load, speed, temperature = material.contact_point
+    rows = []
+    for kinematics, raceway, s in material.contacts:
+        c = s.conditions
+        # + 0: no sign on zeros
+        slide = round((c.u_1 - c.u_2) / c.u_e, 4) + 0.0
+        values = (
+            [
+                f"{c.u_e:.3f}",
+                f"{slide:.4f}",
+                f"{1e9 * s.h_c:.1f}",
+                f"{1e9 * s.h_m:.1f}",
+                f"{1e-9 * s.hertz.p_max:.3f}",
+                f"{1e-9 * s.p_max:.3f}",
+                f"{s.temperature_rise:.1f}",
+                f"{round(s.traction_force, 3) + 0.0:.3f}",
+            ]
+            if s.converged
+            else ["not converged: " + s.reason, *[""] * 7]
+        )
+        rows.append([words(kinematics), raceway, *values])
+    where = "the contact of section 5.1 of the paper" if material.measured else "the heaviest ball"
+    parts = [
+        paragraph(
+            f"One ball, {where}: {load:.1f} N, {speed / RPM:.0f} r/min, oil and bodies at {temperature:g} "
+            "K; pressure, film and temperature solved together when this report was made, Newtonian oil, "
+            "smooth surfaces. The kinematics published has the surface speeds of the paper, in the fixed "
+            "frame; rolling frame travels with the ball: there is no mean sliding, and its film and "
+            "temperatures are the ones to trust. Its largest rise is that of compression in the narrow "
+            "pressure spike and hangs on the grid."
+        ),
+        table(
+            "solved_contacts",
+            "Solved contacts",
+            [
+                "kinematics",
+                "raceway",
+                "entrainment [m/s]",
+                "slide-to-roll ratio",
+                "central film [nm]",
+                "minimum film [nm]",
+                "Hertz pressure [GPa]",
+                "largest pressure [GPa]",
+                "largest rise [K]",
+                "traction [N]",
+            ],
+            rows,
+        ),
+    ]
+    for kinematics in dict.fromkeys(found.kinematics for found in material.contacts):
+        solutions = [material.contact(kinematics, raceway) for raceway in RACEWAYS]
+        if not any(solutions):
+            continue
+        name = words(kinematics)
+        drawn = [
+            figure(
+                figures.contact_field(solutions, field),
+                f"{title}, kinematics {name}. Dashed: Hertz ellipse; the oil enters from below; the scale "
+                "along rolling is stretched.",
+            )
+            for field, (title, *_) in FIELDS.items()
+        ]
+        drawn.append(
+            figure(
+                figures.central_lines(solutions), f"Pressure and film along the middle, kinematics {name}."
+            )
+        )
+        parts += [element("h3", f"Kinematics {name}"), beside(*drawn)]
+    return section("contacts", "4 Film, pressure and temperature of one contact", *parts)
+
+
+def nut_map(material: Material) -> Html:
+    """Part 5."""
+    header = material.picture.nut_map.header
+    certificate = header["certificate"]
+    rows = [
+        [
+            words,
+            *(
+                percent(certificate[f"{name}_error_{key}"]) if f"{name}_error_{key}" in certificate else "-"
+                for key in ("mean", "99", "max")
+            ),
+        ]
+        for name, words in ERRORS.items()
+    ]
+    axes = header["axes"]
+    scales = {
+        "force": (1.0, 0.0, "N"),
+        "preload": (1.0, 0.0, "N"),
+        "speed": (1.0 / RPM, 0.0, "r/min"),
+        "temperature": (1.0, CELSIUS, "C"),
+    }
+    span = [
+        [
+            name,
+            *(f"{round(scale * end - shift, 3):.6g} {unit}" for end in axes[name][:2]),
+            f"{axes[name][2]:.0f}",
+        ]
+        for name, (scale, shift, unit) in scales.items()
+    ]
+    checked = paragraph("The map has no certificate.", class_="note")
+    if "points" in certificate:
+        caption = (
+            f"Certificate: error of the map at {certificate['points']} random points that it was not built "
+            "from, against direct solves of the balls"
+        )
+        checked = table("certificate", caption, ["", "mean", "99 % quantile", "largest"], rows)
+    return section(
+        "map",
+        "5 The map and its certificate",
+        paragraph(
+            "The contacts were solved once for many loads, speeds and temperatures; torques, films and "
+            "temperatures come from this map. Films and temperatures of part 5 are extremes over all balls."
+        ),
+        figure(
+            figures.map_picture_address(material),
+            "The map: what it answers, where it was sampled, where its certificate compared it with direct "
+            "solves.",
+            wide=True,
+        ),
+        checked,
+        table("axes", "Range of the map", ["axis (force: of one nut)", "from", "to", "nodes"], span),
+    )
+
+
+def whole_page(material: Material, claimed: Sequence[Claim], found: Sequence[Erratum]) -> str:
+    """The page with all its parts."""
+    parts = [
+        ("validation", "Validation", validation(material)),
+        ("torque", "Torque", torque(material)),
+        ("balls", "Ball loads", balls(material)),
+        ("contacts", "Contact", contacts(material)),
+        ("map", "Map", nut_map(material)),
+        ("paper", "The paper", paper(material, claimed, found)),
+    ]
+    return page(title(material.parameters), intro(material, claimed), parts, _footer(material))
+
+
+def title(parameters: Parameters) -> str:
+    """Title of the page."""
+    return f"Ball-screw friction: {parameters.name}"
+
+
+def _footer(material: Material) -> Html:
+    file_hash = str(material.picture.nut_map.header["file_hash"])
+    return Html(
+        element(
+            "span",
+            f"ballscrew_tehl {__version__}, map {file_hash[:12]}. Measurements, printed values and "
+            "statements: ",
+            element("a", "Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231", href=PAPER),
+            ".",
+        )
+    )
