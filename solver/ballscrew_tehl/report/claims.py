@@ -196,7 +196,7 @@ class Rule(NamedTuple):
 
 RULES: dict[str, Rule] = {
     "friction_coefficient_low_speed": Rule(
-        _coefficient(SLOW), "Torque over twice the force along the balls times the arm, as the paper defines it."
+        _coefficient(SLOW), "T sin(beta)/(2 F R) with the arm R of the balls and the contact angle without load."
     ),
     "friction_coefficient_high_speed": Rule(
         _coefficient(FAST), "The measured torque at 1 kN itself gives more than the text says."

@@ -158,9 +158,9 @@ def paper(material: Material, claimed: Sequence[Claim], found: Sequence[Erratum]
         ),
         paragraph(
             f"{_order_of_raceways(material)} Why the sizes differ cannot be settled from the print: it "
-            "tells neither the grid nor which of the two ambient viscosities entered the contact, and Eq. "
-            "6 omits the deflection. The values here hold their grid (command validate --contacts shows "
-            f"three). The traction of these contacts, summed over the load-carrying balls, would be {times} "
+            "leaves open which of the two ambient viscosities entered the contact, and Eq. 6 omits the "
+            "deflection. The values here hold their grid (command validate --contacts shows three). "
+            f"The traction of these contacts, summed over the load-carrying balls, would be {times} "
             f"the torque of the friction model at {material.balls.preload:.0f} N, {speed / RPM:.0f} r/min: "
             "the published friction is not the shear stress of the published contact."
         ),
