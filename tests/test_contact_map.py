@@ -236,7 +236,7 @@ def test_direct_film_is_that_of_each_ball_solved():
 
 
 @pytest.mark.parametrize("thermal", [False, True])
-@pytest.mark.parametrize(("width", "nodes"), [(1.05, LOAD_NODES + 1), (1.28, LOAD_NODES + 1), (20.0, 15)])
+@pytest.mark.parametrize(("width", "nodes"), [(1.05, LOAD_NODES), (1.29, LOAD_NODES + 1), (20.0, 14)])
 def test_direct_film_remembers_and_takes_more_nodes_over_a_wide_range(monkeypatch, thermal, width, nodes):
     calls = []
 
@@ -254,7 +254,8 @@ def test_direct_film_remembers_and_takes_more_nodes_over_a_wide_range(monkeypatc
     assert {call[-1] for call in calls} == {thermal}
     np.testing.assert_array_equal(first, again[::-1])
     expected = [closed_ball(GD4008, "nut", load, 30.0, 303.0, thermal).h_c for load in loads]
-    np.testing.assert_allclose(first, expected, rtol=1e-10)
+    # three nodes do not hold the cubic
+    np.testing.assert_allclose(first, expected, rtol=1e-10 if nodes > LOAD_NODES else 1e-7)
     film.central_film("screw", loads, 30.0, 303.0)
     film.central_film("screw", loads, 31.0, 303.0)
     film.central_film("screw", loads, 31.0, 304.0)
@@ -273,11 +274,12 @@ def test_direct_film_of_equal_loads_takes_one_solve(monkeypatch):
 def test_direct_extremes_are_those_of_all_balls_of_both_nuts(monkeypatch, share):
     monkeypatch.setattr(direct, "solve_ball", closed_ball)
     count = SCREW.loaded_ball_count
-    axial = share * separation_load(SCREW, 2000.0, count, 1 if share >= 0.0 else -1)
+    axial = share * separation_load(SCREW, 2000.0, SCREW.ball_count, 1 if share >= 0.0 else -1)
     found = direct_extremes(GD4008, 2000.0, axial, 100.0, 303.0)
     torques = {"viscous_torque", "hysteresis_torque", "sliding_torque"}
     assert found.keys() == set(DoubleNutState._fields) - torques - {"lambda_ratio", "in_range", "clamped"}
-    forces = double_nut_loads(SCREW, 2000.0, axial, count)[2:4]
+    # both nuts share the load by all their balls, and distribute it over those that carry
+    forces = double_nut_loads(SCREW, 2000.0, axial, SCREW.ball_count)[2:4]
     loads = np.concatenate([nut_loads(SCREW, force, count) for force in forces if force > 0.0])
     balls = {r: [closed_ball(GD4008, r, q, 100.0, 303.0, True) for q in loads] for r in RACEWAYS}
     everything = balls["screw"] + balls["nut"]
@@ -315,3 +317,23 @@ def test_packaged_map_agrees_with_direct_solves(monkeypatch, kinematics):
         parts = double_nut_torque(parameters, friction, film, *point)
         assert sum(state[:3]) == pytest.approx(parts.total, rel=0.01)
         assert state[:3] == pytest.approx(parts[:3], rel=0.01)
+
+
+def test_state_of_three_balls_is_that_of_all(monkeypatch):
+    """Torque against the film of every ball; extremes of both nuts."""
+
+    class BallByBall:
+        name = FILM_MODELS[1]
+
+        def central_film(self, raceway, load, speed, temperature):
+            return np.array([closed_ball(GD4008, raceway, q, speed, temperature, True).h_c for q in load])
+
+    monkeypatch.setattr(direct, "solve_ball", closed_ball)
+    friction = next(s for s in load_friction_sets().values() if s.film_model == FILM_MODELS[1])
+    for axial in (0.0, 1500.0, -9000.0):
+        found = direct.direct_state(GD4008, friction, 2000.0, 50.0, 303.0, axial)
+        parts = double_nut_torque(GD4008, friction, BallByBall(), 2000.0, 50.0, 303.0, axial)
+        assert found.friction_torque == pytest.approx(parts.total, rel=1e-5)
+        extremes = direct_extremes(GD4008, 2000.0, axial, 50.0, 303.0)
+        for name in found._fields[1:]:
+            assert getattr(found, name) == pytest.approx(extremes[name], rel=1e-12)

@@ -6,17 +6,15 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from reference_screw import GD4008
 from synthetic_contacts import GRID, closed_build, closed_row, same_map, small_map
 
 from ballscrew_tehl.hertz import RACEWAYS
 from ballscrew_tehl.nut_map import build
-from ballscrew_tehl.nut_map.contact_map import FILMS, QUANTITIES, ContactAxes
+from ballscrew_tehl.nut_map.contact_map import QUANTITIES
 from ballscrew_tehl.nut_map.journal import Journal, Solved
 
 SPEEDS = np.array([10.0, 20.0, 1.0 / 3.0])
@@ -98,6 +96,23 @@ def test_solved_knows_what_is_missing():
     assert solved.missing("nut", 3.0 * (1.0 + 1e-15), SPEEDS, 303.15).size == 1
 
 
+def test_second_build_of_the_same_map_is_refused_while_the_first_one_works(tmp_path):
+    path = tmp_path / "x.contacts"
+    with journal_of(path) as journal:
+        journal.add("nut", 0.1, SPEEDS, 303.15, piece())
+        before = path.read_bytes()
+        with (
+            pytest.raises(ValueError, match=r"x.contacts: another build is writing it; remedy: wait"),
+            journal_of(path),
+        ):
+            pass
+        assert path.read_bytes() == before
+        journal.add("nut", 0.2, SPEEDS, 303.15, piece())
+    with journal_of(path) as journal:
+        assert len(list(journal.pieces())) == 2
+    assert [entry.name for entry in tmp_path.iterdir()] == ["x.contacts"]
+
+
 class InterruptError(Exception):
     pass
 
@@ -120,7 +135,8 @@ def test_interrupted_build_goes_on_where_it_stopped(tmp_path, monkeypatch):
     assert 0 < done <= len(solved)
     solved.clear()
     resumed = closed_build(row=row, journal=journal)
-    jobs = len(RACEWAYS) * GRID.contact_nodes[0] * GRID.contact_nodes[2]
+    # two pieces for the five speeds of each load and temperature
+    jobs = 2 * len(RACEWAYS) * GRID.contact_nodes[0] * GRID.contact_nodes[2]
     assert len(solved) == jobs - done
     same_map(resumed, small_map())
 
@@ -175,72 +191,6 @@ if __name__ == "__main__":
         time.sleep(0.1)
     else:
         pytest.fail("the worker goes on")
-
-
-# --- sampling by its error ---
-
-
-def rough_along(axis):
-    """closed_row with a film that bends sharply along one axis only."""
-
-    def bend(load, speed, temperature):
-        along = np.log(load / 30.0), np.log(speed / 30.0), (temperature - 303.15) / 5.0
-        return 0.2 * np.tanh(2.0 * along[axis])
-
-    def row(parameters, raceway, load, speeds, temperature):
-        found = closed_row(parameters, raceway, load, speeds, temperature)
-        for name in FILMS:
-            found[name] = found[name] * np.exp([bend(load, speed, temperature) for speed in speeds])
-        return found
-
-    return row
-
-
-@pytest.mark.parametrize("axis", [0, 1, 2])
-def test_axis_that_needs_it_gets_more_nodes(axis):
-    grid = replace(GRID, contact_nodes=(5, 5, 5), contact_limit=9 * 9 * 33, contact_tolerance=3e-4)
-    contact_map = closed_build(grid=grid, row=rough_along(axis)).contact_map
-    shape = contact_map.axes.shape
-    assert shape[axis] > 9
-    assert all(nodes <= 9 for k, nodes in enumerate(shape) if k != axis)
-    assert np.prod(shape) <= grid.contact_limit
-    errors = contact_map.axis_errors()
-    assert errors[axis] <= 3e-4 or 2 * np.prod(shape) > grid.contact_limit
-    assert max(e for k, e in enumerate(errors) if k != axis) <= 3e-4
-
-
-def test_estimated_error_is_that_between_the_nodes():
-    """A sharp bend along speed; true error at the middles of the cells, 95 % quantile."""
-    grid = replace(GRID, contact_nodes=(5, 17, 5))
-    built = closed_build(grid=grid, row=rough_along(1))
-    contact_map, row = built.contact_map, rough_along(1)
-    loads, speeds, temperatures = contact_map.axes.nodes
-    middles = np.sqrt(speeds[1:] * speeds[:-1])
-    errors = []
-    for raceway in RACEWAYS:
-        for load in loads:
-            for t in temperatures:
-                true = row(GD4008, raceway, load, middles, t)
-                errors += [
-                    abs(
-                        float(np.log(contact_map.evaluate(raceway, FILMS[0], load, w, t) / true[FILMS[0]][i]))
-                    )
-                    for i, w in enumerate(middles.tolist())
-                ]
-    assert 0.2 < np.quantile(errors, 0.95) / contact_map.axis_errors()[1] < 2.0
-
-
-def test_even_number_of_nodes_is_left_alone():
-    assert small_map().contact_map.axes.shape == (4, 5, 4)
-    assert small_map().contact_map.axis_errors()[0] == 0.0 == small_map().contact_map.axis_errors()[2]
-
-
-def test_refined_axes_keep_their_nodes():
-    axes = ContactAxes((2.0, 200.0, 5), (1.0, 500.0, 9), (283.15, 353.15, 5))
-    for axis in range(3):
-        finer = axes.refined(axis)
-        assert finer.shape[axis] == 2 * axes.shape[axis] - 1
-        np.testing.assert_allclose(finer.nodes[axis][::2], axes.nodes[axis], rtol=1e-14)
 
 
 # --- a cluster ---

@@ -13,10 +13,12 @@ from synthetic_contacts import GRID, ClosedFilm, closed_row
 
 from ballscrew_tehl import map_commands
 from ballscrew_tehl.__main__ import main
+from ballscrew_tehl.friction_set import default_friction_set
 from ballscrew_tehl.map_commands import Deviation, deviation_from_direct, operating_points
-from ballscrew_tehl.nut_map import build
+from ballscrew_tehl.nut_map import build, direct, operating_contact
 from ballscrew_tehl.nut_map.store import load_map
 from ballscrew_tehl.parameters import load_parameters
+from ballscrew_tehl.torque import double_nut_torque
 
 SCREW = resources.files("ballscrew_tehl") / "data" / "gd4008.toml"
 
@@ -25,6 +27,16 @@ SCREW = resources.files("ballscrew_tehl") / "data" / "gd4008.toml"
 def thread(args):
     with ThreadPoolExecutor(1) as pool:
         yield pool
+
+
+def direct_torque(friction_set, preload, speed, temperature, factor):
+    """Friction torque with the closed films times a factor."""
+
+    class Thicker(ClosedFilm):
+        def central_film(self, raceway, load, speed, temperature):
+            return factor * super().central_film(raceway, load, speed, temperature)
+
+    return double_nut_torque(GD4008, friction_set, Thicker(GD4008, True), preload, speed, temperature).total
 
 
 def certificate_row(nut_map, parameters, point):
@@ -93,28 +105,47 @@ def test_deviation_is_that_of_the_map(closed, tmp_path, monkeypatch, capsys):
     point = (2000.0, 50.0, 303.15, 0.0)
     state = nut_map.evaluate(*point)
 
-    class Thicker(ClosedFilm):
-        def central_film(self, raceway, load, speed, temperature):
-            return 1.03 * super().central_film(raceway, load, speed, temperature)
-
-    from ballscrew_tehl.nut_map import direct
-
-    monkeypatch.setattr(map_commands, "film_model_of", lambda name, parameters: Thicker(parameters, True))
-    monkeypatch.setattr(
-        direct,
-        "direct_extremes",
-        lambda *arguments: {
-            "film_thickness_central_screw": state.film_thickness_central_screw / 1.03,
-            "film_thickness_central_nut": state.film_thickness_central_nut,
-            "film_temperature_rise": state.film_temperature_rise + 0.5,
-        },
+    friction_set = default_friction_set(GD4008)
+    thicker = direct.DirectState(
+        direct_torque(friction_set, *point[:3], factor=1.03),
+        state.film_thickness_central_screw / 1.03,
+        state.film_thickness_central_nut,
+        state.film_temperature_rise + 0.5,
     )
+    monkeypatch.setattr(direct, "direct_state", lambda *arguments: thicker)
     deviation = map_commands.deviation_at(nut_map, GD4008, point)
     assert deviation.film == pytest.approx(0.03, rel=1e-9)
     assert deviation.temperature_rise == pytest.approx(
         0.5 / max(state.film_temperature_rise + 0.5, 1.0), rel=1e-9
     )
     assert 0.003 < deviation.torque < 0.03
+
+
+def test_points_without_direct_solution_are_counted_and_left_out(closed, tmp_path, monkeypatch):
+    path = tmp_path / "map.nc"
+    assert main(["map", "build", "--output", str(path), "--count", "1"]) == 0
+    nut_map = load_map(path, GD4008)
+    points = operating_points(nut_map, 6).tolist()
+
+    def some(nut_map, parameters, point):
+        if points.index(list(point)) % 3 == 1:
+            raise operating_contact.UnconvergedContactError("contact not solved")
+        return certificate_row(nut_map, parameters, point)
+
+    monkeypatch.setattr(map_commands, "deviation_at", some)
+    found = deviation_from_direct(nut_map, GD4008, 6)
+    assert (found["points"], found["points_not_solved"]) == (4, 2)
+    assert found["each"]["preload"] == pytest.approx([points[k][0] for k in (0, 2, 3, 5)], rel=1e-5)
+    assert found["torque_error_max"] == max(
+        certificate_row(None, None, points[k]).torque for k in (0, 2, 3, 5)
+    )
+
+    def none(nut_map, parameters, point):
+        raise operating_contact.UnconvergedContactError("contact not solved")
+
+    monkeypatch.setattr(map_commands, "deviation_at", none)
+    with pytest.raises(ArithmeticError, match="none of 2 points"):
+        deviation_from_direct(nut_map, GD4008, 2)
 
 
 @pytest.mark.parametrize(

@@ -295,15 +295,6 @@ def test_caption_tells_sampling_errors_and_certificate(picture, figure):
     assert max(map(len, text.splitlines())) <= 150
 
 
-def test_sampling_errors_of_older_files_come_from_the_samples(tmp_path):
-    built = small_map()
-    header = {name: value for name, value in built.header.items() if name != "sampling_errors"}
-    old = picture_of(saved(tmp_path, TOTALS, replace(built, header=header)))
-    assert old.sampling_errors == {
-        "load": None, "speed": pytest.approx(built.contact_map.axis_errors()[1], rel=1e-12), "temperature": None
-    }  # fmt: skip
-
-
 def test_points_of_the_certificate_stay_out_of_tables_and_documentation(path, capsys, monkeypatch):
     assert "certificate.torque_error_max" in run(capsys, "map", "info", path)[1]
     assert "each" not in run(capsys, "map", "info", path)[1]
@@ -344,7 +335,7 @@ def test_json_tells_file_and_extremes_of_what_is_drawn(path, picture, figure, tm
     assert found["preload_n"] == [500.0, 5000.0]
     assert found["temperature_c"] == pytest.approx([20.0, 40.0])
     assert found["ball_load_n"] == pytest.approx(picture.nut_map.header["contact_axes"]["load"][:2])
-    assert found["samples"] == 4 * 5 * 4
+    assert found["samples"] == 2 * 4 * 5 * 4
     assert found["sampling_error_load"] is None
     assert found["sampling_error_speed"] == picture.nut_map.header["sampling_errors"]["speed"]
     each = picture.nut_map.header["certificate"]["each"]

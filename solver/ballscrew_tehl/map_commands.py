@@ -6,7 +6,7 @@ import math
 import sys
 import time
 from argparse import Namespace
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from . import __version__
-from .commands import EXTREMES, film_model_of, screw_of
+from .commands import EXTREMES, screw_of
 from .friction_set import default_friction_set
 from .measurements import CELSIUS, RPM
 from .nut_map.packed import POINT, certificate_totals
@@ -48,6 +48,10 @@ def operating_points(nut_map: NutMap, count: int, seed: int = 1) -> np.ndarray:
     return np.stack([preload, speed, temperature, axial], axis=1)
 
 
+#: quantiles of a certificate by the ends of their keys
+QUANTILES = {0.5: "50", 0.99: "99", 0.999: "999"}
+
+
 class Deviation(NamedTuple):
     """Relative error of a map at one operating point against direct per-ball solves."""
 
@@ -62,21 +66,18 @@ def deviation_at(nut_map: NutMap, parameters: Parameters, point: tuple[float, ..
     Parameters   point: preload [N], speed [rad/s], temperature [K], axial load [N]
     Raises       ArithmeticError: a contact that did not converge
     """
-    from .nut_map.direct import direct_extremes
-    from .torque import double_nut_torque
+    from .nut_map.direct import direct_state
 
     friction_set = default_friction_set(parameters)
-    film = film_model_of(str(nut_map.header["film_model"]), parameters)
     preload, speed, temperature, axial_load = point
     state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction_set.values)
     torque = float(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
-    direct = double_nut_torque(parameters, friction_set, film, preload, speed, temperature, axial_load)
-    extremes = direct_extremes(parameters, preload, axial_load, speed, temperature)
+    direct = direct_state(parameters, friction_set, preload, speed, temperature, axial_load)
     films = ("film_thickness_central_screw", "film_thickness_central_nut")
-    rise = extremes["film_temperature_rise"]
+    rise = direct.film_temperature_rise
     return Deviation(
-        abs(torque / direct.total - 1.0),
-        max(abs(getattr(state, name) / extremes[name] - 1.0) for name in films),
+        abs(torque / direct.friction_torque - 1.0),
+        max(abs(getattr(state, name) / getattr(direct, name) - 1.0) for name in films),
         abs(state.film_temperature_rise - rise) / max(rise, 1.0),
     )
 
@@ -92,31 +93,53 @@ def deviation_from_direct(
     from.
 
     Parameters   executor: of the concurrent.futures interface, None = in this process
-    Returns      points; mean, 99 % quantile and largest deviation of torque, film and temperature rise;
+    Returns      points; mean, median, 99 and 99.9 % quantile, largest deviation of torque, film and temperature rise;
+                 points_not_solved: those that count nowhere because a contact did not converge;
                  each: the points [N, rad/s, K, N] and the deviations there by column, rounded to six and three digits
-    Raises       ArithmeticError: a contact that did not converge
+    Raises       ArithmeticError: no contact converged
     """
     points = [tuple(point) for point in operating_points(nut_map, count).tolist()]
     found: list[Deviation] = []
     if executor is None:
-        results: Iterator[Deviation] = (deviation_at(nut_map, parameters, point) for point in points)
+        results: Iterator[Deviation] = (_deviation_or_nan(nut_map, parameters, point) for point in points)
     else:
-        jobs = [executor.submit(deviation_at, nut_map, parameters, point) for point in points]
+        jobs = [executor.submit(_deviation_or_nan, nut_map, parameters, point) for point in points]
         results = (job.result() for job in jobs)
     for deviation in results:
         found.append(deviation)
         if progress is not None:
             progress(len(found), count, "points of the certificate")
-    each = {name: _rounded(column, 6) for name, column in zip(POINT, zip(*points, strict=True), strict=True)}
-    result: dict[str, Any] = {"points": count, "each": each}
-    for name, errors in zip(Deviation._fields, np.array(found).T, strict=True):
-        each[f"{name}_error"] = _rounded(errors, 3)
-        result |= {
-            f"{name}_error_mean": float(errors.mean()),
-            f"{name}_error_99": float(np.quantile(errors, 0.99)),
-            f"{name}_error_max": float(errors.max()),
-        }
+    return certificate_of(points, found)
+
+
+def certificate_of(points: Sequence[tuple[float, ...]], found: Sequence[Deviation]) -> dict[str, Any]:
+    """Certificate of the deviations at some points, NaN where no direct solution was found.
+
+    Raises       ArithmeticError: no point has a direct solution
+    """
+    errors = np.array(found)
+    known = np.isfinite(errors).all(axis=1)
+    if not known.any():
+        raise ArithmeticError(f"none of {len(points)} points of the certificate has a direct solution")
+    held = [point for point, good in zip(points, known, strict=True) if good]
+    each = {name: _rounded(column, 6) for name, column in zip(POINT, zip(*held, strict=True), strict=True)}
+    result: dict[str, Any] = {"points": len(held), "points_not_solved": int(np.sum(~known)), "each": each}
+    for name, column in zip(Deviation._fields, errors[known].T, strict=True):
+        each[f"{name}_error"] = _rounded(column, 3)
+        result[f"{name}_error_mean"] = float(column.mean())
+        for share, key in QUANTILES.items():
+            result[f"{name}_error_{key}"] = float(np.quantile(column, share))
+        result[f"{name}_error_max"] = float(column.max())
     return result
+
+
+def _deviation_or_nan(nut_map: NutMap, parameters: Parameters, point: tuple[float, ...]) -> Deviation:
+    from .nut_map.operating_contact import UnconvergedContactError
+
+    try:
+        return deviation_at(nut_map, parameters, point)
+    except UnconvergedContactError:
+        return Deviation(math.nan, math.nan, math.nan)
 
 
 def _rounded(column: Iterable[float], digits: int) -> list[float]:
@@ -355,7 +378,10 @@ def _plotted_extremes(picture: MapPicture) -> dict[str, Any]:
     for name in FILM_LINES:
         found[EXTREMES[name]] = ends(getattr(picture.by_temperature, name)[picture.film_rows])
     found["film_temperature_rise_k"] = ends(picture.by_temperature.film_temperature_rise)
-    found |= {"ball_load_n": ends(loads), "samples": math.prod(picture.contact_map.axes.shape)}
+    found |= {
+        "ball_load_n": ends(loads),
+        "samples": sum(int(mask.sum()) for mask in picture.contact_map.solved.values()),
+    }
     found |= {f"sampling_error_{name}": error for name, error in picture.sampling_errors.items()}
     points = picture.certificate
     found["certificate_points"] = 0 if points is None else points.speed.size

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,10 +31,10 @@ class NutSums(NamedTuple):
     sliding                     sliding torque at net coefficient 1 [N.m]
     """
 
-    viscous_screw: float
-    viscous_nut: float
-    film_screw: float
-    film_nut: float
+    viscous_screw: Any
+    viscous_nut: Any
+    film_screw: Any
+    film_nut: Any
     hysteresis: float
     sliding: float
 
@@ -64,16 +64,17 @@ UNLOADED = NutSums(0.0, 0.0, math.inf, math.inf, 0.0, 0.0)
 def nut_sums(
     parameters: Parameters,
     loads: np.ndarray,
-    speed: float,
-    temperature: float,
+    speed: Any,
+    temperature: Any,
     film_model: FilmModel,
     contact_angle: float | None = None,
 ) -> NutSums:
     """Sum the friction of all balls of one nut.
 
-    Parameters   loads : (n,) ball loads [N], >= 0;  speed : screw speed [rad/s], > 0;  temperature [K]
+    Parameters   loads : (n,) ball loads [N], >= 0;  speed : screw speed [rad/s], > 0;  temperature [K]: floats, or
+                 arrays that broadcast to (...), for a film model that gives (n, ...)
                  contact_angle : [rad]; None = the angle under the mean load
-    Returns      NutSums; UNLOADED if no ball carries load
+    Returns      NutSums, viscous_* and film_* (...); UNLOADED if no ball carries load
     Raises       ValueError: speed not positive, load negative or not finite
     Source       Zhao 2023, Eqs. (23)-(24) for one nut: T = sum F (r_m + r_b cos(beta)) cos(lambda); viscous
                  and hysteresis force on both raceways, sliding once per ball, which is what the printed
@@ -82,7 +83,7 @@ def nut_sums(
                  of 1/h^2 over the balls, weighted with their viscous force: exact to first order in (h_r/h)^2
     """
     loads = np.asarray(loads, dtype=float)
-    if not (math.isfinite(speed) and speed > 0.0):
+    if not np.all(np.isfinite(speed) & (np.asarray(speed) > 0.0)):
         raise ValueError(f"speed = {speed} rad/s; needs finite, > 0: there is no film at rest")
     if not np.all((loads >= 0.0) & np.isfinite(loads)):
         raise ValueError("load of a ball negative or not finite; needs >= 0: check preload")
@@ -93,15 +94,17 @@ def nut_sums(
     beta = float(contact_angle_at_ball_load(screw, loads.mean())) if contact_angle is None else contact_angle
     r_b = 0.5 * screw.ball_diameter
     arm = (screw.nominal_radius + r_b * math.cos(beta)) * math.cos(screw.lead_angle)
-    viscosity = float(eta0(parameters.lubricant, temperature))
+    viscosity = eta0(parameters.lubricant, temperature)
+    by_ball = (slice(None), *(None,) * np.broadcast(speed, temperature).ndim)
     viscous, film, hysteresis = {}, {}, 0.0
     for raceway in RACEWAYS:
         contact = ellipse(loads, *reduced_radii(screw, beta, raceway), E_prime(screw))
         h = film_model.central_film(raceway, loads, speed, temperature)
         slip = surface_speeds(parameters, raceway, speed).friction_slip
-        force = viscous_force(contact.a, contact.b, viscosity, slip, h)
-        viscous[raceway] = arm * float(force.sum())
-        film[raceway] = float(np.sqrt(force.sum() / np.sum(force / h**2)))
+        force = viscous_force(contact.a[by_ball], contact.b[by_ball], viscosity, slip, h)
+        total = force.sum(axis=0)
+        viscous[raceway] = _plain(arm * total)
+        film[raceway] = _plain(np.sqrt(total / np.sum(force / h**2, axis=0)))
         losses = hysteresis_force(loads, contact.b, r_b, parameters.friction.hysteresis_coefficient)
         hysteresis += arm * float(losses.sum())
     return NutSums(
@@ -112,6 +115,11 @@ def nut_sums(
         hysteresis,
         arm * float(sliding_force(loads, 1.0).sum()),
     )
+
+
+def _plain(value: Any) -> Any:
+    """A float for a single point, else the array."""
+    return float(value) if np.ndim(value) == 0 else value
 
 
 def double_nut_torque(

@@ -37,6 +37,9 @@ STALL_AFTER = 15
 #: as a share of the last relative change of the outer iteration
 NEWTON_STEPS = 10
 PRESSURE_SHARE = 0.1
+#: Newton steps of solves that did not converge after which the whole iteration is given up: of those that go on longer
+#: few converge, on a grid that is too coarse for them, and they take minutes
+WASTED_STEPS = 600
 #: iterations over which the film must keep still, and the largest change of temperature there, for a solution whose hot
 #: pressure spike wanders to and fro to count as converged
 SETTLED_OVER, SETTLED_BELOW = 15, 0.03
@@ -282,6 +285,7 @@ class ContactProblem:
         share, newtonian = (CAUTIOUS_STEP if cautious else OUTER_STEP), self.oil.rheology == "newtonian"
         it.cautious = cautious
         films: list[float] = []
+        wasted = 0
         it.converged, it.reason = False, f"no convergence in {limit} thermal iterations"
         for _ in range(limit):
             # the pressure follows as closely as the temperature has come: no closer, for it costs the most
@@ -315,6 +319,10 @@ class ContactProblem:
                 change = float(np.abs(step).max())
             if not newton.finite:
                 it.reason = newton.reason
+                break
+            wasted += 0 if newton.converged else len(newton.change)
+            if wasted > WASTED_STEPS:
+                it.reason = f"pressure not found in {wasted} Newton steps"
                 break
             if o.thermal:
                 with self.timed("energy"):

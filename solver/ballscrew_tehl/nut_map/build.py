@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import multiprocessing
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -15,14 +14,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import __version__
 from ..hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..load import contact_angle_at_ball_load, double_nut_loads, nut_loads, separation_load
 from ..parameters import Parameters
 from ..torque import nut_sums
+from . import sampling
 from .bspline import map_arrays
-from .contact_map import QUANTITIES, Array, ContactAxes, ContactMap, SolvedFilm
+from .contact_map import FILMS, QUANTITIES, Array, ContactAxes, ContactMap
 from .journal import Journal, Solved
 from .operating_contact import solve_ball
 from .packed import FORCE_CURVES
@@ -30,7 +31,7 @@ from .store import map_parameters_json
 
 RPM = np.pi / 30.0
 #: speeds of one load and temperature that a process solves at a time: what an interrupt can lose
-PIECE = 8
+PIECE = 4
 #: called with (finished, total, what) while a build runs
 Progress = Callable[[int, int, str], None]
 
@@ -40,19 +41,19 @@ class MapGrid:
     """Range and nodes of a map.
 
     force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; share: nodes of the
-    axial load from 0 to the separation load; contact_nodes: of ball load, speed, temperature, to begin with. An axis
-    gets twice as many cells while the error of the films between its nodes is estimated above contact_tolerance and
-    a raceway has no more than contact_limit nodes.
+    axial load from 0 to the separation load; contact_nodes: of ball load, speed, temperature, to begin with. Axes are
+    halved up to contact_most nodes; of the new nodes those are solved whose film is estimated to be off by more than
+    contact_tolerance (sampling.py).
     """
 
     force: tuple[float, float, int] = (120.0, 12000.0, 21)
     speed: tuple[float, float, int] = (5.0 * RPM, 6000.0 * RPM, 33)
-    temperature: tuple[float, float, int] = (283.15, 353.15, 11)
+    temperature: tuple[float, float, int] = (283.15, 353.15, 17)
     preload: tuple[float, float, int] = (120.0, 12000.0, 13)
     share_nodes: int = 21
     contact_nodes: tuple[int, int, int] = (5, 9, 5)
-    contact_tolerance: float = 1e-3
-    contact_limit: int = 1400
+    contact_most: tuple[int, int, int] = (33, 33, 17)
+    contact_tolerance: float = 2e-3
 
 
 def contact_axes(parameters: Parameters, grid: MapGrid) -> ContactAxes:
@@ -129,41 +130,62 @@ def build_contact_map(
     """
     axes = contact_axes(parameters, grid)
     solved = Solved(journal)
+    everywhere = dict.fromkeys(RACEWAYS, np.ones(axes.shape, dtype=bool))
+    _solve_missing(parameters, axes, everywhere, solved, executor, progress)
+    contact_map = ContactMap(parameters, axes, solved.samples(axes, everywhere), everywhere)
     while True:
-        _solve_missing(parameters, axes, solved, executor, progress)
-        contact_map = ContactMap(parameters, axes, solved.samples(axes))
-        errors = contact_map.axis_errors()
-        choices = [
-            (error, axis)
-            for axis, error in enumerate(errors)
-            if error > grid.contact_tolerance and math.prod(axes.refined(axis).shape) <= grid.contact_limit
-        ]
-        if not choices:
+        axis = _axis_to_halve(contact_map, grid)
+        if axis is None:
             return contact_map
-        axes = axes.refined(max(choices)[1])
+        mask = {
+            raceway: sampling.at_new_nodes(middles, axis)
+            for raceway, middles in sampling.unknown_middles(
+                contact_map, axis, grid.contact_tolerance
+            ).items()
+        }
+        contact_map = sampling.halved(contact_map, axis)
+        _solve_missing(parameters, contact_map.axes, mask, solved, executor, progress)
+        contact_map = sampling.with_solved(contact_map, solved.samples(contact_map.axes, mask), mask)
+
+
+def _axis_to_halve(contact_map: ContactMap, grid: MapGrid) -> int | None:
+    """The axis along which the largest share of cells is not known well enough; None: there is none to be halved."""
+    shares = {}
+    for axis in range(3):
+        if (
+            sampling.halvable(contact_map.axes, axis)
+            and contact_map.axes.refined(axis).shape[axis] <= grid.contact_most[axis]
+        ):
+            unknown = sampling.unknown_middles(contact_map, axis, grid.contact_tolerance)
+            shares[axis] = float(np.mean([mask.mean() for mask in unknown.values()]))
+    wanted = [axis for axis, share in shares.items() if share > 0.0]
+    return max(wanted, key=lambda axis: shares[axis]) if wanted else None
 
 
 def _solve_missing(
     parameters: Parameters,
     axes: ContactAxes,
+    mask: Mapping[str, NDArray[np.bool_]],
     solved: Solved,
     executor: Executor,
     progress: Progress | None,
 ) -> None:
-    """Solve what the axes ask for and nobody has solved yet; every finished piece is kept at once."""
+    """Solve what a mask of the nodes asks for and nobody has solved yet; every finished piece is kept at once."""
     loads, speeds, temperatures = axes.nodes
     jobs = {}
-    total = 4 * math.prod(axes.shape)
     waiting = 0
-    for raceway in RACEWAYS:
-        for load in loads.tolist():
-            for temperature in temperatures.tolist():
-                missing = solved.missing(raceway, load, speeds, temperature)
+    # heavy balls take longest: they must not come last
+    for i, load in reversed(list(enumerate(loads.tolist()))):
+        for raceway in RACEWAYS:
+            for k, temperature in enumerate(temperatures.tolist()):
+                missing = solved.missing(raceway, load, speeds[mask[raceway][i, :, k]], temperature)
                 waiting += 2 * missing.size
                 for first in range(0, missing.size, PIECE):
                     piece = missing[first : first + PIECE]
                     job = executor.submit(_solve_row, parameters, raceway, load, piece, temperature)
                     jobs[job] = raceway, load, piece, temperature
+    # counted from what is known when the build begins; grows as axes are halved
+    total = 2 * len(solved) + waiting
     try:
         for job in as_completed(jobs):
             raceway, load, piece, temperature = jobs[job]
@@ -177,19 +199,20 @@ def _solve_missing(
         raise
 
 
-def viscous_values(parameters: Parameters, film: SolvedFilm, grid: MapGrid) -> Array:
+def viscous_values(parameters: Parameters, contact_map: ContactMap, thermal: bool, grid: MapGrid) -> Array:
     """Viscous torque base and effective film of one nut, screw and nut [N.m], [m].
 
+    Parameters   thermal: whether the film is that of the thermal solve
     Returns      (n_force, n_speed, n_temperature, 4)
     """
     forces, speeds, temperatures = _nodes(grid)
+    film = _GridFilm(contact_map, FILMS[1] if thermal else FILMS[0])
     values = np.empty((forces.size, speeds.size, temperatures.size, 4))
     for i, force in enumerate(forces):
         loads = nut_loads(parameters.screw, float(force), parameters.screw.ball_count)
-        for j, speed in enumerate(speeds):
-            for k, temperature in enumerate(temperatures):
-                sums = nut_sums(parameters, loads, float(speed), float(temperature), film)
-                values[i, j, k] = sums.viscous_screw, sums.viscous_nut, sums.film_screw, sums.film_nut
+        sums = nut_sums(parameters, loads, speeds[:, None], temperatures, film)
+        columns = sums.viscous_screw, sums.viscous_nut, sums.film_screw, sums.film_nut
+        values[i] = np.stack(columns, axis=-1)
     return values
 
 
@@ -199,25 +222,29 @@ def extreme_values(parameters: Parameters, contact_map: ContactMap, grid: MapGri
     Minimum film screw, nut; central film screw, nut [m]; temperature rise screw, nut [K]. Films fall and heating
     rises with load, but not everywhere: both ends of the range of loads are looked at.
     """
-    forces, speeds, temperatures = _nodes(grid)
-    values = np.empty((forces.size, speeds.size, temperatures.size, 6))
+    forces, *points = _nodes(grid)
+    values = np.empty((forces.size, *(nodes.size for nodes in points), 6))
     for i, force in enumerate(forces):
         loads = nut_loads(parameters.screw, float(force), parameters.screw.loaded_ball_count)
         ends = np.array([loads.min(), loads.max()])
-        for j, speed in enumerate(speeds):
-            for k, temperature in enumerate(temperatures):
-                for r, raceway in enumerate(RACEWAYS):
-                    point = (float(speed), float(temperature))
-                    values[i, j, k, r] = contact_map.evaluate(
-                        raceway, "thermal_minimum_film", ends, *point
-                    ).min()
-                    values[i, j, k, 2 + r] = contact_map.evaluate(
-                        raceway, "thermal_central_film", ends, *point
-                    ).min()
-                    values[i, j, k, 4 + r] = contact_map.evaluate(
-                        raceway, "temperature_rise", ends, *point
-                    ).max()
+        for r, raceway in enumerate(RACEWAYS):
+            for column, name in ((r, FILMS[2]), (2 + r, FILMS[1])):
+                values[i, ..., column] = contact_map.evaluate_grid(raceway, name, ends, *points).min(axis=0)
+            rise = contact_map.evaluate_grid(raceway, "temperature_rise", ends, *points)
+            values[i, ..., 4 + r] = rise.max(axis=0)
     return values
+
+
+class _GridFilm:
+    """Film model for all speeds (s, 1) and temperatures (t,) at once: (n, s, t)."""
+
+    name = "grid"
+
+    def __init__(self, contact_map: ContactMap, quantity: str) -> None:
+        self.contact_map, self.quantity = contact_map, quantity
+
+    def central_film(self, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
+        return self.contact_map.evaluate_grid(raceway, self.quantity, load, speed.ravel(), temperature)
 
 
 def force_values(parameters: Parameters, grid: MapGrid) -> Array:
@@ -310,10 +337,9 @@ def build_map(
     sharing = sharing_values(parameters, grid)
     extremes = extreme_values(parameters, contact_map, grid)
     arrays = {}
-    for thermal in (False, True):
-        film = SolvedFilm(contact_map, thermal)
-        values = np.concatenate([viscous_values(parameters, film, grid), extremes], axis=-1)
-        arrays[film.name] = dict(map_arrays(values, forces, *sharing))
+    for thermal, name in ((False, "solved"), (True, "solved_thermal")):
+        values = np.concatenate([viscous_values(parameters, contact_map, thermal, grid), extremes], axis=-1)
+        arrays[name] = dict(map_arrays(values, forces, *sharing))
     header = {
         "axes": {
             "force": list(grid.force),
@@ -324,9 +350,9 @@ def build_map(
         },
         "kinematics": parameters.friction.kinematics,
         "version": __version__,
-        "contacts": int(2 * 2 * np.prod(contact_map.axes.shape)),
+        "contacts": 2 * sum(int(mask.sum()) for mask in contact_map.solved.values()),
         "sampling_errors": dict(
-            zip(("load", "speed", "temperature"), contact_map.axis_errors(), strict=True)
+            zip(("load", "speed", "temperature"), sampling.axis_errors(contact_map), strict=True)
         ),
         "asymptotic_share": float(
             np.mean([contact_map.samples[raceway]["asymptotic"] for raceway in RACEWAYS])

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from ..hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..kinematics import surface_speeds
 from ..load import contact_angle_at_ball_load
 from ..parameters import Parameters
-from .bspline import LEAST_NODES, cubic_weights, fit
+from .bspline import cubic_weights, fit
 
 Array = NDArray[np.float64]
 
@@ -62,54 +63,36 @@ class ContactAxes:
 
 @dataclass(frozen=True)
 class ContactMap:
-    """Samples (n_load, n_speed, n_temperature) by raceway and quantity, for one screw with one kinematics."""
+    """Samples (n_load, n_speed, n_temperature) by raceway and quantity, for one screw with one kinematics.
+
+    solved (n_load, n_speed, n_temperature) by raceway: which of them come from the solver; the others were foretold by
+    the spline through coarser nodes, where that does (sampling.py).
+    """
 
     parameters: Parameters
     axes: ContactAxes
     samples: Mapping[str, Mapping[str, Array]]
+    solved: Mapping[str, NDArray[np.bool_]]
 
     @cached_property
-    def _ln_ratios(self) -> dict[tuple[str, str], Array]:
+    def ln_ratios(self) -> dict[tuple[str, str], Array]:
         """Logarithms of the films over the closed formula at the nodes."""
         load, speed, temperature = self.axes.nodes
         found = {}
         for raceway in RACEWAYS:
-            formula = np.empty(self.axes.shape)
-            for j, w in enumerate(speed):
-                for k, t in enumerate(temperature):
-                    formula[:, j, k] = film_formula(self.parameters, raceway, load, w, t)
+            formula = film_formula(self.parameters, raceway, load[:, None, None], speed[:, None], temperature)
             for name in FILMS:
                 found[raceway, name] = np.log(self.samples[raceway][name] / formula)
         return found
 
     @cached_property
     def _coefficients(self) -> dict[tuple[str, str], Array]:
-        found = {key: fit(values, (0, 1, 2)) for key, values in self._ln_ratios.items()}
+        found = {key: fit(values, (0, 1, 2)) for key, values in self.ln_ratios.items()}
         for raceway in RACEWAYS:
             found[raceway, "temperature_rise"] = fit(
                 np.log(self.samples[raceway]["temperature_rise"]), (0, 1, 2)
             )
         return found
-
-    def axis_errors(self) -> tuple[float, float, float]:
-        """Estimated error of ln(film) between the nodes of each axis (load, speed, temperature).
-
-        Every other node along the axis is left out and predicted by the spline through the rest; the spline through
-        all leaves an eighth of that (a sixteenth where it is smooth). The 95 % quantile over nodes, raceways and both
-        central films: a few contacts near a change of regime must not rule the sampling of all, and the minimum film
-        of side lobes scatters with the grid.
-        """
-        return tuple(self._axis_error(axis) for axis in range(3))  # type: ignore[return-value]
-
-    def _axis_error(self, axis: int) -> float:
-        nodes = self.axes.shape[axis]
-        if nodes % 2 == 0:
-            return 0.0  # not to be halved
-        found = []
-        for values in (self._ln_ratios[raceway, name] for raceway in RACEWAYS for name in FILMS[:2]):
-            lines = np.moveaxis(values, axis, 0).reshape(nodes, -1)
-            found.append(np.abs(_predicted(lines[::2]) - lines[1::2]).ravel())
-        return float(np.quantile(np.concatenate(found), 0.95)) / 8.0
 
     def evaluate(self, raceway: str, name: str, load: Array, speed: float, temperature: float) -> Array:
         """Interpolated quantity for ball loads (n,) [N] at one speed [rad/s] and temperature [K].
@@ -128,22 +111,25 @@ class ContactMap:
             value = value * film_formula(self.parameters, raceway, load, speed, temperature)
         return np.asarray(value)
 
+    def evaluate_grid(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
+        """The same on a grid of ball loads (n,), speeds (s,) and temperatures (t,); returns (n, s, t)."""
+        value = self._coefficients[raceway, name]
+        for points, bounds, what, logarithmic in (
+            (load, self.axes.load, "ball load [N]", True),
+            (speed, self.axes.speed, "speed [rad/s]", True),
+            (temperature, self.axes.temperature, "temperature [K]", False),
+        ):
+            # each axis in turn comes first and, contracted, goes last
+            value = np.tensordot(value, _weights(points, *bounds, what, logarithmic), axes=(0, 1))
+        value = np.exp(value)
+        if name in FILMS:
+            points = load[:, None, None], speed[:, None], temperature
+            value = value * film_formula(self.parameters, raceway, *points)
+        return np.asarray(value)
 
-def _predicted(lines: Array) -> Array:
-    """Values (n-1, columns) half way between n nodes: by the spline, of three nodes by the parabola."""
-    if len(lines) < LEAST_NODES:
-        first, middle, last = lines
-        return np.stack([3.0 * first + 6.0 * middle - last, 3.0 * last + 6.0 * middle - first]) / 8.0
-    coefficients = fit(lines, (0,))
-    weights = cubic_weights(0.5)
-    cells = len(lines) - 1
-    return np.asarray(sum(w * coefficients[a : a + cells] for a, w in enumerate(weights)))
 
-
-def film_formula(
-    parameters: Parameters, raceway: str, load: Array, speed: float, temperature: float
-) -> Array:
-    """Closed film formula that the samples are divided by (n,) [m]."""
+def film_formula(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
+    """Closed film formula that the samples are divided by [m]; load, speed and temperature broadcast."""
     screw, oil = parameters.screw, parameters.lubricant
     R_x, R_y = reduced_radii(screw, contact_angle_at_ball_load(screw, load), raceway)
     u_e = surface_speeds(parameters, raceway, speed).u_e
@@ -168,6 +154,15 @@ def _place(
     t = (value - lo) / (hi - lo) * (nodes - 1)
     cell = np.clip(t.astype(int), 0, nodes - 2)
     return cell, t - cell
+
+
+def _weights(value: Array, lo: float, hi: float, nodes: int, what: str, logarithmic: bool) -> Array:
+    """Matrix (points, nodes + 2) from spline coefficients to values."""
+    cell, t = _place(value, lo, hi, nodes, what, logarithmic)
+    matrix = np.zeros((len(value), nodes + 2))
+    for a, w in enumerate(cubic_weights(t)):
+        matrix[np.arange(len(value)), cell + a] = w
+    return matrix
 
 
 def _spline(coefficients: Array, axes: ContactAxes, load: Array, speed: float, temperature: float) -> Array:

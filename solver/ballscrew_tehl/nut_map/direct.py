@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..friction_set import FrictionSet
 from ..hertz import RACEWAYS
 from ..load import double_nut_loads, nut_loads
 from ..parameters import Parameters, ScrewParameters
@@ -42,7 +46,7 @@ class DirectFilm:
         lo, hi = float(x.min()), float(x.max())
         if hi - lo < 1e-9:
             return np.full(x.shape, self._film(raceway, float(np.exp(lo)), speed, temperature))
-        count = LOAD_NODES + int(np.ceil(4.0 * (hi - lo)))
+        count = LOAD_NODES + int(4.0 * (hi - lo))
         nodes = 0.5 * (lo + hi) + 0.5 * (hi - lo) * np.cos(np.pi * (np.arange(count) + 0.5) / count)
         films = [np.log(self._film(raceway, float(np.exp(node)), speed, temperature)) for node in nodes]
         polynomial = np.polynomial.Chebyshev.fit(nodes, films, count - 1, domain=[lo, hi])
@@ -57,6 +61,14 @@ class DirectFilm:
         return self._solved[key]
 
 
+def nut_forces(screw: ScrewParameters, preload: float, axial_load: float) -> tuple[float, float]:
+    """Axial forces of both nuts [N] under a preload and an axial load [N], by the stiffness of all balls."""
+    if axial_load == 0.0:
+        return preload, preload
+    shared = double_nut_loads(screw, preload, axial_load, screw.ball_count)
+    return float(shared.force_a), float(shared.force_b)
+
+
 def direct_extremes(
     parameters: Parameters, preload: float, axial_load: float, speed: float, temperature: float
 ) -> dict[str, float]:
@@ -67,12 +79,8 @@ def direct_extremes(
     Raises       UnconvergedContactError
     """
     screw = parameters.screw
-    if axial_load == 0.0:
-        loads = nut_loads(screw, preload, screw.loaded_ball_count)
-    else:
-        both = double_nut_loads(screw, preload, axial_load, screw.loaded_ball_count)
-        forces = [force for force in (both.force_a, both.force_b) if force > 0.0]
-        loads = np.concatenate([nut_loads(screw, force, screw.loaded_ball_count) for force in forces])
+    forces = {force for force in nut_forces(screw, preload, axial_load) if force > 0.0}
+    loads = np.concatenate([nut_loads(screw, force, screw.loaded_ball_count) for force in forces])
     heaviest, lightest = float(loads.max()), float(loads[loads > 0.0].min())
     # film falls and heating rises with load: the ends of the range hold the extremes
     solved = {
@@ -153,7 +161,7 @@ class NutContacts:
         load = mean_load(loads)
         hot = solve_ball(self.parameters, raceway, load, speed, temperature, thermal=True)
         own = hot if self.thermal else solve_ball(self.parameters, raceway, load, speed, temperature, False)
-        film = _PowerFilm(raceway, own.h_c, load, slope)
+        film = _PowerFilm(load, {name: (own.h_c, slope) for name in RACEWAYS})
         sums = nut_sums(self.parameters, loads, speed, temperature, film)._asdict()
         return RacewayValues(
             sums[f"viscous_{raceway}"], sums[f"film_{raceway}"], hot.h_m, hot.h_c, hot.temperature_rise
@@ -161,12 +169,61 @@ class NutContacts:
 
 
 class _PowerFilm:
-    """Film of one raceway around a solved load; the other raceway is not asked for and gets the same."""
+    """Film around that of the mean ball, whose load [N] is given: by raceway its film [m] and the exponent of load."""
 
     name = "mean ball"
 
-    def __init__(self, raceway: str, film: float, load: float, slope: float) -> None:
-        self.raceway, self.film, self.load, self.slope = raceway, film, load, slope
+    def __init__(self, load: float, films: Mapping[str, tuple[float, float]]) -> None:
+        self.load, self.films = load, films
 
     def central_film(self, raceway: str, load: Array, speed: float, temperature: float) -> Array:
-        return np.asarray(self.film * (load / self.load) ** self.slope)
+        film, slope = self.films[raceway]
+        return np.asarray(film * (load / self.load) ** slope)
+
+
+class DirectState(NamedTuple):
+    """Operating point of the double nut without a map."""
+
+    friction_torque: float  # [N.m]
+    film_thickness_central_screw: float  # [m] least over the balls
+    film_thickness_central_nut: float  # [m]
+    film_temperature_rise: float  # [K] largest over the balls
+
+
+def direct_state(
+    parameters: Parameters,
+    friction_set: FrictionSet,
+    preload: float,
+    speed: float,
+    temperature: float,
+    axial_load: float = 0.0,
+) -> DirectState:
+    """Torque and extremes from three balls per raceway and nut: lightest and heaviest load-carrying one, and mean one.
+
+    The mean ball gives the friction of all (see mean_load), with the exponent of load between the other two.
+
+    Parameters   preload [N] > 0, speed [rad/s] > 0, temperature [K], axial_load [N]
+    Raises       UnconvergedContactError; ValueError: out of range
+    """
+    screw, thermal = parameters.screw, friction_set.film_model == "solved_thermal"
+    torque, rise = 0.0, 0.0
+    least = dict.fromkeys(RACEWAYS, math.inf)
+    forces = nut_forces(screw, preload, axial_load)
+    for force, times in Counter(force for force in forces if force > 0.0).items():
+        loads = _ball_loads(screw, force, screw.ball_count)
+        carrying = _ball_loads(screw, force, screw.loaded_ball_count)
+        ends = float(carrying.min()), float(carrying.max())
+        mean = mean_load(loads)
+        films = {}
+        for raceway in RACEWAYS:
+            light, heavy = (
+                solve_ball(parameters, raceway, q, speed, temperature, thermal=True) for q in ends
+            )
+            own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
+            wide = math.log(ends[1] / ends[0])
+            films[raceway] = own.h_c, math.log(heavy.h_c / light.h_c) / wide if wide > 1e-9 else 0.0
+            least[raceway] = min(least[raceway], light.h_c, heavy.h_c)
+            rise = max(rise, light.temperature_rise, heavy.temperature_rise)
+        sums = nut_sums(parameters, loads, speed, temperature, _PowerFilm(mean, films))
+        torque += times * sums.torque(*friction_set.values).total
+    return DirectState(torque, *(least[raceway] for raceway in RACEWAYS), rise)

@@ -33,6 +33,7 @@ from ballscrew_tehl.nut_map.packed import DEFAULTS, check, npz_bytes, read_npz
 FILM_SPEED_EXPONENT = 0.67  # Hamrock & Dowson 1977, central film
 LAMBDA_RATIO_MAX = 1000.0  # reported for a smooth surface
 PIECE = 2048  # points of an array that are evaluated at a time
+GATHERED = 256  # points whose coefficients are collected at a time
 
 #: called with the force of a nut [N] and its ten logarithms (packed.SURFACES); returns them corrected
 Correction = Callable[[float, list[float]], list[float]]
@@ -272,31 +273,31 @@ class NutMap:
         return np.ascontiguousarray(windows[::columns])
 
     def _splines_array(self, force, speed, temperature, with_slopes: bool):
-        """Surfaces, their slopes over ln speed (or None) and force curves, column first: (columns, ...)."""
+        """Surfaces, their slopes over ln speed (or None) and force curves of points (n,): (columns, n)."""
         (i, ti), (j, tj) = self.force.place_array(force), self.speed.place_array(speed)
         k, tk = self.temperature.place_array(temperature)
         w_i = np.stack(cubic_weights(ti), axis=-1)
+        w_k = np.stack(cubic_weights(tk), axis=-1)
+        along_speed = [np.stack(cubic_weights(tj), axis=-1)]
+        if with_slopes:
+            along_speed.append(self.speed.scale * np.stack(cubic_slopes(tj), axis=-1))
+        weights = np.stack(along_speed, axis=1)[..., None] * w_k[:, None, None, :]
+        weights = weights.reshape(len(force), len(along_speed), 16)
         _, n_k, n_i, columns = self._surfaces.shape
-        run = 4 * columns
         start = (j * n_k + k) * n_i + i
-        values, block = np.zeros((*force.shape, run)), np.empty((*force.shape, run))
-        slopes = np.zeros_like(values) if with_slopes else None
-        for b, (w_j, d_j) in enumerate(zip(cubic_weights(tj), cubic_slopes(tj), strict=True)):
-            for c, w_k in enumerate(cubic_weights(tk)):
-                np.take(self._runs, start + (b * n_k + c) * n_i, axis=0, out=block)
-                if slopes is not None:
-                    slopes += (d_j * w_k * self.speed.scale)[..., None] * block
-                block *= (w_j * w_k)[..., None]
-                values += block
-        curves = np.zeros((*force.shape, self._curves.shape[1]))
-        for a in range(4):
-            curves += w_i[..., a, None] * self._curves[i + a]
-
-        def contracted(x):
-            x = x.reshape(*force.shape, 4, columns)
-            return np.moveaxis(np.einsum("...a,...ac->...c", w_i, x), -1, 0)
-
-        return contracted(values), None if slopes is None else contracted(slopes), np.moveaxis(curves, -1, 0)
+        neighbours = n_i * np.add.outer(n_k * np.arange(4), np.arange(4)).ravel()
+        blocks = np.empty((GATHERED, 16, 4 * columns))
+        lines = np.empty((len(force), len(along_speed), 4 * columns))
+        for first in range(0, len(force), GATHERED):
+            here = slice(first, first + GATHERED)
+            block = blocks[: len(start[here])]
+            # clip: the places are known to be inside, and no copy is made
+            np.take(self._runs, start[here, None] + neighbours, axis=0, out=block, mode="clip")
+            np.matmul(weights[here], block, out=lines[here])
+        found = np.matmul(w_i[:, None, None], lines.reshape(*lines.shape[:2], 4, columns))[:, :, 0]
+        values = np.ascontiguousarray(np.moveaxis(found, 0, -1))
+        curves = sum(w_i[:, a, None] * self._curves[i + a] for a in range(4))
+        return values[0], values[1] if with_slopes else None, np.moveaxis(curves, -1, 0)
 
     def _forces_array(self, preload, axial_load):
         """_forces_point for arrays."""

@@ -11,6 +11,8 @@ from types import TracebackType
 from typing import Any, TextIO
 
 import numpy as np
+from filelock import FileLock, Timeout
+from numpy.typing import NDArray
 
 from ..hertz import RACEWAYS
 from .contact_map import QUANTITIES, Array, ContactAxes
@@ -33,7 +35,7 @@ class Journal:
 
     Parameters   path: made if it is not there;  parameters_json: canonical text of what the contacts depend on;
                  version: of the solver
-    Raises       ValueError: a file for other parameters or of another version
+    Raises       ValueError: a file for other parameters or of another version, or one that another build is writing
     """
 
     def __init__(self, path: Path, parameters_json: str, version: str) -> None:
@@ -44,9 +46,24 @@ class Journal:
             "parameters": hashlib.sha256(parameters_json.encode()).hexdigest(),
         }
         self._file: TextIO | None = None
+        self._lock = FileLock(path.with_name(path.name + ".lock"), timeout=0.0)
 
     def __enter__(self) -> Journal:
         self.path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            self._lock.acquire()
+        except Timeout:
+            raise ValueError(
+                f"{self.path}: another build is writing it; remedy: wait for that, or another --output"
+            ) from None
+        try:
+            self._open()
+        except BaseException:
+            self._release()
+            raise
+        return self
+
+    def _open(self) -> None:
         lines = self.path.read_bytes().split(b"\n") if self.path.exists() else [b""]
         whole = b"".join(line + b"\n" for line in lines[:-1])
         if whole:
@@ -64,7 +81,11 @@ class Journal:
         self._file = self.path.open("a", encoding="ascii")
         if not whole:
             self._write(self._head)
-        return self
+
+    def _release(self) -> None:
+        # the lock of a killed build falls with its process
+        Path(self._lock.lock_file).unlink(missing_ok=True)
+        self._lock.release()
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -72,6 +93,7 @@ class Journal:
         if self._file is not None:
             self._file.close()
             self._file = None
+        self._release()
 
     def _write(self, content: Mapping[str, Any]) -> None:
         if self._file is None:
@@ -135,15 +157,20 @@ class Solved:
     def missing(self, raceway: str, load: float, speeds: Array, temperature: float) -> Array:
         """Those of the speeds that are not solved yet."""
         open_ = [_place(raceway, load, speed, temperature) not in self._values for speed in speeds.tolist()]
-        return speeds[np.array(open_)]
+        return speeds[np.array(open_, dtype=bool)]
 
-    def samples(self, axes: ContactAxes) -> dict[str, dict[str, Array]]:
-        """Values at the nodes of the axes (n_load, n_speed, n_temperature) by raceway and quantity."""
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def samples(
+        self, axes: ContactAxes, mask: Mapping[str, NDArray[np.bool_]]
+    ) -> dict[str, dict[str, Array]]:
+        """Values at the nodes of a mask (n_load, n_speed, n_temperature) by raceway and quantity, NaN elsewhere."""
         loads, speeds, temperatures = (nodes.tolist() for nodes in axes.nodes)
         samples = {}
         for raceway in RACEWAYS:
-            table = np.array([
-                [[self._values[_place(raceway, q, w, t)] for t in temperatures] for w in speeds] for q in loads
-            ])  # fmt: skip
+            table = np.full((*axes.shape, len(QUANTITIES)), np.nan)
+            for i, j, k in np.argwhere(mask[raceway]):
+                table[i, j, k] = self._values[_place(raceway, loads[i], speeds[j], temperatures[k])]
             samples[raceway] = {name: table[..., column] for column, name in enumerate(QUANTITIES)}
         return samples

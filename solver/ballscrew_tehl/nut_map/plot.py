@@ -19,6 +19,7 @@ from ..measurements import CELSIUS, RPM
 from .contact_map import Array, ContactMap
 from .evaluate import DoubleNutState, NutMap
 from .packed import POINT
+from .sampling import halvable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -138,12 +139,10 @@ def _certificate_points(nut_map: NutMap) -> CertificatePoints | None:
 
 
 def _sampling_errors(header: Mapping[str, Any], contact_map: ContactMap) -> dict[str, float | None]:
-    """As the build found them, for older files from the samples; an axis that cannot be halved has no estimate."""
-    names = ("load", "speed", "temperature")
-    found = header.get("sampling_errors") or dict(zip(names, contact_map.axis_errors(), strict=True))
+    """As the build found them; an axis that cannot be halved has no estimate."""
     return {
-        name: float(found[name]) if nodes % 2 else None
-        for name, nodes in zip(names, contact_map.axes.shape, strict=True)
+        name: float(header["sampling_errors"][name]) if halvable(contact_map.axes, axis) else None
+        for axis, name in enumerate(("load", "speed", "temperature"))
     }
 
 
@@ -166,9 +165,10 @@ def caption(picture: MapPicture) -> str:
         for name, error in picture.sampling_errors.items()
     )
     shape = " x ".join(map(str, picture.contact_map.axes.shape))
+    solved = " and ".join(f"{int(mask.sum())}" for mask in picture.contact_map.solved.values())
     lines = [
-        f"Samples: {shape} (ball load x speed x temperature) per raceway, {percent(share)} on the asymptotic branch. "
-        f"Estimated error of the films between them: {between}."
+        f"Nodes: {shape} (ball load x speed x temperature) per raceway, {percent(share)} on the asymptotic branch; "
+        f"{solved} solved, the others foretold by these. Estimated error of the films between: {between}."
     ]
     certificate = header["certificate"]
     parts = []
@@ -298,10 +298,13 @@ def _draw_rise(axes: Axes, picture: MapPicture) -> None:
 
 
 def _draw_samples(axes: Axes, picture: MapPicture, raceway: str, error: str, norm: LogNorm | None) -> None:
-    """Samples of all temperatures lie on each other; a ring: the asymptotic branch at one of them or more."""
+    """Solved nodes of all temperatures lie on each other; a square: the asymptotic branch at one of them or more."""
     loads, speeds, _ = picture.contact_map.axes.nodes
     load, rpm = np.meshgrid(loads, speeds / RPM, indexing="ij")
-    axes.plot(rpm.ravel(), load.ravel(), "o", color="0.45", markersize=3, label="sample")
+    solved = picture.contact_map.solved[raceway].any(axis=2)
+    axes.plot(
+        rpm[solved], load[solved], "o", color="0.45", markersize=2.5, label="solved at some temperature"
+    )
     asymptotic = np.any(picture.contact_map.samples[raceway]["asymptotic"] > 0.0, axis=2)
     if asymptotic.any():
         axes.plot(

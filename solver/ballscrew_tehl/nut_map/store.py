@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-FILE_FORMAT = 1
+FILE_FORMAT = 2
 FILM_MODELS = ("solved", "solved_thermal")
 #: columns of the spline coefficients that depend on the film model of the friction set
 VISCOUS_COLUMNS = 4
@@ -134,12 +134,16 @@ def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) 
                 ("load", "speed", "temperature"), contact_map.samples[raceway][name],
                 {"units": unit, "long_name": f"{name.replace('_', ' ')} of one ball on the {raceway} raceway"},
             )  # fmt: skip
-    coordinates = {
-        "load": ("load", load, {"units": "N", "long_name": "ball load"}),
-        "speed": ("speed", speed, {"units": "rad s-1", "long_name": "screw speed"}),
-        "temperature": ("temperature", temperature, {"units": "K", "long_name": "oil temperature"}),
+        variables[f"{raceway}_solved"] = (
+            ("load", "speed", "temperature"), contact_map.solved[raceway].astype(float),
+            {"units": "1", "long_name": f"1: solved, 0: by the spline through coarser nodes, {raceway} raceway"},
+        )  # fmt: skip
+    coordinates: dict[str, tuple[tuple[str, ...], Array, dict[str, str]]] = {
+        "load": (("load",), load, {"units": "N", "long_name": "ball load"}),
+        "speed": (("speed",), speed, {"units": "rad s-1", "long_name": "screw speed"}),
+        "temperature": (("temperature",), temperature, {"units": "K", "long_name": "oil temperature"}),
     }
-    digest = _file_hash(text, {name: array for name, (_, array, _) in variables.items()})
+    digest = _file_hash(text, {name: array for name, (_, array, _) in (variables | coordinates).items()})
     attributes = {
         "title": f"Nut map of {contact_map.parameters.name}, kinematics {built.header['kinematics']}",
         "source": f"ballscrew_tehl {built.header['version']}, thermal EHL solves of single balls",
@@ -168,9 +172,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
         with netcdf_file(path, "r", mmap=False) as file:
             attributes = {name: getattr(file, name) for name in ("format_version", "content_hash", "header")}
             variables = {
-                name: np.array(variable[...], dtype=np.float64)
-                for name, variable in file.variables.items()
-                if name not in ("load", "speed", "temperature")
+                name: np.array(variable[...], dtype=np.float64) for name, variable in file.variables.items()
             }
         found = int(attributes["format_version"])
         text, digest = attributes["header"].decode(), attributes["content_hash"].decode()
@@ -248,4 +250,5 @@ def load_contact_map(path: Path | str | None, parameters: Parameters) -> Contact
     _refuse_other_parameters(path, header, parameters)
     axes = {name: (float(lo), float(hi), int(n)) for name, (lo, hi, n) in header["contact_axes"].items()}
     samples = {raceway: {name: variables[f"{raceway}_{name}"] for name in QUANTITIES} for raceway in RACEWAYS}
-    return ContactMap(parameters, ContactAxes(**axes), samples)
+    solved = {raceway: variables[f"{raceway}_solved"] > 0.0 for raceway in RACEWAYS}
+    return ContactMap(parameters, ContactAxes(**axes), samples, solved)
