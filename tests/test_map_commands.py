@@ -1,5 +1,6 @@
 """The command `map build`: one screw, a family of screws, what it refuses."""
 
+import dataclasses
 import json
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -15,7 +16,7 @@ from ballscrew_tehl import map_commands
 from ballscrew_tehl.__main__ import main
 from ballscrew_tehl.friction_set import default_friction_set
 from ballscrew_tehl.map_commands import Deviation, deviation_from_direct, operating_points
-from ballscrew_tehl.nut_map import build, direct, operating_contact
+from ballscrew_tehl.nut_map import build, direct, operating_contact, sampling
 from ballscrew_tehl.nut_map.store import load_map
 from ballscrew_tehl.parameters import load_parameters
 from ballscrew_tehl.torque import double_nut_torque
@@ -75,6 +76,18 @@ def test_family_gets_a_map_for_every_screw(closed, tmp_path, capsys):
         assert certificate["points"] == result["points"] == 5
         assert 0.0 < certificate["torque_error_mean"] < certificate["torque_error_max"] < 0.01
         assert certificate["film_error_max"] == pytest.approx(10.0 * certificate["torque_error_max"])
+
+
+def test_tolerance_reaches_the_sampling(closed, tmp_path, monkeypatch):
+    grid = dataclasses.replace(GRID, contact_nodes=(5, 5, 5), contact_most=(9, 9, 9))
+    monkeypatch.setattr(build, "MapGrid", lambda: grid)
+    monkeypatch.setattr(sampling, "FILM_FLOOR", 1e-12)
+    contacts = []
+    for tolerance in ("0.1", "1e-5"):
+        path = tmp_path / f"{tolerance}.nc"
+        assert main(["map", "build", "--output", str(path), "--count", "1", "--tolerance", tolerance]) == 0
+        contacts.append(load_map(path, GD4008).header["contacts"])
+    assert contacts[0] == 4 * 5**3 < contacts[1]
 
 
 def test_certificate_holds_mean_quantile_and_largest(closed, tmp_path, monkeypatch, capsys):
@@ -153,6 +166,8 @@ def test_points_without_direct_solution_are_counted_and_left_out(closed, tmp_pat
     [
         (["--workers", "0"], "--workers = 0; allowed: a whole number >= 1"),
         (["--count", "0"], "--count = 0; allowed: a whole number >= 1"),
+        (["--tolerance", "nan"], "--tolerance = nan; allowed: 1e-5 to 0.1"),
+        (["--tolerance", "0.2"], "--tolerance = 0.2; allowed: 1e-5 to 0.1"),
         (["--family", "{empty}"], "allowed: a folder with screw files"),
         (["--family", "{empty}", "--screw", "x.toml"], "--family and --screw"),
         (["--dask", "tcp://127.0.0.1:9", "--output", "{empty}/x.nc"], "no scheduler answers there"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import sys
 import time
@@ -221,20 +222,23 @@ def _executor(args: Namespace) -> Iterator[Executor]:
 
 
 def _build_one(
-    parameters: Parameters, path: Path, count: int, executor: Executor, progress: Progress
+    parameters: Parameters, path: Path, args: Namespace, executor: Executor, progress: Progress
 ) -> dict[str, Any]:
     """Build, certify and write one map; contacts that an interrupted build has solved are not solved again."""
-    from .nut_map.build import build_map
+    from .nut_map.build import MapGrid, build_map
     from .nut_map.store import load_map, save_map
 
     journal = path.with_name(path.name + ".contacts")
-    built = build_map(parameters, progress=progress, executor=executor, journal=journal)
+    grid = MapGrid()
+    if args.tolerance is not None:
+        grid = dataclasses.replace(grid, contact_tolerance=args.tolerance)
+    built = build_map(parameters, progress=progress, grid=grid, executor=executor, journal=journal)
     # a map takes the place of an older one only with its certificate
     trial = path.with_name(path.name + ".trial")
     try:
         save_map(trial, built, {})
         certificate = deviation_from_direct(
-            load_map(trial, parameters), parameters, count, executor, progress
+            load_map(trial, parameters), parameters, args.count, executor, progress
         )
     finally:
         trial.unlink(missing_ok=True)
@@ -251,6 +255,8 @@ def run_map_build(args: Namespace) -> int:
         value = getattr(args, name)
         if value is not None and value < 1:
             raise ValueError(f"--{name} = {value}; allowed: a whole number >= 1")
+    if args.tolerance is not None and not 1e-5 <= args.tolerance <= 0.1:
+        raise ValueError(f"--tolerance = {args.tolerance}; allowed: 1e-5 to 0.1, relative error of the film")
     if args.family is not None:
         wanted = _family(args)
     else:
@@ -262,7 +268,7 @@ def run_map_build(args: Namespace) -> int:
         path = Path(args.output) if args.output else packaged_map(parameters.friction.kinematics)
         wanted = [(parameters, path)]
     with _executor(args) as executor, _progress_bar() as progress:
-        results = [_build_one(*one, args.count, executor, progress) for one in wanted]
+        results = [_build_one(*one, args, executor, progress) for one in wanted]
     print_results(results, args.json, args.family is not None)
     return 0
 

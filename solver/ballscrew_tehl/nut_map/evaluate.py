@@ -148,10 +148,9 @@ class NutMap:
 
     def surfaces(self, force, speed, temperature) -> NDArray[np.float64]:
         """The ten logarithms of one nut, packed.SURFACES first: (10, ...), clamped to the axes; arguments broadcast."""
-        force, speed, temperature = np.broadcast_arrays(
-            *(np.asarray(x, dtype=np.float64) for x in (force, speed, temperature))
-        )
-        return self._splines_array(force, speed, temperature, False)[0]
+        columns = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (force, speed, temperature)))
+        found = self._splines_array(*(column.ravel() for column in columns), with_slopes=False)[0]
+        return found.reshape(-1, *columns[0].shape)
 
     def evaluate_point(
         self,
@@ -259,7 +258,8 @@ class NutMap:
         s = np.minimum(speed / self.speed.lo, 1.0)
         nuts = []
         for force in forces:
-            values, slopes, curves = self._splines_array(force, speed, temperature, bool((s < 1.0).any()))
+            slow = bool((s < 1.0).any())
+            values, slopes, curves = self._splines_array(force, speed, temperature, with_slopes=slow)
             f = np.minimum(force / self.force.lo, 1.0)
             nuts.append(_nut(values, slopes, curves, f, s, ratio, net, roughness, _ARRAYS))
         in_range = ~np.logical_or.reduce(list(outside.values()))

@@ -73,7 +73,9 @@ def halved(contact_map: ContactMap, axis: int) -> ContactMap:
         }
         # the minimum film is not watched: what is foretold of it may be above the central one
         lowest = np.minimum(samples[raceway][FILMS[2]], samples[raceway][FILMS[1]])
-        samples[raceway][FILMS[2]] = np.where(_old_nodes(axes.shape, axis), samples[raceway][FILMS[2]], lowest)
+        samples[raceway][FILMS[2]] = np.where(
+            _old_nodes(axes.shape, axis), samples[raceway][FILMS[2]], lowest
+        )
         for name in ("temperature_rise", "pressure_max"):
             samples[raceway][name] = np.exp(_with_middles(np.log(old[name]), axis))
         samples[raceway]["traction_force"] = _with_middles(old["traction_force"], axis)
