@@ -109,7 +109,9 @@ def test_wrong_archives_are_found(result, tmp_path, member, old, new, finding):
 
 
 def test_an_archive_beside_the_schema_is_refused(result, tmp_path):
-    wrong = rewritten(result["ssp"], tmp_path / "wrong.ssp", "SystemStructure.ssd", 'kind="input"', 'kind="in"')
+    wrong = rewritten(
+        result["ssp"], tmp_path / "wrong.ssp", "SystemStructure.ssd", 'kind="input"', 'kind="in"'
+    )
     with pytest.raises(Exception, match="Failed to validate"):
         ssp_archive.findings(wrong)
 
