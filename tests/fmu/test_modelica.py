@@ -91,7 +91,7 @@ def test_functions_give_the_values_of_the_fmu(program, package, native_fmu, synt
     ratio, coefficient, roughness = defaults
     calls = [("viscousTorque", *row, ratio, roughness) for row in rows]
     calls += [("coulombTorque", row[0], row[3], coefficient) for row in rows]
-    calls += [("inRange", *row) for row in rows] + [("films", *row) for row in rows]
+    calls += [("covered", *row) for row in rows] + [("films", *row) for row in rows]
     answers = call(program, map_of(package), calls)
     viscous, coulomb, covered, films = (answers[n * len(rows) : (n + 1) * len(rows)] for n in range(4))
     flags = set()
@@ -149,7 +149,7 @@ def test_bad_files_and_values_stop_with_a_message(program, package, tmp_path):
     with pytest.raises(RuntimeError, match=r"exit 3: BallScrewFriction: .*short\.bin"):
         call(program, tmp_path / "short.bin", [])
     with pytest.raises(RuntimeError, match="exit 3: BallScrewFriction: speed = nan; needs a finite number"):
-        call(program, map_of(package), [("inRange", 2000.0, float("nan"), 303.0, 0.0)])
+        call(program, map_of(package), [("covered", 2000.0, float("nan"), 303.0, 0.0)])
     with pytest.raises(RuntimeError, match=r"net_sliding_coefficient = -0\.1; needs"):
         call(program, map_of(package), [("coulombTorque", 2000.0, 0.0, -0.1)])
 
@@ -174,11 +174,11 @@ def test_header_and_declarations_are_compared(package, tmp_path):
     subprocess.run(["cp", "-r", str(package), str(wrong)], check=True)
     text = (wrong / "package.mo").read_text()
     (wrong / "package.mo").write_text(
-        text.replace("ballScrewMap_inRange(map, preload,", "ballScrewMap_inRange(map,")
+        text.replace("ballScrewMap_covered(map, preload,", "ballScrewMap_covered(map,")
     )
     with pytest.raises(subprocess.CalledProcessError) as failed:
         build(tmp_path / "host", wrong)
-    assert re.search(r"conflicting types.*ballScrewMap_inRange", failed.value.stderr)
+    assert re.search(r"conflicting types.*ballScrewMap_covered", failed.value.stderr)
 
 
 def test_command_line_writes_the_packaged_screw(tmp_path, capsys):
@@ -186,7 +186,7 @@ def test_command_line_writes_the_packaged_screw(tmp_path, capsys):
     assert "win64/libBallScrewFriction.a" in capsys.readouterr().out
     host = build(tmp_path / "host", tmp_path / "BallScrewFriction")
     ((torque,),) = call(
-        host, map_of(tmp_path / "BallScrewFriction"), [("inRange", 2000.0, 50.0, 303.15, 0.0)]
+        host, map_of(tmp_path / "BallScrewFriction"), [("covered", 2000.0, 50.0, 303.15, 0.0)]
     )
     assert torque == 1.0
 
@@ -328,7 +328,8 @@ def test_the_axis_in_modelica_is_that_of_the_script():
     for step in (62.5e-6, 31.25e-6):
         axis = servo_axis.Axis(step=step)
         motion, _ = servo_axis.circle(axis, 10e-3, 0.02, 300.0)
-        runs.append(np.interp(grid, motion.time, servo_axis.simulate(axis, motion, Friction()).error))
+        run = servo_axis.simulate(axis, motion, Friction())
+        runs.append(np.interp(grid, motion.time, run.error))
     limit = 2.0 * runs[1] - runs[0]
     modelica = simulated("Axis", 2.0, 1e-3, level=level, slope=slope)
     error = np.interp(grid, modelica.time, modelica["error"])
@@ -336,3 +337,47 @@ def test_the_axis_in_modelica_is_that_of_the_script():
     # the bristle of the equations begins to slip at 0.999 of the Coulomb torque
     assert np.abs(error - limit).max() < 1e-3 * np.abs(limit).max()
     assert np.abs(error - runs[1]).max() < np.abs(error - runs[0]).max()
+    for name, wanted in (("friction.axialLoad", run.axial_load), ("motorTorque", run.motor_torque)):
+        found, wanted = np.interp(grid, modelica.time, modelica[name]), np.interp(grid, motion.time, wanted)
+        # of the first order in the step, whose share of the least time constant, 0.4 ms, is 0.08
+        assert np.abs(found - wanted).max() < 0.08 * np.abs(wanted).max(), name
+
+
+BODIES = {  # of the stand-ins for the external functions
+    "coulombTorque": "coulomb := 0.8;",
+    "viscousTorque": "viscous := 0.004*w;",
+    "covered": "inside := if abs(w) < 600 then 1 else 0;",
+    "apparentViscosityRatio": "ratio := 1;",
+    "netSlidingCoefficient": "coefficient := 1;",
+    "roughnessHeight": "height := 1;",
+}
+
+
+def without_externals(text):
+    """The package with functions in Modelica, and a record in place of the external object."""
+    record = "record FrictionMap Real x; end FrictionMap;"
+    text = re.sub(r"class FrictionMap.*?end FrictionMap;", record, text, flags=re.S)
+    text = re.sub(r"parameter String fileName.*?;", "parameter Real fileName = 0;", text, count=1, flags=re.S)
+    for name in ("coulombTorque_der", "viscousTorque_der", "films"):  # not called by any equation
+        text = re.sub(rf"pure function {name} .*?end {name};", "", text, flags=re.S)
+    for name, body in BODIES.items():
+        function = rf'(pure function {name} .*?)external "C".*?end {name};'
+        text, found = re.subn(function, rf"\1algorithm {body} end {name};", text, flags=re.S)
+        assert found == 1
+    assert "external" not in text.replace("external object", "")
+    return text
+
+
+def test_the_component_of_the_map_and_its_axis_compile_and_run():
+    """ScrewFriction in Examples.Axis as they stand, but for the bodies of the external functions."""
+    tool = rumoca()
+    compiled = tool.Session().loads(
+        LIBRARY + without_externals(TEXT), model="BallScrewFriction.Examples.Axis"
+    )
+    assert compiled.structure().is_balanced
+    run = compiled.simulate(t=(0.0, 2.0), config=tool.SimConfig(rtol=1e-9, atol=1e-11, dt=1e-3))
+    plain = simulated("Axis", 2.0, 1e-3, level=0.8, slope=0.004)
+    for name in ("error", "friction.tau", "friction.lossPower"):
+        found, wanted = (np.interp(plain.time, x.time, x[name]) for x in (run, plain))
+        assert np.abs(found - wanted).max() < 1e-6 * np.abs(wanted).max(), name
+    assert run["friction.covered"][-1] == 1.0

@@ -14,11 +14,11 @@ package BallScrewFriction "Friction of a preloaded double-nut ball screw at a ro
     parameter SI.Length roughnessHeight(min=0) = Map.roughnessHeight(map)
       "Roughness in the film of the viscous torque, calibrated with the map";
     final parameter Map.FrictionMap map = Map.FrictionMap(fileName);
-    Boolean inRange "The map covers the operating point; else inputs are clamped";
+    Real covered "1: the map covers the operating point; 0: inputs are clamped";
   equation
     coulomb = Map.coulombTorque(map, preload, axialLoad, netSlidingCoefficient);
     viscous = Map.viscousTorque(map, preload, w, T, axialLoad, apparentViscosityRatio, roughnessHeight);
-    inRange = Map.inRange(map, preload, w, T, axialLoad);
+    covered = Map.covered(map, preload, w, T, axialLoad);
     annotation (Documentation(info="<html><p>Compare BallScrewFrictionNative_fmi2.fmu in model exchange: same map, same C
 functions, same law at standstill.</p></html>"));
   end ScrewFriction;
@@ -177,19 +177,19 @@ functions, same law at standstill.</p></html>"));
         LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
     end viscousTorque_der;
 
-    pure function inRange "Whether the map covers the point"
+    pure function covered "Whether the map covers the point; a number, since no Boolean may follow from continuous inputs"
       input FrictionMap map;
       input SI.Force preload;
       input SI.AngularVelocity w;
       input SI.Temperature T;
       input SI.Force axialLoad;
-      output Boolean covered;
-      external "C" covered = ballScrewMap_inRange(map, preload, w, T, axialLoad) annotation (
+      output Real inside "1: it does; 0: inputs are clamped";
+      external "C" inside = ballScrewMap_covered(map, preload, w, T, axialLoad) annotation (
         Include="#include \"BallScrewFriction.h\"",
         IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
         Library="BallScrewFriction",
         LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
-    end inRange;
+    end covered;
 
     pure function films "Thinnest film, largest temperature rise and pressure over all balls"
       input FrictionMap map;

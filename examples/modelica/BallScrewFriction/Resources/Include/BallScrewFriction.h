@@ -26,7 +26,7 @@ double ballScrewMap_viscousRate(void *map, double preload, double w, double T, d
                                 double der_w, double der_T, double der_axialLoad);
 
 /* 1: the map covers the point; 0: inputs are clamped. */
-int ballScrewMap_inRange(void *map, double preload, double w, double T, double axialLoad);
+double ballScrewMap_covered(void *map, double preload, double w, double T, double axialLoad);
 
 void ballScrewMap_films(void *map, double preload, double w, double T, double axialLoad, double *filmThicknessMin,
                         double *filmTemperatureRise, double *contactPressureMax);

@@ -135,9 +135,9 @@ double ballScrewMap_viscousRate(void *map, double preload, double w, double T, d
     return rate;
 }
 
-int ballScrewMap_inRange(void *map, double preload, double w, double T, double axialLoad)
+double ballScrewMap_covered(void *map, double preload, double w, double T, double axialLoad)
 {
-    return model_clamped(at_point(map, preload, w, T, axialLoad)) == 0U;
+    return model_clamped(at_point(map, preload, w, T, axialLoad)) == 0U ? 1.0 : 0.0;
 }
 
 void ballScrewMap_films(void *map, double preload, double w, double T, double axialLoad, double *filmThicknessMin,
