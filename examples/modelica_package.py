@@ -23,6 +23,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
+from rich.console import Console
+
 from ballscrew_fmu.native_build import COMPILER_OPTIONS, PLATFORMS, WARNINGS, BuildError, compiler_version
 from ballscrew_fmu.native_map import MAP_FILE, map_bytes
 from ballscrew_fmu.native_sources import native_sources
@@ -107,7 +109,8 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         nut_map = load_map(options.map, load_parameters(options.screw))
-        package = assemble(nut_map, options.output)
+        with Console(stderr=True).status("compiling the library"):
+            package = assemble(nut_map, options.output)
     except (OSError, ValueError, BuildError) as error:
         print(f"modelica_package.py: {' '.join(str(error).split())}", file=sys.stderr)
         return 1 if isinstance(error, BuildError) else 2

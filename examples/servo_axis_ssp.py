@@ -72,8 +72,15 @@ class MasterError(RuntimeError):
 def write_ssp(path: Path | str, friction_fmu: Path | str, axis: Axis, stop_time: float) -> Path:
     """The archive.
 
-    Raises       ValueError: not the FMU that it needs, or the archive has findings;  OSError: cannot be written
+    Raises       ValueError: not the FMU that it needs, an axis that is unstable in these masters, or the archive
+                 has findings;  OSError: cannot be written
     """
+    a, b = axis.coupling
+    if not a < b * (1.0 - b):
+        raise ValueError(
+            f"step = {axis.step} s; masters that step both at once need step^2 s0/J < b (1 - b), b = step s1/J; "
+            f"found {a:.3g}, {b * (1.0 - b):.3g}: take a smaller stiffness or step, or more damping"
+        )
     screw = {
         "preload": axis.preload,
         "temperature": axis.oil_temperature,

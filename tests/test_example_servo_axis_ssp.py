@@ -127,6 +127,12 @@ def test_a_connection_of_different_units_is_not_written(native_fmu, axis_fmu, tm
     assert not (tmp_path / "a.ssp").exists()
 
 
+def test_an_axis_that_is_unstable_in_such_masters_is_refused(native_fmu, tmp_path):
+    axis = Axis(presliding_damping=0.01)  # fine for friction first
+    with pytest.raises(ValueError, match="masters that step both at once need"):
+        servo_axis_ssp.write_ssp(tmp_path / "a.ssp", native_fmu, axis, 1.0)
+
+
 # masters
 
 
