@@ -26,12 +26,14 @@ functions, same law at standstill.</p></html>"));
   package Interfaces "The law at standstill, without a map"
     partial model PartialScrewFriction "Coulomb torque through an elasto-plastic bristle, and a viscous torque"
       parameter SI.RotationalSpringConstant preslidingStiffness(min=1e-6) = 150 "Of the bristle";
-      parameter SI.RotationalDampingConstant preslidingDamping(min=0) = 0 "Of the bristle; explicit coupling needs it, equations do not";
+      parameter SI.RotationalDampingConstant preslidingDamping(min=0) = 0
+        "Of the bristle; explicit coupling needs it, equations do not";
       Modelica.Mechanics.Rotational.Interfaces.Flange_a flange_a "Left flange of the screw";
       Modelica.Mechanics.Rotational.Interfaces.Flange_b flange_b "Right flange of the screw";
       Modelica.Thermal.HeatTransfer.Interfaces.HeatPort_a heatPort "Oil at the inlet; takes the heat of friction";
       Modelica.Blocks.Interfaces.RealInput preload(unit="N") "Preload of the double nut";
-      Modelica.Blocks.Interfaces.RealInput axialLoad(unit="N") "On the nut body; positive loads the nut at whose flange it acts";
+      Modelica.Blocks.Interfaces.RealInput axialLoad(unit="N")
+        "On the nut body; positive loads the nut at whose flange it acts";
       SI.AngularVelocity w "Speed of the screw relative to the nut";
       SI.Temperature T "Of the oil";
       SI.Torque coulomb "Hysteresis and sliding part, magnitude";
@@ -177,7 +179,8 @@ functions, same law at standstill.</p></html>"));
         LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
     end viscousTorque_der;
 
-    pure function covered "Whether the map covers the point; a number, since no Boolean may follow from continuous inputs"
+    pure function covered "Whether the map covers the point; a number, since no Boolean may follow from continuous
+      inputs"
       input FrictionMap map;
       input SI.Force preload;
       input SI.AngularVelocity w;
@@ -295,5 +298,7 @@ functions, same law at standstill.</p></html>"));
       annotation (experiment(StopTime=2.1, Tolerance=1e-7));
     end Axis;
   end Examples;
-  annotation (version="0.1.0", uses(Modelica(version="4.0.0")));
+  annotation (version="0.1.0", uses(Modelica(version="4.0.0")), Documentation(info="<html>
+<p>Checked by parsing, by running law and axis in rumoca with stand-ins for the map and the standard library, and by
+running the external functions from C. Not yet loaded in a Modelica tool with external functions.</p></html>"));
 end BallScrewFriction;
