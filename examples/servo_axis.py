@@ -19,7 +19,6 @@ w_s = 0.1 rad/s. A master that steps both sides with old values needs a < b (1 -
 import argparse
 import sys
 import zipfile
-from dataclasses import dataclass
 from pathlib import Path
 from shutil import rmtree
 from typing import Any, NamedTuple, NoReturn
@@ -28,7 +27,7 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 from matplotlib.figure import Figure
-from scipy.linalg import expm
+from servo_drive import Axis, Drive, on_circle
 
 FMU = Path(__file__).resolve().parents[1] / "dist" / "BallScrewFriction.fmu"
 CASES = ("without", "with", "presliding")
@@ -38,75 +37,6 @@ STYLES = {
     "presliding": {"color": "#009E73", "label": "with friction and presliding"},
 }
 IN_POSITION = 1e-6  # [m] the axis has settled when its error stays within
-
-
-@dataclass(frozen=True)
-class Axis:
-    """Mechanics, motor, controller and friction inputs; what a machine of this size has. SI units."""
-
-    # mechanics
-    lead: float = 8e-3  # [m] per turn
-    motor_inertia: float = 3e-3  # [kg m2] with coupling
-    screw_inertia: float = 2e-3  # [kg m2] 40 mm, 1 m long
-    table_mass: float = 300.0  # [kg]
-    axial_stiffness: float = 1.5e8  # [N/m] screw, nut and bearings in series
-    axial_damping: float = 2e4  # [N s/m] 5 % of critical
-    guide_damping: float = 400.0  # [N s/m] oil in the guide
-    # motor and current loop
-    torque_constant: float = 1.2  # [N m/A] = [V s/rad]
-    resistance: float = 0.7  # [Ohm]
-    inductance: float = 8e-3  # [H]
-    current_limit: float = 30.0  # [A]
-    voltage_limit: float = 500.0  # [V]
-    current_bandwidth: float = 2500.0  # [rad/s]: 0.4 ms from current command to torque
-    # speed and position loop
-    speed_gain: float = 1.5  # [N m s/rad]
-    reset_time: float = 10e-3  # [s]
-    position_gain: float = 25.0  # [1/s] = 1.5 m/min per mm
-    # inputs of the friction FMU
-    preload: float = 2000.0  # [N]
-    oil_temperature: float = 303.15  # [K]
-    presliding_stiffness: float = 150.0  # [N m/rad] slides after 6 um of table travel, 10 um past a reversal
-    presliding_damping: float = 0.2  # [N m s/rad] 11 % of critical with the inertia
-    # controller cycle = communication step
-    step: float = 125e-6  # [s]
-
-    def __post_init__(self) -> None:
-        a, b = self.coupling
-        if not (b <= 1.0 and a < 4.0 - 2.0 * b):
-            raise ValueError(
-                f"step = {self.step} s; explicit coupling needs step^2 s0/J < 4 - 2b, b = step s1/J <= 1; "
-                f"found {a:.3g}, {b:.3g}: take a smaller step, stiffness or damping"
-            )
-
-    @property
-    def inertia(self) -> float:
-        """Motor and screw [kg m2]; above the resonance of the table only they feel the friction."""
-        return self.motor_inertia + self.screw_inertia
-
-    @property
-    def coupling(self) -> tuple[float, float]:
-        """Groups a, b that decide whether the coupling with the bristle is stable (head of this file)."""
-        h = self.step
-        return h**2 * self.presliding_stiffness / self.inertia, h * self.presliding_damping / self.inertia
-
-    @property
-    def ratio(self) -> float:
-        """Table travel per screw angle [m/rad]."""
-        return self.lead / (2.0 * np.pi)
-
-    def transition(self) -> np.ndarray:
-        """Maps (current, angle, speed, table position, table velocity; voltage, friction torque, process
-        force) to the first five one step later: exact while the last three are held."""
-        r, k, d, J, m = self.ratio, self.axial_stiffness, self.axial_damping, self.inertia, self.table_mass
-        R, L, K_t, c = self.resistance, self.inductance, self.torque_constant, self.guide_damping
-        rates = np.zeros((8, 8))
-        rates[0] = [-R / L, 0, -K_t / L, 0, 0, 1 / L, 0, 0]
-        rates[1, 2] = 1.0
-        rates[2] = np.array([K_t, -r * r * k, -r * r * d, r * k, r * d, 0, -1, 0]) / J
-        rates[3, 4] = 1.0
-        rates[4] = np.array([0, r * k, r * d, -k, -d - c, 0, 0, -1]) / m
-        return expm(rates * self.step)[:5]
 
 
 class Motion(NamedTuple):
@@ -149,11 +79,9 @@ def circle(axis: Axis, radius=10e-3, feed=0.02, cutting_force=300.0, after=0.5) 
 
     radius [m], feed along the path [m/s], cutting force along the path [N], time after the reversal [s].
     """
-    rate = feed / radius
-    reversal = np.pi / rate
+    reversal = np.pi * radius / feed
     time = np.arange(0.0, reversal + after, axis.step)
-    x, swing = radius * (1.0 - np.cos(rate * time)), np.sin(rate * time)
-    return Motion(time, x, feed * swing, cutting_force * swing), reversal
+    return Motion(time, *on_circle(time, radius, feed, cutting_force)), reversal
 
 
 class FrictionFmu:
@@ -225,34 +153,28 @@ class Run(NamedTuple):
     in_range: bool  # the map covered every step
 
 
-def simulate(axis: Axis, motion: Motion, friction: FrictionFmu | None = None) -> Run:
-    """Axis from rest along a motion; the position is measured at the table, the speed at the motor."""
-    transition, h = axis.transition(), axis.step
-    r, K_t, limit = axis.ratio, axis.torque_constant, axis.current_limit
-    current = angle = speed = x = v = 0.0
-    speed_integral = current_integral = torque = heat = 0.0
+def simulate(
+    axis: Axis, motion: Motion, friction: FrictionFmu | None = None, parallel: bool = False
+) -> Run:
+    """Axis from rest along a motion.
+
+    Parameters   parallel : axis and friction both step with the values of the last communication point, so that
+                 the torque acts one step later; else friction first (head of this file)
+    """
+    drive = Drive(axis)
+    torque = heat = 0.0
     in_range = True
     rows = []
     for x_ref, v_ref, process_force in zip(*(column.tolist() for column in motion[1:]), strict=True):
-        # the table pushes back on the nut that drives it; positive loads the nut at the flange
-        axial_load = axis.axial_stiffness * (x - r * angle) + axis.axial_damping * (v - r * speed)
+        axial_load, acting = drive.axial_load, (torque, heat)
         if friction is not None:
-            torque, heat, inside = friction.advance(axis, speed, axial_load)
+            torque, heat, inside = friction.advance(axis, drive.speed, axial_load)
             in_range = in_range and inside
-        rows.append((x_ref - x, angle, speed, x, v, K_t * current, axial_load, torque, heat))
-
-        speed_error = (axis.position_gain * (x_ref - x) + v_ref) / r - speed
-        wanted = axis.speed_gain * (speed_error + speed_integral) / K_t
-        if abs(wanted) <= limit:  # no wind-up
-            speed_integral += h / axis.reset_time * speed_error
-        current_error = min(max(wanted, -limit), limit) - current
-        voltage = axis.current_bandwidth * (axis.inductance * current_error + current_integral) + K_t * speed
-        if abs(voltage) <= axis.voltage_limit:
-            current_integral += h * axis.resistance * current_error
-        voltage = min(max(voltage, -axis.voltage_limit), axis.voltage_limit)
-
-        state = (current, angle, speed, x, v, voltage, torque, process_force)
-        current, angle, speed, x, v = (transition @ state).tolist()
+        if not parallel:
+            acting = torque, heat
+        error, mechanics = x_ref - drive.position, (drive.angle, drive.speed, drive.position, drive.velocity)
+        rows.append((error, *mechanics, drive.motor_torque, axial_load, *acting))
+        drive.advance(x_ref, v_ref, process_force, acting[0])
     return Run(motion, *np.array(rows).T, in_range)
 
 

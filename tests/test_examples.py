@@ -34,6 +34,7 @@ def fmu(tmp_path_factory, synthetic_nut_map):
 
 @pytest.fixture(scope="session")
 def servo_axis():
+    sys.path.insert(0, str(SCRIPT.parent))  # for its module servo_drive
     spec = importlib.util.spec_from_file_location("servo_axis", SCRIPT)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

@@ -1,0 +1,166 @@
+/* External functions of the Modelica package, on the model of the native FMUs (model.h): inputs are set, the point is
+   latched, results are read. */
+#include "BallScrewFriction.h"
+
+#include <stdlib.h>
+
+#include "model.h"
+
+/* of the Modelica tool (ModelicaUtilities.h); does not return */
+void ModelicaFormatError(const char *format, ...);
+
+typedef struct {
+    Map *map;
+    Model model;
+} Handle;
+
+typedef struct {
+    int reference;
+    double value;
+} Setting;
+
+/* Bring the model to a point. Model exchange without bristle and regularization: friction parts have their magnitude
+   at positive speed. */
+static Model *at(void *map, size_t count, const Setting settings[])
+{
+    Model *model = &((Handle *)map)->model;
+
+    for (size_t i = 0; i < count; ++i) {
+        const Setting s = settings[i];
+        if (!model_accepts(s.reference, s.value)) {
+            ModelicaFormatError("BallScrewFriction: %s = %g; needs a finite number, not below %g\n",
+                                model_variables[s.reference].name, s.value, model_variables[s.reference].lowest);
+        }
+        model_set(model, s.reference, s.value);
+    }
+    model_latch(model);
+    return model;
+}
+
+void *ballScrewMap_open(const char *fileName)
+{
+    char message[1024];
+    Handle *handle = calloc(1, sizeof *handle);
+
+    if (handle == NULL) {
+        ModelicaFormatError("BallScrewFriction: no memory\n");
+        return NULL;
+    }
+    handle->map = map_read(fileName, MODEL_MAP, message, sizeof message);
+    if (handle->map == NULL) {
+        free(handle);
+        ModelicaFormatError("BallScrewFriction: %s\n", message);
+        return NULL;
+    }
+    model_reset(&handle->model, handle->map, true);
+    model_set(&handle->model, REGULARIZATION_SPEED, 0.0);
+    model_set(&handle->model, PRESLIDING_STIFFNESS, 0.0);
+    return handle;
+}
+
+void ballScrewMap_close(void *map)
+{
+    Handle *handle = map;
+
+    if (handle != NULL) {
+        map_free(handle->map);
+        free(handle);
+    }
+}
+
+/* The Coulomb part depends neither on temperature nor, in magnitude, on speed. */
+static Model *at_coulomb(void *map, double preload, double axialLoad, double netSlidingCoefficient)
+{
+    const Setting point[] = {{PRELOAD, preload},
+                             {AXIAL_LOAD, axialLoad},
+                             {SPEED, 1.0},
+                             {NET_SLIDING_COEFFICIENT, netSlidingCoefficient}};
+    return at(map, sizeof point / sizeof *point, point);
+}
+
+double ballScrewMap_coulomb(void *map, double preload, double axialLoad, double netSlidingCoefficient)
+{
+    Model *model = at_coulomb(map, preload, axialLoad, netSlidingCoefficient);
+
+    return model_get(model, HYSTERESIS_TORQUE) + model_get(model, SLIDING_TORQUE);
+}
+
+double ballScrewMap_coulombRate(void *map, double preload, double axialLoad, double netSlidingCoefficient,
+                                double der_preload, double der_axialLoad)
+{
+    static const int parts[] = {HYSTERESIS_TORQUE, SLIDING_TORQUE}, forces[] = {PRELOAD, AXIAL_LOAD};
+    const double seed[] = {der_preload, der_axialLoad};
+    double rate[2];
+
+    model_directional_derivative(at_coulomb(map, preload, axialLoad, netSlidingCoefficient), parts, 2, forces, 2, seed,
+                                 rate);
+    return rate[0] + rate[1];
+}
+
+static Model *at_point(void *map, double preload, double w, double T, double axialLoad)
+{
+    const Setting point[] = {{PRELOAD, preload}, {SPEED, w}, {TEMPERATURE, T}, {AXIAL_LOAD, axialLoad}};
+    return at(map, sizeof point / sizeof *point, point);
+}
+
+static Model *at_viscous(void *map, double preload, double w, double T, double axialLoad,
+                         double apparentViscosityRatio, double roughnessHeight)
+{
+    const Setting point[] = {{PRELOAD, preload},
+                             {SPEED, w},
+                             {TEMPERATURE, T},
+                             {AXIAL_LOAD, axialLoad},
+                             {APPARENT_VISCOSITY_RATIO, apparentViscosityRatio},
+                             {ROUGHNESS_HEIGHT, roughnessHeight}};
+    return at(map, sizeof point / sizeof *point, point);
+}
+
+double ballScrewMap_viscous(void *map, double preload, double w, double T, double axialLoad,
+                            double apparentViscosityRatio, double roughnessHeight)
+{
+    return model_get(at_viscous(map, preload, w, T, axialLoad, apparentViscosityRatio, roughnessHeight),
+                     VISCOUS_TORQUE);
+}
+
+double ballScrewMap_viscousRate(void *map, double preload, double w, double T, double axialLoad,
+                                double apparentViscosityRatio, double roughnessHeight, double der_preload,
+                                double der_w, double der_T, double der_axialLoad)
+{
+    static const int viscous[] = {VISCOUS_TORQUE}, inputs[] = {PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD};
+    const double seed[] = {der_preload, der_w, der_T, der_axialLoad};
+    double rate;
+
+    model_directional_derivative(at_viscous(map, preload, w, T, axialLoad, apparentViscosityRatio, roughnessHeight),
+                                 viscous, 1, inputs, 4, seed, &rate);
+    return rate;
+}
+
+double ballScrewMap_covered(void *map, double preload, double w, double T, double axialLoad)
+{
+    return model_clamped(at_point(map, preload, w, T, axialLoad)) == 0U ? 1.0 : 0.0;
+}
+
+void ballScrewMap_films(void *map, double preload, double w, double T, double axialLoad, double *filmThicknessMin,
+                        double *filmTemperatureRise, double *contactPressureMax)
+{
+    Model *model = at_point(map, preload, w, T, axialLoad);
+
+    *filmThicknessMin = model_get(model, FILM_THICKNESS_MIN);
+    *filmTemperatureRise = model_get(model, FILM_TEMPERATURE_RISE);
+    *contactPressureMax = model_get(model, CONTACT_PRESSURE_MAX);
+}
+
+double ballScrewMap_apparentViscosityRatio(void *map)
+{
+    return ((Handle *)map)->map->defaults[0];
+}
+
+double ballScrewMap_netSlidingCoefficient(void *map)
+{
+    return ((Handle *)map)->map->defaults[1];
+}
+
+double ballScrewMap_roughnessHeight(void *map)
+{
+    return ((Handle *)map)->map->defaults[2];
+}

@@ -1,0 +1,304 @@
+within ;
+package BallScrewFriction "Friction of a preloaded double-nut ball screw at a rotational flange"
+  import SI = Modelica.Units.SI;
+
+  model ScrewFriction "Friction torque of the double nut, from the map of thermal elastohydrodynamic solves"
+    extends Interfaces.PartialScrewFriction;
+    parameter String fileName =
+      Modelica.Utilities.Files.loadResource("modelica://BallScrewFriction/Resources/Data/nut_map.bin")
+      "Map of the screw";
+    parameter Real apparentViscosityRatio(min=0) = Map.apparentViscosityRatio(map)
+      "Apparent over rheological viscosity in the torque, calibrated with the map";
+    parameter Real netSlidingCoefficient(min=0) = Map.netSlidingCoefficient(map)
+      "Net coefficient of sliding friction, calibrated with the map";
+    parameter SI.Length roughnessHeight(min=0) = Map.roughnessHeight(map)
+      "Roughness in the film of the viscous torque, calibrated with the map";
+    final parameter Map.FrictionMap map = Map.FrictionMap(fileName);
+    Real covered "1: the map covers the operating point; 0: inputs are clamped";
+  equation
+    coulomb = Map.coulombTorque(map, preload, axialLoad, netSlidingCoefficient);
+    viscous = Map.viscousTorque(map, preload, w, T, axialLoad, apparentViscosityRatio, roughnessHeight);
+    covered = Map.covered(map, preload, w, T, axialLoad);
+    annotation (Documentation(info="<html><p>Compare BallScrewFrictionNative_fmi2.fmu in model exchange: same map, same C
+functions, same law at standstill.</p></html>"));
+  end ScrewFriction;
+
+  package Interfaces "The law at standstill, without a map"
+    partial model PartialScrewFriction "Coulomb torque through an elasto-plastic bristle, and a viscous torque"
+      parameter SI.RotationalSpringConstant preslidingStiffness(min=1e-6) = 150 "Of the bristle";
+      parameter SI.RotationalDampingConstant preslidingDamping(min=0) = 0
+        "Of the bristle; explicit coupling needs it, equations do not";
+      Modelica.Mechanics.Rotational.Interfaces.Flange_a flange_a "Left flange of the screw";
+      Modelica.Mechanics.Rotational.Interfaces.Flange_b flange_b "Right flange of the screw";
+      Modelica.Thermal.HeatTransfer.Interfaces.HeatPort_a heatPort "Oil at the inlet; takes the heat of friction";
+      Modelica.Blocks.Interfaces.RealInput preload(unit="N") "Preload of the double nut";
+      Modelica.Blocks.Interfaces.RealInput axialLoad(unit="N")
+        "On the nut body; positive loads the nut at whose flange it acts";
+      SI.AngularVelocity w "Speed of the screw relative to the nut";
+      SI.Temperature T "Of the oil";
+      SI.Torque coulomb "Hysteresis and sliding part, magnitude";
+      SI.Torque viscous "Viscous part, sign of the speed";
+      SI.Torque tau "Friction torque; opposes motion: J*der(w) = drive - tau";
+      SI.Power lossPower "Heat; less than tau*w while the bristle stores energy";
+      SI.Angle z(start=0, fixed=true) "Deflection of the bristle";
+      SI.Angle sliding "Deflection at which it slides";
+      SI.Angle wound "Deflection, not beyond sliding";
+      Real yielding "Share of the motion that slides";
+      SI.AngularVelocity rate "Of the deflection";
+      Integer slip(start=0, fixed=true) "0: the bristle follows; +1, -1: it slips that way";
+    protected
+      constant Real elasticShare = 0.7 "Elastic limit over sliding deflection, law.h";
+      constant Real slipFrom = 0.999 "Of the sliding deflection, which is reached in infinite travel only, model.c";
+      constant SI.AngularVelocity turning = 1e-6 "Hysteresis of a reversal, model.c";
+      Boolean forward "Begins to slip forward";
+      Boolean backward "Begins to slip backward";
+      Boolean turned "Speed has turned while it slipped";
+    equation
+      flange_a.phi = flange_b.phi;
+      w = der(flange_a.phi);
+      0 = flange_a.tau + flange_b.tau - tau;
+      T = heatPort.T;
+      heatPort.Q_flow = -lossPower;
+      // Dupont, Hayward, Armstrong, Altpeter, IEEE Trans. Automat. Contr. 47 (2002) 787
+      sliding = max(coulomb, 0)/preslidingStiffness;
+      wound = max(-sliding, min(sliding, z));
+      yielding = noEvent(if sliding <= 0 then 1 else
+        max(0, ((if w < 0 then -wound else wound) - elasticShare*sliding)/((1 - elasticShare)*sliding)));
+      rate = if slip <> 0 then 0 else w*(1 - yielding);
+      der(z) = rate;
+      tau = viscous + (if slip <> 0 then slip*coulomb else preslidingStiffness*wound + preslidingDamping*rate);
+      lossPower = viscous*w + noEvent(if slip <> 0 then coulomb*abs(w) else
+        max(0, preslidingStiffness*wound*(w - rate) + preslidingDamping*rate*w));
+      forward = pre(slip) == 0 and w > 0 and z > slipFrom*sliding;
+      backward = pre(slip) == 0 and w < 0 and z < -slipFrom*sliding;
+      turned = pre(slip) == 1 and w < -turning or pre(slip) == -1 and w > turning;
+      when forward then
+        slip = 1;
+      elsewhen backward then
+        slip = -1;
+      elsewhen turned then
+        slip = 0;
+      end when;
+      when turned then
+        reinit(z, pre(slip)*sliding);
+      end when;
+    end PartialScrewFriction;
+  end Interfaces;
+
+  package Map "The map in C: the functions that the native FMUs use"
+    class FrictionMap "A map that is read once, with what the last call left to reuse"
+      extends ExternalObject;
+
+      function constructor "Stops with a message if the file is missing, damaged or of another version"
+        input String fileName;
+        output FrictionMap map;
+        external "C" map = ballScrewMap_open(fileName) annotation (
+          Include="#include \"BallScrewFriction.h\"",
+          IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+          Library="BallScrewFriction",
+          LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+      end constructor;
+
+      function destructor
+        input FrictionMap map;
+        external "C" ballScrewMap_close(map) annotation (
+          Include="#include \"BallScrewFriction.h\"",
+          IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+          Library="BallScrewFriction",
+          LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+      end destructor;
+    end FrictionMap;
+
+    pure function coulombTorque "Magnitude of hysteresis and sliding part, both nuts"
+      input FrictionMap map;
+      input SI.Force preload;
+      input SI.Force axialLoad;
+      input Real netSlidingCoefficient;
+      output SI.Torque coulomb;
+      external "C" coulomb = ballScrewMap_coulomb(map, preload, axialLoad, netSlidingCoefficient) annotation (
+        Include="#include \"BallScrewFriction.h\"",
+        IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+        Library="BallScrewFriction",
+        LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+      annotation (derivative(zeroDerivative=netSlidingCoefficient) = coulombTorque_der);
+    end coulombTorque;
+
+    pure function coulombTorque_der "Its rate, analytic"
+      input FrictionMap map;
+      input SI.Force preload;
+      input SI.Force axialLoad;
+      input Real netSlidingCoefficient;
+      input Real der_preload(unit="N/s");
+      input Real der_axialLoad(unit="N/s");
+      output Real der_coulomb(unit="N.m/s");
+      external "C" der_coulomb = ballScrewMap_coulombRate(map, preload, axialLoad, netSlidingCoefficient,
+        der_preload, der_axialLoad) annotation (
+        Include="#include \"BallScrewFriction.h\"",
+        IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+        Library="BallScrewFriction",
+        LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+    end coulombTorque_der;
+
+    pure function viscousTorque "Viscous part, both nuts, with the sign of the speed"
+      input FrictionMap map;
+      input SI.Force preload;
+      input SI.AngularVelocity w;
+      input SI.Temperature T;
+      input SI.Force axialLoad;
+      input Real apparentViscosityRatio;
+      input SI.Length roughnessHeight;
+      output SI.Torque viscous;
+      external "C" viscous = ballScrewMap_viscous(map, preload, w, T, axialLoad, apparentViscosityRatio,
+        roughnessHeight) annotation (
+        Include="#include \"BallScrewFriction.h\"",
+        IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+        Library="BallScrewFriction",
+        LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+      annotation (derivative(zeroDerivative=apparentViscosityRatio, zeroDerivative=roughnessHeight) =
+        viscousTorque_der);
+    end viscousTorque;
+
+    pure function viscousTorque_der "Its rate, analytic"
+      input FrictionMap map;
+      input SI.Force preload;
+      input SI.AngularVelocity w;
+      input SI.Temperature T;
+      input SI.Force axialLoad;
+      input Real apparentViscosityRatio;
+      input SI.Length roughnessHeight;
+      input Real der_preload(unit="N/s");
+      input SI.AngularAcceleration der_w;
+      input Real der_T(unit="K/s");
+      input Real der_axialLoad(unit="N/s");
+      output Real der_viscous(unit="N.m/s");
+      external "C" der_viscous = ballScrewMap_viscousRate(map, preload, w, T, axialLoad, apparentViscosityRatio,
+        roughnessHeight, der_preload, der_w, der_T, der_axialLoad) annotation (
+        Include="#include \"BallScrewFriction.h\"",
+        IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+        Library="BallScrewFriction",
+        LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+    end viscousTorque_der;
+
+    pure function covered "Whether the map covers the point; a number, since no Boolean may follow from continuous
+      inputs"
+      input FrictionMap map;
+      input SI.Force preload;
+      input SI.AngularVelocity w;
+      input SI.Temperature T;
+      input SI.Force axialLoad;
+      output Real inside "1: it does; 0: inputs are clamped";
+      external "C" inside = ballScrewMap_covered(map, preload, w, T, axialLoad) annotation (
+        Include="#include \"BallScrewFriction.h\"",
+        IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+        Library="BallScrewFriction",
+        LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+    end covered;
+
+    pure function films "Thinnest film, largest temperature rise and pressure over all balls"
+      input FrictionMap map;
+      input SI.Force preload;
+      input SI.AngularVelocity w;
+      input SI.Temperature T;
+      input SI.Force axialLoad;
+      output SI.Length filmThicknessMin;
+      output SI.TemperatureDifference filmTemperatureRise;
+      output SI.Pressure contactPressureMax;
+      external "C" ballScrewMap_films(map, preload, w, T, axialLoad, filmThicknessMin, filmTemperatureRise,
+        contactPressureMax) annotation (
+        Include="#include \"BallScrewFriction.h\"",
+        IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+        Library="BallScrewFriction",
+        LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+    end films;
+
+    pure function apparentViscosityRatio "As calibrated with the map"
+      input FrictionMap map;
+      output Real ratio;
+      external "C" ratio = ballScrewMap_apparentViscosityRatio(map) annotation (
+        Include="#include \"BallScrewFriction.h\"",
+        IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+        Library="BallScrewFriction",
+        LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+    end apparentViscosityRatio;
+
+    pure function netSlidingCoefficient "As calibrated with the map"
+      input FrictionMap map;
+      output Real coefficient;
+      external "C" coefficient = ballScrewMap_netSlidingCoefficient(map) annotation (
+        Include="#include \"BallScrewFriction.h\"",
+        IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+        Library="BallScrewFriction",
+        LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+    end netSlidingCoefficient;
+
+    pure function roughnessHeight "As calibrated with the map"
+      input FrictionMap map;
+      output SI.Length height;
+      external "C" height = ballScrewMap_roughnessHeight(map) annotation (
+        Include="#include \"BallScrewFriction.h\"",
+        IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+        Library="BallScrewFriction",
+        LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+    end roughnessHeight;
+  end Map;
+
+  package Examples
+    model Axis "One axis of a circle: P-PI cascade, current loop, motor and screw, table on a spring"
+      // the values of examples/servo_axis.py
+      constant Real pi = Modelica.Constants.pi;
+      parameter SI.Length lead = 8e-3;
+      parameter SI.Force preload = 2000;
+      parameter Real positionGain(unit="1/s") = 25;
+      parameter Real speedGain(unit="N.m.s/rad") = 1.5;
+      parameter SI.Time resetTime = 10e-3;
+      parameter SI.AngularVelocity currentBandwidth = 2500;
+      parameter SI.Length radius = 10e-3;
+      parameter SI.Velocity feed = 0.02;
+      parameter SI.Force cuttingForce = 300 "Along the path, against the motion";
+      replaceable model Friction = ScrewFriction constrainedby Interfaces.PartialScrewFriction;
+      Friction friction(preslidingStiffness=150);
+      Modelica.Mechanics.Rotational.Sources.Torque motor(useSupport=false);
+      Modelica.Mechanics.Rotational.Components.Inertia screw(J=5e-3, phi(start=0, fixed=true), w(start=0, fixed=true))
+        "Motor, coupling and screw";
+      Modelica.Mechanics.Rotational.Components.IdealGearR2T thread(ratio=2*pi/lead, useSupportR=false, useSupportT=false);
+      Modelica.Mechanics.Translational.Components.SpringDamper axial(c=1.5e8, d=2e4);
+      Modelica.Mechanics.Translational.Components.Mass table(m=300, s(start=0, fixed=true), v(start=0, fixed=true));
+      Modelica.Mechanics.Translational.Components.Damper guide(d=400);
+      Modelica.Mechanics.Translational.Components.Fixed bed;
+      Modelica.Mechanics.Translational.Sources.Force process(useSupport=false);
+      Modelica.Thermal.HeatTransfer.Sources.FixedTemperature oil(T=303.15);
+      SI.Position reference "Of the table";
+      SI.Velocity referenceVelocity;
+      SI.Position error "Following error";
+      SI.AngularVelocity speedError;
+      SI.Torque wanted "Of the speed loop";
+      Real integral(start=0, fixed=true, unit="rad/s");
+      SI.Torque motorTorque(start=0, fixed=true) "The current loop is a lag of first order";
+    equation
+      reference = radius*(1 - cos(feed/radius*time));
+      referenceVelocity = feed*sin(feed/radius*time);
+      error = reference - table.s;
+      speedError = (positionGain*error + referenceVelocity)*2*pi/lead - screw.w;
+      der(integral) = speedError/resetTime;
+      wanted = speedGain*(speedError + integral);
+      der(motorTorque) = currentBandwidth*(wanted - motorTorque);
+      motor.tau = motorTorque;
+      process.f = -cuttingForce*sin(feed/radius*time);
+      friction.preload = preload;
+      friction.axialLoad = axial.f "The table pushes back on the nut";
+      connect(motor.flange, screw.flange_a);
+      connect(screw.flange_b, friction.flange_a);
+      connect(friction.flange_b, thread.flangeR);
+      connect(thread.flangeT, axial.flange_a);
+      connect(axial.flange_b, table.flange_a);
+      connect(table.flange_b, guide.flange_a);
+      connect(guide.flange_b, bed.flange);
+      connect(process.flange, table.flange_b);
+      connect(friction.heatPort, oil.port);
+      annotation (experiment(StopTime=2.1, Tolerance=1e-7));
+    end Axis;
+  end Examples;
+  annotation (version="0.1.0", uses(Modelica(version="4.0.0")), Documentation(info="<html>
+<p>Checked by parsing, by running law and axis in rumoca with stand-ins for the map and the standard library, and by
+running the external functions from C. Not yet loaded in a Modelica tool with external functions.</p></html>"));
+end BallScrewFriction;

@@ -1,0 +1,105 @@
+"""Packs servo_axis_slave.py as ServoAxis.fmu: FMI 2.0 co-simulation for Python hosts, same input, same bytes.
+
+pythonfmu builds it; units, dependencies and initial unknowns, which pythonfmu 0.7 leaves out, are added. All
+modules of the project get names that carry the hash of their content, since the pythonfmu FMUs of a process share
+one interpreter.
+"""
+
+import hashlib
+import json
+import subprocess
+import sys
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+import servo_axis_slave as slave
+import servo_drive
+from servo_drive import Axis
+
+from ballscrew_fmu import process_end
+from ballscrew_fmu.package import NAMESPACE, write_fmu
+from ballscrew_fmu.variables import UNITS, Unit
+
+NAME = "ServoAxis"
+TABLE = {**slave.INPUTS, **slave.OUTPUTS, **slave.PARAMETERS}  # unit and description by name
+ALL_UNITS: Mapping[str, Unit] = {**UNITS, "m/s": Unit({"m": 1, "s": -1})}
+
+
+def build_axis_fmu(path: Path, axis: Axis, radius: float, feed: float, cutting_force: float) -> Path:
+    """The FMU of an axis on a circle; the values of the circle [m, m/s, N] are start values of its parameters.
+
+    Raises       subprocess.CalledProcessError: pythonfmu does not build it;  OSError: cannot be written
+    """
+    circle = {"radius": radius, "feed": feed, "cutting_force": cutting_force}
+    values = json.dumps({**asdict(axis), **circle}, indent=1)
+    files = _renamed({**_sources(), slave.AXIS_FILE: values})
+    with tempfile.TemporaryDirectory(prefix="servo_axis_") as scratch:
+        folder = Path(scratch)
+        for name, text in files.items():
+            (folder / name).write_text(text, encoding="utf-8")
+        script = next(name for name in files if name.startswith(NAME))
+        command = [sys.executable, "-m", "pythonfmu", "build", "-f", script, "-d", f"{NAME}.fmu"]
+        command += ["--no-external-tool", "--no-variable-step", *(name for name in files if name != script)]
+        subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True, timeout=300)
+        with zipfile.ZipFile(folder / f"{NAME}.fmu") as archive:
+            members = {name: archive.read(name) for name in archive.namelist()}
+    content = hashlib.sha256("".join(files[name] for name in sorted(files)).encode()).hexdigest()
+    description = _completed(members["modelDescription.xml"], str(uuid.uuid5(NAMESPACE, content)), axis.step)
+    write_fmu(path, {**members, "modelDescription.xml": description})
+    return path
+
+
+def _sources() -> dict[str, str]:
+    modules = {"servo_drive": servo_drive, "process_end": process_end, NAME: slave}
+    return {name: Path(str(module.__file__)).read_text(encoding="utf-8") for name, module in modules.items()}
+
+
+def _renamed(sources: Mapping[str, str]) -> dict[str, str]:
+    """Files of the FMU by name: modules and their imports of each other marked by the content."""
+    mark = hashlib.sha256("".join(sources.values()).encode()).hexdigest()[:12]
+    imports = {"servo_drive": f"_servo_drive_{mark}", "ballscrew_fmu.process_end": f"_process_end_{mark}"}
+    files = {slave.AXIS_FILE: sources[slave.AXIS_FILE]}
+    script = sources[NAME]
+    for module, name in imports.items():
+        files[f"{name}.py"] = sources[module.rpartition(".")[2]]
+        script = script.replace(f"from {module} import", f"from {name} import")
+    return {**files, f"{NAME}_{mark}.py": script}
+
+
+def _completed(xml: bytes, guid: str, step: float) -> bytes:
+    """modelDescription.xml with units, descriptions, dependencies and a guid that follows from the content.
+
+    At the start only the rest is known: no output depends on anything. The outputs of a step belong to its end
+    and depend on the torque that was held over it, not on that of the same instant.
+    """
+    root = ElementTree.fromstring(xml)
+    root.set("guid", guid)
+    del root.attrib["generationDateAndTime"]
+    root.set("variableNamingConvention", "flat")
+    units = Element("UnitDefinitions")
+    for name in sorted({unit for unit, _ in TABLE.values()}):
+        base = {key: str(exponent) for key, exponent in ALL_UNITS[name].base.items()}
+        SubElement(SubElement(units, "Unit", name=name), "BaseUnit", base)
+    variables, structure = root.find("ModelVariables"), root.find("ModelStructure")
+    root.insert(list(root).index(root.find("CoSimulation")) + 1, units)
+    experiment = Element("DefaultExperiment", startTime="0.0", stepSize=repr(step))
+    root.insert(list(root).index(variables), experiment)
+    outputs = []
+    for index, variable in enumerate(variables, start=1):
+        unit, text = TABLE[variable.get("name")]
+        variable.set("description", text)
+        variable.find("Real").set("unit", unit)
+        if variable.get("causality") == "output":
+            outputs.append({"index": str(index), "dependencies": ""})
+    structure[:] = [Element("Outputs"), Element("InitialUnknowns")]
+    for group in structure:
+        for attributes in outputs:
+            SubElement(group, "Unknown", attributes)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
