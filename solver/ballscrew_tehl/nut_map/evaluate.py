@@ -9,7 +9,7 @@ Limits:
 - a force below the axis follows the power laws of Hertz from its end: viscous torque F^(2/3), sliding torque
   F, hysteresis torque F^(4/3), pressure and temperature rise F^(1/3), ball load F; films keep the values of
   the end. A nut without force has no torque. The relieved nut may come there, that is in range; a preload
-  below is flagged.
+  below its own axis is flagged.
 - a preload, speed, temperature or axial load beyond the axes is clamped and flagged. A negative preload
   counts as 0.
 - standstill law below the lowest speed of the axis, s = |speed|/lowest: viscous torque (1 - c) s + c s^3
@@ -169,7 +169,7 @@ class NutMap:
         """
         clamped = []
         force_axis, speed_axis, temperature_axis = self.force, self.speed, self.temperature
-        if not force_axis.lo <= preload <= force_axis.hi:
+        if not self.preload.lo <= preload <= force_axis.hi:
             clamped.append("preload")
             preload = min(max(preload, 0.0), force_axis.hi)
         speed = abs(speed)
@@ -244,7 +244,7 @@ class NutMap:
 
     def _evaluate_piece(self, preload, speed, temperature, axial_load, ratio, net, roughness):
         """State without the names of what is clamped, and where each of _CLAMPED is."""
-        outside = {"preload": (preload < self.force.lo) | (preload > self.force.hi)}
+        outside = {"preload": (preload < self.preload.lo) | (preload > self.force.hi)}
         preload = np.clip(preload, 0.0, self.force.hi)
         speed = np.abs(speed)
         outside["speed"] = speed > self.speed.hi
