@@ -124,7 +124,7 @@ def _rounded(column: Iterable[float], digits: int) -> list[float]:
 
 
 @contextmanager
-def _progress_bar() -> Iterator[Progress]:
+def progress_bar() -> Iterator[Progress]:
     """A bar with rate and time left on a terminal, else a line per twentieth of the work."""
     from rich.console import Console
     from rich.progress import (
@@ -238,7 +238,7 @@ def run_map_build(args: Namespace) -> int:
             )
         path = Path(args.output) if args.output else packaged_map(parameters.friction.kinematics)
         wanted = [(parameters, path)]
-    with _executor(args) as executor, _progress_bar() as progress:
+    with _executor(args) as executor, progress_bar() as progress:
         results = [_build_one(*one, args.count, executor, progress) for one in wanted]
     print_results(results, args.json, args.family is not None)
     return 0
