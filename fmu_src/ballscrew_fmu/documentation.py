@@ -131,10 +131,11 @@ def friction_provenance(header: Mapping[str, Any]) -> str:
         lines.append(f"<br>Relative deviations from the measured torque: {escape(', '.join(errors))}")
     lines.append("</p>\n<ul>")
     for name, value in values.items():
-        text = f"{name} = {value:.6g}"
+        unit = " m" if name == "roughness_height" else ""
+        text = f"{name} = {value:.6g}{unit}"
         if name in told["limits"]:
             low, high = told["limits"][name]
-            text += f", 95 % limits {low:.4g} to {'any' if high is None else format(high, '.4g')}"
+            text += f", 95 % limits {low:.4g} to {'any' if high is None else format(high, '.4g')}{unit}"
         lines.append(f"<li>{escape(text)}</li>")
     lines.append("</ul>")
     if told["not_identified"]:

@@ -78,11 +78,13 @@ def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
         films = dict.fromkeys(films, args.film) if args.film == "hamrock_dowson" else {**films, name: args.film}
     file = read_measurement_file(args.measurements, temperature)
     film_model, outside = _films(args, parameters)
-    begun = time.monotonic()
+    due = time.monotonic() + QUIET
     with progress_bar() as shown:
 
         def progress(finished: int, total: int, what: str) -> None:
-            if time.monotonic() - begun > QUIET:
+            nonlocal due
+            if time.monotonic() > due:
+                due = time.monotonic() + 0.5
                 shown(finished, total, what)
 
         return calibrate_file(

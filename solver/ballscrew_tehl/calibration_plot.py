@@ -39,18 +39,17 @@ def calibration_figure(result: Calibration) -> Figure:
     left.set(xlabel="measured friction torque [N m]", ylabel="computed friction torque [N m]")
     top = 1.06 * max(measured.max(), computed.max())
     left.plot([0.0, top], [0.0, top], color="0.4", linewidth=1.0, zorder=1, label="computed = measured")
-    stated = [m.uncertainty for m in basis.measurements]
-    if all(stated):
-        left.errorbar(
-            measured, computed, xerr=np.array(stated, dtype=float), fmt="none", ecolor="0.5", linewidth=1.0, zorder=2,
-            label="standard uncertainty",
-        )  # fmt: skip
     marks = left.scatter(measured, computed, c=preload, cmap=PRELOAD_COLOURS, edgecolors="black", linewidths=0.5,
                          s=42, zorder=3)  # fmt: skip
     left.set(xlim=(0.0, top), ylim=(0.0, top), aspect="equal")
     figure.colorbar(marks, ax=left, label="preload [kN]", shrink=0.85)
     right.set(xlabel="screw speed [r/min]", ylabel="model/measured - 1 [%]", xscale="log")
     right.axhline(0.0, color="0.4", linewidth=1.0)
+    stated = [m.uncertainty for m in basis.measurements]
+    if all(stated):
+        share = 100.0 * np.array(stated, dtype=float) / measured
+        right.errorbar(speed, deviation, yerr=share, fmt="none", ecolor="0.55", linewidth=1.0, capsize=3.0, zorder=1,
+                       label="standard uncertainty")  # fmt: skip
     right.vlines(speed, deviation, left_out, color="0.75", linewidth=1.0, zorder=1)
     right.scatter(speed, left_out, marker="_", color="0.35", s=60, zorder=2, label="fitted without the point")
     right.scatter(speed, deviation, c=preload, cmap=PRELOAD_COLOURS, edgecolors="black", linewidths=0.5, s=42,
@@ -59,10 +58,12 @@ def calibration_figure(result: Calibration) -> Figure:
         if stray:
             axes.scatter(x[stray], y[stray], facecolors="none", edgecolors=CAUTION, linewidths=2.0, s=170, zorder=4,
                          label="outlier")  # fmt: skip
-        for i in stray:
-            name = ", ".join(str(row) for row in basis.measurements[i].rows or (i + 1,))
-            axes.annotate(f"row {name}", (x[i], y[i]), xytext=(9, 9), textcoords="offset points", color=CAUTION)
         axes.grid(alpha=0.3)
+    for i in stray:
+        name = ", ".join(str(row) for row in basis.measurements[i].rows or (i + 1,))
+        right.annotate(
+            f"row {name}", (speed[i], deviation[i]), xytext=(9, 9), textcoords="offset points", color=CAUTION
+        )
     right.xaxis.set_major_formatter("{x:g}")
     if speed.max() < 10.0 * speed.min():
         # less than a decade has no major tick of its own

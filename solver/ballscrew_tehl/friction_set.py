@@ -16,6 +16,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from pydantic import ValidationError
+
 from .parameters import Parameters, changed
 
 #: fitted parameters in their fixed order
@@ -126,8 +128,10 @@ def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSe
     entry = fitting[chosen.set] if chosen.set in fitting else next(iter(fitting.values()))
     try:
         changed(parameters, friction=dict(zip(FITTED, entry.values, strict=True)))
-    except ValueError as err:
-        raise ValueError(f"{path}: {err}") from err
+    except ValidationError as err:
+        first = err.errors()[0]
+        allowed = first["msg"].replace("Input should be", "allowed:")
+        raise ValueError(f"{path}: {first['loc'][-1]} = {first['input']}; {allowed}: calibrate again") from err
     return entry
 
 

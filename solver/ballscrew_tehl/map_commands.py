@@ -299,7 +299,8 @@ def run_map_info(args: Namespace) -> int:
     header["certificate"] = certificate_totals(header["certificate"])
     for key, value in header.items():
         if isinstance(value, dict):
-            rows |= {f"{key}.{name}": entry for name, entry in value.items()}
+            told = {name: entry for name, entry in value.items() if not isinstance(entry, dict | None)}
+            rows |= {f"{key}.{name}": entry for name, entry in told.items()}
         elif key != "parameters_json":
             rows[key] = value
     for name, unit, scale in (("speed", "r/min", 30.0 / math.pi), ("temperature", "C", 1.0)):

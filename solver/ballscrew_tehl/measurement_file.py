@@ -53,14 +53,14 @@ class MeasurementFile:
     measurements  the usable rows in their order, a point that stands in several tables once
     problems      the rows that are not usable
     notes         what was assumed or not used, one sentence each
-    rows          rows of data in the file;  digest  start of its SHA-256
+    lines         line of each row of data in the file;  digest  start of its SHA-256
     """
 
     path: Path
     measurements: list[Measurement]
     problems: list[RowProblem]
     notes: list[str]
-    rows: int
+    lines: tuple[int, ...]
     digest: str
 
 
@@ -222,7 +222,7 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
     if assumed:
         which = "all rows" if len(assumed) == len(rows) else named_rows(assumed)
         notes.append(f"{which}: no oil temperature given, {temperature:g} K assumed")
-    return MeasurementFile(path, merged(_weighted(usable)), problems, notes, len(rows), digest)
+    return MeasurementFile(path, merged(_weighted(usable)), problems, notes, tuple(line for line, _ in rows), digest)
 
 
 def _weighted(points: list[Measurement]) -> list[Measurement]:
@@ -270,12 +270,12 @@ def implausible_for(parameters: Parameters, measurements: Sequence[Measurement])
     return found
 
 
-def refusal(path: Path | str, kind: str, problems: Sequence[RowProblem], remedy: str) -> ValueError:
-    """The one line about rows that are not taken."""
+def refusal(path: Path | str, what: str, problems: Sequence[RowProblem], remedy: str) -> ValueError:
+    """The one line about rows that are not taken; what: `impossible row(s)`."""
     shown = " | ".join(str(problem) for problem in problems[:NAMED_ROWS])
     more = len(problems) - NAMED_ROWS
     return ValueError(
-        f"{path}: {len(problems)} {kind}: {shown}{f' | and {more} more' if more > 0 else ''}; {remedy}"
+        f"{path}: {len(problems)} {what}: {shown}{f' | and {more} more' if more > 0 else ''}; {remedy}"
     )
 
 
@@ -286,5 +286,5 @@ def read_measurements(path: Path | str, temperature: float) -> list[Measurement]
     """
     found = read_measurement_file(path, temperature)
     if found.problems:
-        raise refusal(path, "impossible rows", found.problems, "mend or remove them")
+        raise refusal(path, "impossible row(s)", found.problems, "mend or remove them")
     return found.measurements

@@ -28,6 +28,7 @@ from .fit_diagnostics import (
     condition,
     not_identified,
     point_diagnostics,
+    told_apart,
 )
 from .friction_fit import TorqueBasis, fit_values
 from .friction_set import SETS, FrictionSet
@@ -77,6 +78,10 @@ def _without(
     return problems
 
 
+def _placed(file: MeasurementFile, problem: RowProblem) -> RowProblem:
+    return replace(problem, line=file.lines[problem.row - 1])
+
+
 def usable_points(
     file: MeasurementFile,
     parameters: Parameters,
@@ -90,13 +95,14 @@ def usable_points(
     """
     if unknown := set(drop) - set(DROPS):
         raise ValueError(f"drop = {', '.join(sorted(unknown))}; allowed: {', '.join(DROPS)}")
-    problems = sorted([*file.problems, *implausible_for(parameters, file.measurements)], key=lambda p: p.row)
+    implausible = [_placed(file, problem) for problem in implausible_for(parameters, file.measurements)]
+    problems = sorted([*file.problems, *implausible], key=lambda p: p.row)
     bad = {problem.row for problem in problems}
     points = [m for m in file.measurements if not bad & set(m.rows)]
-    dropped = _without(file.path, "impossible", problems, drop, "impossible rows", len(points))
-    beyond = [RowProblem(row, 0, reason) for m in points if (reason := outside(m)) for row in m.rows]
+    dropped = _without(file.path, "impossible", problems, drop, "impossible row(s)", len(points))
+    beyond = [_placed(file, RowProblem(row, 0, reason)) for m in points if (reason := outside(m)) for row in m.rows]
     points = [m for m in points if not outside(m)]
-    return points, dropped + _without(file.path, "outside", beyond, drop, "rows outside the map", len(points))
+    return points, dropped + _without(file.path, "outside", beyond, drop, "row(s) outside the map", len(points))
 
 
 def _check_count(points: list[Measurement], name: str) -> list[str]:
@@ -155,7 +161,7 @@ def calibrate_file(
         notes += _check_count(list(basis.measurements), name) if strays else []
     left = "" if not dropped else f", without {named_rows([problem.row for problem in dropped])}"
     provenance = (
-        f"{file.path.name} (SHA-256 {file.digest}), {len(basis)} points of {file.rows} rows{left}, "
+        f"{file.path.name} (SHA-256 {file.digest}), {len(basis)} points of {len(file.lines)} rows{left}, "
         f"ballscrew_tehl {__version__}"
     )
     check_parts_differ(basis)
@@ -167,6 +173,12 @@ def calibrate_file(
     unknown = not_identified(
         basis, found.values, count, found.limits, found.correlations, np.abs(left_out), rivals
     )
+    for rival in rivals:
+        if told_apart(rival.left_out, np.abs(left_out)):
+            notes.append(
+                f"the fit {rival.name} predicts points left out better: {100.0 * rival.left_out.mean():.1f} % against "
+                f"{100.0 * np.abs(left_out).mean():.1f} %"
+            )
     points_found = point_diagnostics(basis, found.values, count)
     notes += _point_notes(basis, points_found)
     spread = _spread(basis, found, count)
