@@ -135,7 +135,7 @@ def friction_provenance(header: Mapping[str, Any]) -> str:
         text = f"{name} = {value:.6g}{unit}"
         if name in told["limits"]:
             low, high = told["limits"][name]
-            text += f", 95 % limits {low:.4g} to {'any' if high is None else format(high, '.4g')}{unit}"
+            text += f", 95 % limits {low:.4g} to {'no bound' if high is None else f'{high:.4g}{unit}'}"
         lines.append(f"<li>{escape(text)}</li>")
     lines.append("</ul>")
     if told["not_identified"]:
