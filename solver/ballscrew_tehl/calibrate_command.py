@@ -37,6 +37,8 @@ def run_calibrate(args: Namespace) -> int:
             raise ValueError(f"{option}: no such folder; allowed: a file in a folder that is there")
     result = _calibration(args, parameters)
     found = result.friction_set
+    if found.film_model == "hamrock_dowson":
+        print("film hamrock_dowson: no map holds it, build_fmu.py refuses such a fit", file=sys.stderr)
     if args.output:
         write_friction_sets(
             args.output, {(found.kinematics, found.name): found}, "Fitted by python -m ballscrew_tehl calibrate"
