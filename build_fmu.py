@@ -34,6 +34,8 @@ examples
   python build_fmu.py --python-only                    no compiler: the FMU for Python hosts only
   python -m ballscrew_tehl map build --screw my.toml --output my_map.nc
   python build_fmu.py --screw my.toml --map my_map.nc --output my_fmus
+  python -m ballscrew_tehl calibrate measurements.csv --screw my.toml --map my_map.nc --output friction.toml
+  python build_fmu.py --screw my.toml --map my_map.nc --friction friction.toml
 
 exit codes: 0 done, 1 a check failed, 2 bad input
 """
@@ -68,6 +70,12 @@ def parser() -> Parser:
         "default: as the screw file says",
     )
     options.add_argument(
+        "--friction",
+        metavar="FILE.toml",
+        help="friction parameters that `calibrate --output` has written for this screw; default: the packaged set that "
+        "the screw file selects",
+    )
+    options.add_argument(
         "--output",
         metavar="FOLDER",
         type=Path,
@@ -82,18 +90,22 @@ def parser() -> Parser:
     return options
 
 
-def read_inputs(screw: str | None, map_file: str | None, kinematics: str | None) -> tuple[Any, Any]:
-    """Parameters and their nut map, whose header carries the start values of the friction parameters.
+def read_inputs(
+    screw: str | None, map_file: str | None, kinematics: str | None, friction: str | None = None
+) -> tuple[Any, Any]:
+    """Parameters and their nut map, whose header carries start values and provenance of the friction parameters.
 
     Raises       ValueError or OSError: bad input, one line
     """
+    from ballscrew_tehl.friction_set import friction_set_of_file
     from ballscrew_tehl.nut_map.store import load_map
     from ballscrew_tehl.parameters import changed, load_parameters
 
     parameters = load_parameters(screw)
     if kinematics not in (None, parameters.friction.kinematics):
         parameters = changed(parameters, friction={"kinematics": kinematics})
-    return parameters, load_map(map_file, parameters)
+    friction_set = None if friction is None else friction_set_of_file(friction, parameters)
+    return parameters, load_map(map_file, parameters, friction_set)
 
 
 def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
@@ -270,7 +282,7 @@ def main(arguments: list[str] | None = None) -> int:
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("reading screw and map", total=4 if args.python_only else 8)
         try:
-            parameters, nut_map = read_inputs(args.screw, args.map, args.kinematics)
+            parameters, nut_map = read_inputs(args.screw, args.map, args.kinematics, args.friction)
         except (ValueError, OSError) as error:
             return _complain(str(error))
         try:
@@ -289,6 +301,8 @@ def main(arguments: list[str] | None = None) -> int:
         except (BuildError, SourceError) as error:
             return _complain(f"no FMU delivered: {error}", code=1)
     print(text)
+    if told := nut_map.header.get("friction"):
+        print(f"friction: {told['set']}, {told['loss'] or 'not fitted'}; {told['provenance']}")
     for path in paths:
         content = path.read_bytes()
         print(f"{path}  {len(content) / 1024:.0f} kB\nsha256 {hashlib.sha256(content).hexdigest()}")

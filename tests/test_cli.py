@@ -202,6 +202,7 @@ def test_map_info_tells_axes_and_hash(capsys):
     text = capsys.readouterr().out
     assert "axes.speed" in text
     assert found["file_hash"] in text
+    assert default_friction_set(GD4008).provenance in text
 
 
 def test_calibrate_a_file_of_ones_own(capsys, tmp_path):
@@ -230,7 +231,7 @@ def test_calibrate_a_file_of_ones_own(capsys, tmp_path):
     assert written.apparent_viscosity_ratio == pytest.approx(8.0, rel=1e-4)
     assert cli.main([*common, "--set", "two_parameter"]) == 0
     text = capsys.readouterr().out
-    assert "[friction]\napparent_viscosity_ratio = " in text
+    assert '[friction]\nset = "two_parameter"\napparent_viscosity_ratio = ' in text
     assert "roughness_height_m = 0\n" in text
 
 
@@ -361,8 +362,10 @@ def test_names_offered_are_those_known():
     from ballscrew_tehl.friction_set import SETS
     from ballscrew_tehl.kinematics import KINEMATICS
     from ballscrew_tehl.nut_map.store import FILM_MODELS
+    from ballscrew_tehl.user_calibration import DROPS
 
     assert tuple(LOSSES) == cli.LOSS_NAMES
+    assert DROPS == cli.DROP_KINDS
     assert tuple(SETS) == cli.SET_NAMES
     assert tuple(KINEMATICS) == cli.KINEMATICS
     assert (*FILM_MODELS, "hamrock_dowson") == cli.FILMS

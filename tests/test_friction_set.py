@@ -24,6 +24,10 @@ FULL = FrictionSet(
     errors={"mean": 0.012, "leave_one_out_mean": 0.02},
     leave_one_table_out={"table2": {"mean": 0.1, "max": 0.2}},
     other_losses={"table_minimax": {"apparent_viscosity_ratio": 7.4, "roughness_height": 3e-8}},
+    limits={"net_sliding_coefficient": {"low": 4e-3, "high": 6e-3}, "roughness_height": {"low": 0.0, "high": math.inf}},
+    not_identified={"split into \"two\"": "back\\slash, 95 %"},
+    screw="mine",
+    parameters_hash="0123456789ab",
 )  # fmt: skip
 
 
@@ -37,7 +41,8 @@ def test_a_set_survives_its_file(tmp_path):
     expected = {"table_minimax": {"apparent_viscosity_ratio": 7.4, "roughness_height_m": 3e-8}}
     assert found["published", "three_parameter"].other_losses == expected
     for key in sets:
-        for name in ("values", "film_model", "loss", "provenance", "intervals", "correlations", "errors"):
+        for name in ("values", "film_model", "loss", "provenance", "intervals", "correlations", "errors", "limits",
+                     "not_identified", "screw", "parameters_hash"):  # fmt: skip
             assert getattr(found[key], name) == getattr(sets[key], name)
         assert found[key].leave_one_table_out == sets[key].leave_one_table_out
     text = path.read_text()

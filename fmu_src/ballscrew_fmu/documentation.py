@@ -31,10 +31,11 @@ PAGE = """\
 contact solutions. FMI 2.0 co-simulation for hosts that run Python (see externalDependencies.txt).</p>
 <h2>Map</h2>
 <p>{provenance}</p>
+<h2>Friction parameters</h2>
+{friction}
 <h2>What to believe</h2>
 <ul>
-<li>Fitted parameters: measured torques identify their sum, not the split into viscous and sliding
-torque.</li> <li>With the published kinematics the torque reproduces the publication; film thickness and
+<li>{split}</li> <li>With the published kinematics the torque reproduces the publication; film thickness and
 temperature rise follow its speeds in a fixed frame. With rolling_frame kinematics film and temperature are to
 be trusted.</li> <li>Films are those of smooth surfaces fully supplied with oil.</li>
 </ul>
@@ -85,6 +86,8 @@ def documentation_files(header: Mapping[str, Any]) -> dict[str, str]:
     rows = "\n".join(_row(v) for v in fmu_variables(header))
     page = PAGE.format(
         provenance=escape(provenance),
+        friction=friction_provenance(header),
+        split=split_statement(header),
         limit=TOO_LARGE,
         slowest=axes["speed"][0],
         capacity=CAPACITY,
@@ -108,6 +111,40 @@ def map_provenance(header: Mapping[str, Any]) -> str:
         f"{axes['temperature'][0]:g} to {axes['temperature'][1]:g} K. "
         f"Certificate: {json.dumps(certificate_totals(header['certificate']), sort_keys=True)}"
     )
+
+
+def split_statement(header: Mapping[str, Any]) -> str:
+    """What holds of the parts of the torque; a calibration on own measurements has looked into it."""
+    if header.get("friction", {}).get("not_identified") is not None:
+        return "What the measured torques of the calibration do not identify stands with the friction parameters."
+    return "Fitted parameters: measured torques identify their sum, not the split into viscous and sliding torque."
+
+
+def friction_provenance(header: Mapping[str, Any]) -> str:
+    """Start values of the friction parameters, where they come from, how well they are known; HTML."""
+    told, values = header.get("friction"), header["defaults"]
+    if not told:
+        return "<p>" + escape(", ".join(f"{name} = {value:.6g}" for name, value in values.items())) + "</p>"
+    lines = [f"<p>{escape(told['set'])}, {escape(told['loss'] or 'not fitted')}: {escape(told['provenance'])}"]
+    if told["errors"]:
+        errors = (f"{name} {100.0 * value:.2f} %" for name, value in told["errors"].items())
+        lines.append(f"<br>Relative deviations from the measured torque: {escape(', '.join(errors))}")
+    lines.append("</p>\n<ul>")
+    for name, value in values.items():
+        unit = " m" if name == "roughness_height" else ""
+        text = f"{name} = {value:.6g}{unit}"
+        if name in told["limits"]:
+            low, high = told["limits"][name]
+            text += f", 95 % limits {low:.4g} to {'no bound' if high is None else f'{high:.4g}{unit}'}"
+        lines.append(f"<li>{escape(text)}</li>")
+    lines.append("</ul>")
+    if told["not_identified"]:
+        lines.append("<p>Not identified by the measured torques:</p>\n<ul>")
+        lines += [f"<li>{escape(name)}: {escape(why)}</li>" for name, why in told["not_identified"].items()]
+        lines.append("</ul>")
+    elif told["not_identified"] is not None:
+        lines.append("<p>The measured torques identify all of them.</p>")
+    return "\n".join(lines)
 
 
 def _row(v: Variable) -> str:

@@ -5,7 +5,7 @@ from html import escape
 from importlib.metadata import distribution
 from typing import Any, NamedTuple
 
-from ballscrew_fmu.documentation import _row, map_provenance
+from ballscrew_fmu.documentation import _row, friction_provenance, map_provenance, split_statement
 from ballscrew_fmu.native_sources import NATIVE_NAME
 from ballscrew_fmu.slave import TOO_LARGE
 from ballscrew_fmu.variables import TIME, native_variables
@@ -58,9 +58,11 @@ contact solutions. FMI {fmi}, co-simulation and model exchange, in C99 without a
 <p>Inputs, outputs and parameters that they share have the same names, value references and results.</p>
 <h2>Map</h2>
 <p>{provenance}</p>
+<h2>Friction parameters</h2>
+{friction}
 <h2>What to believe</h2>
 <ul>
-<li>Fitted parameters: measured torques identify their sum, not the split into viscous and sliding torque.</li>
+<li>{split}</li>
 <li>With the published kinematics the torque reproduces the publication; film thickness and temperature rise
 follow its speeds in a fixed frame. With rolling_frame kinematics film and temperature are to be trusted.</li>
 <li>Films are those of smooth surfaces fully supplied with oil.</li>
@@ -144,6 +146,8 @@ def native_documentation(
         fmi=f"{fmi_version}.0",
         platforms=escape(platforms),
         provenance=escape(map_provenance(header)),
+        friction=friction_provenance(header),
+        split=split_statement(header),
         validation=f"{validation.tables}\n{shown}",
         limit=TOO_LARGE,
         slowest=header["axes"]["speed"][0],

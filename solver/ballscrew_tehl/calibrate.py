@@ -16,13 +16,17 @@ from scipy.stats import t as student_t
 
 from . import __version__
 from .film_model import FilmModel
+from .fit_diagnostics import profile_limits
 from .friction_fit import LOSSES, TorqueBasis, Values, fit_values
 from .friction_set import FITTED, PACKAGED_SETS, SETS, FrictionSet, write_friction_sets
 from .load import nut_loads
 from .measurements import Measurement, packaged_measurements
+from .nut_map.store import parameters_hash
 from .parameters import Parameters, changed, load_parameters
-from .torque import nut_sums
+from .torque import UNLOADED, nut_forces, nut_sums
 
+#: called with (finished, total, what)
+Progress = Callable[[int, int, str], None]
 #: mean deviations of the paper's own model, recomputed from its printed tables: the units of table_minimax
 TABLE_TARGETS = {"table2": 0.0159, "table4": 0.0117}
 #: loss of the packaged sets; what the other losses give stands in the file
@@ -33,20 +37,32 @@ PACKAGED_FILM = {"two_parameter": "solved", "three_parameter": "solved_thermal"}
 
 
 def torque_basis(
-    parameters: Parameters, film_model: FilmModel, measurements: Sequence[Measurement]
+    parameters: Parameters,
+    film_model: FilmModel,
+    measurements: Sequence[Measurement],
+    progress: Progress = lambda finished, total, what: None,
 ) -> TorqueBasis:
     """Solve the operating points once: loads of the balls, films, sums.
 
-    Raises       ValueError: a point that the film model or the load distribution refuses
+    Parameters   progress : is told how many points are done, of how many, and what they are
+    Raises       ValueError: a point that the film model or the load distribution refuses, by name
     """
-    screw = parameters.screw
-    sums = [
-        nut_sums(
-            parameters, nut_loads(screw, m.preload, screw.ball_count), m.speed, m.temperature, film_model
-        )
-        for m in measurements
-    ]
-    return TorqueBasis.of_equal_nuts(measurements, sums)
+    screw, count = parameters.screw, len(measurements)
+    sums = []
+    for number, m in enumerate(measurements):
+        progress(number, count, f"operating points with {film_model.name}")
+        try:
+            sums.append([
+                nut_sums(parameters, nut_loads(screw, force, screw.ball_count), m.speed, m.temperature, film_model)
+                if force > 0.0 else UNLOADED
+                for force in dict.fromkeys(nut_forces(parameters, m.preload, m.axial_load))
+            ])  # fmt: skip
+        except ValueError as err:
+            raise ValueError(f"{m.point}: {err}") from err
+    progress(count, count, f"operating points with {film_model.name}")
+    if all(m.axial_load == 0.0 for m in measurements):
+        return TorqueBasis.of_equal_nuts(measurements, [nuts[0] for nuts in sums])
+    return TorqueBasis.of_nuts(measurements, [nuts if len(nuts) == 2 else 2 * nuts for nuts in sums])
 
 
 def intervals(basis: TorqueBasis, values: Values, count: int) -> tuple[dict[str, float], dict[str, float]]:
@@ -85,16 +101,26 @@ def _deviations(basis: TorqueBasis, values: Values) -> np.ndarray:
 
 
 def leave_one_out(basis: TorqueBasis, count: int, loss: str, targets: Mapping[str, float]) -> np.ndarray:
-    """Deviation of each point from the fit to all others (n,)."""
+    """Absolute deviation of each point from the fit to all others (n,)."""
+    return np.abs(left_out_deviations(basis, count, loss, targets))
+
+
+def left_out_deviations(
+    basis: TorqueBasis,
+    count: int,
+    loss: str,
+    targets: Mapping[str, float],
+    progress: Progress = lambda finished, total, what: None,
+) -> np.ndarray:
+    """model/measured - 1 of each point by the fit to all others (n,)."""
     everything = range(len(basis))
-    return np.array(
-        [
-            _deviations(
-                basis, fit_values(basis.subset([j for j in everything if j != i]), count, loss, targets)
-            )[i]
-            for i in everything
-        ]
-    )
+    missed = []
+    for i in everything:
+        progress(i, len(basis), "fits without one point")
+        values = fit_values(basis.subset([j for j in everything if j != i]), count, loss, targets)
+        missed.append(basis.torque(values)[i] / basis.measured[i] - 1.0)
+    progress(len(basis), len(basis), "fits without one point")
+    return np.array(missed)
 
 
 def leave_one_table_out(
@@ -115,18 +141,34 @@ def leave_one_table_out(
 
 
 def _error_summary(
-    basis: TorqueBasis, values: Values, count: int, loss: str, targets: Mapping[str, float]
+    basis: TorqueBasis,
+    values: Values,
+    count: int,
+    loss: str,
+    targets: Mapping[str, float],
+    left_out: np.ndarray | None = None,
 ) -> dict[str, float]:
     missed = _deviations(basis, values)
     summary = {"mean": float(missed.mean()), "max": float(missed.max())}
     for name, rows in basis.tables.items():
         if len(basis.tables) > 1:
             summary[name] = float(missed[rows].mean())
-    left_out = leave_one_out(basis, count, loss, targets)
+    if left_out is None:
+        left_out = leave_one_out(basis, count, loss, targets)
     return summary | {
         "leave_one_out_mean": float(left_out.mean()),
         "leave_one_out_max": float(left_out.max()),
     }
+
+
+def check_parts_differ(basis: TorqueBasis) -> None:
+    """Refuse points that cannot tell viscous and sliding part apart at all.
+
+    Raises       ValueError
+    """
+    linear = basis.jacobian((1.0, 1.0, 0.0))[:, :2]
+    if not np.linalg.cond(linear / np.linalg.norm(linear, axis=0)) < 1e6:
+        raise ValueError("viscous and sliding part are proportional at all points: measure at several speeds")
 
 
 def fit_friction_set(
@@ -137,12 +179,15 @@ def fit_friction_set(
     loss: str = "least_squares",
     targets: Mapping[str, float] | None = None,
     provenance: str = "",
+    others: bool = True,
+    left_out: np.ndarray | None = None,
 ) -> FrictionSet:
     """Fit one set of friction parameters and find out how well it is known.
 
     Parameters   basis : the points, see torque_basis;  film_model : name of the model behind it
                  name : "two_parameter" or "three_parameter";  loss : see friction_fit
                  targets : table -> mean deviation it is to reach, for the losses by table
+                 others : fit with every other loss as well;  left_out : leave_one_out of this fit, if it is known
     Returns      FrictionSet; its other_losses hold values and errors of every other loss
     Raises       ValueError: unknown name, not more points than parameters, points that do not tell them apart
     """
@@ -151,9 +196,7 @@ def fit_friction_set(
     count = len(SETS[name])
     if len(basis) <= count:
         raise ValueError(f"{len(basis)} distinct points; {count} fitted parameters need at least {count + 1}")
-    linear = basis.jacobian((1.0, 1.0, 0.0))[:, :2]
-    if not np.linalg.cond(linear / np.linalg.norm(linear, axis=0)) < 1e6:
-        raise ValueError("viscous and sliding part are proportional at all points: measure at several speeds")
+    check_parts_differ(basis)
     goals = dict(targets or {})
 
     def fitted(named_loss: str) -> np.ndarray:
@@ -161,12 +204,12 @@ def fit_friction_set(
 
     values = fitted(loss)
     half, correlations = intervals(basis, values, count)
-    others = {}
-    for other in LOSSES:
+    alternatives = {}
+    for other in LOSSES if others else ():
         if other != loss:
             found = fitted(other)
             shown = dict(zip(SETS[name], (float(v) for v in found), strict=False))
-            others[other] = shown | _error_summary(basis, found, count, other, goals)
+            alternatives[other] = shown | _error_summary(basis, found, count, other, goals)
     ratio, net, height = (float(v) for v in values)
     return FrictionSet(
         name,
@@ -179,9 +222,12 @@ def fit_friction_set(
         provenance=provenance,
         intervals=half,
         correlations=correlations,
-        errors=_error_summary(basis, values, count, loss, goals),
+        errors=_error_summary(basis, values, count, loss, goals, left_out),
         leave_one_table_out=leave_one_table_out(basis, count, loss, goals),
-        other_losses=others,
+        other_losses=alternatives,
+        limits=profile_limits(basis, count),
+        screw=parameters.name,
+        parameters_hash=parameters_hash(parameters),
     )
 
 

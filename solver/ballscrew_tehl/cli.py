@@ -33,6 +33,7 @@ FILMS = ("solved", "solved_thermal", "hamrock_dowson")
 KINEMATICS = ("published", "rolling_frame")
 SET_NAMES = ("two_parameter", "three_parameter")
 CERTIFIED = ("torque", "film", "temperature_rise")
+DROP_KINDS = ("impossible", "outside", "outliers")
 LOSS_NAMES = ("least_squares", "soft_l1", "table_minimax")
 
 
@@ -121,26 +122,46 @@ def _calibrate(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser(
         "calibrate",
         help="fit the friction parameters to measured torques",
-        description="Fit the friction parameters to measured torques. The file has the columns preload_N, speed_rpm, "
-        "torque_Nm and, if wanted, temperature_degC, table, weight.",
+        description="Fit the friction parameters to measured torques. Headings of the file name the units, for example "
+        "preload [N], speed [r/min], temperature [degC], torque [N.m], or preload_n, speed_rpm, ...; optional: "
+        "temperature, axial_load, torque_uncertainty or weight, table, comment. Prints errors, each point left out, "
+        "95 %% intervals, correlations, outliers and what the data do not identify.",
     )
     parser.add_argument("measurements", nargs="?", metavar="MEASUREMENTS.csv", help="measured torques")
     parser.add_argument(
         "--packaged", action="store_true", help="refit the packaged sets to the paper's tables"
     )
     parser.add_argument(
-        "--output", metavar="FILE.toml", help="where to write the sets (--packaged: data of the package)"
+        "--output",
+        metavar="FILE.toml",
+        help="where to write the sets, for build_fmu.py --friction (--packaged: data of the package)",
     )
+    parser.add_argument("--plot", metavar="FILE.png", help="draw measured against computed torque")
     parser.add_argument("--set", choices=SET_NAMES, help="what to fit; default: as the screw file says")
-    parser.add_argument("--loss", choices=LOSS_NAMES, default="least_squares", help="default: least_squares")
+    parser.add_argument("--loss", choices=LOSS_NAMES, help="default: least_squares; --packaged: soft_l1")
     parser.add_argument(
         "--film",
         choices=FILMS,
         help="film model; default: solved for two_parameter, solved_thermal for three_parameter",
     )
+    parser.add_argument(
+        "--temperature-c",
+        metavar="C",
+        help="oil temperature of rows without one; default: reference of the oil",
+    )
+    parser.add_argument(
+        "--drop",
+        action="append",
+        choices=DROP_KINDS,
+        default=[],
+        help="go on without impossible rows, rows outside the map, outliers (may be repeated); dropped rows are named",
+    )
     _screw_options(parser, with_map=False)
+    parser.add_argument(
+        "--map", metavar="FILE", help="take the films from this map of the screw; default: solve every point"
+    )
     add_json(parser)
-    parser.set_defaults(run="commands.run_calibrate")
+    parser.set_defaults(run="calibrate_command.run_calibrate")
 
 
 def _validate(commands: argparse._SubParsersAction) -> None:

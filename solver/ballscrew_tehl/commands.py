@@ -206,50 +206,6 @@ def run_preload(args: Namespace) -> int:
     return 0
 
 
-def run_calibrate(args: Namespace) -> int:
-    """Fit to the user's measurements, or refit the packaged sets."""
-    from .calibrate import PACKAGED_FILM, calibrate_packaged, fit_friction_set, torque_basis
-    from .friction_set import PACKAGED_SETS, write_friction_sets
-    from .measurements import read_measurements
-    from .validation import friction_set_text
-
-    if args.packaged == bool(args.measurements):
-        raise ValueError("calibrate needs either MEASUREMENTS.csv or --packaged")
-    parameters = screw_of(args)
-    if args.packaged:
-        output = args.output or PACKAGED_SETS
-
-        def film_model(variant: Parameters, name: str) -> FilmModel:
-            return film_model_of(args.film or PACKAGED_FILM[name], variant)
-
-        sets = calibrate_packaged(film_model, parameters, output, _say)
-    else:
-        output = args.output
-        name = args.set or parameters.friction.set
-        measurements = read_measurements(args.measurements, parameters.lubricant.reference_temperature)
-        film = film_model_of(args.film or PACKAGED_FILM[name], parameters)
-        basis = torque_basis(parameters, film, measurements)
-        provenance = f"{args.measurements}, {len(basis)} distinct points, ballscrew_tehl {__version__}"
-        found = fit_friction_set(basis, parameters, film.name, name, args.loss, provenance=provenance)
-        sets = {(found.kinematics, found.name): found}
-        if output:
-            write_friction_sets(output, sets, "Fitted by python -m ballscrew_tehl calibrate")
-    if output:
-        _say(f"written: {output}")
-    if args.json:
-        print_results(
-            [{f"{kinematics}.{name}": vars(entry) for (kinematics, name), entry in sets.items()}], True, False
-        )
-    else:
-        print(friction_set_text(list(sets.values())))
-        if not args.packaged:
-            print("For the screw file:\n[friction]")
-            print(f"apparent_viscosity_ratio = {found.apparent_viscosity_ratio:.6g}")
-            print(f"net_sliding_coefficient = {found.net_sliding_coefficient:.6g}")
-            print(f"roughness_height_m = {found.roughness_height:.6g}")
-    return 0
-
-
 def run_validate(args: Namespace) -> int:
     """Model beside measurement and published models, for both fitted sets."""
     from .friction_set import load_friction_sets

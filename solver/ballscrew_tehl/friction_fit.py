@@ -39,7 +39,8 @@ class TorqueBasis:
     """Torque of the double nut at n operating points as a function of the fitted parameters only.
 
     viscous (n, 2) [N.m] and film (n, 2) [m] of screw and nut raceway, hysteresis (n,) and sliding (n,) [N.m]:
-    the sums of NutSums over both nuts
+    the sums of NutSums over both nuts. Nuts under different forces: (n, 4), the second nut behind the first; the
+    film of a nut without load is inf.
     """
 
     measurements: tuple[Measurement, ...]
@@ -57,6 +58,17 @@ class TorqueBasis:
             np.array([(s.film_screw, s.film_nut) for s in sums]),
             2.0 * np.array([s.hysteresis for s in sums]),
             2.0 * np.array([s.sliding for s in sums]),
+        )
+
+    @classmethod
+    def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutSums]]) -> TorqueBasis:
+        """Two nuts per point, each with the sums under its own force."""
+        return cls(
+            tuple(measurements),
+            np.array([[value for s in nuts for value in (s.viscous_screw, s.viscous_nut)] for nuts in sums]),
+            np.array([[value for s in nuts for value in (s.film_screw, s.film_nut)] for nuts in sums]),
+            np.array([sum(s.hysteresis for s in nuts) for nuts in sums]),
+            np.array([sum(s.sliding for s in nuts) for nuts in sums]),
         )
 
     def __len__(self) -> int:

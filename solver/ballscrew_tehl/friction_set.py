@@ -8,13 +8,17 @@ as much. Only the total torque is identified by the data, not its split into vis
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
+import os
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from .parameters import Parameters
+from pydantic import ValidationError
+
+from .parameters import Parameters, changed
 
 #: fitted parameters in their fixed order
 FITTED = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
@@ -40,6 +44,9 @@ class FrictionSet:
                               leave_one_out_max
     leave_one_table_out       table left out -> mean and max error on its points that the fit did not see
     other_losses              loss -> what the other loss functions give on the same data
+    limits                    fitted parameter -> {"low", "high"}, 95 % limits by profile (SI), of the least squares fit
+    not_identified            what the data do not identify -> why; None: not looked into
+    screw, parameters_hash    screw of the fit, its name and the hash of all that the films depend on; "" if not known
     """
 
     name: str
@@ -55,6 +62,10 @@ class FrictionSet:
     errors: Mapping[str, float] = field(default_factory=dict)
     leave_one_table_out: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     other_losses: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    limits: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    not_identified: Mapping[str, str] | None = None
+    screw: str = ""
+    parameters_hash: str = ""
 
     def __post_init__(self) -> None:
         for key in FITTED:
@@ -68,12 +79,16 @@ class FrictionSet:
         return self.apparent_viscosity_ratio, self.net_sliding_coefficient, self.roughness_height
 
 
-def load_friction_sets(path: Path | str | None = None) -> dict[tuple[str, str], FrictionSet]:
+def load_friction_sets(
+    path: Path | str | None = None, remedy: str = "run calibrate --packaged"
+) -> dict[tuple[str, str], FrictionSet]:
     """Friction sets of a file by (kinematics, name).
 
     Parameters   path : TOML file as write_friction_sets writes it; None = the packaged sets
+                 remedy : last words of a refusal
     Raises       ValueError: file missing or not of this form, with the place
     """
+    fields = {_SUFFIX[key]: key for key in _SUFFIX}
     file = PACKAGED_SETS if path is None else Path(path)
     try:
         content = tomllib.loads(file.read_text(encoding="utf-8"))
@@ -84,16 +99,42 @@ def load_friction_sets(path: Path | str | None = None) -> dict[tuple[str, str], 
                 table["intervals"] = {
                     key: value
                     for key in FITTED
-                    if (value := table["intervals"].get(_SUFFIX.get(key, key))) is not None
+                    if (value := table.get("intervals", {}).get(_SUFFIX.get(key, key))) is not None
                 }
+                limits = table.get("limits", {}).items()
+                table["limits"] = {fields.get(key, key): dict(ends) for key, ends in limits}
                 sets[kinematics, name] = FrictionSet(name=name, kinematics=kinematics, **values, **table)
     except OSError as err:
-        raise ValueError(f"{file}: cannot be read ({err.strerror}); run calibrate --packaged") from err
-    except (tomllib.TOMLDecodeError, AttributeError, KeyError, TypeError) as err:
-        raise ValueError(
-            f"{file}: no friction sets ({type(err).__name__}: {err}); run calibrate --packaged"
-        ) from err
+        raise ValueError(f"{file}: cannot be read ({err.strerror}); {remedy}") from err
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, AttributeError, KeyError, TypeError) as err:
+        raise ValueError(f"{file}: no friction sets ({type(err).__name__}: {err}); {remedy}") from err
     return sets
+
+
+def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSet:
+    """The set of a file that suits the parameters: their kinematics; if it holds several, their friction.set.
+
+    Raises       ValueError: file missing or of another form, no set of the kinematics, a value out of range
+    """
+    sets = load_friction_sets(path, "give a file that calibrate --output has written")
+    chosen = parameters.friction
+    fitting = {name: entry for (kinematics, name), entry in sets.items() if kinematics == chosen.kinematics}
+    if not fitting:
+        found = ", ".join(sorted({kinematics for kinematics, _ in sets})) or "nothing"
+        raise ValueError(
+            f"{path}: kinematics = {found}; allowed: {chosen.kinematics}, as the screw says: calibrate with it, "
+            "or choose the other kinematics"
+        )
+    entry = fitting[chosen.set] if chosen.set in fitting else next(iter(fitting.values()))
+    try:
+        changed(parameters, friction=dict(zip(FITTED, entry.values, strict=True)))
+    except ValidationError as err:
+        first = err.errors()[0]
+        allowed = first["msg"].replace("Input should be", "allowed:")
+        raise ValueError(
+            f"{path}: {first['loc'][-1]} = {first['input']}; {allowed}: calibrate again"
+        ) from err
+    return entry
 
 
 def default_friction_set(parameters: Parameters) -> FrictionSet:
@@ -121,6 +162,8 @@ def default_friction_set(parameters: Parameters) -> FrictionSet:
         errors={},
         leave_one_table_out={},
         other_losses={},
+        limits={},
+        not_identified=None,
     )
 
 
@@ -135,10 +178,15 @@ def _table(prefix: str, entries: Mapping[str, float]) -> list[str]:
     return lines
 
 
+def _quoted(text: str) -> str:
+    """A TOML string; its escapes are those of JSON."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
 def write_friction_sets(
     path: Path | str, sets: Mapping[tuple[str, str], FrictionSet], header: str = ""
 ) -> None:
-    """Write sets as TOML; the same sets give the same bytes.
+    """Write sets as TOML to a temporary name and rename it; the same sets give the same bytes.
 
     Parameters   header : lines of comment for the top of the file
     """
@@ -146,11 +194,27 @@ def write_friction_sets(
     for (kinematics, name), entry in sorted(sets.items()):
         prefix = f"{kinematics}.{name}"
         lines += ["", f"[{prefix}]"]
-        lines += [f'{key} = "{getattr(entry, key)}"' for key in ("film_model", "loss", "provenance")]
+        lines += [f"{key} = {_quoted(getattr(entry, key))}" for key in ("film_model", "loss", "provenance")]
+        lines += [
+            f"{key} = {_quoted(text)}"
+            for key in ("screw", "parameters_hash")
+            if (text := getattr(entry, key))
+        ]
         lines += _table("", dict(zip(FITTED, entry.values, strict=True)))[1:]
         for part in ("intervals", "correlations", "errors"):
             lines += _table(f"{prefix}.{part}", getattr(entry, part))
         for part in ("leave_one_table_out", "other_losses"):
             for key, entries in getattr(entry, part).items():
                 lines += _table(f"{prefix}.{part}.{key}", entries)
-    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        for key, entries in entry.limits.items():
+            lines += _table(f"{prefix}.limits.{_SUFFIX.get(key, key)}", entries)
+        if entry.not_identified is not None:
+            lines.append(f"[{prefix}.not_identified]")
+            lines += [f"{_quoted(key)} = {_quoted(text)}" for key, text in entry.not_identified.items()]
+    path = Path(path)
+    temporary = path.with_name(path.name + ".part")
+    try:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)

@@ -148,7 +148,7 @@ def _rounded(column: Iterable[float], digits: int) -> list[float]:
 
 
 @contextmanager
-def _progress_bar() -> Iterator[Progress]:
+def progress_bar() -> Iterator[Progress]:
     """A bar with rate and time left on a terminal, else a line per twentieth of the work."""
     from rich.console import Console
     from rich.progress import (
@@ -267,7 +267,7 @@ def run_map_build(args: Namespace) -> int:
             )
         path = Path(args.output) if args.output else packaged_map(parameters.friction.kinematics)
         wanted = [(parameters, path)]
-    with _executor(args) as executor, _progress_bar() as progress:
+    with _executor(args) as executor, progress_bar() as progress:
         results = [_build_one(*one, args, executor, progress) for one in wanted]
     print_results(results, args.json, args.family is not None)
     return 0
@@ -328,7 +328,8 @@ def run_map_info(args: Namespace) -> int:
     header["certificate"] = certificate_totals(header["certificate"])
     for key, value in header.items():
         if isinstance(value, dict):
-            rows |= {f"{key}.{name}": entry for name, entry in value.items()}
+            told = {name: entry for name, entry in value.items() if not isinstance(entry, dict | None)}
+            rows |= {f"{key}.{name}": entry for name, entry in told.items()}
         elif key != "parameters_json":
             rows[key] = value
     for name, unit, scale in (("speed", "r/min", 30.0 / math.pi), ("temperature", "C", 1.0)):

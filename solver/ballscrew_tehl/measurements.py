@@ -1,11 +1,11 @@
-"""Measured friction torques: read from CSV, checked; the packaged tables of the paper."""
+"""Measured friction torques: points, plain CSV rows, the packaged tables of the paper."""
 
 from __future__ import annotations
 
 import csv
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 PACKAGED_DATA = Path(__file__).parent / "data"
@@ -24,6 +24,8 @@ class Measurement:
     tables  names of the tables in which the point stands; it counts once in a fit, once in the mean of each
             table
     weight  factor on its relative error
+    axial_load [N] of the double nut;  uncertainty: standard one of the torque [N.m], None if not known
+    rows    of the file in which it stands, from 1
     """
 
     preload: float
@@ -32,11 +34,15 @@ class Measurement:
     torque: float
     tables: tuple[str, ...] = ()
     weight: float = 1.0
+    axial_load: float = 0.0
+    uncertainty: float | None = None
+    rows: tuple[int, ...] = field(default=(), compare=False)
 
     @property
     def point(self) -> str:
-        """For messages: 1000 N, 100 r/min."""
-        return f"{self.preload:g} N, {self.speed / RPM:g} r/min"
+        """For messages: row 3 (1000 N, 100 r/min)."""
+        point = f"{self.preload:g} N, {self.speed / RPM:g} r/min"
+        return f"row {' = '.join(str(row) for row in self.rows)} ({point})" if self.rows else point
 
 
 def read_rows(path: Path | str) -> list[dict[str, str]]:
@@ -60,53 +66,6 @@ def read_rows(path: Path | str) -> list[dict[str, str]]:
     return [{str(key).strip(): value.strip() for key, value in row.items()} for row in rows]
 
 
-def number(path: Path | str, row: int, column: str, text: str, lowest: float, allowed: str) -> float:
-    """A field as a finite number of at least `lowest`.
-
-    Raises       ValueError: file, row, column, value, what is allowed
-    """
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value >= lowest):
-        raise ValueError(f"{path}: row {row}: {column} = {text!r}; allowed: {allowed}")
-    return value
-
-
-def read_measurements(path: Path | str, temperature: float) -> list[Measurement]:
-    """Measured torques of a CSV file.
-
-    Parameters   path : columns preload_N, speed_rpm, torque_Nm; optional temperature_degC, table, weight
-                 temperature : of the oil where the file gives none [K]
-    Returns      measurements in the order of the file
-    Raises       ValueError: a column missing or unknown, a value not allowed
-    """
-    rows = read_rows(path)
-    needed, optional = ("preload_N", "speed_rpm", "torque_Nm"), ("temperature_degC", "table", "weight")
-    for column in needed:
-        if column not in rows[0]:
-            raise ValueError(f"{path}: column {column} missing; allowed: {', '.join(needed + optional)}")
-    for column in rows[0]:
-        if column not in needed + optional:
-            raise ValueError(f"{path}: column {column!r} unknown; allowed: {', '.join(needed + optional)}")
-    found = []
-    tiny = math.ulp(0.0)
-    for index, row in enumerate(rows, start=1):
-        preload, speed, torque = (
-            number(path, index, column, row[column], tiny, "a number > 0") for column in needed
-        )
-        celsius = row.get("temperature_degC", "")
-        if celsius:
-            oil = number(path, index, "temperature_degC", celsius, -70.0, "a number >= -70") + CELSIUS
-        else:
-            oil = temperature
-        weight = number(path, index, "weight", row.get("weight", "") or "1", tiny, "a number > 0")
-        table = row.get("table", "")
-        found.append(Measurement(preload, speed * RPM, oil, torque, (table,) if table else (), weight))
-    return merged(found)
-
-
 def merged(measurements: Iterable[Measurement]) -> list[Measurement]:
     """The distinct points: a point that stands in several tables becomes one that names them all."""
     distinct: list[Measurement] = []
@@ -115,7 +74,7 @@ def merged(measurements: Iterable[Measurement]) -> list[Measurement]:
             # in the same table, or in none, it is a repeated measurement, which counts again
             apart = m.tables and other.tables and not set(m.tables) & set(other.tables)
             if apart and replace(m, tables=other.tables) == other:
-                distinct[i] = replace(other, tables=other.tables + m.tables)
+                distinct[i] = replace(other, tables=other.tables + m.tables, rows=other.rows + m.rows)
                 break
         else:
             distinct.append(m)

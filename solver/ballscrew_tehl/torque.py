@@ -122,6 +122,14 @@ def _plain(value: Any) -> Any:
     return float(value) if np.ndim(value) == 0 else value
 
 
+def nut_forces(parameters: Parameters, preload: float, axial_load: float) -> tuple[float, float]:
+    """Axial forces [N] of the two nuts under a preload [N] > 0 and an axial load [N]; 0 for a nut that is free."""
+    if axial_load == 0.0:
+        return preload, preload
+    shared = double_nut_loads(parameters.screw, preload, axial_load, parameters.screw.ball_count)
+    return float(shared.force_a), float(shared.force_b)
+
+
 def double_nut_torque(
     parameters: Parameters,
     friction_set: FrictionSet,
@@ -148,12 +156,8 @@ def double_nut_torque(
     if preload == 0.0:
         return NO_TORQUE
     screw = parameters.screw
-    forces: tuple[float, ...] = (preload, preload)
-    if axial_load != 0.0:
-        shared = double_nut_loads(screw, preload, axial_load, screw.ball_count)
-        forces = (float(shared.force_a), float(shared.force_b))
     total = NO_TORQUE
-    for force in forces:
+    for force in nut_forces(parameters, preload, axial_load):
         if force <= 0.0:
             continue
         loads = nut_loads(screw, force, screw.ball_count)

@@ -96,27 +96,31 @@ def table_text(shown: ValidationTable) -> str:
 
 
 def friction_set_text(sets: Sequence[FrictionSet]) -> str:
-    """Values with 95 % intervals and errors of friction sets as text."""
+    """Values with 95 % intervals and errors of the packaged sets as text."""
     lines = ["Fitted parameters (value +- half-width of the 95 % interval) and their errors"]
     for entry in sets:
-        lines.append(
-            f"{entry.kinematics}, {entry.name} (film: {entry.film_model}, loss: {entry.loss or 'none'})"
-        )
-        for key in SETS.get(entry.name, FITTED):
-            value, half = getattr(entry, key), entry.intervals.get(key)
-            scale, unit = (1e9, " nm") if key == "roughness_height" else (1.0, "")
-            known = "" if half is None else f" +- {scale * half:.2g}{unit}"
-            lines.append(f"    {key:<26}{scale * value:.4g}{unit}{known}")
-        if entry.errors:
-            wanted = ("table2", "table4", "mean", "leave_one_out_mean", "leave_one_out_max")
-            parts = [f"{key} {100.0 * entry.errors[key]:.2f} %" for key in wanted if key in entry.errors]
-            lines.append("    deviations: " + ", ".join(parts))
-        for name, left_out in entry.leave_one_table_out.items():
-            lines.append(f"    fitted without {name}: missed by {100.0 * left_out['mean']:.1f} % on average, "
-                         f"{100.0 * left_out['max']:.1f} % at most")  # fmt: skip
-        for pair, value in entry.correlations.items():
-            lines.append(f"    correlation {pair}: {value:.2f}")
+        lines += friction_set_lines(entry)
     lines.append(
         "Only the total torque is identified by these data, not its split into viscous and sliding part."
     )
     return "\n".join(lines)
+
+
+def friction_set_lines(entry: FrictionSet) -> list[str]:
+    """One set as text."""
+    lines = [f"{entry.kinematics}, {entry.name} (film: {entry.film_model}, loss: {entry.loss or 'none'})"]
+    for key in SETS.get(entry.name, FITTED):
+        value, half = getattr(entry, key), entry.intervals.get(key)
+        scale, unit = (1e9, " nm") if key == "roughness_height" else (1.0, "")
+        known = "" if half is None else f" +- {scale * half:.2g}{unit}"
+        lines.append(f"    {key:<26}{scale * value:.4g}{unit}{known}")
+    if entry.errors:
+        wanted = ("table2", "table4", "mean", "leave_one_out_mean", "leave_one_out_max")
+        parts = [f"{key} {100.0 * entry.errors[key]:.2f} %" for key in wanted if key in entry.errors]
+        lines.append("    deviations: " + ", ".join(parts))
+    for name, left_out in entry.leave_one_table_out.items():
+        lines.append(f"    fitted without {name}: missed by {100.0 * left_out['mean']:.1f} % on average, "
+                     f"{100.0 * left_out['max']:.1f} % at most")  # fmt: skip
+    for pair, value in entry.correlations.items():
+        lines.append(f"    correlation {pair}: {value:.2f}")
+    return lines

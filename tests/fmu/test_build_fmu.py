@@ -4,15 +4,20 @@ import csv
 import hashlib
 import importlib.util
 import io
+import math
 import subprocess
 import sys
 import zipfile
+from dataclasses import replace
+from html import escape
 from pathlib import Path
 
 import pytest
+from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 from ballscrew_fmu.native_build import PLATFORMS, BuildError
+from ballscrew_tehl.friction_set import FrictionSet, load_friction_sets, write_friction_sets
 from ballscrew_tehl.nut_map.packed import MapError
 from ballscrew_tehl.parameters import load_parameters
 
@@ -75,6 +80,64 @@ def test_it_delivers_the_native_fmus_as_well(
         state = synthetic_nut_map.evaluate(**inputs[-1])
         assert float(rows[-1]["film_thickness_min"]) == state.film_thickness_min
         assert float(rows[-1]["time"]) == pytest.approx(0.24)
+
+
+FITTED_HERE = FrictionSet(
+    "three_parameter", "published", "solved_thermal", 5.5, 0.0061, 31e-9,
+    loss="least_squares",
+    provenance='bench <3> "a".csv (SHA-256 0123456789ab), 24 points of 25 rows, without row 7',
+    errors={"mean": 0.0123, "leave_one_out_mean": 0.0145},
+    limits={"roughness_height": {"low": 1e-8, "high": math.inf}},
+    not_identified={"roughness_height": "95 % interval 10 nm to no bound around 31 nm"},
+)  # fmt: skip
+
+
+def test_friction_parameters_of_a_file_start_the_fmu_and_stand_in_its_documentation(
+    script, for_this_machine, tmp_path, capsys
+):
+    friction = tmp_path / "friction.toml"
+    write_friction_sets(friction, {("published", "three_parameter"): FITTED_HERE})
+    assert script.main(["--friction", str(friction), "--output", str(tmp_path / "dist")]) == 0
+    assert f"friction: three_parameter, least_squares; {FITTED_HERE.provenance}\n" in capsys.readouterr().out
+    for path in (tmp_path / "dist").iterdir():
+        description = read_model_description(str(path))
+        starts = {v.name: v.start for v in description.modelVariables if v.causality == "parameter"}
+        assert float(starts["apparent_viscosity_ratio"]) == 5.5
+        assert float(starts["net_sliding_coefficient"]) == 0.0061
+        assert float(starts["roughness_height"]) == 31e-9
+        with zipfile.ZipFile(path) as archive:
+            page = archive.read("documentation/index.html").decode()
+        assert escape(FITTED_HERE.provenance) in page
+        assert "mean 1.23 %, leave_one_out_mean 1.45 %" in page
+        assert "<li>roughness_height = 3.1e-08 m, 95 % limits 1e-08 to no bound</li>" in page
+        assert "<li>roughness_height: 95 % interval 10 nm to no bound around 31 nm</li>" in page
+        assert "identify their sum, not the split" not in page
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"kinematics": "rolling_frame"}, "kinematics = rolling_frame; allowed: published, as the screw says"),
+        ({"film_model": "hamrock_dowson"}, "fitted with the film hamrock_dowson; expected one of solved"),
+        ({"net_sliding_coefficient": 1.5}, "net_sliding_coefficient = 1.5; allowed: less than or equal to 1"),
+        ({"screw": "another", "parameters_hash": "0" * 12}, "fitted for the screw another (000000000000); expected"),
+    ],
+)
+def test_a_friction_file_that_does_not_suit_is_one_line(script, tmp_path, capsys, changes, message):
+    entry = replace(FITTED_HERE, **changes)
+    write_friction_sets(tmp_path / "friction.toml", {(entry.kinematics, entry.name): entry})
+    friction = str(tmp_path / "friction.toml")
+    assert script.main(["--friction", friction, "--output", str(tmp_path / "dist")]) == 2
+    assert message in one_line(capsys)
+    assert not (tmp_path / "dist").exists()
+
+
+def test_the_packaged_friction_parameters_stand_in_the_documentation(script, tmp_path, capsys):
+    assert script.main(["--python-only", "--output", str(tmp_path)]) == 0
+    with zipfile.ZipFile(tmp_path / "BallScrewFriction.fmu") as archive:
+        page = archive.read("documentation/index.html").decode()
+    assert escape(load_friction_sets()["published", "three_parameter"].provenance) in page
+    assert "identify their sum, not the split" in page
 
 
 def test_a_native_fmu_that_differs_delivers_nothing(
@@ -189,6 +252,7 @@ def test_an_output_that_is_no_folder_is_one_line(script, with_synthetic_map, tmp
     ("arguments", "message"),
     [
         (["--screw", "none.toml"], "none.toml"),
+        (["--friction", "none.toml"], "none.toml: cannot be read"),
         (["--kinematics", "sliding"], "invalid choice: 'sliding'"),
         (["--speed", "3"], "unrecognized arguments"),
     ],
@@ -208,5 +272,6 @@ def test_help_names_steps_options_and_exit_codes():
         [sys.executable, str(ROOT / "build_fmu.py"), "--help"], capture_output=True, text=True
     )
     assert run.returncode == 0
-    for word in ("--screw", "--map", "--output", "--kinematics", "--python-only", "examples", "exit codes"):
+    options = ("--screw", "--map", "--output", "--kinematics", "--friction", "--python-only")
+    for word in (*options, "examples", "exit codes"):
         assert word in run.stdout

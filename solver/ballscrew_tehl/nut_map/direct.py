@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ..friction_set import FrictionSet
 from ..hertz import RACEWAYS
-from ..load import double_nut_loads, nut_loads
+from ..load import nut_loads
 from ..parameters import Parameters, ScrewParameters
-from ..torque import nut_sums
+from ..torque import nut_forces, nut_sums
 from .operating_contact import solve_ball
 
 Array = NDArray[np.float64]
@@ -61,14 +61,6 @@ class DirectFilm:
         return self._solved[key]
 
 
-def nut_forces(screw: ScrewParameters, preload: float, axial_load: float) -> tuple[float, float]:
-    """Axial forces of both nuts [N] under a preload and an axial load [N], by the stiffness of all balls."""
-    if axial_load == 0.0:
-        return preload, preload
-    shared = double_nut_loads(screw, preload, axial_load, screw.ball_count)
-    return float(shared.force_a), float(shared.force_b)
-
-
 def direct_extremes(
     parameters: Parameters, preload: float, axial_load: float, speed: float, temperature: float
 ) -> dict[str, float]:
@@ -79,7 +71,7 @@ def direct_extremes(
     Raises       UnconvergedContactError
     """
     screw = parameters.screw
-    forces = {force for force in nut_forces(screw, preload, axial_load) if force > 0.0}
+    forces = {force for force in nut_forces(parameters, preload, axial_load) if force > 0.0}
     loads = np.concatenate([nut_loads(screw, force, screw.loaded_ball_count) for force in forces])
     heaviest, lightest = float(loads.max()), float(loads[loads > 0.0].min())
     # film falls and heating rises with load: the ends of the range hold the extremes
@@ -208,7 +200,7 @@ def direct_state(
     screw, thermal = parameters.screw, friction_set.film_model == "solved_thermal"
     torque, rise = 0.0, 0.0
     least = dict.fromkeys(RACEWAYS, math.inf)
-    forces = nut_forces(screw, preload, axial_load)
+    forces = nut_forces(parameters, preload, axial_load)
     for force, times in Counter(force for force in forces if force > 0.0).items():
         loads = _ball_loads(screw, force, screw.ball_count)
         carrying = _ball_loads(screw, force, screw.loaded_ball_count)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 from collections.abc import Mapping
 from importlib import resources
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..friction_set import default_friction_set
+from ..friction_set import FrictionSet, default_friction_set
 from ..hertz import RACEWAYS
 from ..parameters import Parameters, parameters_json
 from .evaluate import NutMap
@@ -64,6 +65,11 @@ def map_parameters_json(parameters: Parameters) -> str:
     return json.dumps(content, sort_keys=True, separators=(",", ":"))
 
 
+def parameters_hash(parameters: Parameters) -> str:
+    """Start of the SHA-256 of the parameters that a map, and a fit to its films, depends on."""
+    return hashlib.sha256(map_parameters_json(parameters).encode()).hexdigest()[:12]
+
+
 def packaged_map(kinematics: str) -> Path:
     """File of the packaged map of a kinematics."""
     with resources.as_file(
@@ -98,7 +104,7 @@ def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) 
         "temperature": list(contact_map.axes.temperature),
     })  # fmt: skip
     header["parameters_json"] = map_parameters_json(contact_map.parameters)
-    header["parameters_hash"] = hashlib.sha256(header["parameters_json"].encode()).hexdigest()[:12]
+    header["parameters_hash"] = parameters_hash(contact_map.parameters)
     text = json.dumps(header, sort_keys=True)
     variables: dict[str, tuple[tuple[str, ...], Array, dict[str, str]]] = {}
     for film, arrays in built.arrays.items():
@@ -211,16 +217,50 @@ def _path_for(path: Path | str | None, parameters: Parameters) -> Path:
     return packaged_map(parameters.friction.kinematics) if path is None else Path(path)
 
 
-def load_map(path: Path | str | None, parameters: Parameters) -> NutMap:
+def _refuse_other_fit(friction: FrictionSet, parameters: Parameters) -> None:
+    ours = parameters_hash(parameters)
+    if friction.kinematics != parameters.friction.kinematics:
+        raise MapError(
+            f"friction set {friction.name}: kinematics = {friction.kinematics}; "
+            f"expected {parameters.friction.kinematics}"
+        )
+    if friction.parameters_hash and friction.parameters_hash != ours:
+        raise MapError(
+            f"friction set {friction.name} is fitted for the screw {friction.screw} ({friction.parameters_hash}); "
+            f"expected {parameters.name} ({ours}): calibrate again with this screw file"
+        )
+
+
+def _provenance(friction: FrictionSet) -> dict[str, Any]:
+    """What the header tells of the friction parameters; JSON knows no infinity."""
+    return {
+        "set": friction.name,
+        "loss": friction.loss,
+        "provenance": friction.provenance,
+        "errors": {name: value for name, value in friction.errors.items() if math.isfinite(value)},
+        "limits": {
+            name: [ends["low"], ends["high"] if math.isfinite(ends["high"]) else None]
+            for name, ends in friction.limits.items()
+        },
+        "not_identified": None if friction.not_identified is None else dict(friction.not_identified),
+    }
+
+
+def load_map(
+    path: Path | str | None, parameters: Parameters, friction_set: FrictionSet | None = None
+) -> NutMap:
     """Nut map of a screw, with the film model and the default friction parameters of its friction set.
 
     Parameters   path : map file; None = the packaged map of the parameters' kinematics
+                 friction_set : None = the packaged set that the parameters select, with their overrides
     Raises       MapError (a ValueError): missing, damaged, of another format, of other parameters; says found, expected
     """
     path = _path_for(path, parameters)
     header, variables = _read(path)
     _refuse_other_parameters(path, header, parameters)
-    friction = default_friction_set(parameters)
+    if friction_set is not None:
+        _refuse_other_fit(friction_set, parameters)
+    friction = friction_set or default_friction_set(parameters)
     film = friction.film_model
     if film not in FILM_MODELS:
         raise MapError(
@@ -236,7 +276,7 @@ def load_map(path: Path | str | None, parameters: Parameters) -> NutMap:
     }
     header = dict(header, film_model=film, defaults=dict(zip(
         ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height"), friction.values, strict=True
-    )))  # fmt: skip
+    )), friction=_provenance(friction))  # fmt: skip
     arrays["coefficients"] = coefficients
     return NutMap.from_arrays(sealed(header, arrays), arrays)
 
