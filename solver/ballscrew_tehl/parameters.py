@@ -12,17 +12,18 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from .oil_grade import kinematic_viscosity_d341
 from .parameter_file import Entry, ParameterError, check_tables, key_forms, message, read_table, read_toml
 from .parameter_tables import (
     FieldError,
     FrictionParameters,
     LubricantParameters,
+    MissingField,
     Parameters,
     PublishedSpeeds,
     ScrewParameters,
     SolidParameters,
     Table,
-    kinematic_viscosity_d341,
 )
 
 __all__ = [
@@ -83,10 +84,11 @@ def _explain(
     entry = entries.get(field)
     key = f"{table}.{entry.key if entry else forms[0]}"
     value = entry.value if entry else None
-    if isinstance(cause, FieldError):
+    missing = error["type"] == "missing" or isinstance(cause, MissingField)
+    if isinstance(cause, FieldError) and not missing:
         return message(where, key, value, cause.allowed, cause.remedy)
     remedy = str(model.model_fields[field].description)
-    if error["type"] == "missing":
+    if missing:
         return message(where, key, None, "one of " + ", ".join(forms), f"add the key: {remedy}")
     return message(where, key, value, _allowed(model, field, entry, error), f"it is the {remedy}")
 
