@@ -1,4 +1,21 @@
-"""Ball loads of the double nut: stretch of screw and nut bodies, spacer, external axial load.
+"""Ball loads of the preloaded nut: stretch of screw and nut bodies, spacer, external axial load.
+
+Kinds of preload (`preload_kind` of the screw), after the usual names of the trade:
+
+double_nut                two nuts pressed apart by a spacer; each ball touches two flanks.
+single_nut_offset         one nut whose thread is shifted by a little in its middle: the balls of one half push to one
+                          side, those of the other half to the other, each on two flanks. It is a double nut in one
+                          piece and computed as such; turns and ball counts are those of one half, the nut between the
+                          halves is the spacer. Assumed: the halves press apart.
+single_nut_oversize_ball  balls a few micrometres thicker than their room between grooves of gothic arch, so that each
+                          touches four flanks. Two lines of contact cross in the ball: two opposed sets of flanks, each
+                          with all the balls. At rest they press alike; an axial load adds to one and relieves the
+                          other. Assumed: bodies stiff in radial direction, flanks symmetric, balls of one size.
+
+What is said below of nut A and B is, for oversize balls, said of the two sets of flanks. Both sit on the same balls:
+preload alone stretches neither screw nor nut, and all balls carry alike; an axial load stretches both. The force of
+a set then comes from the chain of all balls, each with f(d) - f(-d); the loads that `nut_loads` gives for it are
+equal ones.
 
 Each nut is a chain of balls between two elastic rods. Counted from the outer face of a nut to the spacer,
 with axial approach d, axial force f(d) of a ball and K = dz (1/(E A_screw) + 1/(E A_nut)), the recurrence of
@@ -29,15 +46,19 @@ from .ball_law import (
     contact_angle_at_ball_load,
     contact_compliance,
     fixed_angle_law,
+    flank_law,
+    flank_travel,
     groove_distance,
     loaded_angle_law,
     loaded_contact_angle,
+    preload_ball_load,
 )
-from .parameters import ScrewParameters
+from .parameters import FOUR_POINT, ScrewParameters
 
 __all__ = [
     "DoubleNutLoads",
     "axial_approach",
+    "ball_oversize",
     "ball_pitch",
     "contact_angle_at_ball_load",
     "contact_compliance",
@@ -53,7 +74,8 @@ class DoubleNutLoads(NamedTuple):
     """Loads of all balls from left to right and axial forces [N].
 
     Q_a, Q_b : (n,) of the left nut (spacer at its right end) and of the right nut (spacer at its left end);
-    force_b = force_a + axial load; the spacer carries force_a.
+    force_b = force_a + axial load; the spacer carries force_a. With oversize balls: of the same balls on the flanks
+    that an axial load > 0 relieves and loads; no spacer, its force is 0.
     """
 
     Q_a: Array
@@ -168,6 +190,33 @@ class _Chain:
         return self.newton(first, (0.0, -K * axial_load), close, max(abs(gap), *start))
 
 
+class _FourPointChain(_Chain):
+    """The balls of a single nut between four flanks each: net axial force of the loaded and the relieved pair."""
+
+    def __init__(
+        self, screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None
+    ) -> None:
+        super().__init__(screw, ball_count, contact_angle)
+        self.flank = flank_law(screw, ball_oversize(screw, preload, ball_count, contact_angle), contact_angle)
+        self.law = self._net
+
+    def _net(self, d: Array) -> tuple[Array, Array, Array]:
+        f, slope, Q = self.flank(d)
+        f_back, slope_back, _ = self.flank(-d)
+        return f - f_back, slope + slope_back, Q
+
+    def ways(self, axial_load: float) -> Array:
+        """Axial ways of the nut at its balls, left to right [m], under a load > 0 on its right end, screw held there."""
+        return self.nut(axial_load, -self.K * axial_load)[::-1]
+
+
+@lru_cache(maxsize=64)
+def _four_point_chain(
+    screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None
+) -> _FourPointChain:
+    return _FourPointChain(screw, preload, ball_count, contact_angle)
+
+
 @lru_cache(maxsize=64)
 def _chain(screw: ScrewParameters, ball_count: int, contact_angle: float | None) -> _Chain:
     return _Chain(screw, ball_count, contact_angle)
@@ -180,6 +229,36 @@ def _preload_gap(
     """What the spacer is longer than the room for it [m]."""
     chain = _chain(screw, ball_count, contact_angle)
     return 2.0 * float(chain.nut(preload)[-1]) + chain.spacer_stretch * preload
+
+
+def ball_oversize(
+    screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None = None
+) -> float:
+    """How much thicker than their room the balls of a single nut are under a preload.
+
+    Parameters   preload : float [N], >= 0;  ball_count : balls of the nut, >= 2
+                 contact_angle : float [rad]; None = that of the screw
+    Returns      oversize in diameter [m]: 2.75 um for 2000 N on 86 balls of GD4008-3
+    Raises       ValueError: not finite or negative
+    Source       Hertz: both contacts of a line together approach by C Q^(2/3), Q = F_p/(n sin(beta) cos(lambda))
+    """
+    check_force("preload", preload)
+    check_count(ball_count)
+    beta = screw.contact_angle if contact_angle is None else contact_angle
+    Q = preload_ball_load(screw, preload, ball_count, beta)
+    return float(contact_compliance(screw, beta) * np.cbrt(Q) ** 2)
+
+
+def _four_point_loads(
+    screw: ScrewParameters, preload: float, axial_load: float, ball_count: int, contact_angle: float | None
+) -> DoubleNutLoads:
+    chain = _four_point_chain(screw, preload, ball_count, contact_angle)
+    d = chain.ways(abs(axial_load)) if axial_load != 0.0 else np.zeros(chain.n)
+    (f_on, _, Q_on), (f_off, _, Q_off) = chain.flank(d), chain.flank(-d)
+    loaded, relieved = (Q_on, float(f_on.sum())), (Q_off, float(f_off.sum()))
+    # a load to the left loads the other flanks; the balls stay where they are
+    a, b = (relieved, loaded) if axial_load >= 0.0 else (loaded, relieved)
+    return DoubleNutLoads(a[0], b[0], a[1], b[1], 0.0)
 
 
 def nut_loads(
@@ -198,14 +277,23 @@ def nut_loads(
                  outer_nut_force, outer_screw_force : float [N], tension in the bodies at the outer face of
                  the nut; 0, 0 = preload only; outer_nut_force = force: bodies loaded at opposite ends
     Returns      Q : (n,) [N], outer ball first, the ball next to the spacer last (heaviest under preload
-                 only); sum of Q sin(beta) cos(lambda) = force
-    Raises       ValueError: not finite or negative;  ArithmeticError: not converged
+                 only); sum of Q sin(beta) cos(lambda) = force. Oversize balls: one set of flanks, equal loads
+    Raises       ValueError: not finite or negative, an outer force with oversize balls
+                 ArithmeticError: not converged
     Source       module docstring; Hertz ball law, bodies as rods of the section areas of the parameters
     """
     check_force("force", force)
     check_force(
         "outer_nut_force, outer_screw_force", [outer_nut_force, outer_screw_force], allow_negative=True
     )
+    if screw.preload_kind == FOUR_POINT:
+        if outer_nut_force or outer_screw_force:
+            raise ValueError(
+                f"outer_nut_force, outer_screw_force = {outer_nut_force:g}, {outer_screw_force:g} N; allowed: 0 with "
+                f"{FOUR_POINT}: double_nut_loads gives the loads under an axial load"
+            )
+        check_count(ball_count)
+        return np.full(int(ball_count), preload_ball_load(screw, float(force), ball_count, contact_angle))
     chain = _chain(screw, ball_count, contact_angle)
     if force == 0.0:
         return np.zeros(chain.n)
@@ -233,8 +321,10 @@ def double_nut_loads(
     """
     check_force("preload", preload)
     check_force("axial_load", axial_load, allow_negative=True)
-    chain = _chain(screw, ball_count, contact_angle)
     preload, axial_load = float(preload), float(axial_load)
+    if screw.preload_kind == FOUR_POINT:
+        return _four_point_loads(screw, preload, axial_load, ball_count, contact_angle)
+    chain = _chain(screw, ball_count, contact_angle)
     if preload == 0.0 and axial_load == 0.0:
         nothing = np.zeros(chain.n)
         return DoubleNutLoads(nothing, nothing, 0.0, 0.0, 0.0)
@@ -258,7 +348,8 @@ def separation_load(
                  contact_angle : as in double_nut_loads
     Returns      magnitude of the load [N]; between rigid bodies 2^(3/2) preload
     Raises       ValueError: not finite or negative, sign not +-1;  ArithmeticError: not converged
-    Source       gap equation with force 0 in the relieved nut: its ball next to the spacer just touches
+    Source       gap equation with force 0 in the relieved nut: its ball next to the spacer just touches. Oversize
+                 balls: the way of the ball that moves least is oversize/(sin(beta) cos(lambda)), to first order
     """
     check_force("preload", preload)
     if sign not in (1, -1):
@@ -267,13 +358,23 @@ def separation_load(
         return 0.0
     from scipy.optimize import brentq
 
-    chain = _chain(screw, ball_count, contact_angle)
-    gap = _preload_gap(screw, float(preload), ball_count, contact_angle)
+    if screw.preload_kind == FOUR_POINT:
+        balls = _four_point_chain(screw, float(preload), ball_count, contact_angle)
+        oversize = ball_oversize(screw, preload, ball_count, contact_angle)
+        gap = flank_travel(screw, oversize, contact_angle)
 
-    def opening(load: float) -> float:
-        if sign > 0:
-            return float(chain.nut(load, -chain.K * load)[-1]) - gap
-        return float(chain.nut(load)[-1]) + chain.spacer_stretch * load - gap
+        def opening(load: float) -> float:
+            # the last ball to come free is the one farthest from where the load enters
+            return float(balls.ways(load)[0]) - gap
+
+    else:
+        chain = _chain(screw, ball_count, contact_angle)
+        gap = _preload_gap(screw, float(preload), ball_count, contact_angle)
+
+        def opening(load: float) -> float:
+            if sign > 0:
+                return float(chain.nut(load, -chain.K * load)[-1]) - gap
+            return float(chain.nut(load)[-1]) + chain.spacer_stretch * load - gap
 
     low, high = preload, 4.0 * preload
     while opening(high) < 0.0:

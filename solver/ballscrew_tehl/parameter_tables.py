@@ -17,6 +17,10 @@ from . import oil_grade
 from .oil_grade import kinematic_viscosity_d341
 
 
+#: preload kind whose balls touch four flanks
+FOUR_POINT = "single_nut_oversize_ball"
+
+
 class FieldError(ValueError):
     """Several fields of a table do not go together."""
 

@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from .oil_grade import kinematic_viscosity_d341
 from .parameter_file import Entry, ParameterError, check_tables, key_forms, message, read_table, read_toml
 from .parameter_tables import (
+    FOUR_POINT,
     FieldError,
     FrictionParameters,
     LubricantParameters,
@@ -27,6 +28,7 @@ from .parameter_tables import (
 )
 
 __all__ = [
+    "FOUR_POINT",
     "FrictionParameters",
     "LubricantParameters",
     "ParameterError",
