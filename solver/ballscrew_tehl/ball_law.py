@@ -193,5 +193,7 @@ def flank_travel(screw: ScrewParameters, oversize: float, angle: float | None = 
     x, y_0 = (a_0 + oversize) * math.cos(beta), (a_0 + oversize) * math.sin(beta)
     if not x < a_0:
         largest = a_0 * (1.0 / math.cos(beta) - 1.0)
-        raise ValueError(f"oversize = {oversize:.3g} m; allowed: < {largest:.3g} m: the preload is beyond these grooves")
+        raise ValueError(
+            f"oversize = {oversize:.3g} m; allowed: < {largest:.3g} m: the preload is beyond these grooves"
+        )
     return (y_0 - math.sqrt(a_0**2 - x**2)) / math.cos(screw.lead_angle)

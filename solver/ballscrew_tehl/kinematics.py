@@ -180,9 +180,9 @@ def spin_share(parameters: Parameters, contact_angle: Any) -> Any:
     """Share of w sin(beta) that is the spin at the screw contact; 1 - share is that at the nut.
 
     Parameters   contact_angle : float or array [rad]
-    Returns      friction.spin_split where a ball touches two flanks. Where it touches four under preload alone, its axis
-                 is parallel to that of the screw: the only motion that slides at the middle of no contact. Then the
-                 spins are w_b +- W of raceway, each against the other: 6.35 and -5.35 for GD4008-3 at 45 degrees
+    Returns      friction.spin_split where a ball touches two flanks. Where it touches four under preload alone, its
+                 axis is parallel to that of the screw: the only motion that slides at the middle of no contact. The
+                 spins then are w_b +- W of raceway, each against the other: 6.44 and -5.44 for GD4008-3 at 45 degrees
     Source       w_b = u_e/(r_b cos(beta)), W = w (1 +- g)/2, g = r_b cos(beta)/r_m; zero lead
     """
     screw = parameters.screw

@@ -73,7 +73,7 @@ def _double_logarithms(*nu: float) -> tuple[float, ...]:
 
 def _reference_oils(Y: float) -> tuple[float, float]:
     """L and H [mm2/s]: viscosity at 40 C of the oils of index 0 and 100 with Y at 100 C."""
-    _, a, b, c, d, e, f = next(row for row in _D2270 if Y <= row[0])
+    _, a, b, c, d, e, f = next(row for row in _D2270 if row[0] >= Y)
     return (a * Y + b) * Y + c, (d * Y + e) * Y + f
 
 

@@ -12,19 +12,17 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from .checked_table import FieldError, MissingFieldError, Table
+from .lubricant_table import LubricantParameters
 from .oil_grade import kinematic_viscosity_d341
 from .parameter_file import Entry, ParameterError, check_tables, key_forms, message, read_table, read_toml
 from .parameter_tables import (
     FOUR_POINT,
-    FieldError,
     FrictionParameters,
-    LubricantParameters,
-    MissingField,
     Parameters,
     PublishedSpeeds,
     ScrewParameters,
     SolidParameters,
-    Table,
 )
 
 __all__ = [
@@ -86,7 +84,7 @@ def _explain(
     entry = entries.get(field)
     key = f"{table}.{entry.key if entry else forms[0]}"
     value = entry.value if entry else None
-    missing = error["type"] == "missing" or isinstance(cause, MissingField)
+    missing = error["type"] == "missing" or isinstance(cause, MissingFieldError)
     if isinstance(cause, FieldError) and not missing:
         return message(where, key, value, cause.allowed, cause.remedy)
     remedy = str(model.model_fields[field].description)
