@@ -17,6 +17,7 @@ from typing import Any, NoReturn
 
 from . import __version__
 from .contact_command import add_contact
+from .oil_command import add_oil
 from .operating_points import Quantity, add_json, add_options
 
 PRELOAD = Quantity("preload_n", "preload of the double nut [N]", least=0.0)
@@ -33,6 +34,7 @@ FILMS = ("solved", "solved_thermal", "hamrock_dowson")
 KINEMATICS = ("published", "rolling_frame")
 SET_NAMES = ("two_parameter", "three_parameter")
 CERTIFIED = ("torque", "film", "temperature_rise")
+OILS = ("viscosities", "iso_vg")
 LOSS_NAMES = ("least_squares", "soft_l1", "table_minimax")
 
 
@@ -153,6 +155,12 @@ def _validate(commands: argparse._SubParsersAction) -> None:
 def _init(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser("init", help="write a commented screw file to fill in")
     parser.add_argument("file", metavar="FILE.toml", help="a new file")
+    parser.add_argument(
+        "--oil",
+        choices=OILS,
+        default=OILS[0],
+        help="how the oil is given: by two viscosities or by ISO grade and viscosity index (default %(default)s)",
+    )
     add_json(parser)
     parser.set_defaults(run="commands.run_init")
 
@@ -174,7 +182,7 @@ def build_parser() -> Parser:
     parser = Parser(prog="ballscrew_tehl", description="Friction torque of preloaded double-nut ball screws.")
     parser.add_argument("--version", action="version", version=f"ballscrew_tehl {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
-    for add in (add_contact, _torque, _preload, _map, _calibrate, _validate, _report, _init):
+    for add in (add_contact, _torque, _preload, _map, _calibrate, _validate, _report, _init, add_oil):
         add(commands)
     return parser
 

@@ -43,14 +43,13 @@ class LubricantParameters(Table):
     name: str = Field(min_length=1, description="name of the oil or grease")
     iso_vg: Literal[oil_grade.ISO_GRADES] | None = Field(  # type: ignore[valid-type]
         default=None,
-        description="ISO 3448 grade of a mineral oil, mm2/s at 40 C +-10 %; with viscosity_index, instead of all that "
-        "follows but name and rheology",
+        description="ISO 3448 grade of a mineral oil, with viscosity_index",
     )
     viscosity_index: float | None = Field(
-        default=None, ge=0, le=400, description="viscosity index (ASTM D2270), with iso_vg"
+        default=None, ge=0, le=400, description="its viscosity index (ASTM D2270)"
     )
     density_15c: float | None = quantity(
-        "density", "density at 15 C of an oil with iso_vg; default: a paraffinic oil, +-2 %",
+        "density", "its density at 15 C; default: a paraffinic oil, +-2 %",
         default_factory=_of_grade(lambda d: oil_grade.density_15c(1e-6 * d["iso_vg"])), ge=600, le=1300,
     )  # fmt: skip
     viscosity_law: Literal["section_2_3", "roelands_printed", "astm_d341", "constant"] = Field(

@@ -20,6 +20,12 @@ GRADE_TOLERANCE = 0.10
 LEAST_AT_100C = 2.0
 #: viscosity-gravity constant of paraffinic oils, 0.80 to 0.84; chosen: the common hydraulic oils come out within 0.5 %
 PARAFFINIC_VGC = 0.82
+#: how far from that an oil may be, in the constant and in its density
+VGC_TOLERANCE, DENSITY_TOLERANCE = 0.02, 0.017
+#: rms and largest relative error of the pressure-viscosity coefficient by roelands_z
+Z_ERROR_RMS, Z_ERROR_MAX = 0.10, 0.24
+#: largest index of conventional mineral oils; above are synthetic oils and improvers, which roelands_z does not know
+MINERAL_INDEX = 120.0
 #: K_1 of lubricating oils [kg/(m3 K)]: 0.34878 per degree F
 EXPANSION_K1 = 0.34878 * 1.8
 
@@ -194,7 +200,7 @@ def roelands_z(eta_40: float, eta_100: float) -> float:
 
 
 def so_klaus(nu: float, rho: float, slope: float) -> float:
-    """Pressure-viscosity coefficient at low pressure [1/Pa], to compare with: 8 % above roelands_z on average.
+    """Pressure-viscosity coefficient at low pressure [1/Pa], to compare with: some 10 % above measured ones.
 
     Parameters   nu [m2/s] and rho [kg/m3] at the temperature;  slope : n of ASTM D341 (its chart's slope over 0.2)
     Source       So & Klaus, ASLE Trans. 23 (1980) 409: 1e8 alpha = 1.216 + 4.143 x^3.0627 + 2.848e-4 n^5.1903 x^1.5976
@@ -206,7 +212,7 @@ def so_klaus(nu: float, rho: float, slope: float) -> float:
 
 
 def agma_925(eta: float) -> float:
-    """Pressure-viscosity coefficient of gear design [1/Pa], to compare with: 25 % below measured ones.
+    """Pressure-viscosity coefficient of gear design [1/Pa], to compare with: some 25 % below measured ones.
 
     Parameters   eta : dynamic viscosity at the temperature [Pa s]
     Source       AGMA 925-A03, mineral oil: alpha = 0.010471 eta^0.1348 mm2/N, eta in mPa s
