@@ -79,6 +79,7 @@ def assumptions(oil: LubricantParameters) -> list[str]:
         return []
     low, high = ((1.0 + sign * oil_grade.GRADE_TOLERANCE) * oil.iso_vg for sign in (-1.0, 1.0))
     T = np.linspace(*DENSITY_RANGE_C, 91) + CELSIUS
+    lighter = oil_grade.density_15c(1e-6 * oil.iso_vg, oil_grade.PARAFFINIC_VGC - oil_grade.VGC_TOLERANCE)
     linear, law = lubricant.ambient_density(oil, T), oil_grade.density_at(oil.density_15c, T)
     misfit = 100.0 * float(np.max(np.abs(linear / law - 1.0)))
     lines = [
@@ -90,7 +91,7 @@ def assumptions(oil: LubricantParameters) -> list[str]:
     by_field = {
         "density_15c": f"density at 15 C: {oil.density_15c:.1f} kg/m3, a paraffinic oil, viscosity-gravity constant "
         f"{oil_grade.PARAFFINIC_VGC:g} +-{oil_grade.VGC_TOLERANCE:g} (ASTM D2501): "
-        f"+-{100.0 * oil_grade.DENSITY_TOLERANCE:g} %",
+        f"+-{100.0 * (1.0 - lighter / oil.density_15c):.1f} %",
         "pressure_viscosity": f"alpha: exponent Z = {oil.z_roelands:.3f} of Roelands from both viscosities; "
         f"{100.0 * oil_grade.Z_ERROR_RMS:.0f} % rms, {100.0 * oil_grade.Z_ERROR_MAX:.0f} % at most off measured "
         "mineral oils. Beside it So & Klaus 1980 and AGMA 925",

@@ -18,12 +18,10 @@ ISO_GRADES = (7, 10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 150
 GRADE_TOLERANCE = 0.10
 #: least viscosity at 100 C that has an index (ASTM D2270) [mm2/s]
 LEAST_AT_100C = 2.0
-#: viscosity-gravity constant of paraffinic oils, 0.80 to 0.84; chosen: the common hydraulic oils come out within 0.5 %
-PARAFFINIC_VGC = 0.82
-#: how far from that an oil may be, in the constant and in its density
-VGC_TOLERANCE, DENSITY_TOLERANCE = 0.02, 0.017
+#: viscosity-gravity constant of paraffinic oils, 0.80 to 0.84: chosen in the middle, and how far an oil may be from it
+PARAFFINIC_VGC, VGC_TOLERANCE = 0.82, 0.02
 #: rms and largest relative error of the pressure-viscosity coefficient by roelands_z
-Z_ERROR_RMS, Z_ERROR_MAX = 0.10, 0.24
+Z_ERROR_RMS, Z_ERROR_MAX = 0.11, 0.24
 #: largest index of conventional mineral oils; above are synthetic oils and improvers, which roelands_z does not know
 MINERAL_INDEX = 120.0
 #: K_1 of lubricating oils [kg/(m3 K)]: 0.34878 per degree F
@@ -136,7 +134,7 @@ def density_15c(nu_40: float, vgc: float = PARAFFINIC_VGC) -> float:
     """Density at 15 C of an oil whose viscosity-gravity constant is known.
 
     Parameters   nu_40 : float [m2/s], > 5.5 mm2/s;  vgc : 0.80 to 0.84 paraffinic, 0.86 to 0.90 naphthenic
-    Returns      rho_15 [kg/m3]; 0.02 in vgc are 1.7 %
+    Returns      rho_15 [kg/m3]; 0.02 in vgc are 2.2 % (ISO VG 7) to 1.2 % (3200)
     Raises       ValueError: out of range
     Source       ASTM D2501, Eq. 1: vgc = (G - 0.0664 - 0.1154 lg(nu - 5.5))/(0.94 - 0.109 lg(nu - 5.5)), solved for G
     """
@@ -187,7 +185,7 @@ def roelands_z(eta_40: float, eta_100: float) -> float:
 
     Parameters   eta_40, eta_100 : float [Pa s], eta_40 > eta_100 > 1 mPa s
     Returns      Z; alpha = Z (ln eta + 9.67)/p_r then follows measured coefficients of 13 mineral oils at 30, 60 and
-                 100 C with 10 % rms, 24 % at most, no bias (tests/published/test_pressure_viscosity.py)
+                 100 C with 11 % rms, 24 % at most, -1 % mean (tests/published/test_mineral_oils.py)
     Raises       ValueError: out of range
     Validity     mineral oils without viscosity index improver
     Source       Roelands, dissertation, Delft 1966, in the form of Fein, Tribology Data Handbook (CRC 1997): Z =
