@@ -101,7 +101,7 @@ def test_density_falls_by_its_slope():
 
 
 def test_bad_viscosities():
-    with pytest.raises(ValueError, match="> 5.5 mm2/s"):
+    with pytest.raises(ValueError, match=r"> 5\.5 mm2/s"):
         density_15c(5e-6)
     for eta_40, eta_100 in ((0.01, 0.02), (0.01, 1e-4), (math.nan, 0.01), (0.01, math.nan)):
         with pytest.raises(ValueError, match="eta_40 > eta_100"):
@@ -117,7 +117,7 @@ def test_every_grade_makes_an_oil(grade, index):
     try:
         oil = graded_oil(grade, index)
     except ParameterError:
-        assert (grade, index) in {(7, 0.0), (10, 0.0)}
+        assert (grade, index) == (7, 0.0)
         return
     rho_15 = density_15c(1e-6 * grade)
     assert oil.density == density_at(rho_15, 313.15)

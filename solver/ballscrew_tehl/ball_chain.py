@@ -40,6 +40,9 @@ def ball_pitch(screw: ScrewParameters, ball_count: int) -> float:
 class BallChain:
     """One screw's bodies and ball law with n balls in each nut."""
 
+    #: approach to which the accuracy is relative where a load has a smaller one [m]
+    least_scale = 0.0
+
     def __init__(self, screw: ScrewParameters, ball_count: int, contact_angle: float | None) -> None:
         check_count(ball_count)
         self.n = int(ball_count)
@@ -117,7 +120,8 @@ class BallChain:
 
         # at least one ball carries: the slope must not lift all of them off at the start
         lift = max(0.0, -end_slope) * (self.n - 1)
-        return self.newton(np.full(self.n, start + lift), (end_slope, 0.0), close, start + lift)
+        scale = max(start + lift, self.least_scale)
+        return self.newton(np.full(self.n, start + lift), (end_slope, 0.0), close, scale)
 
     def double_nut(self, gap: float, axial_load: float, start: tuple[float, float]) -> Array:
         """Approaches of both nuts, left to right (2n,) [m]; `start` for each nut."""
@@ -162,13 +166,19 @@ class FourPointChain(BallChain):
         self, screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None
     ) -> None:
         super().__init__(screw, ball_count, contact_angle)
-        self.flank = flank_law(screw, ball_oversize(screw, preload, ball_count, contact_angle), contact_angle)
+        self.least_scale = ball_oversize(screw, preload, ball_count, contact_angle)
+        self.flank = flank_law(screw, self.least_scale, contact_angle)
         self.law = self._net
 
     def _net(self, d: Array) -> tuple[Array, Array, Array]:
         f, slope, Q = self.flank(d)
         f_back, slope_back, _ = self.flank(-d)
         return f - f_back, slope + slope_back, Q
+
+    def rigid_approach(self, force: float) -> float:
+        """Way of n equal balls under a force by their stiffness under preload: a start for Newton."""
+        stiffness = self.n * float(self.law(np.zeros(1))[1][0])
+        return force / stiffness if stiffness > 0.0 else super().rigid_approach(force)
 
     def ways(self, axial_load: float) -> Array:
         """Axial ways at the balls, left to right [m], under a load > 0 on the right end, screw held there."""
