@@ -272,7 +272,7 @@ MISTAKES = {
         ["friction.ball_rq_m = (missing)", "the composite with raceway_rq needs it"],
     ),
     "roughness said twice": (
-        edited("spin_split = 0.5 ", "raceway_rq_um = 0.05\nball_rq_um = 0.0\nroughness_height_um = 0.05\nspin_split = 0"),
+        edited("spin_split = 0.5 ", "raceway_rq_um = 0.05\nball_rq_um = 0\nroughness_height_um = 0.05\nspin_split = 0"),
         ["friction.roughness_height_um = 0.05", "no entry"],
     ),
     "no TOML": ("[screw\n", ["no valid TOML", "line 1"]),

@@ -20,7 +20,7 @@ from .contact_command import add_contact
 from .oil_command import add_oil
 from .operating_points import Quantity, add_json, add_options
 
-PRELOAD = Quantity("preload_n", "preload of the double nut [N]", least=0.0)
+PRELOAD = Quantity("preload_n", "preload of the nut [N]", least=0.0)
 SPEED = Quantity("speed_rpm", "screw speed [r/min]")
 TEMPERATURE = Quantity("temperature_c", "oil temperature [C]", least=-73.15)
 AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", default=0.0)
@@ -59,7 +59,7 @@ def _screw_options(parser: argparse.ArgumentParser, with_map: bool = True) -> No
 
 
 def _torque(commands: argparse._SubParsersAction) -> None:
-    parser = commands.add_parser("torque", help="friction torque of the double nut at an operating point")
+    parser = commands.add_parser("torque", help="friction torque of the nut at an operating point")
     add_options(parser, TORQUE_POINT)
     parser.add_argument(
         "--direct", action="store_true", help="solve every ball's contacts instead of reading the map"
@@ -179,7 +179,7 @@ def _report(commands: argparse._SubParsersAction) -> None:
 
 def build_parser() -> Parser:
     """The whole command line."""
-    parser = Parser(prog="ballscrew_tehl", description="Friction torque of preloaded double-nut ball screws.")
+    parser = Parser(prog="ballscrew_tehl", description="Friction torque of preloaded ball screws.")
     parser.add_argument("--version", action="version", version=f"ballscrew_tehl {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
     for add in (add_contact, _torque, _preload, _map, _calibrate, _validate, _report, _init, add_oil):

@@ -115,13 +115,13 @@ def run_torque(args: Namespace) -> int:
 
 def _single_nut(parameters: Parameters, point: dict[str, Any]) -> dict[str, Any]:
     """What a single nut has to say beside the torque: its kind, and what spinning balls may add at most."""
-    from .torque import four_point_spin_bound
-
     kind = parameters.screw.preload_kind
     if kind == "double_nut":
         return {}
     if kind != FOUR_POINT:
         return {"preload_kind": kind}
+    from .torque import four_point_spin_bound
+
     bound = four_point_spin_bound(parameters, point["preload_n"], point["axial_load_n"])
     return {"preload_kind": kind, "spin_torque_not_included_at_most_nm": bound}
 
