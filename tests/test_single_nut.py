@@ -2,6 +2,8 @@
 
 import json
 import math
+import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -284,7 +286,10 @@ def test_bound_of_the_spin_is_power_over_speed():
         power += 2 * 86 * moment * abs(float(field.spin_2 - field.spin_1))
     assert four_point_spin_bound(FOUR, 1000.0, 0.0, 0.05) == pytest.approx(power / 30.0, rel=1e-9)
     assert four_point_spin_bound(GD4008, 1000.0) == four_point_spin_bound(OFFSET, 1000.0) == 0.0
+    # no preload, or so much axial load that every ball rolls on two flanks
     assert four_point_spin_bound(FOUR, 0.0) == 0.0
+    free = separation_load(SCREW, 1000.0, 86)
+    assert four_point_spin_bound(FOUR, 1000.0, 1.001 * free) == 0.0 < four_point_spin_bound(FOUR, 1000.0, 0.9 * free)
     # Q a ~ Q^(4/3)
     ratio = four_point_spin_bound(FOUR, 8000.0) / four_point_spin_bound(FOUR, 1000.0)
     assert ratio == pytest.approx(16.0, rel=1e-9)
@@ -345,6 +350,28 @@ def test_command_line_says_what_spin_may_add(tmp_path, capsys, four_point_map):
     bound = four_point_spin_bound(FOUR, 2000.0, 500.0)
     assert found["spin_torque_not_included_at_most_nm"] == pytest.approx(bound, rel=1e-9)
     assert bound > 0.1
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words", "not_said"),
+    [
+        (GD4008, ["Ball loads of the double nut", "next to the spacer", "relieved nut"], "flanks"),
+        (OFFSET, ["Ball loads of the single nut", "Each half", "relieved half"], "spacer"),
+        (FOUR, ["Ball loads of the single nut", "between four flanks", "relieved set of flanks", "spins"], "spacer"),
+    ],
+    ids=["double", "offset", "oversize"],
+)
+def test_report_names_the_kind_of_preload(parameters, words, not_said):
+    from ballscrew_tehl.report import material, sections
+
+    balls = material.ball_loads(parameters, 2000.0)
+    text = str(sections.balls(SimpleNamespace(parameters=parameters, balls=balls)))
+    # pictures hold their own words
+    text = re.sub(r"src=\S+", "", text)
+    for word in words:
+        assert word in text
+    assert not_said not in text
+    assert f"comes free at {balls.separation:.0f} N" in text
 
 
 def test_double_nut_says_nothing_of_spin(capsys):

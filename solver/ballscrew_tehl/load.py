@@ -15,7 +15,8 @@ single_nut_oversize_ball  balls a few micrometres thicker than their room betwee
 What this module says of nut A and B holds, with oversize balls, for the two sets of flanks. Both sit on the same balls:
 preload alone stretches neither screw nor nut, and all balls carry alike; an axial load stretches both. The force of
 a set then comes from the chain of all balls, each with f(d) - f(-d); the loads that `nut_loads` gives for it are
-equal ones.
+equal ones: exact under preload, under an axial load the heaviest ball of the loaded set carries up to 6 % more
+(GD4008-3, 1 to 6 kN, up to the separation load; `double_nut_loads` has it).
 
 The equations are in `ball_chain`.
 scipy is imported where it is used: an answer from a stored map needs no load distribution.

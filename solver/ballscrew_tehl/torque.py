@@ -163,7 +163,7 @@ def four_point_spin_bound(
 
     Parameters   preload : [N], >= 0;  axial_load : [N]
                  coefficient : Coulomb coefficient [1]; None = friction.sliding_coefficient
-    Returns      torque [N m], >= 0; 0 where balls touch two flanks
+    Returns      torque [N m], >= 0, of the balls that touch four flanks; 0 where all touch two
     Raises       ValueError: not finite, negative preload
     Validity     dry or boundary friction over the whole ellipse; a film shears with less
     Source       a ball that four flanks hold cannot roll on all of them. Between Coulomb contacts it moves so that the
@@ -177,12 +177,12 @@ def four_point_spin_bound(
     both = double_nut_loads(screw, preload, axial_load, screw.ball_count)
     beta = screw.contact_angle
     share = float(spin_share(parameters, beta))
+    held = (both.Q_a > 0.0) & (both.Q_b > 0.0)
     torque = 0.0
     for raceway, part in zip(RACEWAYS, (share, 1.0 - share), strict=True):
         for loads in (both.Q_a, both.Q_b):
-            carrying = loads[loads > 0.0]
-            contact = ellipse(carrying, *reduced_radii(screw, beta, raceway), E_prime(screw))
-            moments = spin_moment(carrying, contact.a, contact.b, mu)
+            contact = ellipse(loads[held], *reduced_radii(screw, beta, raceway), E_prime(screw))
+            moments = spin_moment(loads[held], contact.a, contact.b, mu)
             torque += abs(part) * math.sin(beta) * float(np.sum(moments))
     return torque
 
