@@ -124,7 +124,10 @@ def run_oil(args: Namespace) -> int:
         "agma_925_per_gpa": "AGMA 925",
     }  # fmt: skip
     print(f"{oil.name}\n")
-    print(table([[heads[key] for key in rows[0]]] + [[f"{value:.4g}" for value in row.values()] for row in rows]))
+    cells = [
+        [f"{value:g}" if key == "temperature_c" else f"{value:#.4g}" for key, value in row.items()] for row in rows
+    ]
+    print(table([[heads[key] for key in rows[0]], *cells]))
     if assumed:
         print("\nassumed:\n" + "\n".join(f"- {line}" for line in assumed))
         print(f"\nFor the screw file:\n[lubricant]\nname = \"{oil.name}\"\niso_vg = {oil.iso_vg}")
