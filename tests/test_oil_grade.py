@@ -22,10 +22,12 @@ from ballscrew_tehl.oil_grade import (
 from ballscrew_tehl.parameters import LubricantParameters, ParameterError, graded_oil
 
 
-@pytest.mark.parametrize(("U", "Y", "stated"), [(73.30, 8.86, 92), (22.83, 5.05, 156), (53.47, 7.80, 111)])
+@pytest.mark.parametrize(("U", "Y", "stated"), [(73.30, 8.86, 92.43), (22.83, 5.05, 156.37), (53.47, 7.80, 111)])
 def test_examples_of_astm_d2270(U, Y, stated):
-    """Procedures A, B and B again."""
-    assert round(viscosity_index(1e-6 * U, 1e-6 * Y)) == stated
+    """Procedures A, B and B again; the first two with the decimals that the standard prints on the way."""
+    index = viscosity_index(1e-6 * U, 1e-6 * Y)
+    assert round(index) == round(stated)
+    assert index == pytest.approx(stated, abs=0.31)  # L and H by its equations instead of its table
 
 
 def test_reference_viscosities_of_the_examples():

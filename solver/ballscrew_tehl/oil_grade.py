@@ -198,7 +198,7 @@ def roelands_z(eta_40: float, eta_100: float) -> float:
 
 
 def so_klaus(nu: float, rho: float, slope: float) -> float:
-    """Pressure-viscosity coefficient at low pressure [1/Pa], to compare with: some 10 % above measured ones.
+    """Pressure-viscosity coefficient at low pressure [1/Pa], to compare with: 10 % above measured ones, 17 % rms.
 
     Parameters   nu [m2/s] and rho [kg/m3] at the temperature;  slope : n of ASTM D341 (its chart's slope over 0.2)
     Source       So & Klaus, ASLE Trans. 23 (1980) 409: 1e8 alpha = 1.216 + 4.143 x^3.0627 + 2.848e-4 n^5.1903 x^1.5976
@@ -210,7 +210,7 @@ def so_klaus(nu: float, rho: float, slope: float) -> float:
 
 
 def agma_925(eta: float) -> float:
-    """Pressure-viscosity coefficient of gear design [1/Pa], to compare with: some 25 % below measured ones.
+    """Pressure-viscosity coefficient of gear design [1/Pa], to compare with: 24 % below measured ones, 25 % rms.
 
     Parameters   eta : dynamic viscosity at the temperature [Pa s]
     Source       AGMA 925-A03, mineral oil: alpha = 0.010471 eta^0.1348 mm2/N, eta in mPa s
