@@ -23,8 +23,9 @@ from ballscrew_tehl.kinematics import KINEMATICS
 from ballscrew_tehl.nut_map import store
 from ballscrew_tehl.nut_map.contact_map import QUANTITIES
 from ballscrew_tehl.nut_map.packed import FORCE_CURVES, SURFACES, MapError
+from ballscrew_tehl.nut_map.refine import map_parameters
 from ballscrew_tehl.nut_map.store import load_contact_map, load_map, packaged_map, save_map
-from ballscrew_tehl.parameters import changed
+from ballscrew_tehl.parameters import changed, graded_oil
 
 PACKAGED = [name for name in KINEMATICS if packaged_map(name).exists()]
 CERTIFICATE = {"points": 3, "torque_error_max": 5e-4}
@@ -110,6 +111,42 @@ def test_header_says_what_the_map_was_made_of(saved):
     assert header["axes"]["speed"] == list(GRID.speed)
     with xr.open_dataset(saved) as data:
         assert header["version"] in data.attrs["source"]
+
+
+def test_fields_that_came_later_do_not_disown_old_maps():
+    """The text for GD4008 is that of the packaged maps; a new field enters only where it differs."""
+    content = json.loads(store.map_parameters_json(GD4008))
+    for table, names in {
+        "screw": ("preload_kind", "return_ball_count"),
+        "lubricant": ("iso_vg", "viscosity_index", "density_15c"),
+        "friction": ("raceway_rq", "ball_rq"),
+    }.items():
+        assert not set(names) & set(content[table])
+    for kinematics in ("published", "rolling_frame"):
+        parameters = changed(GD4008, friction={"kinematics": kinematics})
+        with xr.open_dataset(store.packaged_map(kinematics)) as data:
+            text = json.loads(data.attrs["header"])["parameters_json"]
+        assert text == store.map_parameters_json(parameters)
+    offset = changed(GD4008, screw={"preload_kind": "single_nut_offset"})
+    assert json.loads(store.map_parameters_json(offset))["screw"]["preload_kind"] == "single_nut_offset"
+
+
+def test_how_parameters_are_given_is_not_part_of_a_map():
+    content = GD4008.model_dump(exclude_unset=True)
+    content["lubricant"] = graded_oil(68, 95.0).model_dump(exclude_unset=True)
+    by_grade = type(GD4008).model_validate(content)
+    oil = by_grade.lubricant.model_dump()
+    numbers = {name: value for name, value in oil.items() if name not in store.GIVEN_BY["lubricant"]}
+    del numbers["viscosity"]
+    by_numbers = type(GD4008).model_validate(content | {"lubricant": numbers})
+    assert store.map_parameters_json(by_numbers) == store.map_parameters_json(by_grade)
+    # the parameters of a map's header are complete
+    text = store.map_parameters_json(by_grade)
+    assert store.map_parameters_json(map_parameters({"parameters_json": text})) == text
+    screw = GD4008.model_dump(exclude_unset=True)["screw"]
+    screw["return_ball_count"] = screw["ball_count"] - screw.pop("loaded_ball_count")
+    by_returns = type(GD4008).model_validate(GD4008.model_dump(exclude_unset=True) | {"screw": screw})
+    assert store.map_parameters_json(by_returns) == store.map_parameters_json(GD4008)
 
 
 def test_contact_map_comes_back(saved):

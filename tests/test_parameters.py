@@ -37,6 +37,15 @@ def edited(old, new, text=PACKAGED):
     return text.replace(old, new)
 
 
+def graded(**entries):
+    """The example with a mineral oil by its grade and more entries; None leaves one out."""
+    entries = {"iso_vg": 68, "viscosity_index": 95, **entries}
+    lines = [f"{key} = {value}" for key, value in entries.items() if value is not None]
+    head, rest = EXAMPLE.split("[lubricant]")
+    tail = rest.split("[friction]")[1]
+    return "\n".join([head, "[lubricant]", 'name = "mine"', *lines, "[friction]", tail])
+
+
 def test_packaged_screw_is_table_1_in_si():
     screw, lub = GD4008.screw, GD4008.lubricant
     assert GD4008.name == "GD4008-3"
@@ -212,6 +221,60 @@ MISTAKES = {
         edited("spin_split = 0.5 ", "spin_split = -0.5 "),
         ["friction.spin_split = -0.5", ">= 0"],
     ),
+    "grade that does not exist": (graded(iso_vg=69), ["lubricant.iso_vg = 69", "46, 68, 100"]),
+    "grade without index": (graded(viscosity_index=None), ["lubricant.viscosity_index = (missing)", "iso_vg needs it"]),
+    "index without grade": (graded(iso_vg=None), ["lubricant.iso_vg = (missing)", "viscosity_index needs it"]),
+    "index that the grade cannot have": (
+        graded(iso_vg=7, viscosity_index=1),
+        ["lubricant.viscosity_index = 1", "62.08 to", "for 7 mm2/s at 40 C"],
+    ),
+    "index below zero": (graded(viscosity_index=-1), ["lubricant.viscosity_index = -1", ">= 0"]),
+    "grade and points": (
+        graded(astm_viscosity_1_cSt=100),
+        ["lubricant.astm_viscosity_1_cSt = 100", "no entry beside iso_vg"],
+    ),
+    "grade and viscosity": (graded(viscosity_Pas=0.1), ["lubricant.viscosity_Pas = 0.1", "iso_vg and viscosity_index"]),
+    "grade and another law": (
+        graded(viscosity_law='"constant"'),
+        ["lubricant.viscosity_law = 'constant'", "beside iso_vg"],
+    ),
+    "density at 15 C without grade": (
+        edited("density_kg_m3 = 970.0", "density_kg_m3 = 970.0\ndensity_15c_kg_m3 = 980"),
+        ["lubricant.density_15c_kg_m3 = 980", "no entry without iso_vg"],
+    ),
+    "density missing": (edited("density_kg_m3 = 970.0", ""), ["lubricant.density_kg_m3 = (missing)", "add the key"]),
+    "specific heat missing": (
+        edited("specific_heat_J_kgK = 1910.0", ""),
+        ["lubricant.specific_heat_J_kgK = (missing)", "specific_heat_kJ_kgK", "add the key"],
+    ),
+    "law missing": (
+        edited('viscosity_law = "section_2_3"', ""),
+        ["lubricant.viscosity_law = (missing)", "add the key"],
+    ),
+    "unknown kind of preload": (
+        edited("turns = 3 ", 'preload_kind = "single_nut"\nturns = 3 '),
+        ["screw.preload_kind = 'single_nut'", "'single_nut_offset'"],
+    ),
+    "more balls in the returns than there are": (
+        edited("loaded_ball_count = 72 ", "return_ball_count = 85 "),
+        ["screw.return_ball_count = 85", "at most 84"],
+    ),
+    "fewer balls in the returns than do not fit the turns": (
+        edited("loaded_ball_count = 72 ", "return_ball_count = 3 "),
+        ["screw.return_ball_count = 3", "at least 7"],
+    ),
+    "balls counted twice": (
+        edited("loaded_ball_count = 72 ", "return_ball_count = 10\nloaded_ball_count = 72 "),
+        ["screw.loaded_ball_count = 72", "76, or no entry"],
+    ),
+    "roughness of one surface": (
+        edited("spin_split = 0.5 ", "raceway_rq_um = 0.05\nspin_split = 0.5 "),
+        ["friction.ball_rq_m = (missing)", "the composite with raceway_rq needs it"],
+    ),
+    "roughness said twice": (
+        edited("spin_split = 0.5 ", "raceway_rq_um = 0.05\nball_rq_um = 0\nroughness_height_um = 0.05\nspin_split = 0"),
+        ["friction.roughness_height_um = 0.05", "no entry"],
+    ),
     "no TOML": ("[screw\n", ["no valid TOML", "line 1"]),
 }
 
@@ -248,6 +311,33 @@ def test_changed_checks_and_derives_anew():
         changed(GD4008, screw={"nominal_radius": -1.0})
     with pytest.raises(ValueError, match="Extra inputs"):
         changed(GD4008, screw={"nominal_radii": 1.0})
+
+
+def test_balls_in_the_returns_are_those_that_do_not_carry(read):
+    screw = read(edited("loaded_ball_count = 72 ", "return_ball_count = 14 ")).screw
+    assert (screw.ball_count, screw.loaded_ball_count) == (86, 72)
+    assert changed(GD4008, screw={"ball_count": 80}).screw.loaded_ball_count == 72
+    assert read(edited("loaded_ball_count = 72 ", "# ")).screw.loaded_ball_count == 79
+
+
+def test_roughness_of_both_surfaces_makes_the_height(read):
+    text = edited("spin_split = 0.5 ", "raceway_rq_um = 0.04\nball_rq_nm = 0\nspin_split = 0.5 ")
+    with pytest.raises(ParameterError, match="bad unit"):
+        read(text)
+    found = read(text.replace("ball_rq_nm = 0", "ball_rq_um = 0.03")).friction
+    assert found.roughness_height == pytest.approx(0.05e-6, rel=1e-12)
+    assert read(text.replace("ball_rq_nm", "ball_rq_um")).friction.roughness_height == 0.04e-6
+    assert GD4008.friction.roughness_height is None
+
+
+def test_an_oil_by_its_grade_is_derived_anew_when_it_is_changed(read):
+    oil = read(graded())
+    thicker = changed(oil, lubricant={"iso_vg": 100})
+    assert thicker.lubricant.astm_viscosity_1 == pytest.approx(1e-4, rel=1e-12)
+    assert thicker.lubricant.viscosity > 1.4 * oil.lubricant.viscosity
+    assert thicker.lubricant == read(graded(iso_vg=100)).lubricant
+    assert oil.lubricant.model_fields_set == {"name", "iso_vg", "viscosity_index"}
+    assert hash(oil) == hash(read(graded()))
 
 
 def test_json_is_canonical(read):

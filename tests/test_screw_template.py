@@ -7,7 +7,7 @@ from reference_screw import GD4008
 
 from ballscrew_tehl import cli
 from ballscrew_tehl.parameter_file import key_forms
-from ballscrew_tehl.parameters import TABLES, Parameters, _dimensions, load_parameters
+from ballscrew_tehl.parameters import TABLES, Parameters, _dimensions, changed, load_parameters
 from ballscrew_tehl.screw_template import example_parameters, screw_template
 
 
@@ -26,7 +26,19 @@ def assert_same(found: Parameters, expected: Parameters) -> None:
             assert getattr(ours, field) == value, field
 
 
-@pytest.mark.parametrize("parameters", [example_parameters(), GD4008], ids=["example", "gd4008"])
+#: an own screw that uses what a data sheet gives
+OWN = changed(
+    example_parameters("iso_vg"),
+    screw={"preload_kind": "single_nut_offset"},
+    friction={"raceway_rq": 5e-8, "ball_rq": 1e-8},
+)
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [example_parameters(), example_parameters("iso_vg"), GD4008, OWN],
+    ids=["example", "iso_vg", "gd4008", "own"],
+)
 def test_template_is_the_screw_it_was_made_of(tmp_path, parameters):
     path = tmp_path / "screw.toml"
     path.write_text(screw_template(parameters))
@@ -43,13 +55,17 @@ def test_every_field_is_explained_on_its_line():
             assert any(str(info.description) in text for text in found), field
     assert any("ball_diameter_mm = 4.763" in line and "> 0, <= 500" in line for line in lines)
     assert any("viscosity_law" in line and "astm_d341 | constant" in line for line in lines)
+    assert any("preload_kind" in line and "double_nut | single_nut_offset" in line for line in lines)
+    assert any("iso_vg =" in line and "46 | 68 | 100" in line for line in lines)
+    assert any("raceway_rq_um =" in line and "<= 100" in line for line in lines)
 
 
+@pytest.mark.parametrize("oil", ["viscosities", "iso_vg"])
 @pytest.mark.parametrize("table", ["screw", "lubricant", "friction"])
-def test_defaults_that_are_switched_on_change_nothing(tmp_path, table):
+def test_defaults_that_are_switched_on_change_nothing(tmp_path, table, oil):
     """The commented keys are valid: with their # away the file describes the same screw."""
     path = tmp_path / "screw.toml"
-    parameters = example_parameters()
+    parameters = example_parameters(oil)
     text, inside = [], False
     for line in screw_template(parameters).splitlines():
         inside = line == f"[{table}]" if line.startswith("[") else inside
@@ -65,6 +81,24 @@ def test_defaults_that_are_switched_on_change_nothing(tmp_path, table):
         assert getattr(found, field) == (
             pytest.approx(value, rel=1e-11) if isinstance(value, float) else value
         )
+
+
+def test_an_oil_by_its_grade_leaves_the_rest_to_the_rules():
+    lines = screw_template(example_parameters("iso_vg")).splitlines()
+    oil = lines[lines.index("[lubricant]") : lines.index("[friction]")]
+    given = [line.split(" =")[0] for line in oil if line and line[0] not in "#["]
+    assert given == ["name", "iso_vg", "viscosity_index"]
+    # what follows from the grade alone may not be given and is not shown
+    assert not any("astm_" in line or "viscosity_law" in line or "viscosity_Pas" in line for line in oil)
+    with pytest.raises(ValueError, match="allowed: viscosities, iso_vg"):
+        example_parameters("iso")
+
+
+def test_init_writes_the_oil_that_is_asked_for(tmp_path, capsys):
+    path = tmp_path / "mine.toml"
+    assert cli.main(["init", str(path), "--oil", "iso_vg"]) == 0
+    assert_same(load_parameters(path), example_parameters("iso_vg"))
+    assert "put in the values" in capsys.readouterr().out
 
 
 def test_init_writes_a_file_and_never_replaces_one(tmp_path, capsys):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from .parameters import ScrewParameters
+from .parameters import FOUR_POINT, ScrewParameters
 
 Array = NDArray[np.float64]
 #: axial approach [m] -> axial force [N], its slope [N/m], normal load [N]
@@ -54,9 +54,12 @@ def contact_angle_at_ball_load(screw: ScrewParameters, ball_load: Any) -> Any:
     Returns      beta : like ball_load [rad]
     Raises       ValueError: negative or not finite
     Validity     no clearance, radial distance of the groove centres kept
-    Source       cos(beta) = cos(beta0)/(1 + C Q^(2/3)/A0), Harris, Rolling Bearing Analysis
+    Source       cos(beta) = cos(beta0)/(1 + C Q^(2/3)/A0), Harris, Rolling Bearing Analysis. A ball that is squeezed
+                 by four flanks stays in their middle: beta0 at every preload
     """
     check_force("ball_load", ball_load)
+    if screw.preload_kind == FOUR_POINT:
+        return screw.contact_angle + 0.0 * np.asarray(ball_load, dtype=float)
     stretch = contact_compliance(screw) * np.cbrt(ball_load) ** 2 / groove_distance(screw)
     return np.arccos(math.cos(screw.contact_angle) / (1.0 + stretch))
 
@@ -71,6 +74,8 @@ def loaded_contact_angle(screw: ScrewParameters, force: Any, ball_count: int) ->
     """
     check_force("force", force)
     check_count(ball_count)
+    if screw.preload_kind == FOUR_POINT:
+        return screw.contact_angle + 0.0 * np.asarray(force, dtype=float)
     cos_0 = math.cos(screw.contact_angle)
     # cos(beta) (1 + k sin(beta)^(-2/3)) = cos(beta0), falling in beta
     per_ball = np.asarray(force, dtype=float) / (ball_count * math.cos(screw.lead_angle))
@@ -134,3 +139,61 @@ def loaded_angle_law(screw: ScrewParameters) -> BallLaw:
         return cos_lead * sin * Q, np.where(d > 0.0, slope, 0.0), Q
 
     return law
+
+
+def preload_ball_load(screw: ScrewParameters, force: Any, ball_count: int, angle: float | None = None) -> Any:
+    """Equal load of all balls on one pair of flanks, F/(n sin(beta) cos(lambda)) [N]; None = the angle without load."""
+    beta = screw.contact_angle if angle is None else angle
+    return force / (ball_count * math.sin(beta) * math.cos(screw.lead_angle))
+
+
+def flank_law(screw: ScrewParameters, oversize: float, angle: float | None = None) -> BallLaw:
+    """One of the two pairs of flanks of an oversize ball, over the axial way of the nut towards it.
+
+    Parameters   oversize : diameter of the ball over that which just touches all four flanks [m], >= 0
+                 angle : contact angle [rad] that is kept; None = it follows the way
+    Source       the two contacts of a pair lie on one line through the ball's centre: they are in series, and their
+                 approach is oversize plus the way along that line, wherever the ball settles between the other two.
+                 None: the line joins the groove centres, A0 + oversize apart at the angle without load
+    """
+    cos_lead, a_0 = math.cos(screw.lead_angle), groove_distance(screw)
+    beta = screw.contact_angle if angle is None else angle
+    c = contact_compliance(screw, beta)
+    x, y_0 = (a_0 + oversize) * math.cos(beta), (a_0 + oversize) * math.sin(beta)
+
+    def law(d: Array) -> tuple[Array, Array, Array]:
+        u = cos_lead * np.asarray(d, dtype=float)
+        if angle is None:
+            length = np.hypot(x, y_0 + u)
+            sin = (y_0 + u) / length
+            # length - A0 without cancellation
+            approach = oversize + u * (2.0 * y_0 + u) / (length + a_0 + oversize)
+            turning = (x / length) ** 2 / length
+        else:
+            sin = np.full(u.shape, math.sin(beta))
+            approach = oversize + u * sin
+            turning = np.zeros(u.shape)
+        ratio = np.maximum(approach, 0.0) / c
+        root = np.sqrt(ratio)
+        Q = ratio * root
+        return cos_lead * sin * Q, cos_lead**2 * (1.5 * root / c * sin**2 + Q * turning), Q
+
+    return law
+
+
+def flank_travel(screw: ScrewParameters, oversize: float, angle: float | None = None) -> float:
+    """Axial way [m] after which the relieved pair of flanks no longer touches its ball; arguments as flank_law.
+
+    Raises       ValueError: an oversize so large that the way does not free it
+    """
+    beta = screw.contact_angle if angle is None else angle
+    if angle is not None:
+        return oversize / (math.sin(beta) * math.cos(screw.lead_angle))
+    a_0 = groove_distance(screw)
+    x, y_0 = (a_0 + oversize) * math.cos(beta), (a_0 + oversize) * math.sin(beta)
+    if not x < a_0:
+        largest = a_0 * (1.0 / math.cos(beta) - 1.0)
+        raise ValueError(
+            f"oversize = {oversize:.3g} m; allowed: < {largest:.3g} m: the preload is beyond these grooves"
+        )
+    return (y_0 - math.sqrt(a_0**2 - x**2)) / math.cos(screw.lead_angle)

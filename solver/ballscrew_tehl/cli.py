@@ -17,9 +17,10 @@ from typing import Any, NoReturn
 
 from . import __version__
 from .contact_command import add_contact
+from .oil_command import add_oil
 from .operating_points import Quantity, add_json, add_options
 
-PRELOAD = Quantity("preload_n", "preload of the double nut [N]", least=0.0)
+PRELOAD = Quantity("preload_n", "preload of the nut [N]", least=0.0)
 SPEED = Quantity("speed_rpm", "screw speed [r/min]")
 TEMPERATURE = Quantity("temperature_c", "oil temperature [C]", least=-73.15)
 AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", default=0.0)
@@ -34,6 +35,7 @@ KINEMATICS = ("published", "rolling_frame")
 SET_NAMES = ("two_parameter", "three_parameter")
 CERTIFIED = ("torque", "film", "temperature_rise")
 DROP_KINDS = ("impossible", "outside", "outliers")
+OILS = ("viscosities", "iso_vg")
 LOSS_NAMES = ("least_squares", "soft_l1", "table_minimax")
 
 
@@ -58,7 +60,7 @@ def _screw_options(parser: argparse.ArgumentParser, with_map: bool = True) -> No
 
 
 def _torque(commands: argparse._SubParsersAction) -> None:
-    parser = commands.add_parser("torque", help="friction torque of the double nut at an operating point")
+    parser = commands.add_parser("torque", help="friction torque of the nut at an operating point")
     add_options(parser, TORQUE_POINT)
     parser.add_argument(
         "--direct", action="store_true", help="solve every ball's contacts instead of reading the map"
@@ -181,6 +183,12 @@ def _validate(commands: argparse._SubParsersAction) -> None:
 def _init(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser("init", help="write a commented screw file to fill in")
     parser.add_argument("file", metavar="FILE.toml", help="a new file")
+    parser.add_argument(
+        "--oil",
+        choices=OILS,
+        default=OILS[0],
+        help="how the oil is given: by two viscosities or by ISO grade and viscosity index (default %(default)s)",
+    )
     add_json(parser)
     parser.set_defaults(run="commands.run_init")
 
@@ -199,10 +207,10 @@ def _report(commands: argparse._SubParsersAction) -> None:
 
 def build_parser() -> Parser:
     """The whole command line."""
-    parser = Parser(prog="ballscrew_tehl", description="Friction torque of preloaded double-nut ball screws.")
+    parser = Parser(prog="ballscrew_tehl", description="Friction torque of preloaded ball screws.")
     parser.add_argument("--version", action="version", version=f"ballscrew_tehl {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
-    for add in (add_contact, _torque, _preload, _map, _calibrate, _validate, _report, _init):
+    for add in (add_contact, _torque, _preload, _map, _calibrate, _validate, _report, _init, add_oil):
         add(commands)
     return parser
 

@@ -16,7 +16,7 @@ from .cli import FILMS, PRELOAD_POINT, TORQUE_POINT
 from .friction_set import FrictionSet, default_friction_set
 from .measurements import CELSIUS, RPM
 from .operating_points import print_results, read_points
-from .parameters import Parameters, changed, load_parameters
+from .parameters import FOUR_POINT, Parameters, changed, load_parameters
 
 if TYPE_CHECKING:
     from .film_model import FilmModel
@@ -106,9 +106,24 @@ def run_torque(args: Namespace) -> int:
         "friction_set": friction_set.name,
     }
     print_results(
-        [{**result, **common, "version": __version__} for result in results], args.json, bool(args.points)
+        [{**result, **_single_nut(parameters, result), **common, "version": __version__} for result in results],
+        args.json,
+        bool(args.points),
     )
     return 0
+
+
+def _single_nut(parameters: Parameters, point: dict[str, Any]) -> dict[str, Any]:
+    """What a single nut has to say beside the torque: its kind, and what spinning balls may add at most."""
+    kind = parameters.screw.preload_kind
+    if kind == "double_nut":
+        return {}
+    if kind != FOUR_POINT:
+        return {"preload_kind": kind}
+    from .torque import four_point_spin_bound
+
+    bound = four_point_spin_bound(parameters, point["preload_n"], point["axial_load_n"])
+    return {"preload_kind": kind, "spin_torque_not_included_at_most_nm": bound}
 
 
 def _map_torques(
@@ -259,7 +274,7 @@ def run_init(args: Namespace) -> int:
     """A screw file to fill in."""
     from .screw_template import write_template
 
-    write_template(args.file)
+    write_template(args.file, args.oil)
     if args.json:
         print(json.dumps({"file": args.file}))
     else:

@@ -90,3 +90,15 @@ def sliding_force(load: Any, net_coefficient: Any) -> Any:
     Source       Zhao 2023, Eqs. (20)-(21), with the product mu_s (1 - 3c + c^3) as net_sliding_share gives it
     """
     return np.asarray(load) * net_coefficient
+
+
+def spin_moment(load: Any, a: Any, b: Any, coefficient: float) -> Any:
+    """Moment of Coulomb friction in a contact that only spins.
+
+    Parameters   load : Q [N], >= 0;  a, b : semi-axes of the Hertz ellipse [m], a >= b > 0;  coefficient : mu [1]
+    Returns      3/8 mu Q a E(e) [N m], E complete elliptic integral of the second kind, e^2 = 1 - (b/a)^2
+    Source       Harris, Rolling Bearing Analysis; a circle has 3 pi/16 mu Q a
+    """
+    from scipy.special import ellipe
+
+    return 0.375 * coefficient * np.asarray(load) * a * ellipe(1.0 - np.square(np.asarray(b) / a))

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .hertz import raceway_sign, reduced_radii
-from .parameters import Parameters, ScrewParameters
+from .parameters import FOUR_POINT, Parameters, ScrewParameters
 
 #: position of the two lines without slip of a freely rolling ball, as a fraction of the semi-axis: root of 1-3c+c^3
 FREE_ROLLING_POSITION = 2.0 * math.cos(4.0 * math.pi / 9.0)
@@ -176,8 +176,26 @@ def _uniform(parameters: Parameters, raceway: str, speed: Any, contact_angle: An
     return SlipField(zero, zero, zero, zero)
 
 
+def spin_share(parameters: Parameters, contact_angle: Any) -> Any:
+    """Share of w sin(beta) that is the spin at the screw contact; 1 - share is that at the nut.
+
+    Parameters   contact_angle : float or array [rad]
+    Returns      friction.spin_split where a ball touches two flanks. Where it touches four under preload alone, its
+                 axis is parallel to that of the screw: the only motion that slides at the middle of no contact. The
+                 spins then are w_b +- W of raceway, each against the other: 6.44 and -5.44 for GD4008-3 at 45 degrees
+    Source       w_b = u_e/(r_b cos(beta)), W = w (1 +- g)/2, g = r_b cos(beta)/r_m; zero lead
+    """
+    screw = parameters.screw
+    if screw.preload_kind != FOUR_POINT:
+        return parameters.friction.spin_split
+    arm = 0.5 * screw.ball_diameter * np.cos(contact_angle)
+    g = arm / screw.nominal_radius
+    return 0.5 * (1.0 + g) + 0.5 * screw.nominal_radius * (1.0 - g**2) / arm
+
+
 def _differential_and_spin(parameters: Parameters, raceway: str, speed: Any, contact_angle: Any) -> SlipField:
-    screw, sign, split = parameters.screw, raceway_sign(raceway), parameters.friction.spin_split
+    screw, sign = parameters.screw, raceway_sign(raceway)
+    split = spin_share(parameters, contact_angle)
     r_m, r_b, R_c = screw.nominal_radius, 0.5 * screw.ball_diameter, _deformed_radius(screw, raceway)
     R_x, _ = reduced_radii(screw, contact_angle, raceway)
     sin, cos = np.sin(contact_angle), np.cos(contact_angle)
@@ -211,7 +229,7 @@ def slip_field(
     Returns      SlipField in the contact frame of this module, shaped like speed and angle; all odd in speed.
                  differential_1 > 0 on the screw, < 0 on the nut; differential_2 < 0; their difference is
                  u_e/(2 R_c R_x) on both. The spins spin_2 - spin_1 of screw and nut add up to w sin(beta)
-                 for every attitude of the ball; friction.spin_split is the share of the screw
+                 for every attitude of the ball; spin_share is the share of the screw
     Raises       ValueError: unknown name, speed not finite, angle out of range
     Validity     zero lead, no gyroscopic turn of the ball; relative error (a/r_b)^2; the bend of the contact along
                  rolling is left out, (b/a)^2 of the slip; so is the strain of the surfaces, equal on both

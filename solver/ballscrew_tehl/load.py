@@ -1,43 +1,53 @@
-"""Ball loads of the double nut: stretch of screw and nut bodies, spacer, external axial load.
+"""Ball loads of the preloaded nut: stretch of screw and nut bodies, spacer, external axial load.
 
-Each nut is a chain of balls between two elastic rods. Counted from the outer face of a nut to the spacer,
-with axial approach d, axial force f(d) of a ball and K = dz (1/(E A_screw) + 1/(E A_nut)), the recurrence of
-force and stretch, S_j = S_(j-1) - s f_j, N_j = N_(j-1) + s f_j, d_(j+1) = d_j - s dz [S_j/(E A_screw) -
-N_j/(E A_nut)], becomes
+Kinds of preload (`preload_kind` of the screw), after the usual names of the trade:
 
-    d_(k+1) - 2 d_k + d_(k-1) = K f(d_k),    d_2 - d_1 = K f(d_1) + end slope,
+double_nut                two nuts pressed apart by a spacer; each ball touches two flanks.
+single_nut_offset         one nut whose thread is shifted by a little in its middle: the balls of one half push to one
+                          side, those of the other half to the other, each on two flanks. It is a double nut in one
+                          piece and computed as such; turns and ball counts are those of one half, the nut between the
+                          halves is the spacer. Assumed: the halves press apart.
+single_nut_oversize_ball  balls a few micrometres thicker than their room between grooves of gothic arch, so that each
+                          touches four flanks. Two lines of contact cross in the ball: two opposed sets of flanks, each
+                          with all the balls. At rest they press alike; an axial load adds to one and relieves the
+                          other. Assumed: bodies stiff in radial direction, flanks symmetric, balls of one size.
 
-for both nuts alike. Newton's method on the whole chain has a banded matrix and needs no case for a free nut.
+What this module says of nut A and B holds, with oversize balls, for the two sets of flanks. Both sit on the same balls:
+preload alone stretches neither screw nor nut, and all balls carry alike; an axial load stretches both. The force of
+a set then comes from the chain of all balls, each with f(d) - f(-d); the loads that `nut_loads` gives for it are
+equal ones: exact under preload, under an axial load the heaviest ball of the loaded set carries up to 6 % more
+(GD4008-3, 1 to 6 kN, up to the separation load; `double_nut_loads` has it).
+
+The equations are in `ball_chain`.
 scipy is imported where it is used: an answer from a stored map needs no load distribution.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from .ball_chain import BallChain, FourPointChain, ball_oversize, ball_pitch
 from .ball_law import (
-    MAX_STEPS,
     Array,
     axial_approach,
     check_count,
     check_force,
     contact_angle_at_ball_load,
     contact_compliance,
-    fixed_angle_law,
+    flank_travel,
     groove_distance,
-    loaded_angle_law,
     loaded_contact_angle,
+    preload_ball_load,
 )
-from .parameters import ScrewParameters
+from .parameters import FOUR_POINT, ScrewParameters
 
 __all__ = [
     "DoubleNutLoads",
     "axial_approach",
+    "ball_oversize",
     "ball_pitch",
     "contact_angle_at_ball_load",
     "contact_compliance",
@@ -53,7 +63,8 @@ class DoubleNutLoads(NamedTuple):
     """Loads of all balls from left to right and axial forces [N].
 
     Q_a, Q_b : (n,) of the left nut (spacer at its right end) and of the right nut (spacer at its left end);
-    force_b = force_a + axial load; the spacer carries force_a.
+    force_b = force_a + axial load; the spacer carries force_a. With oversize balls: of the same balls on the flanks
+    that an axial load > 0 relieves and loads; no spacer, its force is 0.
     """
 
     Q_a: Array
@@ -63,114 +74,16 @@ class DoubleNutLoads(NamedTuple):
     spacer_force: float
 
 
-def ball_pitch(screw: ScrewParameters, ball_count: int) -> float:
-    """Axial pitch dz of the balls [m]: touching balls on the helix, or the loaded turns shared out."""
-    return max(screw.ball_diameter * math.sin(screw.lead_angle), screw.turns * screw.lead / (ball_count - 1))
-
-
-class _Chain:
-    """One screw's bodies and ball law with n balls in each nut."""
-
-    def __init__(self, screw: ScrewParameters, ball_count: int, contact_angle: float | None) -> None:
-        check_count(ball_count)
-        self.n = int(ball_count)
-        self.law = loaded_angle_law(screw) if contact_angle is None else fixed_angle_law(screw, contact_angle)
-        dz, modulus = ball_pitch(screw, self.n), screw.youngs_modulus
-        self.screw_stretch = dz / (modulus * screw.screw_section_area)
-        self.nut_stretch = dz / (modulus * screw.nut_section_area)
-        self.K = self.screw_stretch + self.nut_stretch
-        areas = 1.0 / screw.screw_section_area + 1.0 / screw.spacer_section_area
-        self.spacer_stretch = screw.spacer_length / modulus * areas
-
-    def rigid_approach(self, force: float) -> float:
-        """Approach of n equal balls under a force, by the unloaded law's power: a start for Newton."""
-        if force <= 0.0:
-            return 0.0
-        d = 1e-6
-        for _ in range(MAX_STEPS):
-            f = self.n * float(self.law(np.array([d]))[0][0])
-            if abs(f - force) <= 1e-3 * force:
-                break
-            d *= (force / f) ** (2.0 / 3.0)
-        return d
-
-    def newton(
-        self, d: Array, end_slopes: tuple[float, float], close: Callable[..., None], scale: float
-    ) -> Array:
-        """Approaches of a chain whose inner rows are the recurrence; `close` writes the rows that end it.
-
-        Parameters   d : (m,) start [m];  end_slopes : slope of d inwards at the first and last ball [m]
-                     close(d, f, slope, residual, bands) : overwrites rows of residual [m] and matrix
-                     scale : size of d [m]
-        Raises       ArithmeticError: not converged
-        """
-        from scipy.linalg import solve_banded
-
-        def system(d: Array) -> tuple[Array, Array]:
-            f, slope, _ = self.law(d)
-            residual, bands = -self.K * f, np.ones((4, d.size))
-            step = np.diff(d)
-            residual[:-1] += step
-            residual[1:] -= step
-            residual[0] -= end_slopes[0]
-            residual[-1] -= end_slopes[1]
-            bands[1] = -2.0 - self.K * slope
-            bands[1, [0, -1]] += 1.0
-            bands[3] = 0.0
-            close(d, f, slope, residual, bands)
-            return residual, bands
-
-        residual, bands = system(d)
-        for _ in range(MAX_STEPS):
-            step = solve_banded((2, 1), bands, residual, check_finite=False)
-            if float(np.max(np.abs(step))) <= 1e-9 * scale:  # the error after it is of the order of rounding
-                return d - step
-            norm, factor = float(np.max(np.abs(residual))), 1.0
-            while True:
-                trial = d - factor * step
-                residual, bands = system(trial)
-                if float(np.max(np.abs(residual))) < norm or factor < 1e-3:
-                    break
-                factor *= 0.5
-            d = trial
-        raise ArithmeticError(
-            f"ball loads not converged: last step {np.max(np.abs(step)):.1e} m of {scale:.1e} m"
-        )
-
-    def nut(self, force: float, end_slope: float = 0.0) -> Array:
-        """Approaches of one nut under its axial force, outer ball first (n,) [m]."""
-        start = self.rigid_approach(force)
-
-        def close(d: Array, f: Array, slope: Array, residual: Array, bands: Array) -> None:
-            # sum of forces, plus the rows above: this makes the matrix row local
-            residual[-1] = residual[:-1].sum() + self.K * (f.sum() - force)
-            bands[1, -1], bands[2, -2] = 1.0 + self.K * slope[-1], -1.0
-
-        # at least one ball carries: the slope must not lift all of them off at the start
-        lift = max(0.0, -end_slope) * (self.n - 1)
-        return self.newton(np.full(self.n, start + lift), (end_slope, 0.0), close, start + lift)
-
-    def double_nut(self, gap: float, axial_load: float, start: tuple[float, float]) -> Array:
-        """Approaches of both nuts, left to right (2n,) [m]; `start` for each nut."""
-        n, K, spacer = self.n, self.K, self.spacer_stretch
-
-        def close(d: Array, f: Array, slope: Array, residual: Array, bands: Array) -> None:
-            f_a = f[:n].sum() + residual[: n - 1].sum() / K
-            f_b = f[n:].sum() + residual[n + 1 :].sum() / K
-            residual[n - 1] = d[n - 1] + d[n] + spacer * f_a - gap
-            residual[n] = K * (f_b - f_a - axial_load)
-            d_f = 1.0 / K + slope[n - 1]
-            bands[2, n - 2], bands[1, n - 1], bands[0, n] = -spacer / K, 1.0 + spacer * d_f, 1.0
-            bands[3, n - 2], bands[2, n - 1] = 1.0, -K * d_f
-            bands[1, n], bands[0, n + 1] = 1.0 + K * slope[n], -1.0
-
-        first = np.repeat(start, n)
-        return self.newton(first, (0.0, -K * axial_load), close, max(abs(gap), *start))
+@lru_cache(maxsize=64)
+def _four_point_chain(
+    screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None
+) -> FourPointChain:
+    return FourPointChain(screw, preload, ball_count, contact_angle)
 
 
 @lru_cache(maxsize=64)
-def _chain(screw: ScrewParameters, ball_count: int, contact_angle: float | None) -> _Chain:
-    return _Chain(screw, ball_count, contact_angle)
+def _chain(screw: ScrewParameters, ball_count: int, contact_angle: float | None) -> BallChain:
+    return BallChain(screw, ball_count, contact_angle)
 
 
 @lru_cache(maxsize=4096)
@@ -180,6 +93,18 @@ def _preload_gap(
     """What the spacer is longer than the room for it [m]."""
     chain = _chain(screw, ball_count, contact_angle)
     return 2.0 * float(chain.nut(preload)[-1]) + chain.spacer_stretch * preload
+
+
+def _four_point_loads(
+    screw: ScrewParameters, preload: float, axial_load: float, ball_count: int, contact_angle: float | None
+) -> DoubleNutLoads:
+    chain = _four_point_chain(screw, preload, ball_count, contact_angle)
+    d = chain.ways(abs(axial_load)) if axial_load != 0.0 else np.zeros(chain.n)
+    (f_on, _, Q_on), (f_off, _, Q_off) = chain.flank(d), chain.flank(-d)
+    loaded, relieved = (Q_on, float(f_on.sum())), (Q_off, float(f_off.sum()))
+    # a load to the left loads the other flanks; the balls stay where they are
+    a, b = (relieved, loaded) if axial_load >= 0.0 else (loaded, relieved)
+    return DoubleNutLoads(a[0], b[0], a[1], b[1], 0.0)
 
 
 def nut_loads(
@@ -198,14 +123,23 @@ def nut_loads(
                  outer_nut_force, outer_screw_force : float [N], tension in the bodies at the outer face of
                  the nut; 0, 0 = preload only; outer_nut_force = force: bodies loaded at opposite ends
     Returns      Q : (n,) [N], outer ball first, the ball next to the spacer last (heaviest under preload
-                 only); sum of Q sin(beta) cos(lambda) = force
-    Raises       ValueError: not finite or negative;  ArithmeticError: not converged
+                 only); sum of Q sin(beta) cos(lambda) = force. Oversize balls: one set of flanks, equal loads
+    Raises       ValueError: not finite or negative, an outer force with oversize balls
+                 ArithmeticError: not converged
     Source       module docstring; Hertz ball law, bodies as rods of the section areas of the parameters
     """
     check_force("force", force)
     check_force(
         "outer_nut_force, outer_screw_force", [outer_nut_force, outer_screw_force], allow_negative=True
     )
+    if screw.preload_kind == FOUR_POINT:
+        if outer_nut_force or outer_screw_force:
+            raise ValueError(
+                f"outer_nut_force, outer_screw_force = {outer_nut_force:g}, {outer_screw_force:g} N; allowed: 0 with "
+                f"{FOUR_POINT}: double_nut_loads gives the loads under an axial load"
+            )
+        check_count(ball_count)
+        return np.full(int(ball_count), preload_ball_load(screw, float(force), ball_count, contact_angle))
     chain = _chain(screw, ball_count, contact_angle)
     if force == 0.0:
         return np.zeros(chain.n)
@@ -233,8 +167,10 @@ def double_nut_loads(
     """
     check_force("preload", preload)
     check_force("axial_load", axial_load, allow_negative=True)
-    chain = _chain(screw, ball_count, contact_angle)
     preload, axial_load = float(preload), float(axial_load)
+    if screw.preload_kind == FOUR_POINT:
+        return _four_point_loads(screw, preload, axial_load, ball_count, contact_angle)
+    chain = _chain(screw, ball_count, contact_angle)
     if preload == 0.0 and axial_load == 0.0:
         nothing = np.zeros(chain.n)
         return DoubleNutLoads(nothing, nothing, 0.0, 0.0, 0.0)
@@ -258,7 +194,8 @@ def separation_load(
                  contact_angle : as in double_nut_loads
     Returns      magnitude of the load [N]; between rigid bodies 2^(3/2) preload
     Raises       ValueError: not finite or negative, sign not +-1;  ArithmeticError: not converged
-    Source       gap equation with force 0 in the relieved nut: its ball next to the spacer just touches
+    Source       gap equation with force 0 in the relieved nut: its ball next to the spacer just touches. Oversize
+                 balls: the way of the ball that moves least is oversize/(sin(beta) cos(lambda)), to first order
     """
     check_force("preload", preload)
     if sign not in (1, -1):
@@ -267,13 +204,23 @@ def separation_load(
         return 0.0
     from scipy.optimize import brentq
 
-    chain = _chain(screw, ball_count, contact_angle)
-    gap = _preload_gap(screw, float(preload), ball_count, contact_angle)
+    if screw.preload_kind == FOUR_POINT:
+        balls = _four_point_chain(screw, float(preload), ball_count, contact_angle)
+        oversize = ball_oversize(screw, preload, ball_count, contact_angle)
+        gap = flank_travel(screw, oversize, contact_angle)
 
-    def opening(load: float) -> float:
-        if sign > 0:
-            return float(chain.nut(load, -chain.K * load)[-1]) - gap
-        return float(chain.nut(load)[-1]) + chain.spacer_stretch * load - gap
+        def opening(load: float) -> float:
+            # the last ball to come free is the one farthest from where the load enters
+            return float(balls.ways(load)[0]) - gap
+
+    else:
+        chain = _chain(screw, ball_count, contact_angle)
+        gap = _preload_gap(screw, float(preload), ball_count, contact_angle)
+
+        def opening(load: float) -> float:
+            if sign > 0:
+                return float(chain.nut(load, -chain.K * load)[-1]) - gap
+            return float(chain.nut(load)[-1]) + chain.spacer_stretch * load - gap
 
     low, high = preload, 4.0 * preload
     while opening(high) < 0.0:

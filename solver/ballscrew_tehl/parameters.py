@@ -12,20 +12,21 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from .checked_table import FieldError, MissingFieldError, Table
+from .lubricant_table import LubricantParameters
+from .oil_grade import kinematic_viscosity_d341
 from .parameter_file import Entry, ParameterError, check_tables, key_forms, message, read_table, read_toml
 from .parameter_tables import (
-    FieldError,
+    FOUR_POINT,
     FrictionParameters,
-    LubricantParameters,
     Parameters,
     PublishedSpeeds,
     ScrewParameters,
     SolidParameters,
-    Table,
-    kinematic_viscosity_d341,
 )
 
 __all__ = [
+    "FOUR_POINT",
     "FrictionParameters",
     "LubricantParameters",
     "ParameterError",
@@ -34,6 +35,7 @@ __all__ = [
     "ScrewParameters",
     "SolidParameters",
     "changed",
+    "graded_oil",
     "kinematic_viscosity_d341",
     "load_parameters",
     "parameters_json",
@@ -83,28 +85,34 @@ def _explain(
     entry = entries.get(field)
     key = f"{table}.{entry.key if entry else forms[0]}"
     value = entry.value if entry else None
-    if isinstance(cause, FieldError):
+    missing = error["type"] == "missing" or isinstance(cause, MissingFieldError)
+    if isinstance(cause, FieldError) and not missing:
         return message(where, key, value, cause.allowed, cause.remedy)
     remedy = str(model.model_fields[field].description)
-    if error["type"] == "missing":
+    if missing:
         return message(where, key, None, "one of " + ", ".join(forms), f"add the key: {remedy}")
     return message(where, key, value, _allowed(model, field, entry, error), f"it is the {remedy}")
+
+
+def _build_table(where: str, table: str, raw: dict[str, Any]) -> Table:
+    model = TABLES[table]
+    fields, entries = read_table(where, table, raw, _dimensions(model))
+    try:
+        return model(**fields)
+    except ValidationError as err:
+        raise _explain(where, table, model, entries, dict(err.errors()[0])) from None
 
 
 def _build(where: str, content: dict[str, Any]) -> Parameters:
     check_tables(where, content, [*TABLES, "name"])
     values: dict[str, Any] = {}
-    for table, model in TABLES.items():
+    for table in TABLES:
         raw = content.get(table)
         if raw is None and not Parameters.model_fields[table].is_required():
             continue
         if not isinstance(raw, dict):
             raise message(where, f"[{table}]", raw, "a table", "add it: see the packaged " + PACKAGED)
-        fields, entries = read_table(where, table, raw, _dimensions(model))
-        try:
-            values[table] = model(**fields)
-        except ValidationError as err:
-            raise _explain(where, table, model, entries, dict(err.errors()[0])) from None
+        values[table] = _build_table(where, table, raw)
     try:
         return Parameters(**{"name": content.get("name"), **values})
     except ValidationError as err:
@@ -129,6 +137,26 @@ def load_parameters(path: Path | str | None = None) -> Parameters:
         with resources.as_file(resources.files(__package__) / "data" / PACKAGED) as packaged:
             return _build(PACKAGED, read_toml(packaged))
     return _build(str(path), read_toml(Path(path)))
+
+
+def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = None) -> LubricantParameters:
+    """A mineral oil by its ISO viscosity grade and viscosity index; what is assumed: module oil_grade.
+
+    Parameters   iso_vg : grade of ISO 3448;  viscosity_index : ASTM D2270
+                 density_15c : at 15 C [kg/m3]; None = that of a paraffinic oil
+    Raises       ParameterError (a ValueError), one line
+    Example
+        >>> oil = graded_oil(68, 95.0)
+        >>> f"{oil.viscosity:.4f} Pa s at 40 C, alpha {1e9 * oil.pressure_viscosity:.1f} 1/GPa"
+        '0.0590 Pa s at 40 C, alpha 23.5 1/GPa'
+    """
+    raw: dict[str, Any] = {"iso_vg": iso_vg, "viscosity_index": viscosity_index}
+    raw["name"] = f"mineral oil ISO VG {iso_vg}, viscosity index {viscosity_index:g}"
+    if density_15c is not None:
+        raw["density_15c_kg_m3"] = density_15c
+    found = _build_table("oil", "lubricant", raw)
+    assert isinstance(found, LubricantParameters)
+    return found
 
 
 def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:

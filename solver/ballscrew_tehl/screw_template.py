@@ -7,12 +7,14 @@ import tempfile
 import textwrap
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args, get_origin
 
 from .parameter_file import UNITS
-from .parameters import TABLES, Parameters, load_parameters
+from .parameters import TABLES, LubricantParameters, Parameters, graded_oil, load_parameters
 
 EXAMPLE = "example_25x10.toml"
+#: ISO grade and viscosity index of the example
+EXAMPLE_GRADE = (100, 95.0)
 #: units that data sheets use, by dimension; others take the first one, SI
 SHEET_UNITS = {
     "length": "mm",
@@ -25,7 +27,24 @@ SHEET_UNITS = {
     "angular_velocity": "rpm",
 }
 #: fields whose size asks for another
-FIELD_UNITS = {"youngs_modulus": "GPa", "roughness_height": "um", "carreau_modulus": "MPa"}
+FIELD_UNITS = {"youngs_modulus": "GPa", "carreau_modulus": "MPa"}
+FIELD_UNITS |= dict.fromkeys(("roughness_height", "raceway_rq", "ball_rq"), "um")
+#: what a table wants to be known before its keys
+NOTES = {
+    "screw": (
+        "Turns and balls are those of one nut; with single_nut_offset of one half, with single_nut_oversize_ball of",
+        "the whole nut, whose ball_diameter is that of the oversize balls. Balls in the return tubes carry no load.",
+    ),
+    "lubricant": (
+        "A mineral oil in two numbers: iso_vg and viscosity_index. The rest but name may then stay out, it follows by",
+        "published rules (python -m ballscrew_tehl oil; init --oil iso_vg writes that form). Or laws and numbers.",
+    ),
+    "friction": (
+        "Roughness: rms of raceways and balls make the composite height; without them that of the fitted set is taken.",
+    ),
+}
+#: what an oil by its grade may not give as well
+FROM_GRADE = ("viscosity_law", "viscosity", "temperature_viscosity", "astm_")
 _SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 _HEAD = """\
 # Screw file: put in the values of your own screw and oil; those below are of {name}.
@@ -38,10 +57,17 @@ _HEAD = """\
 """
 
 
-def example_parameters() -> Parameters:
-    """The packaged example that the template takes its values from."""
+def example_parameters(oil: str = "viscosities") -> Parameters:
+    """The packaged example that the template takes its values from.
+
+    Parameters   oil : "viscosities" = laws and numbers, "iso_vg" = grade and viscosity index
+    Raises       ValueError: another word
+    """
+    if oil not in ("viscosities", "iso_vg"):
+        raise ValueError(f"oil = {oil!r}; allowed: viscosities, iso_vg")
     with resources.as_file(resources.files(__package__) / "data" / EXAMPLE) as path:
-        return load_parameters(path)
+        example = load_parameters(path)
+    return example.model_copy(update={"lubricant": graded_oil(*EXAMPLE_GRADE)}) if oil == "iso_vg" else example
 
 
 def screw_template(parameters: Parameters) -> str:
@@ -53,8 +79,11 @@ def screw_template(parameters: Parameters) -> str:
         values = getattr(parameters, table)
         if values is None:
             continue
-        lines += ["", f"[{table}]"]
+        lines += ["", f"[{table}]", *(f"# {note}" for note in NOTES.get(table, ()))]
+        graded = isinstance(values, LubricantParameters) and values.iso_vg is not None
         for field, info in type(values).model_fields.items():
+            if graded and field.startswith(FROM_GRADE) and field != "viscosity_index":
+                continue
             value = getattr(values, field)
             extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
             dimension = extra.get("dimension")
@@ -100,19 +129,26 @@ def _range(info: Any, dimension: Any, unit: str) -> str:
         for name, sign in _SIGNS.items()
         if hasattr(rule, name)
     ]
-    choices = getattr(info.annotation, "__args__", ())
-    if choices and all(isinstance(choice, str) for choice in choices):
-        words.append(" | ".join(choices))
+    words += [" | ".join(str(choice) for choice in choices)] if (choices := _choices(info.annotation)) else []
     return f"; {', '.join(words)}" if words else ""
 
 
-def write_template(path: Path | str) -> None:
+def _choices(annotation: Any) -> tuple[Any, ...]:
+    """The words or numbers that an annotation allows; none where it allows any."""
+    inside = get_args(annotation)
+    if get_origin(annotation) is Literal:
+        return inside
+    return next((found for part in inside if (found := _choices(part))), ())
+
+
+def write_template(path: Path | str, oil: str = "viscosities") -> None:
     """Write the template to a file that does not exist yet.
 
+    Parameters   oil : as example_parameters
     Raises       ValueError: the file exists, or its folder cannot be written; nothing is left half-written
     """
     path = Path(path)
-    text = screw_template(example_parameters())
+    text = screw_template(example_parameters(oil))
     try:
         handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     except OSError as error:

@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .film_model import FilmModel
-from .friction import hysteresis_force, roughness_share, sliding_force, viscous_force
+from .friction import hysteresis_force, roughness_share, sliding_force, spin_moment, viscous_force
 from .friction_set import FrictionSet
 from .hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from .kinematics import surface_speeds
+from .kinematics import spin_share, surface_speeds
 from .load import contact_angle_at_ball_load, double_nut_loads, nut_loads
 from .lubricant import eta0
-from .parameters import Parameters
+from .parameters import FOUR_POINT, Parameters
 
 
 class NutSums(NamedTuple):
@@ -139,7 +139,7 @@ def double_nut_torque(
     temperature: float,
     axial_load: float = 0.0,
 ) -> TorqueParts:
-    """Friction torque of the double nut while it turns.
+    """Friction torque of the preloaded nut while it turns: of both nuts, halves or sets of flanks (module load).
 
     Parameters   preload : [N], >= 0;  speed : screw speed [rad/s], not 0, its sign does not matter
                  temperature : of the oil [K];  axial_load : external load [N], adds to one nut, relieves the other
@@ -147,7 +147,8 @@ def double_nut_torque(
     Raises       ValueError: not finite, negative preload, speed 0
     Validity     steady motion; the loads of each nut are distributed as by a preload of its axial force
     Source       Zhao 2023, Eq. (24); differs from paper: 2 T_nut becomes the sum over two nuts of their own
-                 force
+                 force. Oversize balls: viscous and hysteresis part of all four contacts of a ball, sliding once per
+                 pair of flanks; the spin of a ball between four flanks is not in it: four_point_spin_bound
     """
     if not (math.isfinite(preload) and preload >= 0.0):
         raise ValueError(f"preload = {preload} N; needs finite, >= 0")
@@ -165,6 +166,37 @@ def double_nut_torque(
         parts = sums.torque(*friction_set.values)
         total = TorqueParts(*(x + y for x, y in zip(total, parts, strict=True)))
     return total
+
+
+def four_point_spin_bound(
+    parameters: Parameters, preload: float, axial_load: float = 0.0, coefficient: float | None = None
+) -> float:
+    """Most that the spin of oversize balls can add to the friction torque, which the model does not include.
+
+    Parameters   preload : [N], >= 0;  axial_load : [N]
+                 coefficient : Coulomb coefficient [1]; None = friction.sliding_coefficient
+    Returns      torque [N m], >= 0, of the balls that touch four flanks; 0 where all touch two
+    Raises       ValueError: not finite, negative preload
+    Validity     dry or boundary friction over the whole ellipse; a film shears with less
+    Source       a ball that four flanks hold cannot roll on all of them. Between Coulomb contacts it moves so that the
+                 least power is lost; the motion that slides in the middle of no contact (spin_share) is one that it
+                 can choose, so the power of its spins, 3/8 mu Q a E(e) each (Harris), is a bound for every axial load
+    """
+    screw = parameters.screw
+    if screw.preload_kind != FOUR_POINT:
+        return 0.0
+    mu = parameters.friction.sliding_coefficient if coefficient is None else coefficient
+    both = double_nut_loads(screw, preload, axial_load, screw.ball_count)
+    beta = screw.contact_angle
+    share = float(spin_share(parameters, beta))
+    held = (both.Q_a > 0.0) & (both.Q_b > 0.0)
+    torque = 0.0
+    for raceway, part in zip(RACEWAYS, (share, 1.0 - share), strict=True):
+        for loads in (both.Q_a, both.Q_b):
+            contact = ellipse(loads[held], *reduced_radii(screw, beta, raceway), E_prime(screw))
+            moments = spin_moment(loads[held], contact.a, contact.b, mu)
+            torque += abs(part) * math.sin(beta) * float(np.sum(moments))
+    return torque
 
 
 def preload_from_torque(

@@ -189,13 +189,13 @@ def load_distribution(balls: BallLoads) -> str:
         axes.plot(np.arange(1, count + 1), case.loads.Q_a, color=colour, linewidth=2, label=label)
         axes.plot(np.arange(count + 1, 2 * count + 1), case.loads.Q_b, color=colour, linewidth=2)
     axes.axvline(count + 0.5, color="0.5", linewidth=6, alpha=0.3)
-    axes.text(count + 0.5, 0.02, " spacer", transform=axes.get_xaxis_transform(), fontsize=9)
+    axes.text(count + 0.5, 0.02, f" {balls.words.middle}", transform=axes.get_xaxis_transform(), fontsize=9)
     axes.set_ylim(bottom=0.0)
     low, high = axes.get_ylim()
     axes.set_ylim(low, 1.15 * high)
     _finish(
         axes,
-        "ball, relieved nut left, loaded nut right",
+        f"ball, relieved {balls.words.side} left, loaded {balls.words.side} right",
         "ball load [N]",
         f"preload {balls.preload / 1000:.3g} kN",
     )
@@ -206,11 +206,12 @@ def load_distribution(balls: BallLoads) -> str:
 def nut_forces(balls: BallLoads) -> str:
     """Axial forces of both nuts over the axial load, with the load at which the relieved nut comes free."""
     figure, axes = _figure()
-    for force, label, colour in zip(balls.forces, ("relieved nut", "loaded nut"), COLOURS, strict=False):
+    side = balls.words.side
+    for force, label, colour in zip(balls.forces, (f"relieved {side}", f"loaded {side}"), COLOURS, strict=False):
         axes.plot(balls.axial_loads / 1000.0, force / 1000.0, color=colour, linewidth=2, label=label)
-    axes.axvline(balls.separation / 1000.0, color="0.4", linestyle=":", label="relieved nut comes free")
+    axes.axvline(balls.separation / 1000.0, color="0.4", linestyle=":", label=f"relieved {side} comes free")
     axes.set_ylim(bottom=0.0)
-    _finish(axes, "axial load [kN]", "axial force of the nut [kN]", f"preload {balls.preload / 1000:.3g} kN")
+    _finish(axes, "axial load [kN]", f"axial force of the {side} [kN]", f"preload {balls.preload / 1000:.3g} kN")
     axes.legend(loc="upper left")
     return figure_address(figure, "svg")
 

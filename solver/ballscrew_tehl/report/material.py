@@ -64,6 +64,36 @@ class Lines(NamedTuple):
     fixed: float
 
 
+class PreloadWords(NamedTuple):
+    """What a kind of preload is called on the page."""
+
+    screw: str  # the whole
+    nut: str
+    side: str  # what an axial load relieves or loads
+    middle: str  # between both sides
+    loads: str  # how the balls carry; {count} balls
+
+
+PRELOAD_WORDS = {
+    "double_nut": PreloadWords(
+        "double-nut ball screw", "double nut", "nut", "spacer",
+        "Each nut has {count} load-carrying balls. Screw, nuts and spacer stretch, so the balls next to the spacer "
+        "carry most under preload alone.",
+    ),
+    "single_nut_offset": PreloadWords(
+        "single-nut ball screw with offset lead", "single nut", "half", "middle",
+        "Each half of the nut has {count} load-carrying balls. Screw and nut stretch, so the balls next to the middle "
+        "carry most under preload alone.",
+    ),
+    "single_nut_oversize_ball": PreloadWords(
+        "single-nut ball screw with oversize balls", "single nut", "set of flanks", "same balls, other flanks",
+        "The nut has {count} load-carrying balls, each between four flanks: two opposed sets of them. Under preload "
+        "alone all carry alike. Torques here leave out that such a ball spins on its flanks: the command torque says "
+        "what that may add at most.",
+    ),
+}  # fmt: skip
+
+
 class LoadCase(NamedTuple):
     """Ball loads of both nuts under an axial load [N]."""
 
@@ -79,6 +109,7 @@ class BallLoads(NamedTuple):
     cases: tuple[LoadCase, ...]
     axial_loads: Array
     forces: Array  # (2, n): relieved, loaded nut
+    words: PreloadWords
 
 
 class SolvedContact(NamedTuple):
@@ -202,7 +233,7 @@ def ball_loads(parameters: Parameters, preload: float) -> BallLoads:
     axial_loads = np.linspace(0.0, AXIAL_END * separation, 37)
     forces = np.array([(found.force_a, found.force_b) for found in map(under, axial_loads)]).T
     cases = tuple(LoadCase(share * separation, under(share * separation)) for share in AXIAL_SHARES)
-    return BallLoads(preload, separation, cases, axial_loads, forces)
+    return BallLoads(preload, separation, cases, axial_loads, forces, PRELOAD_WORDS[screw.preload_kind])
 
 
 def solved_contacts(

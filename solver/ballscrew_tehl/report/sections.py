@@ -35,7 +35,7 @@ def intro(material: Material, claimed: Sequence[Claim]) -> list[Html]:
     parameters, header = material.parameters, material.picture.nut_map.header
     content = [
         paragraph(
-            "Friction torque of a preloaded double-nut ball screw, computed from its contacts: the load of "
+            f"Friction torque of a preloaded {material.balls.words.screw}, computed from its contacts: the load of "
             "every ball, the oil film in every contact by thermal elastohydrodynamic lubrication, then "
             "viscous, hysteresis and sliding friction.",
             class_="lead",
@@ -233,30 +233,30 @@ def balls(material: Material) -> Html:
                 *(f"{value:.1f}" for value in (q_a.min(), q_a.max(), q_b.min(), q_b.max())),
             ]
         )
-    count = material.parameters.screw.loaded_ball_count
+    words = found.words
     return section(
         "balls",
-        "3 Ball loads of the double nut",
+        f"3 Ball loads of the {words.nut}",
         paragraph(
-            f"Each nut has {count} load-carrying balls. Screw, nuts and spacer stretch, so the balls next "
-            "to the spacer carry most under preload alone. An axial load adds to one nut and relieves the "
+            words.loads.format(count=material.parameters.screw.loaded_ball_count)
+            + f" An axial load adds to one {words.side} and relieves the "
             f"other, which comes free at {found.separation:.0f} N, {found.separation / found.preload:.2f} "
             f"times the preload (rigid bodies: {2.0**1.5:.2f} times)."
         ),
         beside(
             figure(
                 figures.load_distribution(found),
-                "Load of every ball along both nuts, with and without axial load.",
+                f"Load of every ball: relieved {words.side} left, loaded {words.side} right.",
             ),
-            figure(figures.nut_forces(found), "Axial force of both nuts over the axial load."),
+            figure(figures.nut_forces(found), f"Axial force of each {words.side} over the axial load."),
         ),
         table(
             "ball_loads",
             f"Forces and ball loads [N] at a preload of {found.preload:.0f} N",
             [
                 "axial load",
-                "relieved nut",
-                "loaded nut",
+                f"relieved {words.side}",
+                f"loaded {words.side}",
                 "relieved: lightest ball",
                 "heaviest",
                 "loaded: lightest ball",
