@@ -25,7 +25,6 @@ GRID = MapGrid(
     temperature=(293.15, 313.15, 4),
     preload=(400.0, 9000.0, 7),
     share_nodes=21,
-    relieved=0.0,
     contact_nodes=(4, 5, 4),
     contact_most=(0, 0, 0),
 )

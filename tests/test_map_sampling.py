@@ -11,7 +11,7 @@ from synthetic_contacts import GRID, closed_row, same_samples, small_map
 
 from ballscrew_tehl.hertz import RACEWAYS
 from ballscrew_tehl.nut_map import build, sampling
-from ballscrew_tehl.nut_map.contact_map import FILMS, QUANTITIES, ContactAxes, ContactMap
+from ballscrew_tehl.nut_map.contact_map import FILMS, QUANTITIES, ContactAxes, ContactMap, film_formula
 from ballscrew_tehl.nut_map.journal import Journal
 
 #: may be halved: odd numbers of nodes
@@ -81,7 +81,9 @@ def test_axis_that_needs_it_gets_more_nodes(axis):
 
 def test_nodes_that_the_others_foretell_are_not_solved():
     """A film that bends at 30 N only: the finest nodes crowd there, and what is not solved is right."""
-    grid, row = replace(ODD, contact_tolerance=3e-3), rough_along(0, sharpness=4.0)
+    # nine loads to begin with: fewer do not see the bend
+    grid = replace(ODD, contact_nodes=(9, 5, 5), contact_tolerance=3e-3)
+    row = rough_along(0, sharpness=4.0)
     contact_map = sampled(grid, row)
     true = true_samples(contact_map, row)
     loads = contact_map.axes.nodes[0]
@@ -239,3 +241,18 @@ def test_grid_of_points_equals_point_by_point():
                     )
     with pytest.raises(ValueError, match=r"speed \[rad/s\]"):
         contact_map.evaluate_grid("nut", FILMS[0], loads, np.array([1e4]), temperatures)
+
+
+def test_balls_lighter_than_sampled_keep_the_ratio_to_the_formula():
+    contact_map = small_map().contact_map
+    lightest = contact_map.axes.load[0]
+    loads = np.array([0.1, 0.5, 1.0, 1.5]) * lightest
+    speeds, temperatures = np.array([20.0, 60.0]), np.array([295.0, 310.0])
+    for raceway in RACEWAYS:
+        for name in FILMS:
+            found = contact_map.evaluate_grid(raceway, name, loads, speeds, temperatures)
+            ratio = found / film_formula(GD4008, raceway, loads[:, None, None], speeds[:, None], temperatures)
+            np.testing.assert_allclose(ratio[:2], np.broadcast_to(ratio[2], ratio[:2].shape), rtol=1e-12)
+            assert (np.abs(ratio[3] / ratio[2] - 1.0) > 1e-4).all()
+        rise = contact_map.evaluate_grid(raceway, "temperature_rise", loads, speeds, temperatures)
+        np.testing.assert_allclose(rise[0], 0.1 ** (1.0 / 3.0) * rise[2], rtol=1e-12)

@@ -74,7 +74,7 @@ def test_packaged_map_is_finite_over_its_whole_range(kinematics):
     rng = np.random.default_rng(7)
     axes = nut_map.header["axes"]
     # axial load included, down to standstill, up to the ends
-    preload, speed = (np.exp(rng.uniform(*np.log(axes[name][:2]), 500)) for name in ("force", "speed"))
+    preload, speed = (np.exp(rng.uniform(*np.log(axes[name][:2]), 500)) for name in ("preload", "speed"))
     speed[:20] *= np.linspace(0.0, 1.0, 20)
     axial = rng.uniform(-1.0, 1.0, 500) * (axes["force"][1] - preload)
     state = nut_map.evaluate(preload, speed, rng.uniform(*axes["temperature"][:2], 500), axial)

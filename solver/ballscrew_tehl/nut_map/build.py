@@ -41,8 +41,7 @@ class MapGrid:
     """Range and nodes of a map.
 
     force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; the force goes lower than
-    the preload, for an axial load relieves one nut; relieved: how much further down the ball loads go for it, as a share
-    of their range in logarithms; share: nodes of the axial load from 0 to the separation load;
+    the preload, for an axial load relieves one nut; share: nodes of the axial load from 0 to the separation load;
     contact_nodes: of ball load, speed, temperature, to begin with. Axes are halved up to contact_most nodes; of the new
     nodes those are solved whose film is estimated to be off by more than contact_tolerance (sampling.py).
     """
@@ -52,28 +51,19 @@ class MapGrid:
     temperature: tuple[float, float, int] = (283.15, 353.15, 17)
     preload: tuple[float, float, int] = (120.0, 12000.0, 13)
     share_nodes: int = 21
-    relieved: float = 0.5
-    contact_nodes: tuple[int, int, int] = (7, 9, 5)
-    contact_most: tuple[int, int, int] = (49, 33, 17)
+    contact_nodes: tuple[int, int, int] = (5, 9, 5)
+    contact_most: tuple[int, int, int] = (33, 33, 17)
     contact_tolerance: float = 2e-3
 
 
 def contact_axes(parameters: Parameters, grid: MapGrid) -> ContactAxes:
-    """Sampling axes that hold every ball load of the map's nut forces.
-
-    Raises       ValueError: a force of the grid below what the load axis holds
-    """
+    """Sampling axes that hold every ball load of nuts that are not relieved: ContactMap continues below it."""
     screw = parameters.screw
-    lightest = 0.98 * float(nut_loads(screw, grid.preload[0], screw.ball_count).min())
-    heaviest = 1.02 * float(nut_loads(screw, grid.force[1], screw.loaded_ball_count).max())
-    lowest = lightest * (lightest / heaviest) ** grid.relieved
-    if not lowest <= float(nut_loads(screw, grid.force[0], screw.ball_count).min()):
-        raise ValueError(
-            f"force = {grid.force[0]} N of one nut; needs balls of {lowest:.3g} N and more: raise it, or relieved"
-        )
+    lightest = float(nut_loads(screw, grid.preload[0], screw.ball_count).min())
+    heaviest = float(nut_loads(screw, grid.force[1], screw.loaded_ball_count).max())
     n_load, n_speed, n_temperature = grid.contact_nodes
     return ContactAxes(
-        (lowest, heaviest, n_load),
+        (0.98 * lightest, 1.02 * heaviest, n_load),
         (*grid.speed[:2], n_speed),
         (*grid.temperature[:2], n_temperature),
     )

@@ -112,10 +112,15 @@ class ContactMap:
         return np.asarray(value)
 
     def evaluate_grid(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
-        """The same on a grid of ball loads (n,), speeds (s,) and temperatures (t,); returns (n, s, t)."""
+        """The same on a grid of ball loads (n,), speeds (s,) and temperatures (t,); returns (n, s, t).
+
+        Balls lighter than sampled, of a nut that an axial load relieves: their films have the ratio to the formula
+        of the lightest sampled one, their rise falls with the power 1/3 of load, as pressure does: an assumption.
+        """
         value = self._coefficients[raceway, name]
+        held = np.maximum(load, self.axes.load[0])
         for points, bounds, what, logarithmic in (
-            (load, self.axes.load, "ball load [N]", True),
+            (held, self.axes.load, "ball load [N]", True),
             (speed, self.axes.speed, "speed [rad/s]", True),
             (temperature, self.axes.temperature, "temperature [K]", False),
         ):
@@ -124,8 +129,8 @@ class ContactMap:
         value = np.exp(value)
         if name in FILMS:
             points = load[:, None, None], speed[:, None], temperature
-            value = value * film_formula(self.parameters, raceway, *points)
-        return np.asarray(value)
+            return np.asarray(value * film_formula(self.parameters, raceway, *points))
+        return np.asarray(value * ((load / held) ** (1.0 / 3.0))[:, None, None])
 
 
 def film_formula(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
