@@ -126,7 +126,7 @@ def profile_limits(basis: TorqueBasis, count: int) -> dict[str, dict[str, float]
         while step < 1e3 * max(best, sizes[i]):
             if excess(best + step) > 0.0:
                 inside = excess(start) < 0.0
-                high = float(brentq(excess, start, best + step, xtol=1e-9 * start)) if inside else best
+                high = float(brentq(excess, start, best + step, xtol=1e-9 * (best + step))) if inside else best
                 break
             start, step = best + step, 2.0 * step
         found[name] = {"low": low, "high": high}
