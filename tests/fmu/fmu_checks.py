@@ -202,7 +202,7 @@ def _against_the_sources(root, files):
             found.append(f"{name}: nominal {node.get('nominal')}, but {nominal} in variables.c")
         if (node.get("derivative") is not None) != (kind == "RATE"):
             found.append(f"{name}: derivative {node.get('derivative')}, but {kind} in variables.c")
-    (indicators,) = re.findall(r"#define MODEL_INDICATORS (\d+)", text["model.h"])
+    (indicators,) = re.findall(r"#define MODEL_INDICATORS (\d+)", text["model_state.h"])
     if root.get("fmiVersion")[0] == "2":
         counted = root.get("numberOfEventIndicators")
         listed_files = [

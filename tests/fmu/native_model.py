@@ -12,7 +12,7 @@ from ballscrew_fmu.native_map import map_bytes
 from ballscrew_fmu.native_sources import native_sources
 from ballscrew_fmu.variables import native_variables
 
-MODEL_UNITS = ("model.c", "map.c", "law.c", "tangent.c", "variables.c")
+MODEL_UNITS = ("model.c", "nut.c", "map.c", "law.c", "tangent.c", "variables.c")
 ROOM = 8192  # [bytes] more than a Model takes
 
 
