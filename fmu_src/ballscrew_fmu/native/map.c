@@ -273,6 +273,28 @@ void map_forces(const Map *map, double preload, double axial_load, double force[
     force[1] = force[0] + load;
 }
 
+#define SEPARATION_STEPS 6 /* of Newton: load over preload at separation hardly changes with preload */
+
+double map_separation_preload(const Map *map, double axial_load)
+{
+    const double load = fabs(axial_load);
+    const double *separation = map->separation + (axial_load > 0.0 ? 0 : coefficients(&map->preload));
+    double preload = load;
+
+    for (int i = 0; load > 0.0 && i < SEPARATION_STEPS; ++i) {
+        const Place p = axis_place(&map->preload, preload);
+        const bool within = preload >= map->preload.lo && preload <= map->preload.hi;
+        double w[4], d[4], step;
+        cubic_weights(p.t, w);
+        cubic_slopes(p.t, d);
+        step = (log(load / preload) - weighted(w, separation + p.cell))
+               / (1.0 + (within ? map->preload.scale * weighted(d, separation + p.cell) : 0.0));
+        step = step > -50.0 ? step : -50.0;
+        preload *= exp(step < 50.0 ? step : 50.0);
+    }
+    return preload < map->force.hi ? preload : map->force.hi;
+}
+
 double map_force_slope(const Map *map, double preload, double axial_load)
 {
     const size_t side = axial_load > 0.0 ? 0 : 1, n_p = coefficients(&map->preload), n_q = coefficients(&map->share);

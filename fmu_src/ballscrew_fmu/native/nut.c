@@ -293,7 +293,7 @@ void nut_torque_over_preload(const Map *map, double preload, double axial_load, 
         const double *w = loads->weight[n];
         const double *curves = map->curves + (ptrdiff_t)loads->place[n].cell * CURVE_COLUMNS;
         /* over the logarithm of the force: of the weights within the axis, of the power laws below it */
-        const double within = force > map->force.lo && force < map->force.hi ? map->force.scale : 0.0;
+        const double within = force >= map->force.lo && force <= map->force.hi ? map->force.scale : 0.0;
         const double below = force < map->force.lo ? 1.0 : 0.0;
         const double rate = n == 1 && loads->axial_load_clamped ? 0.0 : force_slope / most(force, SMOOTH);
         double w_d[4], curve[2] = {0.0, 0.0}, curve_d[2] = {0.0, 0.0}, hysteresis, sliding;

@@ -150,15 +150,6 @@ static void pass_bool(Walk *walk, bool *value)
     *value = number != 0U;
 }
 
-/* -1, 0 or 1 */
-static void pass_sign(Walk *walk, int *value)
-{
-    unsigned number = (unsigned)(*value + 1);
-
-    pass_unsigned(walk, &number, 2U);
-    *value = (int)number - 1;
-}
-
 /* A text that must be this one. */
 static void pass_text(Walk *walk, const char *text)
 {
@@ -183,7 +174,12 @@ static void pass_model(Walk *walk, Model *model)
     }
 #define PASS_NUMBER(field) pass_double(walk, &model->field);
 #define PASS_FLAG(field) pass_bool(walk, &model->field);
-#define PASS_SIGN(field) pass_sign(walk, &model->field);
+#define PASS_SIGN(field) /* -1, 0 or 1 */            \
+    {                                                \
+        unsigned number = (unsigned)(model->field + 1); \
+        pass_unsigned(walk, &number, 2U);            \
+        model->field = (int)number - 1;              \
+    }
     MODEL_NUMBERS(PASS_NUMBER)
     MODEL_FLAGS(PASS_FLAG)
     MODEL_SIGNS(PASS_SIGN)

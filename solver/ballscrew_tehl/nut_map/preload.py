@@ -20,6 +20,8 @@ from ballscrew_tehl.standstill import regularised_sign
 #: least (preload/torque) d torque/d preload at which the torque tells the preload: 1 % of torque is then the whole preload
 LEAST_ELASTICITY = 0.01
 ACCURACY = 1e-11  # relative, of the last step in preload
+JUMP = 1e-9  # relative; torques so near that of parted nuts do not tell the preload, and the torque may jump there
+SEPARATION_STEPS = 6  # of Newton: load over preload at separation hardly changes with preload
 MOST_ITERATIONS = 200  # each halves the error in torque or the bracket: it takes 3 to 10, and cannot take all
 
 
@@ -47,6 +49,12 @@ class PreloadEstimate(NamedTuple):
         return not self.clamped
 
 
+def _along(weights, columns: list[list[float]]) -> list[float]:
+    """Each column under the weights of its four neighbours."""
+    a, b, c, d = weights
+    return [a * x[0] + b * x[1] + c * x[2] + d * x[3] for x in columns]
+
+
 class OverPreload:
     """Torque over preload at one speed, temperature and axial load.
 
@@ -70,7 +78,7 @@ class OverPreload:
             rows.append([a * nut_map.speed.scale * b for a in cubic_slopes(t_j) for b in w_k])
         self._weights = np.array(rows)
         self._block = nut_map._surfaces[j : j + 4, k : k + 4, :, :4]
-        self._columns: dict[int, np.ndarray] = {}
+        self._columns: dict[int, list[list[list[float]]]] = {}
 
     def torque(self, preload: float) -> tuple[float, float, TorqueOverPreload]:
         """Torque [N.m] and its derivative [N.m/N] at a preload from 0 to the end of the map, and their parts."""
@@ -99,19 +107,18 @@ class OverPreload:
         i, t = axis.place(force)
         f = min(force / axis.lo, 1.0)
         third = f ** (1.0 / 3.0)
-        within = axis.scale if axis.lo < force < axis.hi else 0.0
+        within = axis.scale if axis.lo <= force <= axis.hi else 0.0
         below = 1.0 if force < axis.lo else 0.0
         rate = slope / max(force, 1e-30)
-        # rows: weights of the neighbours, and their derivatives over the logarithm of the force
-        w = np.array((cubic_weights(t), [within * x for x in cubic_slopes(t)]))
+        # weights of the neighbours, and their derivatives over the logarithm of the force
+        w, w_d = cubic_weights(t), tuple(within * x for x in cubic_slopes(t))
         columns = self._columns.get(i)
         if columns is None:
-            flat = self._block[:, :, i : i + 4].reshape(16, -1)
-            columns = (self._weights @ flat).reshape(len(self._weights), 4, 4)
-            self._columns[i] = columns
-        value, value_d = (w @ columns[0]).tolist()
-        slopes = (w @ columns[1]).tolist() if self._s < 1.0 else None
-        curve, curve_d = (w @ self._map._curves[i : i + 4, :2]).tolist()
+            columns = self._columns[i] = self._contracted(i)
+        value, value_d, slopes = _along(w, columns[0]), _along(w_d, columns[0]), None
+        if self._s < 1.0:
+            slopes = _along(w, columns[1]), _along(w_d, columns[1])
+        curve, curve_d = _along(w, columns[2]), _along(w_d, columns[2])
         viscous = viscous_d = 0.0
         for raceway in (0, 1):
             v, d = self._raceway(raceway, value, value_d, slopes)
@@ -130,6 +137,14 @@ class OverPreload:
             rate * sliding * (curve_d[1] + below),
         )
 
+    def _contracted(self, cell: int) -> list[list[list[float]]]:
+        """Columns at four neighbours over force: surfaces, below the axis of speed their slopes (else none), curves."""
+        flat = self._block[:, :, cell : cell + 4].reshape(16, -1)
+        surfaces = [[row[n : n + 4] for n in range(0, 16, 4)] for row in (self._weights @ flat).tolist()]
+        columns = [list(map(list, zip(*rows, strict=True))) for rows in surfaces]
+        curves = self._map._curves[cell : cell + 4, :2].T.tolist()
+        return [columns[0], columns[-1] if len(columns) > 1 else [], curves]
+
     def _raceway(self, raceway: int, value, value_d, slopes) -> tuple[float, float]:
         """Viscous torque of a raceway and its derivative over the logarithm of the force; evaluate._nut, derived."""
         h = 2 + raceway
@@ -147,6 +162,22 @@ class OverPreload:
         c_d = 0.5 * n_d if 0.0 < n < 3.0 else 0.0
         slow, slow_d = s * (1.0 - c + c * s * s), s * (s * s - 1.0) * c_d
         return torque * slow, torque_d * slow + torque * slow_d
+
+    def separation_preload(self) -> float:
+        """Preload at or below which the axial load parts the nuts [N]; 0 without axial load, at most the map's end."""
+        load = abs(self._load)
+        if load == 0.0:
+            return 0.0
+        nut_map, side = self._map, 0 if self._load > 0.0 else 1
+        axis, separation = nut_map.preload, nut_map._separation_lists[side]
+        preload = load
+        for _ in range(SEPARATION_STEPS):
+            p, t_p = axis.place(preload)
+            within = axis.scale if axis.lo <= preload <= axis.hi else 0.0
+            ratio = weighted(cubic_weights(t_p), separation, p)
+            slope = 1.0 + within * weighted(cubic_slopes(t_p), separation, p)
+            preload *= math.exp(min(max((math.log(load / preload) - ratio) / slope, -50.0), 50.0))
+        return min(preload, nut_map.force.hi)
 
     def _force_slope(self, preload: float) -> float:
         """Derivative of the force of either nut over the preload under an axial load; 0 where the nuts part."""
@@ -187,8 +218,8 @@ def estimate_preload(
 
     Parameters   torque : measured friction torque [N.m], positive when it opposes a positive speed
                  speed : [rad/s], not 0;  temperature : [K];  axial_load : [N];  the rest: as OverPreload
-    Returns      PreloadEstimate; clamped: a torque against the motion, or at or below that of parted nuts, gives 0;
-                 one above all that the map gives, the end of the map; below the lowest force of the map the power
+    Returns      PreloadEstimate; clamped: a torque against the motion gives 0, one at or below that of parted nuts the
+                 preload at which they part, one above all that the map gives, the end of the map; below the lowest force of the map the power
                  laws of the map go on, flagged
     Validity     the caller has checked that all are finite numbers
     Source       Newton's method for ln(torque) over ln(preload), safeguarded by bisection
@@ -210,11 +241,13 @@ def estimate_preload(
 
 def _solve(model: OverPreload, wanted: float, highest: float):
     """Preload, whether the torque is that wanted, derivative and parts there."""
-    total, slope, parts = model.torque(0.0)
-    if not wanted > total:
-        return 0.0, False, slope, parts
-    low, high, high_known, before = 0.0, highest, False, math.inf
-    preload = 0.25 * highest
+    low = model.separation_preload()
+    if low > 0.0 or not wanted > 0.0:  # without preload there is no torque
+        total, slope, parts = model.torque(low)
+        if not wanted > (1.0 + JUMP) * total:
+            return low, False, 0.0, parts
+    high, high_known, before = highest, False, math.inf
+    preload = 0.5 * (low + highest) if low > 0.0 else 0.25 * highest
     for _ in range(MOST_ITERATIONS):
         total, slope, parts = model.torque(preload)
         if preload >= highest and total <= wanted:
@@ -227,8 +260,10 @@ def _solve(model: OverPreload, wanted: float, highest: float):
         told = slope * preload > LEAST_ELASTICITY * total > 0.0
         step = error * total / (slope * preload) if told else math.inf
         new = preload * math.exp(min(step, 50.0)) if step > -50.0 else 0.0
-        if abs(step) <= ACCURACY or (high_known and high - low <= 4e-16 * high):
-            return min(new, highest) if abs(step) <= ACCURACY else preload, True, slope, parts
+        if abs(step) <= ACCURACY:
+            return min(new, highest), True, slope, parts
+        if high_known and high - low <= 4e-16 * high:
+            return preload, abs(error) <= JUMP, slope, parts
         if not high_known and new >= high:
             new = high  # whether the map gives so much torque is not known yet
         elif not (low < new < high and abs(error) <= 0.5 * before):

@@ -9,6 +9,7 @@
 
 #define LEAST_ELASTICITY 0.01 /* least elasticity at which the torque tells the preload */
 #define ACCURACY 1e-11        /* relative, of the last step in preload */
+#define JUMP 1e-9             /* relative; torques so near that of parted nuts do not tell it, and may jump there */
 #define MOST_ITERATIONS 200   /* each halves the error in torque or the bracket: it takes 3 to 10, and cannot take all */
 
 /* --- torque over preload ----------------------------------------------------------------------------------------- */
@@ -52,17 +53,22 @@ static void begin_search(Search *search, const Model *model)
 }
 
 /* Newton's method for ln torque over ln preload, safeguarded by bisection. Returns whether the torque at
-   search->preload is the one wanted; if not, it is the end of the map or 0. */
+   search->preload is the one wanted; if not, it is the end of the map, or 0, or the preload at which the nuts part. */
 static bool solve(Search *search, double wanted, Loads *loads)
 {
     const double highest = search->model->map->force.hi;
-    double low = 0.0, high = highest, before = HUGE_VAL, preload = 0.25 * highest;
+    double low = map_separation_preload(search->model->map, search->model->latched[AXIAL_LOAD]), high = highest;
+    double before = HUGE_VAL, preload;
     bool high_known = false;
 
-    try_preload(search, 0.0, loads);
-    if (!(wanted > search->torque)) {
-        return false;
+    if (low > 0.0 || !(wanted > 0.0)) { /* without preload there is no torque */
+        try_preload(search, low, loads);
+        if (!(wanted > (1.0 + JUMP) * search->torque)) {
+            search->slope = 0.0;
+            return false;
+        }
     }
+    preload = low > 0.0 ? 0.5 * (low + highest) : 0.25 * highest;
     for (int i = 0; i < MOST_ITERATIONS; ++i) {
         double error, elastic, step, new;
         try_preload(search, preload, loads);
@@ -85,7 +91,7 @@ static bool solve(Search *search, double wanted, Loads *loads)
             return true;
         }
         if (high_known && high - low <= 4e-16 * high) {
-            return true;
+            return fabs(error) <= JUMP;
         }
         if (!high_known && new >= high) {
             new = high; /* whether the map gives so much torque is not known yet */
@@ -273,13 +279,16 @@ static double margin(const Model *model)
     const Map *map = model->map;
     const double *at = model->latched;
     const double torque = at[SPEED] < 0.0 ? -at[TORQUE] : at[TORQUE], temperature = at[TEMPERATURE];
-    Loads loads = {{0.0}, {{0}}, {{0.0}}, {0.0}, {0.0}, 0.0, 0.0, 0, false, false, 0.0, 0.0, false};
     double found;
     Search end;
+    Loads loads;
 
+    loads.known = false;
     begin_search(&end, model);
     try_preload(&end, map->force.hi, &loads);
     found = least((end.torque - torque) / most(end.torque, SMOOTH), (model->estimate - map->force.lo) / map->force.hi);
+    try_preload(&end, map_separation_preload(map, at[AXIAL_LOAD]), &loads);
+    found = least(found, (torque - (1.0 + JUMP) * end.torque) / most(end.torque, SMOOTH));
     found = least(found, model->elasticity - LEAST_ELASTICITY);
     found = least(found, least(temperature - map->temperature.lo, map->temperature.hi - temperature)
                              / (map->temperature.hi - map->temperature.lo));
