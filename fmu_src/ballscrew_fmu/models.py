@@ -17,7 +17,7 @@ class FmuModel(NamedTuple):
     variables: Table
     native_variables: Table
     slave: str  # module of the base class, which is named by name
-    runtime: Mapping[str, str]  # modules of its own that travel, by their name inside the FMU
+    runtime: tuple[tuple[str, str], ...]  # modules of its own that travel, with their names inside the FMU
     refines: bool  # the contact solver travels
     layer: str  # folder of native/ that holds the model layer
     derivatives: bool  # directional and adjoint ones
@@ -35,7 +35,7 @@ FRICTION = FmuModel(
     fmu_variables,
     native_variables,
     "ballscrew_fmu.slave",
-    {"ballscrew_fmu.slave": "slave", "ballscrew_fmu.solver_cache": "solver_cache"},
+    (("ballscrew_fmu.slave", "slave"), ("ballscrew_fmu.solver_cache", "solver_cache")),
     refines=True,
     layer="friction",
     derivatives=True,
@@ -52,11 +52,11 @@ MONITOR = FmuModel(
     monitor_variables,
     native_monitor_variables,
     "ballscrew_fmu.monitor_slave",
-    {
-        "ballscrew_fmu.monitor_slave": "monitor_slave",
-        "ballscrew_fmu.monitor_variables": "monitor_variables",
-        "ballscrew_tehl.nut_map.preload": "preload",
-    },
+    (
+        ("ballscrew_fmu.monitor_slave", "monitor_slave"),
+        ("ballscrew_fmu.monitor_variables", "monitor_variables"),
+        ("ballscrew_tehl.nut_map.preload", "preload"),
+    ),
     refines=False,
     layer="monitor",
     derivatives=False,

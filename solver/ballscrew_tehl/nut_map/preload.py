@@ -239,6 +239,11 @@ def estimate_preload(
     return PreloadEstimate(preload, max(slope, 0.0), tuple(clamped))
 
 
+def _log_ratio(wanted: float, total: float) -> float:
+    ratio = wanted / total if total > 0.0 else math.inf
+    return math.log(ratio) if ratio > 0.0 else -math.inf
+
+
 def _solve(model: OverPreload, wanted: float, highest: float):
     """Preload, whether the torque is that wanted, derivative and parts there."""
     low = model.separation_preload()
@@ -256,7 +261,7 @@ def _solve(model: OverPreload, wanted: float, highest: float):
             high, high_known = preload, True
         else:
             low = preload
-        error = math.log(wanted / total) if total > 0.0 else math.inf
+        error = _log_ratio(wanted, total)
         told = slope * preload > LEAST_ELASTICITY * total > 0.0
         step = error * total / (slope * preload) if told else math.inf
         new = preload * math.exp(min(step, 50.0)) if step > -50.0 else 0.0
