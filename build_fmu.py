@@ -231,7 +231,10 @@ def check(fmu: Path, nut_map: Any, kind: Any = None, model: Any = None) -> str:
 
 
 def recovered_preload(fmu: Path, parameters: Any, kind: Any = None) -> str:
-    """How far the preload of a monitor is off Table 3, as the end of its line; nothing for another screw."""
+    """How far the preload of a monitor is off Table 3, as the end of its line; nothing for another screw.
+
+    Raises       CheckError: a torque of the table is beyond what the map gives
+    """
     from ballscrew_fmu.monitor_check import table3
     from ballscrew_fmu.replay import FmuInstance
     from ballscrew_tehl.parameters import load_parameters
@@ -240,7 +243,11 @@ def recovered_preload(fmu: Path, parameters: Any, kind: Any = None) -> str:
     if parameters.screw != load_parameters().screw:
         return ""
     with (kind or FmuInstance)(fmu) as instance:
-        return f"; preload of Table 3: {100.0 * mean_deviations(table3(instance))[0]:.2f} % off on average"
+        try:
+            deviation = mean_deviations(table3(instance))[0]
+        except RuntimeError as error:
+            raise CheckError(f"{fmu.name}: {error}") from error
+    return f"; preload of Table 3: {100.0 * deviation:.2f} % off on average"
 
 
 def build_native(parameters: Any, nut_map: Any, folder: Path, advance: Any, model: Any) -> list[tuple[Path, str]]:
