@@ -175,7 +175,8 @@ def reference_results(
     if model is not MONITOR:
         return rows, results
     inputs = [
-        {"torque": result["friction_torque"]} | {name: row[name] for name in ("speed", "temperature", "axial_load")}
+        {"torque": result["friction_torque"]}
+        | {name: row[name] for name in ("speed", "temperature", "axial_load")}
         for row, result in zip(rows, results, strict=True)
     ]
     outputs = monitor_outputs(nut_map, inputs)
@@ -250,7 +251,9 @@ def recovered_preload(fmu: Path, parameters: Any, kind: Any = None) -> str:
     return f"; preload of Table 3: {100.0 * deviation:.2f} % off on average"
 
 
-def build_native(parameters: Any, nut_map: Any, folder: Path, advance: Any, model: Any) -> list[tuple[Path, str]]:
+def build_native(
+    parameters: Any, nut_map: Any, folder: Path, advance: Any, model: Any
+) -> list[tuple[Path, str]]:
     """The native FMUs of a model in a folder, each with the line about its checks.
 
     Raises       CheckError; BuildError or SourceError: they cannot be compiled

@@ -80,7 +80,9 @@ def test_the_preload_comes_back(synthetic_nut_map):
             elasticity = found.torque_sensitivity * preload / abs(torque)
             assert elasticity >= LEAST_ELASTICITY * (1.0 - 1e-9)
         elif found.in_range:
-            assert found.preload == pytest.approx(synthetic_nut_map.force.hi)  # the torque of a clamped preload
+            assert found.preload == pytest.approx(
+                synthetic_nut_map.force.hi
+            )  # the torque of a clamped preload
         else:
             # what the map does not cover, or the nuts part, as the state of the map says
             beyond = {"torque" if name == "preload" else name for name in state.clamped}
@@ -113,7 +115,10 @@ def test_beyond_what_the_map_gives(synthetic_nut_map):
     found = estimate(synthetic_nut_map, small, 30.0)
     assert found.preload == pytest.approx(0.3 * lowest, rel=1e-10)
     assert found.clamped == ("torque",)
-    fast, hot = float(torque_of(synthetic_nut_map, 2e3, 500.0)), float(torque_of(synthetic_nut_map, 2e3, 3.0, 400.0))
+    fast, hot = (
+        float(torque_of(synthetic_nut_map, 2e3, 500.0)),
+        float(torque_of(synthetic_nut_map, 2e3, 3.0, 400.0)),
+    )
     assert estimate(synthetic_nut_map, fast, 500.0).clamped == ("speed",)
     assert estimate(synthetic_nut_map, hot, 3.0, 400.0).clamped == ("temperature",)
 
@@ -141,7 +146,7 @@ def test_parted_nuts_do_not_tell_the_preload(synthetic_nut_map, axial):
 
 @pytest.mark.parametrize("kinematics", ["published", "rolling_frame"])
 def test_torque_rises_with_preload_over_the_packaged_maps(kinematics):
-    """Elasticity d ln torque/d ln preload without axial load, by differences 3.5 % of preload apart; with one, no fall."""
+    """Elasticity d ln torque/d ln preload without axial load, by differences 3.5 % of preload apart; else no fall."""
     nut_map = load_map(None, changed(load_parameters(), friction={"kinematics": kinematics}))
     friction = nut_map.defaults
     axis, speeds, temperatures = nut_map.force, nut_map.speed, nut_map.temperature
@@ -166,7 +171,14 @@ def test_the_number_of_evaluations_is_small_and_bounded(synthetic_nut_map, monke
     rng = np.random.default_rng(3)
     for _, speed, temperature, axial, n in random_points(1000):
         counts.append(0)
-        estimate(synthetic_nut_map, rng.normal() * 10.0 ** rng.uniform(-9.0, 3.0), speed, temperature, axial, SETS[n])
+        estimate(
+            synthetic_nut_map,
+            rng.normal() * 10.0 ** rng.uniform(-9.0, 3.0),
+            speed,
+            temperature,
+            axial,
+            SETS[n],
+        )
     assert max(counts) < MOST_ITERATIONS / 2
     assert np.median(counts) <= 6
 

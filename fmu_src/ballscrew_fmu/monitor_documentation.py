@@ -27,14 +27,15 @@ temperature, and what calibration leaves, come on top. The start value of torque
 <li>in_range is true while the torque tells the preload: speed at or above speed_min, speed, temperature and axial
 load within the map, and a preload within the map that gives the torque.</li>
 <li>Below speed_min, and at speed 0, preload keeps the last value that was in range, or initial_preload before there
-was one; half-width and sensitivity are those of that preload at speed_min. The start value of speed_min, 1 rad/s, is ten
-times that of regularization_speed: what is measured below is breakaway and stick-slip.</li>
-<li>While the screw turns, preload follows the torque beyond the range as well, with in_range false: a torque against the
-motion gives 0, one above all that the map gives the highest preload of the map; below {lowest:g} N the power laws of the
-map go on. Speed and temperature are clamped to the map.</li>
+was one; half-width and sensitivity are those of that preload at speed_min. The start value of speed_min, 1 rad/s,
+is ten times that of regularization_speed: what is measured below is breakaway and stick-slip.</li>
+<li>While the screw turns, preload follows the torque beyond the range as well, with in_range false: a torque against
+the motion gives 0, one above all that the map gives the highest preload of the map; below {lowest:g} N the power
+laws of the map go on. Speed and temperature are clamped to the map.</li>
 <li>Torque rises with preload all over the packaged maps as long as both nuts are loaded. Where an axial load parts
-them, the torque is that of one nut: preload is 0 and in_range false. Likewise in_range is false where 1 % of preload
-is less than 0.01 % of torque.</li>
+them, the torque is that of one nut: preload is then the one at which they part, the most it can be, and in_range is
+false. Likewise in_range is false where 1 % of preload is less than 0.01 % of torque, or where the torque of a map
+falls with preload.</li>
 <li>Inputs that are clamped are logged once each; {refusal}</li>
 <li>{step}</li>
 <li>The state can be saved, restored and serialized. One of another version or map is refused.</li>
@@ -66,18 +67,21 @@ NATIVE = {
     "more": """\
 <p><img src="../terminalsAndIcons/icon.png" alt="ball screw with nut" width="128"></p>
 <h2>Model exchange</h2>
-<p>No continuous state. Rest and in_range change at events only, with hysteresis: motion_indicator passes 0 where the speed
-reaches speed_min, in_range_indicator where the preload or an input leaves the map. At the event that ends motion or range
-the preload is remembered. No directional derivatives.</p>
+<p>No continuous state. Rest and in_range change at events only, with hysteresis: motion_indicator passes 0 where the
+speed reaches speed_min, in_range_indicator where the preload or an input leaves the map. At the event that ends
+motion or range the preload is remembered. No directional derivatives.</p>
 <h2>Validation</h2>
 {validation}
 <h2>Reference results and sources</h2>
-<p>extra/org.fmi-standard.fmi-ls-ref holds an input sequence and the outputs that the map gives for it. sources holds all
-C code; compile it with the FMI headers of your version, C99 and the mathematics library.</p>
+<p>extra/org.fmi-standard.fmi-ls-ref holds an input sequence and the outputs that the map gives for it. sources holds
+all C code; compile it with the FMI headers of your version, C99 and the mathematics library.</p>
 """,
 }
 #: FMI 2 tolerates a step of size 0, FMI 3 does not
-ZERO_STEP = {2: "A step of size 0 gives the outputs, and is not remembered.", 3: "A step of size 0 is an Error."}
+ZERO_STEP = {
+    2: "A step of size 0 gives the outputs, and is not remembered.",
+    3: "A step of size 0 is an Error.",
+}
 
 
 def monitor_page(texts: dict[str, str], **values: object) -> str:

@@ -65,7 +65,11 @@ CAPABILITIES: Mapping[int, Mapping[str, Mapping[str, str]]] = {  # by FMI versio
         },
     },
 }
-_DERIVATIVES = ("providesDirectionalDerivative", "providesDirectionalDerivatives", "providesAdjointDerivatives")
+_DERIVATIVES = (
+    "providesDirectionalDerivative",
+    "providesDirectionalDerivatives",
+    "providesAdjointDerivatives",
+)
 TERMINAL_KIND = "org.ballscrew-tehl.shaft"
 TERMINALS = """\
 <?xml version="1.0" encoding="UTF-8"?>

@@ -111,9 +111,7 @@ def is_fmi_header(name: str) -> bool:
     return any(name in names for names in FMI_HEADERS.values())
 
 
-def variable_sources(
-    header: Mapping[str, Any], token: str, model: FmuModel = FRICTION
-) -> dict[str, str]:
+def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FRICTION) -> dict[str, str]:
     """variables.h and variables.c: the table of variables as C.
 
     Raises       ValueError: a token that is no plain text

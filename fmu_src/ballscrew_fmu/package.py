@@ -204,7 +204,8 @@ def fmu_files(
     for built, placed in BINARIES.items():
         files[f"binaries/{placed.format(model=model.name)}"] = (library / built).read_bytes()
     files |= {
-        f"documentation/{name}": text.encode() for name, text in documentation_files(nut_map.header, model).items()
+        f"documentation/{name}": text.encode()
+        for name, text in documentation_files(nut_map.header, model).items()
     }
     tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"
     blank = model_description(nut_map.header, "", tool, model)

@@ -20,9 +20,9 @@ sys.path.insert(0, str(Path(__file__).parents[1]))  # run as a script
 sys.path.insert(0, str(Path(__file__).parents[1] / "fmu"))
 from native_host import HERE, TOKEN, build, c_host
 
+from ballscrew_fmu.models import FRICTION, MONITOR, FmuModel
 from ballscrew_fmu.native_build import build_libraries
 from ballscrew_fmu.native_map import MAP_FILE, map_bytes
-from ballscrew_fmu.models import FRICTION, MONITOR, FmuModel
 from ballscrew_fmu.native_sources import native_sources
 from ballscrew_fmu.package import build_fmu
 from ballscrew_fmu.replay import FmuInstance

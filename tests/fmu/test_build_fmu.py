@@ -66,7 +66,9 @@ def test_it_delivers_the_native_fmus_as_well(
     printed = capsys.readouterr().out
     for name in MONITOR:
         assert validate_fmu(str(tmp_path / name)) == []
-        assert re.search(rf"{name}: fmpy: no finding; replay .*; preload of Table 3: \d+\.\d\d % off", printed)
+        assert re.search(
+            rf"{name}: fmpy: no finding; replay .*; preload of Table 3: \d+\.\d\d % off", printed
+        )
         with zipfile.ZipFile(tmp_path / name) as archive:
             results = archive.read(f"extra/org.fmi-standard.fmi-ls-ref/{name[:-9]}_out.csv").decode()
         told = [row for row in csv.DictReader(io.StringIO(results)) if row["in_range"] == "1"]
@@ -131,7 +133,9 @@ def test_a_monitor_that_loses_the_preload_delivers_nothing(
     monkeypatch.setattr("ballscrew_fmu.monitor_check.lost_preload", lambda *_: 2e-6)
     assert script.main(["--python-only", "--output", str(tmp_path)]) == 1
     error = capsys.readouterr().err
-    assert "BallScrewPreloadMonitor.fmu: preload from torque is off by 2.0e-06, relative; allowed 1e-06" in error
+    assert (
+        "BallScrewPreloadMonitor.fmu: preload from torque is off by 2.0e-06, relative; allowed 1e-06" in error
+    )
     assert list(tmp_path.iterdir()) == []
 
 

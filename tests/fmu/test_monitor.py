@@ -47,7 +47,8 @@ def friction_rows(nut_map, count, seed, **parameters):
         preload = math.exp(rng.uniform(math.log(0.8 * lo), math.log(hi)))
         row = {
             "preload": preload,
-            "speed": float(rng.choice([-1.0, 1.0])) * math.exp(rng.uniform(math.log(0.3), math.log(1.03 * fastest))),
+            "speed": float(rng.choice([-1.0, 1.0]))
+            * math.exp(rng.uniform(math.log(0.3), math.log(1.03 * fastest))),
             "temperature": float(rng.uniform(cold - 2.0, hot + 2.0)),
             "axial_load": float(rng.choice([0.0, 1.0]) * rng.normal() * preload),
         }
@@ -72,8 +73,7 @@ def replayed(folders, subject, rows):
 
 @SUBJECT
 def test_table_3_of_the_paper(packaged, subject):
-    nut_map, folders = packaged
-    with opened(folders, subject) as one:
+    with opened(packaged[1], subject) as one:
         rows = table3(one)
     assert len(rows) == 6
     deviation, zhao = mean_deviations(rows)[:2]
@@ -201,7 +201,9 @@ def test_unconnected_inputs(monitors, subject):
 
 
 @SUBJECT
-@pytest.mark.parametrize("name", ["torque", "speed", "temperature", "axial_load", "roughness_height", "speed_min"])
+@pytest.mark.parametrize(
+    "name", ["torque", "speed", "temperature", "axial_load", "roughness_height", "speed_min"]
+)
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e30])
 def test_a_value_that_is_no_number(monitors, subject, name, bad):
     """Python: Discard, nothing changed. Native: Error when it is set. Each names the variable."""
@@ -267,7 +269,9 @@ def test_friction_parameters_act(monitors, synthetic_nut_map, subject):
         "speed_min": 0.01,
         "torque_uncertainty": 0.05,
     }
-    inputs = [{"torque": 0.3, "speed": s, "temperature": 310.0, "axial_load": 100.0} for s in (0.02, 0.4, 7.0)]
+    inputs = [
+        {"torque": 0.3, "speed": s, "temperature": 310.0, "axial_load": 100.0} for s in (0.02, 0.4, 7.0)
+    ]
     expected = monitor_outputs(synthetic_nut_map, inputs, **parameters)
     plain = monitor_outputs(synthetic_nut_map, inputs, speed_min=0.01)
     with opened(monitors, subject, **parameters) as one:

@@ -1,4 +1,4 @@
-"""The native preload monitor: model against Python, model exchange, descriptions, bytes, and C hosts under sanitizers."""
+"""The native preload monitor: model against Python, model exchange, descriptions, bytes, C hosts under sanitizers."""
 
 import math
 import re
@@ -78,7 +78,9 @@ def test_the_bytes_are_the_same_again(fmus, synthetic_nut_map, tmp_path, version
 
 @VERSIONS
 def test_all_but_the_model_layer_is_shared_with_friction(synthetic_nut_map, version):
-    monitor, friction = (native_sources(synthetic_nut_map.header, version, "t", m) for m in (MONITOR, FRICTION))
+    monitor, friction = (
+        native_sources(synthetic_nut_map.header, version, "t", m) for m in (MONITOR, FRICTION)
+    )
     own = {"model.c", "model_state.h", "derivative.c", "variables.c", "variables.h"}
     assert {name for name in monitor if monitor[name] != friction[name]} == own
     assert set(friction) - set(monitor) == {"tangent.c"}
@@ -93,7 +95,9 @@ def test_description(fmus, synthetic_nut_map):
         names = [name for name, *_ in variables_of(root) if name != "time"]
         assert names == [v.name for v in MONITOR.native_variables(synthetic_nut_map.header)]
         assert root.get("modelName") == "BallScrewPreloadMonitorNative"
-        derivatives = [v for k, v in root.find("CoSimulation").attrib.items() if "Derivative" in k and "provides" in k]
+        derivatives = [
+            v for k, v in root.find("CoSimulation").attrib.items() if "Derivative" in k and "provides" in k
+        ]
         assert set(derivatives) == {"false"}
         page = files["documentation/index.html"].decode()
         assert "speed_min" in page
@@ -168,7 +172,8 @@ def test_model_is_that_of_python(model, synthetic_nut_map):
         torque = float(rng.choice([-1.0, 1.0])) * 10.0 ** rng.uniform(-3.0, 1.0)
         speed = math.copysign(10.0 ** rng.uniform(-2.0, 2.6), torque if n % 11 else -torque)
         temperature, axial = rng.uniform(280.0, 356.0), rng.normal() * 3000.0 * (n % 4 > 0)
-        model.step(1e-3, torque=torque, speed=speed, temperature=temperature, axial_load=axial, speed_min=0.0, **parameters)
+        inputs = {"torque": torque, "speed": speed, "temperature": temperature, "axial_load": axial}
+        model.step(1e-3, speed_min=0.0, **inputs, **parameters)
         found = estimate_preload(synthetic_nut_map, torque, speed, temperature, axial, *parameters.values())
         assert model.get("preload") == pytest.approx(found.preload, rel=1e-9)
         assert model.get("in_range") == found.in_range

@@ -17,7 +17,7 @@ from ballscrew_tehl.nut_map.bspline import cubic_slopes, cubic_weights, weighted
 from ballscrew_tehl.nut_map.evaluate import NutMap
 from ballscrew_tehl.standstill import regularised_sign
 
-#: least (preload/torque) d torque/d preload at which the torque tells the preload: 1 % of torque is then the whole preload
+#: least (preload/torque) d torque/d preload at which the torque tells the preload: there 1 % of torque is all of it
 LEAST_ELASTICITY = 0.01
 ACCURACY = 1e-11  # relative, of the last step in preload
 JUMP = 1e-9  # relative; torques so near that of parted nuts do not tell the preload, and the torque may jump there
@@ -42,7 +42,9 @@ class PreloadEstimate(NamedTuple):
 
     preload: float  # [N], from 0 to the end of the map
     torque_sensitivity: float  # [N.m/N] derivative of the torque there, >= 0
-    clamped: tuple[str, ...]  # inputs beyond the map; with "torque" no preload within the map gives that torque
+    clamped: tuple[
+        str, ...
+    ]  # inputs beyond the map; with "torque" no preload within the map gives that torque
 
     @property
     def in_range(self) -> bool:
@@ -94,12 +96,12 @@ class OverPreload:
     def parts(self, preload: float) -> TorqueOverPreload:
         if self._load == 0.0:
             nut = self._nut(preload, 1.0)
-            return TorqueOverPreload(*(2.0 * x for x in nut), preload)
+            return TorqueOverPreload._make([*(2.0 * x for x in nut), preload])
         relieved, loaded = self._map._forces_point(preload, self._load)
         slope = self._force_slope(preload)
         hi = self._map.force.hi
         nuts = self._nut(relieved, slope), self._nut(min(loaded, hi), slope if loaded <= hi else 0.0)
-        return TorqueOverPreload(*(a + b for a, b in zip(*nuts, strict=True)), loaded)
+        return TorqueOverPreload._make([*(a + b for a, b in zip(*nuts, strict=True)), loaded])
 
     def _nut(self, force: float, slope: float) -> tuple[float, ...]:
         """Parts of one nut and their derivatives over the preload; slope: of its force over the preload."""
@@ -219,8 +221,8 @@ def estimate_preload(
     Parameters   torque : measured friction torque [N.m], positive when it opposes a positive speed
                  speed : [rad/s], not 0;  temperature : [K];  axial_load : [N];  the rest: as OverPreload
     Returns      PreloadEstimate; clamped: a torque against the motion gives 0, one at or below that of parted nuts the
-                 preload at which they part, one above all that the map gives, the end of the map; below the lowest force of the map the power
-                 laws of the map go on, flagged
+                 preload at which they part, one above all that the map gives the end of the map; below the lowest
+                 force of the map its power laws go on, flagged
     Validity     the caller has checked that all are finite numbers
     Source       Newton's method for ln(torque) over ln(preload), safeguarded by bisection
     """
