@@ -270,10 +270,10 @@ def build_native(
     built = []
     for version, kind in ((2, FmuInstance), (3, Fmu3Instance)):
         target = folder / native_file_name(version, model)
-        advance(f"compiling {target.stem}")
+        advance(f"compiling {model.name}, FMI {version}")
         platforms = tuple(PLATFORMS)
         fmu = build_native_fmu(nut_map, version, target, reference, report, platforms, model=model).path
-        advance(f"checking {target.stem}")
+        advance(f"checking {model.name}, FMI {version}")
         line = check(fmu, nut_map, kind, model)
         built.append((fmu, line + (recovered_preload(fmu, parameters, kind) if model is MONITOR else "")))
     return built
@@ -318,7 +318,7 @@ def main(arguments: list[str] | None = None) -> int:
         from ballscrew_fmu.native_sources import SourceError
     except ImportError as error:
         return _complain(f"{error}; install the project first: python -m pip install -e {ROOT}")
-    columns = (TextColumn("{task.description:<48}"), BarColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("reading screw and map", total=5 if args.python_only else 13)
         try:
