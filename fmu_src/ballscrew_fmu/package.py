@@ -105,7 +105,7 @@ def _file_of(module: str) -> Path:
     return Path(spec.origin)
 
 
-def _relocated(source: str, module: str, modules: Mapping[str, str]) -> str:
+def _relocated(source: str, module: str, modules: Mapping[str, str] = RUNTIME_MODULES) -> str:
     """The source with every import of a travelling module made relative to the one package of the FMU."""
     parent = module.rpartition(".")[0]
 

@@ -287,9 +287,7 @@ static double margin(const Model *model)
     begin_search(&end, model);
     try_preload(&end, map->force.hi, &loads);
     found = least((end.torque - torque) / most(end.torque, SMOOTH), (model->estimate - map->force.lo) / map->force.hi);
-    try_preload(&end, map_separation_preload(map, at[AXIAL_LOAD]), &loads);
-    found = least(found, (torque - (1.0 + JUMP) * end.torque) / most(end.torque, SMOOTH));
-    found = least(found, model->elasticity - LEAST_ELASTICITY);
+    found = least(found, model->elasticity - LEAST_ELASTICITY); /* 0 where the nuts part */
     found = least(found, least(temperature - map->temperature.lo, map->temperature.hi - temperature)
                              / (map->temperature.hi - map->temperature.lo));
     found = least(found, (map->speed.hi - motion(model)) / map->speed.hi);
