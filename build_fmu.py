@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Build the FMUs of a screw from its map - for Python hosts and native - check them in fmpy, show their torque."""
+"""Build the FMUs of a screw from its map - friction and preload monitor, for Python hosts and native - check them in
+fmpy, show their torque."""
 
 import argparse
 import hashlib
@@ -14,16 +15,20 @@ from typing import Any, NoReturn
 ROOT = Path(__file__).resolve().parent
 STEP = 1e-3  # [s] communication step of the replay
 AGREEMENT = 1e-9  # relative, FMU against the map itself
+RECOVERY = 1e-6  # relative, preload of the monitor against the one that the torque is made from
 EPILOG = """\
 what is done
   1. read the screw file (checked: a wrong key or value is one line and exit code 2)
   2. load the map of this screw; a map of another screw or version is refused
-  3. pack map and Python code into BallScrewFriction.fmu: FMI 2.0 co-simulation for Python hosts
+  3. pack map and Python code into BallScrewFriction.fmu (torque from preload) and BallScrewPreloadMonitor.fmu
+     (preload from torque): FMI 2.0 co-simulation for Python hosts
   4. compile the C runtime for Linux, Windows and macOS with ziglang, and pack it with the map into
-     BallScrewFrictionNative_fmi2.fmu and _fmi3.fmu: co-simulation and model exchange for every host
-     (first time: some minutes, for the C libraries of these systems; then less than a minute)
+     BallScrewFrictionNative_fmi2.fmu and _fmi3.fmu, BallScrewPreloadMonitorNative_fmi2.fmu and _fmi3.fmu:
+     co-simulation and model exchange for every host
+     (first time: some minutes, for the C libraries of these systems; then about a minute)
   5. validate each with fmpy: any finding stops the build
-  6. replay a reference input in fmpy and compare every output with the map (1e-9)
+  6. replay a reference input in fmpy and compare every output with the map (1e-9); the monitors must also
+     find the preload again that the torque was made from (1e-6)
   7. print measured torque beside this model, Zhao, Zhou and NSK (for the packaged screw),
      and path, size and SHA-256 of each FMU
 Same input, same bytes. The FMUs appear in the output folder after all checks have passed, or not at all.
@@ -31,7 +36,7 @@ Same input, same bytes. The FMUs appear in the output folder after all checks ha
 examples
   python build_fmu.py                                  the screw GD4008-3 with its packaged map
   python build_fmu.py --kinematics rolling_frame       its other kinematics: films to trust
-  python build_fmu.py --python-only                    no compiler: the FMU for Python hosts only
+  python build_fmu.py --python-only                    no compiler: the FMUs for Python hosts only
   python -m ballscrew_tehl map build --screw my.toml --output my_map.nc
   python build_fmu.py --screw my.toml --map my_map.nc --output my_fmus
   python -m ballscrew_tehl calibrate measurements.csv --screw my.toml --map my_map.nc --output friction.toml
@@ -85,7 +90,7 @@ def parser() -> Parser:
     options.add_argument(
         "--python-only",
         action="store_true",
-        help="build BallScrewFriction.fmu only, without the native FMUs, which need ziglang",
+        help="build the FMUs for Python hosts only, without the native ones, which need ziglang",
     )
     return options
 
@@ -143,15 +148,15 @@ def expected_outputs(nut_map: Any, regularization_speed: float, row: Mapping[str
     return outputs
 
 
-def check_replay(fmu: Path, nut_map: Any, kind: Any = None) -> float:
+def check_replay(fmu: Path, nut_map: Any, kind: Any = None, model: Any = None) -> float:
     """Largest relative difference between the FMU in fmpy and the map over the reference input.
 
-    Parameters   kind : of instance, as replay; None takes that of FMI 2.0
+    Parameters   kind : of instance, as replay; None takes that of FMI 2.0;  model : as reference_results
     Raises       CheckError: an output differs by more than AGREEMENT
     """
     from ballscrew_fmu.replay import FmuInstance, replay
 
-    rows, wanted = reference_results(nut_map)
+    rows, wanted = reference_results(nut_map, model)
     worst = 0.0
     results = replay(fmu, rows, STEP, kind or FmuInstance)
     for n, (outputs, expected) in enumerate(zip(results, wanted, strict=True)):
@@ -165,13 +170,32 @@ def check_replay(fmu: Path, nut_map: Any, kind: Any = None) -> float:
     return worst
 
 
-def reference_results(nut_map: Any) -> tuple[list[dict[str, float]], list[dict[str, float]]]:
-    """Reference input, and what the map gives for it with the start values of the parameters."""
-    from ballscrew_fmu.variables import fmu_variables
+def reference_results(
+    nut_map: Any, model: Any = None
+) -> tuple[list[dict[str, float]], list[dict[str, float]]]:
+    """Reference input, and what the map gives for it with the start values of the parameters.
 
-    starts = {v.name: v.start or 0.0 for v in fmu_variables(nut_map.header)}
+    Parameters   model : of ballscrew_fmu.models; None takes FRICTION
+    Raises       CheckError: the monitor does not find the preload that its reference torque is made from
+    """
+    from ballscrew_fmu.models import FRICTION, MONITOR
+    from ballscrew_fmu.monitor_check import lost_preload, monitor_outputs
+
+    starts = {v.name: v.start or 0.0 for v in FRICTION.variables(nut_map.header)}
     rows = list(reference_input(nut_map.header))
-    return rows, [expected_outputs(nut_map, starts["regularization_speed"], row) for row in rows]
+    results = [expected_outputs(nut_map, starts["regularization_speed"], row) for row in rows]
+    if model is not MONITOR:
+        return rows, results
+    inputs = [
+        {"torque": result["friction_torque"]}
+        | {name: row[name] for name in ("speed", "temperature", "axial_load")}
+        for row, result in zip(rows, results, strict=True)
+    ]
+    outputs = monitor_outputs(nut_map, inputs)
+    lost = lost_preload([row["preload"] for row in rows], outputs)
+    if not lost <= RECOVERY:
+        raise CheckError(f"preload from torque is off by {lost:.1e}, relative; allowed {RECOVERY:g}")
+    return inputs, outputs
 
 
 def torque_tables(fmu: Path, parameters: Any, nut_map: Any) -> str:
@@ -202,7 +226,7 @@ def torque_tables(fmu: Path, parameters: Any, nut_map: Any) -> str:
         return "\n".join(lines)
 
 
-def check(fmu: Path, nut_map: Any, kind: Any = None) -> str:
+def check(fmu: Path, nut_map: Any, kind: Any = None, model: Any = None) -> str:
     """Validation and replay of one FMU; returns the line that says so.
 
     Raises       CheckError
@@ -213,32 +237,57 @@ def check(fmu: Path, nut_map: Any, kind: Any = None) -> str:
     if findings:
         raise CheckError(f"fmpy validation of {fmu.name}: {' | '.join(findings)}")
     try:
-        worst = check_replay(fmu, nut_map, kind)
+        worst = check_replay(fmu, nut_map, kind, model)
     except CheckError as error:
         raise CheckError(f"{fmu.name}: {error}") from error
     return f"fmpy: no finding; replay against the map: largest difference {worst:.1e} (limit {AGREEMENT:g})"
 
 
-def build_native(parameters: Any, nut_map: Any, folder: Path, advance: Any) -> list[tuple[Path, str]]:
-    """The native FMUs in a folder, each with the line about its checks.
+def recovered_preload(fmu: Path, parameters: Any, kind: Any = None) -> str:
+    """How far the preload of a monitor is off Table 3, as the end of its line; nothing for another screw.
+
+    Raises       CheckError: a torque of the table is beyond what the map gives
+    """
+    from ballscrew_fmu.monitor_check import table3
+    from ballscrew_fmu.replay import FmuInstance
+    from ballscrew_tehl.parameters import load_parameters
+    from ballscrew_tehl.validation import mean_deviations
+
+    if parameters.screw != load_parameters().screw:
+        return ""
+    with (kind or FmuInstance)(fmu) as instance:
+        try:
+            deviation = mean_deviations(table3(instance))[0]
+        except RuntimeError as error:
+            raise CheckError(f"{fmu.name}: {error}") from error
+    return f"; preload of Table 3: {100.0 * deviation:.2f} % off on average"
+
+
+def build_native(
+    parameters: Any, nut_map: Any, folder: Path, advance: Any, model: Any
+) -> list[tuple[Path, str]]:
+    """The native FMUs of a model in a folder, each with the line about its checks.
 
     Raises       CheckError; BuildError or SourceError: they cannot be compiled
     """
+    from ballscrew_fmu.models import MONITOR
     from ballscrew_fmu.native_build import PLATFORMS
     from ballscrew_fmu.native_package import Reference, build_native_fmu, native_file_name
     from ballscrew_fmu.replay import FmuInstance
     from ballscrew_fmu.replay_fmi3 import Fmu3Instance
     from ballscrew_fmu.validation_report import validation_report
 
-    reference = Reference(STEP, *reference_results(nut_map))
+    reference = Reference(STEP, *reference_results(nut_map, model))
     report = validation_report(parameters, nut_map)
     built = []
     for version, kind in ((2, FmuInstance), (3, Fmu3Instance)):
-        advance(f"compiling for FMI {version}")
-        target = folder / native_file_name(version)
-        fmu = build_native_fmu(nut_map, version, target, reference, report, tuple(PLATFORMS)).path
-        advance(f"checking for FMI {version}")
-        built.append((fmu, check(fmu, nut_map, kind)))
+        target = folder / native_file_name(version, model)
+        advance(f"compiling {model.name}, FMI {version}")
+        platforms = tuple(PLATFORMS)
+        fmu = build_native_fmu(nut_map, version, target, reference, report, platforms, model=model).path
+        advance(f"checking {model.name}, FMI {version}")
+        line = check(fmu, nut_map, kind, model)
+        built.append((fmu, line + (recovered_preload(fmu, parameters, kind) if model is MONITOR else "")))
     return built
 
 
@@ -249,19 +298,22 @@ def build(
 
     Raises       CheckError, BuildError, SourceError: nothing is delivered; OSError: the folder cannot be written
     """
-    from ballscrew_fmu.description import MODEL_NAME
+    from ballscrew_fmu.models import FRICTION, MODELS, MONITOR
     from ballscrew_fmu.package import build_fmu
 
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".build_") as scratch:
-        advance("packing")
-        fmu = build_fmu(nut_map, Path(scratch) / f"{MODEL_NAME}.fmu").path
-        advance("validating and replaying")
-        built = [(fmu, check(fmu, nut_map))]
-        advance("computing the tables")
-        text = torque_tables(fmu, parameters, nut_map)
-        if not python_only:
-            built += build_native(parameters, nut_map, Path(scratch), advance)
+        built, text = [], ""
+        for model in MODELS:
+            advance(f"packing {model.name}")
+            fmu = build_fmu(nut_map, Path(scratch) / f"{model.name}.fmu", model=model).path
+            advance(f"checking {model.name}")
+            line = check(fmu, nut_map, model=model)
+            built.append((fmu, line + (recovered_preload(fmu, parameters) if model is MONITOR else "")))
+            if model is FRICTION:
+                text = torque_tables(fmu, parameters, nut_map)
+        for model in () if python_only else MODELS:
+            built += build_native(parameters, nut_map, Path(scratch), advance, model)
         text += "\n\n" + "\n".join(f"{made.name}: {line}" for made, line in built)
         for made, _ in built:
             os.replace(made, folder / made.name)
@@ -278,9 +330,9 @@ def main(arguments: list[str] | None = None) -> int:
         from ballscrew_fmu.native_sources import SourceError
     except ImportError as error:
         return _complain(f"{error}; install the project first: python -m pip install -e {ROOT}")
-    columns = (TextColumn("{task.description:<28}"), BarColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("reading screw and map", total=4 if args.python_only else 8)
+        task = progress.add_task("reading screw and map", total=5 if args.python_only else 13)
         try:
             parameters, nut_map = read_inputs(args.screw, args.map, args.kinematics, args.friction)
         except (ValueError, OSError) as error:

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Preload of a ball screw monitored over its life from motor torque, speed and temperature.
 
-    python examples/preload_monitoring.py [--plot preload_monitoring.png]
+    python examples/preload_monitoring.py [--plot preload_monitoring.png] [--fmu dist/BallScrewPreloadMonitor.fmu]
 
 Once per shift a batch of measurements is taken while the axis moves without load. Synthetic here: torque of
 the packaged map at a random speed and temperature, then 2 % noise (standard deviation) on torque, on speed and
@@ -14,6 +14,9 @@ measured/map - 1 of the reference batches at their own preload, mean torque has 
 s^2 sum(T_i^2)/m^2, and preload that over (d mean torque / d preload)^2, from the map. s contains the noise of
 all three channels, so the interval does too; student t with the degrees of freedom of s.
 
+With --fmu the measurements of a wearing life go one by one through the FMU BallScrewPreloadMonitor as well, as in a
+controller, and the preload of a batch is the mean of what it answers.
+
 Alarm: one-sided CUSUM, S = max(0, S - z - k), z = (preload - reference)/its standard deviation, alarm at
 S > h. With independent normal z and S = 0 at the start the mean number of batches to a false alarm is about
 (exp(2 k b) - 2 k b - 1)/(2 k^2), b = h + 1.166 (Siegmund, Sequential Analysis, 1985), 19,000 at k = 0.5 and
@@ -23,12 +26,15 @@ the reference, which all batches share: it shifts z, so the reference takes many
 
 import argparse
 import sys
+import zipfile
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.stats import t as student
 
+from ballscrew_fmu.replay import FmuInstance
 from ballscrew_tehl.nut_map.evaluate import NutMap
 from ballscrew_tehl.nut_map.store import load_map
 from ballscrew_tehl.parameters import load_parameters
@@ -188,6 +194,51 @@ def main(screw: NutMap | None = None, lives: int = 8, seed: int = 1) -> dict[str
     }  # fmt: skip
 
 
+class Streamed(NamedTuple):
+    """What the FMU says of a batch."""
+
+    preload: float  # [N] mean over the measurements in range
+    deviation: float  # [N] of that mean, from the noise of torque alone
+    in_range: int  # measurements
+
+
+def streamed(fmu: Any, batches: list[Batch], period: float = 1.0) -> list[Streamed]:
+    """Batches through BallScrewPreloadMonitor, measurement by measurement, `period` s apart."""
+    found = []
+    with FmuInstance(fmu) as monitor:
+        for batch in batches:
+            told = []
+            for torque, speed, temperature in zip(*batch, strict=True):
+                inputs = {"torque": torque, "speed": speed, "temperature": temperature}
+                monitor.step(period, **inputs, torque_uncertainty=NOISE * abs(torque))
+                if monitor.get("in_range"):
+                    told.append(monitor.get("preload", "preload_half_width"))
+            preload, deviation = np.array(told).T
+            found.append(Streamed(float(preload.mean()), float(np.sqrt(np.sum(deviation**2))) / len(told), len(told)))
+    return found
+
+
+def beside_the_fmu(fmu: Any, screw: NutMap | None = None, seed: int = 1) -> dict[str, float]:
+    """A wearing life by the mean torque of each batch and by the FMU.
+
+    Returns      difference_percent: root mean square of their difference over the preload; deviation_percent: of a
+                 batch by the FMU from the true preload, root mean square; stated_percent: what its half-widths say
+    """
+    screw = screw or load_map(None, load_parameters())
+    random = np.random.default_rng(seed)
+    course = wearing()
+    batches = [measure(screw, float(preload), random) for preload in course]
+    found = streamed(fmu, batches)
+    preload = np.array([each.preload for each in found])
+    by_mean = np.array([preload_of(screw, batch) for batch in batches])
+    return {
+        "difference_percent": 100.0 * float(np.sqrt(np.mean((preload / by_mean - 1.0) ** 2))),
+        "deviation_percent": 100.0 * float(np.sqrt(np.mean((preload / course - 1.0) ** 2))),
+        "stated_percent": 100.0 * float(np.mean([each.deviation / each.preload for each in found])),
+        "in_range": float(sum(each.in_range for each in found)) / (SIZE * len(found)),
+    }
+
+
 def table(result: dict[str, Any]) -> str:
     return "\n".join(f"{name:32}{value:12.4g}" for name, value in result.items() if name != "shown")
 
@@ -221,9 +272,16 @@ def plot(result: dict[str, Any], path: Any) -> None:
 def command_line(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--plot", metavar="FILE.png", help="draw one life to this file")
+    parser.add_argument("--fmu", type=Path, help="BallScrewPreloadMonitor, FMI 2.0: run a life through it as well")
     options = parser.parse_args(arguments)
+    if options.fmu and not zipfile.is_zipfile(options.fmu):
+        print(f"preload_monitoring.py: {options.fmu} is no FMU; run build_fmu.py first", file=sys.stderr)
+        return 2
     result = main()
     print(table(result))
+    if options.fmu:
+        print("\nBallScrewPreloadMonitor, a wearing life")
+        print(table(beside_the_fmu(options.fmu)))
     if options.plot:
         plot(result, options.plot)
     return 0

@@ -6,6 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ballscrew_fmu.models import MONITOR
+from ballscrew_fmu.package import build_fmu
+
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 import preload_monitoring as monitoring
 
@@ -54,6 +57,31 @@ def test_a_step_is_found_after_the_number_of_batches_of_the_formula():
     levels = monitoring.cusum(z)
     delays = [monitoring.first_alarm(row) + 1 for row in levels]
     assert np.mean(delays) == pytest.approx((8.0 + 1.166) / 1.5, rel=0.05)
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory, synthetic_nut_map):
+    folder = tmp_path_factory.mktemp("monitor")
+    return build_fmu(synthetic_nut_map, folder / "BallScrewPreloadMonitor.fmu", model=MONITOR).path
+
+
+def test_the_fmu_says_the_same_measurement_by_measurement(fmu, synthetic_nut_map):
+    found = monitoring.beside_the_fmu(fmu, synthetic_nut_map)
+    assert found["in_range"] == 1.0
+    # both are means of 25 measurements with the same noise, weighted differently
+    assert found["difference_percent"] < 0.2
+    # the half-widths know the noise of torque; that of speed and temperature comes on top
+    assert found["stated_percent"] < found["deviation_percent"] < 1.4 * found["stated_percent"]
+
+
+def test_without_noise_the_fmu_gives_the_preload(fmu, synthetic_nut_map, monkeypatch):
+    monkeypatch.setattr(monitoring, "NOISE", 0.0)
+    assert monitoring.beside_the_fmu(fmu, synthetic_nut_map)["deviation_percent"] < 1e-7
+
+
+def test_an_fmu_that_is_none_is_one_line(capsys):
+    assert monitoring.command_line(["--fmu", "none.fmu"]) == 2
+    assert capsys.readouterr().err == "preload_monitoring.py: none.fmu is no FMU; run build_fmu.py first\n"
 
 
 def test_picture_and_command_line(result, tmp_path, monkeypatch, capsys):

@@ -428,3 +428,15 @@ def test_reading_needs_neither_writer_nor_solver(saved):
     )
     run = subprocess.run([sys.executable, "-c", code, str(saved)], capture_output=True, text=True, check=True)
     assert run.stdout.split() == []
+
+
+@pytest.mark.parametrize("kinematics", PACKAGED)
+def test_relieved_nut_is_in_range_far_below_the_lowest_preload(kinematics):
+    nut_map = load_map(None, changed(GD4008, friction={"kinematics": kinematics}))
+    axes = nut_map.header["axes"]
+    lowest = axes["preload"][0]
+    assert axes["force"][0] <= 0.1 * lowest
+    assert nut_map.evaluate(lowest, 50.0, 303.0, 1.5 * lowest).in_range
+    below = nut_map.evaluate(0.9 * lowest, 50.0, 303.0)
+    assert (below.in_range, below.clamped) == (False, ("preload",))
+    assert nut_map.evaluate(np.array([0.9, 1.0]) * lowest, 50.0, 303.0).in_range.tolist() == [False, True]

@@ -5,9 +5,10 @@ from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from ballscrew_fmu.variables import UNITS, Variable, fmu_variables
+from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.variables import UNITS, Variable
 
-MODEL_NAME = "BallScrewFriction"
+MODEL_NAME = FRICTION.name
 LOG_CATEGORIES = {
     "logStatusWarning": "An input lies beyond the map and is clamped",
     "logStatusDiscard": "A step was discarded, with the variable and the value that are the reason",
@@ -29,19 +30,21 @@ CAPABILITIES = {
 }
 
 
-def model_description(header: Mapping[str, Any], guid: str, generation_tool: str) -> bytes:
+def model_description(
+    header: Mapping[str, Any], guid: str, generation_tool: str, model: FmuModel = FRICTION
+) -> bytes:
     """The XML, UTF-8: same arguments, same bytes (no date).
 
     Parameters   header : of the map (bounds, start values, screw and kinematics for the description)
     """
-    variables = fmu_variables(header)
+    variables = model.variables(header)
     root = Element(
         "fmiModelDescription",
         fmiVersion="2.0",
-        modelName=MODEL_NAME,
+        modelName=model.name,
         guid=guid,
         description=(
-            "Friction torque of a preloaded double-nut ball screw, thermal elastohydrodynamic lubrication; "
+            f"{model.summary}, thermal elastohydrodynamic lubrication; "
             f"{header['kinematics']} kinematics, map {header['content_hash'][:12]}"
         ),
         version=str(header["version"]),
@@ -50,7 +53,7 @@ def model_description(header: Mapping[str, Any], guid: str, generation_tool: str
         variableNamingConvention="flat",
         numberOfEventIndicators="0",
     )
-    SubElement(root, "CoSimulation", {"modelIdentifier": MODEL_NAME, **CAPABILITIES})
+    SubElement(root, "CoSimulation", {"modelIdentifier": model.name, **CAPABILITIES})
     _unit_definitions(SubElement(root, "UnitDefinitions"), variables)
     categories = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():

@@ -6,8 +6,10 @@ from html import escape
 from importlib.metadata import distribution
 from typing import Any
 
-from ballscrew_fmu.slave import TOO_LARGE
-from ballscrew_fmu.variables import Variable, fmu_variables
+from ballscrew_fmu.map_slave import TOO_LARGE
+from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.monitor_documentation import PYTHON, monitor_page
+from ballscrew_fmu.variables import Variable
 from ballscrew_tehl.nut_map.packed import certificate_totals
 
 EXTERNAL_DEPENDENCIES = """\
@@ -15,10 +17,12 @@ The binaries of this FMU (pythonfmu) run Python code inside the importing proces
 - a host that runs Python 3.11 or later itself, for instance fmpy, OMSimulator's Python interface or libcosim
   from Python. In a host without Python the library does not load. Platforms: x86_64 Linux and x86_64 Windows.
 - numpy in that Python.
+{refine}Unpack the FMU to a folder whose path holds no special characters other than blanks.
+"""
+REFINE = """\
 - with refine = true also numba, scipy and pydantic. Without them the results are those of the map, and an error
   is logged. The contact solver is compiled once per machine (about 20 s) and kept in the user's cache folder
   (XDG_CACHE_HOME or ~/.cache, LOCALAPPDATA, ~/Library/Caches), below ballscrew_tehl.
-Unpack the FMU to a folder whose path holds no special characters other than blanks.
 """
 
 PAGE = """\
@@ -78,25 +82,30 @@ restored.</li>
 """
 
 
-def documentation_files(header: Mapping[str, Any]) -> dict[str, str]:
+def documentation_files(header: Mapping[str, Any], model: FmuModel = FRICTION) -> dict[str, str]:
     """Files of the FMU's documentation folder by path."""
-    from ballscrew_tehl.nut_map.refine import CAPACITY  # slow to import
+    axes, provenance = header["axes"], escape(map_provenance(header))
+    rows = "\n".join(_row(v) for v in model.variables(header))
+    if model is FRICTION:
+        from ballscrew_tehl.nut_map.refine import CAPACITY  # slow to import
 
-    axes, provenance = header["axes"], map_provenance(header)
-    rows = "\n".join(_row(v) for v in fmu_variables(header))
-    page = PAGE.format(
-        provenance=escape(provenance),
-        friction=friction_provenance(header),
-        split=split_statement(header),
-        limit=TOO_LARGE,
-        slowest=axes["speed"][0],
-        capacity=CAPACITY,
-        rows=rows,
-    )
+        page = PAGE.format(
+            provenance=provenance,
+            friction=friction_provenance(header),
+            split=split_statement(header),
+            limit=TOO_LARGE,
+            slowest=axes["speed"][0],
+            capacity=CAPACITY,
+            rows=rows,
+        )
+    else:
+        page = monitor_page(
+            PYTHON, name=model.name, provenance=provenance, limit=TOO_LARGE, lowest=axes["preload"][0], rows=rows
+        )
     licence = distribution("pythonfmu").read_text("licenses/LICENSE")
     return {
         "index.html": page,
-        "externalDependencies.txt": EXTERNAL_DEPENDENCIES,
+        "externalDependencies.txt": EXTERNAL_DEPENDENCIES.format(refine=REFINE if model.refines else ""),
         "licenses/pythonfmu.txt": licence or "MIT licence; https://github.com/NTNU-IHB/PythonFMU\n",
     }
 

@@ -7,8 +7,8 @@ from xml.etree.ElementTree import Element, SubElement
 
 from ballscrew_fmu.description import LOG_CATEGORIES as PYTHON_CATEGORIES
 from ballscrew_fmu.description import _scalar_variable, _unit_definitions
-from ballscrew_fmu.native_sources import NATIVE_NAME
-from ballscrew_fmu.variables import TIME, Variable, native_variables
+from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.variables import TIME, Variable
 
 LOG_CATEGORIES = {
     "logStatusWarning": PYTHON_CATEGORIES["logStatusWarning"],
@@ -17,7 +17,7 @@ LOG_CATEGORIES = {
     "logStatusFatal": "Failures that end the simulation; this FMU has none",
     "logAll": PYTHON_CATEGORIES["logAll"],
 }
-_ALWAYS = {"modelIdentifier": NATIVE_NAME, "needsExecutionTool": "false"}
+_ALWAYS = {"modelIdentifier": FRICTION.native_name, "needsExecutionTool": "false"}
 _ONCE = {"canBeInstantiatedOnlyOncePerProcess": "false"}
 _FMI2 = {
     **_ALWAYS,
@@ -65,43 +65,64 @@ CAPABILITIES: Mapping[int, Mapping[str, Mapping[str, str]]] = {  # by FMI versio
         },
     },
 }
+_DERIVATIVES = (
+    "providesDirectionalDerivative",
+    "providesDirectionalDerivatives",
+    "providesAdjointDerivatives",
+)
 TERMINAL_KIND = "org.ballscrew-tehl.shaft"
-TERMINAL = """\
+TERMINALS = """\
 <?xml version="1.0" encoding="UTF-8"?>
 <fmiTerminalsAndIcons fmiVersion="3.0">
   <GraphicalRepresentation>
     <CoordinateSystem x1="-100" y1="-100" x2="100" y2="100" suggestedScalingFactorTo_mm="0.1" />
     <Icon x1="-100" y1="-100" x2="100" y2="100" />
   </GraphicalRepresentation>
+{terminals}</fmiTerminalsAndIcons>
+"""
+TERMINAL = """\
   <Terminals>
-    <Terminal name="shaft" matchingRule="plug" terminalKind="{kind}" description="Shaft of the screw: its speed \
-comes in, the friction torque goes out and acts against the speed; no angle, so no Modelica flange">
-      <TerminalMemberVariable variableName="speed" memberName="speed" variableKind="signal" />
-      <TerminalMemberVariable variableName="friction_torque" memberName="friction_torque" \
-variableKind="signal" />
+    <Terminal name="{name}" matchingRule="plug" terminalKind="{kind}" description="{description}">
+{members}
     </Terminal>
   </Terminals>
-</fmiTerminalsAndIcons>
 """
+MEMBER = '      <TerminalMemberVariable variableName="{name}" memberName="{name}" variableKind="signal" />'
+
+
+def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]:
+    """CAPABILITIES of a model, by interface."""
+    own = {"modelIdentifier": model.native_name}
+    if not model.derivatives:
+        own |= dict.fromkeys(_DERIVATIVES, "false")
+    return {
+        interface: {flag: own.get(flag, value) for flag, value in flags.items()}
+        for interface, flags in CAPABILITIES[fmi_version].items()
+    }
 
 
 def native_description(
-    header: Mapping[str, Any], fmi_version: int, token: str, generation_tool: str, sources: Sequence[str]
+    header: Mapping[str, Any],
+    fmi_version: int,
+    token: str,
+    generation_tool: str,
+    sources: Sequence[str],
+    model: FmuModel = FRICTION,
 ) -> bytes:
     """modelDescription.xml, UTF-8: same arguments, same bytes (no date).
 
     Parameters   header : of the map;  fmi_version : 2 or 3;  token : guid or instantiationToken
                  sources : names of the C files in the sources folder
     """
-    variables = native_variables(header)
+    variables = model.native_variables(header)
     root = Element(
         "fmiModelDescription",
         {
             "fmiVersion": f"{fmi_version}.0",
-            "modelName": NATIVE_NAME,
+            "modelName": model.native_name,
             "guid" if fmi_version == 2 else "instantiationToken": token,
             "description": (
-                "Friction torque of a preloaded double-nut ball screw, thermal elastohydrodynamic "
+                f"{model.summary}, thermal elastohydrodynamic "
                 f"lubrication; {header['kinematics']} kinematics, map {header['content_hash'][:12]}"
             ),
             "version": str(header["version"]),
@@ -110,8 +131,8 @@ def native_description(
             "variableNamingConvention": "flat",
         },
     )
-    for interface, flags in CAPABILITIES[fmi_version].items():
-        node = SubElement(root, interface, dict(flags))
+    for interface, flags in capabilities(model, fmi_version).items():
+        node = SubElement(root, interface, flags)
         if fmi_version == 2:
             files = SubElement(node, "SourceFiles")
             for name in sources:
@@ -132,19 +153,24 @@ def native_description(
     return _serialized(root)
 
 
-def build_description(sources: Sequence[str]) -> bytes:
+def build_description(sources: Sequence[str], model: FmuModel = FRICTION) -> bytes:
     """sources/buildDescription.xml, of FMI 3.0 and for FMI 2.0 as well (from 2.0.4 on)."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
-    configuration = SubElement(root, "BuildConfiguration", modelIdentifier=NATIVE_NAME)
+    configuration = SubElement(root, "BuildConfiguration", modelIdentifier=model.native_name)
     files = SubElement(configuration, "SourceFileSet", language="C99")
     for name in sources:
         SubElement(files, "SourceFile", name=name)
     return _serialized(root)
 
 
-def terminals() -> bytes:
+def terminals(model: FmuModel = FRICTION) -> bytes:
     """terminalsAndIcons/terminalsAndIcons.xml, of FMI 3.0 and for FMI 2.0 as well (from 2.0.4 on)."""
-    return TERMINAL.format(kind=TERMINAL_KIND).encode()
+    shown = ""
+    if model.terminal is not None:
+        name, description, variables = model.terminal
+        members = "\n".join(MEMBER.format(name=variable) for variable in variables)
+        shown = TERMINAL.format(name=name, kind=TERMINAL_KIND, description=description, members=members)
+    return TERMINALS.format(terminals=shown).encode()
 
 
 def _serialized(root: Element) -> bytes:
@@ -152,10 +178,9 @@ def _serialized(root: Element) -> bytes:
     return ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
 
 
-def _state(variables: Sequence[Variable]) -> str:
-    """Name of the one continuous state."""
-    (name,) = (v.derivative_of for v in variables if v.derivative_of)
-    return name
+def _states(variables: Sequence[Variable]) -> set[str]:
+    """Names of the continuous states."""
+    return {v.derivative_of for v in variables if v.derivative_of}
 
 
 def _fmi2_variables(parent: Element, variables: Sequence[Variable]) -> None:
@@ -163,7 +188,7 @@ def _fmi2_variables(parent: Element, variables: Sequence[Variable]) -> None:
     for reference, v in enumerate(variables):
         _scalar_variable(parent, reference, v)
         node = parent[-1]
-        if v.name == _state(variables):
+        if v.name in _states(variables):
             node.set("initial", "exact")
             node[0].set("reinit", "true")  # when it starts to slip
         if v.derivative_of:
@@ -182,7 +207,7 @@ def _fmi3_variables(parent: Element, variables: Sequence[Variable]) -> None:
             causality=v.causality,
             variability=v.variability,
         )
-        if v.causality in ("parameter", "input") or v.name == _state(variables):
+        if v.causality in ("parameter", "input") or v.name in _states(variables):
             node.set("initial", "exact")
         elif v.causality != "independent":
             node.set("initial", "calculated")
@@ -194,7 +219,7 @@ def _fmi3_variables(parent: Element, variables: Sequence[Variable]) -> None:
         attributes |= {name: None if value is None else repr(float(value)) for name, value in numbers}
         if v.derivative_of:
             attributes["derivative"] = reference[v.derivative_of]
-        if v.name == _state(variables):
+        if v.name in _states(variables):
             attributes["reinit"] = "true"
         for name, value in attributes.items():
             if value is not None:
@@ -233,6 +258,8 @@ def _fmi2_structure(parent: Element, variables: Sequence[Variable]) -> None:
     place = {v.name: n for n, v in enumerate(variables, start=1)}
     unknowns = _unknowns(variables)
     for group, kind in (("Outputs", "Output"), ("Derivatives", "Derivative"), ("InitialUnknowns", "Initial")):
+        if not unknowns[kind]:
+            continue  # the schema does not want an empty group
         node = SubElement(parent, group)
         for v, names in unknowns[kind]:
             _unknown(node, "Unknown", "index", place, v, names)

@@ -6,9 +6,10 @@ from importlib.metadata import distribution
 from typing import Any, NamedTuple
 
 from ballscrew_fmu.documentation import _row, friction_provenance, map_provenance, split_statement
-from ballscrew_fmu.native_sources import NATIVE_NAME
-from ballscrew_fmu.slave import TOO_LARGE
-from ballscrew_fmu.variables import TIME, native_variables
+from ballscrew_fmu.map_slave import TOO_LARGE
+from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.monitor_documentation import NATIVE, ZERO_STEP, monitor_page
+from ballscrew_fmu.variables import TIME
 
 
 class Validation(NamedTuple):
@@ -130,30 +131,42 @@ _ZERO_STEP = {
 
 
 def native_documentation(
-    header: Mapping[str, Any], fmi_version: int, platforms: str, validation: Validation = NOT_VALIDATED
+    header: Mapping[str, Any],
+    fmi_version: int,
+    platforms: str,
+    validation: Validation = NOT_VALIDATED,
+    model: FmuModel = FRICTION,
 ) -> dict[str, bytes]:
     """Files of the documentation folder by path.
 
     Parameters   platforms : for which binaries are included, in words
     """
-    table = native_variables(header) if fmi_version == 2 else (*native_variables(header), TIME)
+    table = model.native_variables(header)
+    table = table if fmi_version == 2 else (*table, TIME)
     shown = "\n".join(
         f'<p><img src="{escape(name)}" alt="{escape(name.rpartition(".")[0].replace("_", " "))}"></p>'
         for name in sorted(validation.plots)
     )
-    page = PAGE.format(
-        name=NATIVE_NAME,
-        fmi=f"{fmi_version}.0",
-        platforms=escape(platforms),
-        provenance=escape(map_provenance(header)),
-        friction=friction_provenance(header),
-        split=split_statement(header),
-        validation=f"{validation.tables}\n{shown}",
-        limit=TOO_LARGE,
-        slowest=header["axes"]["speed"][0],
-        zero_step=_ZERO_STEP[fmi_version],
-        rows="\n".join(_row(v) for v in table),
-    )
+    values = {
+        "name": model.native_name,
+        "fmi": f"{fmi_version}.0",
+        "platforms": escape(platforms),
+        "provenance": escape(map_provenance(header)),
+        "validation": f"{validation.tables}\n{shown}",
+        "limit": TOO_LARGE,
+        "rows": "\n".join(_row(v) for v in table),
+    }
+    if model is FRICTION:
+        page = PAGE.format(
+            slowest=header["axes"]["speed"][0],
+            zero_step=_ZERO_STEP[fmi_version],
+            friction=friction_provenance(header),
+            split=split_statement(header),
+            **values,
+        )
+    else:
+        zero_step = ZERO_STEP[fmi_version]
+        page = monitor_page(NATIVE, lowest=header["axes"]["preload"][0], zero_step=zero_step, **values)
     texts = {"index.html": page, "licenses/license.txt": LICENSE.format(project=_project_license())}
     return {name: text.encode() for name, text in texts.items()} | dict(validation.plots)
 

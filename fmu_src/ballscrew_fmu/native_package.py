@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_build import (
     COMPILER_OPTIONS,
     PLATFORMS,
@@ -23,7 +24,8 @@ from ballscrew_fmu.native_description import build_description, native_descripti
 from ballscrew_fmu.native_documentation import NOT_VALIDATED, Validation, native_documentation
 from ballscrew_fmu.native_icon import icon_png, icon_svg
 from ballscrew_fmu.native_map import MAP_FILE, map_bytes
-from ballscrew_fmu.native_sources import NATIVE_NAME, is_fmi_header, native_sources
+from ballscrew_fmu.native_sources import NATIVE_NAME as NATIVE_NAME
+from ballscrew_fmu.native_sources import is_fmi_header, native_sources
 from ballscrew_fmu.package import NAMESPACE, BuiltFmu, write_fmu
 from ballscrew_fmu.solver_cache import digest
 from ballscrew_tehl import __version__
@@ -66,6 +68,7 @@ def native_files(
     validation: Validation = NOT_VALIDATED,
     platforms: Sequence[str] = tuple(PLATFORMS),
     advance: Callable[[str], None] = lambda platform: None,
+    model: FmuModel = FRICTION,
 ) -> dict[str, bytes]:
     """Members of one native FMU by path, complete with token.
 
@@ -78,36 +81,38 @@ def native_files(
     tool = f"ballscrew-tehl {__version__} with ziglang {zig}"
     files = {
         f"resources/{MAP_FILE}": map_bytes(nut_map),
-        "terminalsAndIcons/terminalsAndIcons.xml": terminals(),
+        "terminalsAndIcons/terminalsAndIcons.xml": terminals(model),
         "terminalsAndIcons/icon.svg": icon_svg(),
         "terminalsAndIcons/icon.png": icon_png(),
     }
     if fmi_version == 2:
         files["model.png"] = icon_png()
     built_for = f"libraries for {', '.join(platforms)}"
-    documentation = native_documentation(header, fmi_version, built_for, validation)
+    documentation = native_documentation(header, fmi_version, built_for, validation, model)
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     if reference is not None:
-        files |= {f"{REFERENCE_FOLDER}/{name}": text for name, text in reference_files(reference).items()}
+        files |= {
+            f"{REFERENCE_FOLDER}/{name}": text for name, text in reference_files(reference, model).items()
+        }
 
     def complete(token: str) -> tuple[dict[str, bytes], dict[str, bytes]]:
         """All sources; and what travels of them, with the descriptions."""
-        sources = native_sources(header, fmi_version, token)
+        sources = native_sources(header, fmi_version, token, model)
         units = sorted(name for name in sources if name.endswith(".c"))
         shown = {f"sources/{name}": text for name, text in sources.items() if not is_fmi_header(name)}
-        shown["sources/buildDescription.xml"] = build_description(units)
-        shown["modelDescription.xml"] = native_description(header, fmi_version, token, tool, units)
+        shown["sources/buildDescription.xml"] = build_description(units, model)
+        shown["modelDescription.xml"] = native_description(header, fmi_version, token, tool, units, model)
         return sources, shown
 
     sources, shown = complete("")
     recipe = {"recipe": " ".join((zig, *COMPILER_OPTIONS, *platforms)).encode()}
     token = str(uuid.uuid5(NAMESPACE, digest({**files, **shown, **sources, **recipe})))
     sources, shown = complete(token)
-    libraries = build_libraries(sources, NATIVE_NAME, platforms, advance)
-    return {**files, **shown, **_binaries(libraries, fmi_version)}
+    libraries = build_libraries(sources, model.native_name, platforms, advance)
+    return {**files, **shown, **_binaries(libraries, fmi_version, model.native_name)}
 
 
-def _binaries(libraries: Mapping[str, bytes], fmi_version: int) -> dict[str, bytes]:
+def _binaries(libraries: Mapping[str, bytes], fmi_version: int, name: str) -> dict[str, bytes]:
     if fmi_version == 2:
         placed = {FMI2_FOLDERS[p]: (p, content) for p, content in libraries.items() if p in FMI2_FOLDERS}
         slices = [libraries[platform] for platform in UNIVERSAL if platform in libraries]
@@ -116,14 +121,14 @@ def _binaries(libraries: Mapping[str, bytes], fmi_version: int) -> dict[str, byt
     else:
         placed = {platform: (platform, content) for platform, content in libraries.items()}
     return {
-        f"binaries/{folder}/{NATIVE_NAME}{PLATFORMS[platform].suffix}": content
+        f"binaries/{folder}/{name}{PLATFORMS[platform].suffix}": content
         for folder, (platform, content) in placed.items()
     }
 
 
-def reference_files(reference: Reference) -> dict[str, bytes]:
+def reference_files(reference: Reference, model: FmuModel = FRICTION) -> dict[str, bytes]:
     """Manifest, inputs and outputs after the layered standard FMI-LS-REF, numbers with all their digits."""
-    texts = {"fmi-ls-manifest.xml": REFERENCE_MANIFEST.format(name=NATIVE_NAME, step=reference.step)}
+    texts = {"fmi-ls-manifest.xml": REFERENCE_MANIFEST.format(name=model.native_name, step=reference.step)}
     for name, rows, shift in (("in", reference.inputs, 0), ("out", reference.outputs, 1)):
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
@@ -133,12 +138,12 @@ def reference_files(reference: Reference) -> dict[str, bytes]:
             writer.writerow(
                 [repr(time)] + [str(int(v)) if isinstance(v, bool) else repr(float(v)) for v in row.values()]
             )
-        texts[f"{NATIVE_NAME}_{name}.csv"] = out.getvalue()
+        texts[f"{model.native_name}_{name}.csv"] = out.getvalue()
     return {name: text.encode() for name, text in texts.items()}
 
 
-def native_file_name(fmi_version: int) -> str:
-    return f"{NATIVE_NAME}_fmi{fmi_version}.fmu"
+def native_file_name(fmi_version: int, model: FmuModel = FRICTION) -> str:
+    return f"{model.native_name}_fmi{fmi_version}.fmu"
 
 
 def build_native_fmu(
@@ -149,9 +154,10 @@ def build_native_fmu(
     validation: Validation = NOT_VALIDATED,
     platforms: Sequence[str] = tuple(PLATFORMS),
     advance: Callable[[str], None] = lambda platform: None,
+    model: FmuModel = FRICTION,
 ) -> BuiltFmu:
     """Build one native FMU of a map; arguments as native_files, path of the FMU to write."""
-    files = native_files(nut_map, fmi_version, reference, validation, platforms, advance)
+    files = native_files(nut_map, fmi_version, reference, validation, platforms, advance, model)
     write_fmu(path, files)
     content = Path(path).read_bytes()
     table = files["sources/variables.h"].decode()

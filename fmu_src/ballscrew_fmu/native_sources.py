@@ -11,9 +11,10 @@ from typing import Any
 
 import fmpy
 
-from ballscrew_fmu.variables import Variable, native_variables
+from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.variables import Variable
 
-NATIVE_NAME = "BallScrewFrictionNative"  # model name and identifier of both native FMUs
+NATIVE_NAME = FRICTION.native_name
 FMI_VERSIONS = (2, 3)
 FMI_HEADERS = {
     2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
@@ -78,8 +79,10 @@ class SourceError(RuntimeError):
     """The sources of the native FMU are not complete."""
 
 
-def native_sources(header: Mapping[str, Any], fmi_version: int, token: str) -> dict[str, bytes]:
-    """All C sources and headers of one native FMU by file name.
+def native_sources(
+    header: Mapping[str, Any], fmi_version: int, token: str, model: FmuModel = FRICTION
+) -> dict[str, bytes]:
+    """All C sources and headers of one native FMU by file name: those shared and the layer of the model.
 
     Parameters   header : of the map (start values, content hash);  fmi_version : 2 or 3
                  token : guid or instantiationToken that the binary expects
@@ -88,7 +91,8 @@ def native_sources(header: Mapping[str, Any], fmi_version: int, token: str) -> d
     other = "fmi3" if fmi_version == 2 else "fmi2"
     files = {
         entry.name: entry.read_bytes()
-        for entry in sorted(_HERE.iterdir(), key=lambda entry: entry.name)
+        for folder in (_HERE, _HERE / model.layer)
+        for entry in sorted(folder.iterdir(), key=lambda entry: entry.name)
         if entry.name.endswith((".c", ".h")) and not entry.name.startswith((other, "variables."))
     }
     if f"fmi{fmi_version}.c" not in files:
@@ -99,7 +103,7 @@ def native_sources(header: Mapping[str, Any], fmi_version: int, token: str) -> d
             files[name] = (headers / name).read_bytes()
         except OSError as error:
             raise SourceError(f"FMI header {name} not found in {headers}; install fmpy >= 0.3.32") from error
-    return files | {name: text.encode() for name, text in variable_sources(header, token).items()}
+    return files | {name: text.encode() for name, text in variable_sources(header, token, model).items()}
 
 
 def is_fmi_header(name: str) -> bool:
@@ -107,18 +111,18 @@ def is_fmi_header(name: str) -> bool:
     return any(name in names for names in FMI_HEADERS.values())
 
 
-def variable_sources(header: Mapping[str, Any], token: str) -> dict[str, str]:
+def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FRICTION) -> dict[str, str]:
     """variables.h and variables.c: the table of variables as C.
 
     Raises       ValueError: a token that is no plain text
     """
     if not re.fullmatch(r"[{}\w.-]*", token):
         raise ValueError(f"token = {token!r}; needs letters, digits, braces, dots and dashes only")
-    table = native_variables(header)
+    table = model.native_variables(header)
     inputs = [v for v in table if v.causality == "input"]
     return {
         "variables.h": _HEADER.format(
-            name=NATIVE_NAME,
+            name=model.native_name,
             token=token,
             content_hash=header["content_hash"],
             references=",\n".join(f"    {v.name.upper()}" for v in table),

@@ -22,19 +22,19 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from ballscrew_fmu.description import MODEL_NAME, model_description
+from ballscrew_fmu.description import model_description
 from ballscrew_fmu.documentation import documentation_files
-from ballscrew_fmu.slave import MAP_FILE
+from ballscrew_fmu.map_slave import MAP_FILE
+from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.solver_cache import SOLVER_FOLDER, digest, solver_name
 from ballscrew_tehl import __version__
 from ballscrew_tehl.nut_map.evaluate import NutMap
 
-# What a step needs: module -> name inside the package of the FMU. They import each other, numpy and the standard
-# library.
+# What a step of every model needs: module -> name inside the package of the FMU. With those of the model they import
+# each other, numpy and the standard library.
 RUNTIME_MODULES = {
+    "ballscrew_fmu.map_slave": "map_slave",
     "ballscrew_fmu.process_end": "process_end",
-    "ballscrew_fmu.slave": "slave",
-    "ballscrew_fmu.solver_cache": "solver_cache",
     "ballscrew_fmu.variables": "variables",
     "ballscrew_tehl.nut_map.bspline": "bspline",
     "ballscrew_tehl.nut_map.evaluate": "evaluate",
@@ -52,17 +52,17 @@ SOLVER_MODULE = "ballscrew_tehl.nut_map.refine"
 #: packages besides the standard library that it needs in the host
 SOLVER_NEEDS = ("numba", "numpy", "pydantic", "scipy")
 BINARIES = {
-    "linux64/libpythonfmu-export.so": f"linux64/{MODEL_NAME}.so",
-    "win64/pythonfmu-export.dll": f"win64/{MODEL_NAME}.dll",
+    "linux64/libpythonfmu-export.so": "linux64/{model}.so",
+    "win64/pythonfmu-export.dll": "win64/{model}.dll",
 }
 NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "https://fmi-standard.org/ballscrew-tehl")
-SCRIPT = '''"""Entry of the FMU; the class must be defined here and own a method (see slave.py of the
+SCRIPT = '''"""Entry of the FMU; the class must be defined here and own a method (see map_slave.py of the
 package)."""
 
-from {package}.slave import BallScrewFrictionBase
+from {package}.{slave} import {model}Base
 
 
-class {model}(BallScrewFrictionBase):
+class {model}({model}Base):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
 '''
@@ -81,14 +81,20 @@ class BuiltFmu(NamedTuple):
     size: int  # [bytes]
 
 
-def runtime_sources() -> dict[str, str]:
+def runtime_modules(model: FmuModel = FRICTION) -> dict[str, str]:
+    """Modules that travel, by name: their names inside the package."""
+    return RUNTIME_MODULES | dict(model.runtime)
+
+
+def runtime_sources(model: FmuModel = FRICTION) -> dict[str, str]:
     """Source of each module that travels, by its name inside the package, with imports made relative.
 
     Raises       PackageError: a module imports something that does not travel
     """
-    files = {name: (module, _file_of(module)) for module, name in RUNTIME_MODULES.items()}
+    modules = runtime_modules(model)
     return {
-        name: _relocated(file.read_text(encoding="utf-8"), module) for name, (module, file) in files.items()
+        name: _relocated(_file_of(module).read_text(encoding="utf-8"), module, modules)
+        for module, name in modules.items()
     }
 
 
@@ -99,14 +105,14 @@ def _file_of(module: str) -> Path:
     return Path(spec.origin)
 
 
-def _relocated(source: str, module: str) -> str:
+def _relocated(source: str, module: str, modules: Mapping[str, str] = RUNTIME_MODULES) -> str:
     """The source with every import of a travelling module made relative to the one package of the FMU."""
     parent = module.rpartition(".")[0]
 
     def relative(match: re.Match[str]) -> str:
         indent, target = match.groups()
         absolute = f"{parent}{target}" if target.startswith(".") else target
-        name = RUNTIME_MODULES.get(absolute)
+        name = modules.get(absolute)
         return match.group(0) if name is None else f"{indent}from .{name} import "
 
     moved = _IMPORT.sub(relative, source)
@@ -114,7 +120,7 @@ def _relocated(source: str, module: str) -> str:
         if isinstance(node, ast.Import):
             targets = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            inside = node.level == 1 and node.module in RUNTIME_MODULES.values()
+            inside = node.level == 1 and node.module in modules.values()
             targets = [] if inside else ["." * node.level + (node.module or "")]
         else:
             continue
@@ -172,33 +178,39 @@ def _imported(tree: ast.AST, module: str, package: str) -> list[str]:
 
 
 def fmu_files(
-    nut_map: NutMap, sources: Mapping[str, str] | None = None, solver: Mapping[str, str] | None = None
+    nut_map: NutMap,
+    sources: Mapping[str, str] | None = None,
+    solver: Mapping[str, str] | None = None,
+    model: FmuModel = FRICTION,
 ) -> dict[str, bytes]:
     """Members of the FMU by path, complete with GUID.
 
     Parameters   sources, solver : as runtime_sources(), solver_sources(); None takes these
     """
-    code = {f"{name}.py": text.encode() for name, text in (sources or runtime_sources()).items()}
+    code = {f"{name}.py": text.encode() for name, text in (sources or runtime_sources(model)).items()}
     code["__init__.py"] = b'"""Code of one FMU, named by its content."""\n'
-    solver_code = {name: text.encode() for name, text in (solver or solver_sources()).items()}
-    folder = f"{SOLVER_FOLDER}/{solver_name(solver_code)}"
-    code |= {f"{folder}/{name}": content for name, content in solver_code.items()}
+    if model.refines:
+        solver_code = {name: text.encode() for name, text in (solver or solver_sources()).items()}
+        folder = f"{SOLVER_FOLDER}/{solver_name(solver_code)}"
+        code |= {f"{folder}/{name}": content for name, content in solver_code.items()}
     mark = digest(code)[:12]
-    package, script = f"_ballscrew_{mark}", f"{MODEL_NAME}_{mark}"
+    package, script = f"_ballscrew_{mark}", f"{model.name}_{mark}"
+    slave = runtime_modules(model)[model.slave]
     files = {f"resources/{package}/{name}": content for name, content in code.items()}
-    files[f"resources/{script}.py"] = SCRIPT.format(package=package, model=MODEL_NAME).encode()
+    files[f"resources/{script}.py"] = SCRIPT.format(package=package, slave=slave, model=model.name).encode()
     files["resources/slavemodule.txt"] = script.encode()
     files[f"resources/{MAP_FILE}"] = nut_map.to_npz()
     library = _file_of("pythonfmu").parent / "resources" / "binaries"
     for built, placed in BINARIES.items():
-        files[f"binaries/{placed}"] = (library / built).read_bytes()
+        files[f"binaries/{placed.format(model=model.name)}"] = (library / built).read_bytes()
     files |= {
-        f"documentation/{name}": text.encode() for name, text in documentation_files(nut_map.header).items()
+        f"documentation/{name}": text.encode()
+        for name, text in documentation_files(nut_map.header, model).items()
     }
     tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"
-    blank = model_description(nut_map.header, "", tool)
+    blank = model_description(nut_map.header, "", tool, model)
     guid = str(uuid.uuid5(NAMESPACE, digest({**files, "modelDescription.xml": blank})))
-    return {"modelDescription.xml": model_description(nut_map.header, guid, tool), **files}
+    return {"modelDescription.xml": model_description(nut_map.header, guid, tool, model), **files}
 
 
 def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> None:
@@ -231,13 +243,14 @@ def build_fmu(
     path: Path | str,
     sources: Mapping[str, str] | None = None,
     solver: Mapping[str, str] | None = None,
+    model: FmuModel = FRICTION,
 ) -> BuiltFmu:
     """Build the FMU of a map: same map and same code, same bytes and same GUID.
 
     Parameters   path : of the FMU to write; an existing one is replaced;  sources, solver : as fmu_files
     Returns      BuiltFmu
     """
-    files = fmu_files(nut_map, sources, solver)
+    files = fmu_files(nut_map, sources, solver, model)
     write_fmu(path, files)
     content = Path(path).read_bytes()
     guid = ElementTree.fromstring(files["modelDescription.xml"]).attrib["guid"]

@@ -1,4 +1,5 @@
-"""The one table of FMU variables: names, units, bounds, start values and dependencies.
+"""The one table of the variables of BallScrewFriction: names, units, bounds, start values and dependencies; what
+a table is made of (monitor_variables.py has that of BallScrewPreloadMonitor).
 
 Model description, slave and tests read this table; nothing else lists variables. The value reference of a
 variable is its place in the table. Bounds and start values that belong to a map come from the map's header.
@@ -25,6 +26,7 @@ UNITS: Mapping[str, Unit] = {
     "W": Unit({"kg": 1, "m": 2, "s": -3}),
     "m": Unit({"m": 1}, (("um", 1e6, 0.0), ("nm", 1e9, 0.0))),
     "Pa": Unit({"kg": 1, "m": -1, "s": -2}, (("GPa", 1e-9, 0.0),)),
+    "N.m/N": Unit({"m": 1}),
     "N.m/rad": Unit({"kg": 1, "m": 2, "s": -2, "rad": -1}),
     "N.m.s/rad": Unit({"kg": 1, "m": 2, "s": -1, "rad": -1}),
     "rad": Unit({"rad": 1}, (("deg", 57.29577951308232, 0.0),)),
@@ -75,7 +77,8 @@ def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
     Parameters   header : map header (nut_map.packed); axes bound the inputs, defaults start parameters
     """
     axes, defaults = header["axes"], header["defaults"]
-    (force_lo, force_hi), (cold, hot), fastest = axes["force"][:2], axes["temperature"][:2], axes["speed"][1]
+    force_lo, force_hi = axes["preload"][0], axes["force"][1]
+    (cold, hot), fastest = axes["temperature"][:2], axes["speed"][1]
     return (
         Variable(
             "preload", "input", "Preload of the double nut", "N", min(max(2000.0, force_lo), force_hi),

@@ -2,7 +2,8 @@
 
 `python tests/benchmarks/bench_native_step.py` builds the libraries as they are delivered and the C host
 native/step_costs.c with -O2 and prints medians of many short runs, so that other work on the machine does not
-count. `--profile CASE` counts the instructions of a step under valgrind instead.
+count. `--profile CASE` counts the instructions of a step under valgrind instead. `--monitor`: the
+FMUs BallScrewPreloadMonitor, which have no target.
 """
 
 import argparse
@@ -19,9 +20,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))  # run as a script
 sys.path.insert(0, str(Path(__file__).parents[1] / "fmu"))
 from native_host import HERE, TOKEN, build, c_host
 
+from ballscrew_fmu.models import FRICTION, MONITOR, FmuModel
 from ballscrew_fmu.native_build import build_libraries
 from ballscrew_fmu.native_map import MAP_FILE, map_bytes
-from ballscrew_fmu.native_sources import NATIVE_NAME, native_sources
+from ballscrew_fmu.native_sources import native_sources
 from ballscrew_fmu.package import build_fmu
 from ballscrew_fmu.replay import FmuInstance
 from ballscrew_tehl.nut_map.store import load_map
@@ -49,12 +51,14 @@ CASES = {
 }
 
 
-def host_command(folder: Path, nut_map) -> list[str]:
+def host_command(folder: Path, nut_map, model: FmuModel = FRICTION) -> list[str]:
     """Command of the C host up to repetitions; everything built in the folder."""
-    library = build_libraries(native_sources(nut_map.header, 2, TOKEN), NATIVE_NAME, ["x86_64-linux"])
+    sources = native_sources(nut_map.header, 2, TOKEN, model)
+    library = build_libraries(sources, model.native_name, ["x86_64-linux"])
     (folder / "native.so").write_bytes(library["x86_64-linux"])
     (folder / MAP_FILE).write_bytes(map_bytes(nut_map))
-    host = c_host(folder / "host", nut_map, "step_costs", "-O2", runtime=False)
+    which = () if model is FRICTION else ("-DMONITOR",)
+    host = c_host(folder / "host", nut_map, "step_costs", "-O2", *which, runtime=False)
     options = ["-std=c99", "-O2", "-shared", "-fPIC"]
     build(folder / "host", options, folder / "table.so", [str(HERE / "table_fmu.c")])
     return [str(host), str(folder / "native.so"), TOKEN, folder.as_uri(), str(folder / "table.so")]
@@ -83,7 +87,7 @@ def instructions(command: list[str], case: str, calls: int = 20_000) -> float:
     return (counts[1] - counts[0]) / calls
 
 
-def python_step(fmu: Path, repetitions: int = 501, steps: int = 10) -> list[float]:
+def python_step(fmu: Path, first: float = 2000.0, repetitions: int = 501, steps: int = 10) -> list[float]:
     """Median and least [s] of a step of the Python FMU through its C functions."""
     with FmuInstance(fmu) as one:
         library, handle = one.slave.dll, one.slave.component
@@ -97,7 +101,7 @@ def python_step(fmu: Path, repetitions: int = 501, steps: int = 10) -> list[floa
         for _ in range(repetitions):
             begin = time.perf_counter()
             for n in range(steps):
-                values[:] = 2000.0 + n, 1.0 + 0.01 * n, 303.15 + 0.01 * n
+                values[:] = first * (1.0 + 5e-4 * n), 2.0 + 0.01 * n, 303.15 + 0.01 * n
                 library.fmi2SetReal(handle, inputs, three, values)
                 library.fmi2DoStep(handle, c_double(1e-4 * n), step, 1)
                 library.fmi2GetReal(handle, torque, single, found)
@@ -109,13 +113,15 @@ def text_of(seconds: float) -> str:
     return f"{1e3 * seconds:.2f} ms" if seconds >= 1e-3 else f"{1e6 * seconds:.3f} us"
 
 
-def table(figures: dict[str, list[float]]) -> str:
+def table(figures: dict[str, list[float]], model: FmuModel = FRICTION) -> str:
     yardstick = figures["table"][0]
+    targets = TARGETS if model is FRICTION else {}
     lines = [f"{'case':47s} {'median':>9s} {'least':>9s} {'x table':>8s}  target"]
     for name, title in CASES.items():
         median, least = figures[name]
-        target = text_of(TARGETS[name]) if name in TARGETS else ""
+        target = text_of(targets[name]) if name in targets else ""
         ratio = f"{median / yardstick:8.1f}"
+        title = title if model is FRICTION or name == "table" else title.replace("torque", "preload")
         lines.append(f"{title:47s} {text_of(median):>9s} {text_of(least):>9s} {ratio}  {target}")
     lines.append(f"\nsteps one by one{'':31s} {'p50':>9s} {'p99':>9s} {'p99.9':>9s} {'largest':>9s}")
     for name, numbers in figures.items():
@@ -135,17 +141,20 @@ def main() -> None:
     parser.add_argument(
         "--profile", metavar="CASE", nargs="+", choices=[c for c in CASES if c not in ("load", PYTHON)]
     )
+    parser.add_argument("--monitor", action="store_true", help="the preload monitor instead of the friction")
     args = parser.parse_args()
+    model, first = (MONITOR, 0.9) if args.monitor else (FRICTION, 2000.0)
     nut_map = load_map(None, load_parameters())
     with tempfile.TemporaryDirectory() as scratch:
-        command = host_command(Path(scratch), nut_map)
+        command = host_command(Path(scratch), nut_map, model)
         if args.profile:
             for case in args.profile:
                 print(f"{CASES[case]:47s} {instructions(command, case):7.0f} instructions")
             return
         figures = measure(command)
-        figures[PYTHON] = python_step(build_fmu(nut_map, Path(scratch) / "BallScrewFriction.fmu").path)
-    print(table(figures))
+        fmu = build_fmu(nut_map, Path(scratch) / f"{model.name}.fmu", model=model).path
+        figures[PYTHON] = python_step(fmu, first)
+    print(table(figures, model))
 
 
 if __name__ == "__main__":

@@ -33,6 +33,7 @@ DIMENSIONS = {
     "N": (1, 1, -2, 0, 0), "rad/s": (0, 0, -1, 0, 1), "K": (0, 0, 0, 1, 0), "N.m": (1, 2, -2, 0, 0),
     "W": (1, 2, -3, 0, 0), "m": (0, 1, 0, 0, 0), "Pa": (1, -1, -2, 0, 0), "1": (0, 0, 0, 0, 0),
     "N.m/rad": (1, 2, -2, 0, -1), "N.m.s/rad": (1, 2, -1, 0, -1), "rad": (0, 0, 0, 0, 1), "s": (0, 0, 1, 0, 0),
+    "N.m/N": (0, 1, 0, 0, 0),
 }  # fmt: skip
 DISPLAYS = {
     ("rad/s", "rev/min"): (9.549296585513721, 0.0), ("K", "degC"): (1.0, -273.15), ("m", "um"): (1e6, 0.0),
@@ -202,7 +203,7 @@ def _against_the_sources(root, files):
             found.append(f"{name}: nominal {node.get('nominal')}, but {nominal} in variables.c")
         if (node.get("derivative") is not None) != (kind == "RATE"):
             found.append(f"{name}: derivative {node.get('derivative')}, but {kind} in variables.c")
-    (indicators,) = re.findall(r"#define MODEL_INDICATORS (\d+)", text["model.h"])
+    (indicators,) = re.findall(r"#define MODEL_INDICATORS (\d+)", text["model_state.h"])
     if root.get("fmiVersion")[0] == "2":
         counted = root.get("numberOfEventIndicators")
         listed_files = [

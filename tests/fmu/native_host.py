@@ -5,46 +5,49 @@ from pathlib import Path
 
 from native_model import compiler, write_sources
 
+from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_build import COMPILER_OPTIONS, WARNINGS
 from ballscrew_fmu.native_description import native_description
 from ballscrew_fmu.native_map import map_bytes
-from ballscrew_fmu.native_sources import NATIVE_NAME, is_fmi_header, native_sources
+from ballscrew_fmu.native_sources import is_fmi_header, native_sources
 
 HERE = Path(__file__).parent / "native"
 TOKEN = "{test}"  # as write_sources has it
 BINARIES = {2: "binaries/linux64", 3: "binaries/x86_64-linux"}
 
 
-def fmi_sources(folder: Path, nut_map, versions=(2, 3)) -> list[str]:
+def fmi_sources(folder: Path, nut_map, versions=(2, 3), model: FmuModel = FRICTION) -> list[str]:
     """Sources of the runtime in a folder, FMI headers in fmi/; returns the units."""
     (folder / "fmi").mkdir(parents=True, exist_ok=True)
     for version in versions:
-        write_sources(folder, nut_map, version)
+        write_sources(folder, nut_map, version, model)
     for file in folder.iterdir():
         if is_fmi_header(file.name):
             file.replace(folder / "fmi" / file.name)
     return sorted(file.name for file in folder.glob("*.c"))
 
 
-def native_folder(folder: Path, nut_map, version: int) -> Path:
+def native_folder(folder: Path, nut_map, version: int, model: FmuModel = FRICTION) -> Path:
     """An unpacked FMU with the library of this machine by its own compiler, as fmpy takes it."""
-    units = fmi_sources(folder / "build", nut_map, (version,))
-    library = folder / BINARIES[version] / f"{NATIVE_NAME}.so"
+    units = fmi_sources(folder / "build", nut_map, (version,), model)
+    library = folder / BINARIES[version] / f"{model.native_name}.so"
     library.parent.mkdir(parents=True)
     (folder / "resources").mkdir()
     (folder / "resources" / "nut_map.bin").write_bytes(map_bytes(nut_map))
-    sources = native_sources(nut_map.header, version, TOKEN)
+    sources = native_sources(nut_map.header, version, TOKEN, model)
     description = native_description(
-        nut_map.header, version, TOKEN, "test", sorted(n for n in sources if n[-2:] == ".c")
+        nut_map.header, version, TOKEN, "test", sorted(n for n in sources if n[-2:] == ".c"), model
     )
     (folder / "modelDescription.xml").write_bytes(description)
     build(folder / "build", [*COMPILER_OPTIONS, *WARNINGS, "-shared", "-fPIC"], library, units)
     return folder
 
 
-def c_host(folder: Path, nut_map, name: str, *options: str, runtime: bool = True) -> Path:
+def c_host(
+    folder: Path, nut_map, name: str, *options: str, runtime: bool = True, model: FmuModel = FRICTION
+) -> Path:
     """Program of a C file of this folder, linked with the runtime of both versions unless told otherwise."""
-    units = fmi_sources(folder, nut_map)
+    units = fmi_sources(folder, nut_map, model=model)
     program = folder / name
     build(
         folder,
@@ -55,14 +58,16 @@ def c_host(folder: Path, nut_map, name: str, *options: str, runtime: bool = True
     return program
 
 
-def sanitized_c_host(folder: Path, nut_map, name: str, *options: str) -> Path:
+def sanitized_c_host(
+    folder: Path, nut_map, name: str, *options: str, model: FmuModel = FRICTION
+) -> Path:
     """The same under sanitizers.
 
     Raises       FileNotFoundError: no compiler of the system, whose sanitizers it needs
     """
     if len(compiler()) > 1:
         raise FileNotFoundError("no C compiler of the system: sanitizers not run")
-    return c_host(folder, nut_map, name, "-g", "-O1", "-fno-sanitize-recover=all", *options)
+    return c_host(folder, nut_map, name, "-g", "-O1", "-fno-sanitize-recover=all", *options, model=model)
 
 
 def build(folder: Path, options: list[str], target: Path, units: list[str]) -> None:

@@ -24,6 +24,7 @@ from fmpy.fmi3 import fmi3LogMessageCallback
 from native_model import SANITIZERS, compiler, write_sources
 from synthetic_map import make_map
 
+from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_build import COMPILER_OPTIONS, WARNINGS
 from ballscrew_fmu.variables import native_variables
 
@@ -42,7 +43,7 @@ HOST = Path(__file__).parent / "native" / "host_states.c"
 
 
 @functools.cache
-def compiled(fmi_version: int, sanitize: bool = False) -> Path:
+def compiled(fmi_version: int, sanitize: bool = False, model: FmuModel = FRICTION) -> Path:
     """Library of the native FMU of the closed-form map, in a folder that holds its map as well.
 
     Parameters   sanitize : the program of native/host_states.c under the address and undefined behaviour
@@ -50,10 +51,11 @@ def compiled(fmi_version: int, sanitize: bool = False) -> Path:
     """
     folder = Path(tempfile.mkdtemp(prefix="ballscrew_native_"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    write_sources(folder, NUT_MAP, fmi_version)
+    write_sources(folder, NUT_MAP, fmi_version, model)
     units = sorted(file.name for file in folder.glob("*.c"))
     if sanitize:
-        options = [*SANITIZERS, f"-DFMI_VERSION={fmi_version}", "-I.", str(HOST), "-o"]
+        which = () if model is FRICTION else ("-DMONITOR",)
+        options = [*SANITIZERS, f"-DFMI_VERSION={fmi_version}", *which, "-I.", str(HOST), "-o"]
     else:
         options = ["-shared", "-fPIC", "-o"]
     result = folder / ("host" if sanitize else "library.so")

@@ -7,12 +7,13 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_build import COMPILER_OPTIONS, WARNINGS
 from ballscrew_fmu.native_map import map_bytes
 from ballscrew_fmu.native_sources import native_sources
-from ballscrew_fmu.variables import native_variables
 
-MODEL_UNITS = ("model.c", "map.c", "law.c", "tangent.c", "variables.c")
+MODEL_UNITS = ("model.c", "nut.c", "map.c", "law.c", "tangent.c", "variables.c")
+MONITOR_UNITS = ("model.c", "nut.c", "map.c", "law.c", "variables.c")
 ROOM = 8192  # [bytes] more than a Model takes
 
 
@@ -22,18 +23,19 @@ def compiler() -> list[str]:
     return [found] if found else [sys.executable, "-m", "ziglang", "cc"]
 
 
-def write_sources(folder: Path, nut_map, fmi_version: int = 2) -> None:
+def write_sources(folder: Path, nut_map, fmi_version: int = 2, model: FmuModel = FRICTION) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    for name, content in native_sources(nut_map.header, fmi_version, "{test}").items():
+    for name, content in native_sources(nut_map.header, fmi_version, "{test}", model).items():
         (folder / name).write_bytes(content)
     (folder / "nut_map.bin").write_bytes(map_bytes(nut_map))
 
 
-def compiled_model(folder: Path, nut_map) -> Path:
+def compiled_model(folder: Path, nut_map, model: FmuModel = FRICTION) -> Path:
     """Shared library of the model with all its functions visible."""
-    write_sources(folder, nut_map)
+    write_sources(folder, nut_map, model=model)
+    units = MODEL_UNITS if model is FRICTION else MONITOR_UNITS
     options = [o for o in COMPILER_OPTIONS if not o.startswith("-fvisibility")]
-    command = [*compiler(), *options, *WARNINGS, "-shared", "-fPIC", "-o", "model.so", *MODEL_UNITS, "-lm"]
+    command = [*compiler(), *options, *WARNINGS, "-shared", "-fPIC", "-o", "model.so", *units, "-lm"]
     subprocess.run(command, cwd=folder, check=True, timeout=300)
     return folder / "model.so"
 
@@ -41,14 +43,16 @@ def compiled_model(folder: Path, nut_map) -> Path:
 class NativeModel:
     """One Model with its map."""
 
-    def __init__(self, library: Path, nut_map, continuous: bool = False) -> None:
+    def __init__(
+        self, library: Path, nut_map, continuous: bool = False, model: FmuModel = FRICTION
+    ) -> None:
         self._library = ctypes.CDLL(str(library))
         self._library.map_read.restype = ctypes.c_void_p
         self._library.model_get.restype = ctypes.c_double
         self._library.model_clamped.restype = ctypes.c_uint
         self._library.model_event.restype = ctypes.c_bool
         self._library.model_accepts.restype = ctypes.c_bool
-        self.names = [v.name for v in native_variables(nut_map.header)]
+        self.names = [v.name for v in model.native_variables(nut_map.header)]
         self._place = {name: place for place, name in enumerate(self.names)}
         message = ctypes.create_string_buffer(1000)
         path = str(library.parent / "nut_map.bin").encode()

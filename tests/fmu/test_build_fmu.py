@@ -5,6 +5,7 @@ import hashlib
 import importlib.util
 import io
 import math
+import re
 import subprocess
 import sys
 import zipfile
@@ -45,16 +46,19 @@ def for_this_machine(monkeypatch):
 
 
 NATIVE = ["BallScrewFrictionNative_fmi2.fmu", "BallScrewFrictionNative_fmi3.fmu"]
+MONITOR = ["BallScrewPreloadMonitorNative_fmi2.fmu", "BallScrewPreloadMonitorNative_fmi3.fmu"]
+PYTHON = ["BallScrewFriction.fmu", "BallScrewPreloadMonitor.fmu"]
 
 
 def test_it_delivers_a_checked_fmu_and_says_what_it_is(script, with_synthetic_map, tmp_path, capsys):
     assert script.main(["--python-only", "--output", str(tmp_path / "new" / "dist")]) == 0
-    fmu = tmp_path / "new" / "dist" / "BallScrewFriction.fmu"
-    assert [path.name for path in fmu.parent.iterdir()] == [fmu.name]
-    assert validate_fmu(str(fmu)) == []
+    folder = tmp_path / "new" / "dist"
+    assert sorted(path.name for path in folder.iterdir()) == PYTHON
     printed = capsys.readouterr().out
-    assert hashlib.sha256(fmu.read_bytes()).hexdigest() in printed
-    assert str(fmu) in printed
+    for fmu in folder.iterdir():
+        assert validate_fmu(str(fmu)) == []
+        assert hashlib.sha256(fmu.read_bytes()).hexdigest() in printed
+        assert str(fmu) in printed
     for word in ("measured", "this model", "Zhao", "Zhou", "NSK", "Table 2", "Table 4", "no finding"):
         assert word in printed
 
@@ -63,8 +67,17 @@ def test_it_delivers_the_native_fmus_as_well(
     script, with_synthetic_map, for_this_machine, tmp_path, capsys, synthetic_nut_map
 ):
     assert script.main(["--output", str(tmp_path)]) == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["BallScrewFriction.fmu", *NATIVE]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*PYTHON, *NATIVE, *MONITOR])
     printed = capsys.readouterr().out
+    for name in MONITOR:
+        assert validate_fmu(str(tmp_path / name)) == []
+        assert re.search(
+            rf"{name}: fmpy: no finding; replay .*; preload of Table 3: \d+\.\d\d % off", printed
+        )
+        with zipfile.ZipFile(tmp_path / name) as archive:
+            results = archive.read(f"extra/org.fmi-standard.fmi-ls-ref/{name[:-9]}_out.csv").decode()
+        told = [row for row in csv.DictReader(io.StringIO(results)) if row["in_range"] == "1"]
+        assert len(told) > 100
     for name in NATIVE:
         assert validate_fmu(str(tmp_path / name)) == []
         assert hashlib.sha256((tmp_path / name).read_bytes()).hexdigest() in printed
@@ -145,10 +158,10 @@ def test_a_native_fmu_that_differs_delivers_nothing(
 ):
     original = script.check_replay
 
-    def differs(fmu, nut_map, kind=None):
+    def differs(fmu, *arguments):
         if fmu.name == NATIVE[1]:
             raise script.CheckError("replay step 3: another torque")
-        return original(fmu, nut_map, kind)
+        return original(fmu, *arguments)
 
     monkeypatch.setattr(script, "check_replay", differs)
     assert script.main(["--output", str(tmp_path)]) == 1
@@ -177,11 +190,35 @@ def test_the_tables_show_the_torque_of_the_fmu(script, fmu, synthetic_nut_map):
     assert f"{sum(state[:3]):.4f}" in text
 
 
+def test_a_monitor_that_loses_the_preload_delivers_nothing(
+    script, with_synthetic_map, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr("ballscrew_fmu.monitor_check.lost_preload", lambda *_: 2e-6)
+    assert script.main(["--python-only", "--output", str(tmp_path)]) == 1
+    error = capsys.readouterr().err
+    assert (
+        "BallScrewPreloadMonitor.fmu: preload from torque is off by 2.0e-06, relative; allowed 1e-06" in error
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_table_that_is_beyond_the_map_delivers_nothing(
+    script, with_synthetic_map, tmp_path, monkeypatch, capsys
+):
+    def beyond(_):
+        raise RuntimeError("no preload in range for 0.4 N.m")
+
+    monkeypatch.setattr("ballscrew_fmu.monitor_check.table3", beyond)
+    assert script.main(["--python-only", "--output", str(tmp_path)]) == 1
+    assert "BallScrewPreloadMonitor.fmu: no preload in range for 0.4 N.m" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_two_runs_deliver_the_same_bytes(script, with_synthetic_map, tmp_path):
     files = []
     for name in ("a", "b"):
         assert script.main(["--python-only", "--output", str(tmp_path / name)]) == 0
-        files.append((tmp_path / name / "BallScrewFriction.fmu").read_bytes())
+        files.append([(tmp_path / name / fmu).read_bytes() for fmu in PYTHON])
     assert files[0] == files[1]
 
 

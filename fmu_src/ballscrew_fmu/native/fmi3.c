@@ -634,7 +634,7 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventI
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates)
 {
     BEGIN(GetNumberOfContinuousStates)
-    return put_number(self, nContinuousStates, INSTANCE_STATES);
+    return put_number(self, nContinuousStates, instance_count(CAUSALITY_STATE));
 }
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */

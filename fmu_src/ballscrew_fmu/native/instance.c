@@ -464,50 +464,70 @@ static Status check_length(Instance *instance, const double array[], size_t leng
         return instance_fail(instance, "array of %lu numbers; needs %lu", (unsigned long)length,
                              (unsigned long)expected);
     }
-    return array == NULL ? instance_missing_array(instance) : STATUS_OK;
+    return array == NULL && length > 0 ? instance_missing_array(instance) : STATUS_OK;
+}
+
+/* Values of the variables of a causality, in the order of the table. */
+static Status get_all(Instance *instance, enum Causality causality, double values[], size_t length)
+{
+    const Status status = check_length(instance, values, length, instance_count(causality));
+
+    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
+        if (model_variables[i].causality == causality) {
+            *values++ = model_get(&instance->now.model, i);
+        }
+    }
+    return status;
+}
+
+size_t instance_count(enum Causality causality)
+{
+    size_t count = 0;
+
+    for (int i = 0; i < VARIABLE_COUNT; ++i) {
+        count += model_variables[i].causality == causality;
+    }
+    return count;
 }
 
 Status instance_set_states(Instance *instance, const double states[], size_t length)
 {
-    Status status = check_length(instance, states, length, INSTANCE_STATES);
+    Status status = check_length(instance, states, length, instance_count(CAUSALITY_STATE));
+    const double *state = states;
 
-    if (status == STATUS_OK && !model_accepts(PRESLIDING_DEFLECTION, states[0])) {
-        status = unusable(instance, PRESLIDING_DEFLECTION, states[0]);
+    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
+        if (model_variables[i].causality == CAUSALITY_STATE && !model_accepts(i, *state++)) {
+            status = unusable(instance, (unsigned)i, state[-1]);
+        }
     }
-    if (status == STATUS_OK) {
-        model_set(&instance->now.model, PRESLIDING_DEFLECTION, states[0]);
-        instance->now.stale = true;
+    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
+        if (model_variables[i].causality == CAUSALITY_STATE) {
+            model_set(&instance->now.model, i, *states++);
+            instance->now.stale = true;
+        }
     }
     return status;
 }
 
 Status instance_get_states(Instance *instance, double states[], size_t length)
 {
-    const Status status = check_length(instance, states, length, INSTANCE_STATES);
-
-    if (status == STATUS_OK) {
-        states[0] = model_get(&instance->now.model, PRESLIDING_DEFLECTION);
-    }
-    return status;
+    return get_all(instance, CAUSALITY_STATE, states, length);
 }
 
 Status instance_get_rates(Instance *instance, double rates[], size_t length)
 {
-    const Status status = check_length(instance, rates, length, INSTANCE_STATES);
-
-    if (status == STATUS_OK) {
-        instance_follow(instance);
-        rates[0] = model_get(&instance->now.model, PRESLIDING_DEFLECTION_RATE);
-    }
-    return status;
+    instance_follow(instance);
+    return get_all(instance, CAUSALITY_RATE, rates, length);
 }
 
 Status instance_get_nominals(Instance *instance, double nominals[], size_t length)
 {
-    const Status status = check_length(instance, nominals, length, INSTANCE_STATES);
+    const Status status = check_length(instance, nominals, length, instance_count(CAUSALITY_STATE));
 
-    if (status == STATUS_OK) {
-        nominals[0] = model_variables[PRESLIDING_DEFLECTION].nominal;
+    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
+        if (model_variables[i].causality == CAUSALITY_STATE) {
+            *nominals++ = model_variables[i].nominal;
+        }
     }
     return status;
 }

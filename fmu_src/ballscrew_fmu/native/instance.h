@@ -52,7 +52,6 @@ typedef struct {
 } Situation;
 
 #define WARNED_TIME (1U << INPUT_COUNT)
-#define INSTANCE_STATES 1 /* continuous states: the deflection of the bristle */
 
 typedef struct Link Link;
 struct Link {
@@ -110,8 +109,7 @@ Status instance_get_boolean(Instance *instance, unsigned reference, bool *value)
 Status instance_set_boolean(Instance *instance, unsigned reference);
 Status instance_no_variables(Instance *instance, const char *type, const unsigned references[], size_t count);
 
-/* Derivatives of outputs and of the rate of the bristle along inputs, the bristle and, while initializing, parameters;
-   forward: sensitivity of each unknown along the seed of the knowns; adjoint: of each known along that of the
+/* Derivatives of outputs and rates along inputs, continuous states and, while initializing, parameters; forward: sensitivity of each unknown along the seed of the knowns; adjoint: of each known along that of the
    unknowns. */
 Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t unknown_count,
                            const unsigned knowns[], size_t known_count, const double seed[], double sensitivity[],
@@ -119,6 +117,9 @@ Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t
 
 /* Co-simulation. */
 Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time);
+
+/* Number of variables of a causality. */
+size_t instance_count(enum Causality causality);
 
 /* Model exchange. The length is that of the importer's array. */
 Status instance_set_time(Instance *instance, double time);

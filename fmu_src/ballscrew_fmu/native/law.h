@@ -5,8 +5,6 @@
 
 #define ELASTIC_SHARE 0.7        /* elastic limit over sliding deflection */
 #define FILM_SPEED_EXPONENT 0.67 /* Hamrock & Dowson 1977, central film */
-#define LAMBDA_RATIO_MAX 1000.0  /* reported for a smooth surface */
-#define SMOOTH 1e-30             /* [m] roughness that counts as none */
 
 typedef struct {
     double deflection; /* [rad] at the end of the step */

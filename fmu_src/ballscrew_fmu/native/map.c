@@ -272,3 +272,58 @@ void map_forces(const Map *map, double preload, double axial_load, double force[
     force[0] = preload * y * sqrt(y);
     force[1] = force[0] + load;
 }
+
+#define SEPARATION_STEPS 6 /* of Newton: load over preload at separation hardly changes with preload */
+
+double map_separation_preload(const Map *map, double axial_load)
+{
+    const double load = fabs(axial_load);
+    const double *separation = map->separation + (axial_load > 0.0 ? 0 : coefficients(&map->preload));
+    double preload = load;
+
+    for (int i = 0; load > 0.0 && i < SEPARATION_STEPS; ++i) {
+        const Place p = axis_place(&map->preload, preload);
+        const bool within = preload >= map->preload.lo && preload <= map->preload.hi;
+        double w[4], d[4], step;
+        cubic_weights(p.t, w);
+        cubic_slopes(p.t, d);
+        step = (log(load / preload) - weighted(w, separation + p.cell))
+               / (1.0 + (within ? map->preload.scale * weighted(d, separation + p.cell) : 0.0));
+        step = step > -50.0 ? step : -50.0;
+        preload *= exp(step < 50.0 ? step : 50.0);
+    }
+    return preload < map->force.hi ? preload : map->force.hi;
+}
+
+double map_force_slope(const Map *map, double preload, double axial_load)
+{
+    const size_t side = axial_load > 0.0 ? 0 : 1, n_p = coefficients(&map->preload), n_q = coefficients(&map->share);
+    double w_p[4], d_p[4], w_q[4], d_q[4], share, share_d, y = 0.0, y_d = 0.0;
+    Place p, q;
+
+    if (!(preload > 0.0)) {
+        return 0.0;
+    }
+    /* all derivatives: over the logarithm of the preload */
+    p = axis_place(&map->preload, preload);
+    cubic_weights(p.t, w_p);
+    cubic_slopes(p.t, d_p);
+    for (int a = 0; a < 4; ++a) {
+        d_p[a] *= preload > map->preload.lo && preload < map->preload.hi ? map->preload.scale : 0.0;
+    }
+    share = fabs(axial_load) / (preload * exp(weighted(w_p, map->separation + side * n_p + p.cell)));
+    if (share >= 1.0) {
+        return 0.0;
+    }
+    share_d = -share * (1.0 + weighted(d_p, map->separation + side * n_p + p.cell));
+    q = axis_place(&map->share, share);
+    cubic_weights(q.t, w_q);
+    cubic_slopes(q.t, d_q);
+    for (int a = 0; a < 4; ++a) {
+        const double *row = map->sharing + (side * n_p + (size_t)(p.cell + a)) * n_q + q.cell;
+        const double along = weighted(w_q, row);
+        y += w_p[a] * along;
+        y_d += d_p[a] * along + w_p[a] * weighted(d_q, row) * map->share.scale * share_d;
+    }
+    return y > 0.0 ? sqrt(y) * (y + 1.5 * y_d) : 0.0;
+}

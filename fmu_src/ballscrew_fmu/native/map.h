@@ -82,4 +82,10 @@ ptrdiff_t map_speed_stride(const Map *map, int columns);
 /* Force of the relieved and the loaded nut [N] at a preload of 0 or more and an axial load that is not 0. */
 void map_forces(const Map *map, double preload, double axial_load, double force[2]);
 
+/* Preload at or below which the axial load parts the nuts [N]: 0 without axial load, at most the end of the map. */
+double map_separation_preload(const Map *map, double axial_load);
+
+/* Derivative of either force over the preload; 0 where the nuts part. Arguments as map_forces. */
+double map_force_slope(const Map *map, double preload, double axial_load);
+
 #endif

@@ -1,7 +1,9 @@
-/* The ball screw behind both FMI versions: nuts, friction parts, standstill law. Knows no FMI.
+/* The model behind both FMI versions: what the FMI layer asks of it. Knows no FMI. The ball screw as friction
+   (friction/model.c) and the monitor of its preload (monitor/model.c) answer it, one in each FMU.
 
    All state lives in Model, which is plain data: copying it saves it. Nothing is allocated, nothing is global but
-   constant tables. Variables are addressed by the references of variables.h, made from the one table of variables. */
+   constant tables. Variables are addressed by the references of variables.h, made from the table of variables of the
+   model. Every Model has map, value, latched, continuous. */
 #ifndef BALLSCREW_MODEL_H
 #define BALLSCREW_MODEL_H
 
@@ -10,46 +12,11 @@
 #include "map.h"
 #include "variables.h"
 
-#define MODEL_INDICATORS 2
 #define MODEL_TOO_LARGE 1e30 /* refused like infinity, so that no product overflows */
 
-typedef struct {
-    double force[2];                 /* [N] of the nuts, relieved first */
-    Place place[2];                  /* of the forces */
-    double weight[2][4];             /* of the neighbours over force */
-    double force_share[2], third[2]; /* force over the lowest of the axis, at most 1; its cube root */
-    double hysteresis;               /* [N.m] magnitude, sum over both nuts */
-    double sliding_load;             /* [N.m] sliding part over its coefficient, sum over both nuts */
-    int nuts;                        /* 1: both carry the same */
-    unsigned clamped;                /* bit per input beyond the map, in the order of the inputs */
-    double preload, axial_load;      /* [N] that they belong to */
-    bool known;
-} Loads;
+typedef struct Model Model;
 
-/* Where the latched point lies over speed and temperature. */
-typedef struct {
-    Place speed, temperature;
-    double plane[16]; /* weights of the neighbours, speed first */
-    double share;     /* speed over the lowest of the axis, at most 1 */
-    unsigned clamped;
-} Conditions;
-
-typedef struct {
-    const Map *map;
-    double value[VARIABLE_COUNT];   /* inputs, parameters and the bristle as they are set; outputs when computed */
-    double latched[VARIABLE_COUNT]; /* inputs and parameters that the outputs belong to */
-    double step;                    /* [s] that the outputs belong to; 0: an instant */
-    double deflection_before;       /* [rad] of the bristle at the start of that step */
-    double bristle_torque;          /* [N.m] of the latched point */
-    double bristle_power;           /* [W] */
-    bool continuous;                /* model exchange: the bristle is a state of the importer */
-    bool in_range;                  /* model exchange: as of the last event */
-    bool events_began;              /* model exchange: the initial event has been */
-    int slip;                       /* model exchange: 0 the bristle follows, +1 or -1 it slips that way */
-    bool conditions_known, torque_known, films_known;
-    Loads loads; /* kept while neither preload nor axial load changes */
-    Conditions conditions;
-} Model;
+#include "model_state.h"
 
 /* Start values. continuous: for model exchange. */
 void model_reset(Model *model, const Map *map, bool continuous);
@@ -63,7 +30,7 @@ inline bool model_accepts(int reference, double value)
 /* Value as set for inputs and parameters, as computed for everything else (booleans 0 or 1). */
 double model_get(Model *model, int reference);
 
-/* Store a value that model_accepts; inputs, parameters and the deflection only. */
+/* Store a value that model_accepts; inputs, parameters and continuous states only. */
 inline void model_set(Model *model, int reference, double value)
 {
     model->value[reference] = value;
@@ -76,18 +43,24 @@ void model_latch(Model *model);
    but a latch. */
 void model_step(Model *model, double step);
 
-/* Bit per input (0 preload, 1 speed, 2 temperature, 3 axial_load) that the latched point clamps. */
+/* Bit per input, in their order, that the latched point clamps. */
 unsigned model_clamped(Model *model);
 
-/* Model exchange, at the latched point: mode at the start; the change of mode at an event, which returns whether the
-   deflection was changed; indicators as IN_RANGE_INDICATOR, SLIP_INDICATOR. */
+/* Whether the fields that a saved state holds beside value and latched can be those of a model. */
+bool model_possible(const Model *model);
+
+/* Drop the map and everything that is computed again from the rest. */
+void model_forget(Model *model);
+
+/* Model exchange, at the latched point: mode at the start; the change of mode at an event, which returns whether a
+   continuous state was changed; indicators in the order of the variables. */
 void model_initial_event(Model *model);
 bool model_event(Model *model);
 void model_indicators(Model *model, double indicators[MODEL_INDICATORS]);
 
-/* Directional derivative of outputs and of the rate of the deflection at the latched point and step: sensitivity[i] of
-   unknowns[i] along seed[k] of knowns[k], which are inputs, parameters or the deflection. What does not change smoothly
-   has 0. */
+/* Directional derivative of outputs and rates at the latched point and step: sensitivity[i] of unknowns[i] along seed[k]
+   of knowns[k], which are inputs, parameters or continuous states. What does not change smoothly has 0. Not in every
+   model. */
 void model_directional_derivative(Model *model, const int unknowns[], size_t unknown_count, const int knowns[],
                                   size_t known_count, const double seed[], double sensitivity[]);
 

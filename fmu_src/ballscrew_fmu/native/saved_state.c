@@ -168,26 +168,23 @@ static void pass_text(Walk *walk, const char *text)
 /* Every field of the model but the map, which is the instance's, and what is computed from the latched point again. */
 static void pass_model(Walk *walk, Model *model)
 {
-    unsigned slip = (unsigned)(model->slip + 1);
-
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
         pass_double(walk, &model->value[i]);
         pass_double(walk, &model->latched[i]);
     }
-    pass_double(walk, &model->step);
-    pass_double(walk, &model->deflection_before);
-    pass_double(walk, &model->bristle_torque);
-    pass_double(walk, &model->bristle_power);
-    pass_bool(walk, &model->continuous);
-    pass_bool(walk, &model->in_range);
-    pass_bool(walk, &model->events_began);
-    pass_unsigned(walk, &slip, 2U);
+#define PASS_NUMBER(field) pass_double(walk, &model->field);
+#define PASS_FLAG(field) pass_bool(walk, &model->field);
+#define PASS_SIGN(field) /* -1, 0 or 1 */            \
+    {                                                \
+        unsigned number = (unsigned)(model->field + 1); \
+        pass_unsigned(walk, &number, 2U);            \
+        model->field = (int)number - 1;              \
+    }
+    MODEL_NUMBERS(PASS_NUMBER)
+    MODEL_FLAGS(PASS_FLAG)
+    MODEL_SIGNS(PASS_SIGN)
     if (walk->way == READ) {
-        model->slip = (int)slip - 1;
-        model->map = NULL;
-        memset(&model->loads, 0, sizeof model->loads);
-        memset(&model->conditions, 0, sizeof model->conditions);
-        model->conditions_known = model->torque_known = model->films_known = false;
+        model_forget(model);
     }
 }
 
@@ -286,7 +283,7 @@ static bool possible(const Situation *situation)
     const unsigned state = situation->state;
 
     if (state == 0U || (state & (state - 1U)) != 0U || !(fabs(situation->time) < MODEL_TOO_LARGE)
-        || !(situation->stop > -MODEL_TOO_LARGE) || !(situation->model.step >= 0.0)) {
+        || !(situation->stop > -MODEL_TOO_LARGE) || !model_possible(&situation->model)) {
         return false;
     }
     for (int i = 0; i < VARIABLE_COUNT; ++i) {

@@ -19,7 +19,28 @@
 #include "variables.h"
 
 #define INPUTS INPUT_COUNT
-#define OUTPUTS 12 /* real ones, which follow the inputs */
+
+/* What differs between the models; MONITOR is given to the compiler. OUTPUTS: real ones, which follow the inputs.
+   SWITCH: a parameter of what is remembered, with a value that takes it away and one that has it. */
+#ifdef MONITOR
+#define FIRST_OUTPUT PRELOAD
+#define OUTPUTS 4
+#define FIRST_LOCAL IN_RANGE_INDICATOR
+#define STATES 0
+#define DERIVATIVES 0
+#define SWITCH SPEED_MIN
+#define SWITCH_OFF 0.0
+#define SWITCH_ON 20.0
+#else
+#define FIRST_OUTPUT FRICTION_TORQUE
+#define OUTPUTS 12
+#define FIRST_LOCAL PRESLIDING_DEFLECTION
+#define STATES 1
+#define DERIVATIVES 1
+#define SWITCH PRESLIDING_STIFFNESS
+#define SWITCH_OFF 0.0
+#define SWITCH_ON 400.0
+#endif
 
 #define REQUIRE(condition)                                                            \
     do {                                                                              \
@@ -51,6 +72,9 @@ static inline void random_inputs(uint64_t *state, double input[INPUTS])
     input[1] = uniform(state, -250.0, 250.0);
     input[2] = uniform(state, 285.0, 350.0);
     input[3] = kind % 2 ? uniform(state, -6000.0, 6000.0) : 0.0;
+#ifdef MONITOR
+    input[0] = uniform(state, 0.0, 4.0) * (input[1] < 0.0 ? -1.0 : 1.0); /* a torque */
+#endif
     if (kind == 3) {
         input[0] = 0.0;
     } else if (kind == 5) {

@@ -1,5 +1,6 @@
 /* Costs of a step of FMI 2 co-simulation FMUs from a C host, all cases in turn in each repetition:
    usage step_costs REPETITIONS CALLS  NATIVE_LIBRARY TOKEN RESOURCES_URI  TABLE_LIBRARY  [CASE, for a profiler]
+   Compiled with MONITOR for BallScrewPreloadMonitor, whose first input and output are torque and preload.
    Prints "case median least" in seconds, one line each; single calls as "case p50 p99 p99.9 largest clock". */
 #define _POSIX_C_SOURCE 200809L
 #include <dlfcn.h>
@@ -12,7 +13,11 @@
 #include "fmi2Functions.h"
 
 enum { PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD, TORQUE };
-#define OUTPUTS 12 /* real ones, from TORQUE on */
+#ifdef MONITOR
+#define OUTPUTS 4 /* real ones, from reference 4 on */
+#else
+#define OUTPUTS 12
+#endif
 #define POINTS 8192
 #define MOST 1001
 
@@ -189,6 +194,11 @@ static void make_points(void)
         any[SPEED] = 600.0 * scattered() - 300.0;
         any[TEMPERATURE] = 285.0 + 60.0 * scattered();
         any[AXIAL_LOAD] = 8000.0 * scattered() - 4000.0;
+#ifdef MONITOR
+        drive[0] = (0.9 + 0.15 * sin(phase)) * (drive[SPEED] < 0.0 ? -1.0 : 1.0);
+        alone[0] = drive[SPEED] < 0.0 ? -0.9 : 0.9;
+        any[0] = (0.1 + 4.0 * scattered()) * (any[SPEED] < 0.0 ? -1.0 : 1.0);
+#endif
     }
 }
 

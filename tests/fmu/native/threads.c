@@ -21,7 +21,7 @@ static void *work(void *argument)
     uint64_t seed = 88172645463325252u + 7919u * (uint64_t)job->number, sum = (uint64_t)job->number;
     double input[INPUTS], output[OUTPUTS];
 
-    REQUIRE(set_parameter(&fmu, PRESLIDING_STIFFNESS, job->number % 3 ? 400.0 : 0.0) == 0);
+    REQUIRE(set_parameter(&fmu, SWITCH, job->number % 3 ? SWITCH_ON : SWITCH_OFF) == 0);
     for (long n = 0; n < job->steps; ++n) {
         random_inputs(&seed, input);
         REQUIRE(set_inputs(&fmu, input) == 0);

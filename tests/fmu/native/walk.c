@@ -186,8 +186,8 @@ static void call_2(World *w)
     double x = any_number();
 
     memset(number, 0, sizeof number);
-    make_values(&v, choose(3) ? 0 : PRESLIDING_DEFLECTION, choose(3) ? INPUTS : VARIABLE_COUNT);
-    make_values(&k, choose(3) ? FRICTION_TORQUE : 0, choose(3) ? OUTPUTS : VARIABLE_COUNT + 1);
+    make_values(&v, choose(3) ? 0 : FIRST_LOCAL, choose(3) ? INPUTS : VARIABLE_COUNT);
+    make_values(&k, choose(3) ? FIRST_OUTPUT : 0, choose(3) ? OUTPUTS : VARIABLE_COUNT + 1);
     if (v.count == 0) { /* reads what is not written */
         v.results = NULL;
     }
@@ -198,7 +198,7 @@ static void call_2(World *w)
     case 4: case 5: DO(fmi2ExitInitializationMode, (c)); break;
     case 6: if (choose(20) == 0) { DO(fmi2Terminate, (c)); } break;
     case 7: if (choose(4) == 0) { DO(fmi2Reset, (c)); w->failed = 0; } break;
-    case 8: case 9: make_values(&v, FRICTION_TORQUE, OUTPUTS); READ(DO(fmi2GetReal, (c, VR, v.results))); break;
+    case 8: case 9: make_values(&v, FIRST_OUTPUT, OUTPUTS); READ(DO(fmi2GetReal, (c, VR, v.results))); break;
     case 10: case 11: case 12: DO(fmi2SetReal, (c, VR, v.numbers)); break;
     case 13: READ(DO(fmi2GetReal, (c, VR, v.results))); break;
     case 14: v.reference[0] = IN_RANGE; DO(fmi2GetBoolean, (c, v.reference, choose(2), number)); break;
@@ -207,7 +207,7 @@ static void call_2(World *w)
     case 17: if (!choose(9)) { DO(fmi2SetInteger, (c, v.reference, choose(2), number)); } break;
     case 18: if (!choose(9)) { DO(fmi2GetString, (c, v.reference, choose(2), text)); } break;
     case 19: if (!choose(9)) { DO(fmi2SetString, (c, v.reference, choose(2), text)); } break;
-    case 20: DO(fmi2GetDirectionalDerivative, (c, k.references, k.count, VR, v.numbers, k.results)); break;
+    case 20: if (DERIVATIVES || !choose(9)) { DO(fmi2GetDirectionalDerivative, (c, k.references, k.count, VR, v.numbers, k.results)); } break;
     case 21: case 22: DO(fmi2GetFMUstate, (c, choose(100) ? &w->state[slot] : NULL)); break;
     case 23: DO(fmi2SetFMUstate, (c, state)); w->failed = w->failed && status != 0; break;
     case 24: DO(fmi2FreeFMUstate, (c, &w->state[slot])); break;
@@ -226,11 +226,11 @@ static void call_2(World *w)
     case 31: DO(fmi2EnterContinuousTimeMode, (c)); break;
     case 32: DO(fmi2CompletedIntegratorStep, (c, 1, &flag, choose(9) ? &other : NULL)); break;
     case 33: DO(fmi2SetTime, (c, x)); break;
-    case 34: x = choose(3) ? 1e-6 * x : x; DO(fmi2SetContinuousStates, (c, &x, choose(50) ? 1 : 2)); break;
-    case 35: DO(fmi2GetDerivatives, (c, v.result, choose(50) ? 1 : 2)); break;
+    case 34: x = choose(3) ? 1e-6 * x : x; DO(fmi2SetContinuousStates, (c, &x, choose(50) ? STATES : 2)); break;
+    case 35: DO(fmi2GetDerivatives, (c, v.result, choose(50) ? STATES : 2)); break;
     case 36: DO(fmi2GetEventIndicators, (c, v.result, choose(50) ? 2 : 1)); break;
-    case 37: DO(fmi2GetContinuousStates, (c, v.result, choose(50) ? 1 : 0)); break;
-    case 38: DO(fmi2GetNominalsOfContinuousStates, (c, choose(50) ? v.result : NULL, 1)); break;
+    case 37: DO(fmi2GetContinuousStates, (c, v.result, choose(50) ? STATES : 3)); break;
+    case 38: DO(fmi2GetNominalsOfContinuousStates, (c, choose(50) ? v.result : NULL, STATES)); break;
     case 39: if (!choose(9)) { DO(fmi2SetRealInputDerivatives, (c, VR, number, v.numbers)); } break;
     case 40: if (!choose(9)) { DO(fmi2GetRealOutputDerivatives, (c, VR, number, v.results)); } break;
     case 41: case 42: case 43:
@@ -325,8 +325,8 @@ static void call_3(World *w)
     double x = any_number();
     size_t size;
 
-    make_values(&v, choose(3) ? 0 : PRESLIDING_DEFLECTION, choose(3) ? INPUTS : VARIABLE_COUNT + 1);
-    make_values(&k, choose(3) ? FRICTION_TORQUE : 0, choose(3) ? OUTPUTS : VARIABLE_COUNT + 1);
+    make_values(&v, choose(3) ? 0 : FIRST_LOCAL, choose(3) ? INPUTS : VARIABLE_COUNT + 1);
+    make_values(&k, choose(3) ? FIRST_OUTPUT : 0, choose(3) ? OUTPUTS : VARIABLE_COUNT + 1);
     if (v.count == 0) {
         v.results = NULL;
     }
@@ -339,7 +339,7 @@ static void call_3(World *w)
     case 6: if (choose(20) == 0) { DO(fmi3Terminate, (c)); } break;
     case 7: if (choose(4) == 0) { DO(fmi3Reset, (c)); w->failed = 0; } break;
     case 8: case 9:
-        make_values(&v, FRICTION_TORQUE, OUTPUTS);
+        make_values(&v, FIRST_OUTPUT, OUTPUTS);
         READ(DO(fmi3GetFloat64, (c, VR, v.results, COUNTS)));
         break;
     case 10: case 11: case 12: DO(fmi3SetFloat64, (c, VR, v.numbers, COUNTS)); break;
@@ -347,8 +347,8 @@ static void call_3(World *w)
     case 14: v.reference[0] = IN_RANGE; DO(fmi3GetBoolean, (c, v.reference, 1, truth, choose(9) ? 1 : 0)); break;
     case 15: if (!choose(9)) { DO(fmi3SetBoolean, (c, v.reference, choose(2), truth, choose(2))); } break;
     case 16: case 17: if (!choose(4)) { without_variables(w); } break;
-    case 18: DO(fmi3GetDirectionalDerivative, (c, k.references, k.count, VR, v.numbers, COUNTS, k.results, k.count)); break;
-    case 19: DO(fmi3GetAdjointDerivative, (c, k.references, k.count, VR, k.numbers, k.count, v.results, COUNTS)); break;
+    case 18: if (DERIVATIVES || !choose(9)) { DO(fmi3GetDirectionalDerivative, (c, k.references, k.count, VR, v.numbers, COUNTS, k.results, k.count)); } break;
+    case 19: if (DERIVATIVES || !choose(9)) { DO(fmi3GetAdjointDerivative, (c, k.references, k.count, VR, k.numbers, k.count, v.results, COUNTS)); } break;
     case 20: case 21: DO(fmi3GetFMUState, (c, choose(100) ? &w->state[slot] : NULL)); break;
     case 22: DO(fmi3SetFMUState, (c, state)); w->failed = w->failed && status != 0; break;
     case 23: DO(fmi3FreeFMUState, (c, &w->state[slot])); break;
@@ -367,11 +367,11 @@ static void call_3(World *w)
     case 30: DO(fmi3EnterContinuousTimeMode, (c)); break;
     case 31: DO(fmi3CompletedIntegratorStep, (c, true, flag, choose(9) ? flag + 1 : NULL)); break;
     case 32: DO(fmi3SetTime, (c, x)); break;
-    case 33: x = choose(3) ? 1e-6 * x : x; DO(fmi3SetContinuousStates, (c, &x, choose(50) ? 1 : 2)); break;
-    case 34: DO(fmi3GetContinuousStateDerivatives, (c, v.result, choose(50) ? 1 : 2)); break;
+    case 33: x = choose(3) ? 1e-6 * x : x; DO(fmi3SetContinuousStates, (c, &x, choose(50) ? STATES : 2)); break;
+    case 34: DO(fmi3GetContinuousStateDerivatives, (c, v.result, choose(50) ? STATES : 2)); break;
     case 35: DO(fmi3GetEventIndicators, (c, v.result, choose(50) ? 2 : 1)); break;
-    case 36: DO(fmi3GetContinuousStates, (c, v.result, choose(50) ? 1 : 0)); break;
-    case 37: DO(fmi3GetNominalsOfContinuousStates, (c, choose(50) ? v.result : NULL, 1)); break;
+    case 36: DO(fmi3GetContinuousStates, (c, v.result, choose(50) ? STATES : 3)); break;
+    case 37: DO(fmi3GetNominalsOfContinuousStates, (c, choose(50) ? v.result : NULL, STATES)); break;
     case 38:
         if (choose(2)) {
             DO(fmi3GetNumberOfEventIndicators, (c, choose(9) ? &size : NULL));

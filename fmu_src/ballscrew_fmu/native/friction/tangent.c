@@ -61,12 +61,12 @@ static Dual power(Dual a, double exponent)
     return a.v > 0.0 ? dual(pow(a.v, exponent), exponent * pow(a.v, exponent - 1.0) * a.d) : constant(0.0);
 }
 
-static Dual least(Dual a, Dual b)
+static Dual lesser(Dual a, Dual b)
 {
     return a.v < b.v ? a : b;
 }
 
-static Dual most(Dual a, Dual b)
+static Dual greater(Dual a, Dual b)
 {
     return a.v > b.v ? a : b;
 }
@@ -145,7 +145,7 @@ static Nut nut_at(const Map *map, const Dual at[], Dual force_value, const Stenc
 {
     const Stencil force = stencil(&map->force, force_value);
     const double *curves = map->curves + (ptrdiff_t)force.cell * CURVE_COLUMNS;
-    const Dual f = least(times(1.0 / map->force.lo, force_value), constant(1.0));
+    const Dual f = lesser(times(1.0 / map->force.lo, force_value), constant(1.0));
     const Dual third = power(f, 1.0 / 3.0), film_share = power(s, FILM_SPEED_EXPONENT), one = constant(1.0);
     Dual values[MOST_COLUMNS], slopes[MOST_COLUMNS];
     Nut nut;
@@ -163,7 +163,7 @@ static Nut nut_at(const Map *map, const Dual at[], Dual force_value, const Stenc
                       add(slopes[VISCOUS_SCREW + raceway],
                           times(2.0, multiply(multiply(x, share), slopes[EFFECTIVE_FILM_SCREW + raceway]))));
             const Dual c =
-                times(0.5, subtract(least(most(exponent, constant(0.0)), constant(3.0)), one));
+                times(0.5, subtract(lesser(greater(exponent, constant(0.0)), constant(3.0)), one));
             torque = multiply(torque, multiply(s, add(subtract(one, c), multiply(c, multiply(s, s)))));
         }
         nut.viscous = add(nut.viscous, torque);
@@ -175,11 +175,11 @@ static Nut nut_at(const Map *map, const Dual at[], Dual force_value, const Stenc
                            exponential(along(force.weight, curves + SLIDING_CURVE, CURVE_COLUMNS)));
     contracted(map, map->films, FILM_COLUMNS, speed->weight, speed->cell, temperature, &force, values);
     nut.film[0] = multiply(film_share,
-                           exponential(least(least(values[MINIMUM_FILM_SCREW], values[MINIMUM_FILM_NUT]),
-                                             least(values[CENTRAL_FILM_SCREW], values[CENTRAL_FILM_NUT]))));
+                           exponential(lesser(lesser(values[MINIMUM_FILM_SCREW], values[MINIMUM_FILM_NUT]),
+                                             lesser(values[CENTRAL_FILM_SCREW], values[CENTRAL_FILM_NUT]))));
     nut.film[1] = multiply(film_share, exponential(values[CENTRAL_FILM_SCREW]));
     nut.film[2] = multiply(film_share, exponential(values[CENTRAL_FILM_NUT]));
-    nut.extreme[0] = multiply(multiply(s, third), exponential(most(values[RISE_SCREW], values[RISE_NUT])));
+    nut.extreme[0] = multiply(multiply(s, third), exponential(greater(values[RISE_SCREW], values[RISE_NUT])));
     nut.extreme[1] = multiply(third, exponential(along(force.weight, curves + PRESSURE_CURVE, CURVE_COLUMNS)));
     nut.extreme[2] = multiply(f, exponential(along(force.weight, curves + BALL_LOAD_CURVE, CURVE_COLUMNS)));
     return nut;
@@ -229,7 +229,7 @@ static Dual sign_at(Dual speed, Dual regularization)
 
 static Dual within_at(Dual deflection, Dual limit)
 {
-    return least(most(deflection, times(-1.0, limit)), limit);
+    return lesser(greater(deflection, times(-1.0, limit)), limit);
 }
 
 static Dual rate_at(Dual deflection, Dual speed, Dual limit)
@@ -241,7 +241,7 @@ static Dual rate_at(Dual deflection, Dual speed, Dual limit)
     wound = within_at(deflection, limit);
     wound = speed.v < 0.0 ? times(-1.0, wound) : wound;
     yielding = divide(subtract(wound, times(ELASTIC_SHARE, limit)), times(1.0 - ELASTIC_SHARE, limit));
-    return multiply(speed, subtract(constant(1.0), most(yielding, constant(0.0))));
+    return multiply(speed, subtract(constant(1.0), greater(yielding, constant(0.0))));
 }
 
 /* torque, power and rate of the bristle */
@@ -255,7 +255,7 @@ static Bristle bristle_over_step(Dual before, Dual speed, double step, Dual limi
     const Dual lost = times(0.5, multiply(stiffness, subtract(multiply(before, before), multiply(z, z))));
     const double direction = speed.v < 0.0 ? -1.0 : 1.0;
     const Dual q_0 = times(direction, z), span = times(1.0 - ELASTIC_SHARE, limit);
-    const Dual elastic = least(travel, most(subtract(times(ELASTIC_SHARE, limit), q_0), constant(0.0)));
+    const Dual elastic = lesser(travel, greater(subtract(times(ELASTIC_SHARE, limit), q_0), constant(0.0)));
     const Dual sliding = subtract(travel, elastic);
     Dual q = add(q_0, elastic), heat;
     Dual integral = add(multiply(q_0, elastic), times(0.5, multiply(elastic, elastic)));
@@ -272,7 +272,7 @@ static Bristle bristle_over_step(Dual before, Dual speed, double step, Dual limi
     heat = subtract(multiply(stiffness, integral),
                     times(0.5, multiply(stiffness, subtract(multiply(q, q), multiply(q_0, q_0)))));
     heat = add(heat, multiply(damping, multiply(times(direction, out.rate), travel)));
-    out.power = times(1.0 / step, add(lost, most(heat, constant(0.0))));
+    out.power = times(1.0 / step, add(lost, greater(heat, constant(0.0))));
     out.rate = times(1.0 / step, subtract(times(direction, q), before));
     return out;
 }
@@ -293,7 +293,7 @@ static Bristle bristle_at(const Model *model, const Dual at[], Dual coulomb)
         out.rate = rate_at(deflection, speed, limit);
         out.torque = add(wound, multiply(damping, out.rate));
         out.power = add(multiply(wound, subtract(speed, out.rate)), multiply(multiply(damping, out.rate), speed));
-        out.power = most(out.power, constant(0.0));
+        out.power = greater(out.power, constant(0.0));
         return out;
     }
     if (!(coulomb.v > 0.0)) {
@@ -313,16 +313,16 @@ static Bristle bristle_at(const Model *model, const Dual at[], Dual coulomb)
 static void outputs_at(const Model *model, const Dual at[], Dual out[])
 {
     const Map *map = model->map;
-    const Dual speed = absolute(at[SPEED]), s = least(times(1.0 / map->speed.lo, speed), constant(1.0));
+    const Dual speed = absolute(at[SPEED]), s = lesser(times(1.0 / map->speed.lo, speed), constant(1.0));
     const Stencil by_speed = stencil(&map->speed, speed), by_temperature = stencil(&map->temperature, at[TEMPERATURE]);
     Dual preload = at[PRELOAD], force[2], magnitude, coulomb, sign, hysteresis, sliding;
     Nut nut[2];
 
-    preload = least(most(preload, constant(0.0)), constant(map->force.hi));
+    preload = lesser(greater(preload, constant(0.0)), constant(map->force.hi));
     force[0] = force[1] = preload;
     if (at[AXIAL_LOAD].v != 0.0) {
         forces_at(map, preload, at[AXIAL_LOAD], force);
-        force[1] = least(force[1], constant(map->force.hi));
+        force[1] = lesser(force[1], constant(map->force.hi));
     }
     for (int n = 0; n < 2; ++n) {
         nut[n] = nut_at(map, at, force[n], &by_speed, &by_temperature, s);
@@ -347,10 +347,10 @@ static void outputs_at(const Model *model, const Dual at[], Dual out[])
     out[SLIDING_TORQUE] = multiply(sign, sliding);
     out[FRICTION_TORQUE] = add(out[VISCOUS_TORQUE], add(out[HYSTERESIS_TORQUE], out[SLIDING_TORQUE]));
     for (int i = 0; i < 3; ++i) {
-        out[FILM_THICKNESS_MIN + i] = least(nut[0].film[i], nut[1].film[i]);
-        out[FILM_TEMPERATURE_RISE + i] = most(nut[0].extreme[i], nut[1].extreme[i]);
+        out[FILM_THICKNESS_MIN + i] = lesser(nut[0].film[i], nut[1].film[i]);
+        out[FILM_TEMPERATURE_RISE + i] = greater(nut[0].extreme[i], nut[1].extreme[i]);
     }
-    out[LAMBDA_RATIO] = least(divide(out[FILM_THICKNESS_MIN], most(at[ROUGHNESS_HEIGHT], constant(SMOOTH))),
+    out[LAMBDA_RATIO] = lesser(divide(out[FILM_THICKNESS_MIN], greater(at[ROUGHNESS_HEIGHT], constant(SMOOTH))),
                               constant(LAMBDA_RATIO_MAX));
 }
 

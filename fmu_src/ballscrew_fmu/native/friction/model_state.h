@@ -1,0 +1,34 @@
+/* State of the friction model: nuts, friction parts, standstill law. The bristle is a continuous state. */
+#ifndef BALLSCREW_MODEL_STATE_H
+#define BALLSCREW_MODEL_STATE_H
+
+#include <stdbool.h>
+
+#include "nut.h"
+#include "variables.h"
+
+#define MODEL_INDICATORS 2
+
+struct Model {
+    const Map *map;
+    double value[VARIABLE_COUNT];   /* inputs, parameters and the bristle as they are set; outputs when computed */
+    double latched[VARIABLE_COUNT]; /* inputs and parameters that the outputs belong to */
+    double step;                    /* [s] that the outputs belong to; 0: an instant */
+    double deflection_before;       /* [rad] of the bristle at the start of that step */
+    double bristle_torque;          /* [N.m] of the latched point */
+    double bristle_power;           /* [W] */
+    bool continuous;                /* model exchange: the bristle is a state of the importer */
+    bool in_range;                  /* model exchange: as of the last event */
+    bool events_began;              /* model exchange: the initial event has been */
+    int slip;                       /* model exchange: 0 the bristle follows, +1 or -1 it slips that way */
+    bool conditions_known, torque_known, films_known;
+    Loads loads; /* kept while neither preload nor axial load changes */
+    Conditions conditions;
+};
+
+/* What a saved state holds beside value and latched: numbers, flags, signs. */
+#define MODEL_NUMBERS(X) X(step) X(deflection_before) X(bristle_torque) X(bristle_power)
+#define MODEL_FLAGS(X) X(continuous) X(in_range) X(events_began)
+#define MODEL_SIGNS(X) X(slip)
+
+#endif
