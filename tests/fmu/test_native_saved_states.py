@@ -23,6 +23,9 @@ from native_library import (
 )
 from native_model import compiler
 
+from ballscrew_fmu.models import MODELS
+from ballscrew_fmu.native_sources import native_sources
+
 both_versions = pytest.mark.parametrize("version", [2, 3])
 both_kinds = pytest.mark.parametrize("kind", [CS, ME])
 START = {"presliding_stiffness": 400.0, "presliding_damping": 0.5, "preload": 1500.0, "axial_load": 200.0}
@@ -333,15 +336,21 @@ def test_wrong_sizes_and_null_pointers(version):
             assert one.call(name, *arguments) == ERROR, name
 
 
-def test_every_field_of_the_model_is_serialized_or_computed_again():
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+def test_every_field_of_the_model_is_serialized_or_computed_again(model):
     """A field that is added to the model and forgotten here would be lost without a trace."""
-    folder = compiled(2).parent
-    structure = re.search(r"typedef struct \{([^}]*)\} Model;", (folder / "model.h").read_text())[1]
+    sources = native_sources(NUT_MAP.header, 2, "t", model)
+    state, code, walk = (sources[name].decode() for name in ("model_state.h", "model.c", "saved_state.c"))
+    structure = re.search(r"struct Model \{([^}]*)\};", state)[1]
     declared = set(re.findall(r"\b(\w+)(?:\[\w+\])?\s*[,;]", re.sub(r"/\*.*?\*/", "", structure, flags=re.S)))
-    source = (folder / "saved_state.c").read_text()
-    body = source[source.index("static void pass_model") : source.index("static void pass_situation")]
+    listed = set(re.findall(r"X\((\w+)\)", state)) - {"X"}
+    forgotten = set(re.findall(r"model->(\w+)", code[code.index("void model_forget") :].partition("\n}\n")[0]))
+    body = walk[walk.index("static void pass_model") : walk.index("static void pass_situation")]
+    passed = set(re.findall(r"model->(\w+)", body)) - {"field"}
+    assert all(f"{macro}(PASS" in body for macro in re.findall(r"#define (MODEL_\w+)\(X\)", state))
     assert len(declared) > 10
-    assert declared == set(re.findall(r"model->(\w+)", body))
+    assert declared == listed | forgotten | passed
+    assert not forgotten & (listed | passed)
 
 
 @both_versions
