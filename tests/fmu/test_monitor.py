@@ -41,7 +41,7 @@ def friction_rows(nut_map, count, seed, **parameters):
     """Random inputs of BallScrewFriction as dicts, and what its torque would be (no presliding)."""
     rng = np.random.default_rng(seed)
     axes = nut_map.header["axes"]
-    (lo, hi), fastest, (cold, hot) = axes["force"][:2], axes["speed"][1], axes["temperature"][:2]
+    (lo, hi), fastest, (cold, hot) = axes["preload"][:2], axes["speed"][1], axes["temperature"][:2]
     rows, torques = [], []
     for _ in range(count):
         preload = math.exp(rng.uniform(math.log(0.8 * lo), math.log(hi)))
