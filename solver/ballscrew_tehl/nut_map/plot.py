@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 SPEEDS = 241
 #: errors of a certificate by name, with their names in a picture
 ERRORS = {"torque": "friction torque", "film": "central film", "temperature_rise": "temperature rise"}
+#: totals of an error in the header of a map, by the ends of their keys, with their names in a picture
+TOTALS = (("mean", "mean"), ("99", "99 % quantile"), ("999", "99.9 % quantile"), ("max", "largest"))
 #: scale of the errors of a certificate, which is logarithmic: lowest over highest end, and the least highest end
 ERROR_SPAN, LEAST_ERROR = 1e-3, 1e-9
 #: characters of a line of the caption
@@ -175,7 +177,7 @@ def caption(picture: MapPicture) -> str:
     for name, words in ERRORS.items():
         totals = [
             f"{total} {percent(certificate[f'{name}_error_{key}'])}"
-            for key, total in (("mean", "mean"), ("99", "99 % quantile"), ("max", "largest"))
+            for key, total in TOTALS
             if f"{name}_error_{key}" in certificate
         ]
         if totals:

@@ -10,7 +10,7 @@ from .. import __version__
 from ..friction_set import FITTED, SETS
 from ..hertz import RACEWAYS
 from ..measurements import CELSIUS, RPM
-from ..nut_map.plot import ERRORS, percent
+from ..nut_map.plot import ERRORS, TOTALS, percent
 from ..parameters import Parameters
 from ..validation import MODELS, ValidationTable
 from . import figures
@@ -349,7 +349,7 @@ def nut_map(material: Material) -> Html:
             words,
             *(
                 percent(certificate[f"{name}_error_{key}"]) if f"{name}_error_{key}" in certificate else "-"
-                for key in ("mean", "99", "max")
+                for key, _ in TOTALS
             ),
         ]
         for name, words in ERRORS.items()
@@ -375,7 +375,7 @@ def nut_map(material: Material) -> Html:
             f"Certificate: error of the map at {certificate['points']} random points that it was not built "
             "from, against direct solves of the balls"
         )
-        checked = table("certificate", caption, ["", "mean", "99 % quantile", "largest"], rows)
+        checked = table("certificate", caption, ["", *(words for _, words in TOTALS)], rows)
     return section(
         "map",
         "5 The map and its certificate",
