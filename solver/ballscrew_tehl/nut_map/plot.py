@@ -34,6 +34,8 @@ ERRORS = {"torque": "friction torque", "film": "central film", "temperature_rise
 TOTALS = (("mean", "mean"), ("99", "99 % quantile"), ("999", "99.9 % quantile"), ("max", "largest"))
 #: scale of the errors of a certificate, which is logarithmic: lowest over highest end, and the least highest end
 ERROR_SPAN, LEAST_ERROR = 1e-3, 1e-9
+#: points of a certificate above which their marks are smaller
+CROWD = 100
 #: characters of a line of the caption
 CAPTION_WIDTH = 150
 #: films of a state with their names in a picture and their lines
@@ -303,11 +305,12 @@ def _draw_samples(axes: Axes, picture: MapPicture, raceway: str, error: str, nor
     """Solved nodes of all temperatures lie on each other; a square: the asymptotic branch at one of them or more."""
     loads, speeds, _ = picture.contact_map.axes.nodes
     load, rpm = np.meshgrid(loads, speeds / RPM, indexing="ij")
-    solved = picture.contact_map.solved[raceway].any(axis=2)
+    mask = picture.contact_map.solved[raceway]
+    solved = mask.any(axis=2)
     axes.plot(
         rpm[solved], load[solved], "o", color="0.45", markersize=2.5, label="solved at some temperature"
     )
-    asymptotic = np.any(picture.contact_map.samples[raceway]["asymptotic"] > 0.0, axis=2)
+    asymptotic = np.any(mask & (picture.contact_map.samples[raceway]["asymptotic"] > 0.0), axis=2)
     if asymptotic.any():
         axes.plot(
             rpm[asymptotic], load[asymptotic], "s", color=CAUTION, fillstyle="none", markersize=7,
@@ -317,9 +320,12 @@ def _draw_samples(axes: Axes, picture: MapPicture, raceway: str, error: str, nor
     if picture.certificate is not None and norm is not None:
         found = picture.certificate
         errors = np.clip(found.errors[error], norm.vmin, norm.vmax)
+        crowd = min(1.0, (CROWD / found.speed.size) ** 0.5)
+        sizes = crowd * (15.0 + 85.0 * np.asarray(norm(errors)))
         axes.scatter(
-            found.speed / RPM, found.ball_load, s=15.0 + 85.0 * np.asarray(norm(errors)), c=errors, norm=norm,
-            cmap=ERROR_COLOURS, edgecolors="black", linewidths=0.8, zorder=3, label="certificate, heaviest ball",
+            found.speed / RPM, found.ball_load, s=sizes, c=errors, norm=norm,
+            cmap=ERROR_COLOURS, edgecolors="black", linewidths=0.8 * crowd, zorder=3,
+            label="certificate, heaviest ball",
         )  # fmt: skip
     axes.set_ylim(bottom=loads[0] * (loads[0] / loads[-1]) ** 0.55)  # room for the legend
     axes.legend(loc="lower left")
