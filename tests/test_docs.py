@@ -80,7 +80,7 @@ def small_form(command: str) -> str | None:
             parsed = cli.build_parser().parse_args(shlex.split(bare)[3:])
             assert parsed.dask == "tcp://HOST:PORT"
             return "true"
-        return bare.replace("-m ballscrew_tehl", SMALL_MAP)
+        return bare.replace("-m ballscrew_tehl", SMALL_MAP) + ("" if "--count" in bare else " --count 3")
     if bare.startswith("python build_fmu.py") and "--python-only" not in bare:
         return f"{bare} --python-only"
     if "calibrate --packaged" in bare:
