@@ -35,8 +35,8 @@ NAME = "BallScrewFriction"
 SOURCE = Path(__file__).resolve().parent / "modelica" / NAME
 OUTPUT = Path(__file__).resolve().parents[1] / "dist" / "modelica"
 FOLDERS = {"x86_64-linux": "linux64", "x86_64-windows": "win64"}  # of Resources/Library
-UNITS = ("map.c", "model.c", "law.c", "tangent.c")  # of the native runtime, without FMI
-HEADERS = ("map.h", "model.h", "law.h")
+UNITS = ("map.c", "nut.c", "model.c", "law.c", "tangent.c")  # of the native runtime, without FMI
+HEADERS = ("map.h", "nut.h", "model.h", "model_state.h", "law.h")
 
 
 def assemble(nut_map: Any, folder: Path, platforms: Sequence[str] = tuple(FOLDERS)) -> Path:
