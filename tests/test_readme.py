@@ -28,7 +28,7 @@ def test_validation_table_is_what_the_command_prints():
 
 
 def test_pictures_exist_and_commands_are_known():
-    for picture in re.findall(r"\]\((docs/[^)]*)\)", TEXT):
+    for picture in re.findall(r"!\[[^]]*\]\((docs/[^)]*)\)", TEXT):
         assert (ROOT / picture).stat().st_size > 10_000
     known = run("-m", "ballscrew_tehl", "--help")
     for command in re.findall(r"python -m ballscrew_tehl (\w+)", TEXT):

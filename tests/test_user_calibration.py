@@ -178,7 +178,7 @@ def test_rows_outside_the_map_stop_the_fit_until_it_is_told_to_go_on(capsys, mea
     path = measured({5: "1,30,95,0.3,0", 6: "20,30,20,7,0"})
     line = refused(capsys, path, "--map", MAP)
     assert "2 row(s) outside the map: row 5 (line 6): temperature = 368.15 K; allowed: 283.15 to 353.15 K" in line
-    assert "row 6 (line 7): force of a nut = 20000 N; allowed: 120 to 12000 N" in line
+    assert "row 6 (line 7): force of a nut = 20000 N; allowed: 12 to 12000 N" in line
     found, _ = run(capsys, path, "--map", MAP, "--drop", "outside")
     assert [p["row"] for p in found["published.three_parameter"]["calibration"]["dropped"]] == [5, 6]
 

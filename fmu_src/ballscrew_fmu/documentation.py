@@ -100,7 +100,13 @@ def documentation_files(header: Mapping[str, Any], model: FmuModel = FRICTION) -
         )
     else:
         page = monitor_page(
-            PYTHON, name=model.name, provenance=provenance, limit=TOO_LARGE, lowest=axes["preload"][0], rows=rows
+            PYTHON,
+            name=model.name,
+            provenance=provenance,
+            friction=friction_provenance(header),
+            limit=TOO_LARGE,
+            lowest=axes["preload"][0],
+            rows=rows,
         )
     licence = distribution("pythonfmu").read_text("licenses/LICENSE")
     return {

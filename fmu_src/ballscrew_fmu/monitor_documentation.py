@@ -13,6 +13,8 @@ img {{ max-width: 100% }}</style></head>
 a map of thermal elastohydrodynamic contact solutions shows that torque. {host}</p>
 <h2>Map</h2>
 <p>{provenance}</p>
+<h2>Friction parameters</h2>
+{friction}
 <h2>What to believe</h2>
 <ul>
 <li>The inverse of BallScrewFriction with the same parameters and without presliding. It knows no error of the model:

@@ -152,6 +152,7 @@ def native_documentation(
         "fmi": f"{fmi_version}.0",
         "platforms": escape(platforms),
         "provenance": escape(map_provenance(header)),
+        "friction": friction_provenance(header),
         "validation": f"{validation.tables}\n{shown}",
         "limit": TOO_LARGE,
         "rows": "\n".join(_row(v) for v in table),
@@ -160,7 +161,6 @@ def native_documentation(
         page = PAGE.format(
             slowest=header["axes"]["speed"][0],
             zero_step=_ZERO_STEP[fmi_version],
-            friction=friction_provenance(header),
             split=split_statement(header),
             **values,
         )

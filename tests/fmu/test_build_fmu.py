@@ -120,7 +120,7 @@ def test_friction_parameters_of_a_file_start_the_fmu_and_stand_in_its_documentat
         assert float(starts["roughness_height"]) == 31e-9
         with zipfile.ZipFile(path) as archive:
             page = archive.read("documentation/index.html").decode()
-        assert escape(FITTED_HERE.provenance) in page
+        assert escape(FITTED_HERE.provenance) in page, path.name
         assert "mean 1.23 %, leave_one_out_mean 1.45 %" in page
         assert "<li>roughness_height = 3.1e-08 m, 95 % limits 1e-08 to no bound</li>" in page
         assert "<li>roughness_height: 95 % interval 10 nm to no bound around 31 nm</li>" in page

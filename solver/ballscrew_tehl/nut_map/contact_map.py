@@ -119,13 +119,13 @@ class ContactMap:
         """
         value = self._coefficients[raceway, name]
         held = np.maximum(load, self.axes.load[0])
-        for points, bounds, what, logarithmic in (
+        for nodes, bounds, what, logarithmic in (
             (held, self.axes.load, "ball load [N]", True),
             (speed, self.axes.speed, "speed [rad/s]", True),
             (temperature, self.axes.temperature, "temperature [K]", False),
         ):
             # each axis in turn comes first and, contracted, goes last
-            value = np.tensordot(value, _weights(points, *bounds, what, logarithmic), axes=(0, 1))
+            value = np.tensordot(value, _weights(nodes, *bounds, what, logarithmic), axes=(0, 1))
         value = np.exp(value)
         if name in FILMS:
             points = load[:, None, None], speed[:, None], temperature

@@ -218,4 +218,4 @@ def direct_state(
             rise = max(rise, light.temperature_rise, heavy.temperature_rise)
         sums = nut_sums(parameters, loads, speed, temperature, _PowerFilm(mean, films))
         torque += times * sums.torque(*friction_set.values).total
-    return DirectState(torque, *(least[raceway] for raceway in RACEWAYS), rise)
+    return DirectState(torque, least["screw"], least["nut"], rise)

@@ -148,9 +148,11 @@ class NutMap:
 
     def surfaces(self, force, speed, temperature) -> NDArray[np.float64]:
         """The ten logarithms of one nut, packed.SURFACES first: (10, ...), clamped to the axes; arguments broadcast."""
-        columns = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (force, speed, temperature)))
-        found = self._splines_array(*(column.ravel() for column in columns), with_slopes=False)[0]
-        return found.reshape(-1, *columns[0].shape)
+        force, speed, temperature = np.broadcast_arrays(
+            *(np.asarray(x, dtype=np.float64) for x in (force, speed, temperature))
+        )
+        found = self._splines_array(force.ravel(), speed.ravel(), temperature.ravel(), False)[0]
+        return found.reshape(-1, *force.shape)
 
     def evaluate_point(
         self,
@@ -296,7 +298,9 @@ class NutMap:
             np.matmul(weights[here], block, out=lines[here])
         found = np.matmul(w_i[:, None, None], lines.reshape(*lines.shape[:2], 4, columns))[:, :, 0]
         values = np.ascontiguousarray(np.moveaxis(found, 0, -1))
-        curves = sum(w_i[:, a, None] * self._curves[i + a] for a in range(4))
+        curves = np.zeros((len(force), self._curves.shape[1]))
+        for a in range(4):
+            curves += w_i[:, a, None] * self._curves[i + a]
         return values[0], values[1] if with_slopes else None, np.moveaxis(curves, -1, 0)
 
     def _forces_array(self, preload, axial_load):
