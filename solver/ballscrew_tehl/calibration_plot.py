@@ -34,14 +34,14 @@ def calibration_figure(result: Calibration) -> Figure:
     deviation = 100.0 * result.points.deviation
     left_out = 100.0 * result.left_out
     stray = result.points.outliers
-    figure = Figure(figsize=(11.0, 5.2), layout="constrained")
+    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
     left, right = figure.subplots(1, 2)
     left.set(xlabel="measured friction torque [N m]", ylabel="computed friction torque [N m]")
     top = 1.06 * max(measured.max(), computed.max())
     left.plot([0.0, top], [0.0, top], color="0.4", linewidth=1.0, zorder=1, label="computed = measured")
     marks = left.scatter(measured, computed, c=preload, cmap=PRELOAD_COLOURS, edgecolors="black", linewidths=0.5,
                          s=42, zorder=3)  # fmt: skip
-    left.set(xlim=(0.0, top), ylim=(0.0, top), aspect="equal")
+    left.set(xlim=(0.0, top), ylim=(0.0, top), box_aspect=1.0)
     figure.colorbar(marks, ax=left, label="preload [kN]", shrink=0.85)
     right.set(xlabel="screw speed [r/min]", ylabel="model/measured - 1 [%]", xscale="log")
     right.axhline(0.0, color="0.4", linewidth=1.0)
