@@ -90,6 +90,24 @@ def test_tolerance_reaches_the_sampling(closed, tmp_path, monkeypatch):
     assert contacts[0] == 4 * 5**3 < contacts[1]
 
 
+def test_plain_progress_tells_every_stage_of_a_build_that_adds_work(capsys):
+    """Two stages of work and the certificate: each to its end, and no line for every call."""
+    with map_commands.progress_bar() as progress:
+        for finished in range(10, 901, 10):
+            progress(finished, 900, "contacts solved")
+        for finished in range(910, 1201, 10):
+            progress(finished, 1200, "contacts solved")
+        for finished in range(1, 4):
+            progress(finished, 3, "points of the certificate")
+    lines = capsys.readouterr().err.splitlines()
+    starts = [line.split(",")[0] for line in lines]
+    for expected in ("10 of 900 contacts solved", "900 of 900 contacts solved", "910 of 1200 contacts solved",
+                     "1200 of 1200 contacts solved", "3 of 3 points of the certificate"):  # fmt: skip
+        assert expected in starts
+    assert sum("of 900 " in line for line in lines) <= 22
+    assert 15 <= sum("of 1200 " in line for line in lines) <= 22
+
+
 def test_certificate_holds_mean_quantile_and_largest(closed, tmp_path, monkeypatch, capsys):
     path = tmp_path / "map.nc"
     assert main(["map", "build", "--output", str(path), "--count", "7", "--json"]) == 0

@@ -163,14 +163,15 @@ def progress_bar() -> Iterator[Progress]:
     console = Console(stderr=True)
     begun, doing = time.monotonic(), ""
     if not console.is_terminal:
-        told, before = -1, 0
+        told, before, whole = -1, 0, 0
 
         def line(finished: int, total: int, what: str) -> None:
-            nonlocal told, before, begun, doing
-            if what != doing:
-                begun, told, before, doing = time.monotonic(), -1, finished, what
-            if 20 * finished // total > told:
-                told = 20 * finished // total
+            nonlocal told, before, begun, doing, whole
+            if what != doing or total != whole:
+                # a build that refines itself adds work stage by stage
+                begun, told, before, doing, whole = time.monotonic(), -1, finished, what, total
+            if 20 * (finished - before) >= (told + 1) * (total - before):
+                told = 20 * (finished - before) // max(total - before, 1)
                 rate = (finished - before) / max(time.monotonic() - begun, 1e-9)
                 left = f", {rate:.1f}/s, {(total - finished) / rate:.0f} s left" if rate > 0.0 else ""
                 print(f"{finished} of {total} {what}{left}", file=sys.stderr, flush=True)
