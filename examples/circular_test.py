@@ -24,13 +24,12 @@ already, the more so the slower the feed: that is the law, not the screw. Neithe
 in the model.
 """
 
-import argparse
 import sys
-import zipfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from fmu_command import run_with_fmu
 from matplotlib.figure import Figure
 from servo_axis import FMU, STYLES, Axis, FrictionFmu, Run, circle, simulate
 
@@ -172,18 +171,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
 
 
 def command_line(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--fmu", type=Path, default=FMU, help="the FMU, FMI 2.0; default: %(default)s")
-    parser.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the result to this file")
-    options = parser.parse_args(arguments)
-    if not zipfile.is_zipfile(options.fmu):
-        print(f"circular_test.py: {options.fmu} is no FMU; run build_fmu.py first", file=sys.stderr)
-        return 2
-    result = main(options.fmu)
-    print(table(result))
-    if options.plot:
-        plot(result, options.plot)
-    return 0
+    return run_with_fmu(arguments, __file__, __doc__, FMU, main, table, plot)
 
 
 if __name__ == "__main__":

@@ -20,11 +20,9 @@ missing impulse makes up to 0.001 T_C (0.3 T_C/s0) / (w J) = 2e-4 rad/s at the f
 speed w; with steps of 15 us 2e-4 to 3e-4 rad/s are left. presliding_damping, there for explicit coupling, is 0.
 """
 
-import argparse
 import ctypes
 import shutil
 import sys
-import zipfile
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -33,6 +31,7 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Model
 from fmpy.sundials import CVodeSolver
+from fmu_command import run_with_fmu
 from matplotlib.figure import Figure
 
 from ballscrew_fmu.replay import FmuInstance
@@ -238,18 +237,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
 
 
 def command_line(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--fmu", type=Path, default=FMU, help="the native FMU, FMI 2.0; default: %(default)s")
-    parser.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the result to this file")
-    options = parser.parse_args(arguments)
-    if not zipfile.is_zipfile(options.fmu):
-        print(f"model_exchange.py: {options.fmu} is no FMU; run build_fmu.py first", file=sys.stderr)
-        return 2
-    result = main(options.fmu)
-    print(table(result))
-    if options.plot:
-        plot(result, options.plot)
-    return 0
+    return run_with_fmu(arguments, __file__, __doc__, FMU, main, table, plot, "native FMU")
 
 
 if __name__ == "__main__":

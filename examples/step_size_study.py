@@ -22,13 +22,12 @@ They are the conditions under which all roots of the recursion of one step lie i
 finds the border by bisection with the FMU itself, from a nudge far too small to slide.
 """
 
-import argparse
 import sys
-import zipfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from fmu_command import run_with_fmu
 from matplotlib.figure import Figure
 
 from ballscrew_fmu.replay import FmuInstance
@@ -196,18 +195,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
 
 
 def command_line(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--fmu", type=Path, default=FMU, help="the FMU, FMI 2.0; default: %(default)s")
-    parser.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the result to this file")
-    options = parser.parse_args(arguments)
-    if not zipfile.is_zipfile(options.fmu):
-        print(f"step_size_study.py: {options.fmu} is no FMU; run build_fmu.py first", file=sys.stderr)
-        return 2
-    result = main(options.fmu)
-    print(table(result))
-    if options.plot:
-        plot(result, options.plot)
-    return 0
+    return run_with_fmu(arguments, __file__, __doc__, FMU, main, table, plot)
 
 
 if __name__ == "__main__":

@@ -28,15 +28,14 @@ slope of the heat over temperature acts like more convection. Both time constant
 the eigenvalues of the linearised equations.
 """
 
-import argparse
 import sys
-import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from fmu_command import run_with_fmu
 from matplotlib.figure import Figure
 from scipy.linalg import expm
 
@@ -190,18 +189,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
 
 
 def command_line(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--fmu", type=Path, default=FMU, help="the FMU, FMI 2.0; default: %(default)s")
-    parser.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the result to this file")
-    options = parser.parse_args(arguments)
-    if not zipfile.is_zipfile(options.fmu):
-        print(f"warm_up.py: {options.fmu} is no FMU; run build_fmu.py first", file=sys.stderr)
-        return 2
-    result = main(options.fmu)
-    print(table(result))
-    if options.plot:
-        plot(result, options.plot)
-    return 0
+    return run_with_fmu(arguments, __file__, __doc__, FMU, main, table, plot)
 
 
 if __name__ == "__main__":

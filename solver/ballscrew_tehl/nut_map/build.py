@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import __version__
 from ..hertz import RACEWAYS, E_prime, ellipse, reduced_radii
@@ -133,39 +132,34 @@ def build_contact_map(
     everywhere = dict.fromkeys(RACEWAYS, np.ones(axes.shape, dtype=bool))
     _solve_missing(parameters, axes, everywhere, solved, executor, progress)
     contact_map = ContactMap(parameters, axes, solved.samples(axes, everywhere), everywhere)
-    while True:
-        axis = _axis_to_halve(contact_map, grid)
-        if axis is None:
-            return contact_map
-        mask = {
-            raceway: sampling.at_new_nodes(middles, axis)
-            for raceway, middles in sampling.unknown_middles(
-                contact_map, axis, grid.contact_tolerance
-            ).items()
-        }
+    while (chosen := _axis_to_halve(contact_map, grid)) is not None:
+        axis, unknown = chosen
+        mask = {raceway: sampling.at_new_nodes(middles, axis) for raceway, middles in unknown.items()}
         contact_map = sampling.halved(contact_map, axis)
         _solve_missing(parameters, contact_map.axes, mask, solved, executor, progress)
         contact_map = sampling.with_solved(contact_map, solved.samples(contact_map.axes, mask), mask)
+    return contact_map
 
 
-def _axis_to_halve(contact_map: ContactMap, grid: MapGrid) -> int | None:
-    """The axis along which the largest share of cells is not known well enough; None: there is none to be halved."""
-    shares = {}
+def _axis_to_halve(contact_map: ContactMap, grid: MapGrid) -> tuple[int, dict[str, sampling.Mask]] | None:
+    """The axis along which the largest share of cells is not known well enough, and these; None: there is none."""
+    largest, chosen = 0.0, None
     for axis in range(3):
         if (
             sampling.halvable(contact_map.axes, axis)
             and contact_map.axes.refined(axis).shape[axis] <= grid.contact_most[axis]
         ):
             unknown = sampling.unknown_middles(contact_map, axis, grid.contact_tolerance)
-            shares[axis] = float(np.mean([mask.mean() for mask in unknown.values()]))
-    wanted = [axis for axis, share in shares.items() if share > 0.0]
-    return max(wanted, key=lambda axis: shares[axis]) if wanted else None
+            share = float(np.mean([mask.mean() for mask in unknown.values()]))
+            if share > largest:
+                largest, chosen = share, (axis, unknown)
+    return chosen
 
 
 def _solve_missing(
     parameters: Parameters,
     axes: ContactAxes,
-    mask: Mapping[str, NDArray[np.bool_]],
+    mask: Mapping[str, sampling.Mask],
     solved: Solved,
     executor: Executor,
     progress: Progress | None,
