@@ -1,14 +1,8 @@
 """documentation/index.html of the FMUs BallScrewPreloadMonitor: for Python hosts and native."""
 
-PAGE = """\
-<!DOCTYPE html>
-<html lang="en">
-<head><meta charset="utf-8"><title>{name}</title>
-<style>body {{ font-family: sans-serif; max-width: 60em; margin: auto; padding: 1em }}
-table {{ border-collapse: collapse }} td, th {{ border: 1px solid #999; padding: 0.2em 0.5em }}
-img {{ max-width: 100% }}</style></head>
-<body>
-<h1>{name}</h1>
+from ballscrew_fmu.documentation_page import HEAD, VARIABLES
+
+PAGE = HEAD + """\
 <p>Preload of a double-nut ball screw from its measured friction torque, speed and temperature: the preload at which
 a map of thermal elastohydrodynamic contact solutions shows that torque. {host}</p>
 <h2>Map</h2>
@@ -42,14 +36,7 @@ falls with preload.</li>
 <li>{step}</li>
 <li>The state can be saved, restored and serialized. One of another version or map is refused.</li>
 </ul>
-{more}<h2>Variables</h2>
-<table>
-<tr><th>name</th><th>kind</th><th>unit</th><th>start</th><th>min</th><th>max</th><th>meaning</th></tr>
-{rows}
-</table>
-</body>
-</html>
-"""
+{more}""" + VARIABLES
 PYTHON = {
     "host": "FMI 2.0 co-simulation for hosts that run Python (see externalDependencies.txt).",
     "refusal": "NaN, infinity, a number of {limit:g} or more, a negative parameter or step size: doStep returns "

@@ -6,6 +6,7 @@ from importlib.metadata import distribution
 from typing import Any, NamedTuple
 
 from ballscrew_fmu.documentation import _row, friction_provenance, map_provenance, split_statement
+from ballscrew_fmu.documentation_page import HEAD, VARIABLES
 from ballscrew_fmu.map_slave import TOO_LARGE
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.monitor_documentation import NATIVE, ZERO_STEP, monitor_page
@@ -36,15 +37,7 @@ Copyright MODELISAR consortium and Modelica Association Project "FMI", 2-clause 
 https://fmi-standard.org.
 """
 
-PAGE = """\
-<!DOCTYPE html>
-<html lang="en">
-<head><meta charset="utf-8"><title>{name}</title>
-<style>body {{ font-family: sans-serif; max-width: 60em; margin: auto; padding: 1em }}
-table {{ border-collapse: collapse }} td, th {{ border: 1px solid #999; padding: 0.2em 0.5em }}
-img {{ max-width: 100% }}</style></head>
-<body>
-<h1>{name}</h1>
+PAGE = HEAD + """\
 <p><img src="../terminalsAndIcons/icon.png" alt="ball screw with nut" width="128"></p>
 <p>Friction torque of a preloaded double-nut ball screw, looked up in a map of thermal elastohydrodynamic
 contact solutions. FMI {fmi}, co-simulation and model exchange, in C99 without any dependency; {platforms}.</p>
@@ -116,14 +109,7 @@ Modelica: put the torque on a flange with a torque source of opposite sign.</p>
 <p>extra/org.fmi-standard.fmi-ls-ref holds an input sequence and the outputs that the map gives for it. sources
 holds all C code; compile it with the FMI headers of your version, C99 and the mathematics library. Without
 -ffp-contract=off results may differ in the last digits.</p>
-<h2>Variables</h2>
-<table>
-<tr><th>name</th><th>kind</th><th>unit</th><th>start</th><th>min</th><th>max</th><th>meaning</th></tr>
-{rows}
-</table>
-</body>
-</html>
-"""
+""" + VARIABLES
 _ZERO_STEP = {
     2: "A step of size 0 does nothing but take the inputs.",
     3: "A step of size 0 is an Error.",

@@ -100,10 +100,9 @@ def usable_points(
     bad = {problem.row for problem in problems}
     points = [m for m in file.measurements if not bad & set(m.rows)]
     dropped = _without(file.path, "impossible", problems, drop, "impossible row(s)", len(points))
-    beyond = [
-        _placed(file, RowProblem(row, 0, reason)) for m in points if (reason := outside(m)) for row in m.rows
-    ]
-    points = [m for m in points if not outside(m)]
+    judged = [(m, outside(m)) for m in points]
+    beyond = [_placed(file, RowProblem(row, 0, reason)) for m, reason in judged if reason for row in m.rows]
+    points = [m for m, reason in judged if not reason]
     return points, dropped + _without(
         file.path, "outside", beyond, drop, "row(s) outside the map", len(points)
     )
