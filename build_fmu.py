@@ -102,9 +102,9 @@ def read_inputs(
 
     Raises       ValueError or OSError: bad input, one line
     """
-    from ballscrew_tehl.friction_set import friction_set_of_file
-    from ballscrew_tehl.nut_map.store import load_map
-    from ballscrew_tehl.parameters import changed, load_parameters
+    from ballscrew_tehl.friction.sets import friction_set_of_file
+    from ballscrew_tehl.nut_map.file import load_map
+    from ballscrew_tehl.parameters.file import changed, load_parameters
 
     parameters = load_parameters(screw)
     if kinematics not in (None, parameters.friction.kinematics):
@@ -132,7 +132,7 @@ def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
 
 def expected_outputs(nut_map: Any, regularization_speed: float, row: Mapping[str, float]) -> dict[str, float]:
     """What the FMU must answer without presliding, from the map."""
-    from ballscrew_tehl.standstill import regularised_sign
+    from ballscrew_tehl.runtime.standstill import regularised_sign
 
     state = nut_map.evaluate(**row)
     speed = row["speed"]
@@ -154,7 +154,7 @@ def check_replay(fmu: Path, nut_map: Any, kind: Any = None, model: Any = None) -
     Parameters   kind : of instance, as replay; None takes that of FMI 2.0;  model : as reference_results
     Raises       CheckError: an output differs by more than AGREEMENT
     """
-    from ballscrew_fmu.replay import FmuInstance, replay
+    from ballscrew_fmu.checks.replay import FmuInstance, replay
 
     rows, wanted = reference_results(nut_map, model)
     worst = 0.0
@@ -178,8 +178,8 @@ def reference_results(
     Parameters   model : of ballscrew_fmu.models; None takes FRICTION
     Raises       CheckError: the monitor does not find the preload that its reference torque is made from
     """
+    from ballscrew_fmu.checks.monitor_check import lost_preload, monitor_outputs
     from ballscrew_fmu.models import FRICTION, MONITOR
-    from ballscrew_fmu.monitor_check import lost_preload, monitor_outputs
 
     starts = {v.name: v.start or 0.0 for v in FRICTION.variables(nut_map.header)}
     rows = list(reference_input(nut_map.header))
@@ -200,10 +200,10 @@ def reference_results(
 
 def torque_tables(fmu: Path, parameters: Any, nut_map: Any) -> str:
     """Torque of the FMU beside measurement and published models; for another screw beside NSK and Zhou."""
-    from ballscrew_fmu.replay import FmuInstance
-    from ballscrew_tehl.baselines import nsk_torque, zhou_torque
-    from ballscrew_tehl.parameters import load_parameters
-    from ballscrew_tehl.validation import table_text, validation_tables
+    from ballscrew_fmu.checks.replay import FmuInstance
+    from ballscrew_tehl.friction.baselines import nsk_torque, zhou_torque
+    from ballscrew_tehl.parameters.file import load_parameters
+    from ballscrew_tehl.validation.tables import table_text, validation_tables
 
     with FmuInstance(fmu) as instance:
 
@@ -248,10 +248,10 @@ def recovered_preload(fmu: Path, parameters: Any, kind: Any = None) -> str:
 
     Raises       CheckError: a torque of the table is beyond what the map gives
     """
-    from ballscrew_fmu.monitor_check import table3
-    from ballscrew_fmu.replay import FmuInstance
-    from ballscrew_tehl.parameters import load_parameters
-    from ballscrew_tehl.validation import mean_deviations
+    from ballscrew_fmu.checks.monitor_check import table3
+    from ballscrew_fmu.checks.replay import FmuInstance
+    from ballscrew_tehl.parameters.file import load_parameters
+    from ballscrew_tehl.validation.tables import mean_deviations
 
     if parameters.screw != load_parameters().screw:
         return ""
@@ -270,12 +270,12 @@ def build_native(
 
     Raises       CheckError; BuildError or SourceError: they cannot be compiled
     """
+    from ballscrew_fmu.checks.replay import FmuInstance
+    from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
     from ballscrew_fmu.models import MONITOR
-    from ballscrew_fmu.native_build import PLATFORMS
-    from ballscrew_fmu.native_package import Reference, build_native_fmu, native_file_name
-    from ballscrew_fmu.replay import FmuInstance
-    from ballscrew_fmu.replay_fmi3 import Fmu3Instance
-    from ballscrew_fmu.validation_report import validation_report
+    from ballscrew_fmu.native_fmu.compile import PLATFORMS
+    from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu, native_file_name
+    from ballscrew_fmu.pages.validation import validation_report
 
     reference = Reference(STEP, *reference_results(nut_map, model))
     report = validation_report(parameters, nut_map)
@@ -299,7 +299,7 @@ def build(
     Raises       CheckError, BuildError, SourceError: nothing is delivered; OSError: the folder cannot be written
     """
     from ballscrew_fmu.models import FRICTION, MODELS, MONITOR
-    from ballscrew_fmu.package import build_fmu
+    from ballscrew_fmu.python_fmu.package import build_fmu
 
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".build_") as scratch:
@@ -326,8 +326,8 @@ def main(arguments: list[str] | None = None) -> int:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-        from ballscrew_fmu.native_build import BuildError
-        from ballscrew_fmu.native_sources import SourceError
+        from ballscrew_fmu.native_fmu.compile import BuildError
+        from ballscrew_fmu.native_fmu.sources import SourceError
     except ImportError as error:
         return _complain(f"{error}; install the project first: python -m pip install -e {ROOT}")
     columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())

@@ -17,10 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, ball_contact
 from ballscrew_tehl.contact.solve import solve_contact
-from ballscrew_tehl.hertz import RACEWAYS
-from ballscrew_tehl.nut_map.operating_contact import UnconvergedContactError, ball_contact
-from ballscrew_tehl.parameters import changed, load_parameters
+from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.physics.hertz import RACEWAYS
 
 LOAD, TEMPERATURE = 40.0, 303.0  # N, K
 SPEEDS = (50.0, 200.0, 500.0, 1000.0, 2000.0, 3000.0)  # r/min

@@ -34,7 +34,7 @@ from fmpy.sundials import CVodeSolver
 from fmu_command import run_with_fmu
 from matplotlib.figure import Figure
 
-from ballscrew_fmu.replay import FmuInstance
+from ballscrew_fmu.checks.replay import FmuInstance
 
 FMU = Path(__file__).resolve().parents[1] / "dist" / "BallScrewFrictionNative_fmi2.fmu"
 INERTIA, AMPLITUDE, FREQUENCY = 0.01, 1.5, 2.0  # [kg m2], [N m], [Hz]

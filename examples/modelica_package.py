@@ -25,11 +25,17 @@ from typing import Any, NoReturn
 
 from rich.console import Console
 
-from ballscrew_fmu.native_build import COMPILER_OPTIONS, PLATFORMS, WARNINGS, BuildError, compiler_version
-from ballscrew_fmu.native_map import MAP_FILE, map_bytes
-from ballscrew_fmu.native_sources import native_sources
-from ballscrew_tehl.nut_map.store import load_map
-from ballscrew_tehl.parameters import load_parameters
+from ballscrew_fmu.native_fmu.compile import (
+    COMPILER_OPTIONS,
+    PLATFORMS,
+    WARNINGS,
+    BuildError,
+    compiler_version,
+)
+from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_fmu.native_fmu.sources import native_sources
+from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.parameters.file import load_parameters
 
 NAME = "BallScrewFriction"
 SOURCE = Path(__file__).resolve().parent / "modelica" / NAME

@@ -34,11 +34,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.stats import t as student
 
-from ballscrew_fmu.replay import FmuInstance
-from ballscrew_tehl.nut_map.evaluate import NutMap
-from ballscrew_tehl.nut_map.store import load_map
-from ballscrew_tehl.parameters import load_parameters
-from ballscrew_tehl.torque import preload_from_torque
+from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_tehl.friction.torque import preload_from_torque
+from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.runtime.evaluate import NutMap
 
 NOISE = 0.02
 KELVIN = 273.15
@@ -214,7 +214,9 @@ def streamed(fmu: Any, batches: list[Batch], period: float = 1.0) -> list[Stream
                 if monitor.get("in_range"):
                     told.append(monitor.get("preload", "preload_half_width"))
             preload, deviation = np.array(told).T
-            found.append(Streamed(float(preload.mean()), float(np.sqrt(np.sum(deviation**2))) / len(told), len(told)))
+            found.append(
+                Streamed(float(preload.mean()), float(np.sqrt(np.sum(deviation**2))) / len(told), len(told))
+            )
     return found
 
 
@@ -272,7 +274,9 @@ def plot(result: dict[str, Any], path: Any) -> None:
 def command_line(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--plot", metavar="FILE.png", help="draw one life to this file")
-    parser.add_argument("--fmu", type=Path, help="BallScrewPreloadMonitor, FMI 2.0: run a life through it as well")
+    parser.add_argument(
+        "--fmu", type=Path, help="BallScrewPreloadMonitor, FMI 2.0: run a life through it as well"
+    )
     options = parser.parse_args(arguments)
     if options.fmu and not zipfile.is_zipfile(options.fmu):
         print(f"preload_monitoring.py: {options.fmu} is no FMU; run build_fmu.py first", file=sys.stderr)

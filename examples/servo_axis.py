@@ -153,9 +153,7 @@ class Run(NamedTuple):
     in_range: bool  # the map covered every step
 
 
-def simulate(
-    axis: Axis, motion: Motion, friction: FrictionFmu | None = None, parallel: bool = False
-) -> Run:
+def simulate(axis: Axis, motion: Motion, friction: FrictionFmu | None = None, parallel: bool = False) -> Run:
     """Axis from rest along a motion.
 
     Parameters   parallel : axis and friction both step with the values of the last communication point, so that

@@ -22,9 +22,9 @@ import servo_axis_slave as slave
 import servo_drive
 from servo_drive import Axis
 
-from ballscrew_fmu import process_end
-from ballscrew_fmu.package import NAMESPACE, write_fmu
-from ballscrew_fmu.variables import UNITS, Unit
+from ballscrew_fmu.archive import NAMESPACE, write_fmu
+from ballscrew_fmu.python_fmu import process_end
+from ballscrew_fmu.variables.friction import UNITS, Unit
 
 NAME = "ServoAxis"
 TABLE = {**slave.INPUTS, **slave.OUTPUTS, **slave.PARAMETERS}  # unit and description by name
@@ -63,7 +63,10 @@ def _sources() -> dict[str, str]:
 def _renamed(sources: Mapping[str, str]) -> dict[str, str]:
     """Files of the FMU by name: modules and their imports of each other marked by the content."""
     mark = hashlib.sha256("".join(sources.values()).encode()).hexdigest()[:12]
-    imports = {"servo_drive": f"_servo_drive_{mark}", "ballscrew_fmu.process_end": f"_process_end_{mark}"}
+    imports = {
+        "servo_drive": f"_servo_drive_{mark}",
+        "ballscrew_fmu.python_fmu.process_end": f"_process_end_{mark}",
+    }
     files = {slave.AXIS_FILE: sources[slave.AXIS_FILE]}
     script = sources[NAME]
     for module, name in imports.items():

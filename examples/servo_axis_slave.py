@@ -13,7 +13,7 @@ from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
 from servo_drive import Axis, Drive, on_circle
 
-from ballscrew_fmu.process_end import reset_at_exit
+from ballscrew_fmu.python_fmu.process_end import reset_at_exit
 
 AXIS_FILE = "axis.json"  # the values of Axis, in the resources
 INPUTS = {"friction_torque": ("N.m", "Torque that opposes positive speed")}

@@ -16,7 +16,7 @@ import fmpy
 from fmpy.ssp.ssd import Component as SsdComponent
 from fmpy.ssp.ssd import ParameterSet, read_ssd
 
-from ballscrew_fmu.package import write_fmu
+from ballscrew_fmu.archive import write_fmu
 
 SPACES = {
     name: f"http://ssp-standard.org/SSP1/SystemStructure{long}"

@@ -30,7 +30,7 @@ import numpy as np
 from fmu_command import run_with_fmu
 from matplotlib.figure import Figure
 
-from ballscrew_fmu.replay import FmuInstance
+from ballscrew_fmu.checks.replay import FmuInstance
 
 FMU = Path(__file__).resolve().parents[1] / "dist" / "BallScrewFrictionNative_fmi2.fmu"
 INERTIA = 0.01  # [kg m2]

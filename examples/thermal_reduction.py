@@ -22,11 +22,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ballscrew_tehl.contact.solve import ContactConditions, ContactSolution, SolverOptions, solve_contact
-from ballscrew_tehl.film import thermal_load_parameter, wilson_sheu
-from ballscrew_tehl.lubricant import viscosity
-from ballscrew_tehl.nut_map.operating_contact import UnconvergedContactError, ball_contact
-from ballscrew_tehl.parameters import LubricantParameters, load_parameters
+from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, ball_contact
+from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
+from ballscrew_tehl.contact.solve import ContactSolution, solve_contact
+from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.oil import LubricantParameters
+from ballscrew_tehl.physics.film import thermal_load_parameter, wilson_sheu
+from ballscrew_tehl.physics.lubricant import viscosity
 
 LOAD, TEMPERATURE = 40.0, 303.0  # N, K
 SPEEDS = (1000.0, 3000.0)  # r/min of the screw

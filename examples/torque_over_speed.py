@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ballscrew_tehl.measurements import packaged_measurements
-from ballscrew_tehl.nut_map.store import load_map
-from ballscrew_tehl.parameters import load_parameters
+from ballscrew_tehl.calibration.measurements import packaged_measurements
+from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.parameters.file import load_parameters
 
 PRELOADS = (1000.0, 2000.0, 4000.0, 6000.0)  # N
 TEMPERATURE = 303.0  # K

@@ -39,7 +39,7 @@ from fmu_command import run_with_fmu
 from matplotlib.figure import Figure
 from scipy.linalg import expm
 
-from ballscrew_fmu.replay import FmuInstance
+from ballscrew_fmu.checks.replay import FmuInstance
 
 FMU = Path(__file__).resolve().parents[1] / "dist" / "BallScrewFriction.fmu"
 KELVIN = 273.15

@@ -10,7 +10,7 @@ import hypothesis
 import pytest
 from synthetic_map import make_map
 
-from ballscrew_tehl.nut_map.evaluate import NutMap
+from ballscrew_tehl.runtime.evaluate import NutMap
 
 # the same examples in every run, however slow the machine: a red run must mean a changed program
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from ballscrew_fmu.monitor_variables import monitor_variables, native_monitor_variables
-from ballscrew_fmu.variables import Variable, fmu_variables, native_variables
+from ballscrew_fmu.variables.friction import Variable, fmu_variables, native_variables
+from ballscrew_fmu.variables.monitor import monitor_variables, native_monitor_variables
 
 Table = Callable[[Mapping[str, Any]], tuple[Variable, ...]]
 
@@ -34,8 +34,8 @@ FRICTION = FmuModel(
     "Friction torque of a preloaded double-nut ball screw",
     fmu_variables,
     native_variables,
-    "ballscrew_fmu.slave",
-    (("ballscrew_fmu.slave", "slave"), ("ballscrew_fmu.solver_cache", "solver_cache")),
+    "ballscrew_fmu.python_fmu.slave",
+    (("ballscrew_fmu.python_fmu.slave", "slave"), ("ballscrew_fmu.python_fmu.solver_cache", "solver_cache")),
     refines=True,
     layer="friction",
     derivatives=True,
@@ -51,11 +51,11 @@ MONITOR = FmuModel(
     "Preload of a double-nut ball screw from its measured friction torque",
     monitor_variables,
     native_monitor_variables,
-    "ballscrew_fmu.monitor_slave",
+    "ballscrew_fmu.python_fmu.monitor_slave",
     (
-        ("ballscrew_fmu.monitor_slave", "monitor_slave"),
-        ("ballscrew_fmu.monitor_variables", "monitor_variables"),
-        ("ballscrew_tehl.nut_map.preload", "preload"),
+        ("ballscrew_fmu.python_fmu.monitor_slave", "monitor_slave"),
+        ("ballscrew_fmu.variables.monitor", "monitor_variables"),
+        ("ballscrew_tehl.runtime.preload", "preload"),
     ),
     refines=False,
     layer="monitor",

@@ -23,13 +23,14 @@ from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1]))  # run as a script
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
 from contact_cases import OIL, STEEL, conditions
 from reference_screw import published_rows
 
-from ballscrew_tehl.contact import reynolds
+from ballscrew_tehl.contact.conditions import SolverOptions
+from ballscrew_tehl.contact.film import reynolds
 from ballscrew_tehl.contact.moes import solve_moes
-from ballscrew_tehl.contact.solve import ContactSolution, SolverOptions, solve_contact
+from ballscrew_tehl.contact.solve import ContactSolution, solve_contact
 
 #: rheology, M, L, ratio of rows of the table
 CASES = [

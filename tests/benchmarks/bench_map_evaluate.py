@@ -15,9 +15,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
-from ballscrew_tehl.nut_map.packed import SURFACES
-from ballscrew_tehl.nut_map.store import load_map
-from ballscrew_tehl.parameters import load_parameters
+from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.runtime.packed import SURFACES
 
 
 def main() -> None:

@@ -16,18 +16,18 @@ import time
 from ctypes import c_double, c_size_t, c_uint
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))  # run as a script
-sys.path.insert(0, str(Path(__file__).parents[1] / "fmu"))
-from native_host import HERE, TOKEN, build, c_host
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
+from native_host import TOKEN, build, c_host
+from paths import NATIVE_HOSTS
 
+from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.models import FRICTION, MONITOR, FmuModel
-from ballscrew_fmu.native_build import build_libraries
-from ballscrew_fmu.native_map import MAP_FILE, map_bytes
-from ballscrew_fmu.native_sources import native_sources
-from ballscrew_fmu.package import build_fmu
-from ballscrew_fmu.replay import FmuInstance
-from ballscrew_tehl.nut_map.store import load_map
-from ballscrew_tehl.parameters import load_parameters
+from ballscrew_fmu.native_fmu.compile import build_libraries
+from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_fmu.native_fmu.sources import native_sources
+from ballscrew_fmu.python_fmu.package import build_fmu
+from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.parameters.file import load_parameters
 
 REPETITIONS, CALLS = 1001, 300
 PYTHON = "python"
@@ -60,7 +60,7 @@ def host_command(folder: Path, nut_map, model: FmuModel = FRICTION) -> list[str]
     which = () if model is FRICTION else ("-DMONITOR",)
     host = c_host(folder / "host", nut_map, "step_costs", "-O2", *which, runtime=False)
     options = ["-std=c99", "-O2", "-shared", "-fPIC"]
-    build(folder / "host", options, folder / "table.so", [str(HERE / "table_fmu.c")])
+    build(folder / "host", options, folder / "table.so", [str(NATIVE_HOSTS / "table_fmu.c")])
     return [str(host), str(folder / "native.so"), TOKEN, folder.as_uri(), str(folder / "table.so")]
 
 

@@ -9,11 +9,11 @@ import tempfile
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))  # run as a script
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
 from synthetic_map import make_map
 
-from ballscrew_fmu.package import build_fmu
-from ballscrew_fmu.replay import FmuInstance
+from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_fmu.python_fmu.package import build_fmu
 
 TARGET = 25e-6  # [s] more than the empty slave is what a step of the map may cost
 EMPTY = """

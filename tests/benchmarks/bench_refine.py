@@ -22,20 +22,21 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2] / "examples"))  # run as a script
 import servo_axis
 
-from ballscrew_fmu.package import build_fmu
-from ballscrew_tehl.friction_set import FrictionSet
-from ballscrew_tehl.nut_map.direct import DirectFilm
-from ballscrew_tehl.nut_map.evaluate import NutMap
-from ballscrew_tehl.nut_map.refine import Refinement
-from ballscrew_tehl.nut_map.store import load_map
-from ballscrew_tehl.parameters import Parameters, changed, load_parameters
-from ballscrew_tehl.torque import double_nut_torque
+from ballscrew_fmu.python_fmu.package import build_fmu
+from ballscrew_tehl.friction.sets import FrictionSet
+from ballscrew_tehl.friction.torque import double_nut_torque
+from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.screw import Parameters
+from ballscrew_tehl.refinement.direct import DirectFilm
+from ballscrew_tehl.refinement.refine import Refinement
+from ballscrew_tehl.runtime.evaluate import NutMap
 
 FIRST_STEP, LATER_STEP = 0.3, 0.05  # [s] targets
 CACHES = ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME")
 START = """
 import json, sys, time
-from ballscrew_fmu.replay import FmuInstance
+from ballscrew_fmu.checks.replay import FmuInstance
 
 def seconds(call, *arguments, **inputs):
     begun = time.perf_counter()

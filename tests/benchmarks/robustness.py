@@ -17,17 +17,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-sys.path.insert(0, str(Path(__file__).parents[1]))  # run as a script
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
 
 import numpy as np
 from reference_screw import GD4008
 from rich.progress import Progress
 from scipy.stats import qmc
 
+from ballscrew_tehl.contact.ball_contact import ball_contact
+from ballscrew_tehl.contact.conditions import SolverOptions
 from ballscrew_tehl.contact.moes import solve_moes
-from ballscrew_tehl.contact.solve import ContactSolution, SolverOptions, solve_contact
-from ballscrew_tehl.nut_map.operating_contact import ball_contact
-from ballscrew_tehl.parameters import changed
+from ballscrew_tehl.contact.solve import ContactSolution, solve_contact
+from ballscrew_tehl.parameters.file import changed
 
 
 class Outcome(NamedTuple):

@@ -8,9 +8,9 @@ import pytest
 import stub_solver
 from native_reference import REFERENCE, VALIDATION
 
-from ballscrew_fmu.native_package import build_native_fmu, native_file_name
-from ballscrew_fmu.package import build_fmu
-from ballscrew_fmu.replay import FmuInstance
+from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
+from ballscrew_fmu.python_fmu.package import build_fmu
 
 
 @pytest.fixture(scope="session")

@@ -19,10 +19,10 @@ from contact_cases import (
 )
 from scipy.integrate import quad, trapezoid
 
-from ballscrew_tehl import lubricant
-from ballscrew_tehl.contact.grid import Grid
+from ballscrew_tehl.contact.half_space.grid import Grid
 from ballscrew_tehl.contact.moes import ISOTHERMAL, reference_oil
 from ballscrew_tehl.contact.problem import ContactProblem
+from ballscrew_tehl.physics import lubricant
 
 GIVEN = {"x_in": -4.0, "x_out": 1.5, "y_max": 1.5}  # a domain that is given has P = 0 on its edges
 ISOTHERMAL_CASES = {

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from contact_cases import CIRCLE, LONG, conditions, grid_film, moes, solved
 
-from ballscrew_tehl.contact import kernels
-from ballscrew_tehl.contact.elastic import deflection_operator
-from ballscrew_tehl.contact.grid import Grid, graded_grid, uniform_grid
-from ballscrew_tehl.contact.reynolds import ContactGeometry, GridChoice
-from ballscrew_tehl.hertz import ellipse
+from ballscrew_tehl.contact.film import kernels
+from ballscrew_tehl.contact.film.reynolds import ContactGeometry, GridChoice
+from ballscrew_tehl.contact.half_space.deflection import deflection_operator
+from ballscrew_tehl.contact.half_space.grid import Grid, graded_grid, uniform_grid
+from ballscrew_tehl.physics.hertz import ellipse
 
 
 def fitted_order(sizes, errors):

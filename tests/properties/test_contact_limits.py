@@ -9,9 +9,10 @@ from contact_cases import CIRCLE, LONG, OIL, STEEL, conditions, grid_film, moes,
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import spsolve
 
+from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
 from ballscrew_tehl.contact.moes import reference_oil
 from ballscrew_tehl.contact.problem import ContactProblem
-from ballscrew_tehl.contact.solve import ContactConditions, SolverOptions, solve_contact
+from ballscrew_tehl.contact.solve import solve_contact
 
 # --- vanishing speed: Hertz --------------------------------------------------------------------------------------
 

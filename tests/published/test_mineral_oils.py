@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from reference_screw import published_rows
 
-from ballscrew_tehl import oil_grade
-from ballscrew_tehl.lubricant import ambient_density, eta0
-from ballscrew_tehl.oil_grade import PARAFFINIC_VGC as VGC
-from ballscrew_tehl.oil_grade import (
+from ballscrew_tehl.parameters import mineral_oil as oil_grade
+from ballscrew_tehl.parameters.file import graded_oil
+from ballscrew_tehl.parameters.mineral_oil import PARAFFINIC_VGC as VGC
+from ballscrew_tehl.parameters.mineral_oil import (
     T_15C,
     T_40C,
     VGC_TOLERANCE,
@@ -15,7 +15,7 @@ from ballscrew_tehl.oil_grade import (
     density_at,
     kinematic_viscosity_d341,
 )
-from ballscrew_tehl.parameters import graded_oil
+from ballscrew_tehl.physics.lubricant import ambient_density, eta0
 
 T = {"30": 303.15, "60": 333.15, "100": 373.15}
 #: where the table of pressure-viscosity coefficients gives no density; 3 % of it move alpha by less than 0.1 %
@@ -61,7 +61,10 @@ def test_exponent_of_roelands_follows_measured_coefficients_as_stated():
 
 
 def test_the_other_rules_are_off_as_stated():
-    for rule, mean, rms in ((so_klaus, 0.10, 0.17), (lambda row, t, eta: oil_grade.agma_925(eta), -0.24, 0.25)):
+    for rule, mean, rms in (
+        (so_klaus, 0.10, 0.17),
+        (lambda row, t, eta: oil_grade.agma_925(eta), -0.24, 0.25),
+    ):
         found = deviations(rule)
         assert round(float(found.mean()), 2) == mean
         assert round(float(np.sqrt(np.mean(found**2))), 2) == rms

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import film as film_formulas
-from ..hertz import HertzContact, ellipse
-from ..parameters import LubricantParameters
-from .grid import INLET_SHAPE, Array
-from .reynolds import GridChoice
+from ..parameters.file import LubricantParameters
+from ..physics import film as film_formulas
+from ..physics.hertz import HertzContact, ellipse
+from .film.reynolds import GridChoice
+from .half_space.grid import INLET_SHAPE, Array
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-from ..parameters import LubricantParameters, SolidParameters
+from ..parameters.file import LubricantParameters, SolidParameters
 from .solve import ContactConditions, ContactSolution, SolverOptions, solve_contact
 
 #: oil, steel and scale of the reference tables: alpha [1/Pa], eta0 [Pa s], p_r [Pa], E' [Pa]; R_x [m] drops out

@@ -12,14 +12,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..parameters import LubricantParameters, SolidParameters
-from . import energy, film_flow
+from ..parameters.file import LubricantParameters, SolidParameters
 from .conditions import ContactConditions, SolverOptions, cells_in_inlet, expected_grid, scales_of
-from .elastic import LineConvolution
-from .grid import Array
-from .oil import oil_table
-from .reynolds import GridChoice, LinePreconditioner, NewtonHistory, ReynoldsState, contact_geometry, stalled
-from .walls import wall_operator
+from .film import energy
+from .film import flow as film_flow
+from .film.oil import oil_table
+from .film.reynolds import (
+    GridChoice,
+    LinePreconditioner,
+    NewtonHistory,
+    ReynoldsState,
+    contact_geometry,
+    stalled,
+)
+from .half_space.deflection import LineConvolution
+from .half_space.grid import Array
+from .half_space.walls import wall_operator
 
 #: share of the change of one outer iteration that is taken at first; Aitken's rule then finds it, but no less than
 OUTER_STEP = 0.6

@@ -11,9 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..hertz import HertzContact
-from ..parameters import LubricantParameters, SolidParameters
-from . import energy
+from ..parameters.file import LubricantParameters, SolidParameters
+from ..physics.hertz import HertzContact
 from .conditions import (
     DEFAULT_OPTIONS,
     ContactConditions,
@@ -23,9 +22,10 @@ from .conditions import (
     inlet_length,
     scales_of,
 )
-from .grid import Array, Grid
+from .film import energy
+from .film.reynolds import LEAST_PRESSURE, TARGET_LOAD, GridChoice, NewtonHistory, ReynoldsState
+from .half_space.grid import Array, Grid
 from .problem import ContactProblem, Iteration
-from .reynolds import LEAST_PRESSURE, TARGET_LOAD, GridChoice, NewtonHistory, ReynoldsState
 
 __all__ = ["DEFAULT_OPTIONS", "ContactConditions", "ContactSolution", "SolverOptions", "solve_contact"]
 

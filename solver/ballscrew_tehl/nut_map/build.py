@@ -2,70 +2,31 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import threading
-import time
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from collections.abc import Mapping
+from concurrent.futures import Executor, as_completed
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .. import __version__
-from ..hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ..load import contact_angle_at_ball_load, double_nut_loads, nut_loads, separation_load
-from ..parameters import Parameters
-from ..torque import nut_sums
+from ..contact.ball_contact import solve_ball
+from ..friction.torque import nut_sums
+from ..parameters.file import Parameters
+from ..parameters.identity import map_parameters_json
+from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ..physics.load import contact_angle_at_ball_load, double_nut_loads, nut_loads, separation_load
+from ..runtime.bspline import map_arrays
+from ..runtime.packed import FORCE_CURVES
 from . import sampling
-from .bspline import map_arrays
 from .contact_map import FILMS, QUANTITIES, Array, ContactAxes, ContactMap
+from .grid import BuiltMap, MapGrid, contact_axes
 from .journal import Journal, Solved
-from .operating_contact import solve_ball
-from .packed import FORCE_CURVES
-from .store import map_parameters_json
+from .workers import Progress, worker_pool
 
-RPM = np.pi / 30.0
 #: speeds of one load and temperature that a process solves at a time: what an interrupt can lose
 PIECE = 4
-#: called with (finished, total, what) while a build runs
-Progress = Callable[[int, int, str], None]
-
-
-@dataclass(frozen=True)
-class MapGrid:
-    """Range and nodes of a map.
-
-    force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; the force goes lower than
-    the preload, for an axial load relieves one nut; share: nodes of the axial load from 0 to the separation load;
-    contact_nodes: of ball load, speed, temperature, to begin with. Axes are halved up to contact_most nodes; of the new
-    nodes those are solved whose film is estimated to be off by more than contact_tolerance (sampling.py).
-    """
-
-    force: tuple[float, float, int] = (12.0, 12000.0, 31)
-    speed: tuple[float, float, int] = (5.0 * RPM, 6000.0 * RPM, 33)
-    temperature: tuple[float, float, int] = (283.15, 353.15, 17)
-    preload: tuple[float, float, int] = (120.0, 12000.0, 13)
-    share_nodes: int = 21
-    contact_nodes: tuple[int, int, int] = (5, 9, 5)
-    contact_most: tuple[int, int, int] = (33, 33, 17)
-    contact_tolerance: float = 2e-3
-
-
-def contact_axes(parameters: Parameters, grid: MapGrid) -> ContactAxes:
-    """Sampling axes that hold every ball load of nuts that are not relieved: ContactMap continues below it."""
-    screw = parameters.screw
-    lightest = float(nut_loads(screw, grid.preload[0], screw.ball_count).min())
-    heaviest = float(nut_loads(screw, grid.force[1], screw.loaded_ball_count).max())
-    n_load, n_speed, n_temperature = grid.contact_nodes
-    return ContactAxes(
-        (0.98 * lightest, 1.02 * heaviest, n_load),
-        (*grid.speed[:2], n_speed),
-        (*grid.temperature[:2], n_temperature),
-    )
 
 
 def _solve_row(
@@ -83,36 +44,6 @@ def _solve_row(
         for name, value in zip(QUANTITIES, values, strict=True):
             row[name][i] = value
     return row
-
-
-def _leave_with_parent() -> None:
-    """A worker whose build was killed stops instead of working on for nobody."""
-    parent = os.getppid()
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(1.0)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-
-
-@contextmanager
-def worker_pool(workers: int | None) -> Iterator[Executor]:
-    """Processes, None: one per core; one BLAS thread each: matrices are small, two pools of threads would fight."""
-    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
-    os.environ.update(dict.fromkeys(names, "1"))
-    try:
-        spawn = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers or os.cpu_count(), spawn, _leave_with_parent) as pool:
-            yield pool
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
 
 
 def build_contact_map(
@@ -292,15 +223,6 @@ def sharing_values(parameters: Parameters, grid: MapGrid) -> tuple[Array, Array]
 
 def _nodes(grid: MapGrid) -> tuple[Array, Array, Array]:
     return np.geomspace(*grid.force), np.geomspace(*grid.speed), np.linspace(*grid.temperature)
-
-
-@dataclass(frozen=True)
-class BuiltMap:
-    """A whole map before it is stored: header without friction defaults, spline arrays per film model, samples."""
-
-    header: dict[str, Any]
-    arrays: dict[str, dict[str, Array]]
-    contact_map: ContactMap
 
 
 def build_map(

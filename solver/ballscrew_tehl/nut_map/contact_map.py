@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..film import central_film_estimate, moes_groups
-from ..hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ..kinematics import surface_speeds
-from ..load import contact_angle_at_ball_load
-from ..parameters import Parameters
-from .bspline import cubic_weights, fit
+from ..parameters.file import Parameters
+from ..physics.film import central_film_estimate, moes_groups
+from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ..physics.kinematics import surface_speeds
+from ..physics.load import contact_angle_at_ball_load
+from ..runtime.bspline import cubic_weights, fit
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ import numpy as np
 from filelock import FileLock, Timeout
 from numpy.typing import NDArray
 
-from ..hertz import RACEWAYS
+from ..physics.hertz import RACEWAYS
 from .contact_map import QUANTITIES, Array, ContactAxes
 
 JOURNAL_FORMAT = 1

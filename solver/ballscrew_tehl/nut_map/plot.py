@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..hertz import RACEWAYS
-from ..measurements import CELSIUS, RPM
+from ..parameters.units import CELSIUS, RPM
+from ..physics.hertz import RACEWAYS
+from ..runtime.evaluate import DoubleNutState, NutMap
+from ..runtime.packed import POINT
 from .contact_map import Array, ContactMap
-from .evaluate import DoubleNutState, NutMap
-from .packed import POINT
 from .sampling import halvable
 
 if TYPE_CHECKING:

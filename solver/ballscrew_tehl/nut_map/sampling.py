@@ -13,8 +13,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from ..hertz import RACEWAYS
-from .bspline import LEAST_NODES, cubic_weights, fit
+from ..physics.hertz import RACEWAYS
+from ..runtime.bspline import LEAST_NODES, cubic_weights, fit
 from .contact_map import FILMS, Array, ContactAxes, ContactMap, film_formula
 
 Mask = NDArray[np.bool_]

@@ -8,13 +8,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..film import central_film_estimate, film_groups
-from ..hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ..kinematics import surface_speeds
-from ..lubricant import pressure_viscosity, section_2_3
-from ..measurements import PACKAGED_DATA, RPM, read_rows
-from ..parameters import Parameters, ScrewParameters
-from ..validation import ASSUMED_TEMPERATURE, ValidationTable
+from ..calibration.measurements import read_rows
+from ..parameters.file import Parameters, ScrewParameters
+from ..parameters.packaged_data import PACKAGED_DATA
+from ..parameters.units import RPM
+from ..physics.film import central_film_estimate, film_groups
+from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ..physics.kinematics import surface_speeds
+from ..physics.lubricant import pressure_viscosity, section_2_3
+from ..validation.tables import ASSUMED_TEMPERATURE, ValidationTable
 from .material import Friction
 
 PACKAGED_CLAIMS = PACKAGED_DATA / "zhao2023_claims.csv"

@@ -7,13 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..friction import net_sliding_share, no_slip_position
-from ..hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ..kinematics import surface_speeds
-from ..lubricant import eta0, relative_density, section_2_3, temperature_slope, viscosity
-from ..measurements import PACKAGED_TORQUE, RPM, read_rows
-from ..parameters import changed
-from ..validation import ASSUMED_TEMPERATURE
+from ..calibration.measurements import PACKAGED_TORQUE, read_rows
+from ..friction.parts import net_sliding_share, no_slip_position
+from ..parameters.file import changed
+from ..parameters.units import RPM
+from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ..physics.kinematics import surface_speeds
+from ..physics.lubricant import eta0, relative_density, section_2_3, temperature_slope, viscosity
+from ..validation.tables import ASSUMED_TEMPERATURE
 from .material import Material
 
 #: operating point of the torques below: preload [N], speed [rad/s]; both fall into the measured range

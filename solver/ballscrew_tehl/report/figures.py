@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..baselines import nsk_torque, zhou_torque
-from ..hertz import RACEWAYS
-from ..measurements import CELSIUS, RPM, packaged_measurements
+from ..calibration.measurements import packaged_measurements
+from ..friction.baselines import nsk_torque, zhou_torque
 from ..nut_map.plot import map_figure
-from ..validation import ASSUMED_TEMPERATURE, MODELS
+from ..parameters.units import CELSIUS, RPM
+from ..physics.hertz import RACEWAYS
+from ..validation.tables import ASSUMED_TEMPERATURE, MODELS
 from .material import BallLoads, Material
 
 if TYPE_CHECKING:
@@ -207,11 +208,15 @@ def nut_forces(balls: BallLoads) -> str:
     """Axial forces of both nuts over the axial load, with the load at which the relieved nut comes free."""
     figure, axes = _figure()
     side = balls.words.side
-    for force, label, colour in zip(balls.forces, (f"relieved {side}", f"loaded {side}"), COLOURS, strict=False):
+    for force, label, colour in zip(
+        balls.forces, (f"relieved {side}", f"loaded {side}"), COLOURS, strict=False
+    ):
         axes.plot(balls.axial_loads / 1000.0, force / 1000.0, color=colour, linewidth=2, label=label)
     axes.axvline(balls.separation / 1000.0, color="0.4", linestyle=":", label=f"relieved {side} comes free")
     axes.set_ylim(bottom=0.0)
-    _finish(axes, "axial load [kN]", f"axial force of the {side} [kN]", f"preload {balls.preload / 1000:.3g} kN")
+    _finish(
+        axes, "axial load [kN]", f"axial force of the {side} [kN]", f"preload {balls.preload / 1000:.3g} kN"
+    )
     axes.legend(loc="upper left")
     return figure_address(figure, "svg")
 

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..contact_validation import LOAD, PRELOAD, SPEED
-from ..friction_set import FrictionSet, default_friction_set, load_friction_sets
-from ..hertz import RACEWAYS
-from ..kinematics import KINEMATICS
-from ..load import DoubleNutLoads, double_nut_loads, separation_load
-from ..measurements import RPM
+from ..friction.sets import FrictionSet, default_friction_set, load_friction_sets
 from ..nut_map.contact_map import Array
-from ..nut_map.evaluate import NutMap
+from ..nut_map.file import load_contact_map, load_map
 from ..nut_map.plot import MapPicture, map_picture
-from ..nut_map.store import load_contact_map, load_map
-from ..parameters import Parameters, changed, load_parameters
-from ..validation import ValidationTable, validation_tables
+from ..parameters.file import Parameters, changed, load_parameters
+from ..parameters.units import RPM
+from ..physics.hertz import RACEWAYS
+from ..physics.kinematics import KINEMATICS
+from ..physics.load import DoubleNutLoads, double_nut_loads, separation_load
+from ..runtime.evaluate import NutMap
+from ..validation.section5 import LOAD, PRELOAD, SPEED
+from ..validation.tables import ValidationTable, validation_tables
 
 if TYPE_CHECKING:
     from ..contact.solve import ContactSolution
@@ -240,8 +240,8 @@ def solved_contacts(
     parameters: Parameters, point: tuple[float, float, float], progress: Progress
 ) -> tuple[SolvedContact, ...]:
     """Thermal solves of both raceways with every kinematics that the screw has data for."""
+    from ..contact.ball_contact import ball_contact
     from ..contact.solve import solve_contact
-    from ..nut_map.operating_contact import ball_contact
 
     names = [name for name in KINEMATICS if name != "published" or parameters.published_speeds is not None]
     found: list[SolvedContact] = []

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from ..contact_validation import printed_values
-from ..hertz import RACEWAYS
-from ..measurements import RPM
+from ..parameters.units import RPM
+from ..physics.hertz import RACEWAYS
+from ..validation.section5 import printed_values
 from .claims import NEAR_WITHIN, REPRODUCED_WITHIN, VERDICTS, Claim, judged
 from .errata import Erratum
 from .material import Material, torque_of_contacts

@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .. import __version__
-from ..friction_set import FITTED, SETS
-from ..hertz import RACEWAYS
-from ..measurements import CELSIUS, RPM
+from ..friction.sets import FITTED, SETS
 from ..nut_map.plot import ERRORS, TOTALS, percent
-from ..parameters import Parameters
-from ..validation import MODELS, ValidationTable
+from ..parameters.file import Parameters
+from ..parameters.units import CELSIUS, RPM
+from ..physics.hertz import RACEWAYS
+from ..validation.tables import MODELS, ValidationTable
 from . import figures
 from .claims import VERDICTS, Claim
 from .errata import Erratum

@@ -1,0 +1,45 @@
+"""FMU archives in reproducible bytes: what the packages of Python and native FMUs share."""
+
+import io
+import os
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "https://fmi-standard.org/ballscrew-tehl")
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+class BuiltFmu(NamedTuple):
+    path: Path
+    guid: str
+    sha256: str
+    size: int  # [bytes]
+
+
+def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> None:
+    """One zip with fixed dates and order; the file appears complete or not at all.
+
+    Raises       OSError: the folder cannot be written
+    """
+    path = Path(path)
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(files, key=lambda n: (n != "modelDescription.xml", n)):
+            member = zipfile.ZipInfo(name, _EPOCH)
+            member.create_system = 3  # unix on every builder
+            member.external_attr = 0o644 << 16
+            archive.writestr(member, files[name], zipfile.ZIP_DEFLATED, 9)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(out.getvalue())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise

@@ -1,0 +1,1 @@
+"""Checks of a built FMU: validation, replay in fmpy, comparison with the map."""

@@ -1,0 +1,1 @@
+"""The native FMUs: C sources, compiler, package."""

@@ -1,0 +1,148 @@
+"""Compiles the native FMUs for five platforms through ziglang: same sources and same ziglang, same bytes.
+
+No path, date or debug information gets into a binary: the compiler runs in the folder of the sources and sees
+file names only.
+"""
+
+import importlib.util
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+from ballscrew_fmu.native_fmu.sources import is_fmi_header
+
+
+class Platform(NamedTuple):
+    target: str  # of zig
+    suffix: str  # of the shared library
+    options: tuple[str, ...]
+
+
+_ELF = ("-fPIC", "-Wl,--build-id=none", "-lm")
+PLATFORMS: Mapping[str, Platform] = {  # by platform tuple of FMI 3
+    "x86_64-linux": Platform("x86_64-linux-gnu.2.17", ".so", _ELF),
+    "aarch64-linux": Platform("aarch64-linux-gnu.2.17", ".so", _ELF),
+    "x86_64-windows": Platform("x86_64-windows-gnu", ".dll", ()),
+    "x86_64-darwin": Platform("x86_64-macos", ".dylib", ("-fPIC",)),
+    "aarch64-darwin": Platform("aarch64-macos", ".dylib", ("-fPIC",)),
+}
+# -ffp-contract=off: no fused multiply-add on aarch64, so that all platforms round alike
+COMPILER_OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden")
+WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
+TIME_LIMIT = 1800.0  # [s] for one platform; the first use of a target builds its C library stubs
+
+# fat header of macOS, big-endian: magic, count; then per slice cpu type, cpu subtype, offset, size, alignment
+_FAT_MAGIC = 0xCAFEBABE
+_FAT_ALIGNMENT = 14  # 2^14 bytes, the page of arm64
+_CPU_TYPES = {0x01000007: 3, 0x0100000C: 0}  # x86_64, arm64: subtype of all their processors
+_MACH_MAGIC_64 = 0xFEEDFACF
+_ZIG = (sys.executable, "-m", "ziglang")
+
+
+class BuildError(RuntimeError):
+    """A library cannot be built; the message is one line."""
+
+
+def compiler_version() -> str:
+    """Version of ziglang.
+
+    Raises       BuildError: it is not installed
+    """
+    if importlib.util.find_spec("ziglang") is None:
+        raise BuildError(
+            "ziglang is not installed, which compiles the native FMUs: python -m pip install ziglang, "
+            "or build with --python-only"
+        )
+    return _run([*_ZIG, "version"], Path.cwd(), "ziglang").strip()
+
+
+def build_libraries(
+    sources: Mapping[str, bytes],
+    name: str,
+    platforms: Sequence[str] = tuple(PLATFORMS),
+    advance: Callable[[str], None] = lambda platform: None,
+) -> dict[str, bytes]:
+    """Shared libraries by platform tuple.
+
+    Parameters   sources : C files and headers by name;  name : of the library, without suffix
+                 advance : called with each platform that is done
+    Raises       BuildError: ziglang is missing, or the first error of the compiler
+    """
+    compiler_version()
+    libraries = {}
+    with ThreadPoolExecutor(max_workers=min(2, os.cpu_count() or 1)) as pool:
+        running = {platform: pool.submit(_build, sources, name, platform) for platform in platforms}
+        try:
+            for platform, future in running.items():
+                libraries[platform] = future.result()
+                advance(platform)
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+    return libraries
+
+
+def universal_library(slices: Sequence[bytes]) -> bytes:
+    """One fat Mach-O of several thin ones, as lipo makes it.
+
+    Raises       BuildError: a slice is no 64-bit Mach-O of a known processor
+    """
+    page = 1 << _FAT_ALIGNMENT
+    table, body = struct.pack(">II", _FAT_MAGIC, len(slices)), b""
+    for content in slices:
+        magic, cpu_type = struct.unpack_from("<II", content)
+        if magic != _MACH_MAGIC_64 or cpu_type not in _CPU_TYPES:
+            raise BuildError(f"slice with magic {magic:#x} and processor {cpu_type:#x} is no known Mach-O")
+        body += bytes(-len(body) % page)
+        place = (page + len(body), len(content), _FAT_ALIGNMENT)
+        table += struct.pack(">IIIII", cpu_type, _CPU_TYPES[cpu_type], *place)
+        body += content
+    return table.ljust(page, b"\0") + body
+
+
+def _build(sources: Mapping[str, bytes], name: str, platform: str) -> bytes:
+    target, suffix, options = PLATFORMS[platform]
+    if platform.endswith("darwin"):
+        options = (*options, f"-Wl,-install_name,@rpath/{name}{suffix}")
+    with tempfile.TemporaryDirectory(prefix="ballscrew_native_") as scratch:
+        folder = Path(scratch)
+        (folder / "fmi").mkdir()
+        for file, content in sources.items():
+            (folder / ("fmi" if is_fmi_header(file) else ".") / file).write_bytes(content)
+        units = sorted(file for file in sources if file.endswith(".c"))
+        library = f"{name}{suffix}"
+        # FMI 3.0 headers do not pass the warnings: they count as those of the system
+        command = [
+            *_ZIG,
+            "cc",
+            "-target",
+            target,
+            "-shared",
+            *COMPILER_OPTIONS,
+            *WARNINGS,
+            "-s",
+            "-isystem",
+            "fmi",
+        ]
+        _run([*command, "-o", library, *units, *options], folder, platform)
+        return (folder / library).read_bytes()
+
+
+def _run(command: Sequence[str], folder: Path, what: str) -> str:
+    try:
+        run = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=TIME_LIMIT)
+    except subprocess.TimeoutExpired as error:
+        raise BuildError(f"{what}: the compiler did not end within {TIME_LIMIT:g} s") from error
+    except OSError as error:
+        raise BuildError(f"{what}: {' '.join(command[:4])}: {error.strerror or error}") from error
+    if run.returncode:
+        lines = [line for line in (run.stderr + run.stdout).splitlines() if line.strip()]
+        errors = [line for line in lines if "error" in line] or lines or ["no message"]
+        raise BuildError(f"{what}: the compiler failed with exit code {run.returncode}: {errors[0].strip()}")
+    return run.stdout

@@ -1,0 +1,44 @@
+"""The nut map as the file that the native FMUs read: resources/nut_map.bin."""
+
+import struct
+
+import numpy as np
+
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.packed import AXES, DEFAULTS
+
+MAP_FILE = "nut_map.bin"
+MAGIC = b"BSFMAP01"
+TORQUE_COLUMNS = 4  # surfaces that a torque needs; they come first in packed.SURFACES
+
+
+def map_bytes(nut_map: NutMap) -> bytes:
+    """Magic, size, checksum, content hash; then little-endian doubles: axes, defaults, coefficients.
+
+    The surfaces that a torque needs stand apart from the others, speed first and force last: the runtime reads
+    sixteen runs of neighbours (map.c).
+    """
+    header, arrays = nut_map.header, nut_map.arrays
+    numbers = [float(x) for name in AXES for x in header["axes"][name]]
+    numbers += [float(header["defaults"][name]) for name in DEFAULTS]
+    surfaces = arrays["coefficients"].transpose(1, 2, 0, 3)
+    parts = [
+        np.array(numbers),
+        surfaces[..., :TORQUE_COLUMNS],
+        surfaces[..., TORQUE_COLUMNS:],
+        arrays["force_coefficients"],
+        arrays["separation_coefficients"].T,
+        arrays["sharing_coefficients"].transpose(2, 0, 1),
+    ]
+    body = str(header["content_hash"]).encode()
+    body += b"".join(np.ascontiguousarray(part, dtype="<f8").tobytes() for part in parts)
+    size = len(MAGIC) + 16 + len(body)
+    return MAGIC + struct.pack("<QQ", size, checksum(body)) + body
+
+
+def checksum(data: bytes) -> int:
+    """64-bit FNV-1a hash (Fowler, Noll, Vo) over little-endian words of eight bytes."""
+    value = 14695981039346656037
+    for word in np.frombuffer(data, dtype="<u8").tolist():
+        value = (value ^ word) * 1099511628211 & 0xFFFFFFFFFFFFFFFF
+    return value

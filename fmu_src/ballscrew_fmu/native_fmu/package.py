@@ -1,0 +1,165 @@
+"""Packs the native FMUs, FMI 2.0 and FMI 3.0: libraries, sources, map, documentation, icon, reference results.
+
+Same map, code and ziglang: same bytes. The token in description and libraries is a hash of all content that the
+libraries are made from or that travels beside them.
+"""
+
+import csv
+import hashlib
+import io
+import uuid
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, write_fmu
+from ballscrew_fmu.description.native import build_description, native_description, terminals
+from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.native_fmu.compile import (
+    COMPILER_OPTIONS,
+    PLATFORMS,
+    build_libraries,
+    compiler_version,
+    universal_library,
+)
+from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_fmu.native_fmu.sources import NATIVE_NAME as NATIVE_NAME
+from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
+from ballscrew_fmu.pages.icon import icon_png, icon_svg
+from ballscrew_fmu.pages.native import NOT_VALIDATED, Validation, native_documentation
+from ballscrew_fmu.python_fmu.solver_cache import digest
+from ballscrew_tehl import __version__
+from ballscrew_tehl.runtime.evaluate import NutMap
+
+FMI2_FOLDERS = {
+    "x86_64-linux": "linux64",
+    "x86_64-windows": "win64",
+    "aarch64-linux": "aarch64-linux",
+    "aarch64-darwin": "aarch64-darwin",
+}  # and darwin64, a universal library
+UNIVERSAL = ("x86_64-darwin", "aarch64-darwin")
+REFERENCE_FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
+REFERENCE_MANIFEST = """\
+<?xml version="1.0" encoding="UTF-8"?>
+<fmiReferences xmlns:fmi-ls="http://fmi-standard.org/fmi-ls-manifest"
+    fmi-ls:fmi-ls-name="org.fmi-standard.fmi-ls-ref"
+    fmi-ls:fmi-ls-version="1.0.0-alpha.1"
+    fmi-ls:fmi-ls-description="Layered Standard providing information on related files included in an FMU.">
+  <Related type="text/csv" source="{name}_in.csv" role="other"
+      description="Inputs, each held from its time to the next, co-simulation with steps of {step:g} s"/>
+  <Related type="text/csv" source="{name}_out.csv" role="result"
+      description="Outputs at the ends of these steps, computed from the map in Python"/>
+</fmiReferences>
+"""
+
+
+class Reference(NamedTuple):
+    """Inputs held over equal steps from time 0, and the outputs at the end of each step."""
+
+    step: float  # [s]
+    inputs: Sequence[Mapping[str, Any]]
+    outputs: Sequence[Mapping[str, Any]]
+
+
+def native_files(
+    nut_map: NutMap,
+    fmi_version: int,
+    reference: Reference | None = None,
+    validation: Validation = NOT_VALIDATED,
+    platforms: Sequence[str] = tuple(PLATFORMS),
+    advance: Callable[[str], None] = lambda platform: None,
+    model: FmuModel = FRICTION,
+) -> dict[str, bytes]:
+    """Members of one native FMU by path, complete with token.
+
+    Parameters   fmi_version : 2 or 3;  platforms : to build for, of native_build.PLATFORMS
+                 advance : called with each platform that is built
+    Raises       BuildError or SourceError: one line
+    """
+    header = nut_map.header
+    zig = compiler_version()
+    tool = f"ballscrew-tehl {__version__} with ziglang {zig}"
+    files = {
+        f"resources/{MAP_FILE}": map_bytes(nut_map),
+        "terminalsAndIcons/terminalsAndIcons.xml": terminals(model),
+        "terminalsAndIcons/icon.svg": icon_svg(),
+        "terminalsAndIcons/icon.png": icon_png(),
+    }
+    if fmi_version == 2:
+        files["model.png"] = icon_png()
+    built_for = f"libraries for {', '.join(platforms)}"
+    documentation = native_documentation(header, fmi_version, built_for, validation, model)
+    files |= {f"documentation/{name}": content for name, content in documentation.items()}
+    if reference is not None:
+        files |= {
+            f"{REFERENCE_FOLDER}/{name}": text for name, text in reference_files(reference, model).items()
+        }
+
+    def complete(token: str) -> tuple[dict[str, bytes], dict[str, bytes]]:
+        """All sources; and what travels of them, with the descriptions."""
+        sources = native_sources(header, fmi_version, token, model)
+        units = sorted(name for name in sources if name.endswith(".c"))
+        shown = {f"sources/{name}": text for name, text in sources.items() if not is_fmi_header(name)}
+        shown["sources/buildDescription.xml"] = build_description(units, model)
+        shown["modelDescription.xml"] = native_description(header, fmi_version, token, tool, units, model)
+        return sources, shown
+
+    sources, shown = complete("")
+    recipe = {"recipe": " ".join((zig, *COMPILER_OPTIONS, *platforms)).encode()}
+    token = str(uuid.uuid5(NAMESPACE, digest({**files, **shown, **sources, **recipe})))
+    sources, shown = complete(token)
+    libraries = build_libraries(sources, model.native_name, platforms, advance)
+    return {**files, **shown, **_binaries(libraries, fmi_version, model.native_name)}
+
+
+def _binaries(libraries: Mapping[str, bytes], fmi_version: int, name: str) -> dict[str, bytes]:
+    if fmi_version == 2:
+        placed = {FMI2_FOLDERS[p]: (p, content) for p, content in libraries.items() if p in FMI2_FOLDERS}
+        slices = [libraries[platform] for platform in UNIVERSAL if platform in libraries]
+        if slices:
+            placed["darwin64"] = (UNIVERSAL[0], universal_library(slices))
+    else:
+        placed = {platform: (platform, content) for platform, content in libraries.items()}
+    return {
+        f"binaries/{folder}/{name}{PLATFORMS[platform].suffix}": content
+        for folder, (platform, content) in placed.items()
+    }
+
+
+def reference_files(reference: Reference, model: FmuModel = FRICTION) -> dict[str, bytes]:
+    """Manifest, inputs and outputs after the layered standard FMI-LS-REF, numbers with all their digits."""
+    texts = {"fmi-ls-manifest.xml": REFERENCE_MANIFEST.format(name=model.native_name, step=reference.step)}
+    for name, rows, shift in (("in", reference.inputs, 0), ("out", reference.outputs, 1)):
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(["time", *rows[0]])
+        for n, row in enumerate(rows):
+            time = round((n + shift) * reference.step, 12)
+            writer.writerow(
+                [repr(time)] + [str(int(v)) if isinstance(v, bool) else repr(float(v)) for v in row.values()]
+            )
+        texts[f"{model.native_name}_{name}.csv"] = out.getvalue()
+    return {name: text.encode() for name, text in texts.items()}
+
+
+def native_file_name(fmi_version: int, model: FmuModel = FRICTION) -> str:
+    return f"{model.native_name}_fmi{fmi_version}.fmu"
+
+
+def build_native_fmu(
+    nut_map: NutMap,
+    fmi_version: int,
+    path: Path | str,
+    reference: Reference | None = None,
+    validation: Validation = NOT_VALIDATED,
+    platforms: Sequence[str] = tuple(PLATFORMS),
+    advance: Callable[[str], None] = lambda platform: None,
+    model: FmuModel = FRICTION,
+) -> BuiltFmu:
+    """Build one native FMU of a map; arguments as native_files, path of the FMU to write."""
+    files = native_files(nut_map, fmi_version, reference, validation, platforms, advance, model)
+    write_fmu(path, files)
+    content = Path(path).read_bytes()
+    table = files["sources/variables.h"].decode()
+    token = table.partition('MODEL_TOKEN "')[2].partition('"')[0]
+    return BuiltFmu(Path(path), token, hashlib.sha256(content).hexdigest(), len(content))

@@ -1,0 +1,142 @@
+"""C sources of the native FMUs: the hand-written runtime, the table of variables as C, the FMI headers of fmpy.
+
+The FMI headers are needed to compile and stay out of the FMU, as the standard asks (is_fmi_header).
+"""
+
+import importlib.resources
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import fmpy
+
+from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.variables.friction import TOO_LARGE, Variable
+
+NATIVE_NAME = FRICTION.native_name
+FMI_VERSIONS = (2, 3)
+FMI_HEADERS = {
+    2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+    3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
+}
+_HERE = importlib.resources.files("ballscrew_fmu") / "native"
+
+_HEADER = """\
+/* GENERATED from the table of variables: do not edit. */
+#ifndef BALLSCREW_VARIABLES_H
+#define BALLSCREW_VARIABLES_H
+
+#include <stdbool.h>
+
+#define MODEL_NAME "{name}"
+#define MODEL_TOKEN "{token}" /* guid of FMI 2, instantiationToken of FMI 3 */
+#define MODEL_MAP "{content_hash}" /* content hash of the map */
+
+enum Reference {{
+{references},
+    VARIABLE_COUNT
+}};
+
+#define TIME_REFERENCE VARIABLE_COUNT /* FMI 3 only: the independent variable */
+#define INPUT_FIRST {first}
+#define INPUT_COUNT {inputs}
+
+enum Causality {{
+    CAUSALITY_INPUT,
+    CAUSALITY_OUTPUT,
+    CAUSALITY_PARAMETER,
+    CAUSALITY_STATE,
+    CAUSALITY_RATE,
+    CAUSALITY_INDICATOR
+}};
+
+typedef struct {{
+    const char *name;
+    enum Causality causality;
+    bool boolean;
+    double start;   /* of inputs, parameters and the state, else 0 */
+    double lowest;  /* of what may be set */
+    double nominal; /* 1 for booleans */
+}} Variable;
+
+extern const Variable model_variables[VARIABLE_COUNT];
+
+#endif
+"""
+_TABLE = """\
+/* GENERATED from the table of variables: do not edit. */
+#include "variables.h"
+
+const Variable model_variables[VARIABLE_COUNT] = {{
+{rows}
+}};
+"""
+
+
+class SourceError(RuntimeError):
+    """The sources of the native FMU are not complete."""
+
+
+def native_sources(
+    header: Mapping[str, Any], fmi_version: int, token: str, model: FmuModel = FRICTION
+) -> dict[str, bytes]:
+    """All C sources and headers of one native FMU by file name: those shared and the layer of the model.
+
+    Parameters   header : of the map (start values, content hash);  fmi_version : 2 or 3
+                 token : guid or instantiationToken that the binary expects
+    Raises       SourceError: fmpy or this package lacks a file
+    """
+    other = "fmi3" if fmi_version == 2 else "fmi2"
+    files = {
+        entry.name: entry.read_bytes()
+        for folder in (_HERE, _HERE / model.layer)
+        for entry in sorted(folder.iterdir(), key=lambda entry: entry.name)
+        if entry.name.endswith((".c", ".h")) and not entry.name.startswith((other, "variables."))
+    }
+    if f"fmi{fmi_version}.c" not in files:
+        raise SourceError(f"fmi{fmi_version}.c not found in {_HERE}; install the project again")
+    headers = Path(fmpy.__file__).parent / "c-code"
+    for name in FMI_HEADERS[fmi_version]:
+        try:
+            files[name] = (headers / name).read_bytes()
+        except OSError as error:
+            raise SourceError(f"FMI header {name} not found in {headers}; install fmpy >= 0.3.32") from error
+    return files | {name: text.encode() for name, text in variable_sources(header, token, model).items()}
+
+
+def is_fmi_header(name: str) -> bool:
+    """Whether a source is an FMI header, which every importer that compiles sources brings itself."""
+    return any(name in names for names in FMI_HEADERS.values())
+
+
+def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FRICTION) -> dict[str, str]:
+    """variables.h and variables.c: the table of variables as C.
+
+    Raises       ValueError: a token that is no plain text
+    """
+    if not re.fullmatch(r"[{}\w.-]*", token):
+        raise ValueError(f"token = {token!r}; needs letters, digits, braces, dots and dashes only")
+    table = model.native_variables(header)
+    inputs = [v for v in table if v.causality == "input"]
+    return {
+        "variables.h": _HEADER.format(
+            name=model.native_name,
+            token=token,
+            content_hash=header["content_hash"],
+            references=",\n".join(f"    {v.name.upper()}" for v in table),
+            first=inputs[0].name.upper(),
+            inputs=len(inputs),
+        ),
+        "variables.c": _TABLE.format(rows="\n".join(_row(v) for v in table)),
+    }
+
+
+def _row(v: Variable) -> str:
+    if v.causality == "local":
+        kind = "RATE" if v.derivative_of else "INDICATOR" if v.indicates else "STATE"
+    else:
+        kind = v.causality.upper()
+    lowest = 0.0 if v.causality == "parameter" else -TOO_LARGE
+    numbers = ", ".join(repr(float(x)) for x in (v.start or 0.0, lowest, v.nominal or 1.0))
+    return f'    {{"{v.name}", CAUSALITY_{kind}, {str(v.unit is None).lower()}, {numbers}}},'

@@ -1,0 +1,84 @@
+"""What the documentation of an FMU shows of its accuracy: tables beside the measurement, a plot of the torque."""
+
+import io
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from ballscrew_fmu.pages.native import Validation
+from ballscrew_tehl.calibration.measurements import packaged_measurements
+from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, MODELS, ValidationTable, validation_tables
+
+PLOT = "torque_over_speed.png"
+
+
+def validation_report(parameters: Any, nut_map: NutMap) -> Validation:
+    """Tables 2, 3 and 4 for the packaged screw, whose torque was measured; a plot for every screw."""
+    measured = parameters.screw == load_parameters().screw
+    tables = "<p>No measurement of this screw is packaged.</p>"
+    if measured:
+
+        def torque(preload: float, speed: float, temperature: float) -> float:
+            return float(_torque(nut_map, preload, speed, temperature))
+
+        bounds = tuple(nut_map.header["axes"]["force"][:2])
+        found = validation_tables(torque, preload_range=bounds)
+        tables = "\n".join(_table(table) for table in found)
+        tables += "\n<p>Measured, Zhao, Zhou, NSK: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231.</p>"
+    return Validation(tables, {PLOT: _plot(nut_map, measured)})
+
+
+def _torque(nut_map: NutMap, preload: float, speed: Any, temperature: float) -> Any:
+    state = nut_map.evaluate(preload, speed, temperature)
+    return state.viscous_torque + state.hysteresis_torque + state.sliding_torque
+
+
+def _table(table: ValidationTable) -> str:
+    digits = 3 if table.unit == "N.m" else 0
+    head = ("preload [N]", "speed [r/min]", f"measured [{table.unit}]", *MODELS)
+    rows = [
+        (
+            f"{row.preload:.0f}",
+            f"{row.speed / RPM:.0f}",
+            *(f"{x:.{digits}f}" for x in (row.measured, *row.models)),
+        )
+        for row in table.rows
+    ]
+    rows.append(("mean deviation", "", "", *(f"{100.0 * x:.2f} %" for x in table.deviations)))
+    lines = [f"<h3>{escape(table.title)}</h3>", "<table>"]
+    lines.append("<tr>" + "".join(f"<th>{escape(cell)}</th>" for cell in head) + "</tr>")
+    lines += ["<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows]
+    return "\n".join([*lines, "</table>"])
+
+
+def _plot(nut_map: NutMap, measured: bool) -> bytes:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    axes_of_map = nut_map.header["axes"]
+    highest, fastest = axes_of_map["force"][1], axes_of_map["speed"][1] / RPM
+    points = packaged_measurements(ASSUMED_TEMPERATURE) if measured else ()
+    preloads = sorted({m.preload for m in points}) or [share * highest for share in (0.05, 0.1, 0.2, 0.4)]
+    rpm = np.geomspace(max(10.0, 1e-3 * fastest), fastest, 160)
+    figure = Figure(figsize=(6.4, 3.8), layout="constrained")
+    axes = figure.add_subplot(xlabel="screw speed [r/min]", ylabel="friction torque [N m]", xscale="log")
+    for preload in preloads:
+        (line,) = axes.plot(
+            rpm, _torque(nut_map, preload, RPM * rpm, ASSUMED_TEMPERATURE), label=f"{preload / 1000:g} kN"
+        )
+        mine = [m for m in points if m.preload == preload]
+        axes.plot(
+            [m.speed / RPM for m in mine], [m.torque for m in mine], "o", color=line.get_color(), markersize=5
+        )
+    axes.set_ylim(bottom=0.0)
+    axes.grid(alpha=0.3)
+    circles = "; circles: measured" if measured else ""
+    axes.set_title(f"Oil at {ASSUMED_TEMPERATURE - 273.15:.0f} C{circles}")
+    axes.legend(title="preload", loc="upper left")
+    stream = io.BytesIO()
+    FigureCanvasAgg(figure).print_png(stream, metadata={"Software": None})
+    return stream.getvalue()

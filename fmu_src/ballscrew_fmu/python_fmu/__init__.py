@@ -1,0 +1,1 @@
+"""The FMUs for Python hosts, built with pythonfmu."""

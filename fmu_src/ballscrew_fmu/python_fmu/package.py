@@ -1,0 +1,221 @@
+"""Packs the FMU in reproducible bytes: isolated Python code, map, binaries of pythonfmu, description.
+
+Every pythonfmu FMU of a process shares one interpreter and one sys.modules. Nothing in this FMU has a name
+that another FMU, or another version of this one, could have: all code, with the few modules of pythonfmu that
+it needs, stands in one package named by the hash of its files, and the entry script carries the same hash. The
+contact solver for run-time refinement travels as sources in a folder of that package (solver_cache.py).
+"""
+
+import ast
+import hashlib
+import importlib.util
+import re
+import sys
+import uuid
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from xml.etree import ElementTree
+
+from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, write_fmu
+from ballscrew_fmu.description.fmi2 import model_description
+from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.pages.friction import documentation_files
+from ballscrew_fmu.python_fmu.slave_base import MAP_FILE
+from ballscrew_fmu.python_fmu.solver_cache import SOLVER_FOLDER, digest, solver_name
+from ballscrew_tehl import __version__
+from ballscrew_tehl.runtime.evaluate import NutMap
+
+# What a step of every model needs: module -> name inside the package of the FMU. With those of the model they import
+# each other, numpy and the standard library.
+RUNTIME_MODULES = {
+    "ballscrew_fmu.python_fmu.slave_base": "map_slave",
+    "ballscrew_fmu.python_fmu.process_end": "process_end",
+    "ballscrew_fmu.variables.friction": "variables",
+    "ballscrew_tehl.runtime.bspline": "bspline",
+    "ballscrew_tehl.runtime.evaluate": "evaluate",
+    "ballscrew_tehl.runtime.packed": "packed",
+    "ballscrew_tehl.runtime.standstill": "standstill",
+    "pythonfmu._version": "pythonfmu_version",
+    "pythonfmu.default_experiment": "default_experiment",
+    "pythonfmu.enums": "enums",
+    "pythonfmu.fmi2slave": "fmi2slave",
+    "pythonfmu.logmsg": "logmsg",
+    "pythonfmu.variables": "pythonfmu_variables",
+}
+#: what refinement needs: this module and all that it imports from its package
+SOLVER_MODULE = "ballscrew_tehl.refinement.refine"
+#: packages besides the standard library that it needs in the host
+SOLVER_NEEDS = ("numba", "numpy", "pydantic", "scipy")
+BINARIES = {
+    "linux64/libpythonfmu-export.so": "linux64/{model}.so",
+    "win64/pythonfmu-export.dll": "win64/{model}.dll",
+}
+SCRIPT = '''"""Entry of the FMU; the class must be defined here and own a method (see map_slave.py of the
+package)."""
+
+from {package}.{slave} import {model}Base
+
+
+class {model}({model}Base):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+'''
+_IMPORT = re.compile(r"^(\s*)from\s+([\w.]+)\s+import\s", re.MULTILINE)
+
+
+class PackageError(RuntimeError):
+    """The FMU cannot be packed from these sources."""
+
+
+def runtime_modules(model: FmuModel = FRICTION) -> dict[str, str]:
+    """Modules that travel, by name: their names inside the package."""
+    return RUNTIME_MODULES | dict(model.runtime)
+
+
+def runtime_sources(model: FmuModel = FRICTION) -> dict[str, str]:
+    """Source of each module that travels, by its name inside the package, with imports made relative.
+
+    Raises       PackageError: a module imports something that does not travel
+    """
+    modules = runtime_modules(model)
+    return {
+        name: _relocated(_file_of(module).read_text(encoding="utf-8"), module, modules)
+        for module, name in modules.items()
+    }
+
+
+def _file_of(module: str) -> Path:
+    spec = importlib.util.find_spec(module)
+    if spec is None or spec.origin is None:
+        raise PackageError(f"module {module} not found; install the project and pythonfmu")
+    return Path(spec.origin)
+
+
+def _relocated(source: str, module: str, modules: Mapping[str, str] = RUNTIME_MODULES) -> str:
+    """The source with every import of a travelling module made relative to the one package of the FMU."""
+    parent = module.rpartition(".")[0]
+
+    def relative(match: re.Match[str]) -> str:
+        indent, target = match.groups()
+        absolute = f"{parent}{target}" if target.startswith(".") else target
+        name = modules.get(absolute)
+        return match.group(0) if name is None else f"{indent}from .{name} import "
+
+    moved = _IMPORT.sub(relative, source)
+    for node in ast.walk(ast.parse(moved)):
+        if isinstance(node, ast.Import):
+            targets = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            inside = node.level == 1 and node.module in modules.values()
+            targets = [] if inside else ["." * node.level + (node.module or "")]
+        else:
+            continue
+        for target in targets:
+            if target.partition(".")[0] not in {"numpy", *sys.stdlib_module_names}:
+                raise PackageError(f"{module} imports {target}, which does not travel with the FMU")
+    return moved
+
+
+def solver_sources() -> dict[str, str]:
+    """Source of each module that refinement needs, by its path below the package `ballscrew_tehl`.
+
+    Raises       PackageError: a module imports what is neither below that package, by a relative import, nor in
+                 SOLVER_NEEDS
+    """
+    root = SOLVER_MODULE.partition(".")[0]
+    found: dict[str, str] = {}
+    wanted = [SOLVER_MODULE]
+    while wanted:
+        module = wanted.pop()
+        file = _file_of(module)
+        package = module if file.name == "__init__.py" else module.rpartition(".")[0]
+        place = module.replace(".", "/") + ("/__init__.py" if package == module else ".py")
+        place = place.removeprefix(f"{root}/")
+        if place in found:
+            continue
+        found[place] = file.read_text(encoding="utf-8")
+        if "." in module:
+            wanted.append(module.rpartition(".")[0])
+        wanted += _imported(ast.parse(found[place]), module, package)
+    return found
+
+
+def _imported(tree: ast.AST, module: str, package: str) -> list[str]:
+    """Modules of the same package that a module imports when it runs."""
+    found = []
+    nodes: list[ast.AST] = [tree]
+    while nodes:
+        node = nodes.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            nodes += node.orelse
+            continue
+        nodes += ast.iter_child_nodes(node)
+        if isinstance(node, ast.ImportFrom) and node.level:
+            target = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
+            found.append(target)
+            specification = importlib.util.find_spec(target)
+            if specification is not None and specification.submodule_search_locations is not None:
+                below = (f"{target}.{alias.name}" for alias in node.names)
+                found += [name for name in below if importlib.util.find_spec(name)]
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names]
+            for name in names:
+                if name.partition(".")[0] not in {*SOLVER_NEEDS, *sys.stdlib_module_names}:
+                    raise PackageError(f"{module} imports {name}, which does not travel with the FMU")
+    return found
+
+
+def fmu_files(
+    nut_map: NutMap,
+    sources: Mapping[str, str] | None = None,
+    solver: Mapping[str, str] | None = None,
+    model: FmuModel = FRICTION,
+) -> dict[str, bytes]:
+    """Members of the FMU by path, complete with GUID.
+
+    Parameters   sources, solver : as runtime_sources(), solver_sources(); None takes these
+    """
+    code = {f"{name}.py": text.encode() for name, text in (sources or runtime_sources(model)).items()}
+    code["__init__.py"] = b'"""Code of one FMU, named by its content."""\n'
+    if model.refines:
+        solver_code = {name: text.encode() for name, text in (solver or solver_sources()).items()}
+        folder = f"{SOLVER_FOLDER}/{solver_name(solver_code)}"
+        code |= {f"{folder}/{name}": content for name, content in solver_code.items()}
+    mark = digest(code)[:12]
+    package, script = f"_ballscrew_{mark}", f"{model.name}_{mark}"
+    slave = runtime_modules(model)[model.slave]
+    files = {f"resources/{package}/{name}": content for name, content in code.items()}
+    files[f"resources/{script}.py"] = SCRIPT.format(package=package, slave=slave, model=model.name).encode()
+    files["resources/slavemodule.txt"] = script.encode()
+    files[f"resources/{MAP_FILE}"] = nut_map.to_npz()
+    library = _file_of("pythonfmu").parent / "resources" / "binaries"
+    for built, placed in BINARIES.items():
+        files[f"binaries/{placed.format(model=model.name)}"] = (library / built).read_bytes()
+    files |= {
+        f"documentation/{name}": text.encode()
+        for name, text in documentation_files(nut_map.header, model).items()
+    }
+    tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"
+    blank = model_description(nut_map.header, "", tool, model)
+    guid = str(uuid.uuid5(NAMESPACE, digest({**files, "modelDescription.xml": blank})))
+    return {"modelDescription.xml": model_description(nut_map.header, guid, tool, model), **files}
+
+
+def build_fmu(
+    nut_map: NutMap,
+    path: Path | str,
+    sources: Mapping[str, str] | None = None,
+    solver: Mapping[str, str] | None = None,
+    model: FmuModel = FRICTION,
+) -> BuiltFmu:
+    """Build the FMU of a map: same map and same code, same bytes and same GUID.
+
+    Parameters   path : of the FMU to write; an existing one is replaced;  sources, solver : as fmu_files
+    Returns      BuiltFmu
+    """
+    files = fmu_files(nut_map, sources, solver, model)
+    write_fmu(path, files)
+    content = Path(path).read_bytes()
+    guid = ElementTree.fromstring(files["modelDescription.xml"]).attrib["guid"]
+    return BuiltFmu(Path(path), guid, hashlib.sha256(content).hexdigest(), len(content))

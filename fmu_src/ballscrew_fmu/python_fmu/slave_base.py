@@ -1,0 +1,238 @@
+"""What the slaves of all models have in common: FMI 2.0 co-simulation of a table of variables over a nut map.
+
+Inside the FMU this module lives in a package named by its content (package.py), next to copies of everything
+it imports. All imports are at the top, so that a deleted folder of another copy of the FMU can never break a
+step.
+
+No call may raise once the instance exists: pythonfmu 0.7 then releases its objects at once and again when the
+instance is freed, and the host process dies. Wrong calls are logged as errors, steps that cannot be done are
+discarded.
+"""
+
+import importlib
+import json
+import math
+import os
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pythonfmu.enums import Fmi2Status
+from pythonfmu.fmi2slave import Fmi2Slave
+
+from ballscrew_fmu.python_fmu.process_end import reset_at_exit
+from ballscrew_fmu.variables.friction import TOO_LARGE, Variable, places
+from ballscrew_tehl.runtime.evaluate import NutMap
+
+MAP_FILE = "nut_map.npz"
+INITIALIZING, STEPPING, TERMINATED, UNUSABLE = range(4)
+
+
+class MapSlave(Fmi2Slave):
+    """Inputs, parameters and outputs of a table by value reference; a model adds _evaluate and what it remembers.
+
+    Outputs are those of the last successful step; before the first step those of the inputs as they are set.
+    An input or parameter that is not a usable number makes doStep return Discard and changes nothing.
+    """
+
+    def __init__(self, table: Callable[[Mapping[str, Any]], tuple[Variable, ...]], **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        _settle_imports(self.resources)
+        reset_at_exit(self.resources)
+        self._map = NutMap.from_npz(os.path.join(self.resources, MAP_FILE))
+        self._table = table(self._map.header)
+        self._inputs = slice(0, len(places(self._table, "input")))
+        self._outputs = slice(self._inputs.stop, self._inputs.stop + len(places(self._table, "output")))
+        self._parameters = slice(self._outputs.stop, len(self._table))
+        parameters = places(self._table, "parameter")
+        self._bounds = [(p, -TOO_LARGE) for p in range(self._inputs.stop)]
+        self._bounds += [(p, _least(self._table[p])) for p in parameters if self._table[p].unit is not None]
+        self._known = range(len(self._table))
+        self._settable = frozenset(place for place, _ in self._bounds)
+        self._switches = frozenset(p for p in parameters if self._table[p].unit is None)
+        # by value reference
+        self._values: list[Any] = [0.0 if v.start is None else v.start for v in self._table]
+        self._phase = INITIALIZING
+        self._stale = True  # outputs do not belong to the inputs yet; of interest while initializing
+        self._warned: list[str] = []
+
+    # of a model
+
+    def _evaluate(self, step: float | None) -> bool:
+        """Outputs, and with a step what is remembered, for usable inputs."""
+        raise NotImplementedError
+
+    def _memory(self) -> dict[str, Any]:
+        """What the model remembers beside the values, as a saved state holds it."""
+        raise NotImplementedError
+
+    def _recall(self, state: Mapping[str, Any]) -> None:
+        """Take it back from a saved state."""
+        raise NotImplementedError
+
+    # FMI calls
+
+    def exit_initialization_mode(self) -> None:
+        self._update(None)
+        self._phase = STEPPING
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        if self._phase != STEPPING:
+            return self._refuse(
+                "doStep outside of a simulation: needs exitInitializationMode or a state of this FMU"
+            )
+        if not 0.0 <= step_size < TOO_LARGE:
+            return self._refuse(f"step size = {step_size} s; needs a finite number >= 0")
+        return self._update(step_size)
+
+    def terminate(self) -> None:
+        self._phase = TERMINATED
+
+    def get_real(self, vrs: list[int]) -> list[float]:
+        return [float(value) for value in self._get(vrs)]
+
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        return [bool(value) for value in self._get(vrs)]
+
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        return [int(value) for value in self._none(vrs, "Integer", 0)]
+
+    def get_string(self, vrs: list[int]) -> list[str]:
+        return [str(value) for value in self._none(vrs, "String", "")]
+
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        for vr, value in zip(vrs, values, strict=True):
+            if vr in self._settable:
+                self._values[vr] = value
+            else:
+                self.log(f"{self._name(vr)} is no Real input or parameter: not set", Fmi2Status.error)
+        self._stale = True
+
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        for vr, value in zip(vrs, values, strict=True):
+            if vr in self._switches:
+                self._values[vr] = bool(value)
+            else:
+                self.log(f"{self._name(vr)} is no Boolean parameter: not set", Fmi2Status.error)
+        self._stale = True
+
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        self._none(vrs, "Integer", 0)
+
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        self._none(vrs, "String", "")
+
+    def _get_fmu_state(self) -> dict[str, Any]:
+        return {
+            "code": __name__,
+            "map": self._map.header["content_hash"],
+            "values": list(self._values),
+            "phase": self._phase,
+            "stale": self._stale,
+            "warned": list(self._warned),
+            **self._memory(),
+        }
+
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        if (state.get("code"), state.get("map")) != (__name__, self._map.header["content_hash"]):
+            self._phase = UNUSABLE
+            self.log(
+                "FMU state that is damaged or of another version or map: not restored; "
+                "doStep is discarded until a state of this FMU is restored",
+                Fmi2Status.error,
+            )
+            return
+        self._values = list(state["values"])
+        self._phase = state["phase"]
+        self._stale = state["stale"]
+        self._warned = list(state["warned"])
+        self._recall(state)
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+        return json.dumps(state, sort_keys=True).encode()  # floats as repr: exact, NaN and infinity too
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
+        try:
+            found = json.loads(bytes(state))
+        except ValueError:
+            return {}
+        return found if isinstance(found, dict) else {}
+
+    # evaluation
+
+    def _refresh(self) -> None:
+        """In initialization mode outputs follow the inputs as soon as they are read."""
+        if self._stale and self._phase == INITIALIZING:
+            self._stale = False
+            self._update(None)
+
+    def _get(self, vrs: list[int]) -> list[Any]:
+        self._refresh()
+        known = self._known
+        return [
+            self._values[vr] if vr in known else self._none([vr], "Real or Boolean", 0.0)[0] for vr in vrs
+        ]
+
+    def _none(self, vrs: list[int], kind: str, value: Any) -> list[Any]:
+        """Answer to a call about variables that do not exist."""
+        for vr in vrs:
+            self.log(f"no {kind} variable has value reference {vr}", Fmi2Status.error)
+        return [value] * len(vrs)
+
+    def _name(self, vr: int) -> str:
+        return self._table[vr].name if vr in self._known else f"value reference {vr}"
+
+    def _refuse(self, message: str) -> bool:
+        self.log(message, Fmi2Status.discard)
+        return False
+
+    def _usable(self) -> bool:
+        """Whether every input and parameter is a usable number; the log names the first one that is not."""
+        for place, least in self._bounds:
+            value = self._values[place]
+            if not least <= value < TOO_LARGE:
+                needs = "a finite number" if least < 0.0 else f"a finite number {'>' if least else '>='} 0"
+                return self._refuse(f"{self._table[place].name} = {value}; needs {needs}")
+        return True
+
+    def _update(self, step: float | None) -> bool:
+        """Outputs, and with a step the bristle, for the inputs as set; False and no change if unusable."""
+        try:
+            return self._usable() and self._evaluate(step)
+        except Exception as error:  # see the head of this module: raising would kill the host
+            return self._refuse(f"step failed: {type(error).__name__}: {error}")
+
+    def _say_once(self, key: str, message: str, status: Fmi2Status) -> None:
+        if key not in self._warned:
+            self._warned.append(key)
+            self.log(message, status)
+
+    def _warn(self, clamped: tuple[str, ...]) -> None:
+        for name in clamped:
+            if name not in self._warned:
+                value = self._values[next(i for i, v in enumerate(self._table) if v.name == name)]
+                message = f"{name} = {value} lies beyond the map and is clamped (said once)"
+                self._say_once(name, message, Fmi2Status.warning)
+
+
+def _least(variable: Variable) -> float:
+    """Least value of a Real parameter: all may be 0 but the tolerance."""
+    return math.ulp(0.0) if variable.name == "refine_tolerance" else 0.0
+
+
+def _settle_imports(resources: str) -> None:
+    """Leave the interpreter as an FMU should: the package found here, the search path without this folder.
+
+    pythonfmu puts the resources of every instance first on sys.path and leaves them there. The modules of
+    this package were loaded from the first copy of the FMU, whose folder may be gone by now.
+    """
+    package = sys.modules[__package__]
+    here = os.path.join(resources, __package__)
+    if os.path.isdir(here):
+        others = [folder for folder in package.__path__ if folder != here and os.path.isdir(folder)]
+        package.__path__[:] = [here, *others]
+    while resources in sys.path:
+        sys.path.remove(resources)
+    importlib.invalidate_caches()

@@ -1,0 +1,121 @@
+"""The contact solver that travels in the FMU as sources: put into a cache of the user once and imported from there.
+
+The FMU is unpacked to a new folder each time, and code that numba compiled is kept beside its source: imported from
+the FMU it would be compiled at every start. The folder in the cache is named by the hash of the sources, so that every
+version has its own, and it appears complete or not at all. Standard library only.
+"""
+
+import hashlib
+import importlib
+import importlib.util
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+
+SOLVER_FOLDER = "solver"  # inside the package of the FMU
+ENTRY = "refinement.refine"
+
+
+class SolverError(RuntimeError):
+    """The solver cannot be used in this host; the message says why and what helps."""
+
+
+def digest(files: Mapping[str, bytes]) -> str:
+    """Hash over names and contents."""
+    found = hashlib.sha256()
+    for name in sorted(files):
+        found.update(f"{name}\0{len(files[name])}\0".encode())
+        found.update(files[name])
+    return found.hexdigest()
+
+
+def solver_name(files: Mapping[str, bytes]) -> str:
+    """Name of the solver package with these sources (path with / below it -> content)."""
+    return f"_ballscrew_solver_{digest(files)[:12]}"
+
+
+def user_cache() -> Path:
+    """Folder where this user's programs keep what they can make again."""
+    if sys.platform == "win32":
+        root = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
+    elif sys.platform == "darwin":
+        root = str(Path.home() / "Library" / "Caches")
+    else:
+        root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(root) / "ballscrew_tehl"
+
+
+def installed(shipped: Path, cache: Path) -> Path:
+    """The folder of the solver in the cache, copied there unless it is there already, unchanged.
+
+    Parameters   shipped : folder of the sources, named by solver_name
+    Raises       OSError: the cache cannot be written
+    """
+    target = cache / shipped.name
+    if _intact(target):
+        return target
+    cache.mkdir(parents=True, exist_ok=True)
+    scratch = Path(tempfile.mkdtemp(dir=cache, prefix=".new_"))
+    try:
+        fresh = scratch / shipped.name
+        shutil.copytree(
+            shipped, fresh, ignore=shutil.ignore_patterns("__pycache__"), copy_function=shutil.copyfile
+        )
+        if target.exists() and not _intact(target):
+            target.rename(scratch / "damaged")
+        try:
+            fresh.rename(target)
+        except OSError:
+            if not _intact(target):  # else another process was faster
+                raise
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+    return target
+
+
+def _intact(folder: Path) -> bool:
+    files = {p.relative_to(folder).as_posix(): p.read_bytes() for p in sorted(folder.rglob("*.py"))}
+    return bool(files) and solver_name(files) == folder.name
+
+
+def load_solver(package: Path, cache: Path | None = None) -> tuple[ModuleType, str]:
+    """Module `refinement.refine` of the solver, and a remark: empty, or why its compiled code is not kept.
+
+    Parameters   package : folder of this FMU's code;  cache : None = user_cache()
+    Raises       SolverError: the FMU has no solver, or the host lacks a package that it needs
+    """
+    folders = sorted(package.joinpath(SOLVER_FOLDER).glob("_ballscrew_solver_*"))
+    if len(folders) != 1:
+        raise SolverError(f"{len(folders)} solvers in {package}; needs one: build the FMU again")
+    name, remark = folders[0].name, ""
+    if name not in sys.modules:
+        try:
+            folder = installed(folders[0], user_cache() if cache is None else cache)
+        except (OSError, RuntimeError) as error:  # RuntimeError: no home folder
+            folder = folders[0]
+            remark = f"compiled code of the solver is not kept: {error}; name a folder in XDG_CACHE_HOME"
+        specification = importlib.util.spec_from_file_location(
+            name, folder / "__init__.py", submodule_search_locations=[str(folder)]
+        )
+        if specification is None or specification.loader is None:
+            raise SolverError(f"{folder} cannot be imported")
+        module = importlib.util.module_from_spec(specification)
+        sys.modules[name] = module
+        specification.loader.exec_module(module)
+    try:
+        return importlib.import_module(f"{name}.{ENTRY}"), remark
+    except ImportError as error:
+        missing = (error.name or str(error)).partition(".")[0]
+        raise SolverError(
+            f"{missing} is missing in the Python of the host ({error}): python -m pip install {missing}"
+        ) from error
+
+
+def compiled_files(module: ModuleType) -> int:
+    """Number of compiled functions kept beside the sources of the solver."""
+    folder = Path(module.__file__ or "").parents[1]
+    return sum(1 for _ in folder.rglob("*.nbc"))

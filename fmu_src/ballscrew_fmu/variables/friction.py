@@ -1,0 +1,253 @@
+"""The one table of the variables of BallScrewFriction: names, units, bounds, start values and dependencies; what
+a table is made of (monitor_variables.py has that of BallScrewPreloadMonitor).
+
+Model description, slave and tests read this table; nothing else lists variables. The value reference of a
+variable is its place in the table. Bounds and start values that belong to a map come from the map's header.
+"""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+TOO_LARGE = 1e30  # a value of this size or more is refused like infinity, so that no product overflows
+
+
+class Unit(NamedTuple):
+    """SI unit with the exponents of its base units and its display units (name, factor, offset)."""
+
+    base: Mapping[str, int]
+    displays: tuple[tuple[str, float, float], ...] = ()
+
+
+# Factors and offsets: display value = factor * SI value + offset, digits as the FMI standard and Modelica
+# write them.
+UNITS: Mapping[str, Unit] = {
+    "N": Unit({"kg": 1, "m": 1, "s": -2}),
+    "rad/s": Unit({"rad": 1, "s": -1}, (("rev/min", 9.549296585513721, 0.0),)),
+    "K": Unit({"K": 1}, (("degC", 1.0, -273.15),)),
+    "N.m": Unit({"kg": 1, "m": 2, "s": -2}),
+    "W": Unit({"kg": 1, "m": 2, "s": -3}),
+    "m": Unit({"m": 1}, (("um", 1e6, 0.0), ("nm", 1e9, 0.0))),
+    "Pa": Unit({"kg": 1, "m": -1, "s": -2}, (("GPa", 1e-9, 0.0),)),
+    "N.m/N": Unit({"m": 1}),
+    "N.m/rad": Unit({"kg": 1, "m": 2, "s": -2, "rad": -1}),
+    "N.m.s/rad": Unit({"kg": 1, "m": 2, "s": -1, "rad": -1}),
+    "rad": Unit({"rad": 1}, (("deg", 57.29577951308232, 0.0),)),
+    "s": Unit({"s": 1}),
+    "1": Unit({}),
+}
+
+
+class Variable(NamedTuple):
+    """One FMU variable."""
+
+    name: str
+    causality: str  # input, output, parameter; native FMUs also local and independent
+    description: str
+    unit: str | None = None  # None: Boolean
+    start: float | bool | None = None  # inputs and parameters only
+    minimum: float | None = None
+    maximum: float | None = None
+    nominal: float | None = None
+    display_unit: str | None = None
+    quantity: str | None = None
+    relative: bool = False  # a difference: display offsets do not apply
+    depends_on: tuple[str, ...] = ()  # inputs an output depends on
+    initially_depends_on: tuple[str, ...] = ()  # parameters it depends on in initialization mode as well
+    derivative_of: str | None = None  # the continuous state that this is the time derivative of
+    indicates: bool = False  # its change of sign is an event
+    python_only: bool = False  # not in the native FMUs
+
+    @property
+    def variability(self) -> str:
+        if self.causality == "parameter":
+            return "tunable"
+        return "discrete" if self.unit is None else "continuous"
+
+
+_ALL = ("preload", "speed", "temperature", "axial_load")
+_COULOMB = ("preload", "speed", "axial_load")
+_FORCES = ("preload", "axial_load")
+_SIGN = ("regularization_speed", "presliding_stiffness")
+_REFINED = ("refine", "refine_tolerance")
+_VISCOUS = ("apparent_viscosity_ratio", "roughness_height", *_REFINED)
+_SLIDING = ("net_sliding_coefficient", *_SIGN)
+
+
+def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
+    """The table for the map with this header: inputs, then outputs, then parameters.
+
+    Parameters   header : map header (nut_map.packed); axes bound the inputs, defaults start parameters
+    """
+    axes, defaults = header["axes"], header["defaults"]
+    force_lo, force_hi = axes["preload"][0], axes["force"][1]
+    (cold, hot), fastest = axes["temperature"][:2], axes["speed"][1]
+    return (
+        Variable(
+            "preload", "input", "Preload of the double nut", "N", min(max(2000.0, force_lo), force_hi),
+            0.0, force_hi, 1000.0, quantity="Force",
+        ),
+        Variable(
+            "speed", "input", "Speed of the screw relative to the nut", "rad/s", 0.0, -fastest, fastest,
+            100.0, "rev/min", "AngularVelocity",
+        ),
+        Variable(
+            "temperature", "input", "Temperature of the oil at the inlet", "K", min(max(303.15, cold), hot),
+            cold, hot, 300.0, "degC", "ThermodynamicTemperature",
+        ),
+        Variable(
+            "axial_load", "input",
+            "Axial load on the nut body; positive loads the nut at whose flange it acts", "N", 0.0,
+            -force_hi, force_hi, 1000.0, quantity="Force",
+        ),
+        Variable(
+            "friction_torque", "output",
+            "Friction torque; opposes motion: J dw/dt = motor torque - friction_torque",
+            "N.m", nominal=1.0, quantity="Torque", depends_on=_ALL,
+            initially_depends_on=(*_VISCOUS, *_SLIDING),
+        ),
+        Variable(
+            "viscous_torque", "output", "Viscous part of friction_torque", "N.m", nominal=1.0,
+            quantity="Torque",
+            depends_on=_ALL, initially_depends_on=_VISCOUS,
+        ),
+        Variable(
+            "hysteresis_torque", "output", "Hysteresis part of friction_torque", "N.m", nominal=0.01,
+            quantity="Torque", depends_on=_COULOMB, initially_depends_on=_SIGN,
+        ),
+        Variable(
+            "sliding_torque", "output", "Sliding part of friction_torque", "N.m", nominal=1.0,
+            quantity="Torque",
+            depends_on=_COULOMB, initially_depends_on=_SLIDING,
+        ),
+        Variable(
+            "power_loss", "output",
+            "Dissipated power; less than torque times speed while presliding stores energy",
+            "W", minimum=0.0, nominal=100.0, quantity="Power", depends_on=_ALL,
+            initially_depends_on=(*_VISCOUS, *_SLIDING),
+        ),
+        Variable(
+            "film_thickness_min", "output", "Minimum film thickness of all contacts", "m", minimum=0.0,
+            nominal=1e-7,
+            display_unit="um", quantity="Length", depends_on=_ALL, initially_depends_on=_REFINED,
+        ),
+        Variable(
+            "film_thickness_central_screw", "output", "Least central film thickness on the screw raceway",
+            "m",
+            minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", depends_on=_ALL,
+            initially_depends_on=_REFINED,
+        ),
+        Variable(
+            "film_thickness_central_nut", "output", "Least central film thickness on the nut raceway", "m",
+            minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", depends_on=_ALL,
+            initially_depends_on=_REFINED,
+        ),
+        Variable(
+            "film_temperature_rise", "output",
+            "Highest temperature rise in a film over the oil at its inlet", "K",
+            minimum=0.0, nominal=10.0, quantity="TemperatureDifference", relative=True, depends_on=_ALL,
+            initially_depends_on=_REFINED,
+        ),
+        Variable(
+            "contact_pressure_max", "output", "Hertz pressure of the heaviest loaded ball", "Pa", minimum=0.0,
+            nominal=1e9, display_unit="GPa", quantity="Pressure", depends_on=_FORCES,
+        ),
+        Variable(
+            "ball_load_max", "output", "Load of the heaviest loaded ball", "N", minimum=0.0, nominal=10.0,
+            quantity="Force", depends_on=_FORCES,
+        ),
+        Variable(
+            "lambda_ratio", "output", "Minimum film thickness over roughness_height, at most 1000", "1",
+            minimum=0.0,
+            maximum=1000.0, nominal=1.0, depends_on=_ALL, initially_depends_on=("roughness_height", *_REFINED),
+        ),
+        Variable(
+            "in_range", "output", "False while an input lies beyond the map and is clamped", depends_on=_ALL,
+        ),
+        Variable(
+            "apparent_viscosity_ratio", "parameter",
+            "Apparent shear viscosity over film viscosity (fitted)", "1",
+            float(defaults["apparent_viscosity_ratio"]), 0.0, nominal=10.0,
+        ),
+        Variable(
+            "net_sliding_coefficient", "parameter", "Net Coulomb coefficient of the sliding part (fitted)",
+            "1",
+            float(defaults["net_sliding_coefficient"]), 0.0, nominal=0.01,
+        ),
+        Variable(
+            "roughness_height", "parameter",
+            "Film height at which half of the viscous part is left (fitted); 0: all",
+            "m", float(defaults["roughness_height"]), 0.0, nominal=1e-8, display_unit="nm", quantity="Length",
+        ),
+        Variable(
+            "regularization_speed", "parameter",
+            "Coulomb parts follow tanh(speed/regularization_speed); 0: sign",
+            "rad/s", 0.1, 0.0, nominal=0.1, display_unit="rev/min", quantity="AngularVelocity",
+        ),
+        Variable(
+            "presliding_stiffness", "parameter",
+            "Stiffness of the bristle that replaces the tanh; 0: no bristle",
+            "N.m/rad", 0.0, 0.0, nominal=100.0,
+        ),
+        Variable(
+            "presliding_damping", "parameter",
+            "Damping of the bristle; explicit coupling with an inertia needs it",
+            "N.m.s/rad", 1.0, 0.0, nominal=1.0,
+        ),
+        Variable(
+            "refine", "parameter",
+            "Solve contacts at the operating point and correct the map; needs scipy, numba and pydantic",
+            start=False, python_only=True,
+        ),
+        Variable(
+            "refine_tolerance", "parameter", "Relative error of friction_torque that refine allows, > 0", "1",
+            1e-3, 0.0, nominal=1e-3, python_only=True,
+        ),
+    )  # fmt: skip
+
+
+def native_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
+    """The table of the native FMUs: inputs, outputs and parameters as above, then the bristle as a state.
+
+    In model exchange the importer integrates the bristle, so that outputs depend on it; in co-simulation it is
+    the bristle at the end of the step. The sign of the event indicators carries their meaning, not their size.
+    """
+    shared = [v for v in fmu_variables(header) if not v.python_only]
+    names = {v.name for v in shared}
+    bristle = ("presliding_deflection",)
+    table = []
+    for v in shared:
+        initially = tuple(name for name in v.initially_depends_on if name in names)
+        follows = "presliding_stiffness" in initially
+        if follows:
+            v = v._replace(depends_on=(*v.depends_on, *bristle))
+            initially = tuple(dict.fromkeys((*initially, "net_sliding_coefficient", "presliding_damping")))
+        table.append(v._replace(initially_depends_on=initially))
+    slipping = ("net_sliding_coefficient", "presliding_stiffness")
+    return (
+        *table,
+        Variable(
+            "presliding_deflection", "local", "Deflection of the presliding bristle, a continuous state", "rad",
+            0.0, nominal=1e-3, display_unit="deg", quantity="Angle",
+        ),
+        Variable(
+            "presliding_deflection_rate", "local", "Time derivative of presliding_deflection", "rad/s",
+            nominal=0.1, display_unit="rev/min", quantity="AngularVelocity", depends_on=(*_COULOMB, *bristle),
+            initially_depends_on=slipping, derivative_of=bristle[0],
+        ),
+        Variable(
+            "in_range_indicator", "local", "Event indicator of in_range", "1", nominal=1.0, depends_on=_ALL,
+            indicates=True,
+        ),
+        Variable(
+            "slip_indicator", "local", "Event indicator of the bristle: it starts or stops to slip", "1",
+            nominal=1.0, depends_on=(*_COULOMB, *bristle), initially_depends_on=slipping, indicates=True,
+        ),
+    )  # fmt: skip
+
+
+TIME = Variable("time", "independent", "Time", "s", quantity="Time")  # FMI 3 lists it, after the table
+
+
+def places(variables: tuple[Variable, ...], causality: str) -> tuple[int, ...]:
+    """Value references of the variables with this causality."""
+    return tuple(i for i, v in enumerate(variables) if v.causality == causality)

@@ -1,0 +1,1 @@
+"""Friction parameters fitted to measured torques."""

@@ -1,0 +1,286 @@
+"""How well a fit to measured torques is known: profile limits, stray points, what the data do not identify."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize_scalar, nnls
+from scipy.stats import t as student_t
+from scipy.stats import wilcoxon
+
+from ..friction.parts import roughness_share
+from ..friction.sets import FITTED
+from .fit import TorqueBasis, Values, fit_values
+
+Array = NDArray[np.float64]
+
+#: a parameter counts as identified if half its 95 % interval is at most this share of its value
+PRECISION = 0.25
+#: the split counts as identified if the 95 % interval of the sliding share of the torque is at most this wide
+SPLIT_WIDTH = 0.10
+#: correlation that is named as the cause of a wide interval
+STRONG = 0.9
+#: residual over robust spread beyond which a point is named; guards against stray points that hide each other
+ROBUST_LIMIT = 6.0
+#: share of its own fit above which nothing else checks a point
+LEVERAGE_LIMIT = 0.9
+SPLIT = "split into viscous and sliding torque"
+
+
+def degrees_of_freedom(basis: TorqueBasis, count: int) -> int:
+    """Points more than fitted parameters."""
+    return len(basis) - count
+
+
+def _free(values: Values, count: int) -> list[int]:
+    """Parameters that the torque depends on to first order: not a height of 0."""
+    return [i for i in range(count) if i < 2 or values[i] > 0.0]
+
+
+def condition(basis: TorqueBasis, values: Values, count: int) -> float:
+    """Condition number of the derivatives by the relative changes of the parameters; inf if one has no effect."""
+    J = basis.jacobian(values)[:, _free(values, count)]
+    norm = np.linalg.norm(J, axis=0)
+    return float(np.linalg.cond(J / norm)) if np.all(norm > 0.0) else math.inf
+
+
+class _Profile:
+    """Least sum of squared errors with one parameter held, the others free and not negative."""
+
+    def __init__(self, basis: TorqueBasis, count: int) -> None:
+        self.basis, self.count = basis, count
+        scale = float(basis.film.min())
+        self.heights = scale * np.r_[0.0, np.geomspace(0.03, 30.0, 50)] if count == 3 else np.zeros(1)
+        self.factor = basis.weights / basis.measured
+        self.rest = basis.errors((0.0, 0.0, 0.0))
+
+    def _viscous(self, heights: Array) -> Array:
+        """Weighted viscous torque at ratio 1 (heights, n)."""
+        share = roughness_share(self.basis.film, heights[:, None, None])
+        return np.asarray(np.sum(self.basis.viscous * share, axis=2) * self.factor)
+
+    def at_height(self, height: float) -> float:
+        """Both coefficients free."""
+        viscous, sliding = self._viscous(np.array([height]))[0], self.basis.sliding * self.factor
+        columns = np.stack([viscous, sliding], axis=1)
+        scale = 1.0 / np.linalg.norm(columns, axis=0)
+        return float(nnls(columns * scale, -self.rest)[1]) ** 2
+
+    def at(self, parameter: int, value: float) -> float:
+        """Ratio (0), net sliding coefficient (1) or roughness height (2) held."""
+        if parameter == 2:
+            return self.at_height(value)
+        sliding = self.basis.sliding * self.factor
+
+        def costs(heights: Array) -> Array:
+            viscous = self._viscous(heights)
+            held, free = (viscous, sliding[None]) if parameter == 0 else (sliding[None], viscous)
+            error = self.rest + value * held
+            best = np.maximum(-np.sum(error * free, axis=1) / np.sum(free * free, axis=1), 0.0)
+            return np.asarray(np.sum((error + best[:, None] * free) ** 2, axis=1))
+
+        found = costs(self.heights)
+        i = int(np.argmin(found))
+        if self.count == 2:
+            return float(found[0])
+        around = (self.heights[max(i - 1, 0)], self.heights[min(i + 1, len(self.heights) - 1)])
+        refined = minimize_scalar(lambda h: float(costs(np.array([h]))[0]), bounds=around, method="bounded",
+                                  options={"xatol": 1e-6 * self.heights[-1]})  # fmt: skip
+        return float(min(found[i], refined.fun))
+
+
+def profile_limits(basis: TorqueBasis, count: int) -> dict[str, dict[str, float]]:
+    """95 % limits of the fitted parameters by the profile of the sum of squared errors.
+
+    Returns      parameter -> {"low", "high"} (SI): 0 where the data do not tell it from 0, inf where they set no bound
+    Validity     errors independent, normal, of equal relative size (as the weights say); unlike intervals of the
+                 linearised fit right at the bound 0 and where the torque is curved in the roughness height
+    Source       Bates & Watts, Nonlinear Regression Analysis (1988), section 6.1: limits where the cost exceeds its
+                 least value by s^2 F(1, n - p; 0.95)
+    """
+    freedom = degrees_of_freedom(basis, count)
+    if freedom < 1:
+        return {name: {"low": 0.0, "high": math.inf} for name in FITTED[:count]}
+    values = fit_values(basis, count, "least_squares")
+    least = float(np.sum(basis.errors(values) ** 2))
+    # errors of rounding are no spread
+    allowed = max(least, 1e-24 * len(basis)) * (1.0 + student_t.ppf(0.975, freedom) ** 2 / freedom)
+    profile = _Profile(basis, count)
+    jacobian = basis.jacobian((1.0, 1.0, 0.0))[:, :2]
+    sizes = (*(1.0 / np.abs(jacobian).mean(axis=0)), float(basis.film.min()))
+    found = {}
+    for i, name in enumerate(FITTED[:count]):
+
+        def excess(value: float, i: int = i) -> float:
+            return profile.at(i, value) - allowed
+
+        best, low, high = float(values[i]), 0.0, math.inf
+        if best > 0.0 and excess(0.0) > 0.0:
+            low = float(brentq(excess, 0.0, best, xtol=1e-9 * best)) if excess(best) < 0.0 else best
+        step, start = 0.1 * max(best, 1e-3 * sizes[i]), best
+        while step < 1e3 * max(best, sizes[i]):
+            if excess(best + step) > 0.0:
+                inside = excess(start) < 0.0
+                high = (
+                    float(brentq(excess, start, best + step, xtol=1e-9 * (best + step))) if inside else best
+                )
+                break
+            start, step = best + step, 2.0 * step
+        found[name] = {"low": low, "high": high}
+    return found
+
+
+@dataclass(frozen=True)
+class PointDiagnostics:
+    """Per point (n,), in units of its weighted relative error.
+
+    deviation    model/measured - 1 without weight
+    leverage     share of the point in its own fitted value, 0..1
+    studentised  deleted studentised residual, NaN if it cannot be told;  limit: its bound for one false alarm among 20
+                 whole files of good points
+    robust       error of the fit that gives way to stray points, over the robust spread of these errors
+    """
+
+    deviation: Array
+    leverage: Array
+    studentised: Array
+    robust: Array
+    limit: float
+
+    @property
+    def outliers(self) -> list[int]:
+        """Numbers of the points that do not go with the others."""
+        # NaN counts as no outlier: nothing checks the point
+        return [
+            i
+            for i in range(len(self.deviation))
+            if abs(self.studentised[i]) > self.limit or abs(self.robust[i]) > ROBUST_LIMIT
+        ]
+
+    @property
+    def unchecked(self) -> list[int]:
+        """Numbers of the points that no other point checks."""
+        return [i for i in range(len(self.deviation)) if not self.leverage[i] <= LEVERAGE_LIMIT]
+
+
+def point_diagnostics(basis: TorqueBasis, values: Values, count: int) -> PointDiagnostics:
+    """Residuals of the points, which of them are stray.
+
+    Parameters   values : of the fit whose deviations are shown; the tests take the least squares and the soft_l1 fit
+    Source       Cook & Weisberg, Residuals and Influence in Regression (1982), section 2.2.1 (deleted studentised
+                 residuals, Bonferroni bound); spread: 1.4826 times the median of |r| without the p smallest
+    """
+    n, freedom = len(basis), degrees_of_freedom(basis, count)
+    squares = fit_values(basis, count, "least_squares")
+    residual = basis.errors(squares)
+    J = basis.jacobian(squares)[:, _free(squares, count)]
+    leverage = np.sum(np.linalg.svd(J / np.linalg.norm(J, axis=0), full_matrices=False)[0] ** 2, axis=1)
+    studentised, limit = np.full(n, math.nan), math.inf
+    if freedom >= 2:
+        own = 1.0 - leverage
+        rest = float(residual @ residual) - residual**2 / np.maximum(own, 1e-12)
+        rest = np.maximum(rest, 1e-24 * n)
+        checked = own > 1e-6
+        studentised[checked] = (residual * np.sqrt((freedom - 1) / (np.maximum(own, 1e-12) * rest)))[checked]
+        limit = float(student_t.ppf(1.0 - 0.05 / (2 * n), freedom - 1))
+    robust = np.zeros(n)
+    if freedom >= 2:
+        yielding = basis.errors(fit_values(basis, count, "soft_l1"))
+        # such a fit passes through as many points as it has parameters, nearly: they tell nothing of the spread
+        spread = 1.4826 * float(np.median(np.sort(np.abs(yielding))[count:]))
+        robust = yielding / max(spread, 1e-9)
+    return PointDiagnostics(basis.torque(values) / basis.measured - 1.0, leverage, studentised, robust, limit)
+
+
+class Rival(NamedTuple):
+    """Another description fitted to the same points: its name, points, values, deviations of points left out (n,)."""
+
+    name: str
+    basis: TorqueBasis
+    values: Values
+    left_out: Array
+
+
+def told_apart(ours: Array, theirs: Array) -> bool:
+    """Whether left-out points are predicted better by the first.
+
+    Parameters   absolute deviations of the points (n,)
+    Returns      result of Wilcoxon's signed-rank test, one-sided, 2.5 %; never below 6 points. A test of means would
+                 say nothing as soon as one stray point is missed by both
+    """
+    if np.all(ours == theirs):
+        return False
+    return bool(wilcoxon(ours, theirs, alternative="less").pvalue < 0.025)
+
+
+def sliding_share(basis: TorqueBasis, net: float) -> float:
+    """Sliding part of the measured torque, mean over the points."""
+    return float(net * np.mean(basis.sliding / basis.measured))
+
+
+def not_identified(
+    basis: TorqueBasis,
+    values: Values,
+    count: int,
+    limits: Mapping[str, Mapping[str, float]],
+    correlations: Mapping[str, float],
+    left_out: Array,
+    rivals: Sequence[Rival] = (),
+) -> dict[str, str]:
+    """What these points do not identify, each with the reasons.
+
+    Parameters   limits : see profile_limits;  correlations : "first, second" -> -1..1
+                 left_out : deviations of the points from the fit to all others (n,);  rivals : other descriptions
+    Returns      parameter, or SPLIT -> reasons as one text; empty if all is identified
+    Source       a parameter: half its interval is above PRECISION of its value, or another description predicts
+                 left-out points as well with a value further off. The split: see SPLIT_WIDTH, limits and equal rivals
+                 together. The limits are choices, not results.
+    """
+    reasons: dict[str, list[str]] = {}
+    equal = [rival for rival in rivals if not told_apart(left_out, rival.left_out)]
+    for i, name in enumerate(FITTED[:count]):
+        value, low, high = float(values[i]), limits[name]["low"], limits[name]["high"]
+        found = []
+        if not 0.5 * (high - low) <= PRECISION * value:
+            found.append(
+                f"95 % interval {_text(name, low)} to {_text(name, high)} around {_text(name, value)}"
+            )
+            for pair, correlation in correlations.items():
+                if name in pair.split(", ") and abs(correlation) >= STRONG:
+                    other = next(one for one in pair.split(", ") if one != name)
+                    found.append(f"correlation {correlation:.2f} with {other}")
+        for rival in equal:
+            theirs = float(rival.values[i])
+            if not abs(theirs - value) <= PRECISION * max(value, theirs):
+                found.append(f"{_text(name, theirs)} in {_as_good(rival, left_out)}")
+        if found:
+            reasons[name] = found
+    net = FITTED[1]
+    shares = [sliding_share(basis, limits[net][end]) for end in ("low", "high")]
+    within = (max(shares[0], 0.0), min(shares[1], 1.0))
+    all_shares = [*within, *(sliding_share(rival.basis, float(rival.values[1])) for rival in equal)]
+    if not max(all_shares) - min(all_shares) <= SPLIT_WIDTH:
+        found = [f"sliding share of the torque {100.0 * within[0]:.0f} to {100.0 * within[1]:.0f} %"]
+        for rival, share in zip(equal, all_shares[2:], strict=True):
+            found.append(f"{100.0 * share:.0f} % in {_as_good(rival, left_out)}")
+        strongest = max(correlations.items(), key=lambda entry: abs(entry[1]), default=None)
+        if strongest and abs(strongest[1]) >= STRONG:
+            found.append(f"correlation {strongest[0]}: {strongest[1]:.2f}")
+        reasons[SPLIT] = found
+    return {name: "; ".join(found) for name, found in reasons.items()}
+
+
+def _as_good(rival: Rival, left_out: Array) -> str:
+    theirs, ours = 100.0 * float(rival.left_out.mean()), 100.0 * float(left_out.mean())
+    return f"the fit {rival.name}, not told apart by points left out ({theirs:.1f} % against {ours:.1f} %)"
+
+
+def _text(name: str, value: float) -> str:
+    if not math.isfinite(value):
+        return "no bound"
+    return f"{1e9 * value:.3g} nm" if name == "roughness_height" else f"{value:.3g}"

@@ -1,0 +1,335 @@
+"""Calibration on a user's own measurements: every row accounted for, fit, errors, what the data do not identify."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from .. import __version__
+from ..friction.film_model import FilmModel
+from ..friction.sets import SETS, FrictionSet, friction_set_lines
+from ..parameters.file import Parameters
+from ..parameters.units import CELSIUS, RPM
+from .diagnostics import (
+    PRECISION,
+    ROBUST_LIMIT,
+    SPLIT_WIDTH,
+    PointDiagnostics,
+    Rival,
+    condition,
+    not_identified,
+    point_diagnostics,
+    told_apart,
+)
+from .fit import TorqueBasis, fit_values
+from .measurement_file import MeasurementFile, RowProblem, implausible_for, named_rows, refusal
+from .measurements import Measurement
+from .packaged import (
+    PACKAGED_FILM,
+    Progress,
+    check_parts_differ,
+    fit_friction_set,
+    left_out_deviations,
+    torque_basis,
+)
+
+#: what --drop leaves out of a fit when told to
+DROPS = ("impossible", "outside", "outliers")
+#: degrees of freedom below which intervals are called rough
+FEW_DEGREES = 3
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Result of a calibration.
+
+    friction_set  with limits and what is not identified;  basis  the points of the fit
+    points        diagnostics of these points;  left_out  model/measured - 1 of each by the fit to the others (n,)
+    dropped       rows that are not in the fit, with the reason;  notes  assumptions and warnings, one sentence each
+    condition     condition number of the scaled derivatives of the fit
+    spread        root of the weighted mean square error over the stated uncertainties, None without these
+    """
+
+    friction_set: FrictionSet
+    basis: TorqueBasis
+    points: PointDiagnostics
+    left_out: np.ndarray
+    dropped: list[RowProblem]
+    notes: list[str]
+    condition: float
+    spread: float | None
+
+
+def _without(
+    path: Any, kind: str, problems: list[RowProblem], drop: Collection[str], what: str, left: int
+) -> list[RowProblem]:
+    """The problems, if they may be dropped.
+
+    Raises       ValueError: they may not, or no row is left
+    """
+    if problems and kind not in drop:
+        raise refusal(path, what, problems, f"mend or remove them, or go on without them: --drop {kind}")
+    if problems and left == 0:
+        raise refusal(path, f"{what}, no row is left", problems, "mend them")
+    return problems
+
+
+def _placed(file: MeasurementFile, problem: RowProblem) -> RowProblem:
+    return replace(problem, line=file.lines[problem.row - 1])
+
+
+def usable_points(
+    file: MeasurementFile,
+    parameters: Parameters,
+    drop: Collection[str] = (),
+    outside: Callable[[Measurement], str] = lambda m: "",
+) -> tuple[list[Measurement], list[RowProblem]]:
+    """Points that can be fitted, and the rows that are dropped because the caller allows it.
+
+    Parameters   drop : kinds of DROPS;  outside : why the film model does not reach a point, "" if it does
+    Raises       ValueError: rows that cannot be used and may not be dropped, by number; none left; unknown kind
+    """
+    if unknown := set(drop) - set(DROPS):
+        raise ValueError(f"drop = {', '.join(sorted(unknown))}; allowed: {', '.join(DROPS)}")
+    implausible = [_placed(file, problem) for problem in implausible_for(parameters, file.measurements)]
+    problems = sorted([*file.problems, *implausible], key=lambda p: p.row)
+    bad = {problem.row for problem in problems}
+    points = [m for m in file.measurements if not bad & set(m.rows)]
+    dropped = _without(file.path, "impossible", problems, drop, "impossible row(s)", len(points))
+    judged = [(m, outside(m)) for m in points]
+    beyond = [_placed(file, RowProblem(row, 0, reason)) for m, reason in judged if reason for row in m.rows]
+    points = [m for m, reason in judged if not reason]
+    return points, dropped + _without(
+        file.path, "outside", beyond, drop, "row(s) outside the map", len(points)
+    )
+
+
+def _check_count(points: list[Measurement], name: str) -> list[str]:
+    """Warnings about few points.
+
+    Raises       ValueError: fewer distinct operating points than fitted parameters
+    """
+    count = len(SETS[name])
+    distinct = {(m.preload, m.speed, m.temperature, m.axial_load) for m in points}
+    if len(distinct) < count or len(points) <= count:
+        raise ValueError(
+            f"{len(points)} usable rows at {len(distinct)} operating points; the {count} parameters of {name} need at "
+            f"least {count + 1} rows at {count} operating points: measure more"
+            + (
+                ", or fit --set two_parameter"
+                if count == 3 and len(points) == 3 and len(distinct) >= 2
+                else ""
+            )
+        )
+    notes = []
+    if len(points) - count < FEW_DEGREES:
+        notes.append(
+            f"{len(points)} rows for {count} parameters: {len(points) - count} degree(s) of freedom, intervals and "
+            "errors are rough"
+        )
+    if len(distinct) == count:
+        notes.append(
+            f"{count} operating points for {count} parameters: nothing checks the shape of the torque"
+        )
+    return notes
+
+
+def calibrate_file(
+    file: MeasurementFile,
+    parameters: Parameters,
+    film_model: Callable[[str], FilmModel],
+    name: str,
+    loss: str = "least_squares",
+    drop: Collection[str] = (),
+    outside: Callable[[Measurement], str] = lambda m: "",
+    films: dict[str, str] | None = None,
+    progress: Progress = lambda finished, total, what: None,
+) -> Calibration:
+    """Fit one set to a file and find out how well it is known.
+
+    Parameters   film_model : name of a film -> film model of the parameters;  films : set -> name of its film, None =
+                 as the packaged sets;  name : "two_parameter" or "three_parameter";  loss : see friction_fit
+                 drop : kinds of DROPS;  outside : see usable_points;  progress : called while it runs
+    Returns      Calibration. The other set, with its film, is fitted as a rival: if both predict left-out points
+                 equally well, parameters in which they differ are not identified
+    Raises       ValueError: as usable_points; too few points; points that do not tell the parameters apart
+    """
+    films = films or PACKAGED_FILM
+    points, dropped = usable_points(file, parameters, drop, outside)
+    notes = [*file.notes, *_check_count(points, name)]
+    count = len(SETS[name])
+    film = film_model(films[name])
+    basis = torque_basis(parameters, film, points, progress)
+    if "outliers" in drop:
+        basis, strays = _without_outliers(basis, count, name)
+        dropped = dropped + strays
+        notes += _check_count(list(basis.measurements), name) if strays else []
+    left = "" if not dropped else f", without {named_rows([problem.row for problem in dropped])}"
+    provenance = (
+        f"{file.path.name} (SHA-256 {file.digest}), {len(basis)} points of {len(file.lines)} rows{left}, "
+        f"ballscrew_tehl {__version__}"
+    )
+    check_parts_differ(basis)
+    left_out = left_out_deviations(basis, count, loss, {}, progress)
+    found = fit_friction_set(
+        basis, parameters, film.name, name, loss, None, provenance, others=False, left_out=np.abs(left_out)
+    )
+    rivals = _rivals(basis, parameters, film_model, films, name, loss, progress)
+    unknown = not_identified(
+        basis, found.values, count, found.limits, found.correlations, np.abs(left_out), rivals
+    )
+    for rival in rivals:
+        if told_apart(rival.left_out, np.abs(left_out)):
+            notes.append(
+                f"the fit {rival.name} predicts points left out better: {100.0 * rival.left_out.mean():.1f} % against "
+                f"{100.0 * np.abs(left_out).mean():.1f} %"
+            )
+    points_found = point_diagnostics(basis, found.values, count)
+    notes += _point_notes(basis, points_found)
+    spread = _spread(basis, found, count)
+    return Calibration(
+        replace(found, not_identified=unknown), basis, points_found, left_out, dropped, notes,
+        condition(basis, found.values, count), spread,
+    )  # fmt: skip
+
+
+def _without_outliers(basis: TorqueBasis, count: int, name: str) -> tuple[TorqueBasis, list[RowProblem]]:
+    """The points without stray ones, once; what turns out stray afterwards is named and kept."""
+    points = point_diagnostics(basis, fit_values(basis, count, "least_squares"), count)
+    keep = [i for i in range(len(basis)) if i not in points.outliers]
+    strays = [
+        RowProblem(row, 0, f"outlier: {_outlier_text(basis, points, i)}")
+        for i in points.outliers
+        for row in basis.measurements[i].rows or (i + 1,)
+    ]
+    return (basis.subset(keep) if strays else basis), strays
+
+
+def _outlier_text(basis: TorqueBasis, points: PointDiagnostics, i: int) -> str:
+    return (
+        f"torque {basis.measured[i]:.4g} N.m, model {100.0 * points.deviation[i]:+.1f} %, deleted studentised "
+        f"residual {points.studentised[i]:.1f} (limit {points.limit:.1f}), robust {points.robust[i]:.1f} "
+        f"(limit {ROBUST_LIMIT:g})"
+    )
+
+
+def _point_notes(basis: TorqueBasis, points: PointDiagnostics) -> list[str]:
+    notes = [
+        f"{basis.measurements[i].point}: outlier, kept: {_outlier_text(basis, points, i)}; --drop outliers fits without"
+        for i in points.outliers
+    ]
+    unchecked = [basis.measurements[i].point for i in points.unchecked]
+    if unchecked:
+        notes.append(
+            f"{', '.join(unchecked)}: no other point checks it (leverage {points.leverage.max():.2f})"
+        )
+    return notes
+
+
+def _rivals(
+    basis: TorqueBasis,
+    parameters: Parameters,
+    film_model: Callable[[str], FilmModel],
+    films: dict[str, str],
+    name: str,
+    loss: str,
+    progress: Progress,
+) -> list[Rival]:
+    """The other sets, fitted to the same points with their own films."""
+    found = []
+    for other, fitted in SETS.items():
+        if other == name or len(basis) <= len(fitted):
+            continue
+        theirs = basis
+        if films[other] != films[name]:
+            theirs = torque_basis(parameters, film_model(films[other]), basis.measurements, progress)
+        values = fit_values(theirs, len(fitted), loss)
+        left_out = np.abs(left_out_deviations(theirs, len(fitted), loss, {}, progress))
+        found.append(Rival(f"{other} (film {films[other]})", theirs, values, left_out))
+    return found
+
+
+def _spread(basis: TorqueBasis, found: FrictionSet, count: int) -> float | None:
+    stated = [m.uncertainty for m in basis.measurements]
+    if not all(stated):
+        return None
+    over = (basis.torque(found.values) - basis.measured) / np.array(stated, dtype=float)
+    return math.sqrt(float(over @ over) / (len(basis) - count))
+
+
+def point_rows(result: Calibration) -> list[dict[str, Any]]:
+    """One row per point of the fit, units in the keys."""
+    outliers = set(result.points.outliers)
+    computed = result.basis.torque(result.friction_set.values)
+    return [
+        {
+            "rows": list(m.rows),
+            "preload_n": m.preload,
+            "speed_rpm": m.speed / RPM,
+            "temperature_k": m.temperature,
+            "axial_load_n": m.axial_load,
+            "weight": m.weight,
+            "measured_nm": m.torque,
+            "computed_nm": float(computed[i]),
+            "deviation": float(result.points.deviation[i]),
+            "left_out_deviation": float(result.left_out[i]),
+            "leverage": float(result.points.leverage[i]),
+            "studentised": float(result.points.studentised[i]),
+            "outlier": i in outliers,
+        }
+        for i, m in enumerate(result.basis.measurements)
+    ]
+
+
+def calibration_data(result: Calibration) -> dict[str, Any]:
+    """What stands beside the friction set, for JSON."""
+    return {
+        "points": point_rows(result),
+        "dropped": [{"row": problem.row, "reason": problem.reason} for problem in result.dropped],
+        "outliers": [list(result.basis.measurements[i].rows) for i in result.points.outliers],
+        "notes": result.notes,
+        "not_identified": result.friction_set.not_identified,
+        "condition": result.condition,
+        "error_over_uncertainty": result.spread,
+    }
+
+
+def calibration_text(result: Calibration) -> str:
+    """The result as text: points, parameters, errors, what is not identified, rows left out."""
+    lines = [
+        f"{'row':>9}{'preload':>10}{'speed':>9}{'oil':>7}{'axial':>9}{'measured':>10}{'computed':>10}{'model':>8}"
+        f"{'left out':>10}",
+        f"{'':>9}{'N':>10}{'r/min':>9}{'C':>7}{'N':>9}{'N m':>10}{'N m':>10}{'%':>8}{'%':>10}",
+    ]
+    for row in point_rows(result):
+        lines.append(
+            f"{'='.join(str(number) for number in row['rows']):>9}{row['preload_n']:>10.4g}{row['speed_rpm']:>9.4g}"
+            f"{row['temperature_k'] - CELSIUS:>7.1f}{row['axial_load_n']:>9.4g}{row['measured_nm']:>10.4g}"
+            f"{row['computed_nm']:>10.4g}{100.0 * row['deviation']:>+8.1f}{100.0 * row['left_out_deviation']:>+10.1f}"
+            + ("  outlier" if row["outlier"] else "")
+        )
+    found = result.friction_set
+    lines += ["", "Fitted (value +- half-width of the linearised 95 % interval)", *friction_set_lines(found)]
+    for name, ends in found.limits.items():
+        scale, unit = (1e9, " nm") if name == "roughness_height" else (1.0, "")
+        lines.append(
+            f"    95 % by profile: {name} {scale * ends['low']:.4g} to {scale * ends['high']:.4g}{unit}"
+        )
+    lines.append(f"    condition number of the scaled derivatives: {result.condition:.3g}")
+    if result.spread is not None:
+        lines.append(f"    errors over stated uncertainties: {result.spread:.2g} (about 1 expected)")
+    if found.not_identified:
+        lines.append("Not identified by these data:")
+        lines += [f"    {name}: {why}" for name, why in found.not_identified.items()]
+    else:
+        lines.append(
+            f"Identified by these data: every parameter to {100.0 * PRECISION:.0f} %, the sliding share to "
+            f"{100.0 * SPLIT_WIDTH:.0f} points of per cent"
+        )
+    lines += [f"dropped: {problem}" for problem in result.dropped]
+    lines += [f"note: {note}" for note in result.notes]
+    return "\n".join(lines)

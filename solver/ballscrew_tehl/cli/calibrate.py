@@ -1,0 +1,169 @@
+"""The command calibrate: friction parameters from a user's measurements, or the packaged sets anew."""
+
+from __future__ import annotations
+
+import sys
+import time
+from argparse import Namespace
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..calibration.measurements import Measurement
+from ..friction.sets import PACKAGED_SETS, write_friction_sets
+from ..parameters.file import Parameters
+from ..parameters.units import CELSIUS, RPM
+from .common import film_model_of, screw_of
+from .main import TEMPERATURE
+from .points import print_results
+from .progress import progress_bar
+
+if TYPE_CHECKING:
+    from ..calibration.user import Calibration
+    from ..friction.film_model import FilmModel
+
+#: seconds without a word of progress
+QUIET = 2.0
+
+
+def run_calibrate(args: Namespace) -> int:
+    """Fit to the user's measurements, or refit the packaged sets."""
+    if args.packaged == bool(args.measurements):
+        raise ValueError("calibrate needs either MEASUREMENTS.csv or --packaged")
+    parameters = screw_of(args)
+    if args.packaged:
+        return _packaged(args, parameters)
+    for option in (args.output, args.plot):
+        if option and not Path(option).absolute().parent.is_dir():
+            raise ValueError(f"{option}: no such folder; allowed: a file in a folder that is there")
+    result = _calibration(args, parameters)
+    found = result.friction_set
+    if found.film_model == "hamrock_dowson":
+        print("film hamrock_dowson: no map holds it, build_fmu.py refuses such a fit", file=sys.stderr)
+    if args.output:
+        write_friction_sets(
+            args.output,
+            {(found.kinematics, found.name): found},
+            "Fitted by python -m ballscrew_tehl calibrate",
+        )
+        print(f"written: {args.output}", file=sys.stderr)
+    if args.plot:
+        from ..calibration.plot import calibration_figure, save_figure
+
+        save_figure(calibration_figure(result), Path(args.plot))
+        print(f"written: {args.plot}", file=sys.stderr)
+    if args.json:
+        from ..calibration.user import calibration_data
+
+        entry = vars(found) | {"calibration": calibration_data(result)}
+        print_results([{f"{found.kinematics}.{found.name}": entry}], True, False)
+        return 0
+    from ..calibration.user import calibration_text
+
+    print(calibration_text(result))
+    print(f'For the screw file:\n[friction]\nset = "{found.name}"')
+    print(f"apparent_viscosity_ratio = {found.apparent_viscosity_ratio:.6g}")
+    print(f"net_sliding_coefficient = {found.net_sliding_coefficient:.6g}")
+    print(f"roughness_height_m = {found.roughness_height:.6g}")
+    return 0
+
+
+def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
+    from ..calibration.measurement_file import read_measurement_file
+    from ..calibration.packaged import PACKAGED_FILM
+    from ..calibration.user import calibrate_file
+
+    temperature = parameters.lubricant.reference_temperature
+    if args.temperature_c is not None:
+        temperature = TEMPERATURE.checked("--temperature-c", args.temperature_c) + CELSIUS
+    name = args.set or parameters.friction.set
+    films = dict(PACKAGED_FILM)
+    if args.film:
+        # a rival keeps its own film, unless the film is none of the solver's
+        films = (
+            dict.fromkeys(films, args.film) if args.film == "hamrock_dowson" else {**films, name: args.film}
+        )
+    file = read_measurement_file(args.measurements, temperature)
+    film_model, outside = _films(args, parameters)
+    due = time.monotonic() + QUIET
+    with progress_bar() as shown:
+
+        def progress(finished: int, total: int, what: str) -> None:
+            nonlocal due
+            if time.monotonic() > due:
+                due = time.monotonic() + 0.5
+                shown(finished, total, what)
+
+        return calibrate_file(
+            file,
+            parameters,
+            film_model,
+            name,
+            args.loss or "least_squares",
+            args.drop,
+            outside,
+            films,
+            progress,
+        )
+
+
+def _films(
+    args: Namespace, parameters: Parameters
+) -> tuple[Callable[[str], FilmModel], Callable[[Measurement], str]]:
+    """Film models by name, and why a point is outside the map ("" if it is not, or without a map)."""
+    if args.map is None:
+        return lambda film: film_model_of(film, parameters), lambda m: ""
+    if args.film == "hamrock_dowson":
+        raise ValueError(
+            "--map with --film hamrock_dowson; allowed: solved, solved_thermal, which a map holds"
+        )
+    from ..friction.torque import nut_forces
+    from ..nut_map.contact_map import SolvedFilm
+    from ..nut_map.file import load_contact_map, load_map
+
+    contact_map = load_contact_map(args.map, parameters)
+    axes = load_map(args.map, parameters).header["axes"]
+
+    def outside(m: Measurement) -> str:
+        forces = [force for force in nut_forces(parameters, m.preload, m.axial_load) if force > 0.0]
+        checks = (
+            ("force of a nut", "N", "force", 1.0, forces),
+            ("speed", "r/min", "speed", RPM, [m.speed]),
+            ("temperature", "K", "temperature", 1.0, [m.temperature]),
+        )
+        found = []
+        for what, unit, axis, factor, values in checks:
+            low, high = axes[axis][:2]
+            # a value on the edge of the map may be off by rounding
+            if not all(low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9) for value in values):
+                shown = ", ".join(f"{value / factor:.6g}" for value in dict.fromkeys(values))
+                found.append(
+                    f"{what} = {shown} {unit}; allowed: {low / factor:.6g} to {high / factor:.6g} {unit}"
+                )
+        return "; ".join(found)
+
+    return lambda film: SolvedFilm(contact_map, film == "solved_thermal"), outside
+
+
+def _packaged(args: Namespace, parameters: Parameters) -> int:
+    from ..calibration.packaged import PACKAGED_FILM, calibrate_packaged
+    from ..friction.sets import friction_set_text
+
+    unused = {"--plot": args.plot, "--map": args.map, "--set": args.set, "--drop": args.drop, "--loss": args.loss,
+              "--temperature-c": args.temperature_c}  # fmt: skip
+    for option, value in unused.items():
+        if value:
+            raise ValueError(f"{option} with --packaged; allowed: with MEASUREMENTS.csv only")
+    output = args.output or PACKAGED_SETS
+
+    def film_model(variant: Parameters, name: str) -> FilmModel:
+        return film_model_of(args.film or PACKAGED_FILM[name], variant)
+
+    sets = calibrate_packaged(film_model, parameters, output, lambda text: print(text, file=sys.stderr))
+    print(f"written: {output}", file=sys.stderr)
+    if args.json:
+        entries = {f"{kinematics}.{name}": vars(entry) for (kinematics, name), entry in sets.items()}
+        print_results([entries], True, False)
+    else:
+        print(friction_set_text(list(sets.values())))
+    return 0

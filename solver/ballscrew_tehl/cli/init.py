@@ -1,0 +1,18 @@
+"""The command init: a commented screw file to fill in."""
+
+from __future__ import annotations
+
+import json
+from argparse import Namespace
+
+
+def run_init(args: Namespace) -> int:
+    """A screw file to fill in."""
+    from ..parameters.template import write_template
+
+    write_template(args.file, args.oil)
+    if args.json:
+        print(json.dumps({"file": args.file}))
+    else:
+        print(f"{args.file}: put in the values of your screw and oil; the first lines say how to go on")
+    return 0

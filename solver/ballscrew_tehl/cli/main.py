@@ -1,0 +1,256 @@
+"""Command line: python -m ballscrew_tehl COMMAND.
+
+Exit codes: 0 done; 1 a computation did not converge; 2 bad input, with one line on stderr that says what is
+allowed. Results go to stdout, everything else to stderr. What a command needs is imported when it runs: an
+answer from the map must not wait for the solver.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import re
+import sys
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from .. import __version__
+from .contact import add_contact
+from .oil import add_oil
+from .points import Quantity, add_json, add_options
+
+PRELOAD = Quantity("preload_n", "preload of the nut [N]", least=0.0)
+SPEED = Quantity("speed_rpm", "screw speed [r/min]")
+TEMPERATURE = Quantity("temperature_c", "oil temperature [C]", least=-73.15)
+AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", default=0.0)
+TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", least=0.0)
+TURNING = SPEED._replace(not_zero=True)
+
+TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
+PRELOAD_POINT = (TORQUE, TURNING, TEMPERATURE)
+
+FILMS = ("solved", "solved_thermal", "hamrock_dowson")
+KINEMATICS = ("published", "rolling_frame")
+SET_NAMES = ("two_parameter", "three_parameter")
+CERTIFIED = ("torque", "film", "temperature_rise")
+DROP_KINDS = ("impossible", "outside", "outliers")
+OILS = ("viscosities", "iso_vg")
+LOSS_NAMES = ("least_squares", "soft_l1", "table_minimax")
+
+
+class Parser(argparse.ArgumentParser):
+    """Complains in one line; takes no abbreviations, which a later option could make ambiguous."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(allow_abbrev=False, **settings)
+
+    def error(self, message: str) -> NoReturn:
+        """Print the complaint and leave with 2."""
+        self.exit(2, f"{self.prog}: error: {message} (see --help)\n")
+
+
+def _screw_options(parser: argparse.ArgumentParser, with_map: bool = True) -> None:
+    parser.add_argument("--screw", metavar="FILE.toml", help="screw file; default: the packaged GD4008-3")
+    parser.add_argument(
+        "--kinematics", choices=KINEMATICS, help="surface speeds; default: as the screw file says"
+    )
+    if with_map:
+        parser.add_argument("--map", metavar="FILE", help="map file; default: the packaged map")
+
+
+def _torque(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser("torque", help="friction torque of the nut at an operating point")
+    add_options(parser, TORQUE_POINT)
+    parser.add_argument(
+        "--direct", action="store_true", help="solve every ball's contacts instead of reading the map"
+    )
+    _screw_options(parser)
+    parser.set_defaults(run="torque.run_torque")
+
+
+def _preload(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser("preload", help="preload behind a measured friction torque")
+    add_options(parser, PRELOAD_POINT)
+    _screw_options(parser)
+    parser.set_defaults(run="preload.run_preload")
+
+
+def _map(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser("map", help="build, check, describe or draw a map")
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    build = actions.add_parser("build", help="solve the contacts and write the map of a screw")
+    build.add_argument("--output", metavar="FILE", help="where to write; default: the packaged map")
+    build.add_argument(
+        "--tolerance",
+        type=float,
+        metavar="E",
+        help="estimated error of ln(film) above which a contact is solved and not foretold by its neighbours; "
+        "default: 0.002; with 0.01 a fifth of the contacts is solved",
+    )
+    build.add_argument("--workers", type=int, metavar="N", help="processes; default: one per core")
+    build.add_argument(
+        "--dask", metavar="ADDRESS", help="solve on a Dask cluster: tcp://HOST:PORT of its scheduler"
+    )
+    build.add_argument(
+        "--family",
+        metavar="FOLDER",
+        help="a map for every screw file *.toml there; --output: folder of the maps",
+    )
+    check = actions.add_parser("check", help="load a map, verify its hash and compare it with direct solves")
+    info = actions.add_parser("info", help="axes, parameters, version and certificate of a map")
+    plot = actions.add_parser(
+        "plot", help="draw torque, film, temperature rise, samples and certificate of a map"
+    )
+    plot.add_argument("--output", required=True, metavar="FILE.png", help="where to write the picture")
+    plot.add_argument(
+        "--error",
+        choices=CERTIFIED,
+        default=CERTIFIED[0],
+        help="error that colours the points of the certificate (default %(default)s)",
+    )
+    for action in (build, check):
+        text = "random operating points to compare with direct solves (default %(default)s)"
+        action.add_argument("--count", type=int, default=24 if action is build else 4, metavar="N", help=text)
+    for action in (check, info, plot):
+        action.add_argument("file", nargs="?", metavar="FILE", help="map file; default: the packaged map")
+    for action, name in ((build, "build"), (check, "check"), (info, "info"), (plot, "plot")):
+        _screw_options(action, with_map=False)
+        add_json(action)
+        action.set_defaults(run=f"map.run_map_{name}")
+
+
+def _calibrate(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser(
+        "calibrate",
+        help="fit the friction parameters to measured torques",
+        description="Fit the friction parameters to measured torques. Headings of the file name the units, for example "
+        "preload [N], speed [r/min], temperature [degC], torque [N.m], or preload_n, speed_rpm, ...; optional: "
+        "temperature, axial_load, torque_uncertainty or weight, table, comment. Prints errors, each point left out, "
+        "95 %% intervals, correlations, outliers and what the data do not identify.",
+    )
+    parser.add_argument("measurements", nargs="?", metavar="MEASUREMENTS.csv", help="measured torques")
+    parser.add_argument(
+        "--packaged", action="store_true", help="refit the packaged sets to the paper's tables"
+    )
+    parser.add_argument(
+        "--output",
+        metavar="FILE.toml",
+        help="where to write the sets, for build_fmu.py --friction (--packaged: data of the package)",
+    )
+    parser.add_argument("--plot", metavar="FILE.png", help="draw measured against computed torque")
+    parser.add_argument("--set", choices=SET_NAMES, help="what to fit; default: as the screw file says")
+    parser.add_argument("--loss", choices=LOSS_NAMES, help="default: least_squares; --packaged: soft_l1")
+    parser.add_argument(
+        "--film",
+        choices=FILMS,
+        help="film model; default: solved for two_parameter, solved_thermal for three_parameter",
+    )
+    parser.add_argument(
+        "--temperature-c",
+        metavar="C",
+        help="oil temperature of rows without one; default: reference of the oil",
+    )
+    parser.add_argument(
+        "--drop",
+        action="append",
+        choices=DROP_KINDS,
+        default=[],
+        help="go on without impossible rows, rows outside the map, outliers (may be repeated); dropped rows are named",
+    )
+    _screw_options(parser, with_map=False)
+    parser.add_argument(
+        "--map", metavar="FILE", help="take the films from this map of the screw; default: solve every point"
+    )
+    add_json(parser)
+    parser.set_defaults(run="calibrate.run_calibrate")
+
+
+def _validate(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser(
+        "validate", help="the model beside the measured torques and published models"
+    )
+    parser.add_argument(
+        "--contacts",
+        action="store_true",
+        help="instead: solve the contact of section 5.1 of the paper, both kinematics, beside the printed values",
+    )
+    _screw_options(parser)
+    add_json(parser)
+    parser.set_defaults(run="validate.run_validate")
+
+
+def _init(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser("init", help="write a commented screw file to fill in")
+    parser.add_argument("file", metavar="FILE.toml", help="a new file")
+    parser.add_argument(
+        "--oil",
+        choices=OILS,
+        default=OILS[0],
+        help="how the oil is given: by two viscosities or by ISO grade and viscosity index (default %(default)s)",
+    )
+    add_json(parser)
+    parser.set_defaults(run="init.run_init")
+
+
+def _report(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser(
+        "report",
+        help="one HTML page: validation, torques, ball loads, a contact, the map, the paper",
+        description="Write one HTML page that opens offline. Solves the contacts of one ball on the way, some seconds.",
+    )
+    parser.add_argument("--output", required=True, metavar="FILE.html", help="where to write the page")
+    _screw_options(parser)
+    add_json(parser)
+    parser.set_defaults(run="report.run_report")
+
+
+def build_parser() -> Parser:
+    """The whole command line."""
+    parser = Parser(prog="ballscrew_tehl", description="Friction torque of preloaded ball screws.")
+    parser.add_argument("--version", action="version", version=f"ballscrew_tehl {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
+    for add in (add_contact, _torque, _preload, _map, _calibrate, _validate, _report, _init, add_oil):
+        add(commands)
+    return parser
+
+
+def _join_negative_numbers(arguments: Sequence[str]) -> list[str]:
+    """--axial-load-n -1e3 as --axial-load-n=-1e3: argparse takes -1e3, -inf for options."""
+    joined: list[str] = []
+    for argument in arguments:
+        try:
+            # NaN included: it is refused later by name
+            negative = argument.startswith("-") and isinstance(float(argument), float)
+        except ValueError:
+            negative = False
+        plain = re.fullmatch(r"-\d+|-\d*\.\d+", argument)
+        if negative and not plain and joined and joined[-1].startswith("--") and "=" not in joined[-1]:
+            joined[-1] += f"={argument}"
+        else:
+            joined.append(argument)
+    return joined
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Parameters   arguments : without the program's name; None = those of the process
+    Returns      exit code, see the top of this file
+    """
+    # the solver's matrices are small: BLAS threads would cost more than they save (read when numpy is imported)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    args = build_parser().parse_args(_join_negative_numbers(sys.argv[1:] if arguments is None else arguments))
+    module, function = args.run.split(".")
+    try:
+        return int(getattr(importlib.import_module(f".{module}", __package__), function)(args))
+    except BrokenPipeError:
+        # the reader of a pipe (head, less) has gone: no complaint, and none from the interpreter's own flush
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except (ValueError, OSError) as err:
+        print(f"ballscrew_tehl {args.command}: error: {' '.join(str(err).split())}", file=sys.stderr)
+        return 2
+    except ArithmeticError as err:
+        print(f"ballscrew_tehl {args.command}: not converged: {' '.join(str(err).split())}", file=sys.stderr)
+        return 1

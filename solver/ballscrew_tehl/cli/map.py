@@ -1,0 +1,203 @@
+"""The commands `map build`, `map check`, `map info` and `map plot`."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import sys
+from argparse import Namespace
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import __version__
+from ..friction.sets import default_friction_set
+from ..nut_map.certificate import deviation_from_direct
+from ..nut_map.grid import MapGrid
+from ..nut_map.workers import build_executor
+from ..parameters.file import Parameters
+from ..parameters.units import CELSIUS, RPM
+from ..runtime.packed import certificate_totals
+from .common import EXTREMES, screw_of
+from .points import print_results
+from .progress import progress_bar
+
+if TYPE_CHECKING:
+    from ..nut_map.plot import MapPicture
+    from ..nut_map.workers import Progress
+
+
+def _build_one(
+    parameters: Parameters, path: Path, args: Namespace, executor: Executor, progress: Progress
+) -> dict[str, Any]:
+    """Build, certify and write one map; contacts that an interrupted build has solved are not solved again."""
+    from ..nut_map.build import build_map
+    from ..nut_map.file import load_map, save_map
+
+    journal = path.with_name(path.name + ".contacts")
+    grid = MapGrid()
+    if args.tolerance is not None:
+        grid = dataclasses.replace(grid, contact_tolerance=args.tolerance)
+    built = build_map(parameters, progress=progress, grid=grid, executor=executor, journal=journal)
+    # a map takes the place of an older one only with its certificate
+    trial = path.with_name(path.name + ".trial")
+    try:
+        save_map(trial, built, {})
+        certificate = deviation_from_direct(
+            load_map(trial, parameters), parameters, args.count, executor, progress
+        )
+    finally:
+        trial.unlink(missing_ok=True)
+    file_hash = save_map(path, built, certificate)
+    journal.unlink()
+    return {"file": str(path), "file_hash": file_hash, **certificate_totals(certificate)}
+
+
+def run_map_build(args: Namespace) -> int:
+    """Solve the contacts of a screw, or of every screw file of a folder, and write the maps with their certificates."""
+    from ..nut_map.file import packaged_map
+
+    for name in ("workers", "count"):
+        value = getattr(args, name)
+        if value is not None and value < 1:
+            raise ValueError(f"--{name} = {value}; allowed: a whole number >= 1")
+    if args.tolerance is not None and not 1e-5 <= args.tolerance <= 0.1:
+        raise ValueError(f"--tolerance = {args.tolerance}; allowed: 1e-5 to 0.1, relative error of the film")
+    if args.family is not None:
+        wanted = _family(args)
+    else:
+        parameters = screw_of(args)
+        if args.output is None and args.screw is not None:
+            raise ValueError(
+                "--output (missing); allowed: a file; the packaged map belongs to the packaged screw"
+            )
+        path = Path(args.output) if args.output else packaged_map(parameters.friction.kinematics)
+        wanted = [(parameters, path)]
+    with build_executor(args.workers, args.dask) as executor, progress_bar() as progress:
+        results = [_build_one(*one, args, executor, progress) for one in wanted]
+    print_results(results, args.json, args.family is not None)
+    return 0
+
+
+def _family(args: Namespace) -> list[tuple[Parameters, Path]]:
+    """Parameters and map file of every screw file of a folder; all are read before the first contact is solved."""
+    folder = Path(args.family)
+    if args.screw is not None:
+        raise ValueError("--family and --screw; allowed: one of them")
+    files = sorted(folder.glob("*.toml"))
+    if not files:
+        raise ValueError(f"--family = {folder}; allowed: a folder with screw files *.toml")
+    target = Path(args.output) if args.output else folder
+    return [
+        (screw_of(Namespace(screw=str(file), kinematics=args.kinematics)), target / f"{file.stem}.nc")
+        for file in files
+    ]
+
+
+def run_map_check(args: Namespace) -> int:
+    """Load a map, which verifies hash and parameters, and compare it with direct solves.
+
+    Exit code 1 if it is further off than its certificate says. The points are the first ones of the certificate.
+    """
+    from ..nut_map.file import load_map
+
+    parameters = screw_of(args)
+    if args.count < 1:
+        raise ValueError(f"--count = {args.count}; allowed: a whole number >= 1")
+    nut_map = load_map(args.file, parameters)
+    result = certificate_totals(deviation_from_direct(nut_map, parameters, args.count))
+    allowed = float(nut_map.header["certificate"].get("torque_error_max", 0.0))
+    good = result["torque_error_max"] <= allowed + 1e-6
+    result |= {
+        "certificate": allowed,
+        "within_certificate": good,
+        "file_hash": nut_map.header["file_hash"],
+    }
+    print_results([result], args.json, False)
+    if not good:
+        print(
+            f"map differs from direct solves by {result['torque_error_max']:.2e}; its certificate says {allowed:.2e}",
+            file=sys.stderr,
+        )
+    return 0 if good else 1
+
+
+def run_map_info(args: Namespace) -> int:
+    """Axes, film model, friction defaults, version, hashes and certificate of a map."""
+    from ..nut_map.file import load_map
+
+    header = dict(load_map(args.file, screw_of(args)).header)
+    if args.json:
+        print_results([header], True, False)
+        return 0
+    rows: dict[str, Any] = {}
+    header["certificate"] = certificate_totals(header["certificate"])
+    for key, value in header.items():
+        if isinstance(value, dict):
+            told = {name: entry for name, entry in value.items() if not isinstance(entry, dict | None)}
+            rows |= {f"{key}.{name}": entry for name, entry in told.items()}
+        elif key != "parameters_json":
+            rows[key] = value
+    for name, unit, scale in (("speed", "r/min", 30.0 / math.pi), ("temperature", "C", 1.0)):
+        low, high, nodes = header["axes"][name]
+        shift = 273.15 if name == "temperature" else 0.0
+        rows[f"axes.{name}"] = (
+            f"{scale * low - shift:.6g} to {scale * high - shift:.6g} {unit}, {nodes} nodes"
+        )
+    print_results([rows], False, False)
+    return 0
+
+
+def run_map_plot(args: Namespace) -> int:
+    """Draw a map: torque, film and temperature rise over speed, its samples and the points of its certificate."""
+    path = Path(args.output)
+    if path.suffix.lower() != ".png" or path.is_dir() or not path.parent.is_dir():
+        raise ValueError(f"--output = {path}; allowed: a file *.png in a folder that exists")
+    parameters = screw_of(args)
+    from ..nut_map.file import load_contact_map, load_map
+    from ..nut_map.plot import map_figure, map_picture, save_figure
+
+    picture = map_picture(load_map(args.file, parameters), load_contact_map(args.file, parameters))
+    file_hash = picture.nut_map.header["file_hash"]
+    save_figure(map_figure(picture, args.error), path, file_hash)
+    friction_set = default_friction_set(parameters)
+    result = {
+        "file": str(path),
+        **_plotted_extremes(picture),
+        "screw": parameters.name,
+        "kinematics": friction_set.kinematics,
+        "friction_set": friction_set.name,
+        "map_hash": file_hash,
+        "version": __version__,
+    }
+    print_results([result], args.json, False)
+    return 0
+
+
+def _plotted_extremes(picture: MapPicture) -> dict[str, Any]:
+    """Lowest and highest of everything drawn, by the keys of the command line; None: the file does not hold it."""
+    from ..nut_map.plot import ERRORS, FILM_LINES, friction_torque
+
+    def ends(*values: Any) -> list[float]:
+        return [float(min(np.min(v) for v in values)), float(max(np.max(v) for v in values))]
+
+    loads, _, _ = picture.contact_map.axes.nodes
+    found: dict[str, Any] = {
+        "speed_rpm": ends(picture.speed / RPM),
+        "preload_n": ends(picture.preloads),
+        "temperature_c": ends(picture.temperatures - CELSIUS),
+        "friction_torque_nm": ends(*map(friction_torque, (picture.by_preload, picture.by_temperature))),
+    }
+    for name in FILM_LINES:
+        found[EXTREMES[name]] = ends(getattr(picture.by_temperature, name)[picture.film_rows])
+    found["film_temperature_rise_k"] = ends(picture.by_temperature.film_temperature_rise)
+    found |= {
+        "ball_load_n": ends(loads),
+        "samples": sum(int(mask.sum()) for mask in picture.contact_map.solved.values()),
+    }
+    found |= {f"sampling_error_{name}": error for name, error in picture.sampling_errors.items()}
+    points = picture.certificate
+    found["certificate_points"] = 0 if points is None else points.speed.size
+    return found | {f"{name}_error": None if points is None else ends(points.errors[name]) for name in ERRORS}

@@ -1,0 +1,147 @@
+"""The command `oil`: an oil over temperature, by its grade or from a screw file, and what is assumed."""
+
+from __future__ import annotations
+
+import argparse
+from argparse import Namespace
+from typing import Any
+
+import numpy as np
+
+from .. import __version__
+from ..parameters import mineral_oil as oil_grade
+from ..parameters.file import LubricantParameters, graded_oil, load_parameters
+from ..parameters.units import CELSIUS
+from ..physics import lubricant
+from .points import add_json, print_results, table
+
+TEMPERATURES_C = (20.0, 40.0, 60.0, 80.0, 100.0)
+#: range over which the error of the linear density is stated [C]
+DENSITY_RANGE_C = (10.0, 100.0)
+
+
+def add_oil(commands: argparse._SubParsersAction) -> None:
+    """The options of the command."""
+    parser = commands.add_parser(
+        "oil",
+        help="viscosity, density and pressure-viscosity coefficient of an oil",
+        description="A mineral oil by its ISO grade and viscosity index, or the oil of a screw file, at 20 to 100 C; "
+        "says what is assumed and how well it is known.",
+    )
+    parser.add_argument("--iso-vg", type=int, metavar="GRADE", help="ISO 3448 viscosity grade")
+    parser.add_argument("--viscosity-index", type=float, metavar="VI", help="viscosity index (ASTM D2270)")
+    parser.add_argument(
+        "--density-15c-kg-m3", type=float, metavar="RHO", help="density at 15 C; default: a paraffinic oil"
+    )
+    parser.add_argument("--screw", metavar="FILE.toml", help="the oil of this screw file instead")
+    add_json(parser)
+    parser.set_defaults(run="oil.run_oil")
+
+
+def _oil_of(args: Namespace) -> LubricantParameters:
+    grade = (args.iso_vg, args.viscosity_index)
+    given = [value is not None for value in (*grade, args.density_15c_kg_m3)]
+    if args.screw is not None:
+        if any(given):
+            raise ValueError("--screw; allowed: alone, or --iso-vg with --viscosity-index: give one oil")
+        return load_parameters(args.screw).lubricant
+    if not all(given[:2]):
+        raise ValueError("--iso-vg, --viscosity-index (missing); allowed: both, or --screw FILE.toml")
+    return graded_oil(*grade, args.density_15c_kg_m3)
+
+
+def oil_rows(oil: LubricantParameters) -> list[dict[str, float]]:
+    """Viscosities, density and pressure-viscosity coefficient at TEMPERATURES_C, for a grade other rules beside it."""
+    rows = []
+    for celsius in TEMPERATURES_C:
+        T = celsius + CELSIUS
+        eta, rho = float(lubricant.eta0(oil, T)), float(lubricant.ambient_density(oil, T))
+        row = {
+            "temperature_c": celsius,
+            "kinematic_viscosity_mm2_s": 1e6 * eta / rho,
+            "viscosity_mpas": 1e3 * eta,
+            "density_kg_m3": rho,
+            "alpha_per_gpa": 1e9 * float(lubricant.pressure_viscosity(oil, T)),
+        }
+        if oil.iso_vg is not None:
+            row["so_klaus_per_gpa"] = 1e9 * oil_grade.so_klaus(eta / rho, rho, _slope(oil))
+            row["agma_925_per_gpa"] = 1e9 * oil_grade.agma_925(eta)
+        rows.append(row)
+    return rows
+
+
+def _slope(oil: LubricantParameters) -> float:
+    points = (oil.astm_viscosity_1, oil.astm_temperature_1, oil.astm_viscosity_2, oil.astm_temperature_2)
+    return oil_grade.slope_d341(*(float(value) for value in points if value is not None))
+
+
+def assumptions(oil: LubricantParameters) -> list[str]:
+    """What follows from the grade and was not given, and how well it is known; empty without a grade."""
+    if oil.iso_vg is None or oil.viscosity_index is None or oil.density_15c is None:
+        return []
+    low, high = ((1.0 + sign * oil_grade.GRADE_TOLERANCE) * oil.iso_vg for sign in (-1.0, 1.0))
+    T = np.linspace(*DENSITY_RANGE_C, 91) + CELSIUS
+    lighter = oil_grade.density_15c(1e-6 * oil.iso_vg, oil_grade.PARAFFINIC_VGC - oil_grade.VGC_TOLERANCE)
+    linear, law = lubricant.ambient_density(oil, T), oil_grade.density_at(oil.density_15c, T)
+    misfit = 100.0 * float(np.max(np.abs(linear / law - 1.0)))
+    lines = [
+        f"viscosity at 40 C: the number of the grade; an oil of it may have {low:g} to {high:g} mm2/s (ISO 3448)",
+        "viscosity at 100 C: from the index (ASTM D2270); at other temperatures by ASTM D341",
+        f"density over temperature: ASTM D1250, linear; within {misfit:.2f} % of it from "
+        f"{DENSITY_RANGE_C[0]:g} to {DENSITY_RANGE_C[1]:g} C",
+    ]
+    by_field = {
+        "density_15c": f"density at 15 C: {oil.density_15c:.1f} kg/m3, a paraffinic oil, viscosity-gravity constant "
+        f"{oil_grade.PARAFFINIC_VGC:g} +-{oil_grade.VGC_TOLERANCE:g} (ASTM D2501): "
+        f"+-{100.0 * (1.0 - lighter / oil.density_15c):.1f} %",
+        "pressure_viscosity": f"alpha: exponent Z = {oil.z_roelands:.3f} of Roelands from both viscosities; "
+        f"{100.0 * oil_grade.Z_ERROR_RMS:.0f} % rms, {100.0 * oil_grade.Z_ERROR_MAX:.0f} % at most off measured "
+        "mineral oils. Beside it So & Klaus 1980 and AGMA 925",
+        "specific_heat": f"specific heat {oil.specific_heat:.0f} J/(kg K): Cragoe 1929, some 5 %, taken as constant",
+        "thermal_conductivity": f"thermal conductivity {oil.thermal_conductivity:.4f} W/(m K): Cragoe 1929, some 10 %, "
+        "taken as constant",
+    }
+    lines += [line for field, line in by_field.items() if field not in oil.model_fields_set]
+    if oil.viscosity_index > oil_grade.MINERAL_INDEX and "pressure_viscosity" not in oil.model_fields_set:
+        lines.append(
+            f"an index above {oil_grade.MINERAL_INDEX:g} means a synthetic oil or an improver: alpha is not known "
+            "for it, give pressure_viscosity"
+        )
+    return lines
+
+
+def run_oil(args: Namespace) -> int:
+    """One oil over temperature."""
+    oil = _oil_of(args)
+    rows, assumed = oil_rows(oil), assumptions(oil)
+    if args.json:
+        result: dict[str, Any] = {
+            "oil": oil.name,
+            "iso_vg": oil.iso_vg,
+            "viscosity_index": oil.viscosity_index,
+        }
+        result |= {"density_15c_kg_m3": oil.density_15c, "z_roelands": oil.z_roelands, "rows": rows}
+        result |= {
+            "specific_heat_j_kgk": oil.specific_heat,
+            "thermal_conductivity_w_mk": oil.thermal_conductivity,
+        }
+        print_results([result | {"assumed": assumed, "version": __version__}], True, False)
+        return 0
+    heads = {
+        "temperature_c": "T [C]", "kinematic_viscosity_mm2_s": "nu [mm2/s]", "viscosity_mpas": "eta [mPa s]",
+        "density_kg_m3": "rho [kg/m3]", "alpha_per_gpa": "alpha [1/GPa]", "so_klaus_per_gpa": "So & Klaus",
+        "agma_925_per_gpa": "AGMA 925",
+    }  # fmt: skip
+    print(f"{oil.name}\n")
+    cells = [
+        [f"{value:g}" if key == "temperature_c" else f"{value:#.4g}" for key, value in row.items()]
+        for row in rows
+    ]
+    print(table([[heads[key] for key in rows[0]], *cells]))
+    if assumed:
+        print("\nassumed:\n" + "\n".join(f"- {line}" for line in assumed))
+        print(f'\nFor the screw file:\n[lubricant]\nname = "{oil.name}"\niso_vg = {oil.iso_vg}')
+        print(f"viscosity_index = {oil.viscosity_index:g}")
+        if "density_15c" in oil.model_fields_set:
+            print(f"density_15c_kg_m3 = {oil.density_15c:g}")
+    return 0

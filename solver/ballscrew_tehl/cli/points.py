@@ -1,0 +1,182 @@
+"""Input and output of the command line: operating points from options or CSV, results as JSON or table."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import math
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ..calibration.measurements import read_rows
+
+
+class Quantity(NamedTuple):
+    """A number of an operating point: option --some-name, column some_name, both the key `name`."""
+
+    name: str
+    help: str
+    least: float = -math.inf
+    default: float | None = None
+    #: the least value itself is refused
+    above: bool = False
+    #: zero is refused
+    not_zero: bool = False
+
+    @property
+    def option(self) -> str:
+        """Spelling on the command line."""
+        return "--" + self.name.replace("_", "-")
+
+    @property
+    def allowed(self) -> str:
+        """What a value must be, as words."""
+        words = "a finite number"
+        if math.isfinite(self.least):
+            words += f" {'>' if self.above else '>='} {self.least:g}"
+        return words + (", not 0" if self.not_zero else "")
+
+    def checked(self, where: str, value: Any) -> float:
+        """The value as a float.
+
+        Raises       ValueError: one line with place, value and what is allowed
+        """
+        try:
+            found = float(value)
+        except ValueError:
+            found = math.nan
+        low = found <= self.least if self.above else found < self.least
+        if not math.isfinite(found) or low or (self.not_zero and found == 0.0):
+            raise ValueError(f"{where} = {value}; allowed: {self.allowed}")
+        return found
+
+
+def add_options(parser: ArgumentParser, quantities: Sequence[Quantity]) -> None:
+    """Add one option per quantity, --points and --json."""
+    for quantity in quantities:
+        note = "" if quantity.default is None else f" (default {quantity.default:g})"
+        metavar = quantity.name.rsplit("_", 1)[-1].upper()
+        parser.add_argument(
+            quantity.option, metavar=metavar, help=f"{quantity.help}; {quantity.allowed}{note}"
+        )
+    names = ", ".join(quantity.name for quantity in quantities)
+    parser.add_argument(
+        "--points",
+        metavar="FILE.csv",
+        help=f"many points: columns {names}; an option given beside it holds for every row without that column",
+    )
+    add_json(parser)
+
+
+def add_json(parser: ArgumentParser) -> None:
+    """Add --json."""
+    parser.add_argument(
+        "--json", action="store_true", help="JSON on stdout (a list with --points), logs on stderr"
+    )
+
+
+def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[str, float]]:
+    """The operating points that the options describe; one without --points.
+
+    Raises       ValueError: a value missing or not allowed, an unknown column that looks like a known one
+    """
+    common: dict[str, float] = {}
+    for quantity in quantities:
+        given = getattr(args, quantity.name)
+        if given is not None:
+            common[quantity.name] = quantity.checked(quantity.option, given)
+    if args.points is None:
+        for quantity in quantities:
+            if quantity.name not in common and quantity.default is None:
+                raise ValueError(
+                    f"{quantity.option} (missing); allowed: {quantity.allowed}, or --points FILE.csv"
+                )
+        return [{q.name: common.get(q.name, _default(q)) for q in quantities}]
+    rows = [{column.lower(): text for column, text in row.items()} for row in read_rows(args.points)]
+    _check_columns(args.points, rows[0], quantities)
+    points = []
+    for index, row in enumerate(rows, start=1):
+        point = {}
+        for quantity in quantities:
+            if row.get(quantity.name):
+                where = f"{args.points}: row {index}: {quantity.name}"
+                point[quantity.name] = quantity.checked(where, row[quantity.name])
+            elif quantity.name in common or quantity.default is not None:
+                point[quantity.name] = common.get(quantity.name, _default(quantity))
+            else:
+                raise ValueError(
+                    f"{args.points}: row {index}: {quantity.name} (missing); allowed: {quantity.allowed}, "
+                    f"in a column or by {quantity.option}"
+                )
+        points.append(point)
+    return points
+
+
+def _default(quantity: Quantity) -> float:
+    return math.nan if quantity.default is None else quantity.default
+
+
+def _check_columns(path: str, columns: Mapping[str, str], quantities: Sequence[Quantity]) -> None:
+    """Refuse a column that is probably meant as a known one; name the ones that are not used."""
+    known = [quantity.name for quantity in quantities]
+    unused = [column for column in columns if column not in known]
+    for column in unused:
+        near = difflib.get_close_matches(
+            column, [name for name in known if name not in columns], n=1, cutoff=0.7
+        )
+        if near:
+            raise ValueError(f"{path}: column {column}; allowed: {', '.join(known)}; is {near[0]} meant?")
+    if unused:
+        print(f"{path}: columns not used: {', '.join(unused)}", file=sys.stderr)
+
+
+def plain(value: Any) -> Any:
+    """For JSON: numpy scalars and arrays become Python's own, what is not finite becomes null."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def print_results(results: Sequence[Mapping[str, Any]], as_json: bool, as_list: bool) -> None:
+    """One JSON object or list on stdout, or a readable table.
+
+    Parameters   as_list : the user gave a list of points, also when it holds only one
+    """
+    if as_json:
+        print(json.dumps(plain(results if as_list else results[0]), allow_nan=False))
+    elif as_list:
+        keys = [key for key in results[0] if not isinstance(results[0][key], str)]
+        print(table([keys] + [[shown(result[key]) for key in keys] for result in results]))
+    else:
+        print(table([[key, shown(value)] for key, value in results[0].items()]))
+
+
+def shown(value: Any) -> str:
+    """A value as text for a table."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, (list, tuple)):
+        return ", ".join(shown(entry) for entry in value) or "-"
+    if isinstance(value, int | str):
+        return str(value)
+    return "-" if value is None else f"{float(value):.6g}"
+
+
+def table(rows: Sequence[Sequence[str]]) -> str:
+    """Text columns, the first one to the left, the others to the right."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = []
+    for row in rows:
+        cells = [row[0].ljust(widths[0])] + [
+            cell.rjust(w) for cell, w in zip(row[1:], widths[1:], strict=True)
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)

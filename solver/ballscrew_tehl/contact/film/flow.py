@@ -1,0 +1,348 @@
+"""Cross-film integrals of the generalised Reynolds equation, and the shear stress and velocity that follow from them.
+
+The film is cut into n_z layers of equal thickness between surface a (z = 0) and b (z = h); integrals over the nodes are
+of fourth order, exact for a uniform film. e is the generalised viscosity eta/S with the shear thinning S of the
+rheology. Source: Yang & Wen 1990 in the form of the model notes, section 5.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from ..half_space.grid import Array
+from .oil import NEWTONIAN, ln_viscosity, pressure_density, pressure_factor, shear_thinning, thinned_stress
+
+#: bound of ln(eta) for stresses: Barus oils at pressures far beyond any oil
+LARGEST_LN_ETA = 300.0
+#: largest change of temperature by a change of pressure between two energy solves [K]
+FOLLOW_LIMIT = 40.0
+
+
+class SurfaceSpeeds(NamedTuple):
+    """Speeds along and across rolling of the surfaces a (z = 0) and b (z = h), each (n_y, n_x) [m/s]."""
+
+    u_a: Array
+    u_b: Array
+    v_a: Array
+    v_b: Array
+
+
+class FilmFlow(NamedTuple):
+    """Flow and heat sources in the film; arrays (n_y, n_x, n_z+1) unless said.
+
+    m_x, m_y : rho u h, rho v h [kg/(m s)] per unit of z/h; shear : dissipation, compression : heating (per kelvin of
+    T) times h [W/m2]; squeeze : its change with the pressure of the node [W/(m2 Pa)], per kelvin; soft : -d
+    ln(eta)/dT [1/K]; stiff : d ln(eta)/dp [1/Pa]; rate : shear rate along x times h [m/s]; thinning : S;
+    ln_eta : ln of eta [Pa s] that S belongs to; stress_share : d ln(stress)/d ln(eta) at a given shear rate, 1 if
+    Newtonian;
+    fluidity (n_y, n_x) : integral of dz/e [m/(Pa s)]; traction_x, traction_y (n_y, n_x) : stress in mid-film [Pa].
+    """
+
+    m_x: Array
+    m_y: Array
+    shear: Array
+    compression: Array
+    squeeze: Array
+    soft: Array
+    stiff: Array
+    rate: Array
+    thinning: Array
+    ln_eta: Array
+    stress_share: Array
+    fluidity: Array
+    traction_x: Array
+    traction_y: Array
+
+    @classmethod
+    def empty(cls, ny: int, nx: int, nz: int) -> FilmFlow:
+        m_x, m_y, shear, compression, squeeze, soft, stiff, rate = np.zeros((8, ny, nx, nz + 1))
+        thinning, stress_share = np.ones((2, ny, nx, nz + 1))
+        return cls(
+            m_x, m_y, shear, compression, squeeze, soft, stiff, rate, thinning, np.zeros_like(thinning), stress_share,
+            *np.zeros((3, ny, nx)),
+        )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def cumulative(f, dz, out):
+    """Integral of nodal values from the first node to each, by the cubic through four nodes (n >= 4 layers)."""
+    n = f.size - 1
+    c = dz / 24.0
+    out[0] = 0.0
+    out[1] = c * (9.0 * f[0] + 19.0 * f[1] - 5.0 * f[2] + f[3])
+    for k in range(1, n - 1):
+        out[k + 1] = out[k] + c * (13.0 * (f[k] + f[k + 1]) - f[k - 1] - f[k + 2])
+    out[n] = out[n - 1] + c * (9.0 * f[n] + 19.0 * f[n - 1] - 5.0 * f[n - 2] + f[n - 3])
+
+
+@njit(cache=True, error_model="numpy")
+def layer_weights(n):
+    """Weights (n+1,) of the integral from 0 to 1 that `cumulative` ends with; all positive."""
+    w = np.empty(n + 1)
+    unit, out = np.zeros(n + 1), np.empty(n + 1)
+    for k in range(n + 1):
+        unit[k] = 1.0
+        cumulative(unit, 1.0 / n, out)
+        w[k] = out[n]
+        unit[k] = 0.0
+    return w
+
+
+@njit(cache=True, error_model="numpy")
+def column_integrals(oil, p, t, t_p, thinning, ln_eta_at, share, weights, rho, above, d_rho, d_above):
+    """Generalised Reynolds integrals of one column with h = 1 and their derivatives to p [1/Pa], density relative.
+
+    Returns 1/e0, 1/e1, r0, r1, r2 and the derivatives of the same. t, its change with pressure t_p [K/Pa],
+    thinning at the viscosity ln_eta_at, which follows the viscosity by share as at a given shear rate, weights
+    (n_z+1,); rho, above, d_rho, d_above: work space of the same size. r1 = int rho int dz'/e dz is taken as int
+    (int_z^1 rho)/e dz, r2 likewise.
+    """
+    n = t.size - 1
+    factor, d_factor = pressure_factor(oil, p)
+    rho_p, rho_slope = pressure_density(oil, p)
+    for k in range(n + 1):
+        rho[k] = rho_p - oil.beta_t * (t[k] - oil.t_ref)
+        d_rho[k] = rho_slope - oil.beta_t * t_p[k]
+    cumulative(rho, 1.0 / n, above)
+    cumulative(d_rho, 1.0 / n, d_above)
+    r0, d_r0 = above[n], d_above[n]
+    inv0 = inv1 = r1 = r2 = 0.0
+    d_inv0 = d_inv1 = d_r1 = d_r2 = 0.0
+    for k in range(n + 1):
+        z = k / n
+        ln_eta, soft, slope = ln_viscosity(oil, factor, t[k])
+        f = weights[k] * thinning[k] * np.exp(-ln_eta_at[k] - share[k] * (ln_eta - ln_eta_at[k]))
+        d_f = -f * share[k] * (slope * d_factor + soft * t_p[k])
+        w = r0 - above[k]
+        d_w = d_r0 - d_above[k]
+        inv0 += f
+        inv1 += z * f
+        r1 += f * w
+        r2 += z * f * w
+        d_inv0 += d_f
+        d_inv1 += z * d_f
+        d_r1 += d_f * w + f * d_w
+        d_r2 += z * (d_f * w + f * d_w)
+    return inv0, inv1, r0, r1, r2, d_inv0, d_inv1, d_r0, d_r1, d_r2
+
+
+@njit(cache=True, error_model="numpy")
+def follow(t, t_p, d_p, out):
+    """Temperatures of a column after a pressure change d_p [Pa], by at most FOLLOW_LIMIT."""
+    for k in range(t.size):
+        out[k] = t[k] + min(max(t_p[k] * d_p, -FOLLOW_LIMIT), FOLLOW_LIMIT)
+
+
+@njit(cache=True, error_model="numpy")
+def film_coefficients(
+    oil,
+    p_max,
+    p,
+    p_at,
+    t,
+    t_p,
+    thinning,
+    ln_eta_at,
+    share,
+    speeds,
+    u_e,
+    scale,
+    ln_phi,
+    dln_phi,
+    g,
+    dg,
+    g_y,
+    dg_y,
+):
+    """Coefficients of the generalised Reynolds equation and their derivatives to P = p/p_max.
+
+    phi = scale * 12 (r1 e0/e1 - r2) [uniform film: scale * rho/eta]; g = [u_a r0 + (u_b-u_a) e0 r1]/u_e, g_y the same
+    across. p (n_y, n_x) dimensionless, t, thinning (n_y, n_x, n_z+1). The temperature is t at the pressure p_at and
+    follows the pressure by t_p [K/Pa]: what shear heats at higher viscosity.
+    """
+    ny, nx = p.shape
+    n = t.shape[2] - 1
+    weights, warm = layer_weights(n), np.empty(n + 1)
+    rho, above, d_rho, d_above = np.empty((4, n + 1))
+    for j in range(ny):
+        for i in range(nx):
+            follow(t[j, i], t_p[j, i], (p[j, i] - p_at[j, i]) * p_max, warm)
+            inv0, inv1, r0, r1, r2, d_inv0, d_inv1, d_r0, d_r1, d_r2 = column_integrals(
+                oil,
+                p[j, i] * p_max,
+                warm,
+                t_p[j, i],
+                thinning[j, i],
+                ln_eta_at[j, i],
+                share[j, i],
+                weights,
+                rho,
+                above,
+                d_rho,
+                d_above,
+            )
+            c = inv1 / inv0
+            d_c = (d_inv1 - c * d_inv0) / inv0
+            phi = r1 * c - r2
+            ln_phi[j, i] = np.log(12.0 * scale * phi)
+            dln_phi[j, i] = p_max * (d_r1 * c + r1 * d_c - d_r2) / phi
+            mean = r1 / inv0
+            d_mean = (d_r1 - mean * d_inv0) / inv0
+            u_a, du = speeds.u_a[j, i], speeds.u_b[j, i] - speeds.u_a[j, i]
+            v_a, dv = speeds.v_a[j, i], speeds.v_b[j, i] - speeds.v_a[j, i]
+            g[j, i] = (u_a * r0 + du * mean) / u_e
+            dg[j, i] = p_max * (u_a * d_r0 + du * d_mean) / u_e
+            g_y[j, i] = (v_a * r0 + dv * mean) / u_e
+            dg_y[j, i] = p_max * (v_a * d_r0 + dv * d_mean) / u_e
+
+
+@njit(cache=True, error_model="numpy")
+def isothermal_coefficients(oil, p_max, p, t, speeds, u_e, scale, ln_phi, dln_phi, g, dg, g_y, dg_y):
+    """The same for one temperature t [K] everywhere and a Newtonian oil: phi = scale rho/eta."""
+    ny, nx = p.shape
+    for j in range(ny):
+        for i in range(nx):
+            factor, d_factor = pressure_factor(oil, p[j, i] * p_max)
+            rho, d_rho = pressure_density(oil, p[j, i] * p_max)
+            rho -= oil.beta_t * (t - oil.t_ref)
+            ln_eta, _, slope = ln_viscosity(oil, factor, t)
+            ln_phi[j, i] = np.log(scale * rho) - ln_eta
+            dln_phi[j, i] = p_max * (d_rho / rho - slope * d_factor)
+            u = 0.5 * (speeds.u_a[j, i] + speeds.u_b[j, i]) / u_e
+            v = 0.5 * (speeds.v_a[j, i] + speeds.v_b[j, i]) / u_e
+            g[j, i] = u * rho
+            dg[j, i] = p_max * u * d_rho
+            g_y[j, i] = v * rho
+            dg_y[j, i] = p_max * v * d_rho
+
+
+@njit(cache=True, error_model="numpy")
+def wall_stress(oil, p, h, p_x, p_y, du, dv, viscosity, weights, thinning):
+    """Shear stress at surface a along and across [Pa]; sets the thinning of the column.
+
+    int tau/e dz = (du, dv) with tau = tau_a + z grad p, solved by Newton for a shear-thinning oil (n_z+1 values of
+    viscosity, weights, thinning). p [Pa], h [m], pressure gradients [Pa/m], speeds of b relative to a [m/s].
+    """
+    n = viscosity.size - 1
+    inv0 = inv1 = 0.0
+    for k in range(n + 1):
+        f = weights[k] / viscosity[k]
+        inv0 += f
+        inv1 += f * k / n
+    t_x = (du / h - h * p_x * inv1) / inv0
+    t_y = (dv / h - h * p_y * inv1) / inv0
+    if oil.rheology == NEWTONIAN:
+        return t_x, t_y
+    # start: the stress of a uniform film in its middle
+    m_x, m_y = t_x + 0.5 * h * p_x, t_y + 0.5 * h * p_y
+    size = np.sqrt(m_x * m_x + m_y * m_y)
+    if size > 0.0:
+        share = thinned_stress(oil, p, size) / size
+        t_x, t_y = share * m_x - 0.5 * h * p_x, share * m_y - 0.5 * h * p_y
+    scale = abs(du) + abs(dv) + 1e-12
+    for _ in range(60):
+        r_x, r_y = -du / h, -dv / h
+        j_xx = j_xy = j_yy = 0.0
+        for k in range(n + 1):
+            z = k * h / n
+            s_x, s_y = t_x + z * p_x, t_y + z * p_y
+            tau = np.sqrt(s_x * s_x + s_y * s_y)
+            thin, slope = shear_thinning(oil, p, viscosity[k], tau)
+            thinning[k] = thin
+            f = weights[k] / viscosity[k]
+            r_x += f * thin * s_x
+            r_y += f * thin * s_y
+            extra = f * slope / (tau * tau + 1e-30)
+            j_xx += f * thin + extra * s_x * s_x
+            j_xy += extra * s_x * s_y
+            j_yy += f * thin + extra * s_y * s_y
+        if not (abs(r_x) + abs(r_y)) * h > 1e-9 * scale:
+            break
+        det = j_xx * j_yy - j_xy * j_xy
+        d_x = -(j_yy * r_x - j_xy * r_y) / det
+        d_y = -(j_xx * r_y - j_xy * r_x) / det
+        # the rate is convex in the stress beyond its present size: from above Newton cannot miss, from below it can
+        size, limit = np.sqrt(d_x * d_x + d_y * d_y), 0.5 * oil.stress + 0.5 * np.sqrt(t_x * t_x + t_y * t_y)
+        if size > limit:
+            d_x *= limit / size
+            d_y *= limit / size
+        t_x += d_x
+        t_y += d_y
+    return t_x, t_y
+
+
+@njit(cache=True, error_model="numpy")
+def film_flow(oil, x, y, mirror, p, h, t, speeds, flow):
+    """Velocities, stresses and heat sources of pressure p [Pa], gap h [m], temperature t [K] on nodes x, y [m].
+
+    Fills flow; its thinning is where a shear-thinning column starts from. mirror: line 0 is a line of symmetry.
+    """
+    ny, nx = p.shape
+    n = t.shape[2] - 1
+    dz = 1.0 / n
+    weights = layer_weights(n)
+    eta, rho = np.empty(n + 1), np.empty(n + 1)
+    f_x, f_y, u, v = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
+    for j in range(ny):
+        for i in range(nx):
+            if i == 0 or i == nx - 1:
+                i_l, i_r = max(i - 1, 0), min(i + 1, nx - 1)
+                p_x = (p[j, i_r] - p[j, i_l]) / (x[i_r] - x[i_l])
+            else:
+                d_l, d_r = x[i] - x[i - 1], x[i + 1] - x[i]
+                p_x = ((p[j, i + 1] - p[j, i]) / d_r * d_l + (p[j, i] - p[j, i - 1]) / d_l * d_r) / (
+                    d_l + d_r
+                )
+            # compression along the flow by the differences that carry the temperature: the two move together
+            p_up, by_p = p_x, 0.0
+            if i > 1:
+                d_1, d_2 = x[i] - x[i - 1], x[i] - x[i - 2]
+                by_p = 1.0 / d_1 + 1.0 / d_2
+                p_up = (
+                    by_p * p[j, i]
+                    - d_2 / (d_1 * (d_2 - d_1)) * p[j, i - 1]
+                    + d_1 / (d_2 * (d_2 - d_1)) * p[j, i - 2]
+                )
+            p_y = (p[j + 1, i] - p[j - 1, i]) / (y[j + 1] - y[j - 1]) if 0 < j < ny - 1 else 0.0
+            if not mirror and (j == 0 or j == ny - 1):
+                p_y = 0.0
+            gap = h[j, i]
+            factor, d_factor = pressure_factor(oil, p[j, i])
+            rho_p, _ = pressure_density(oil, p[j, i])
+            inv0 = 0.0
+            for k in range(n + 1):
+                ln_eta, slope, by_factor = ln_viscosity(oil, factor, t[j, i, k])
+                flow.stiff[j, i, k] = by_factor * d_factor
+                flow.ln_eta[j, i, k] = ln_eta
+                eta[k] = np.exp(min(ln_eta, LARGEST_LN_ETA))
+                rho[k] = oil.density * (rho_p - oil.beta_t * (t[j, i, k] - oil.t_ref))
+                flow.soft[j, i, k] = max(-slope, 0.0)
+            du = speeds.u_b[j, i] - speeds.u_a[j, i]
+            dv = speeds.v_b[j, i] - speeds.v_a[j, i]
+            tau_x, tau_y = wall_stress(oil, p[j, i], gap, p_x, p_y, du, dv, eta, weights, flow.thinning[j, i])
+            flow.traction_x[j, i] = tau_x + 0.5 * gap * p_x
+            flow.traction_y[j, i] = tau_y + 0.5 * gap * p_y
+            for k in range(n + 1):
+                z = k * dz * gap
+                s_x, s_y = tau_x + z * p_x, tau_y + z * p_y
+                if oil.rheology != NEWTONIAN:
+                    thin, slope = shear_thinning(oil, p[j, i], eta[k], np.sqrt(s_x * s_x + s_y * s_y))
+                    flow.stress_share[j, i, k] = thin / (thin + slope)
+                e = flow.thinning[j, i, k] / eta[k]
+                inv0 += weights[k] * e
+                f_x[k], f_y[k] = s_x * e, s_y * e
+                flow.shear[j, i, k] = gap * (s_x * f_x[k] + s_y * f_y[k])
+                flow.rate[j, i, k] = gap * f_x[k]
+            flow.fluidity[j, i] = gap * inv0
+            cumulative(f_x, dz * gap, u)
+            cumulative(f_y, dz * gap, v)
+            for k in range(n + 1):
+                u_k, v_k = speeds.u_a[j, i] + u[k], speeds.v_a[j, i] + v[k]
+                flow.m_x[j, i, k] = rho[k] * u_k * gap
+                flow.m_y[j, i, k] = rho[k] * v_k * gap
+                expansion = oil.beta_t * oil.density / rho[k]
+                flow.compression[j, i, k] = gap * expansion * (u_k * p_up + v_k * p_y)
+                flow.squeeze[j, i, k] = gap * expansion * u_k * by_p

@@ -1,0 +1,252 @@
+"""Fitted friction parameters: the numbers, where they come from and how well they are known.
+
+The packaged sets live in data/friction_sets.toml, written by `python -m ballscrew_tehl calibrate --packaged`.
+A set belongs to one kinematics and to one film model: with a film that is 5 to 10 % thinner the ratio moves
+as much. Only the total torque is identified by the data, not its split into viscous and sliding part.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from ..parameters.file import Parameters, changed
+from ..parameters.packaged_data import PACKAGED_DATA
+
+#: fitted parameters in their fixed order
+FITTED = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
+#: which of them a set fits; the others are zero
+SETS: dict[str, tuple[str, ...]] = {"two_parameter": FITTED[:2], "three_parameter": FITTED}
+#: unit that the keys of the file carry
+_SUFFIX = {"roughness_height": "roughness_height_m"}
+
+PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
+
+
+@dataclass(frozen=True)
+class FrictionSet:
+    """One set of friction parameters with its provenance.
+
+    apparent_viscosity_ratio  apparent shear viscosity over film viscosity [1]
+    net_sliding_coefficient   mu_s (1 - 3c + c^3) as one number [1]
+    roughness_height          h_r of the share 1/(1 + (h_r/h)^2) of the viscous part [m]
+    loss, provenance          what was minimised, over which data
+    intervals                 half-width of the 95 % Student-t interval per fitted parameter (SI)
+    correlations              "first, second" -> correlation of two fitted parameters
+    errors                    absolute relative errors: mean, max, per table, leave_one_out_mean,
+                              leave_one_out_max
+    leave_one_table_out       table left out -> mean and max error on its points that the fit did not see
+    other_losses              loss -> what the other loss functions give on the same data
+    limits                    fitted parameter -> {"low", "high"}, 95 % limits by profile (SI), of the least squares fit
+    not_identified            what the data do not identify -> why; None: not looked into
+    screw, parameters_hash    screw of the fit, its name and the hash of all that the films depend on; "" if not known
+    """
+
+    name: str
+    kinematics: str
+    film_model: str
+    apparent_viscosity_ratio: float
+    net_sliding_coefficient: float
+    roughness_height: float = 0.0
+    loss: str = ""
+    provenance: str = ""
+    intervals: Mapping[str, float] = field(default_factory=dict)
+    correlations: Mapping[str, float] = field(default_factory=dict)
+    errors: Mapping[str, float] = field(default_factory=dict)
+    leave_one_table_out: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    other_losses: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    limits: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    not_identified: Mapping[str, str] | None = None
+    screw: str = ""
+    parameters_hash: str = ""
+
+    def __post_init__(self) -> None:
+        for key in FITTED:
+            value = getattr(self, key)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"friction set {self.name}: {key} = {value}; allowed: finite and >= 0")
+
+    @property
+    def values(self) -> tuple[float, float, float]:
+        """Ratio [1], net sliding coefficient [1], roughness height [m]."""
+        return self.apparent_viscosity_ratio, self.net_sliding_coefficient, self.roughness_height
+
+
+def load_friction_sets(
+    path: Path | str | None = None, remedy: str = "run calibrate --packaged"
+) -> dict[tuple[str, str], FrictionSet]:
+    """Friction sets of a file by (kinematics, name).
+
+    Parameters   path : TOML file as write_friction_sets writes it; None = the packaged sets
+                 remedy : last words of a refusal
+    Raises       ValueError: file missing or not of this form, with the place
+    """
+    fields = {_SUFFIX[key]: key for key in _SUFFIX}
+    file = PACKAGED_SETS if path is None else Path(path)
+    try:
+        content = tomllib.loads(file.read_text(encoding="utf-8"))
+        sets = {}
+        for kinematics, named in content.items():
+            for name, table in named.items():
+                values = {key: table.pop(_SUFFIX.get(key, key)) for key in FITTED}
+                table["intervals"] = {
+                    key: value
+                    for key in FITTED
+                    if (value := table.get("intervals", {}).get(_SUFFIX.get(key, key))) is not None
+                }
+                limits = table.get("limits", {}).items()
+                table["limits"] = {fields.get(key, key): dict(ends) for key, ends in limits}
+                sets[kinematics, name] = FrictionSet(name=name, kinematics=kinematics, **values, **table)
+    except OSError as err:
+        raise ValueError(f"{file}: cannot be read ({err.strerror}); {remedy}") from err
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, AttributeError, KeyError, TypeError) as err:
+        raise ValueError(f"{file}: no friction sets ({type(err).__name__}: {err}); {remedy}") from err
+    return sets
+
+
+def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSet:
+    """The set of a file that suits the parameters: their kinematics; if it holds several, their friction.set.
+
+    Raises       ValueError: file missing or of another form, no set of the kinematics, a value out of range
+    """
+    sets = load_friction_sets(path, "give a file that calibrate --output has written")
+    chosen = parameters.friction
+    fitting = {name: entry for (kinematics, name), entry in sets.items() if kinematics == chosen.kinematics}
+    if not fitting:
+        found = ", ".join(sorted({kinematics for kinematics, _ in sets})) or "nothing"
+        raise ValueError(
+            f"{path}: kinematics = {found}; allowed: {chosen.kinematics}, as the screw says: calibrate with it, "
+            "or choose the other kinematics"
+        )
+    entry = fitting[chosen.set] if chosen.set in fitting else next(iter(fitting.values()))
+    try:
+        changed(parameters, friction=dict(zip(FITTED, entry.values, strict=True)))
+    except ValidationError as err:
+        first = err.errors()[0]
+        allowed = first["msg"].replace("Input should be", "allowed:")
+        raise ValueError(
+            f"{path}: {first['loc'][-1]} = {first['input']}; {allowed}: calibrate again"
+        ) from err
+    return entry
+
+
+def default_friction_set(parameters: Parameters) -> FrictionSet:
+    """The set that the parameters select (friction.kinematics, friction.set), with their overrides.
+
+    Raises       ValueError: no packaged set of these names
+    """
+    chosen = parameters.friction
+    sets = load_friction_sets()
+    key = (chosen.kinematics, chosen.set)
+    if key not in sets:
+        known = "; ".join(f"{kinematics}, {name}" for kinematics, name in sets)
+        raise ValueError(f"friction set = {key[0]}, {key[1]}; known: {known}")
+    overrides = {name: value for name in FITTED if (value := getattr(chosen, name)) is not None}
+    if not overrides:
+        return sets[key]
+    # what was found out about the fit is not true of numbers set by hand
+    return dataclasses.replace(
+        sets[key],
+        **overrides,
+        provenance=f"{sets[key].name}, overridden in the screw file: {', '.join(overrides)}",
+        loss="",
+        intervals={},
+        correlations={},
+        errors={},
+        leave_one_table_out={},
+        other_losses={},
+        limits={},
+        not_identified=None,
+    )
+
+
+def _table(prefix: str, entries: Mapping[str, float]) -> list[str]:
+    lines = [f"[{prefix}]"]
+    for key, value in entries.items():
+        name = _SUFFIX.get(key, key)
+        shown = f"{float(value):.6g}"
+        if math.isfinite(value) and not set(shown) & set(".e"):
+            shown += ".0"
+        lines.append(f"{name} = {shown}" if name.replace("_", "").isalnum() else f'"{name}" = {shown}')
+    return lines
+
+
+def _quoted(text: str) -> str:
+    """A TOML string; its escapes are those of JSON."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def write_friction_sets(
+    path: Path | str, sets: Mapping[tuple[str, str], FrictionSet], header: str = ""
+) -> None:
+    """Write sets as TOML to a temporary name and rename it; the same sets give the same bytes.
+
+    Parameters   header : lines of comment for the top of the file
+    """
+    lines = [f"# {line}".rstrip() for line in header.splitlines()]
+    for (kinematics, name), entry in sorted(sets.items()):
+        prefix = f"{kinematics}.{name}"
+        lines += ["", f"[{prefix}]"]
+        lines += [f"{key} = {_quoted(getattr(entry, key))}" for key in ("film_model", "loss", "provenance")]
+        lines += [
+            f"{key} = {_quoted(text)}"
+            for key in ("screw", "parameters_hash")
+            if (text := getattr(entry, key))
+        ]
+        lines += _table("", dict(zip(FITTED, entry.values, strict=True)))[1:]
+        for part in ("intervals", "correlations", "errors"):
+            lines += _table(f"{prefix}.{part}", getattr(entry, part))
+        for part in ("leave_one_table_out", "other_losses"):
+            for key, entries in getattr(entry, part).items():
+                lines += _table(f"{prefix}.{part}.{key}", entries)
+        for key, entries in entry.limits.items():
+            lines += _table(f"{prefix}.limits.{_SUFFIX.get(key, key)}", entries)
+        if entry.not_identified is not None:
+            lines.append(f"[{prefix}.not_identified]")
+            lines += [f"{_quoted(key)} = {_quoted(text)}" for key, text in entry.not_identified.items()]
+    path = Path(path)
+    temporary = path.with_name(path.name + ".part")
+    try:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def friction_set_text(sets: Sequence[FrictionSet]) -> str:
+    """Values with 95 % intervals and errors of the packaged sets as text."""
+    lines = ["Fitted parameters (value +- half-width of the 95 % interval) and their errors"]
+    for entry in sets:
+        lines += friction_set_lines(entry)
+    lines.append(
+        "Only the total torque is identified by these data, not its split into viscous and sliding part."
+    )
+    return "\n".join(lines)
+
+
+def friction_set_lines(entry: FrictionSet) -> list[str]:
+    """One set as text."""
+    lines = [f"{entry.kinematics}, {entry.name} (film: {entry.film_model}, loss: {entry.loss or 'none'})"]
+    for key in SETS.get(entry.name, FITTED):
+        value, half = getattr(entry, key), entry.intervals.get(key)
+        scale, unit = (1e9, " nm") if key == "roughness_height" else (1.0, "")
+        known = "" if half is None else f" +- {scale * half:.2g}{unit}"
+        lines.append(f"    {key:<26}{scale * value:.4g}{unit}{known}")
+    if entry.errors:
+        wanted = ("table2", "table4", "mean", "leave_one_out_mean", "leave_one_out_max")
+        parts = [f"{key} {100.0 * entry.errors[key]:.2f} %" for key in wanted if key in entry.errors]
+        lines.append("    deviations: " + ", ".join(parts))
+    for name, left_out in entry.leave_one_table_out.items():
+        lines.append(f"    fitted without {name}: missed by {100.0 * left_out['mean']:.1f} % on average, "
+                     f"{100.0 * left_out['max']:.1f} % at most")  # fmt: skip
+    for pair, value in entry.correlations.items():
+        lines.append(f"    correlation {pair}: {value:.2f}")
+    return lines

@@ -1,0 +1,249 @@
+"""Friction torque of the nut and of the double nut: sums over the balls, and the preload behind a torque.
+
+Source: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Eqs. (14)-(24).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..parameters.file import FOUR_POINT, Parameters
+from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ..physics.kinematics import spin_share, surface_speeds
+from ..physics.load import contact_angle_at_ball_load, double_nut_loads, nut_loads
+from ..physics.lubricant import eta0
+from .film_model import FilmModel
+from .parts import hysteresis_force, roughness_share, sliding_force, spin_moment, viscous_force
+from .sets import FrictionSet
+
+
+class NutSums(NamedTuple):
+    """Torque of one nut before any fitted parameter enters; `fitted` in SI gives the torque.
+
+    viscous_screw, viscous_nut  viscous torque of that raceway at apparent viscosity ratio 1 and full share
+                                [N.m]
+    film_screw, film_nut        effective film for the roughness share [m]; inf for a nut without load
+    hysteresis                  hysteresis torque, both raceways [N.m]
+    sliding                     sliding torque at net coefficient 1 [N.m]
+    """
+
+    viscous_screw: Any
+    viscous_nut: Any
+    film_screw: Any
+    film_nut: Any
+    hysteresis: float
+    sliding: float
+
+    def torque(self, ratio: float, net_coefficient: float, roughness_height: float) -> TorqueParts:
+        """Torque of the nut for an apparent viscosity ratio [1], a net coefficient [1] and h_r [m]."""
+        viscous = ratio * float(
+            self.viscous_screw * roughness_share(self.film_screw, roughness_height)
+            + self.viscous_nut * roughness_share(self.film_nut, roughness_height)
+        )
+        sliding = net_coefficient * self.sliding
+        return TorqueParts(viscous, self.hysteresis, sliding, viscous + self.hysteresis + sliding)
+
+
+class TorqueParts(NamedTuple):
+    """Magnitudes [N.m], >= 0. Only the total is identified by the measured torques, not its split."""
+
+    viscous: float
+    hysteresis: float
+    sliding: float
+    total: float
+
+
+NO_TORQUE = TorqueParts(0.0, 0.0, 0.0, 0.0)
+UNLOADED = NutSums(0.0, 0.0, math.inf, math.inf, 0.0, 0.0)
+
+
+def nut_sums(
+    parameters: Parameters,
+    loads: np.ndarray,
+    speed: Any,
+    temperature: Any,
+    film_model: FilmModel,
+    contact_angle: float | None = None,
+) -> NutSums:
+    """Sum the friction of all balls of one nut.
+
+    Parameters   loads : (n,) ball loads [N], >= 0;  speed : screw speed [rad/s], > 0;  temperature [K]: floats, or
+                 arrays that broadcast to (...), for a film model that gives (n, ...)
+                 contact_angle : [rad]; None = the angle under the mean load
+    Returns      NutSums, viscous_* and film_* (...); UNLOADED if no ball carries load
+    Raises       ValueError: speed not positive, load negative or not finite
+    Source       Zhao 2023, Eqs. (23)-(24) for one nut: T = sum F (r_m + r_b cos(beta)) cos(lambda); viscous
+                 and hysteresis force on both raceways, sliding once per ball, which is what the printed
+                 torques sum.
+                 differs from paper: each ball with its own load. The film of the roughness share is the mean
+                 of 1/h^2 over the balls, weighted with their viscous force: exact to first order in (h_r/h)^2
+    """
+    loads = np.asarray(loads, dtype=float)
+    if not np.all(np.isfinite(speed) & (np.asarray(speed) > 0.0)):
+        raise ValueError(f"speed = {speed} rad/s; needs finite, > 0: there is no film at rest")
+    if not np.all((loads >= 0.0) & np.isfinite(loads)):
+        raise ValueError("load of a ball negative or not finite; needs >= 0: check preload")
+    loads = loads[loads > 0.0]
+    if loads.size == 0:
+        return UNLOADED
+    screw = parameters.screw
+    beta = float(contact_angle_at_ball_load(screw, loads.mean())) if contact_angle is None else contact_angle
+    r_b = 0.5 * screw.ball_diameter
+    arm = (screw.nominal_radius + r_b * math.cos(beta)) * math.cos(screw.lead_angle)
+    viscosity = eta0(parameters.lubricant, temperature)
+    by_ball = (slice(None), *(None,) * np.broadcast(speed, temperature).ndim)
+    viscous, film, hysteresis = {}, {}, 0.0
+    for raceway in RACEWAYS:
+        contact = ellipse(loads, *reduced_radii(screw, beta, raceway), E_prime(screw))
+        h = film_model.central_film(raceway, loads, speed, temperature)
+        slip = surface_speeds(parameters, raceway, speed).friction_slip
+        force = viscous_force(contact.a[by_ball], contact.b[by_ball], viscosity, slip, h)
+        total = force.sum(axis=0)
+        viscous[raceway] = _plain(arm * total)
+        film[raceway] = _plain(np.sqrt(total / np.sum(force / h**2, axis=0)))
+        losses = hysteresis_force(loads, contact.b, r_b, parameters.friction.hysteresis_coefficient)
+        hysteresis += arm * float(losses.sum())
+    return NutSums(
+        viscous["screw"],
+        viscous["nut"],
+        film["screw"],
+        film["nut"],
+        hysteresis,
+        arm * float(sliding_force(loads, 1.0).sum()),
+    )
+
+
+def _plain(value: Any) -> Any:
+    """A float for a single point, else the array."""
+    return float(value) if np.ndim(value) == 0 else value
+
+
+def nut_forces(parameters: Parameters, preload: float, axial_load: float) -> tuple[float, float]:
+    """Axial forces [N] of the two nuts under a preload [N] > 0 and an axial load [N]; 0 for a nut that is free."""
+    if axial_load == 0.0:
+        return preload, preload
+    shared = double_nut_loads(parameters.screw, preload, axial_load, parameters.screw.ball_count)
+    return float(shared.force_a), float(shared.force_b)
+
+
+def double_nut_torque(
+    parameters: Parameters,
+    friction_set: FrictionSet,
+    film_model: FilmModel,
+    preload: float,
+    speed: float,
+    temperature: float,
+    axial_load: float = 0.0,
+) -> TorqueParts:
+    """Friction torque of the preloaded nut while it turns: of both nuts, halves or sets of flanks (module load).
+
+    Parameters   preload : [N], >= 0;  speed : screw speed [rad/s], not 0, its sign does not matter
+                 temperature : of the oil [K];  axial_load : external load [N], adds to one nut, relieves the other
+    Returns      TorqueParts; all zero at preload 0 (axial load on loose nuts is not modelled)
+    Raises       ValueError: not finite, negative preload, speed 0
+    Validity     steady motion; the loads of each nut are distributed as by a preload of its axial force
+    Source       Zhao 2023, Eq. (24); differs from paper: 2 T_nut becomes the sum over two nuts of their own
+                 force. Oversize balls: viscous and hysteresis part of all four contacts of a ball, sliding once per
+                 pair of flanks; the spin of a ball between four flanks is not in it: four_point_spin_bound
+    """
+    if not (math.isfinite(preload) and preload >= 0.0):
+        raise ValueError(f"preload = {preload} N; needs finite, >= 0")
+    if not math.isfinite(axial_load):
+        raise ValueError(f"axial_load = {axial_load} N; needs finite")
+    if preload == 0.0:
+        return NO_TORQUE
+    screw = parameters.screw
+    total = NO_TORQUE
+    for force in nut_forces(parameters, preload, axial_load):
+        if force <= 0.0:
+            continue
+        loads = nut_loads(screw, force, screw.ball_count)
+        sums = nut_sums(parameters, loads, abs(speed), temperature, film_model)
+        parts = sums.torque(*friction_set.values)
+        total = TorqueParts(*(x + y for x, y in zip(total, parts, strict=True)))
+    return total
+
+
+def four_point_spin_bound(
+    parameters: Parameters, preload: float, axial_load: float = 0.0, coefficient: float | None = None
+) -> float:
+    """Most that the spin of oversize balls can add to the friction torque, which the model does not include.
+
+    Parameters   preload : [N], >= 0;  axial_load : [N]
+                 coefficient : Coulomb coefficient [1]; None = friction.sliding_coefficient
+    Returns      torque [N m], >= 0, of the balls that touch four flanks; 0 where all touch two
+    Raises       ValueError: not finite, negative preload
+    Validity     dry or boundary friction over the whole ellipse; a film shears with less
+    Source       a ball that four flanks hold cannot roll on all of them. Between Coulomb contacts it moves so that the
+                 least power is lost; the motion that slides in the middle of no contact (spin_share) is one that it
+                 can choose, so the power of its spins, 3/8 mu Q a E(e) each (Harris), is a bound for every axial load
+    """
+    screw = parameters.screw
+    if screw.preload_kind != FOUR_POINT:
+        return 0.0
+    mu = parameters.friction.sliding_coefficient if coefficient is None else coefficient
+    both = double_nut_loads(screw, preload, axial_load, screw.ball_count)
+    beta = screw.contact_angle
+    share = float(spin_share(parameters, beta))
+    held = (both.Q_a > 0.0) & (both.Q_b > 0.0)
+    torque = 0.0
+    for raceway, part in zip(RACEWAYS, (share, 1.0 - share), strict=True):
+        for loads in (both.Q_a, both.Q_b):
+            contact = ellipse(loads[held], *reduced_radii(screw, beta, raceway), E_prime(screw))
+            moments = spin_moment(loads[held], contact.a, contact.b, mu)
+            torque += abs(part) * math.sin(beta) * float(np.sum(moments))
+    return torque
+
+
+def preload_from_torque(
+    evaluate: Callable[[float], float], torque: float, lowest: float, highest: float, relative: float = 1e-12
+) -> float:
+    """Preload at which a model shows a measured torque.
+
+    Parameters   evaluate : preload [N] -> total torque [N.m], continuous and rising
+                 torque : measured [N.m], >= 0;  lowest, highest : bracket [N], 0 <= lowest < highest
+                 relative : wanted relative accuracy of the preload
+    Returns      preload [N]; 0 for torque 0
+    Raises       ValueError: not finite, negative, outside what the bracket reaches; evaluate not continuous
+    Source       bisection with regula falsi (Illinois rule: Dowell & Jarratt, BIT 11 (1971) 168)
+    Example
+                 >>> round(preload_from_torque(lambda preload: 2.0 * preload**0.5, 6.0, 0.0, 100.0), 9)
+                 9.0
+    """
+    if not (math.isfinite(torque) and torque >= 0.0):
+        raise ValueError(f"torque = {torque} N.m; needs finite, >= 0")
+    if torque == 0.0:
+        return 0.0
+    x_0, x_1 = float(lowest), float(highest)
+    f_0, f_1 = evaluate(x_0) - torque, evaluate(x_1) - torque
+    if not (f_0 <= 0.0 <= f_1):
+        raise ValueError(
+            f"torque = {torque:.6g} N.m; allowed at this speed and temperature: {f_0 + torque:.6g} to "
+            f"{f_1 + torque:.6g} N.m (preload {x_0:.6g} to {x_1:.6g} N)"
+        )
+    if f_0 == 0.0 or f_1 == 0.0:
+        return x_0 if f_0 == 0.0 else x_1
+    side = 0
+    for _ in range(200):
+        x = x_1 - f_1 * (x_1 - x_0) / (f_1 - f_0)
+        # the chord of a curve that starts like a root may creep along one end
+        if not x_0 < x < x_1 or not abs(side) < 3:
+            x, side = 0.5 * (x_0 + x_1), 0
+        f = evaluate(x) - torque
+        if f == 0.0 or x_1 - x_0 <= relative * x_1:
+            return x
+        if f > 0.0:
+            x_1, f_1 = x, f
+            f_0 *= 0.5 if side > 0 else 1.0
+            side = max(side, 0) + 1
+        else:
+            x_0, f_0 = x, f
+            f_1 *= 0.5 if side < 0 else 1.0
+            side = min(side, 0) - 1
+        if not math.isfinite(f):
+            break
+    raise ValueError(f"torque = {torque:.6g} N.m; no preload found between {x_0:.6g} and {x_1:.6g} N")

@@ -1,0 +1,136 @@
+"""Certificate of a map: its errors against direct per-ball solves at points that were not used to build it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Executor
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..friction.sets import default_friction_set
+from ..parameters.file import Parameters
+from ..runtime.packed import POINT
+
+if TYPE_CHECKING:
+    from ..runtime.evaluate import NutMap
+    from .workers import Progress
+
+
+def operating_points(nut_map: NutMap, count: int, seed: int = 1) -> np.ndarray:
+    """Random points inside a map (count, 4): preload [N], speed [rad/s], temperature [K], axial load [N].
+
+    Every second point has an axial load, up to 1.5 times the preload either way, both nuts within the map.
+    """
+    generator = np.random.default_rng(seed)
+    axes = nut_map.header["axes"]
+    u = generator.random((count, 4))
+    lowest, highest = (
+        max(axes[name][0] for name in ("force", "preload")),
+        min(axes["force"][1], axes["preload"][1]),
+    )
+    preload = lowest * (highest / lowest) ** u[:, 0]
+    speed = axes["speed"][0] * (axes["speed"][1] / axes["speed"][0]) ** u[:, 1]
+    temperature = axes["temperature"][0] + (axes["temperature"][1] - axes["temperature"][0]) * u[:, 2]
+    reach = np.minimum(1.5 * preload, axes["force"][1] - preload)
+    axial = np.where(np.arange(count) % 2 == 1, (2.0 * u[:, 3] - 1.0) * reach, 0.0)
+    return np.stack([preload, speed, temperature, axial], axis=1)
+
+
+#: quantiles of a certificate by the ends of their keys
+QUANTILES = {0.5: "50", 0.99: "99", 0.999: "999"}
+
+
+class Deviation(NamedTuple):
+    """Relative error of a map at one operating point against direct per-ball solves."""
+
+    torque: float
+    film: float
+    temperature_rise: float
+
+
+def deviation_at(nut_map: NutMap, parameters: Parameters, point: tuple[float, ...]) -> Deviation:
+    """Errors of friction torque, least central film and largest rise [of the rise, of 1 K if that is more].
+
+    Parameters   point: preload [N], speed [rad/s], temperature [K], axial load [N]
+    Raises       ArithmeticError: a contact that did not converge
+    """
+    from ..refinement.direct import direct_state
+
+    friction_set = default_friction_set(parameters)
+    preload, speed, temperature, axial_load = point
+    state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction_set.values)
+    torque = float(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+    direct = direct_state(parameters, friction_set, preload, speed, temperature, axial_load)
+    films = ("film_thickness_central_screw", "film_thickness_central_nut")
+    rise = direct.film_temperature_rise
+    return Deviation(
+        abs(torque / direct.friction_torque - 1.0),
+        max(abs(getattr(state, name) / getattr(direct, name) - 1.0) for name in films),
+        abs(state.film_temperature_rise - rise) / max(rise, 1.0),
+    )
+
+
+def deviation_from_direct(
+    nut_map: NutMap,
+    parameters: Parameters,
+    count: int,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Relative deviations of a map from direct per-ball solves at random points that the map was not built
+    from.
+
+    Parameters   executor: of the concurrent.futures interface, None = in this process
+    Returns      points; mean, median, 99 and 99.9 % quantile, largest deviation of torque, film and temperature rise;
+                 points_not_solved: those that count nowhere because a contact did not converge;
+                 each: the points [N, rad/s, K, N] and the deviations there by column, rounded to six and three digits
+    Raises       ArithmeticError: no contact converged
+    """
+    points = [tuple(point) for point in operating_points(nut_map, count).tolist()]
+    found: list[Deviation] = []
+    if executor is None:
+        results: Iterator[Deviation] = (_deviation_or_nan(nut_map, parameters, point) for point in points)
+    else:
+        jobs = [executor.submit(_deviation_or_nan, nut_map, parameters, point) for point in points]
+        results = (job.result() for job in jobs)
+    for deviation in results:
+        found.append(deviation)
+        if progress is not None:
+            progress(len(found), count, "points of the certificate")
+    return certificate_of(points, found)
+
+
+def certificate_of(points: Sequence[tuple[float, ...]], found: Sequence[Deviation]) -> dict[str, Any]:
+    """Certificate of the deviations at some points, NaN where no direct solution was found.
+
+    Raises       ArithmeticError: no point has a direct solution
+    """
+    errors = np.array(found)
+    known = np.isfinite(errors).all(axis=1)
+    if not known.any():
+        raise ArithmeticError(f"none of {len(points)} points of the certificate has a direct solution")
+    held = [point for point, good in zip(points, known, strict=True) if good]
+    each = {name: _rounded(column, 6) for name, column in zip(POINT, zip(*held, strict=True), strict=True)}
+    result: dict[str, Any] = {"points": len(held), "points_not_solved": int(np.sum(~known)), "each": each}
+    for name, column in zip(Deviation._fields, errors[known].T, strict=True):
+        each[f"{name}_error"] = _rounded(column, 3)
+        result[f"{name}_error_mean"] = float(column.mean())
+        for share, key in QUANTILES.items():
+            result[f"{name}_error_{key}"] = float(np.quantile(column, share))
+        result[f"{name}_error_max"] = float(column.max())
+    return result
+
+
+def _deviation_or_nan(nut_map: NutMap, parameters: Parameters, point: tuple[float, ...]) -> Deviation:
+    from ..contact.ball_contact import UnconvergedContactError
+
+    try:
+        return deviation_at(nut_map, parameters, point)
+    except UnconvergedContactError:
+        return Deviation(math.nan, math.nan, math.nan)
+
+
+def _rounded(column: Iterable[float], digits: int) -> list[float]:
+    return [float(f"{value:.{digits}g}") for value in column]

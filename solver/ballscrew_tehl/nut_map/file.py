@@ -1,0 +1,258 @@
+"""The map file: netCDF, self-describing, with the parameters it was built for and a hash of its content.
+
+Written through xarray; read by scipy's netCDF reader alone, because an answer from the map must not wait for more.
+Nothing is ever unpickled.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..friction.sets import FrictionSet, default_friction_set
+from ..parameters.file import Parameters
+from ..parameters.identity import map_parameters_json, parameters_hash
+from ..parameters.packaged_data import PACKAGED_DATA
+from ..physics.hertz import RACEWAYS
+from ..runtime.evaluate import NutMap
+from ..runtime.packed import FORCE_CURVES, SURFACES, MapError, sealed
+
+if TYPE_CHECKING:
+    from .contact_map import ContactMap
+    from .grid import BuiltMap
+
+Array = NDArray[np.float64]
+
+FILE_FORMAT = 2
+FILM_MODELS = ("solved", "solved_thermal")
+#: columns of the spline coefficients that depend on the film model of the friction set
+VISCOUS_COLUMNS = 4
+
+
+def packaged_map(kinematics: str) -> Path:
+    """File of the packaged map of a kinematics."""
+    return PACKAGED_DATA / f"map_gd4008_{kinematics}.nc"
+
+
+def _file_hash(header: str, variables: Mapping[str, Array]) -> str:
+    digest = hashlib.sha256(header.encode())
+    for name in sorted(variables):
+        array = np.ascontiguousarray(variables[name], dtype="<f8")
+        digest.update(f"{name}{array.shape}".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()
+
+
+def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) -> str:
+    """Write a map to a temporary name beside `path` and rename it; returns the content hash.
+
+    certificate: how far the map is from direct solves, and over what (map_commands.deviation_from_direct); stored as
+    it is.
+    """
+    import xarray as xr
+
+    from .contact_map import QUANTITIES
+
+    contact_map = built.contact_map
+    load, speed, temperature = contact_map.axes.nodes
+    header = dict(built.header, certificate=dict(certificate), contact_axes={
+        "load": list(contact_map.axes.load), "speed": list(contact_map.axes.speed),
+        "temperature": list(contact_map.axes.temperature),
+    })  # fmt: skip
+    header["parameters_json"] = map_parameters_json(contact_map.parameters)
+    header["parameters_hash"] = parameters_hash(contact_map.parameters)
+    text = json.dumps(header, sort_keys=True)
+    variables: dict[str, tuple[tuple[str, ...], Array, dict[str, str]]] = {}
+    for film, arrays in built.arrays.items():
+        variables[f"viscous_coefficients_{film}"] = (
+            ("force_knot", "speed_knot", "temperature_knot", "viscous_column"),
+            arrays["coefficients"][..., :VISCOUS_COLUMNS],
+            {
+                "long_name": "uniform cubic B-spline coefficients of ln values of one nut: "
+                + ", ".join(SURFACES[:4])
+            },
+        )
+    arrays = built.arrays[FILM_MODELS[0]]
+    variables["extreme_coefficients"] = (
+        ("force_knot", "speed_knot", "temperature_knot", "extreme_column"),
+        arrays["coefficients"][..., VISCOUS_COLUMNS:],
+        {"long_name": "the same for the load-carrying balls: " + ", ".join(SURFACES[4:])},
+    )
+    variables["force_coefficients"] = (
+        ("force_knot", "force_column"), arrays["force_coefficients"],
+        {"long_name": "the same over force alone: " + ", ".join(FORCE_CURVES)},
+    )  # fmt: skip
+    variables["separation_coefficients"] = (
+        ("preload_knot", "side"), arrays["separation_coefficients"],
+        {"long_name": "the same: ln of separation load over preload, axial load > 0 and < 0"},
+    )  # fmt: skip
+    variables["sharing_coefficients"] = (
+        ("preload_knot", "share_knot", "side"), arrays["sharing_coefficients"],
+        {"long_name": "the same: (force of the relieved nut over preload)^(2/3) over axial load/separation load"},
+    )  # fmt: skip
+    for raceway in RACEWAYS:
+        for name, unit in QUANTITIES.items():
+            variables[f"{raceway}_{name}"] = (
+                ("load", "speed", "temperature"), contact_map.samples[raceway][name],
+                {"units": unit, "long_name": f"{name.replace('_', ' ')} of one ball on the {raceway} raceway"},
+            )  # fmt: skip
+        variables[f"{raceway}_solved"] = (
+            ("load", "speed", "temperature"), contact_map.solved[raceway].astype(float),
+            {"units": "1", "long_name": f"1: solved, 0: by the spline through coarser nodes, {raceway} raceway"},
+        )  # fmt: skip
+    coordinates: dict[str, tuple[tuple[str, ...], Array, dict[str, str]]] = {
+        "load": (("load",), load, {"units": "N", "long_name": "ball load"}),
+        "speed": (("speed",), speed, {"units": "rad s-1", "long_name": "screw speed"}),
+        "temperature": (("temperature",), temperature, {"units": "K", "long_name": "oil temperature"}),
+    }
+    digest = _file_hash(text, {name: array for name, (_, array, _) in (variables | coordinates).items()})
+    attributes = {
+        "title": f"Nut map of {contact_map.parameters.name}, kinematics {built.header['kinematics']}",
+        "source": f"ballscrew_tehl {built.header['version']}, thermal EHL solves of single balls",
+        "format_version": FILE_FORMAT, "content_hash": digest, "header": text,
+    }  # fmt: skip
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(path.name + ".part")
+    try:
+        xr.Dataset(variables, coordinates, attributes).to_netcdf(
+            temporary, engine="scipy", format="NETCDF3_64BIT"
+        )
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    return digest
+
+
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Header and variables of a file, checked against its own hash."""
+    from scipy.io import netcdf_file
+
+    if not path.exists():
+        raise MapError(f"{path}: no such map file: build it with python -m ballscrew_tehl map build")
+    try:
+        with netcdf_file(path, "r", mmap=False) as file:
+            attributes = {name: getattr(file, name) for name in ("format_version", "content_hash", "header")}
+            variables = {
+                name: np.array(variable[...], dtype=np.float64) for name, variable in file.variables.items()
+            }
+        found = int(attributes["format_version"])
+        text, digest = attributes["header"].decode(), attributes["content_hash"].decode()
+        header = json.loads(text) if found == FILE_FORMAT else {}
+    except Exception as error:  # damaged netCDF fails in many ways; all mean the same
+        raise MapError(f"{path}: not a readable map file ({type(error).__name__}: {error})") from error
+    if found != FILE_FORMAT:
+        raise MapError(f"{path}: map file format {found}; expected {FILE_FORMAT}: build the map again")
+    actual = _file_hash(text, variables)
+    if actual != digest:
+        raise MapError(
+            f"{path}: content hash {actual[:12]}; expected {digest[:12]}: the file was changed or damaged"
+        )
+    return dict(header, file_hash=digest), variables
+
+
+def _refuse_other_parameters(path: Path, header: Mapping[str, Any], parameters: Parameters) -> None:
+    expected = map_parameters_json(parameters)
+    if header["parameters_json"] == expected:
+        return
+    ours, theirs = json.loads(expected), json.loads(header["parameters_json"])
+    for table in sorted(set(ours) | set(theirs)):
+        a, b = theirs.get(table), ours.get(table)
+        if a == b:
+            continue
+        where, found, wanted = table, a, b
+        if isinstance(a, dict) and isinstance(b, dict):
+            key = next(key for key in sorted(set(a) | set(b)) if a.get(key) != b.get(key))
+            where, found, wanted = f"{table}.{key}", a.get(key), b.get(key)
+        raise MapError(
+            f"{path}: map of other parameters: {where} = {found}; expected {wanted}: build a map for this screw"
+        )
+
+
+def _path_for(path: Path | str | None, parameters: Parameters) -> Path:
+    return packaged_map(parameters.friction.kinematics) if path is None else Path(path)
+
+
+def _refuse_other_fit(friction: FrictionSet, parameters: Parameters) -> None:
+    ours = parameters_hash(parameters)
+    if friction.kinematics != parameters.friction.kinematics:
+        raise MapError(
+            f"friction set {friction.name}: kinematics = {friction.kinematics}; "
+            f"expected {parameters.friction.kinematics}"
+        )
+    if friction.parameters_hash and friction.parameters_hash != ours:
+        raise MapError(
+            f"friction set {friction.name} is fitted for the screw {friction.screw} ({friction.parameters_hash}); "
+            f"expected {parameters.name} ({ours}): calibrate again with this screw file"
+        )
+
+
+def _provenance(friction: FrictionSet) -> dict[str, Any]:
+    """What the header tells of the friction parameters; JSON knows no infinity."""
+    return {
+        "set": friction.name,
+        "loss": friction.loss,
+        "provenance": friction.provenance,
+        "errors": {name: value for name, value in friction.errors.items() if math.isfinite(value)},
+        "limits": {
+            name: [ends["low"], ends["high"] if math.isfinite(ends["high"]) else None]
+            for name, ends in friction.limits.items()
+        },
+        "not_identified": None if friction.not_identified is None else dict(friction.not_identified),
+    }
+
+
+def load_map(
+    path: Path | str | None, parameters: Parameters, friction_set: FrictionSet | None = None
+) -> NutMap:
+    """Nut map of a screw, with the film model and the default friction parameters of its friction set.
+
+    Parameters   path : map file; None = the packaged map of the parameters' kinematics
+                 friction_set : None = the packaged set that the parameters select, with their overrides
+    Raises       MapError (a ValueError): missing, damaged, of another format, of other parameters; says found, expected
+    """
+    path = _path_for(path, parameters)
+    header, variables = _read(path)
+    _refuse_other_parameters(path, header, parameters)
+    if friction_set is not None:
+        _refuse_other_fit(friction_set, parameters)
+    friction = friction_set or default_friction_set(parameters)
+    film = friction.film_model
+    if film not in FILM_MODELS:
+        raise MapError(
+            f"{path}: friction set {friction.name} is fitted with the film {film}; expected one of "
+            f"{', '.join(FILM_MODELS)}: the map holds no other"
+        )
+    coefficients = np.concatenate(
+        [variables[f"viscous_coefficients_{film}"], variables["extreme_coefficients"]], axis=-1
+    )
+    arrays = {
+        name: variables[name]
+        for name in ("force_coefficients", "separation_coefficients", "sharing_coefficients")
+    }
+    header = dict(header, film_model=film, defaults=dict(zip(
+        ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height"), friction.values, strict=True
+    )), friction=_provenance(friction))  # fmt: skip
+    arrays["coefficients"] = coefficients
+    return NutMap.from_arrays(sealed(header, arrays), arrays)
+
+
+def load_contact_map(path: Path | str | None, parameters: Parameters) -> ContactMap:
+    """Contact samples of a map file; arguments and errors as load_map."""
+    from .contact_map import QUANTITIES, ContactAxes, ContactMap
+
+    path = _path_for(path, parameters)
+    header, variables = _read(path)
+    _refuse_other_parameters(path, header, parameters)
+    axes = {name: (float(lo), float(hi), int(n)) for name, (lo, hi, n) in header["contact_axes"].items()}
+    samples = {raceway: {name: variables[f"{raceway}_{name}"] for name in QUANTITIES} for raceway in RACEWAYS}
+    solved = {raceway: variables[f"{raceway}_solved"] > 0.0 for raceway in RACEWAYS}
+    return ContactMap(parameters, ContactAxes(**axes), samples, solved)

@@ -1,0 +1,73 @@
+"""Processes that solve contacts: of this machine, or of a Dask cluster."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+
+#: called with (finished, total, what) while a build runs
+Progress = Callable[[int, int, str], None]
+
+
+def _leave_with_parent() -> None:
+    """A worker whose build was killed stops instead of working on for nobody."""
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def worker_pool(workers: int | None) -> Iterator[Executor]:
+    """Processes, None: one per core; one BLAS thread each: matrices are small, two pools of threads would fight."""
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update(dict.fromkeys(names, "1"))
+    try:
+        spawn = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(workers or os.cpu_count(), spawn, _leave_with_parent) as pool:
+            yield pool
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+@contextmanager
+def build_executor(workers: int | None, dask: str | None) -> Iterator[Executor]:
+    """The workers of a build.
+
+    Parameters   workers: processes of this machine, None = one per core;  dask: address of the scheduler of a Dask
+                 cluster, which is used instead
+    Raises       ValueError: dask.distributed is not installed, or no scheduler answers
+    """
+    if dask is None:
+        with worker_pool(workers) as pool:
+            yield pool
+        return
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise ValueError(
+            "--dask needs dask.distributed; remedy: pip install 'ballscrew-tehl[dask]'"
+        ) from error
+    try:
+        client = Client(dask, timeout="10s", set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise ValueError(
+            f"--dask = {dask}: no scheduler answers there ({error}); allowed: tcp://HOST:PORT"
+        ) from error
+    with client:
+        # a dead worker is the cluster's business: its contacts go to another one
+        yield client.get_executor(retries=3)

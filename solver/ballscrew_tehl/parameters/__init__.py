@@ -1,0 +1,1 @@
+"""What a screw file says: screw, oil, friction choices, units; checked once, here."""

@@ -1,0 +1,180 @@
+"""Parameters of a double-nut ball screw: read from TOML, checked once, frozen; SI, kelvin, radians.
+
+Keys in a file carry their unit (`ball_diameter_mm`), attributes do not (`ball_diameter`, metres).
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from .checked_table import FieldError, MissingFieldError, Table
+from .mineral_oil import kinematic_viscosity_d341
+from .oil import LubricantParameters
+from .packaged_data import PACKAGED_DATA
+from .screw import (
+    FOUR_POINT,
+    FrictionParameters,
+    Parameters,
+    PublishedSpeeds,
+    ScrewParameters,
+    SolidParameters,
+)
+from .toml import Entry, ParameterError, check_tables, key_forms, message, read_table, read_toml
+
+__all__ = [
+    "FOUR_POINT",
+    "FrictionParameters",
+    "LubricantParameters",
+    "ParameterError",
+    "Parameters",
+    "PublishedSpeeds",
+    "ScrewParameters",
+    "SolidParameters",
+    "changed",
+    "graded_oil",
+    "kinematic_viscosity_d341",
+    "load_parameters",
+    "parameters_json",
+]
+
+#: file of the default screw, in the package's data
+PACKAGED = "gd4008.toml"
+
+TABLES: dict[str, type[Table]] = {
+    "screw": ScrewParameters,
+    "solid": SolidParameters,
+    "lubricant": LubricantParameters,
+    "friction": FrictionParameters,
+    "published_speeds": PublishedSpeeds,
+}
+
+
+def _dimensions(model: type[Table]) -> dict[str, str | None]:
+    extras = {name: field.json_schema_extra for name, field in model.model_fields.items()}
+    return {
+        name: str(extra["dimension"]) if isinstance(extra, dict) else None for name, extra in extras.items()
+    }
+
+
+def _allowed(model: type[Table], field: str, entry: Entry | None, error: dict[str, Any]) -> str:
+    """What a field accepts, in the unit of the file."""
+    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+    dimension = _dimensions(model)[field]
+    bounds = [
+        f"{sign} {entry.in_file_unit(dimension, getattr(rule, name)) if entry else getattr(rule, name)}"
+        for rule in model.model_fields[field].metadata
+        for name, sign in signs.items()
+        if hasattr(rule, name)
+    ]
+    kind = {"int_type": "a whole number", "float_type": "a number", "finite_number": "a finite number"}
+    words = [kind.get(error["type"], ""), *bounds]
+    return ", ".join(word for word in words if word) or str(error["msg"])
+
+
+def _explain(
+    where: str, table: str, model: type[Table], entries: dict[str, Entry], error: dict[str, Any]
+) -> ParameterError:
+    """The first complaint of pydantic as one line about the file."""
+    cause = error.get("ctx", {}).get("error")
+    field = cause.field if isinstance(cause, FieldError) else str(error["loc"][0])
+    forms = key_forms(field, _dimensions(model)[field])
+    entry = entries.get(field)
+    key = f"{table}.{entry.key if entry else forms[0]}"
+    value = entry.value if entry else None
+    missing = error["type"] == "missing" or isinstance(cause, MissingFieldError)
+    if isinstance(cause, FieldError) and not missing:
+        return message(where, key, value, cause.allowed, cause.remedy)
+    remedy = str(model.model_fields[field].description)
+    if missing:
+        return message(where, key, None, "one of " + ", ".join(forms), f"add the key: {remedy}")
+    return message(where, key, value, _allowed(model, field, entry, error), f"it is the {remedy}")
+
+
+def _build_table(where: str, table: str, raw: dict[str, Any]) -> Table:
+    model = TABLES[table]
+    fields, entries = read_table(where, table, raw, _dimensions(model))
+    try:
+        return model(**fields)
+    except ValidationError as err:
+        raise _explain(where, table, model, entries, dict(err.errors()[0])) from None
+
+
+def _build(where: str, content: dict[str, Any]) -> Parameters:
+    check_tables(where, content, [*TABLES, "name"])
+    values: dict[str, Any] = {}
+    for table in TABLES:
+        raw = content.get(table)
+        if raw is None and not Parameters.model_fields[table].is_required():
+            continue
+        if not isinstance(raw, dict):
+            raise message(where, f"[{table}]", raw, "a table", "add it: see the packaged " + PACKAGED)
+        values[table] = _build_table(where, table, raw)
+    try:
+        return Parameters(**{"name": content.get("name"), **values})
+    except ValidationError as err:
+        cause = err.errors()[0].get("ctx", {}).get("error")
+        if isinstance(cause, FieldError):
+            kinematics = values["friction"].kinematics if "friction" in values else None
+            raise message(where, cause.field, kinematics, cause.allowed, cause.remedy) from None
+        raise message(where, "name", content.get("name"), "a text", "name the screw") from None
+
+
+def load_parameters(path: Path | str | None = None) -> Parameters:
+    """Read a screw file.
+
+    Parameters   path : TOML file; None = the packaged screw of the paper, GD4008-3
+    Returns      Parameters, SI
+    Raises       ParameterError (a ValueError), one line: file, key, value, what is allowed, remedy
+    Example
+        >>> load_parameters().screw.ball_count
+        86
+    """
+    if path is None:
+        return _build(PACKAGED, read_toml(PACKAGED_DATA / PACKAGED))
+    return _build(str(path), read_toml(Path(path)))
+
+
+def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = None) -> LubricantParameters:
+    """A mineral oil by its ISO viscosity grade and viscosity index; what is assumed: module mineral_oil.
+
+    Parameters   iso_vg : grade of ISO 3448;  viscosity_index : ASTM D2270
+                 density_15c : at 15 C [kg/m3]; None = that of a paraffinic oil
+    Raises       ParameterError (a ValueError), one line
+    Example
+        >>> oil = graded_oil(68, 95.0)
+        >>> f"{oil.viscosity:.4f} Pa s at 40 C, alpha {1e9 * oil.pressure_viscosity:.1f} 1/GPa"
+        '0.0590 Pa s at 40 C, alpha 23.5 1/GPa'
+    """
+    raw: dict[str, Any] = {"iso_vg": iso_vg, "viscosity_index": viscosity_index}
+    raw["name"] = f"mineral oil ISO VG {iso_vg}, viscosity index {viscosity_index:g}"
+    if density_15c is not None:
+        raw["density_15c_kg_m3"] = density_15c
+    found = _build_table("oil", "lubricant", raw)
+    assert isinstance(found, LubricantParameters)
+    return found
+
+
+def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:
+    """A checked copy with some values (SI) changed; defaults that depend on them are taken anew.
+
+    Parameters   tables : table name -> field -> value
+    Raises       pydantic.ValidationError (a ValueError)
+    Example
+        >>> changed(load_parameters(), lubricant={"viscosity": 0.1}).lubricant.viscosity
+        0.1
+    """
+    data = parameters.model_dump(exclude_unset=True)
+    for table, values in tables.items():
+        data[table] = {**(data.get(table) or {}), **values}
+    return Parameters.model_validate(data)
+
+
+def parameters_json(parameters: Parameters) -> str:
+    """Canonical text of all values, defaults included: equal text means equal parameters, to the last bit."""
+    return json.dumps(
+        parameters.model_dump(mode="json"), sort_keys=True, separators=(",", ":"), allow_nan=False
+    )

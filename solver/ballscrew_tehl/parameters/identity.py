@@ -1,0 +1,60 @@
+"""Identity of the parameters that a map depends on: canonical text and its hash."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+
+from .file import Parameters, parameters_json
+
+#: oil parameters that a map of a Newtonian oil does not depend on
+RHEOLOGY = (
+    "rheology",
+    "eyring_stress",
+    "carreau_modulus",
+    "carreau_exponent",
+    "limiting_stress_ambient",
+    "limiting_stress_slope",
+)
+#: friction parameters that the map does not depend on
+NOT_IN_MAP = (
+    "set",
+    "sliding_coefficient",
+    "spin_split",  # until contacts are solved with spin
+    "apparent_viscosity_ratio",
+    "net_sliding_coefficient",
+    "roughness_height",
+    "raceway_rq",
+    "ball_rq",
+)
+#: how other parameters are given: the map knows what follows from them
+GIVEN_BY = {"lubricant": ("iso_vg", "viscosity_index", "density_15c"), "screw": ("return_ball_count",)}
+#: fields younger than the first maps; they enter only where they differ from this
+LATER = {"screw": {"preload_kind": "double_nut"}}
+
+
+def map_parameters_json(parameters: Parameters) -> str:
+    """Canonical text of the parameters that a map depends on.
+
+    A field that came later enters only where it differs from what all screws were before it; a field that only says
+    how others are given never does. So every map stays valid for its screw.
+    """
+    content = json.loads(parameters_json(parameters))
+    for name in NOT_IN_MAP:
+        content["friction"].pop(name, None)
+    for table, names in GIVEN_BY.items():
+        for name in names:
+            content[table].pop(name, None)
+    for table, defaults in LATER.items():
+        for name, value in defaults.items():
+            if content[table][name] == value:
+                del content[table][name]
+    if content["lubricant"]["rheology"] == "newtonian":
+        for name in RHEOLOGY:
+            content["lubricant"].pop(name, None)
+    return json.dumps(content, sort_keys=True, separators=(",", ":"))
+
+
+def parameters_hash(parameters: Parameters) -> str:
+    """Start of the SHA-256 of the parameters that a map, and a fit to its films, depends on."""
+    return hashlib.sha256(map_parameters_json(parameters).encode()).hexdigest()[:12]

@@ -1,0 +1,225 @@
+"""The table of the oil: laws and numbers, or a grade and what follows from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Literal
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from . import mineral_oil as oil_grade
+from .checked_table import FieldError, MissingFieldError, Table, quantity
+
+#: p_r of Roelands [Pa]
+ROELANDS_PRESSURE = 1 / 5.1e-9
+#: fields of an oil that the file must give unless it gives a grade
+_BY_GRADE = (
+    "viscosity_law",
+    "density",
+    "reference_temperature",
+    "specific_heat",
+    "thermal_conductivity",
+    "pressure_viscosity",
+)
+
+
+def _of_grade(
+    rule: Callable[[dict[str, Any]], Any], otherwise: Any = None
+) -> Callable[[dict[str, Any]], Any]:
+    """Default of a field: by a rule of oil_grade if the oil is given by its grade."""
+    return lambda d: rule(d) if _is_graded(d) else otherwise
+
+
+def _is_graded(lub: dict[str, Any]) -> bool:
+    return lub["iso_vg"] is not None and lub["viscosity_index"] is not None
+
+
+class LubricantParameters(Table):
+    """Oil data and the names of its laws; the laws themselves are in `lubricant`.
+
+    A mineral oil may be given by iso_vg and viscosity_index: laws, densities, thermal data and pressure-viscosity
+    coefficient then follow by the rules of `oil_grade`, as far as they are not given.
+    """
+
+    name: str = Field(min_length=1, description="name of the oil or grease")
+    iso_vg: Literal[oil_grade.ISO_GRADES] | None = Field(  # type: ignore[valid-type]
+        default=None,
+        description="ISO 3448 grade of a mineral oil, with viscosity_index",
+    )
+    viscosity_index: float | None = Field(
+        default=None, ge=0, le=400, description="its viscosity index (ASTM D2270)"
+    )
+    density_15c: float | None = quantity(
+        "density", "its density at 15 C; default: a paraffinic oil, +-2 %",
+        default_factory=_of_grade(lambda d: oil_grade.density_15c(1e-6 * d["iso_vg"])), ge=600, le=1300,
+    )  # fmt: skip
+    viscosity_law: Literal["section_2_3", "roelands_printed", "astm_d341", "constant"] = Field(
+        default_factory=_of_grade(lambda d: "astm_d341"),
+        description="how the viscosity at ambient pressure depends on temperature",
+    )
+    pressure_law: Literal["roelands", "barus"] = Field(
+        default="roelands", description="viscosity over pressure"
+    )
+    density_law: Literal["dowson_higginson", "dowson_higginson_590", "incompressible"] = Field(
+        default="dowson_higginson", description="density over pressure"
+    )
+    reference_temperature: float = quantity(
+        "temperature", "temperature of viscosity and density",
+        default_factory=_of_grade(lambda d: oil_grade.T_40C), ge=200, le=500,
+    )  # fmt: skip
+    density: float = quantity(
+        "density", "density at the reference temperature",
+        default_factory=_of_grade(lambda d: oil_grade.density_at(d["density_15c"], d["reference_temperature"])),
+        ge=100, le=3e3,
+    )  # fmt: skip
+    density_temperature: float = quantity(
+        "temperature_coefficient", "relative fall of density per kelvin, >= 0",
+        default_factory=_of_grade(
+            lambda d: oil_grade.density_slope(d["density_15c"], d["reference_temperature"]), 6.5e-4
+        ), ge=0, le=5e-3,
+    )  # fmt: skip
+    specific_heat: float = quantity(
+        "specific_heat", "specific heat capacity",
+        default_factory=_of_grade(
+            lambda d: oil_grade.specific_heat(d["density_15c"], d["reference_temperature"])
+        ), ge=10, le=1e4,
+    )  # fmt: skip
+    thermal_conductivity: float = quantity(
+        "thermal_conductivity", "thermal conductivity",
+        default_factory=_of_grade(
+            lambda d: oil_grade.thermal_conductivity(d["density_15c"], d["reference_temperature"])
+        ), gt=0, le=1e2,
+    )  # fmt: skip
+    astm_viscosity_1: float | None = quantity(
+        "kinematic_viscosity", "first point of D341",
+        default_factory=_of_grade(lambda d: 1e-6 * d["iso_vg"]), gt=3e-7, le=1,
+    )  # fmt: skip
+    astm_temperature_1: float | None = quantity(
+        "temperature", "its temperature", default_factory=_of_grade(lambda d: oil_grade.T_40C), ge=200, le=500
+    )
+    astm_viscosity_2: float | None = quantity(
+        "kinematic_viscosity", "second point of D341",
+        default_factory=_of_grade(lambda d: oil_grade.viscosity_at_100c(1e-6 * d["iso_vg"], d["viscosity_index"])),
+        gt=3e-7, le=1,
+    )  # fmt: skip
+    astm_temperature_2: float | None = quantity(
+        "temperature",
+        "its temperature",
+        default_factory=_of_grade(lambda d: oil_grade.T_100C),
+        ge=200,
+        le=500,
+    )
+    viscosity: float = quantity(
+        "viscosity", "viscosity at the reference temperature; follows from the two points with astm_d341",
+        default_factory=lambda d: _reference_viscosity(d), gt=1e-4, le=1e3,
+    )  # fmt: skip
+    pressure_viscosity: float = quantity(
+        "pressure_coefficient", "alpha of Barus at the reference temperature",
+        default_factory=_of_grade(lambda d: _pressure_viscosity(d)), ge=1e-10, le=1e-7,
+    )  # fmt: skip
+    temperature_viscosity: float | None = quantity(
+        "temperature_coefficient", "beta of the law roelands_printed", default=None, gt=0, le=1
+    )
+    roelands_pressure: float = quantity(
+        "pressure", "p_r of Roelands", default=ROELANDS_PRESSURE, ge=1e7, le=1e9
+    )
+    z_roelands: float = Field(
+        default_factory=lambda d: _z_roelands(d),
+        gt=0, le=1.5,
+        description="pressure exponent of Roelands; default: slope pressure_viscosity at p = 0",
+    )  # fmt: skip
+
+    rheology: Literal["newtonian", "eyring", "carreau", "limiting_shear_stress"] = Field(
+        default="newtonian", description="shear thinning of the film"
+    )
+    eyring_stress: float = quantity("pressure", "Eyring stress tau_0", default=5e6, ge=1e5, le=1e9)
+    carreau_modulus: float = quantity("pressure", "Carreau modulus G", default=7e6, ge=1e3, le=1e10)
+    carreau_exponent: float = Field(default=0.5, ge=0.1, le=1.0, description="Carreau exponent n")
+    limiting_stress_ambient: float = quantity(
+        "pressure", "tau_00, lower bound of the limiting stress", default=5e6, ge=1e4, le=1e9
+    )
+    limiting_stress_slope: float = Field(
+        default=0.075, ge=1e-3, le=0.5, description="Lambda, limiting stress over pressure"
+    )
+
+    @field_validator("viscosity_index")
+    @classmethod
+    def _index_can_be(cls, index: float | None, info: ValidationInfo) -> float | None:
+        grade = info.data.get("iso_vg")
+        if index is not None and grade is not None:
+            try:
+                oil_grade.viscosity_at_100c(1e-6 * grade, index)
+            except ValueError as error:
+                allowed = str(error).split("allowed: ")[1]
+                raise FieldError("viscosity_index", allowed, "check grade and index") from None
+        return index
+
+    @model_validator(mode="after")
+    def _law_has_its_data(self) -> LubricantParameters:
+        points = ("astm_viscosity_1", "astm_temperature_1", "astm_viscosity_2", "astm_temperature_2")
+        graded = _is_graded(self.__dict__)
+        if not graded:
+            for name, other in (("iso_vg", "viscosity_index"), ("viscosity_index", "iso_vg")):
+                if getattr(self, name) is None and getattr(self, other) is not None:
+                    raise FieldError(name, "a value", f"{other} needs it")
+            if self.density_15c is not None:
+                raise FieldError("density_15c", "no entry without iso_vg", "give density, or iso_vg")
+            for name in _BY_GRADE:
+                if getattr(self, name) is None:
+                    raise MissingFieldError(name)
+        elif self.viscosity_law != "astm_d341":
+            raise FieldError("viscosity_law", '"astm_d341" or no entry beside iso_vg', "drop one of both")
+        elif twice := [name for name in points if name in self.model_fields_set]:
+            raise FieldError(twice[0], "no entry beside iso_vg", "drop the points or iso_vg")
+        given = [name for name in points if getattr(self, name) is not None]
+        if self.viscosity_law == "astm_d341":
+            for name in points:
+                if name not in given:
+                    raise FieldError(name, "a value", "astm_d341 needs two points")
+            if "viscosity" in self.model_fields_set:
+                source = "iso_vg and viscosity_index" if graded else "the two points of astm_d341"
+                raise FieldError("viscosity", "no entry", f"it follows from {source}")
+            if not math.isfinite(self.viscosity):
+                raise FieldError(
+                    "astm_viscosity_2", "below point 1 at a higher temperature", "check both points"
+                )
+        else:
+            if given:
+                raise FieldError(
+                    given[0], 'no entry unless viscosity_law = "astm_d341"', "name that law or drop it"
+                )
+            if "viscosity" not in self.model_fields_set:
+                raise FieldError("viscosity", "a value", "give the viscosity at the reference temperature")
+        if self.viscosity_law == "roelands_printed" and self.temperature_viscosity is None:
+            raise FieldError("temperature_viscosity", "a value", "the law roelands_printed needs it")
+        return self
+
+
+def _roelands_level(lub: dict[str, Any]) -> float:
+    return math.log(lub["viscosity"]) + 9.67
+
+
+def _z_roelands(lub: dict[str, Any]) -> float:
+    """Z from the slope at p = 0; NaN where the slope is missing."""
+    alpha = math.nan if lub["pressure_viscosity"] is None else lub["pressure_viscosity"]
+    return float(alpha * lub["roelands_pressure"] / _roelands_level(lub))
+
+
+def _pressure_viscosity(lub: dict[str, Any]) -> float:
+    """alpha of a mineral oil at its reference temperature by Roelands' Z."""
+    eta_40, eta_100 = (
+        lub[f"astm_viscosity_{i}"] * oil_grade.density_at(lub["density_15c"], lub[f"astm_temperature_{i}"])
+        for i in (1, 2)
+    )
+    return oil_grade.roelands_z(eta_40, eta_100) * _roelands_level(lub) / ROELANDS_PRESSURE
+
+
+def _reference_viscosity(lub: dict[str, Any]) -> float:
+    """Dynamic viscosity of the D341 points at the reference temperature; NaN where they are not usable."""
+    nu_1, T_1 = lub["astm_viscosity_1"], lub["astm_temperature_1"]
+    nu_2, T_2 = lub["astm_viscosity_2"], lub["astm_temperature_2"]
+    rho, T = lub["density"], lub["reference_temperature"]
+    if None in (nu_1, T_1, nu_2, T_2, rho, T) or not (nu_1 - nu_2) * (T_2 - T_1) > 0.0:
+        return math.nan
+    return float(oil_grade.kinematic_viscosity_d341(nu_1, T_1, nu_2, T_2, T) * rho)

@@ -1,0 +1,218 @@
+"""Tables of a screw file: every field with dimension, bounds and meaning; contradictions are refused.
+
+Attributes are SI, kelvin, radians. A field that a file leaves out takes the default stated here;
+`model_fields_set` of a table tells which ones the file gave. Source of the packaged values: Zhao et al.,
+Int J Adv Manuf Technol 124 (2023) 4231, Table 1; what that table does not print is called a default here.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from .checked_table import FieldError, Table, quantity
+from .oil import LubricantParameters
+
+#: preload kind whose balls touch four flanks
+FOUR_POINT = "single_nut_oversize_ball"
+
+
+class ScrewParameters(Table):
+    """Geometry and elasticity; section areas and spacer are not printed in Table 1: marked defaults.
+
+    Turns and ball counts are of one set of balls that carries the preload: one nut of a double nut, one half of a
+    single nut with offset lead, the whole single nut with oversize balls. What the kinds mean: module `load`.
+    """
+
+    preload_kind: Literal["double_nut", "single_nut_offset", "single_nut_oversize_ball"] = Field(
+        default="double_nut", description="two nuts, one nut with offset lead, one nut with four-point balls"
+    )
+    nominal_radius: float = quantity("length", "radius of the ball centre helix", gt=0, le=1)
+    ball_diameter: float = quantity("length", "diameter of a ball", gt=0, le=0.5)
+    contact_angle: float = quantity("angle", "contact angle without load", gt=0, lt=math.pi / 2)
+    screw_raceway_radius: float = quantity(
+        "length", "groove radius of the screw, above the ball's", gt=0, le=0.5
+    )
+    nut_raceway_radius: float = quantity("length", "groove radius of the nut, above the ball's", gt=0, le=0.5)
+    lead_angle: float = quantity("angle", "lead angle at the nominal radius", gt=0, lt=math.pi / 4)
+    lead: float = quantity("length", "axial travel in one turn", gt=0, le=1)
+    turns: float = Field(
+        gt=0, le=100, description="loaded turns of one nut; of one half with single_nut_offset"
+    )
+    ball_count: int = Field(
+        ge=2,
+        le=10000,
+        description="balls of these turns in the friction sums, returns included",
+    )
+    return_ball_count: int | None = Field(
+        default=None,
+        ge=0,
+        le=10000,
+        description="those of them in the return tubes, without load; instead of loaded_ball_count",
+    )
+    loaded_ball_count: int = Field(
+        default_factory=lambda d: _loaded_balls(d),
+        ge=2,
+        le=10000,
+        description="balls of one nut that carry load; for pressure, film and temperature",
+    )
+    youngs_modulus: float = quantity("pressure", "Young's modulus of balls, screw and nut", ge=1e9, le=1e12)
+    poisson_ratio: float = Field(ge=0, lt=0.5, description="Poisson's ratio of balls, screw and nut")
+    screw_section_area: float = quantity(
+        "area",
+        "section of the screw; default: a full rod of 0.9 nominal radii",
+        default_factory=lambda d: math.pi * (0.9 * d["nominal_radius"]) ** 2,
+        gt=0,
+    )
+    nut_section_area: float = quantity(
+        "area",
+        "section of the nut; default: a ring of 1.075 to 1.575 nominal radii",
+        default_factory=lambda d: math.pi * (1.575**2 - 1.075**2) * d["nominal_radius"] ** 2,
+        gt=0,
+    )
+    spacer_length: float = quantity(
+        "length", "length of the spacer, or from half to half of a single nut; default: one nominal radius, one lead",
+        default_factory=lambda d: d["nominal_radius" if d["preload_kind"] == "double_nut" else "lead"], ge=0,
+    )  # fmt: skip
+    spacer_section_area: float = quantity(
+        "area", "section of the spacer; default: that of the nut",
+        default_factory=lambda d: d["nut_section_area"], gt=0,
+    )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> ScrewParameters:
+        radius = 0.5 * self.ball_diameter
+        for field in ("screw_raceway_radius", "nut_raceway_radius"):
+            if not radius < getattr(self, field):
+                raise FieldError(field, "more than the ball radius", "a groove must be wider than the ball")
+        if not radius < self.nominal_radius:
+            raise FieldError("ball_diameter", "less than twice nominal_radius", "check both sizes")
+        if not abs(math.tan(self.lead_angle) * 2.0 * math.pi * self.nominal_radius / self.lead - 1.0) <= 0.02:
+            angle = math.degrees(math.atan(self.lead / (2.0 * math.pi * self.nominal_radius)))
+            raise FieldError(
+                "lead_angle", f"{angle:.4g} deg within 2 % for this lead and radius", "check all three"
+            )
+        if self.return_ball_count is not None:
+            carrying = self.ball_count - self.return_ball_count
+            if not carrying >= 2:
+                raise FieldError(
+                    "return_ball_count", f"at most {self.ball_count - 2}", "two balls must carry"
+                )
+            if self.loaded_ball_count != carrying:
+                raise FieldError(
+                    "loaded_ball_count", f"{carrying}, or no entry", "ball_count and return_ball_count say it"
+                )
+        most = min(self.ball_count, _touching_balls(self.__dict__))
+        if not self.loaded_ball_count <= most:
+            if self.return_ball_count is not None:
+                least = self.ball_count - most
+                raise FieldError("return_ball_count", f"at least {least}", "more balls than fit the turns")
+            raise FieldError(
+                "loaded_ball_count", f"at most {most}", "more balls than fit the turns or than there are"
+            )
+        return self
+
+
+def _loaded_balls(screw: dict[str, Any]) -> int:
+    """Balls outside the returns, or as many as the turns hold."""
+    if screw["return_ball_count"] is not None:
+        return int(screw["ball_count"] - screw["return_ball_count"])
+    return min(int(screw["ball_count"]), _touching_balls(screw))
+
+
+def _touching_balls(screw: dict[str, Any]) -> int:
+    """Most balls that fit the turns side by side."""
+    helix = screw["turns"] * 2.0 * math.pi * screw["nominal_radius"] / math.cos(screw["lead_angle"])
+    return int(helix / screw["ball_diameter"])
+
+
+class SolidParameters(Table):
+    """Thermal data of balls, screw and nut."""
+
+    density: float = quantity("density", "density of the steel", ge=100, le=3e4)
+    specific_heat: float = quantity("specific_heat", "specific heat capacity", ge=10, le=1e4)
+    thermal_conductivity: float = quantity("thermal_conductivity", "thermal conductivity", gt=0, le=1e3)
+
+
+class FrictionParameters(Table):
+    """Friction coefficients of Table 1, named variants and overrides of the fitted set."""
+
+    hysteresis_coefficient: float = Field(default=0.01, ge=0, le=1, description="mu_hs of Eq. 18")
+    sliding_coefficient: float = Field(
+        default=0.15, ge=0, le=1, description="mu_s as printed, before the share of c"
+    )
+    reference_slip: float = Field(
+        default=0.02, gt=0, le=2, description="slip over entrainment, rolling_frame only"
+    )
+    spin_split: float = Field(
+        default=0.5,
+        ge=0,
+        le=1,
+        description="share of the spin at the screw contact, rolling_frame only: 0.5 equal, 0 or 1 raceway control",
+    )
+    kinematics: Literal["published", "rolling_frame"] = Field(
+        default="published", description="surface speeds"
+    )
+    set: Literal["three_parameter", "two_parameter"] = Field(
+        default="three_parameter", description="fitted set"
+    )
+    apparent_viscosity_ratio: float | None = Field(
+        default=None, gt=0, le=1e3, description="override of the set"
+    )
+    net_sliding_coefficient: float | None = Field(default=None, ge=0, le=1, description="override of the set")
+    raceway_rq: float | None = quantity(
+        "length", "rms roughness of the raceways", default=None, ge=0, le=1e-4
+    )
+    ball_rq: float | None = quantity("length", "rms roughness of the balls", default=None, ge=0, le=1e-4)
+    roughness_height: float | None = quantity(
+        "length", "override of the set; default: composite of raceway_rq and ball_rq, if given",
+        default_factory=lambda d: _composite_roughness(d), ge=0, le=1e-4,
+    )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _roughness_is_said_once(self) -> FrictionParameters:
+        for name, other in (("raceway_rq", "ball_rq"), ("ball_rq", "raceway_rq")):
+            if getattr(self, name) is None and getattr(self, other) is not None:
+                raise FieldError(
+                    name, "a value", f"the composite with {other} needs it; 0 for a smooth surface"
+                )
+        if self.raceway_rq is not None and "roughness_height" in self.model_fields_set:
+            raise FieldError("roughness_height", "no entry", "it follows from raceway_rq and ball_rq")
+        return self
+
+
+def _composite_roughness(friction: dict[str, Any]) -> float | None:
+    """rms roughness of both surfaces together [m], sqrt(Rq_1^2 + Rq_2^2); None = as the set says."""
+    both = friction["raceway_rq"], friction["ball_rq"]
+    return None if None in both else math.hypot(*both)
+
+
+class PublishedSpeeds(Table):
+    """Surface speeds (u_1 raceway, u_2 ball) in the fixed frame at one screw speed."""
+
+    reference_speed: float = quantity("angular_velocity", "screw speed of the pairs below", gt=0, le=1e5)
+    screw: tuple[float, float] = quantity("velocity", "raceway and ball at the screw contact")
+    nut: tuple[float, float] = quantity("velocity", "raceway and ball at the nut contact")
+
+
+class Parameters(Table):
+    """All that describes one screw."""
+
+    name: str = Field(min_length=1, description="name of the screw")
+    screw: ScrewParameters
+    solid: SolidParameters
+    lubricant: LubricantParameters
+    friction: FrictionParameters = FrictionParameters()
+    published_speeds: PublishedSpeeds | None = None
+
+    @model_validator(mode="after")
+    def _speeds_are_known(self) -> Parameters:
+        if self.friction.kinematics == "published" and self.published_speeds is None:
+            raise FieldError(
+                "friction.kinematics",
+                '"rolling_frame", or a table published_speeds',
+                "the paper prints one screw only",
+            )
+        return self

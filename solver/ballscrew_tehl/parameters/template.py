@@ -1,0 +1,166 @@
+"""A screw file to fill in: every key with its unit, meaning and range, values of the packaged example."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import textwrap
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin
+
+from .file import TABLES, LubricantParameters, Parameters, graded_oil, load_parameters
+from .packaged_data import PACKAGED_DATA
+from .toml import UNITS
+
+EXAMPLE = "example_25x10.toml"
+#: ISO grade and viscosity index of the example
+EXAMPLE_GRADE = (100, 95.0)
+#: units that data sheets use, by dimension; others take the first one, SI
+SHEET_UNITS = {
+    "length": "mm",
+    "area": "mm2",
+    "angle": "deg",
+    "pressure": "MPa",
+    "temperature": "degC",
+    "kinematic_viscosity": "mm2_s",
+    "pressure_coefficient": "per_GPa",
+    "angular_velocity": "rpm",
+}
+#: fields whose size asks for another
+FIELD_UNITS = {"youngs_modulus": "GPa", "carreau_modulus": "MPa"}
+FIELD_UNITS |= dict.fromkeys(("roughness_height", "raceway_rq", "ball_rq"), "um")
+#: what a table wants to be known before its keys
+NOTES = {
+    "screw": (
+        "Turns and balls are those of one nut; with single_nut_offset of one half, with single_nut_oversize_ball of",
+        "the whole nut, whose ball_diameter is that of the oversize balls. Balls in the return tubes carry no load.",
+    ),
+    "lubricant": (
+        "A mineral oil in two numbers: iso_vg and viscosity_index. The rest but name may then stay out, it follows by",
+        "published rules (python -m ballscrew_tehl oil; init --oil iso_vg writes that form). Or laws and numbers.",
+    ),
+    "friction": (
+        "Roughness: rms of raceways and balls make the composite height; without them that of the fitted set is taken.",
+    ),
+}
+#: what an oil by its grade may not give as well
+FROM_GRADE = ("viscosity_law", "viscosity", "temperature_viscosity", "astm_")
+_SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+_HEAD = """\
+# Screw file: put in the values of your own screw and oil; those below are of {name}.
+# Every key carries its unit; one may choose among
+#   {units}
+# A key behind # may stay out: it then takes the value shown. How to go on:
+#   python -m ballscrew_tehl torque --screw THIS.toml --preload-n 1000 --speed-rpm 500 --temperature-c 30 --direct
+#   python -m ballscrew_tehl map build --screw THIS.toml --output my_map.nc
+#   python build_fmu.py --screw THIS.toml --map my_map.nc
+"""
+
+
+def example_parameters(oil: str = "viscosities") -> Parameters:
+    """The packaged example that the template takes its values from.
+
+    Parameters   oil : "viscosities" = laws and numbers, "iso_vg" = grade and viscosity index
+    Raises       ValueError: another word
+    """
+    if oil not in ("viscosities", "iso_vg"):
+        raise ValueError(f"oil = {oil!r}; allowed: viscosities, iso_vg")
+    example = load_parameters(PACKAGED_DATA / EXAMPLE)
+    return (
+        example.model_copy(update={"lubricant": graded_oil(*EXAMPLE_GRADE)}) if oil == "iso_vg" else example
+    )
+
+
+def screw_template(parameters: Parameters) -> str:
+    """Text of a commented screw file with these values; read again, it gives them back to 12 digits."""
+    others = ", ".join("/".join(forms) for forms in UNITS.values() if len(forms) > 1)
+    units = "\n#   ".join(textwrap.wrap(others, 100))
+    lines = [_HEAD.format(name=parameters.name, units=units), f'name = "{parameters.name}"']
+    for table in TABLES:
+        values = getattr(parameters, table)
+        if values is None:
+            continue
+        lines += ["", f"[{table}]", *(f"# {note}" for note in NOTES.get(table, ()))]
+        graded = isinstance(values, LubricantParameters) and values.iso_vg is not None
+        for field, info in type(values).model_fields.items():
+            if graded and field.startswith(FROM_GRADE) and field != "viscosity_index":
+                continue
+            value = getattr(values, field)
+            extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
+            dimension = extra.get("dimension")
+            unit = _unit(field, dimension)
+            key = f"{field}_{unit}" if unit else field
+            shown = "" if value is None else _in_file(value, dimension, unit)
+            entry = f"{key} = {shown}".rstrip()
+            if field not in values.model_fields_set:
+                entry = f"# {entry}"
+            lines.append(f"{entry:<43} # {info.description}{_range(info, dimension, unit)}")
+    return "\n".join(lines) + "\n"
+
+
+def _unit(field: str, dimension: Any) -> str:
+    if dimension is None:
+        return ""
+    return FIELD_UNITS.get(field) or SHEET_UNITS.get(dimension) or next(iter(UNITS[dimension]))
+
+
+def _in_file(value: Any, dimension: Any, unit: str) -> str:
+    if isinstance(value, tuple):
+        return "[" + ", ".join(_in_file(v, dimension, unit) for v in value) + "]"
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, int) and dimension is None:
+        return str(value)
+    text = f"{_converted(value, dimension, unit):.12g}"
+    return text if any(mark in text for mark in ".en") else f"{text}.0"
+
+
+def _converted(si_value: float, dimension: Any, unit: str) -> float:
+    if dimension is None:
+        return si_value
+    factor, divisor, offset = UNITS[dimension][unit]
+    return (si_value - offset) * divisor / factor
+
+
+def _range(info: Any, dimension: Any, unit: str) -> str:
+    """What the field allows, in the unit of the key."""
+    words = [
+        f"{sign} {_converted(getattr(rule, name), dimension, unit):.6g}"
+        for rule in info.metadata
+        for name, sign in _SIGNS.items()
+        if hasattr(rule, name)
+    ]
+    words += [" | ".join(str(choice) for choice in choices)] if (choices := _choices(info.annotation)) else []
+    return f"; {', '.join(words)}" if words else ""
+
+
+def _choices(annotation: Any) -> tuple[Any, ...]:
+    """The words or numbers that an annotation allows; none where it allows any."""
+    inside = get_args(annotation)
+    if get_origin(annotation) is Literal:
+        return inside
+    return next((found for part in inside if (found := _choices(part))), ())
+
+
+def write_template(path: Path | str, oil: str = "viscosities") -> None:
+    """Write the template to a file that does not exist yet.
+
+    Parameters   oil : as example_parameters
+    Raises       ValueError: the file exists, or its folder cannot be written; nothing is left half-written
+    """
+    path = Path(path)
+    text = screw_template(example_parameters(oil))
+    try:
+        handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror}; needs a folder that can be written") from error
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+            stream.write(text)
+        os.chmod(scratch, 0o644)
+        # unlike a rename, a link never replaces what somebody has filled in
+        os.link(scratch, path)
+    except FileExistsError as error:
+        raise ValueError(f"{path}: exists already; allowed: a new file; name another one") from error
+    finally:
+        os.unlink(scratch)

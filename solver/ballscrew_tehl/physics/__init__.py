@@ -1,0 +1,1 @@
+"""One equation, one function: lubricant, Hertz contact, kinematics, closed film formulas, ball load distribution."""

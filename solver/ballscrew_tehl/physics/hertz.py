@@ -1,0 +1,129 @@
+"""Hertz contact of ball and raceway: reduced radii, ellipse, pressure, approach; exact elliptic integrals."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..parameters.file import ScrewParameters
+
+#: scipy.special is imported where it is used: an answer from a stored map needs no elliptic integral
+
+RACEWAYS = ("screw", "nut")
+
+
+class HertzContact(NamedTuple):
+    """Ellipse of one contact: a across, b along rolling (a >= b) [m], p_max [Pa], delta approach [m]."""
+
+    a: Any
+    b: Any
+    p_max: Any
+    delta: Any
+
+
+def raceway_sign(raceway: str) -> int:
+    """+1 for the screw (convex along rolling), -1 for the nut (concave).
+
+    Raises       ValueError: unknown name
+    """
+    if raceway not in RACEWAYS:
+        raise ValueError(f"raceway = {raceway!r}; allowed: {', '.join(RACEWAYS)}")
+    return 1 if raceway == "screw" else -1
+
+
+def E_prime(screw: ScrewParameters) -> float:
+    """Reduced modulus 2/sum((1-nu^2)/E) [Pa]; ball and raceway are of the same steel.
+
+    Example
+        >>> from ballscrew_tehl.parameters.file import load_parameters
+        >>> round(E_prime(load_parameters().screw) / 1e9, 2)
+        225.27
+    """
+    return screw.youngs_modulus / (1.0 - screw.poisson_ratio**2)
+
+
+def reduced_radii(screw: ScrewParameters, contact_angle: Any, raceway: str) -> tuple[Any, Any]:
+    """Reduced radii of ball and groove.
+
+    Parameters   contact_angle : float or array [rad], 0 < beta < pi/2;  raceway : "screw" or "nut"
+    Returns      R_x along rolling, R_y across [m]
+    Raises       ValueError: unknown raceway, angle out of range
+    Validity     bearing formula: the lead angle is taken as small in the curvature
+    Source       model: 1/R_x = 1/r_b +- cos(beta)/(r_m -+ r_b cos(beta)), 1/R_y = 1/r_b - 1/r_raceway
+    """
+    sign = raceway_sign(raceway)
+    if not np.all((np.asarray(contact_angle) > 0.0) & (np.asarray(contact_angle) < 0.5 * math.pi)):
+        raise ValueError(f"contact_angle = {contact_angle} rad; needs 0 < angle < pi/2: is it in radians?")
+    r_b = 0.5 * screw.ball_diameter
+    r_groove = screw.screw_raceway_radius if sign > 0 else screw.nut_raceway_radius
+    cos = np.cos(contact_angle)
+    R_x = 1.0 / (1.0 / r_b + sign * cos / (screw.nominal_radius - sign * r_b * cos))
+    return R_x, 1.0 / (1.0 / r_b - 1.0 / r_groove)
+
+
+@lru_cache(maxsize=4096)
+def ratio_of_axes(radius_ratio: float) -> float:
+    """a/b of the contact ellipse, >= 1.
+
+    Parameters   radius_ratio : float, R_x/R_y, 0 < ratio <= 1
+    Returns      k = a/b, relative error below 1e-13
+    Raises       ValueError: ratio out of range
+    Source       Johnson, Contact Mechanics 1985, Eqs. 4.26-4.28, written with the symmetric integral R_D,
+                 which has no cancellation near the circle: R_y/R_x = R_D(0,1,1/k^2)/R_D(0,1/k^2,1)
+    Example
+        >>> ratio_of_axes(1.0)
+        1.0
+    """
+    if not 0.0 < radius_ratio <= 1.0:
+        raise ValueError(
+            f"radius_ratio = {radius_ratio}; needs 0 < R_x/R_y <= 1: rolling is along the short axis"
+        )
+    from scipy.optimize import brentq
+    from scipy.special import elliprd
+
+    def mismatch(ln_k: float) -> float:
+        q = math.exp(-2.0 * ln_k)
+        return math.log(elliprd(0.0, 1.0, q) / elliprd(0.0, q, 1.0)) + math.log(radius_ratio)
+
+    # k lies between ratio^(-1/2) and ratio^(-1)
+    upper = -math.log(radius_ratio) + 1e-9
+    return math.exp(brentq(mismatch, 0.0, upper, xtol=1e-15, rtol=1e-14)) if radius_ratio < 1.0 else 1.0
+
+
+@lru_cache(maxsize=4096)
+def _unit_contact(R_x: float, R_y: float, modulus: float) -> HertzContact:
+    """The contact under 1 N; every other load is a power of it."""
+    from scipy.special import ellipkm1, elliprd
+
+    k = ratio_of_axes(R_x / R_y)
+    q = 1.0 / k**2
+    a = float((2.0 * R_y * elliprd(0.0, q, 1.0) / (math.pi * modulus)) ** (1.0 / 3.0))
+    p_max = 1.5 * k / (math.pi * a**2)
+    return HertzContact(a, a / k, p_max, float(3.0 * ellipkm1(q) / (math.pi * a * modulus)))
+
+
+def ellipse(load: Any, R_x: float, R_y: float, E_prime: float) -> HertzContact:
+    """Ellipse, maximum pressure and approach of an elliptical Hertz contact.
+
+    Parameters   load : float or array [N], >= 0;  R_x, R_y : float [m], 0 < R_x <= R_y;  E_prime : float [Pa]
+    Returns      HertzContact(a, b, p_max, delta), each shaped like load
+    Raises       ValueError: negative or not finite
+    Validity     elastic half-spaces, a much below the radii
+    Source       Johnson, Contact Mechanics 1985, Eqs. 4.24-4.28 with E* = E_prime/2:
+                 a^3 = 2 Q R_y R_D(0,b^2/a^2,1)/(pi E'), p_max = 3 Q/(2 pi a b), delta = 3 Q K/(pi a E')
+    Example
+        >>> round(float(ellipse(100.0, 5e-3, 5e-3, 226e9).p_max) / 1e6, 1)
+        2146.0
+    """
+    if not np.all((np.asarray(load) >= 0.0) & np.isfinite(load)):
+        raise ValueError(f"load = {load} N; needs finite, >= 0: check preload")
+    if not (0.0 < R_x <= R_y < math.inf and 0.0 < E_prime < math.inf):
+        raise ValueError(
+            f"R_x, R_y, E_prime = {R_x}, {R_y}, {E_prime}; needs 0 < R_x <= R_y [m], E_prime > 0 [Pa]"
+        )
+    unit = _unit_contact(float(R_x), float(R_y), float(E_prime))
+    root = np.cbrt(load)
+    return HertzContact(unit.a * root, unit.b * root, unit.p_max * root, unit.delta * root**2)

@@ -1,0 +1,228 @@
+"""Ball loads of the preloaded nut: stretch of screw and nut bodies, spacer, external axial load.
+
+Kinds of preload (`preload_kind` of the screw), after the usual names of the trade:
+
+double_nut                two nuts pressed apart by a spacer; each ball touches two flanks.
+single_nut_offset         one nut whose thread is shifted by a little in its middle: the balls of one half push to one
+                          side, those of the other half to the other, each on two flanks. It is a double nut in one
+                          piece and computed as such; turns and ball counts are those of one half, the nut between the
+                          halves is the spacer. Assumed: the halves press apart.
+single_nut_oversize_ball  balls a few micrometres thicker than their room between grooves of gothic arch, so that each
+                          touches four flanks. Two lines of contact cross in the ball: two opposed sets of flanks, each
+                          with all the balls. At rest they press alike; an axial load adds to one and relieves the
+                          other. Assumed: bodies stiff in radial direction, flanks symmetric, balls of one size.
+
+What this module says of nut A and B holds, with oversize balls, for the two sets of flanks. Both sit on the same balls:
+preload alone stretches neither screw nor nut, and all balls carry alike; an axial load stretches both. The force of
+a set then comes from the chain of all balls, each with f(d) - f(-d); the loads that `nut_loads` gives for it are
+equal ones: exact under preload, under an axial load the heaviest ball of the loaded set carries up to 6 % more
+(GD4008-3, 1 to 6 kN, up to the separation load; `double_nut_loads` has it).
+
+The equations are in `ball_chain`.
+scipy is imported where it is used: an answer from a stored map needs no load distribution.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from ..parameters.file import FOUR_POINT, ScrewParameters
+from .ball_chain import BallChain, FourPointChain, ball_oversize, ball_pitch
+from .ball_law import (
+    Array,
+    axial_approach,
+    check_count,
+    check_force,
+    contact_angle_at_ball_load,
+    contact_compliance,
+    flank_travel,
+    groove_distance,
+    loaded_contact_angle,
+    preload_ball_load,
+)
+
+__all__ = [
+    "DoubleNutLoads",
+    "axial_approach",
+    "ball_oversize",
+    "ball_pitch",
+    "contact_angle_at_ball_load",
+    "contact_compliance",
+    "double_nut_loads",
+    "groove_distance",
+    "loaded_contact_angle",
+    "nut_loads",
+    "separation_load",
+]
+
+
+class DoubleNutLoads(NamedTuple):
+    """Loads of all balls from left to right and axial forces [N].
+
+    Q_a, Q_b : (n,) of the left nut (spacer at its right end) and of the right nut (spacer at its left end);
+    force_b = force_a + axial load; the spacer carries force_a. With oversize balls: of the same balls on the flanks
+    that an axial load > 0 relieves and loads; no spacer, its force is 0.
+    """
+
+    Q_a: Array
+    Q_b: Array
+    force_a: float
+    force_b: float
+    spacer_force: float
+
+
+@lru_cache(maxsize=64)
+def _four_point_chain(
+    screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None
+) -> FourPointChain:
+    return FourPointChain(screw, preload, ball_count, contact_angle)
+
+
+@lru_cache(maxsize=64)
+def _chain(screw: ScrewParameters, ball_count: int, contact_angle: float | None) -> BallChain:
+    return BallChain(screw, ball_count, contact_angle)
+
+
+@lru_cache(maxsize=4096)
+def _preload_gap(
+    screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None
+) -> float:
+    """What the spacer is longer than the room for it [m]."""
+    chain = _chain(screw, ball_count, contact_angle)
+    return 2.0 * float(chain.nut(preload)[-1]) + chain.spacer_stretch * preload
+
+
+def _four_point_loads(
+    screw: ScrewParameters, preload: float, axial_load: float, ball_count: int, contact_angle: float | None
+) -> DoubleNutLoads:
+    chain = _four_point_chain(screw, preload, ball_count, contact_angle)
+    d = chain.ways(abs(axial_load)) if axial_load != 0.0 else np.zeros(chain.n)
+    (f_on, _, Q_on), (f_off, _, Q_off) = chain.flank(d), chain.flank(-d)
+    loaded, relieved = (Q_on, float(f_on.sum())), (Q_off, float(f_off.sum()))
+    # a load to the left loads the other flanks; the balls stay where they are
+    a, b = (relieved, loaded) if axial_load >= 0.0 else (loaded, relieved)
+    return DoubleNutLoads(a[0], b[0], a[1], b[1], 0.0)
+
+
+def nut_loads(
+    screw: ScrewParameters,
+    force: float,
+    ball_count: int,
+    contact_angle: float | None = None,
+    outer_nut_force: float = 0.0,
+    outer_screw_force: float = 0.0,
+) -> Array:
+    """Normal loads of the balls of one nut.
+
+    Parameters   force : float [N], >= 0, axial force between this nut and the screw
+                 ball_count : balls that share it, >= 2
+                 contact_angle : float [rad] for all balls, or None = every ball at its own loaded angle
+                 outer_nut_force, outer_screw_force : float [N], tension in the bodies at the outer face of
+                 the nut; 0, 0 = preload only; outer_nut_force = force: bodies loaded at opposite ends
+    Returns      Q : (n,) [N], outer ball first, the ball next to the spacer last (heaviest under preload
+                 only); sum of Q sin(beta) cos(lambda) = force. Oversize balls: one set of flanks, equal loads
+    Raises       ValueError: not finite or negative, an outer force with oversize balls
+                 ArithmeticError: not converged
+    Source       module docstring; Hertz ball law, bodies as rods of the section areas of the parameters
+    """
+    check_force("force", force)
+    check_force(
+        "outer_nut_force, outer_screw_force", [outer_nut_force, outer_screw_force], allow_negative=True
+    )
+    if screw.preload_kind == FOUR_POINT:
+        if outer_nut_force or outer_screw_force:
+            raise ValueError(
+                f"outer_nut_force, outer_screw_force = {outer_nut_force:g}, {outer_screw_force:g} N; allowed: 0 with "
+                f"{FOUR_POINT}: double_nut_loads gives the loads under an axial load"
+            )
+        check_count(ball_count)
+        return np.full(int(ball_count), preload_ball_load(screw, float(force), ball_count, contact_angle))
+    chain = _chain(screw, ball_count, contact_angle)
+    if force == 0.0:
+        return np.zeros(chain.n)
+    end_slope = outer_screw_force * chain.screw_stretch - outer_nut_force * chain.nut_stretch
+    return chain.law(chain.nut(float(force), end_slope))[2]
+
+
+def double_nut_loads(
+    screw: ScrewParameters,
+    preload: float,
+    axial_load: float,
+    ball_count: int,
+    contact_angle: float | None = None,
+) -> DoubleNutLoads:
+    """Ball loads of two nuts pushed apart by a spacer, under an external axial load.
+
+    Parameters   preload : float [N], >= 0;  ball_count : balls of one nut, >= 2
+                 axial_load : float [N], on the outer flange of the right nut, screw held on the right;
+                 > 0 (to the right) relieves the left nut A, < 0 the right nut B
+                 contact_angle : float [rad] for all balls, or None = every ball at its own loaded angle
+    Returns      DoubleNutLoads; a nut that has come free has loads and force 0
+    Raises       ValueError: not finite or negative;  ArithmeticError: not converged
+    Source       module docstring; the gap of the spacer is that of the preload without external load:
+                 d_A + d_B + L_sp [S_mid/(E A_screw) - N_sp/(E A_sp)] at the spacer stays what it was
+    """
+    check_force("preload", preload)
+    check_force("axial_load", axial_load, allow_negative=True)
+    preload, axial_load = float(preload), float(axial_load)
+    if screw.preload_kind == FOUR_POINT:
+        return _four_point_loads(screw, preload, axial_load, ball_count, contact_angle)
+    chain = _chain(screw, ball_count, contact_angle)
+    if preload == 0.0 and axial_load == 0.0:
+        nothing = np.zeros(chain.n)
+        return DoubleNutLoads(nothing, nothing, 0.0, 0.0, 0.0)
+    gap = _preload_gap(screw, preload, ball_count, contact_angle) if preload > 0.0 else 0.0
+    forces = np.array([preload - 0.5 * axial_load, preload + 0.5 * axial_load])
+    # start: half of the load on each nut, or all of it on one
+    forces = np.where(forces > 0.0, forces, 0.0) + np.where(forces[::-1] < 0.0, -forces[::-1], 0.0)
+    d = chain.double_nut(gap, axial_load, (chain.rigid_approach(forces[0]), chain.rigid_approach(forces[1])))
+    f, _, Q = chain.law(d)
+    force_a = float(f[: chain.n].sum())
+    return DoubleNutLoads(Q[: chain.n], Q[chain.n :], force_a, float(f[chain.n :].sum()), force_a)
+
+
+def separation_load(
+    screw: ScrewParameters, preload: float, ball_count: int, sign: int = 1, contact_angle: float | None = None
+) -> float:
+    """External axial load at which the relieved nut comes free.
+
+    Parameters   preload : float [N], >= 0;  ball_count : balls of one nut, >= 2
+                 sign : +1 load that relieves the left nut, -1 the right nut (see double_nut_loads)
+                 contact_angle : as in double_nut_loads
+    Returns      magnitude of the load [N]; between rigid bodies 2^(3/2) preload
+    Raises       ValueError: not finite or negative, sign not +-1;  ArithmeticError: not converged
+    Source       gap equation with force 0 in the relieved nut: its ball next to the spacer just touches. Oversize
+                 balls: the way of the ball that moves least is oversize/(sin(beta) cos(lambda)), to first order
+    """
+    check_force("preload", preload)
+    if sign not in (1, -1):
+        raise ValueError(f"sign = {sign}; allowed: 1 (relieves the left nut), -1 (the right nut)")
+    if preload == 0.0:
+        return 0.0
+    from scipy.optimize import brentq
+
+    if screw.preload_kind == FOUR_POINT:
+        balls = _four_point_chain(screw, float(preload), ball_count, contact_angle)
+        oversize = ball_oversize(screw, preload, ball_count, contact_angle)
+        gap = flank_travel(screw, oversize, contact_angle)
+
+        def opening(load: float) -> float:
+            # the last ball to come free is the one farthest from where the load enters
+            return float(balls.ways(load)[0]) - gap
+
+    else:
+        chain = _chain(screw, ball_count, contact_angle)
+        gap = _preload_gap(screw, float(preload), ball_count, contact_angle)
+
+        def opening(load: float) -> float:
+            if sign > 0:
+                return float(chain.nut(load, -chain.K * load)[-1]) - gap
+            return float(chain.nut(load)[-1]) + chain.spacer_stretch * load - gap
+
+    low, high = preload, 4.0 * preload
+    while opening(high) < 0.0:
+        low, high = high, 2.0 * high
+    return float(brentq(opening, low, high, xtol=1e-12 * preload, rtol=1e-13))

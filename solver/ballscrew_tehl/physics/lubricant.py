@@ -1,0 +1,250 @@
+"""Viscosity and density of the oil over pressure and temperature: one published law, one small function."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..parameters.file import LubricantParameters, kinematic_viscosity_d341
+
+#: ln of Roelands' reference viscosity 6.315e-5 Pa s, with changed sign
+ROELANDS_LN = 9.67
+#: temperature below which no law of this module is used [K]; the law of section 2.3 is singular at 183.19 K
+T_MIN = 200.0
+#: Roelands' temperature constant [K]
+T_ROELANDS = 138.0
+
+
+def _checked_temperature(T: Any) -> Any:
+    if not np.all((np.asarray(T) >= T_MIN) & np.isfinite(T)):
+        raise ValueError(f"temperature = {T} K; needs finite, >= {T_MIN:g} K: is it in kelvin?")
+    return T
+
+
+def section_2_3(T: Any) -> Any:
+    """Ambient viscosity printed in the text of the paper: at 303 K nine times the value of its table.
+
+    Parameters   T : float or array [K], > 183.19
+    Returns      eta : like T [Pa s]
+    Source       Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, section 2.3
+    Example
+        >>> round(float(section_2_3(303.0)), 3)
+        0.297
+    """
+    return 4.83e-5 * np.exp(1045.31 / (T - 183.19))
+
+
+def _eta0_section_2_3(lub: LubricantParameters, T: Any) -> Any:
+    # differs from paper: scaled to the viscosity of Table 1 at the reference temperature
+    return lub.viscosity * np.exp(1045.31 / (T - 183.19) - 1045.31 / (lub.reference_temperature - 183.19))
+
+
+def _slope_section_2_3(lub: LubricantParameters, T: Any) -> Any:
+    return -1045.31 / (T - 183.19) ** 2
+
+
+def _roelands_s0(lub: LubricantParameters) -> tuple[float, float, float]:
+    """Temperature exponent S0 = beta (T0 - 138)/(ln eta0 + 9.67), with T0 - 138 and ln eta0 + 9.67."""
+    assert lub.temperature_viscosity is not None  # held by the parameter check
+    span, scale = lub.reference_temperature - T_ROELANDS, math.log(lub.viscosity) + ROELANDS_LN
+    return lub.temperature_viscosity * span / scale, span, scale
+
+
+def _eta0_roelands_printed(lub: LubricantParameters, T: Any) -> Any:
+    # Eq. 7 at p = 0; with the pressure term of `viscosity` the product of both factors, as printed
+    s0_roelands, span, scale = _roelands_s0(lub)
+    return np.exp(scale * ((T - T_ROELANDS) / span) ** -s0_roelands - ROELANDS_LN)
+
+
+def _slope_roelands_printed(lub: LubricantParameters, T: Any) -> Any:
+    s0_roelands, span, scale = _roelands_s0(lub)
+    return -scale * s0_roelands / span * ((T - T_ROELANDS) / span) ** (-s0_roelands - 1.0)
+
+
+def _d341_points(lub: LubricantParameters) -> tuple[float, float, float, float]:
+    points = (lub.astm_viscosity_1, lub.astm_temperature_1, lub.astm_viscosity_2, lub.astm_temperature_2)
+    nu_1, T_1, nu_2, T_2 = (float(value) for value in points if value is not None)
+    return nu_1, T_1, nu_2, T_2
+
+
+def _eta0_astm_d341(lub: LubricantParameters, T: Any) -> Any:
+    return kinematic_viscosity_d341(*_d341_points(lub), T) * ambient_density(lub, T)
+
+
+def _slope_astm_d341(lub: LubricantParameters, T: Any) -> Any:
+    # nu = Z - 0.7, Z = 10^(10^(m - n log10 T)): d nu/dT = -n Z ln Z/T
+    nu_1, T_1, nu_2, T_2 = _d341_points(lub)
+    y_1, y_2 = (math.log10(math.log10(1e6 * nu + 0.7)) for nu in (nu_1, nu_2))
+    n = (y_1 - y_2) / math.log10(T_2 / T_1)
+    nu = 1e6 * kinematic_viscosity_d341(nu_1, T_1, nu_2, T_2, T)
+    rate = -n * (nu + 0.7) * np.log(nu + 0.7) / (T * nu)
+    return rate - lub.density_temperature * lub.density / ambient_density(lub, T)
+
+
+def _eta0_constant(lub: LubricantParameters, T: Any) -> Any:
+    return lub.viscosity + 0.0 * T
+
+
+def _slope_constant(lub: LubricantParameters, T: Any) -> Any:
+    return 0.0 * T
+
+
+Law = Callable[[LubricantParameters, Any], Any]
+#: name -> (ambient viscosity, its logarithmic slope)
+VISCOSITY_LAWS: dict[str, tuple[Law, Law]] = {
+    "section_2_3": (_eta0_section_2_3, _slope_section_2_3),
+    "roelands_printed": (_eta0_roelands_printed, _slope_roelands_printed),
+    "astm_d341": (_eta0_astm_d341, _slope_astm_d341),
+    "constant": (_eta0_constant, _slope_constant),
+}
+
+
+def eta0(lub: LubricantParameters, T: Any) -> Any:
+    """Viscosity at ambient pressure by the law that the lubricant names.
+
+    Parameters   T : float or array [K], >= 200
+    Returns      eta0 : like T [Pa s]; `viscosity` of the lubricant at its reference temperature
+    Raises       ValueError: temperature below 200 K or not finite
+    Source       section_2_3: Zhao et al. 2023, section 2.3, scaled to Table 1; roelands_printed: Eq. 7 with
+                 S0 = beta (T0-138)/(ln eta0+9.67); astm_d341: ASTM D341 times density; constant: none
+    """
+    return VISCOSITY_LAWS[lub.viscosity_law][0](lub, _checked_temperature(T))
+
+
+def temperature_slope(lub: LubricantParameters, T: Any) -> Any:
+    """d ln(eta0)/dT, negative: -0.0728 1/K for the law of section 2.3 at 303 K.
+
+    Parameters   T : float or array [K], >= 200
+    Returns      slope : like T [1/K]; the coefficient beta of the literature is its negative
+    Raises       ValueError: temperature below 200 K or not finite
+    """
+    return VISCOSITY_LAWS[lub.viscosity_law][1](lub, _checked_temperature(T))
+
+
+def roelands_exponent(lub: LubricantParameters, ln_eta0: Any, p: Any) -> Any:
+    """ln(eta/eta0) = (ln eta0 + 9.67) [(1 + p/p_r)^Z - 1].
+
+    Validity     eta0 above 6.3e-5 Pa s; below (hotter than any oil lasts) pressure is taken to have no effect
+    Source       Roelands 1966, as in Eq. 7 of Zhao et al. 2023
+    """
+    level = np.maximum(ln_eta0 + ROELANDS_LN, 0.0)
+    return level * np.expm1(lub.z_roelands * np.log1p(p / lub.roelands_pressure))
+
+
+def barus_exponent(lub: LubricantParameters, ln_eta0: Any, p: Any) -> Any:
+    """ln(eta/eta0) = alpha p.        Source: Barus 1893"""
+    return lub.pressure_viscosity * p + 0.0 * ln_eta0
+
+
+PRESSURE_LAWS: dict[str, Callable[[LubricantParameters, Any, Any], Any]] = {
+    "roelands": roelands_exponent,
+    "barus": barus_exponent,
+}
+
+
+def viscosity(lub: LubricantParameters, p: Any, T: Any) -> Any:
+    """Viscosity at pressure and temperature by the laws that the lubricant names.
+
+    Parameters   p : float or array [Pa], >= 0;  T : float or array [K], >= 200, broadcast with p
+    Returns      eta [Pa s]
+    Raises       ValueError: pressure negative or not finite, temperature out of range
+    Source       roelands: eta_0(T) exp{(ln eta_0(T) + 9.67) [(1 + p/p_r)^Z - 1]}, Z constant. With the law
+                 roelands_printed this is Eq. 7 of Zhao et al. 2023; with another it differs from paper: the
+                 S0 term of Eq. 7 is replaced by eta_0(T)
+    """
+    if not np.all((np.asarray(p) >= 0.0) & np.isfinite(p)):
+        raise ValueError(f"pressure = {p} Pa; needs finite, >= 0: cavitated oil has p = 0")
+    ambient = eta0(lub, T)
+    return ambient * np.exp(PRESSURE_LAWS[lub.pressure_law](lub, np.log(ambient), p))
+
+
+def pressure_viscosity(lub: LubricantParameters, T: Any) -> Any:
+    """alpha_pv = d ln(eta)/dp at ambient pressure, consistent with the pressure law.
+
+    Parameters   T : float or array [K], >= 200
+    Returns      alpha_pv : like T [1/Pa]; Barus: the parameter itself at every temperature
+    Raises       ValueError: temperature out of range
+    """
+    ambient = eta0(lub, T)
+    if lub.pressure_law == "barus":
+        return lub.pressure_viscosity + 0.0 * ambient
+    return np.maximum(np.log(ambient) + ROELANDS_LN, 0.0) * lub.z_roelands / lub.roelands_pressure
+
+
+#: (A, B) of rho(p)/rho(0) = 1 + A p/(1 + B p) [1/Pa] by the name of the density law
+DENSITY_LAWS: dict[str, tuple[float, float]] = {
+    "dowson_higginson": (0.6e-9, 1.7e-9),
+    # the same law as many film computations write it, (5.9e8 + 1.34 p)/(5.9e8 + p): 0.7 % less at 1 GPa
+    "dowson_higginson_590": (0.34 / 5.9e8, 1.0 / 5.9e8),
+    "incompressible": (0.0, 0.0),
+}
+
+
+def relative_density(law: str, p: Any) -> Any:
+    """Density over pressure relative to ambient, 1 to 1.35.
+
+    Parameters   law : name in DENSITY_LAWS;  p : float or array [Pa], >= 0
+    Source       Dowson & Higginson 1966 in the two forms that are in use: 1 + 0.6e-9 p/(1 + 1.7e-9 p), the one of
+                 the paper, and with the constant 5.9e8 Pa
+    Example
+        >>> round(float(relative_density("dowson_higginson", 1e9)), 4)
+        1.2222
+    """
+    rise, fade = DENSITY_LAWS[law]
+    return 1.0 + rise * p / (1.0 + fade * p)
+
+
+def ambient_density(lub: LubricantParameters, T: Any) -> Any:
+    """Density at ambient pressure [kg/m3], T in K."""
+    return lub.density * (1.0 - lub.density_temperature * (T - lub.reference_temperature))
+
+
+def density(lub: LubricantParameters, p: Any, T: Any) -> Any:
+    """Density at pressure and temperature.
+
+    Parameters   p : float or array [Pa], >= 0;  T : float or array [K], >= 200, broadcast with p
+    Returns      rho [kg/m3]
+    Raises       ValueError: temperature out of range
+    Source       Eq. 8 of Zhao et al. 2023: rho_0 [1 + 0.6e-9 p/(1 + 1.7e-9 p) - D (T - T_0)]
+                 errata: the printed sign makes density rise with temperature; it must fall
+    """
+    thermal = lub.density_temperature * (_checked_temperature(T) - lub.reference_temperature)
+    return lub.density * (relative_density(lub.density_law, p) - thermal)
+
+
+@dataclass(frozen=True)
+class Lubricant:
+    """The functions of this module bound to one set of parameters.
+
+    Example
+        >>> from ballscrew_tehl.parameters.file import load_parameters
+        >>> oil = Lubricant(load_parameters().lubricant)
+        >>> round(float(oil.viscosity(1e9, 303.0)), 1)
+        3619.2
+    """
+
+    parameters: LubricantParameters
+
+    def eta0(self, T: Any) -> Any:
+        """See `eta0`."""
+        return eta0(self.parameters, T)
+
+    def viscosity(self, p: Any, T: Any) -> Any:
+        """See `viscosity`."""
+        return viscosity(self.parameters, p, T)
+
+    def density(self, p: Any, T: Any) -> Any:
+        """See `density`."""
+        return density(self.parameters, p, T)
+
+    def temperature_slope(self, T: Any) -> Any:
+        """See `temperature_slope`."""
+        return temperature_slope(self.parameters, T)
+
+    def pressure_viscosity(self, T: Any) -> Any:
+        """See `pressure_viscosity`."""
+        return pressure_viscosity(self.parameters, T)

@@ -1,0 +1,221 @@
+"""Films of the balls straight from the contact solver, without a map."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..contact.ball_contact import solve_ball
+from ..friction.sets import FrictionSet
+from ..friction.torque import nut_forces, nut_sums
+from ..parameters.file import Parameters, ScrewParameters
+from ..physics.hertz import RACEWAYS
+from ..physics.load import nut_loads
+
+Array = NDArray[np.float64]
+
+#: Chebyshev nodes over the loads of one nut; they differ by a few percent, so three leave an error below 1e-6
+LOAD_NODES = 3
+
+
+class DirectFilm:
+    """Film model that solves the contacts at each call: thermal ("solved_thermal") or isothermal ("solved").
+
+    The loads of the balls of a nut form a narrow range; the film is solved at Chebyshev nodes of ln(load) over it and
+    interpolated by the polynomial through them, more nodes where the range is wide. Solutions are remembered.
+    """
+
+    def __init__(self, parameters: Parameters, thermal: bool) -> None:
+        self.parameters = parameters
+        self.thermal = thermal
+        self.name = "solved_thermal" if thermal else "solved"
+        self._solved: dict[tuple[str, float, float, float], float] = {}
+
+    def central_film(self, raceway: str, load: Array, speed: float, temperature: float) -> Array:
+        """Central film [m] of balls with load (n,) [N] at speed [rad/s] and temperature [K].
+
+        Raises       UnconvergedContactError: a contact that the solver could not finish
+        """
+        x = np.log(np.asarray(load, dtype=float))
+        lo, hi = float(x.min()), float(x.max())
+        if hi - lo < 1e-9:
+            return np.full(x.shape, self._film(raceway, float(np.exp(lo)), speed, temperature))
+        count = LOAD_NODES + int(4.0 * (hi - lo))
+        nodes = 0.5 * (lo + hi) + 0.5 * (hi - lo) * np.cos(np.pi * (np.arange(count) + 0.5) / count)
+        films = [np.log(self._film(raceway, float(np.exp(node)), speed, temperature)) for node in nodes]
+        polynomial = np.polynomial.Chebyshev.fit(nodes, films, count - 1, domain=[lo, hi])
+        return np.asarray(np.exp(polynomial(x)))
+
+    def _film(self, raceway: str, load: float, speed: float, temperature: float) -> float:
+        key = (raceway, load, speed, temperature)
+        if key not in self._solved:
+            self._solved[key] = solve_ball(
+                self.parameters, raceway, load, speed, temperature, self.thermal
+            ).h_c
+        return self._solved[key]
+
+
+def direct_extremes(
+    parameters: Parameters, preload: float, axial_load: float, speed: float, temperature: float
+) -> dict[str, float]:
+    """Film, temperature, pressure and load extremes of the load-carrying balls of both nuts, by thermal solves.
+
+    Parameters   preload [N] > 0, axial_load [N]; speed [rad/s] > 0, temperature [K]
+    Returns      the outputs of NutMap.evaluate of the same names (without lambda_ratio), SI
+    Raises       UnconvergedContactError
+    """
+    screw = parameters.screw
+    forces = {force for force in nut_forces(parameters, preload, axial_load) if force > 0.0}
+    loads = np.concatenate([nut_loads(screw, force, screw.loaded_ball_count) for force in forces])
+    heaviest, lightest = float(loads.max()), float(loads[loads > 0.0].min())
+    # film falls and heating rises with load: the ends of the range hold the extremes
+    solved = {
+        raceway: [
+            solve_ball(parameters, raceway, q, speed, temperature, thermal=True) for q in {heaviest, lightest}
+        ]
+        for raceway in RACEWAYS
+    }
+    everything = [solution for pair in solved.values() for solution in pair]
+    return {
+        "film_thickness_min": min(s.h_m for s in everything),
+        "film_thickness_central_screw": min(s.h_c for s in solved["screw"]),
+        "film_thickness_central_nut": min(s.h_c for s in solved["nut"]),
+        "film_temperature_rise": max(s.temperature_rise for s in everything),
+        "contact_pressure_max": max(s.hertz.p_max for s in everything),
+        "ball_load_max": heaviest,
+    }
+
+
+class RacewayValues(NamedTuple):
+    """One raceway of one nut from the contact of its mean ball."""
+
+    viscous_torque: float  # [N.m] at apparent viscosity ratio 1 and full viscous share
+    effective_film: float  # [m] for the viscous share at a roughness height
+    minimum_film: float  # [m] thermal, of the mean ball
+    central_film: float  # [m] thermal, of the mean ball
+    temperature_rise: float  # [K] of the mean ball
+
+
+def mean_load(loads: Array) -> float:
+    """Ball load [N] whose film stands for those of a nut: ln(load) averaged as viscous force grows, load^(2/3).
+
+    With film = film(mean) (load/mean)^slope the sum over the balls has no error of first order in the slope; what is
+    left is half of the square of its error times the variance of ln(load), below 1e-5 up to 9000 N on 40 mm.
+    """
+    weights = loads ** (2.0 / 3.0)
+    return float(np.exp(np.sum(weights * np.log(loads)) / weights.sum()))
+
+
+@lru_cache(maxsize=1024)
+def _ball_loads(screw: ScrewParameters, force: float, count: int) -> Array:
+    return nut_loads(screw, force, count)
+
+
+class NutContacts:
+    """The contacts of the balls of one nut, one solve per raceway and film.
+
+    Parameters   thermal : whether friction takes the film of the thermal solve ("solved_thermal") or of the isothermal
+                 one ("solved"), which is then solved as well
+    """
+
+    def __init__(self, parameters: Parameters, thermal: bool) -> None:
+        self.parameters = parameters
+        self.thermal = thermal
+
+    def mean_load(self, force: float) -> float:
+        """mean_load of the balls in the friction sums of a nut under an axial force [N]."""
+        screw = self.parameters.screw
+        return mean_load(_ball_loads(screw, force, screw.ball_count))
+
+    def extreme_loads(self, force: float) -> tuple[float, float]:
+        """Lightest and heaviest of the load-carrying balls [N]."""
+        screw = self.parameters.screw
+        loads = _ball_loads(screw, force, screw.loaded_ball_count)
+        return float(loads.min()), float(loads.max())
+
+    def solve(
+        self, raceway: str, force: float, speed: float, temperature: float, slope: float
+    ) -> RacewayValues:
+        """Solve the mean ball and sum over the balls.
+
+        Parameters   force of the nut [N] > 0, speed [rad/s] > 0, temperature [K]
+                     slope : exponent of load that leads from the film of the mean ball to that of the others
+        Raises       UnconvergedContactError; ValueError: out of range
+        """
+        screw = self.parameters.screw
+        loads = _ball_loads(screw, force, screw.ball_count)
+        load = mean_load(loads)
+        hot = solve_ball(self.parameters, raceway, load, speed, temperature, thermal=True)
+        own = hot if self.thermal else solve_ball(self.parameters, raceway, load, speed, temperature, False)
+        film = _PowerFilm(load, {name: (own.h_c, slope) for name in RACEWAYS})
+        sums = nut_sums(self.parameters, loads, speed, temperature, film)._asdict()
+        return RacewayValues(
+            sums[f"viscous_{raceway}"], sums[f"film_{raceway}"], hot.h_m, hot.h_c, hot.temperature_rise
+        )
+
+
+class _PowerFilm:
+    """Film around that of the mean ball, whose load [N] is given: by raceway its film [m] and the exponent of load."""
+
+    name = "mean ball"
+
+    def __init__(self, load: float, films: Mapping[str, tuple[float, float]]) -> None:
+        self.load, self.films = load, films
+
+    def central_film(self, raceway: str, load: Array, speed: float, temperature: float) -> Array:
+        film, slope = self.films[raceway]
+        return np.asarray(film * (load / self.load) ** slope)
+
+
+class DirectState(NamedTuple):
+    """Operating point of the double nut without a map."""
+
+    friction_torque: float  # [N.m]
+    film_thickness_central_screw: float  # [m] least over the balls
+    film_thickness_central_nut: float  # [m]
+    film_temperature_rise: float  # [K] largest over the balls
+
+
+def direct_state(
+    parameters: Parameters,
+    friction_set: FrictionSet,
+    preload: float,
+    speed: float,
+    temperature: float,
+    axial_load: float = 0.0,
+) -> DirectState:
+    """Torque and extremes from three balls per raceway and nut: lightest and heaviest load-carrying one, and mean one.
+
+    The mean ball gives the friction of all (see mean_load), with the exponent of load between the other two.
+
+    Parameters   preload [N] > 0, speed [rad/s] > 0, temperature [K], axial_load [N]
+    Raises       UnconvergedContactError; ValueError: out of range
+    """
+    screw, thermal = parameters.screw, friction_set.film_model == "solved_thermal"
+    torque, rise = 0.0, 0.0
+    least = dict.fromkeys(RACEWAYS, math.inf)
+    forces = nut_forces(parameters, preload, axial_load)
+    for force, times in Counter(force for force in forces if force > 0.0).items():
+        loads = _ball_loads(screw, force, screw.ball_count)
+        carrying = _ball_loads(screw, force, screw.loaded_ball_count)
+        ends = float(carrying.min()), float(carrying.max())
+        mean = mean_load(loads)
+        films = {}
+        for raceway in RACEWAYS:
+            light, heavy = (
+                solve_ball(parameters, raceway, q, speed, temperature, thermal=True) for q in ends
+            )
+            own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
+            wide = math.log(ends[1] / ends[0])
+            films[raceway] = own.h_c, math.log(heavy.h_c / light.h_c) / wide if wide > 1e-9 else 0.0
+            least[raceway] = min(least[raceway], light.h_c, heavy.h_c)
+            rise = max(rise, light.temperature_rise, heavy.temperature_rise)
+        sums = nut_sums(parameters, loads, speed, temperature, _PowerFilm(mean, films))
+        torque += times * sums.torque(*friction_set.values).total
+    return DirectState(torque, least["screw"], least["nut"], rise)

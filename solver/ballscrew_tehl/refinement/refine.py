@@ -1,0 +1,314 @@
+"""Run-time refinement: contacts are solved where the map is used, and what they say about it is remembered.
+
+A solved contact says by how much the logarithms of the map (packed.SURFACES) are wrong at its raceway and at one
+(force of a nut, speed, temperature). Between the solved points these corrections are interpolated (corrections.py),
+which also tells how far the true one may be off. Around every solved point this makes a radius of trust, which is wide
+where neighbours agree and narrow where they do not. A contact is solved
+- where none is known within REACH, if its viscous torque counts at all, or
+- where the corrections that are not known well enough may change the torque by more than `tolerance`.
+
+Every solve begins cold, so that it hangs on its point alone: a warm start (solve_contact(start=...)) keeps the
+extrapolation of its start and moves a film by up to 2e-3, and saves nothing from a distance of 15 % on, where new
+points lie. Hence same calls, same results; a state that is restored goes on exactly as the original.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..parameters.file import Parameters
+from ..physics.hertz import RACEWAYS
+from .corrections import Array, CorrectionStore
+from .direct import NutContacts
+
+if TYPE_CHECKING:
+    from ..runtime.evaluate import DoubleNutState, NutMap
+
+#: contacts that are remembered, both raceways together
+CAPACITY = 256
+#: distance [cells] beyond which a solved point says nothing
+REACH = 1.0
+#: relative correction that is expected of a map without certificate, and the least one of a map with
+EXPECTED, LEAST_EXPECTED = 0.02, 1e-4
+#: a cell: ln(force), ln(speed), temperature [K] over which a correction varies, if the map does not say
+CELL = (0.75, 0.9, 17.5)
+#: standard deviations that the true correction may be off
+SURE = 2.0
+
+
+class Solve(NamedTuple):
+    """One contact that was solved, or tried."""
+
+    raceway: str
+    force: float  # of the nut [N]
+    speed: float  # [rad/s]
+    temperature: float  # [K]
+    reason: str
+    seconds: float
+    failure: str  # why there is no solution; empty if there is one
+
+    def __str__(self) -> str:
+        where = f"force {self.force:.6g} N, speed {self.speed:.6g} rad/s, {self.temperature:.6g} K"
+        result = f"solved: {self.reason}"
+        if self.failure:
+            result = f"not solved, the map goes on there: {self.failure}"
+        return f"contact of the {self.raceway} at {where} {result}"
+
+
+class _LookUp(NamedTuple):
+    """What was asked of one nut and raceway during an evaluation."""
+
+    raceway: int
+    force: float
+    viscous: float  # torque up to a factor common to both nuts
+    deviation: float  # of ln(viscous)
+    distance: float  # to the nearest solved point [cells]
+
+
+def map_parameters(header: Mapping[str, Any]) -> Parameters:
+    """Parameters that a map was built for, from its header.
+
+    Raises       ValueError: the header carries none
+    """
+    content = json.loads(header["parameters_json"])
+    oil = content.get("lubricant", {})
+    if oil.get("viscosity_law") == "astm_d341":
+        del oil["viscosity"]  # follows from the two points
+    return Parameters.model_validate_json(json.dumps(content))
+
+
+class Refinement:
+    """A nut map with live corrections; evaluate() as that of the map.
+
+    Parameters   nut_map : of film model solved or solved_thermal
+                 parameters : None = those of the map's header
+                 tolerance : relative error of the friction torque, > 0
+                 capacity : contacts that are remembered; the least recently used one is dropped
+                 report : called with every Solve; None = logging, a failure as a warning
+    Attributes   solves : the last of them
+    Raises       ValueError: a map of other films, without parameters, or a bad tolerance or capacity
+    Validity     within the axes of the map. Beyond them, where values are clamped, known corrections apply and nothing
+                 is solved; below the least speed and force the correction is that of the end of the axis. Torque
+                 follows direct per-ball solves within the tolerance (in 95 of 100 cases, the rest up to three times
+                 as much); films and temperature rise are corrected by what the mean ball shows, without a bound. Share
+                 of force between the nuts, hysteresis and sliding torque stay those of the map
+    """
+
+    def __init__(
+        self,
+        nut_map: NutMap,
+        parameters: Parameters | None = None,
+        tolerance: float = 1e-3,
+        capacity: int = CAPACITY,
+        report: Callable[[Solve], None] | None = None,
+    ) -> None:
+        film = nut_map.header["film_model"]
+        if film not in ("solved", "solved_thermal"):
+            raise ValueError(f"film model of the map = {film}; refinement needs solved or solved_thermal")
+        if not capacity >= 4:
+            raise ValueError(f"capacity = {capacity}; needs a whole number >= 4")
+        self.nut_map = nut_map
+        self.tolerance = tolerance
+        self.solves: deque[Solve] = deque(maxlen=capacity)
+        self._contacts = NutContacts(parameters or map_parameters(nut_map.header), film == "solved_thermal")
+        self._report = report or _logged
+        self._cell = np.array(_cell(nut_map.header))
+        expected = _expected_correction(nut_map.header)
+        self._known = [CorrectionStore(capacity // 2, expected) for _ in RACEWAYS]
+
+    @property
+    def tolerance(self) -> float:
+        """Relative error of the friction torque that is allowed."""
+        return self._tolerance
+
+    @tolerance.setter
+    def tolerance(self, value: float) -> None:
+        if not (value > 0.0 and math.isfinite(value)):
+            raise ValueError(f"refine_tolerance = {value}; needs a finite number > 0")
+        self._tolerance = float(value)
+
+    def __len__(self) -> int:
+        """Contacts that are remembered."""
+        return sum(len(store) for store in self._known)
+
+    def prepare(self) -> None:
+        """Compile or load the solver now, by a contact in the middle of the map that is not remembered."""
+        axes = (self.nut_map.force, self.nut_map.speed)
+        force, speed = (math.sqrt(axis.lo * axis.hi) for axis in axes)
+        temperature = 0.5 * (self.nut_map.temperature.lo + self.nut_map.temperature.hi)
+        with suppress(ArithmeticError):
+            self._contacts.solve(RACEWAYS[0], force, speed, temperature, 0.0)
+
+    def evaluate(
+        self,
+        preload: Any,
+        speed: Any,
+        temperature: Any,
+        axial_load: Any = 0.0,
+        apparent_viscosity_ratio: Any = None,
+        net_sliding_coefficient: Any = None,
+        roughness_height: Any = None,
+    ) -> DoubleNutState:
+        """NutMap.evaluate, refined: same parameters, results and errors; points of arrays one after the other."""
+        friction = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height)
+        columns = self.nut_map.checked_arguments(preload, speed, temperature, axial_load, *friction)
+        if isinstance(columns[0], (float, int)):
+            return self.evaluate_point(*columns)
+        rows = zip(*(column.ravel().tolist() for column in columns), strict=True)
+        states = [self.evaluate_point(*row) for row in rows]
+        fields: dict[str, Any] = {
+            name: np.array([getattr(state, name) for state in states]).reshape(columns[0].shape)
+            for name in states[0]._fields
+            if name != "clamped"
+        }
+        clamped = tuple(dict.fromkeys(name for state in states for name in state.clamped))
+        return type(states[0])(**fields, clamped=clamped)
+
+    def evaluate_point(
+        self,
+        preload: float,
+        speed: float,
+        temperature: float,
+        axial_load: float,
+        ratio: float,
+        net: float,
+        roughness: float,
+    ) -> DoubleNutState:
+        """evaluate() for floats that the caller has checked: the step of the FMU."""
+        point = (
+            min(max(abs(speed), self.nut_map.speed.lo), self.nut_map.speed.hi),
+            min(max(temperature, self.nut_map.temperature.lo), self.nut_map.temperature.hi),
+        )
+        asked: list[_LookUp] = []
+
+        def correction(force: float, values: list[float]) -> list[float]:
+            share = min(force / self.nut_map.force.lo, 1.0) ** (2.0 / 3.0)  # law below the axis
+            force = max(force, self.nut_map.force.lo)
+            corrected = list(values)
+            for raceway, store in enumerate(self._known):
+                found = store.look_up(self._place(force, *point))
+                corrected[raceway::2] = [v + c for v, c in zip(values[raceway::2], found.values, strict=True)]
+                smooth = 1.0 + (roughness / math.exp(corrected[2 + raceway])) ** 2
+                viscous = share * math.exp(corrected[raceway]) / smooth
+                asked.append(_LookUp(raceway, force, viscous, found.deviation, found.distance))
+            return corrected
+
+        # two nuts with two raceways: after four solves every correction is known
+        for _ in range(4):
+            asked.clear()
+            state = self.nut_map.evaluate_point(
+                preload, speed, temperature, axial_load, ratio, net, roughness, correction
+            )
+            wanted = self._wanted(state, asked) if state.in_range else None
+            if wanted is None:
+                return state
+            self._solve(*wanted, *point)
+        asked.clear()
+        return self.nut_map.evaluate_point(
+            preload, speed, temperature, axial_load, ratio, net, roughness, correction
+        )
+
+    def _wanted(self, state: DoubleNutState, asked: list[_LookUp]) -> tuple[int, float, str] | None:
+        """Raceway, force and reason of the contact to solve next, if any."""
+        viscous = float(state.viscous_torque)
+        total = viscous + float(state.hysteresis_torque) + float(state.sliding_torque)
+        sum_of_parts = sum(one.viscous for one in asked)
+        if not (viscous > 0.0 and sum_of_parts > 0.0):
+            return None  # nothing turns, or nothing presses
+        part = viscous / (total * sum_of_parts)
+        unknown = [one for one in asked if one.distance > 0.0]
+        far = [one for one in unknown if one.distance > REACH and part * one.viscous > self.tolerance]
+        error = SURE * part * sum(one.viscous * one.deviation for one in unknown)
+        if far:
+            unsure, reason = far[0], f"no solved contact within {REACH:g} cells"
+        elif error > self.tolerance:
+            unsure = max(unknown, key=lambda one: one.viscous * one.deviation)
+            reason = f"torque may be off by {error:.1e}"
+        else:
+            return None
+        return unsure.raceway, unsure.force, reason
+
+    def _place(self, force: float, speed: float, temperature: float) -> Array:
+        """Coordinates in cells."""
+        return np.array([math.log(force), math.log(speed), temperature]) / self._cell
+
+    def _solve(self, raceway: int, force: float, reason: str, speed: float, temperature: float) -> None:
+        """Solve one contact and remember what it says; one that fails is remembered as such."""
+        place, begun = self._place(force, speed, temperature), time.perf_counter()
+        failure = ""
+        try:
+            self._known[raceway].insert(place, self._correction(raceway, force, speed, temperature))
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
+            failure = str(error) or type(error).__name__
+            self._known[raceway].insert_unsolvable(place)
+        seconds = time.perf_counter() - begun
+        solve = Solve(RACEWAYS[raceway], force, speed, temperature, reason, seconds, failure)
+        self.solves.append(solve)
+        self._report(solve)
+
+    def _correction(self, raceway: int, force: float, speed: float, temperature: float) -> Array:
+        """Solved contact minus map, in logarithms: columns of packed.SURFACES of this raceway (5,)."""
+        wide = np.array([force * math.exp(-0.1), force, force * math.exp(0.1)])
+        surfaces = self.nut_map.surfaces(wide, speed, temperature)[raceway::2]
+        reached = np.log(np.clip(wide, self.nut_map.force.lo, self.nut_map.force.hi))
+        slopes = (surfaces[:, 2] - surfaces[:, 0]) / (reached[2] - reached[0])
+        found = self._contacts.solve(RACEWAYS[raceway], force, speed, temperature, float(slopes[1]))
+        expected = surfaces[:, 1].copy()
+        # extremes belong to the heaviest or lightest of the load-carrying balls; the solved ball is the extreme one of
+        # a nut with another force, and there the map is compared with it
+        load = self._contacts.mean_load(force)
+        for column, slope in enumerate(slopes[2:], start=2):
+            heaviest = (slope > 0.0) == (column == 4)  # films are least, the rise is largest
+            other = force
+            for _ in range(2):
+                other *= load / self._contacts.extreme_loads(other)[int(heaviest)]
+            expected[column] = self.nut_map.surfaces(other, speed, temperature)[2 * column + raceway]
+            beyond = math.log(other / min(max(other, self.nut_map.force.lo), self.nut_map.force.hi))
+            expected[column] += slope * beyond
+        if not min(found) > 0.0:
+            raise ValueError(f"{found}; needs > 0")
+        return np.log(found) - expected
+
+    def state(self) -> dict[str, Any]:
+        """All that later results depend on, besides map and tolerance; JSON can hold it exactly."""
+        return {name: store.state() for name, store in zip(RACEWAYS, self._known, strict=True)}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on from a state() of a refinement of the same map."""
+        for name, store in zip(RACEWAYS, self._known, strict=True):
+            store.restore(state[name])
+
+
+def _logged(solve: Solve) -> None:
+    logging.getLogger(__name__).log(logging.WARNING if solve.failure else logging.DEBUG, "%s", solve)
+
+
+def _cell(header: Mapping[str, Any]) -> tuple[float, float, float]:
+    """Cell of the sampled contacts; force as ball load."""
+    try:
+        (load_lo, load_hi, loads), (lo, hi, speeds), (cold, hot, temperatures) = (
+            header["contact_axes"][name] for name in ("load", "speed", "temperature")
+        )
+        cell = (
+            math.log(load_hi / load_lo) / (loads - 1),
+            math.log(hi / lo) / (speeds - 1),
+            (hot - cold) / (temperatures - 1),
+        )
+    except (KeyError, TypeError, ValueError, ZeroDivisionError):
+        return CELL
+    return cell if all(width > 0.0 and math.isfinite(width) for width in cell) else CELL
+
+
+def _expected_correction(header: Mapping[str, Any]) -> float:
+    """Standard deviation of the corrections that the certificate of the map lets expect."""
+    largest = header["certificate"].get("torque_error_max", 2.0 * EXPECTED)
+    return min(max(0.5 * float(largest), LEAST_EXPECTED), EXPECTED)

@@ -1,0 +1,379 @@
+"""Look-up of the nut map: friction torque, film and contact extremes of the double nut at an operating point.
+
+Numpy and the standard library only: this module travels inside the FMU. Torque of the double nut = nut(F_1) +
+nut(F_2), where the axial load moves force from one nut to the other. Every quantity is stored as the
+logarithm of its value in a tricubic B-spline (bspline.py) over (ln force, ln speed, temperature); packed.py
+names the columns.
+
+Limits:
+- a force below the axis follows the power laws of Hertz from its end: viscous torque F^(2/3), sliding torque
+  F, hysteresis torque F^(4/3), pressure and temperature rise F^(1/3), ball load F; films keep the values of
+  the end. A nut without force has no torque. The relieved nut may come there, that is in range; a preload
+  below its own axis is flagged.
+- a preload, speed, temperature or axial load beyond the axes is clamped and flagged. A negative preload
+  counts as 0.
+- standstill law below the lowest speed of the axis, s = |speed|/lowest: viscous torque (1 - c) s + c s^3
+  times its value at the lowest speed, with c from the local exponent of speed there (odd, smooth, monotone);
+  films s^0.67 (exponent of the elastohydrodynamic film), temperature rise s. In range.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ballscrew_tehl.runtime.bspline import Axis, cubic_slopes, cubic_weights, weighted
+from ballscrew_tehl.runtime.packed import DEFAULTS, check, npz_bytes, read_npz
+
+FILM_SPEED_EXPONENT = 0.67  # Hamrock & Dowson 1977, central film
+LAMBDA_RATIO_MAX = 1000.0  # reported for a smooth surface
+PIECE = 2048  # points of an array that are evaluated at a time
+GATHERED = 256  # points whose coefficients are collected at a time
+
+#: called with the force of a nut [N] and its ten logarithms (packed.SURFACES); returns them corrected
+Correction = Callable[[float, list[float]], list[float]]
+
+_SCALARS = SimpleNamespace(exp=math.exp, least=min, most=max)
+_ARRAYS = SimpleNamespace(exp=np.exp, least=np.minimum, most=np.maximum)
+
+
+class DoubleNutState(NamedTuple):
+    """Operating point of the double nut; torques are magnitudes >= 0, floats or arrays."""
+
+    viscous_torque: Any  # [N.m]
+    hysteresis_torque: Any  # [N.m]
+    sliding_torque: Any  # [N.m]
+    film_thickness_min: Any  # [m]
+    film_thickness_central_screw: Any  # [m]
+    film_thickness_central_nut: Any  # [m]
+    film_temperature_rise: Any  # [K]
+    contact_pressure_max: Any  # [Pa]
+    ball_load_max: Any  # [N]
+    lambda_ratio: Any  # minimum film over roughness height, at most LAMBDA_RATIO_MAX
+    in_range: Any  # bool
+    clamped: tuple[str, ...]  # names of the inputs beyond the map, at any point
+
+
+class NutMap:
+    """A map that was checked on creation; immutable and safe to share.
+
+    Example      NutMap.from_npz(path).evaluate(2000.0, 104.7, 303.15).viscous_torque
+    """
+
+    def __init__(self, header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> None:
+        """Checked: MapError if the header or an array is not what the format says."""
+        arrays = {name: np.ascontiguousarray(array, dtype=np.float64) for name, array in arrays.items()}
+        check(header, arrays)
+        self.header: Mapping[str, Any] = header
+        self.arrays = arrays
+        self.defaults = tuple(float(header["defaults"][name]) for name in DEFAULTS)
+        axes = header["axes"]
+        self.force = Axis(axes["force"], logarithmic=True)
+        self.speed = Axis(axes["speed"], logarithmic=True)
+        self.temperature = Axis(axes["temperature"], logarithmic=False)
+        self.preload = Axis(axes["preload"], logarithmic=True)
+        self.share = Axis(axes["share"], logarithmic=False)
+        # speed and temperature first: a (4, 4) block of them contracts in one product
+        self._surfaces = np.ascontiguousarray(arrays["coefficients"].transpose(1, 2, 0, 3))
+        self._curves = arrays["force_coefficients"]
+        self._separation = arrays["separation_coefficients"]
+        self._sharing = arrays["sharing_coefficients"]
+        # lists are faster than arrays for the few numbers of one point
+        self._separation_lists = self._separation.T.tolist()
+        self._sharing_lists = self._sharing.transpose(2, 0, 1).tolist()
+        self._columns = self._surfaces.shape[-1]
+
+    @classmethod
+    def from_arrays(cls, header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> "NutMap":
+        """Map of a header (with the content_hash of packed.sealed) and its coefficient arrays."""
+        return cls(header, arrays)
+
+    @classmethod
+    def from_npz(cls, path: Path | str) -> "NutMap":
+        """Map of an .npz file; MapError if it is damaged, OSError if it is not there."""
+        return cls(*read_npz(path))
+
+    def to_npz(self) -> bytes:
+        """Bytes of the .npz file; the same map gives the same bytes."""
+        return npz_bytes(self.header, self.arrays)
+
+    def evaluate(
+        self,
+        preload,
+        speed,
+        temperature,
+        axial_load=0.0,
+        apparent_viscosity_ratio=None,
+        net_sliding_coefficient=None,
+        roughness_height=None,
+    ) -> DoubleNutState:
+        """State of the double nut at one operating point or at many (arrays broadcast; same numbers).
+
+        Parameters   preload : [N]; temperature : [K]; axial_load : [N], sign says which nut it loads
+                     speed : [rad/s], either sign
+                     apparent_viscosity_ratio, net_sliding_coefficient : >= 0; roughness_height : [m], >= 0;
+                     None takes the default of the map header
+        Returns      DoubleNutState; no regularisation of the Coulomb parts at standstill
+        Raises       ValueError: an argument that is not finite, or a negative friction parameter
+        """
+        given = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height)
+        arguments = self.checked_arguments(preload, speed, temperature, axial_load, *given)
+        if isinstance(arguments[0], (float, int)):
+            return self.evaluate_point(*arguments)
+        return self._evaluate_array(*arguments)
+
+    def checked_arguments(self, preload, speed, temperature, axial_load, *friction) -> list[Any]:
+        """Arguments of evaluate() with defaults filled in: all numbers, or all arrays of one shape.
+
+        Raises       ValueError as evaluate()
+        """
+        ratio, net, roughness = (d if g is None else g for g, d in zip(friction, self.defaults, strict=True))
+        arguments = [preload, speed, temperature, axial_load, ratio, net, roughness]
+        if all(isinstance(a, (float, int)) for a in arguments):
+            for name, value in zip(_ARGUMENTS, arguments, strict=True):
+                if not math.isfinite(value) or (value < 0.0 and name in _NOT_NEGATIVE):
+                    raise _bad_argument(name, value)
+            return arguments
+        columns = [np.asarray(a, dtype=np.float64) for a in arguments]
+        for name, column in zip(_ARGUMENTS, columns, strict=True):
+            bad = ~np.isfinite(column) | ((column < 0.0) & (name in _NOT_NEGATIVE))
+            if bad.any():
+                raise _bad_argument(name, float(column[bad].flat[0]))
+        return list(np.broadcast_arrays(*columns))
+
+    def surfaces(self, force, speed, temperature) -> NDArray[np.float64]:
+        """The ten logarithms of one nut, packed.SURFACES first: (10, ...), clamped to the axes; arguments broadcast."""
+        force, speed, temperature = np.broadcast_arrays(
+            *(np.asarray(x, dtype=np.float64) for x in (force, speed, temperature))
+        )
+        found = self._splines_array(force.ravel(), speed.ravel(), temperature.ravel(), False)[0]
+        return found.reshape(-1, *force.shape)
+
+    def evaluate_point(
+        self,
+        preload,
+        speed,
+        temperature,
+        axial_load,
+        ratio,
+        net,
+        roughness,
+        correction: Correction | None = None,
+    ) -> DoubleNutState:
+        """evaluate() for floats that the caller has checked: the step of the FMU.
+
+        correction : of the surfaces of each nut at its force (refine.py), None = the map as it is
+        """
+        clamped = []
+        force_axis, speed_axis, temperature_axis = self.force, self.speed, self.temperature
+        if not self.preload.lo <= preload <= force_axis.hi:
+            clamped.append("preload")
+            preload = min(max(preload, 0.0), force_axis.hi)
+        speed = abs(speed)
+        if speed > speed_axis.hi:
+            clamped.append("speed")
+        if not temperature_axis.lo <= temperature <= temperature_axis.hi:
+            clamped.append("temperature")
+        j, tj = speed_axis.place(speed)
+        k, tk = temperature_axis.place(temperature)
+        s = min(speed / speed_axis.lo, 1.0)
+        w_k = cubic_weights(tk)
+        rows = [[a * b for a in cubic_weights(tj) for b in w_k]]
+        if s < 1.0:
+            rows.append([a * speed_axis.scale * b for a in cubic_slopes(tj) for b in w_k])
+        weights = np.array(rows)
+        block = self._surfaces[j : j + 4, k : k + 4]
+        if axial_load == 0.0:
+            nut = self._nut_point(preload, block, weights, s, ratio, net, roughness, correction)
+            return _double_nut(nut, nut, roughness, not clamped, tuple(clamped), _SCALARS)
+        relieved, loaded = self._forces_point(preload, axial_load)
+        if loaded > force_axis.hi:
+            clamped.append("axial_load")
+            loaded = force_axis.hi
+        first = self._nut_point(relieved, block, weights, s, ratio, net, roughness, correction)
+        second = self._nut_point(loaded, block, weights, s, ratio, net, roughness, correction)
+        return _double_nut(first, second, roughness, not clamped, tuple(clamped), _SCALARS)
+
+    def _nut_point(self, force, block, weights, s, ratio, net, roughness, correction):
+        i, ti = self.force.place(force)
+        w_i = np.array(cubic_weights(ti))
+        contracted = weights @ block[:, :, i : i + 4].reshape(16, -1)
+        values = (w_i @ contracted.reshape(len(weights), 4, self._columns)).tolist()
+        curves = (w_i @ self._curves[i : i + 4]).tolist()
+        if correction is not None:
+            values[0] = correction(force, values[0])
+        f = min(force / self.force.lo, 1.0)
+        return _nut(values[0], values[1] if s < 1.0 else None, curves, f, s, ratio, net, roughness, _SCALARS)
+
+    def _forces_point(self, preload: float, axial_load: float) -> tuple[float, float]:
+        """Forces of the relieved and of the loaded nut under an axial load."""
+        load = abs(axial_load)
+        side = 0 if axial_load > 0.0 else 1
+        if preload <= 0.0:
+            return 0.0, load
+        p, tp = self.preload.place(preload)
+        w_p = cubic_weights(tp)
+        share = load / (preload * math.exp(weighted(w_p, self._separation_lists[side], p)))
+        if share >= 1.0:
+            return 0.0, load
+        q, tq = self.share.place(share)
+        w_q = cubic_weights(tq)
+        y = weighted(w_p, [weighted(w_q, row, q) for row in self._sharing_lists[side][p : p + 4]], 0)
+        relieved = preload * max(y, 0.0) ** 1.5
+        return relieved, relieved + load
+
+    def _evaluate_array(
+        self, preload, speed, temperature, axial_load, ratio, net, roughness
+    ) -> DoubleNutState:
+        """evaluate() for arrays of one shape, piece by piece: a piece stays in the cache of the processor."""
+        shape = preload.shape
+        arguments = [a.ravel() for a in (preload, speed, temperature, axial_load, ratio, net, roughness)]
+        size = max(arguments[0].size, 1)
+        found, clamped = [], dict.fromkeys(_CLAMPED, False)
+        for first in range(0, size, PIECE):
+            state, outside = self._evaluate_piece(*(a[first : first + PIECE] for a in arguments))
+            found.append(state)
+            for name in _CLAMPED:
+                clamped[name] |= bool(outside[name].any())
+        columns: list[Any] = [np.concatenate(column).reshape(shape) for column in zip(*found, strict=True)]
+        columns.append(tuple(name for name in _CLAMPED if clamped[name]))
+        return DoubleNutState(*columns)
+
+    def _evaluate_piece(self, preload, speed, temperature, axial_load, ratio, net, roughness):
+        """State without the names of what is clamped, and where each of _CLAMPED is."""
+        outside = {"preload": (preload < self.preload.lo) | (preload > self.force.hi)}
+        preload = np.clip(preload, 0.0, self.force.hi)
+        speed = np.abs(speed)
+        outside["speed"] = speed > self.speed.hi
+        outside["temperature"] = (temperature < self.temperature.lo) | (temperature > self.temperature.hi)
+        outside["axial_load"] = np.zeros(preload.shape, dtype=bool)
+        forces = [preload]
+        if axial_load.any():
+            relieved, loaded = self._forces_array(preload, axial_load)
+            outside["axial_load"] = (loaded > self.force.hi) & (axial_load != 0.0)
+            forces = [relieved, np.minimum(loaded, self.force.hi)]
+        s = np.minimum(speed / self.speed.lo, 1.0)
+        nuts = []
+        for force in forces:
+            slow = bool((s < 1.0).any())
+            values, slopes, curves = self._splines_array(force, speed, temperature, with_slopes=slow)
+            f = np.minimum(force / self.force.lo, 1.0)
+            nuts.append(_nut(values, slopes, curves, f, s, ratio, net, roughness, _ARRAYS))
+        in_range = ~np.logical_or.reduce(list(outside.values()))
+        return _double_nut(nuts[0], nuts[-1], roughness, in_range, (), _ARRAYS)[:-1], outside
+
+    @cached_property
+    def _runs(self) -> NDArray[np.float64]:
+        """Coefficients of four neighbours along force side by side, one row per first neighbour."""
+        columns = self._surfaces.shape[-1]
+        windows = np.lib.stride_tricks.sliding_window_view(self._surfaces.reshape(-1), 4 * columns)
+        return np.ascontiguousarray(windows[::columns])
+
+    def _splines_array(self, force, speed, temperature, with_slopes: bool):
+        """Surfaces, their slopes over ln speed (or None) and force curves of points (n,): (columns, n)."""
+        (i, ti), (j, tj) = self.force.place_array(force), self.speed.place_array(speed)
+        k, tk = self.temperature.place_array(temperature)
+        w_i = np.stack(cubic_weights(ti), axis=-1)
+        w_k = np.stack(cubic_weights(tk), axis=-1)
+        along_speed = [np.stack(cubic_weights(tj), axis=-1)]
+        if with_slopes:
+            along_speed.append(self.speed.scale * np.stack(cubic_slopes(tj), axis=-1))
+        weights = np.stack(along_speed, axis=1)[..., None] * w_k[:, None, None, :]
+        weights = weights.reshape(len(force), len(along_speed), 16)
+        _, n_k, n_i, columns = self._surfaces.shape
+        start = (j * n_k + k) * n_i + i
+        neighbours = n_i * np.add.outer(n_k * np.arange(4), np.arange(4)).ravel()
+        blocks = np.empty((GATHERED, 16, 4 * columns))
+        lines = np.empty((len(force), len(along_speed), 4 * columns))
+        for first in range(0, len(force), GATHERED):
+            here = slice(first, first + GATHERED)
+            block = blocks[: len(start[here])]
+            # clip: the places are known to be inside, and no copy is made
+            np.take(self._runs, start[here, None] + neighbours, axis=0, out=block, mode="clip")
+            np.matmul(weights[here], block, out=lines[here])
+        found = np.matmul(w_i[:, None, None], lines.reshape(*lines.shape[:2], 4, columns))[:, :, 0]
+        values = np.ascontiguousarray(np.moveaxis(found, 0, -1))
+        curves = np.zeros((len(force), self._curves.shape[1]))
+        for a in range(4):
+            curves += w_i[:, a, None] * self._curves[i + a]
+        return values[0], values[1] if with_slopes else None, np.moveaxis(curves, -1, 0)
+
+    def _forces_array(self, preload, axial_load):
+        """_forces_point for arrays."""
+        load = np.abs(axial_load)
+        side = np.where(axial_load > 0.0, 0, 1)
+        p, tp = self.preload.place_array(preload)
+        w_p = cubic_weights(tp)
+        ratio = np.exp(sum(w * self._separation[p + a, side] for a, w in enumerate(w_p)))
+        share = np.where(preload > 0.0, load / np.where(preload > 0.0, preload * ratio, 1.0), 1.0)
+        q, tq = self.share.place_array(share)
+        w_q = cubic_weights(tq)
+        y = sum(
+            v * w * self._sharing[p + a, q + b, side] for a, v in enumerate(w_p) for b, w in enumerate(w_q)
+        )
+        relieved = np.where(share < 1.0, preload * np.maximum(y, 0.0) ** 1.5, 0.0)
+        relieved = np.where(axial_load == 0.0, preload, relieved)
+        return relieved, relieved + load
+
+
+_CLAMPED = ("preload", "speed", "temperature", "axial_load")
+_ARGUMENTS = ("preload", "speed", "temperature", "axial_load", *DEFAULTS)
+_NOT_NEGATIVE = DEFAULTS
+
+
+def _bad_argument(name: str, value: float) -> ValueError:
+    return ValueError(f"{name} = {value}; needs a finite number" + (" >= 0" if name in _NOT_NEGATIVE else ""))
+
+
+def _nut(values, slopes, curves, f, s, ratio, net, roughness, ops):
+    """One nut from its splines: f and s are force and speed over the ends of their axes, at most 1."""
+    exp = ops.exp
+    viscous = 0.0
+    for raceway in (0, 1):
+        x = (roughness / exp(values[2 + raceway])) ** 2
+        share = 1.0 / (1.0 + x)
+        torque = exp(values[raceway]) * share
+        if slopes is not None:
+            # exponent of speed of the viscous torque at the end of the axis; below 3 the law is monotone
+            n = ops.least(ops.most(slopes[raceway] + 2.0 * x * share * slopes[2 + raceway], 0.0), 3.0)
+            c = 0.5 * (n - 1.0)
+            torque = torque * (s * (1.0 - c + c * s * s))
+        viscous = viscous + torque
+    third = f ** (1.0 / 3.0)
+    film = s**FILM_SPEED_EXPONENT
+    return (
+        ratio * viscous * third * third,
+        exp(curves[0]) * f * third,
+        net * exp(curves[1]) * f,
+        # a spline through nearly equal films may cross another
+        film * exp(ops.least(ops.least(values[4], values[5]), ops.least(values[6], values[7]))),
+        film * exp(values[6]),
+        film * exp(values[7]),
+        s * third * exp(ops.most(values[8], values[9])),
+        third * exp(curves[2]),
+        f * exp(curves[3]),
+    )
+
+
+def _double_nut(first, second, roughness, in_range, clamped, ops) -> DoubleNutState:
+    """Torques added, extremes over both nuts."""
+    film = ops.least(first[3], second[3])
+    return DoubleNutState(
+        first[0] + second[0],
+        first[1] + second[1],
+        first[2] + second[2],
+        film,
+        ops.least(first[4], second[4]),
+        ops.least(first[5], second[5]),
+        ops.most(first[6], second[6]),
+        ops.most(first[7], second[7]),
+        ops.most(first[8], second[8]),
+        ops.least(film / ops.most(roughness, 1e-30), LAMBDA_RATIO_MAX),
+        in_range,
+        clamped,
+    )

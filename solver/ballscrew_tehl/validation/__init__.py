@@ -1,0 +1,1 @@
+"""The model compared with the published measurements and contacts."""

@@ -1,0 +1,95 @@
+"""The model beside the measurement and beside three published models: Tables 2, 3 and 4 of Zhao et al. (2023)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from ..calibration.measurements import PACKAGED_PRELOAD, PACKAGED_TORQUE, read_rows
+from ..friction.torque import preload_from_torque
+from ..parameters.units import RPM
+
+#: preload [N], speed [rad/s], oil temperature [K] -> friction torque [N.m]
+Evaluate = Callable[[float, float, float], float]
+
+#: oil temperature of the measurements [K]; not printed, the reference temperature of Table 1 is assumed
+ASSUMED_TEMPERATURE = 303.0
+MODELS = ("this model", "Zhao", "Zhou", "NSK")
+
+
+class ValidationRow(NamedTuple):
+    """One operating point: measured value and what the models say (N.m, in Table 3 N), in the order of MODELS."""
+
+    preload: float
+    speed: float
+    measured: float
+    models: tuple[float, ...]
+
+
+class ValidationTable(NamedTuple):
+    """A table of the paper; deviations are means of |model/measured - 1|, in the order of MODELS."""
+
+    name: str
+    title: str
+    unit: str
+    rows: tuple[ValidationRow, ...]
+    deviations: tuple[float, ...]
+
+
+def mean_deviations(rows: Sequence[ValidationRow]) -> tuple[float, ...]:
+    """Mean of |model/measured - 1| per model."""
+    return tuple(
+        sum(abs(row.models[i] / row.measured - 1.0) for row in rows) / len(rows) for i in range(len(MODELS))
+    )
+
+
+def validation_tables(
+    evaluate: Evaluate,
+    temperature: float = ASSUMED_TEMPERATURE,
+    preload_range: tuple[float, float] = (100.0, 12000.0),
+) -> list[ValidationTable]:
+    """Tables 2, 4 and 3 with this model beside the printed columns.
+
+    Parameters   evaluate : the model, rising with the preload (the map, the direct solve, an FMU)
+                 preload_range : [N] in which the preload of Table 3 is looked for
+    Returns      table2, table4 (torque), table3 (preload recovered from the measured torque)
+    Source       measured, Zhao, Zhou, NSK: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, as printed
+    """
+    tables = []
+    printed = read_rows(PACKAGED_TORQUE)
+    titles = {
+        "table2": "Table 2: torque over preload at 100 r/min",
+        "table4": "Table 4: torque over speed at 1000 N",
+    }
+    for name, title in titles.items():
+        rows = []
+        for line in printed:
+            if line["table"] == name:
+                preload, speed = float(line["preload_N"]), float(line["speed_rpm"]) * RPM
+                others = tuple(float(line[key]) for key in ("zhao_Nm", "zhou_Nm", "nsk_Nm"))
+                ours = float(evaluate(preload, speed, temperature))
+                rows.append(ValidationRow(preload, speed, float(line["measured_Nm"]), (ours, *others)))
+        tables.append(ValidationTable(name, title, "N.m", tuple(rows), mean_deviations(rows)))
+    rows, speed = [], 100.0 * RPM
+    for line in read_rows(PACKAGED_PRELOAD):
+        torque = float(line["torque_Nm"])
+        ours = preload_from_torque(lambda force: evaluate(force, speed, temperature), torque, *preload_range)
+        others = tuple(float(line[key]) for key in ("zhao_N", "zhou_N", "nsk_N"))
+        rows.append(ValidationRow(float(line["preload_N"]), speed, float(line["preload_N"]), (ours, *others)))
+    title = "Table 3: preload recovered from the measured torque at 100 r/min"
+    tables.append(ValidationTable("table3", title, "N", tuple(rows), mean_deviations(rows)))
+    return tables
+
+
+def table_text(shown: ValidationTable) -> str:
+    """One table as text, with the mean deviations below."""
+    digits = 4 if shown.unit == "N.m" else 1
+    lines = [f"{shown.title} [{shown.unit}]"]
+    lines.append(f"{'preload':>9}{'speed':>7}{'measured':>10}" + "".join(f"{name:>12}" for name in MODELS))
+    for row in shown.rows:
+        head = f"{row.preload:7.0f} N{row.speed / RPM:7.0f}{row.measured:10.{digits - 1}f}"
+        lines.append(head + "".join(f"{value:12.{digits}f}" for value in row.models))
+    lines.append(
+        f"{'mean deviation':<26}" + "".join(f"{100.0 * value:10.2f} %" for value in shown.deviations)
+    )
+    return "\n".join(lines)

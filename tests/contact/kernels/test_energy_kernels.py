@@ -1,0 +1,237 @@
+"""Energy kernels: compiled against NumPy, forward and back, with flow, heating and cooling of every sign."""
+
+import contact_twins as twins
+import numpy as np
+import pytest
+from contact_cases import OIL
+
+from ballscrew_tehl.contact.film import energy
+from ballscrew_tehl.contact.film import flow as film_flow
+from ballscrew_tehl.contact.film.oil import oil_table
+from ballscrew_tehl.physics import lubricant
+
+T_IN, HEAT, CONDUCTIVITY = 303.15, 2000.0, 0.14
+NY, NX, NZ = 5, 10, 6
+X = 1e-4 * np.cumsum(np.concatenate([[0.0], np.linspace(0.6, 1.4, NX - 1)]))
+H_Y = 2e-4
+WIDTH = np.diff(np.concatenate([[X[0]], 0.5 * (X[1:] + X[:-1]), [X[-1]]]))
+#: columns that are solved: to the edges, and short of them
+START, END = np.array([1, 1, 2, 3, 1]), np.array([NX - 1, NX - 1, NX - 2, NX - 3, NX - 1])
+ALONG = {"forward": 1.0, "backward": -1.0, "both": 0.0}
+MIRROR = {"mirror": True, "whole plane": False}
+
+
+class Film:
+    """Random flow, sources and temperatures; rupture where the flux is less than the film could carry."""
+
+    def __init__(self, mirror, along, seed=7):
+        rng = np.random.default_rng(seed)
+        self.mirror = mirror
+        self.h = 1e-6 * (0.3 + rng.random((NY, NX)))
+        self.t = T_IN + 60.0 * rng.random((NY, NX, NZ + 1))
+        # walls and inner levels a few kelvin from those that the flow belongs to
+        self.t_at = self.t + 3.0 * rng.normal(size=self.t.shape)
+        self.flow = flow = film_flow.FilmFlow.empty(NY, NX, NZ)
+        shape = flow.shear.shape
+        flow.m_x[:] = 1e-3 * (ALONG[along] + 0.4 * rng.normal(size=shape))
+        flow.m_y[:] = 3e-4 * rng.normal(size=shape)
+        flow.shear[:] = 1e7 * rng.random(shape)
+        flow.compression[:] = 1e4 * rng.normal(size=shape)
+        flow.squeeze[:] = 1e-4 * rng.normal(size=shape)
+        flow.soft[:] = 0.05 * rng.random(shape)
+        flow.stiff[:] = 1e-8 * rng.random(shape)
+        flow.rate[:] = 1.0 + rng.random(shape)
+        # stress (rate/fluidity) times rate: heat as large as that of shear
+        flow.fluidity[:] = 3e-7 * (0.5 + rng.random((NY, NX)))
+        self.face = energy.FaceFlow.empty(START.copy(), END.copy(), NX, NZ)
+        self.flux_x = 1e-3 * (
+            ALONG[along] * rng.uniform([[0.8], [0.8], [1.1], [0.7], [0.9]], 1.5, (NY, NX - 1))
+            + 0.1 * rng.normal(size=(NY, NX - 1))
+        )
+        self.flux_y = 1e-5 * rng.normal(size=(NY - 1, NX))
+        energy.face_flow(WIDTH, H_Y, mirror, HEAT, self.flux_x, self.flux_y, flow, self.face)
+
+    def sweep(self, forward, t=None, cautious=False):
+        """The kernel's answer by name."""
+        out = {"t": (self.t if t is None else t).copy(), "t_p": np.zeros_like(self.t)}
+        out |= {"q_a": np.zeros((NY, NX)), "q_b": np.zeros((NY, NX)), "response": np.zeros((NY, NX, 4))}
+        change = energy.sweep(
+            X, WIDTH, H_Y, self.mirror, self.h, CONDUCTIVITY, T_IN, self.flow, self.face, self.t_at, cautious,
+            forward, *out.values(),
+        )  # fmt: skip
+        return out | {"change": change}
+
+
+@pytest.mark.parametrize("mirror", MIRROR.values(), ids=MIRROR)
+@pytest.mark.parametrize("along", ALONG)
+def test_face_flow_is_the_numpy_twin(mirror, along):
+    film = Film(mirror, along)
+    flow, face = film.flow, film.face
+    x, y, z, reverse = twins.face_flow(
+        WIDTH, H_Y, mirror, HEAT, film.flux_x, film.flux_y, flow.m_x, flow.m_y, START, END
+    )
+    for found, twin in ((face.x, x), (face.y, y), (face.z, z)):
+        np.testing.assert_allclose(found, twin, rtol=1e-11, atol=1e-12 * np.abs(twin).max())
+    np.testing.assert_array_equal(face.reverse, reverse)
+    if along == "forward":
+        # some faces are ruptured, others are not
+        full = HEAT * 0.5 * (flow.m_x[1, 1:] + flow.m_x[1, :-1])
+        kept = np.ptp(face.x[1], axis=1) / np.ptp(full, axis=1)
+        assert kept.min() < 0.95
+        assert kept.max() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("x", [-400.0, -30.0, -1.1e-3, -0.9e-3, 0.0, 0.9e-3, 1.1e-3, 2.0, 30.0, 400.0])
+def test_bernoulli_function(x):
+    # series: next term x^4/720
+    exact = 1.0 if x == 0.0 else x / np.expm1(x)
+    assert energy.bernoulli(x) == pytest.approx(exact, rel=1e-13, abs=1e-100)
+
+
+@pytest.mark.parametrize("mirror", MIRROR.values(), ids=MIRROR)
+@pytest.mark.parametrize("along", ALONG)
+def test_heat_through_the_side_faces_is_the_numpy_twin(mirror, along):
+    film = Film(mirror, along)
+    for j in range(0 if mirror else 1, NY - 1):
+        for i in range(START[j], END[j]):
+            own = film.t[j, i] + np.linspace(-5.0, 8.0, NZ + 1)
+            diag, rest = np.array([
+                energy.sideways(X, WIDTH, H_Y, mirror, film.t, T_IN, film.face, j, i, k) for k in range(NZ + 1)
+            ]).T  # fmt: skip
+            twin = twins.side_heat(X, WIDTH, H_Y, mirror, film.t, T_IN, film.face, j, i, own)
+            assert np.all(diag >= 0.0)
+            np.testing.assert_allclose(rest - diag * own, twin, rtol=1e-9, atol=1e-12 * np.abs(rest).max())
+
+
+@pytest.mark.parametrize("mirror", MIRROR.values(), ids=MIRROR)
+@pytest.mark.parametrize("forward", [True, False], ids=["forward sweep", "backward sweep"])
+@pytest.mark.parametrize("along", ALONG)
+@pytest.mark.parametrize("cautious", [False, True], ids=["linearised", "cautious"])
+def test_sweep_is_the_numpy_twin(mirror, forward, along, cautious):
+    film = Film(mirror, along)
+    found = film.sweep(forward, cautious=cautious)
+    twin = twins.sweep(
+        X,
+        WIDTH,
+        H_Y,
+        mirror,
+        film.h,
+        CONDUCTIVITY,
+        T_IN,
+        film.flow,
+        film.face,
+        film.t_at,
+        cautious,
+        forward,
+        film.t,
+    )
+    if forward or along != "forward":
+        assert np.abs(twin["t"] - film.t).max() == pytest.approx(
+            energy.SWEEP_LIMIT
+        )  # some columns are limited
+        assert (np.abs(twin["t"] - film.t) < energy.SWEEP_LIMIT).mean() > 0.1
+    for name, value in found.items():
+        scale = np.abs(twin[name]).max()
+        np.testing.assert_allclose(value, twin[name], rtol=1e-8, atol=1e-10 * scale, err_msg=name)
+    # walls, and columns outside the ends of a line, are held
+    held = np.ones((NY, NX), dtype=bool)
+    for j in range(0 if mirror else 1, NY - 1):
+        held[j, START[j] : END[j]] = False
+    np.testing.assert_array_equal(found["t"][held], film.t[held])
+    np.testing.assert_array_equal(found["t"][..., [0, -1]], film.t[..., [0, -1]])
+
+
+def test_backward_sweep_visits_columns_with_reverse_flow_only():
+    film = Film(True, "forward")
+    film.face.reverse[:] = [0, 4, 3, 0, 0]
+    found = film.sweep(False)
+    visited = (found["q_a"] != 0.0).sum(axis=1)
+    np.testing.assert_array_equal(visited, [0, 4, 2, 0, 0])  # from their start on
+
+
+@pytest.mark.parametrize("mirror", MIRROR.values(), ids=MIRROR)
+@pytest.mark.parametrize(("j", "i"), [(1, 1), (2, 2), (3, 3)])
+def test_response_is_the_change_of_flux_with_the_wall_temperatures(mirror, j, i):
+    """First column of a line that a forward sweep visits: no other has seen its walls before.
+
+    Without flow across and compression at the walls: what these carry of the wall's own warming is left out.
+    """
+    film = Film(mirror, "both")
+    film.face.y[:], film.flow.compression[..., [0, -1]] = 0.0, 0.0
+    # near its solution, so that no node is limited
+    for _ in range(3):
+        film.t = film.sweep(True)["t"]
+    film.flow.shear[:] *= 0.2
+    base = film.sweep(True)
+    a_a, b_a, a_b, b_b = base["response"][j, i]
+    for wall, fluxes in ((0, (-a_a, a_b)), (-1, (b_a, -b_b))):
+        warmer = film.t.copy()
+        warmer[j, i, wall] += 0.5
+        changed = film.sweep(True, warmer)
+        for q, slope in zip(("q_a", "q_b"), fluxes, strict=True):
+            # linear in the wall temperature: rounding only
+            assert (changed[q] - base[q])[j, i] == pytest.approx(0.5 * slope, rel=1e-6)
+
+
+@pytest.mark.parametrize(("law", "p"), [("roelands", 1.2e9), ("barus", 6e8)])
+def test_temperatures_follow_the_pressure_of_a_sheared_film(law, p):
+    """t_p against the film that film_flow gives at another pressure: Couette flow, no pressure gradient."""
+    table, h, d_p = oil_table(OIL.model_copy(update={"pressure_law": law}), T_IN), 2e-7, 1e5
+    x, y = np.linspace(0.0, 2e-3, 9), np.linspace(0.0, 2e-3, 3)
+    nz = 24
+    width = np.diff(np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]]))
+    ones = np.ones((3, 9))
+    speeds = film_flow.SurfaceSpeeds(1.1 * ones, 0.9 * ones, 0.0 * ones, 0.0 * ones)
+    ends = np.ones(3, dtype=np.int64), np.full(3, 8, dtype=np.int64)
+    t, t_p = np.full((3, 9, nz + 1), 320.0), np.zeros((3, 9, nz + 1))
+
+    def step(p, t, t_at):
+        """Temperatures after one sweep with the flow of pressure p and temperatures t_at."""
+        flow = film_flow.FilmFlow.empty(3, 9, nz)
+        film_flow.film_flow(table, x, y, True, p * ones, h * ones, t_at, speeds, flow)
+        face = energy.FaceFlow.empty(*ends, 9, nz)
+        flow.squeeze[:] = 0.0
+        new = t.copy()
+        energy.sweep(
+            x, width, y[1], True, h * ones, CONDUCTIVITY, 320.0, flow, face, t_at, False, True, new, t_p,
+            0.0 * ones, 0.0 * ones, np.zeros((3, 9, 4)),
+        )  # fmt: skip
+        return new
+
+    for _ in range(40):
+        t = step(p, t, t)
+    assert np.abs(step(p, t, t) - t).max() < 1e-9
+    rise = t[1, 4].max() - 320.0
+    assert rise > 5.0
+    predicted = t_p[1, 4].copy()
+    moved = (step(p + d_p, t, t) - t)[1, 4] / d_p
+    # layers of trapezoidal weight in the sweep, of fourth order in the flow; second order of d_p
+    np.testing.assert_allclose(predicted, moved, rtol=2e-3, atol=2e-3 * np.abs(moved).max())
+    assert predicted.max() > 1e-9  # K/Pa: viscosity and heat rise with the pressure
+
+
+def test_sheared_films_are_the_closed_form_of_every_column():
+    """Two passes: the slope of viscosity of the walls, then that of half the rise in the middle."""
+    rng = np.random.default_rng(4)
+    oil = oil_table(OIL, T_IN)
+    p, h, slip = 1.5e9 * rng.random((2, 3)), 1e-7 * (1.0 + rng.random((2, 3))), 2.0 * rng.normal(size=(2, 3))
+    t_a, t_b = T_IN + 20.0 * rng.random((2, 2, 3))
+    t, q = np.full((2, 3, 9), np.nan), np.full((2, 3), np.nan)
+    energy.sheared_films(oil, p, h, CONDUCTIVITY, slip, t_a, t_b, t, q)
+    assert t.max() - T_IN > 40.0
+    z = np.linspace(0.0, 1.0, 9)
+    for j, i in np.ndindex(p.shape):
+        wall = 0.5 * (t_a[j, i] + t_b[j, i])
+        straight, at = t_a[j, i] + (t_b[j, i] - t_a[j, i]) * z, wall
+        for _ in range(2):
+            up, down = (np.log(lubricant.viscosity(OIL, p[j, i], at + d)) for d in (0.125, -0.125))
+            soft = (down - up) / 0.25
+            nahme = soft * lubricant.viscosity(OIL, p[j, i], wall) * slip[j, i] ** 2 / CONDUCTIVITY
+            a = np.arccosh(np.sqrt(1.0 + nahme / 8.0))
+            expected = straight + 2.0 / soft * np.log(np.cosh(a) / np.cosh(a * (1.0 - 2.0 * z)))
+            at = 0.5 * (wall + expected[4])
+        # slope of the table within 0.25 K
+        np.testing.assert_allclose(t[j, i] - straight, expected - straight, rtol=5e-3, atol=1e-9)
+        half = 0.5 * (wall + expected[4])
+        assert abs(half - wall) < 200.0
+        assert q[j, i] == pytest.approx(4.0 * CONDUCTIVITY * a * np.tanh(a) / (soft * h[j, i]), rel=5e-3)

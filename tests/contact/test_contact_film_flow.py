@@ -1,0 +1,161 @@
+"""Cross-film integrals and stresses against the closed forms of a film whose viscosity falls exponentially."""
+
+import math
+
+import numpy as np
+import pytest
+from contact_cases import OIL
+
+from ballscrew_tehl.contact.film import flow as film_flow
+from ballscrew_tehl.contact.film.oil import TABLE_STEP, oil_table
+
+T_A = 300.0
+#: eta = exp(-2 z/h), rho = 1: the integrals in closed form; e2 = exp(2)
+E2 = math.exp(2.0)
+CLOSED = {
+    "1/e0": (E2 - 1.0) / 2.0,
+    "1/e1": (E2 + 1.0) / 4.0,
+    "r0": 1.0,
+    "r1": (E2 - 3.0) / 4.0,
+    "r2": 0.5,
+}
+#: the same as printed in the model notes, section 5 of the worked checks, to 6 decimals
+PRINTED = {"1/e0": 3.194528, "1/e1": 2.097264, "r1": 1.097264, "r2": 0.5}
+PRINTED_COMBINED = {"Poiseuille": 0.220373, "Couette": 0.343482}  # r1 e0/e1 - r2, e0 r1
+
+
+def exponential_oil(thermal_expansion=0.0):
+    """ln eta = -2 (T - T_a)/100 K, any pressure."""
+    oil = OIL.model_copy(
+        update={
+            "pressure_law": "barus",
+            "density_law": "incompressible",
+            "density_temperature": thermal_expansion,
+            "reference_temperature": T_A,
+        }
+    )
+    table = oil_table(oil, T_A)
+    t = table.table_start + TABLE_STEP * np.arange(table.ln_eta0.size)
+    return table._replace(ln_eta0=-0.02 * (t - T_A), alpha=0.0)
+
+
+def levels(n_z):
+    """Temperatures of n_z layers, linear through the film."""
+    return T_A + np.linspace(0.0, 100.0, n_z + 1)
+
+
+def integrals(n_z, thermal_expansion=0.0):
+    oil, t, zero, one = exponential_oil(thermal_expansion), levels(n_z), np.zeros(n_z + 1), np.ones(n_z + 1)
+    ln_eta = -0.02 * (t - T_A)
+    work = np.empty((4, n_z + 1))
+    found = film_flow.column_integrals(
+        oil, 0.0, t, zero, one, ln_eta, one, film_flow.layer_weights(n_z), *work
+    )
+    return dict(zip(CLOSED, found[:5], strict=True))
+
+
+def combined(integrals):
+    e0, e1 = 1.0 / integrals["1/e0"], 1.0 / integrals["1/e1"]
+    return {"Poiseuille": integrals["r1"] * e0 / e1 - integrals["r2"], "Couette": integrals["r1"] * e0}
+
+
+def test_closed_forms_are_the_printed_numbers():
+    for name, value in PRINTED.items():
+        assert CLOSED[name] == pytest.approx(value, abs=5e-7), name
+    for name, value in PRINTED_COMBINED.items():
+        assert combined(CLOSED)[name] == pytest.approx(value, abs=5e-7), name
+
+
+def test_layers_converge_to_the_printed_digits():
+    found = integrals(64)
+    for name, value in (PRINTED | PRINTED_COMBINED).items():
+        assert (found | combined(found))[name] == pytest.approx(value, abs=5e-7), name
+
+
+@pytest.mark.parametrize("name", ["1/e0", "1/e1", "r1", "r2", "Poiseuille", "Couette"])
+def test_layers_converge_with_fourth_order(name):
+    closed, sizes = CLOSED | combined(CLOSED), (32, 64, 128, 256)
+    found = [integrals(n_z) for n_z in sizes]
+    errors = [abs((f | combined(f))[name] - closed[name]) for f in found]
+    order = -np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    assert order == pytest.approx(4.0, abs=0.15)
+
+
+def test_default_layers_hold_the_flow_within_a_thousandth():
+    """What 8 layers leave of this strongly sheared film."""
+    found, exact = combined(integrals(8)), combined(CLOSED)
+    for name, value in exact.items():
+        assert found[name] == pytest.approx(value, rel=1e-3), name
+
+
+def test_density_that_falls_through_the_film_is_integrated():
+    """rho = 1 - b z, against quadrature on 20 000 layers by the trapezoidal rule."""
+    found, z = integrals(64, 2e-3), np.linspace(0.0, 1.0, 20001)
+    fluidity, rho = np.exp(2.0 * z), 1.0 - 0.2 * z
+    inner = [
+        np.concatenate(([0.0], np.cumsum(0.5 * (f[1:] + f[:-1])) * z[1])) for f in (fluidity, z * fluidity)
+    ]
+    assert found["r0"] == pytest.approx(0.9, rel=1e-12)
+    assert found["r1"] == pytest.approx(np.trapezoid(rho * inner[0], z), rel=1e-6)
+    assert found["r2"] == pytest.approx(np.trapezoid(rho * inner[1], z), rel=1e-6)
+
+
+# --- stress and flow of the same film --------------------------------------------------------------------------------
+
+GAP, U_A, U_B, P_X = 2e-6, 1.3, 0.6, 3e11
+
+
+def exponential_flow(n_z):
+    """The middle column of a film whose pressure is linear along x; viscosity exp(-2 z/h) Pa s."""
+    x, y = np.linspace(0.0, 4e-4, 5), np.linspace(0.0, 4e-4, 3)
+    ones = np.ones((3, 5))
+    speeds = film_flow.SurfaceSpeeds(U_A * ones, U_B * ones, 0.2 * ones, -0.1 * ones)
+    flow = film_flow.FilmFlow.empty(3, 5, n_z)
+    t = np.broadcast_to(levels(n_z), (3, 5, n_z + 1)).copy()
+    film_flow.film_flow(exponential_oil(), x, y, False, P_X * x * ones, GAP * ones, t, speeds, flow)
+    return flow, (1, 2)
+
+
+def test_stress_is_that_of_the_notes():
+    """tau_xa = e0 (u_b-u_a)/h - h p_x e0/e1, tau_x = tau_xa + z p_x; across without a gradient."""
+    flow, at = exponential_flow(64)
+    e0, e1 = 1.0 / CLOSED["1/e0"], 1.0 / CLOSED["1/e1"]
+    wall = e0 * (U_B - U_A) / GAP - GAP * P_X * e0 / e1
+    assert flow.traction_x[at] == pytest.approx(wall + 0.5 * GAP * P_X, rel=1e-6)
+    assert flow.traction_y[at] == pytest.approx(-0.3 * e0 / GAP, rel=1e-6)
+    assert flow.fluidity[at] == pytest.approx(GAP * CLOSED["1/e0"], rel=1e-6)
+    z = np.linspace(0.0, 1.0, 65)
+    rate = (wall + z * GAP * P_X) * np.exp(2.0 * z)
+    np.testing.assert_allclose(flow.rate[at], GAP * rate, atol=1e-6 * GAP * np.abs(rate).max())
+    across = (0.3 * e0 / GAP) ** 2 * np.exp(2.0 * z)
+    heat = GAP * (rate**2 * np.exp(-2.0 * z) + across)
+    np.testing.assert_allclose(flow.shear[at], heat, rtol=1e-5)
+
+
+def test_flux_is_that_of_the_notes():
+    """q = h [u_a r0 + (u_b-u_a) e0 r1] - h^3 (r1 e0/e1 - r2) p_x, and the work of the walls and pressure is heat."""
+    flow, at = exponential_flow(64)
+    weights, parts = film_flow.layer_weights(64), combined(CLOSED)
+    couette = GAP * (U_A + (U_B - U_A) * parts["Couette"])
+    poiseuille = -(GAP**3) * parts["Poiseuille"] * P_X
+    assert abs(poiseuille) > 0.1 * couette  # both are asked for
+    assert flow.m_x[at] @ weights == pytest.approx(OIL.density * (couette + poiseuille), rel=1e-6)
+    assert flow.m_y[at] @ weights == pytest.approx(
+        OIL.density * GAP * (0.2 - 0.3 * parts["Couette"]), rel=1e-6
+    )
+    # int tau . du = [tau u] - p_x int u
+    tau_a = flow.traction_x[at] - 0.5 * GAP * P_X
+    work = (tau_a + GAP * P_X) * U_B - tau_a * U_A - P_X * (couette + poiseuille)
+    work += flow.traction_y[at] * (-0.1 - 0.2)
+    assert flow.shear[at] @ weights == pytest.approx(work, rel=1e-6)
+
+
+def test_uniform_film_has_the_closed_flux_on_any_layers():
+    """Constant rho and eta: rho h (u_a+u_b)/2 - rho h^3 p_x/(12 eta)."""
+    x, y, ones = np.linspace(0.0, 4e-4, 5), np.linspace(0.0, 4e-4, 3), np.ones((3, 5))
+    speeds = film_flow.SurfaceSpeeds(U_A * ones, U_B * ones, 0.0 * ones, 0.0 * ones)
+    for n_z in (4, 5, 8):
+        flow, t = film_flow.FilmFlow.empty(3, 5, n_z), np.full((3, 5, n_z + 1), T_A)
+        film_flow.film_flow(exponential_oil(), x, y, True, P_X * x * ones, GAP * ones, t, speeds, flow)
+        closed = OIL.density * (0.5 * GAP * (U_A + U_B) - GAP**3 * P_X / 12.0)
+        np.testing.assert_allclose(flow.m_x @ film_flow.layer_weights(n_z), closed, rtol=1e-12)

@@ -1,0 +1,86 @@
+"""Preload monitoring: inversion, coverage of the interval, false alarms against the formula, detection."""
+
+import numpy as np
+import preload_monitoring as monitoring
+import pytest
+
+from ballscrew_fmu.models import MONITOR
+from ballscrew_fmu.python_fmu.package import build_fmu
+
+
+@pytest.fixture(scope="module")
+def result(synthetic_nut_map):
+    return monitoring.main(synthetic_nut_map, lives=8)
+
+
+def test_without_noise_the_preload_comes_back(synthetic_nut_map, monkeypatch):
+    monkeypatch.setattr(monitoring, "NOISE", 0.0)
+    batch = monitoring.measure(synthetic_nut_map, 1700.0, np.random.default_rng(0))
+    assert monitoring.estimate(synthetic_nut_map, batch, 0.0) == pytest.approx((1700.0, 0.0), rel=1e-6)
+
+
+def test_the_interval_holds_the_true_preload_as_often_as_it_says(result):
+    # 1200 intervals: 95 % +- 0.6 % (one standard deviation)
+    assert 0.93 <= result["coverage"] <= 0.97
+    # 25 measurements with s of 2 to 3 %, preload about in proportion to torque^1.2
+    assert 0.02 < result["scatter"] < 0.03
+    assert 0.8 < result["half_width_percent"] < 2.0
+    # scatter of the estimates is what the interval claims: 400 healthy batches, 3.5 % of it known
+    assert 1.96 * result["deviation_N"] == pytest.approx(20.0 * result["half_width_percent"], rel=0.12)
+
+
+def test_loss_is_found_early_and_nothing_else_is(result):
+    assert result["detected"] == 1.0
+    assert result["largest_loss_at_alarm_percent"] < 6.0
+    assert result["healthy_batches"] == 8 * 51
+    assert result["false_alarms"] == 0  # expected: 408/19000
+
+
+def test_rate_of_false_alarms_is_that_of_the_formula():
+    """Normal z, 4000 runs of 200 batches at a limit where alarms are frequent enough to be counted."""
+    z = np.random.default_rng(2).standard_normal((4000, 200))
+    alarms = (monitoring.cusum(z) > 4.0).any(axis=1).mean()
+    length = monitoring.false_alarm_length(limit=4.0)
+    assert length == pytest.approx(336.0, rel=0.02)  # exact: 335.4
+    # exponential but for the first batches, in which no alarm can come
+    assert alarms == pytest.approx(1.0 - np.exp(-200.0 / length), abs=0.03)
+    assert monitoring.false_alarm_length() == pytest.approx(19100.0, rel=0.01)
+
+
+def test_a_step_is_found_after_the_number_of_batches_of_the_formula():
+    z = np.random.default_rng(3).standard_normal((4000, 60)) - 2.0
+    levels = monitoring.cusum(z)
+    delays = [monitoring.first_alarm(row) + 1 for row in levels]
+    assert np.mean(delays) == pytest.approx((8.0 + 1.166) / 1.5, rel=0.05)
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory, synthetic_nut_map):
+    folder = tmp_path_factory.mktemp("monitor")
+    return build_fmu(synthetic_nut_map, folder / "BallScrewPreloadMonitor.fmu", model=MONITOR).path
+
+
+def test_the_fmu_says_the_same_measurement_by_measurement(fmu, synthetic_nut_map):
+    found = monitoring.beside_the_fmu(fmu, synthetic_nut_map)
+    assert found["in_range"] == 1.0
+    # both are means of 25 measurements with the same noise, weighted differently
+    assert found["difference_percent"] < 0.2
+    # the half-widths know the noise of torque; that of speed and temperature comes on top
+    assert found["stated_percent"] < found["deviation_percent"] < 1.4 * found["stated_percent"]
+
+
+def test_without_noise_the_fmu_gives_the_preload(fmu, synthetic_nut_map, monkeypatch):
+    monkeypatch.setattr(monitoring, "NOISE", 0.0)
+    assert monitoring.beside_the_fmu(fmu, synthetic_nut_map)["deviation_percent"] < 1e-7
+
+
+def test_an_fmu_that_is_none_is_one_line(capsys):
+    assert monitoring.command_line(["--fmu", "none.fmu"]) == 2
+    assert capsys.readouterr().err == "preload_monitoring.py: none.fmu is no FMU; run build_fmu.py first\n"
+
+
+def test_picture_and_command_line(result, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(monitoring, "main", lambda: result)
+    assert monitoring.command_line(["--plot", str(tmp_path / "a.png")]) == 0
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    assert "loss_at_alarm_percent" in capsys.readouterr().out

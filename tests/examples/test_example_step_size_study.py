@@ -1,0 +1,50 @@
+"""Explicit coupling: first order in the step, and the borders of stability where the closed forms say."""
+
+import numpy as np
+import pytest
+import step_size_study as study
+
+from ballscrew_fmu.native_fmu.package import build_native_fmu
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory, synthetic_nut_map):
+    path = tmp_path_factory.mktemp("step_size") / "native.fmu"
+    return build_native_fmu(synthetic_nut_map, 2, path, platforms=("x86_64-linux",)).path
+
+
+@pytest.fixture(scope="module")
+def result(fmu):
+    return study.main(fmu)
+
+
+def test_all_couplings_are_of_first_order(result):
+    assert len(result["orders"]) == 4
+    for key, order in result["orders"].items():
+        assert 0.9 < order < 1.2, key
+        halved = result["errors"][key][1:] / result["errors"][key][:-1]
+        assert np.all((halved > 0.4) & (halved < 0.6)), key
+    for law in study.LAWS:  # the older torque costs accuracy
+        assert np.all(result["errors"][law, "parallel"] > 2.0 * result["errors"][law, "sequential"])
+
+
+def test_the_swing_turns_twice_and_slides_both_ways(result):
+    for speed in result["exact"].values():
+        assert speed.max() > 5.0
+        assert speed.min() < -5.0
+        assert np.count_nonzero(np.diff(np.sign(speed[np.abs(speed) > 0.05]))) == 2
+
+
+@pytest.mark.parametrize("master", study.MASTERS)
+def test_borders_of_stability_are_the_closed_forms(result, master):
+    assert result["limits"]["parallel"] == pytest.approx([0.16, 0.25, 0.16])
+    assert result["limits"]["sequential"] == pytest.approx([3.6, 3.0, 2.4])
+    assert result["borders"][master] == pytest.approx(result["limits"][master], rel=0.03)
+
+
+def test_picture_and_command_line(result, fmu, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(study, "main", lambda path: result)
+    assert study.command_line(["--fmu", str(fmu), "--plot", str(tmp_path / "a.png")]) == 0
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    assert "closed form 0.2500" in capsys.readouterr().out
+    assert study.command_line(["--fmu", "none.fmu"]) == 2

@@ -1,0 +1,212 @@
+"""modelDescription.xml: fmpy's validation, and what no checker looks at."""
+
+import io
+import math
+import uuid
+import zipfile
+from xml.etree import ElementTree
+
+import fmpy
+import pytest
+from fmpy.validation import validate_fmu
+
+from ballscrew_fmu.archive import NAMESPACE
+from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_fmu.description.fmi2 import CAPABILITIES, MODEL_NAME
+from ballscrew_fmu.python_fmu.solver_cache import digest
+
+INPUTS = {
+    "preload": ("N", None),
+    "speed": ("rad/s", "rev/min"),
+    "temperature": ("K", "degC"),
+    "axial_load": ("N", None),
+}
+OUTPUTS = {
+    "friction_torque": "N.m", "viscous_torque": "N.m", "hysteresis_torque": "N.m", "sliding_torque": "N.m",
+    "power_loss": "W", "film_thickness_min": "m", "film_thickness_central_screw": "m",
+    "film_thickness_central_nut": "m", "film_temperature_rise": "K", "contact_pressure_max": "Pa",
+    "ball_load_max": "N", "lambda_ratio": "1", "in_range": None,
+}  # fmt: skip
+PARAMETERS = {
+    "apparent_viscosity_ratio": "1", "net_sliding_coefficient": "1", "roughness_height": "m",
+    "regularization_speed": "rad/s", "presliding_stiffness": "N.m/rad", "presliding_damping": "N.m.s/rad",
+    "refine": None, "refine_tolerance": "1",
+}  # fmt: skip
+BOOLEANS = ("in_range", "refine")
+DIMENSIONS = {  # exponents of kg, m, s, K, rad written down independently of the table
+    "N": (1, 1, -2, 0, 0), "rad/s": (0, 0, -1, 0, 1), "K": (0, 0, 0, 1, 0), "N.m": (1, 2, -2, 0, 0),
+    "W": (1, 2, -3, 0, 0), "m": (0, 1, 0, 0, 0), "Pa": (1, -1, -2, 0, 0), "1": (0, 0, 0, 0, 0),
+    "N.m/rad": (1, 2, -2, 0, -1), "N.m.s/rad": (1, 2, -1, 0, -1),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def files(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+@pytest.fixture(scope="module")
+def root(files):
+    return ElementTree.parse(io.BytesIO(files["modelDescription.xml"])).getroot()
+
+
+@pytest.fixture(scope="module")
+def scalars(root):
+    return {node.get("name"): node for node in root.find("ModelVariables")}
+
+
+def test_fmpy_finds_nothing(fmu):
+    assert validate_fmu(str(fmu)) == []
+
+
+def test_variables_are_those_of_the_interface(scalars):
+    assert list(scalars) == [*INPUTS, *OUTPUTS, *PARAMETERS]
+    for name, node in scalars.items():
+        causality = "input" if name in INPUTS else "output" if name in OUTPUTS else "parameter"
+        variability = "discrete" if name == "in_range" else "tunable" if name in PARAMETERS else "continuous"
+        initial = {"input": None, "output": "calculated", "parameter": "exact"}[causality]
+        assert (node.get("causality"), node.get("variability"), node.get("initial")) == (
+            causality,
+            variability,
+            initial,
+        )
+        assert len(node.get("description")) > 15
+        assert node[0].tag == ("Boolean" if name in BOOLEANS else "Real")
+        unit = {**{n: u for n, (u, _) in INPUTS.items()}, **OUTPUTS, **PARAMETERS}[name]
+        assert node[0].get("unit") == unit
+    assert [node.get("valueReference") for node in scalars.values()] == [str(n) for n in range(len(scalars))]
+
+
+def test_start_values_bounds_and_display_units(scalars):
+    start = {name: float(scalars[name][0].get("start")) for name in INPUTS}
+    assert start == {"preload": 2000.0, "speed": 0.0, "temperature": 303.15, "axial_load": 0.0}
+    for name, (_, display) in INPUTS.items():
+        assert scalars[name][0].get("displayUnit") == display
+    for name, node in scalars.items():
+        real = node[0]
+        assert (real.get("start") is not None) == (name not in OUTPUTS)
+        if name in BOOLEANS:
+            assert real.get("start") == {"in_range": None, "refine": "false"}[name]
+            continue
+        assert float(real.get("nominal")) > 0.0
+        if real.get("start") is not None:
+            low, high = float(real.get("min", -math.inf)), float(real.get("max", math.inf))
+            assert low <= float(real.get("start")) <= high
+    assert scalars["film_temperature_rise"][0].get("relativeQuantity") == "true"
+    assert scalars["film_temperature_rise"][0].get("displayUnit") is None
+
+
+def test_start_values_are_exact(scalars, synthetic_nut_map):
+    for name, value in synthetic_nut_map.header["defaults"].items():
+        assert float(scalars[name][0].get("start")) == value
+
+
+def test_units_have_the_right_dimensions_and_display_factors(root):
+    units = {node.get("name"): node for node in root.find("UnitDefinitions")}
+    assert set(units) == set(DIMENSIONS)
+    for name, node in units.items():
+        base = node.find("BaseUnit")
+        assert tuple(int(base.get(b, "0")) for b in ("kg", "m", "s", "K", "rad")) == DIMENSIONS[name]
+        assert set(base.keys()) <= {"kg", "m", "s", "K", "rad"}
+    displays = {d.get("name"): d for node in units.values() for d in node.findall("DisplayUnit")}
+
+    def shown(unit, value):
+        return float(displays[unit].get("factor")) * value + float(displays[unit].get("offset"))
+
+    assert shown("rev/min", 100.0 * math.pi / 30.0) == pytest.approx(100.0, rel=1e-15)
+    assert displays["rev/min"].get("factor") == "9.549296585513721"
+    assert shown("degC", 303.15) == pytest.approx(30.0)
+    assert shown("um", 2.5e-7) == pytest.approx(0.25)
+    assert shown("nm", 2.4e-8) == pytest.approx(24.0)
+    assert shown("GPa", 1.5e9) == pytest.approx(1.5)
+
+
+def test_structure_lists_each_output_once_in_order(root, scalars):
+    wanted = [
+        str(place) for place, node in enumerate(scalars.values(), 1) if node.get("causality") == "output"
+    ]
+    for kind in ("Outputs", "InitialUnknowns"):
+        unknowns = root.findall(f"ModelStructure/{kind}/Unknown")
+        assert [node.get("index") for node in unknowns] == wanted
+        for node in unknowns:
+            dependencies = [int(d) for d in node.get("dependencies").split()]
+            assert dependencies == sorted(set(dependencies))
+            assert node.get("dependenciesKind").split() == ["dependent"] * len(dependencies)
+    assert root.find("ModelStructure/Derivatives") is None
+
+
+BASE = {"preload": 1500.0, "speed": 0.13, "temperature": 300.0, "axial_load": 900.0}
+OTHER = {
+    "preload": 90000.0, "speed": -400.0, "temperature": 500.0, "axial_load": 14000.0,
+    "apparent_viscosity_ratio": 1.0, "net_sliding_coefficient": 0.1, "roughness_height": 1e-7,
+    "regularization_speed": 3.0, "presliding_stiffness": 50.0, "presliding_damping": 9.0,
+    "refine": True, "refine_tolerance": 0.05,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["Outputs", "InitialUnknowns"])
+def test_dependencies_are_those_that_a_change_of_the_value_shows(root, scalars, refinable, kind):
+    names = list(scalars)
+    declared = {
+        names[int(node.get("index")) - 1]: {names[int(d) - 1] for d in node.get("dependencies").split()}
+        for node in root.findall(f"ModelStructure/{kind}/Unknown")
+    }
+    changes = OTHER if kind == "InitialUnknowns" else {name: OTHER[name] for name in INPUTS}
+    seen = {name: set() for name in declared}
+
+    def outputs(**start):
+        with FmuInstance(refinable, **(BASE | start)) as one:
+            return one.outputs()
+
+    for changed, value in changes.items():
+        switch = {"refine": True} if changed == "refine_tolerance" else {}
+        base = outputs(**switch)
+        for name, output in outputs(**switch, **{changed: value}).items():
+            if output != base[name]:
+                seen[name].add(changed)
+    assert seen == declared
+
+
+def test_guid_belongs_to_the_content(root, files):
+    guid = root.get("guid")
+    blank = files["modelDescription.xml"].replace(guid.encode(), b"")
+    assert str(uuid.uuid5(NAMESPACE, digest({**files, "modelDescription.xml": blank}))) == guid
+
+
+def test_the_file_carries_no_date_and_names_its_maker(root):
+    assert root.get("generationDateAndTime") is None
+    assert "pythonfmu" in root.get("generationTool")
+    assert root.get("fmiVersion") == "2.0"
+
+
+def test_capability_flags(root, files, fmu):
+    node = root.find("CoSimulation")
+    assert node.get("modelIdentifier") == MODEL_NAME
+    assert f"binaries/linux64/{MODEL_NAME}.so" in files
+    assert f"binaries/win64/{MODEL_NAME}.dll" in files
+    flags = {name: node.get(name) for name in CAPABILITIES}
+    assert flags["needsExecutionTool"] == "false"
+    # what is claimed is tested elsewhere (state, variable steps, many instances); what is not claimed must
+    # not work
+    assert flags["canGetAndSetFMUstate"] == flags["canSerializeFMUstate"] == "true"
+    assert flags["canHandleVariableCommunicationStepSize"] == "true"
+    assert flags["canBeInstantiatedOnlyOncePerProcess"] == "false"
+    with FmuInstance(fmu) as one:
+        for claimed, call in (
+            ("providesDirectionalDerivative", lambda: one.slave.getDirectionalDerivative([4], [1], [1.0])),
+            ("canInterpolateInputs", lambda: one.slave.setRealInputDerivatives([1], [1], [0.0])),
+        ):
+            assert flags[claimed] == "false"
+            with pytest.raises(fmpy.fmi1.FMICallException):
+                call()
+    assert flags["maxOutputDerivativeOrder"] == "0"
+
+
+def test_documentation(files):
+    page = files["documentation/index.html"].decode()
+    assert "{" not in page.replace("Certificate: {}", "")
+    for name in (*INPUTS, *OUTPUTS, *PARAMETERS):
+        assert f"<td>{name}</td>" in page
+    assert "numpy" in files["documentation/externalDependencies.txt"].decode()
+    assert "Permission is hereby granted" in files["documentation/licenses/pythonfmu.txt"].decode()

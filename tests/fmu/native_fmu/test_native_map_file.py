@@ -1,0 +1,109 @@
+"""The reader of the native map file: what it refuses, and its fuzzing under sanitizers."""
+
+import ctypes
+import struct
+import subprocess
+from pathlib import Path
+
+import pytest
+from native_model import compiled_model, sanitized_host
+from paths import NATIVE_HOSTS
+from synthetic_map import make_map
+
+from ballscrew_fmu.native_fmu.map_file import checksum, map_bytes
+
+NUT_MAP = make_map()
+HASH = NUT_MAP.header["content_hash"]
+GOOD = map_bytes(NUT_MAP)
+FUZZ_COUNT = 6000
+HEAD = 88  # [bytes] magic, size, checksum, content hash
+
+
+@pytest.fixture(scope="module")
+def reader(tmp_path_factory):
+    """Message of the reader about bytes, or None if it takes them."""
+    folder = tmp_path_factory.mktemp("reader")
+    library = ctypes.CDLL(str(compiled_model(folder, NUT_MAP)))
+    library.map_from_bytes.restype = ctypes.c_void_p
+    library.map_read.restype = ctypes.c_void_p
+
+    def read(content: bytes | Path, content_hash: str = HASH):
+        message = ctypes.create_string_buffer(400)
+        room = ctypes.c_size_t(400)
+        if isinstance(content, Path):
+            found = library.map_read(str(content).encode(), content_hash.encode(), message, room)
+        else:
+            size = ctypes.c_size_t(len(content))
+            found = library.map_from_bytes(content, size, content_hash.encode(), b"map", message, room)
+        if found:
+            library.map_free(ctypes.c_void_p(found))
+            return None
+        return message.value.decode()
+
+    return read
+
+
+def sealed(content: bytes) -> bytes:
+    """The bytes with size and checksum put right."""
+    body = content[24:]
+    return content[:8] + struct.pack("<QQ", len(content), checksum(body)) + body
+
+
+def test_good_file_is_taken(reader, tmp_path):
+    file = tmp_path / "Kugelgewinde m\u00fc+#[1] %20.bin"
+    file.write_bytes(GOOD)
+    assert reader(GOOD) is None
+    assert reader(file) is None
+    assert sealed(GOOD) == GOOD
+
+
+@pytest.mark.parametrize(
+    ("damage", "found"),
+    [
+        (lambda b: b[:50], "no nut map"),
+        (lambda b: b"X" + b[1:], "no nut map"),
+        (lambda b: b[:-8], "truncated"),
+        (lambda b: b + bytes(8), "truncated"),
+        (lambda b: b[:500] + bytes([b[500] ^ 16]) + b[501:], "checksum"),
+        (lambda b: sealed(b[:-8]), "size does not fit"),
+        (lambda b: sealed(b[:HEAD] + struct.pack("<d", -1.0) + b[HEAD + 8 :]), "axis force"),
+        (lambda b: sealed(b[: HEAD + 16] + struct.pack("<d", 3.0) + b[HEAD + 24 :]), "axis force"),
+        (lambda b: sealed(b[: HEAD + 16] + struct.pack("<d", 1e9) + b[HEAD + 24 :]), "axis force"),
+        (lambda b: sealed(b[: HEAD + 16] + struct.pack("<d", 4096.0) + b[HEAD + 24 :]), "size does not fit"),
+        (lambda b: sealed(b[:-8] + struct.pack("<d", float("nan"))), "not finite"),
+    ],
+)
+def test_damaged_file_is_refused(reader, damage, found):
+    message = reader(damage(GOOD))
+    assert message is not None
+    assert found in message
+
+
+def test_map_of_another_fmu_is_refused(reader):
+    assert "of another FMU" in reader(GOOD, "0" * 64)
+
+
+def test_missing_file_is_named(reader, tmp_path):
+    assert reader(tmp_path / "none.bin") == f"{tmp_path / 'none.bin'}: cannot be opened"
+
+
+def test_every_flipped_bit_of_the_head_is_found(reader):
+    for bit in range(8 * HEAD):
+        flipped = bytearray(GOOD)
+        flipped[bit // 8] ^= 1 << bit % 8
+        assert reader(bytes(flipped)) is not None, bit
+
+
+def test_fuzzed_files_leave_the_sanitizers_silent(tmp_path):
+    try:
+        program = sanitized_host(tmp_path, NUT_MAP, NATIVE_HOSTS / "fuzz_map.c")
+    except FileNotFoundError as error:
+        pytest.skip(str(error))
+    run = subprocess.run(
+        [program, tmp_path / "nut_map.bin", str(FUZZ_COUNT)], capture_output=True, text=True, timeout=300
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
+    refused, accepted = (int(word) for word in run.stdout.split() if word.isdigit())
+    assert refused + accepted == FUZZ_COUNT
+    assert refused > FUZZ_COUNT // 2
+    assert accepted > FUZZ_COUNT // 10  # some damage is another valid map: it is evaluated

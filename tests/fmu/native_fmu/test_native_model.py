@@ -1,0 +1,268 @@
+"""The C model against its Python twins: map, standstill law, derivatives, modes of model exchange."""
+
+import math
+
+import numpy as np
+import pytest
+from native_model import NativeModel, compiled_model
+
+from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.runtime.standstill import presliding_power, presliding_step, regularised_sign
+
+POINTS = 100_000
+AGREEMENT = 1e-12
+REGULARIZATION = 0.1  # start value of regularization_speed [rad/s]
+STATE = (
+    "film_thickness_min", "film_thickness_central_screw", "film_thickness_central_nut", "film_temperature_rise",
+    "contact_pressure_max", "ball_load_max", "lambda_ratio",
+)  # fmt: skip
+TORQUES = ("friction_torque", "viscous_torque", "hysteresis_torque", "sliding_torque", "power_loss")
+
+
+@pytest.fixture(scope="module")
+def nut_map():
+    return load_map(None, changed(load_parameters(), friction={"kinematics": "rolling_frame"}))
+
+
+@pytest.fixture(scope="module")
+def library(nut_map, tmp_path_factory):
+    return compiled_model(tmp_path_factory.mktemp("native_model"), nut_map)
+
+
+@pytest.fixture
+def model(library, nut_map):
+    return NativeModel(library, nut_map)
+
+
+def random_points(count: int, seed: int = 1) -> np.ndarray:
+    """Preload, speed, temperature, axial load: inside the map and beyond, at rest, without load, nuts apart."""
+    rng = np.random.default_rng(seed)
+    preload = 10.0 ** rng.uniform(1.5, 4.15, count)
+    speed = rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-3.0, 2.9, count)
+    temperature = rng.uniform(278.0, 358.0, count)
+    axial = 2.0 * rng.normal(size=count) * preload
+    preload[::50] = 0.0
+    speed[::61] = 0.0
+    axial[::3] = 0.0
+    return np.stack((preload, speed, temperature, axial), axis=1)
+
+
+def expected_values(state, i, speed):
+    sign = regularised_sign(speed, REGULARIZATION)
+    parts = (
+        math.copysign(state.viscous_torque[i], speed),
+        sign * state.hysteresis_torque[i],
+        sign * state.sliding_torque[i],
+    )
+    torques = dict(zip(TORQUES, (sum(parts), *parts, sum(parts) * speed), strict=True))
+    return torques | {name: getattr(state, name)[i] for name in STATE}
+
+
+def test_model_is_the_map(model, nut_map):
+    """Every output over 1e5 points, to 1e-12 of its value or of a thousandth of its largest."""
+    points = random_points(POINTS)
+    state = nut_map.evaluate(*points.T)
+    expected = [expected_values(state, i, point[1]) for i, point in enumerate(points.tolist())]
+    full = {name: max(abs(row[name]) for row in expected) for name in expected[0]}
+    worst = dict.fromkeys(full, 0.0)
+    for i, ((preload, speed, temperature, axial), row) in enumerate(
+        zip(points.tolist(), expected, strict=True)
+    ):
+        model.latch(preload=preload, speed=speed, temperature=temperature, axial_load=axial)
+        for name, value in row.items():
+            error = abs(model.get(name) - value) / max(abs(value), 1e-3 * full[name])
+            assert error <= AGREEMENT, (name, i, preload, speed, temperature, axial)
+            worst[name] = max(worst[name], error)
+        assert bool(model.get("in_range")) == bool(state.in_range[i])
+    assert max(worst.values()) > 0.0  # the twins are two programs
+
+
+def test_bristle_is_that_of_python(model, nut_map):
+    rng = np.random.default_rng(2)
+    deflection = 0.0
+    for stiffness, damping in ((400.0, 0.5), (2000.0, 0.0)):
+        model.reset()
+        model.set(presliding_stiffness=stiffness, presliding_damping=damping)
+        deflection = 0.0
+        for n in range(3000):
+            preload = 10.0 ** rng.uniform(1.8, 4.0) if n % 7 else 0.0
+            speed = rng.normal() * 10.0 ** rng.uniform(-4.0, 1.0) if n % 5 else 0.0
+            step = 10.0 ** rng.uniform(-6.0, 0.0) if n % 11 else 0.0
+            model.step(step, preload=preload, speed=speed)
+            nut = nut_map.evaluate(preload, speed, 303.15)
+            coulomb = nut.hysteresis_torque + nut.sliding_torque
+            law = presliding_step(deflection, speed, step, coulomb, stiffness, damping)
+            viscous = math.copysign(nut.viscous_torque, speed)
+            scale = max(coulomb, abs(viscous), abs(law.torque), 1e-300)
+            assert model.get("friction_torque") == pytest.approx(viscous + law.torque, abs=1e-12 * scale)
+            heat = law.heat / step if step else presliding_power(deflection, speed, coulomb, stiffness)
+            power = nut.viscous_torque * abs(speed) + heat
+            # heat is what is left of two energies of the size torque times deflection
+            energy = scale * max(abs(deflection), abs(law.deflection))
+            rounding = 1e-9 * scale * abs(speed) + (4e-16 * energy / step if step else 0.0)
+            assert model.get("power_loss") == pytest.approx(power, rel=1e-9, abs=rounding)
+            assert model.get("presliding_deflection") == pytest.approx(law.deflection, rel=1e-12, abs=1e-18)
+            deflection = law.deflection
+
+
+def test_switched_off_bristle_is_unwound_by_a_step(model):
+    model.step(1e-3, presliding_stiffness=400.0, speed=0.1)
+    assert model.get("presliding_deflection") > 0.0
+    model.latch(presliding_stiffness=0.0)
+    assert model.get("presliding_deflection") > 0.0
+    model.step(1e-3)
+    assert model.get("presliding_deflection") == 0.0
+
+
+def random_state(rng, n):
+    return dict(
+        preload=10.0 ** rng.uniform(1.5, 4.1),
+        speed=rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-3.0, 2.8),
+        temperature=rng.uniform(284.0, 352.0),
+        axial_load=0.0 if n % 5 == 0 else rng.normal() * 10.0 ** rng.uniform(2.0, 4.0),
+        presliding_stiffness=(0.0, 400.0, 2000.0)[n % 3],
+        presliding_damping=0.5,
+        presliding_deflection=rng.normal() * 5e-4,
+    )
+
+
+@pytest.mark.parametrize("continuous", [False, True])
+def test_derivatives_are_those_of_the_outputs(model, continuous):
+    """Values of both programs agree; derivatives against central differences of two widths, where these agree."""
+    rng = np.random.default_rng(3)
+    outputs = [*TORQUES, *STATE, "presliding_deflection_rate"]
+    widths = dict(preload=1.0, speed=1.0, temperature=300.0, axial_load=1.0, presliding_deflection=1.0)
+    compared = 0
+    for n in range(1500):
+        model.reset(continuous)
+        base = random_state(rng, n)
+        step = 0.0 if continuous or n % 4 == 0 else 10.0 ** rng.uniform(-5.0, -1.0)
+
+        def outputs_at(base=base, step=step, **change):
+            values = base | change
+            if step:
+                model.step(step, **values)
+            else:
+                model.latch(**values)
+            return np.array([model.get(name) for name in outputs])
+
+        values = outputs_at()
+        twins = model.values_with_derivatives()
+        largest = np.maximum(np.abs(values), 1e-9 * np.abs(values).max())
+        assert [twins[name] for name in outputs[:-1]] == pytest.approx(
+            list(values[:-1]), rel=1e-10, abs=1e-12 * max(abs(values[:5]))
+        )
+        for name in widths:
+            if name == "axial_load" and base[name] == 0.0:
+                continue  # a kink: the other nut gets loaded
+            outputs_at()
+            found = np.array(model.derivative(outputs, **{name: 1.0}))
+            width = 1e-5 * max(abs(base[name]), 1e-5)
+            wide, narrow = (
+                (outputs_at(**{name: base[name] + w}) - outputs_at(**{name: base[name] - w})) / (2.0 * w)
+                for w in (width, 0.5 * width)
+            )
+            noise = 1e-13 * largest / width
+            trusted = np.abs(wide - narrow) <= 1e-6 * np.abs(narrow) + noise
+            error = np.abs(found - narrow)
+            assert (error[trusted] <= 1e-5 * np.abs(narrow[trusted]) + 10.0 * noise[trusted]).all(), (
+                name,
+                base,
+                step,
+            )
+            compared += int(trusted.sum())
+    assert compared > 0.9 * 1500 * 4 * len(outputs)
+
+
+def test_directions_add_up(model):
+    model.latch(preload=3000.0, speed=20.0, temperature=310.0, axial_load=500.0)
+    seeds = dict(preload=2.0, speed=-0.5, temperature=3.0, axial_load=1.5)
+    together = model.derivative(TORQUES, **seeds)
+    alone = [np.array(model.derivative(TORQUES, **{name: 1.0})) * seed for name, seed in seeds.items()]
+    assert together == pytest.approx(list(sum(alone)), rel=1e-12)
+
+
+def test_what_may_be_stored(model):
+    for value in (math.nan, math.inf, -math.inf, 1e30, -1.1e30):
+        assert not model.accepts("preload", value)
+        assert not model.accepts("roughness_height", value)
+    assert model.accepts("speed", -5.0)
+    assert model.accepts("roughness_height", 0.0)
+    assert not model.accepts("roughness_height", -1e-9)
+
+
+# --- model exchange ---
+
+
+def test_slip_begins_at_the_sliding_deflection_and_ends_at_reversal(model, nut_map):
+    model.reset(True)
+    stiffness, preload = 400.0, 2000.0
+    nut = nut_map.evaluate(preload, 0.0, 303.15)
+    coulomb = nut.hysteresis_torque + nut.sliding_torque
+    sliding = coulomb / stiffness
+    model.latch(preload=preload, presliding_stiffness=stiffness, presliding_damping=0.5, speed=0.01)
+    model.initial_event()
+    assert model.get("presliding_deflection_rate") == pytest.approx(0.01)
+    assert model.get("friction_torque") > 0.0
+    for share, sticks in ((0.69, True), (0.99, True), (0.9995, False)):
+        model.latch(presliding_deflection=share * sliding)
+        assert (model.get("slip_indicator") > 0.0) == sticks
+        elastic = 0.01 * min(1.0, (1.0 - share) / 0.3)
+        assert model.get("presliding_deflection_rate") == pytest.approx(elastic)
+    assert not model.event()
+    viscous = model.get("viscous_torque")
+    assert model.get("friction_torque") == pytest.approx(coulomb + viscous, rel=1e-12)
+    assert model.get("presliding_deflection_rate") == 0.0
+    assert model.get("slip_indicator") > 0.0
+    model.latch(speed=-0.01)
+    assert model.get("slip_indicator") < 0.0
+    assert model.event()
+    assert model.get("presliding_deflection") == pytest.approx(sliding)
+    assert model.get("presliding_deflection_rate") == pytest.approx(-0.01)
+    assert model.get("slip_indicator") > 0.0
+
+
+@pytest.mark.parametrize("step", [1e-4, 1e-5])
+def test_modes_of_model_exchange_tend_to_the_exact_step(library, nut_map, step):
+    """A swinging speed, integrated by Euler with events; the torque of co-simulation is exact for its steps."""
+    exchange, exact = NativeModel(library, nut_map, True), NativeModel(library, nut_map)
+    fixed = dict(presliding_stiffness=400.0, presliding_damping=0.0, preload=2000.0)
+    exchange.latch(**fixed)
+    exchange.initial_event()
+    exact.step(0.0, **fixed)
+    worst = largest = 0.0
+    for n in range(round(0.5 / step)):
+        speed = 0.02 * math.sin(2.0 * math.pi * 4.0 * (n + 0.5) * step)
+        exchange.latch(speed=speed)
+        if exchange.get("slip_indicator") < 0.0:
+            exchange.event()
+        rate = exchange.get("presliding_deflection_rate")
+        exchange.latch(presliding_deflection=exchange.get("presliding_deflection") + step * rate)
+        exact.step(step, speed=speed)
+        expected = exact.get("friction_torque")
+        worst = max(worst, abs(exchange.get("friction_torque") - expected))
+        largest = max(largest, abs(expected))
+    assert worst <= 0.02 * largest * (step / 1e-4) ** 0.5
+
+
+def test_in_range_changes_at_events_with_hysteresis(model, nut_map):
+    fastest = nut_map.header["axes"]["speed"][1]
+    model.reset(True)
+    model.latch(speed=0.5 * fastest)
+    model.initial_event()
+    assert model.get("in_range") == 1.0
+    model.latch(speed=fastest * (1.0 + 1e-9))
+    assert model.get("in_range_indicator") > 0.0
+    model.latch(speed=fastest * 1.001)
+    assert model.get("in_range_indicator") < 0.0
+    assert model.get("in_range") == 1.0
+    model.event()
+    assert model.get("in_range") == 0.0
+    assert model.get("in_range_indicator") < 0.0
+    model.latch(speed=fastest * (1.0 - 1e-9))
+    assert model.get("in_range_indicator") < 0.0
+    model.latch(speed=0.99 * fastest)
+    assert model.get("in_range_indicator") > 0.0
+    model.event()
+    assert model.get("in_range") == 1.0

@@ -1,0 +1,315 @@
+"""The native preload monitor: model against Python, model exchange, descriptions, bytes, C hosts under sanitizers."""
+
+import math
+import re
+import subprocess
+import tomllib
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+from fmu_checks import capability_findings, findings, variables_of
+from native_host import c_host, sanitized_c_host
+from native_library import compiled
+from native_model import NativeModel, compiled_model, compiler
+from native_reference import VALIDATION
+from paths import ROOT
+
+from ballscrew_fmu.checks.monitor_check import monitor_outputs
+from ballscrew_fmu.models import FRICTION, MONITOR
+from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu, native_file_name
+from ballscrew_fmu.native_fmu.sources import native_sources
+from ballscrew_tehl.runtime.preload import estimate_preload
+
+VERSIONS = pytest.mark.parametrize("version", [2, 3])
+PLATFORMS = ("x86_64-linux", "aarch64-linux")
+INPUTS = [{"torque": 0.2 * n, "speed": 10.0 * n, "temperature": 303.15, "axial_load": 0.0} for n in range(5)]
+STEPS = 400_000
+CALLS = 200_000
+ON = "-DMONITOR"
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory, synthetic_nut_map):
+    return compiled_model(tmp_path_factory.mktemp("monitor_model"), synthetic_nut_map, MONITOR)
+
+
+@pytest.fixture
+def model(library, synthetic_nut_map):
+    return NativeModel(library, synthetic_nut_map, model=MONITOR)
+
+
+def build(nut_map, version, path):
+    reference = Reference(1e-3, INPUTS, monitor_outputs(nut_map, INPUTS))
+    return build_native_fmu(nut_map, version, path, reference, VALIDATION, PLATFORMS, model=MONITOR)
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory, synthetic_nut_map):
+    folder = tmp_path_factory.mktemp("native_monitor")
+    return {v: build(synthetic_nut_map, v, folder / native_file_name(v, MONITOR)) for v in (2, 3)}
+
+
+def members(path):
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+# --- packing ---
+
+
+@VERSIONS
+def test_no_checker_finds_anything(fmus, tmp_path, version):
+    path = fmus[version].path
+    assert path.name == f"BallScrewPreloadMonitorNative_fmi{version}.fmu"
+    assert validate_fmu(str(path)) == []
+    assert findings(members(path)) == []
+    assert capability_findings(fmpy.extract(str(path), unzipdir=str(tmp_path / "fmu"))) == []
+
+
+@VERSIONS
+def test_the_bytes_are_the_same_again(fmus, synthetic_nut_map, tmp_path, version):
+    again = build(synthetic_nut_map, version, tmp_path / "again.fmu")
+    assert again.path.read_bytes() == fmus[version].path.read_bytes()
+
+
+@VERSIONS
+def test_all_but_the_model_layer_is_shared_with_friction(synthetic_nut_map, version):
+    monitor, friction = (
+        native_sources(synthetic_nut_map.header, version, "t", m) for m in (MONITOR, FRICTION)
+    )
+    own = {"model.c", "model_state.h", "derivative.c", "variables.c", "variables.h"}
+    assert {name for name in monitor if monitor[name] != friction[name]} == own
+    assert set(friction) - set(monitor) == {"tangent.c"}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    assert "native/*/*" in project["tool"]["setuptools"]["package-data"]["ballscrew_fmu"]
+
+
+def test_description(fmus, synthetic_nut_map):
+    for version in (2, 3):
+        files = members(fmus[version].path)
+        root = ElementTree.fromstring(files["modelDescription.xml"])
+        names = [name for name, *_ in variables_of(root) if name != "time"]
+        assert names == [v.name for v in MONITOR.native_variables(synthetic_nut_map.header)]
+        assert root.get("modelName") == "BallScrewPreloadMonitorNative"
+        derivatives = [
+            v for k, v in root.find("CoSimulation").attrib.items() if "Derivative" in k and "provides" in k
+        ]
+        assert set(derivatives) == {"false"}
+        page = files["documentation/index.html"].decode()
+        assert "speed_min" in page
+        assert "<p>Table</p>" in page
+        assert "{" not in page.replace("Certificate: {}", "").partition("</head>")[2]
+
+
+CHANGED = {
+    "torque": 1.0, "speed": 30.0, "temperature": 310.0, "axial_load": 900.0, "apparent_viscosity_ratio": 5.0,
+    "net_sliding_coefficient": 0.004, "roughness_height": 5e-8, "regularization_speed": 30.0, "speed_min": 50.0,
+    "torque_uncertainty": 0.1, "initial_preload": 1000.0,
+}  # fmt: skip
+BEYOND = {"torque": 500.0, "speed": 500.0, "temperature": 500.0, "axial_load": 2e5}
+BASES = (
+    {"torque": 0.8, "speed": 20.0, "axial_load": 300.0},
+    {"torque": 0.8, "speed": 0.0, "axial_load": 300.0},
+    {"torque": 0.8, "speed": 20.0, "axial_load": 300.0, "speed_min": 20.1},
+)
+
+
+def initial_values(folder, names, **start):
+    """Values of an FMI 3.0 model-exchange instance in initialization mode; fmpy gives the description."""
+    description = fmpy.read_model_description(folder)
+    reference = {v.name: v.valueReference for v in description.modelVariables}
+    fmu = fmpy.fmi3.FMU3Model(
+        guid=description.guid, unzipDirectory=folder, modelIdentifier=MONITOR.native_name, instanceName="one"
+    )
+    fmu.instantiate(logMessage=lambda *_: None)
+    try:
+        fmu.enterInitializationMode()
+        fmu.setFloat64([reference[name] for name in start], list(start.values()))
+        numbers = [name for name in names if name != "in_range"]
+        values = dict(zip(numbers, fmu.getFloat64([reference[n] for n in numbers]), strict=True))
+        values["in_range"] = fmu.getBoolean([reference["in_range"]])[0]
+        return values
+    finally:
+        fmu.freeInstance()
+
+
+def test_dependencies_are_those_that_a_change_of_the_value_shows(fmus, synthetic_nut_map, tmp_path):
+    folder = fmpy.extract(str(fmus[3].path), unzipdir=str(tmp_path / "fmu"))
+    table = {v.name: v for v in MONITOR.native_variables(synthetic_nut_map.header)}
+    names = [v.name for v in table.values() if v.causality in ("output", "local")]
+    seen = {name: set() for name in names}
+    for base in BASES:
+        before = initial_values(folder, names, **base)
+        for changed, value in (*CHANGED.items(), *BEYOND.items()):
+            after = initial_values(folder, names, **(base | {changed: value}))
+            for name in names:
+                if after[name] != before[name]:
+                    seen[name].add(changed)
+    for name in names:
+        assert seen[name] <= {*table[name].depends_on, *table[name].initially_depends_on}, name
+        if name != "in_range":
+            assert seen[name] == {*table[name].depends_on, *table[name].initially_depends_on}, name
+
+
+# --- model ---
+
+
+def test_model_is_that_of_python(model, synthetic_nut_map):
+    """Slow, fast, parted, beyond; every friction parameter off its default; to 1e-9 where the torque tells it."""
+    rng = np.random.default_rng(4)
+    told = 0
+    for n in range(4000):
+        parameters = {
+            "apparent_viscosity_ratio": 7.6 if n % 2 else 20.0,
+            "net_sliding_coefficient": 0.0051 if n % 3 else 0.0,
+            "roughness_height": 24e-9 if n % 5 else 150e-9,
+            "regularization_speed": 0.1 if n % 7 else 2.0,
+        }
+        torque = float(rng.choice([-1.0, 1.0])) * 10.0 ** rng.uniform(-3.0, 1.0)
+        speed = math.copysign(10.0 ** rng.uniform(-2.0, 2.6), torque if n % 11 else -torque)
+        temperature, axial = rng.uniform(280.0, 356.0), rng.normal() * 3000.0 * (n % 4 > 0)
+        inputs = {"torque": torque, "speed": speed, "temperature": temperature, "axial_load": axial}
+        model.step(1e-3, speed_min=0.0, **inputs, **parameters)
+        found = estimate_preload(synthetic_nut_map, torque, speed, temperature, axial, *parameters.values())
+        assert model.get("preload") == pytest.approx(found.preload, rel=1e-9)
+        assert model.get("in_range") == found.in_range
+        if found.in_range:
+            told += 1
+            assert model.get("torque_sensitivity") == pytest.approx(found.torque_sensitivity, rel=1e-9)
+    assert told > 1000
+
+
+# --- model exchange ---
+
+
+def test_rest_and_range_change_at_events_only(model, synthetic_nut_map):
+    model.reset(True)
+    model.latch(torque=0.8, speed=30.0, speed_min=2.0)
+    model.initial_event()
+    told = model.get("preload")
+    assert model.get("in_range") == 1.0
+    model.latch(torque=0.5)
+    lower = model.get("preload")
+    assert lower < told  # continuous while it moves
+    model.latch(speed=1.9)
+    assert model.get("motion_indicator") < 0.0
+    assert model.get("in_range") == 1.0
+    before_event = model.get("preload")
+    assert not model.event()
+    assert model.get("in_range") == 0.0
+    assert model.get("motion_indicator") < 0.0
+    assert model.get("preload") == before_event  # the last one that was told is held
+    for torque in (0.0, 3.0, -2.0):
+        model.latch(torque=torque, speed=0.0)
+        assert model.get("preload") == before_event
+    model.latch(torque=0.8, speed=30.0)
+    assert model.get("motion_indicator") > 0.0
+    assert model.get("preload") == before_event
+    for _ in range(3):
+        model.event()
+    assert model.get("preload") == told
+    assert model.get("in_range") == 1.0
+
+
+@pytest.mark.parametrize(
+    ("outside", "good"),
+    [
+        ({"torque": 80.0}, {"torque": 0.8}),
+        ({"torque": 1e-3}, {"torque": 0.8}),
+        ({"torque": -0.1}, {"torque": 0.8}),
+        ({"speed": 330.0}, {"speed": 30.0}),
+        ({"temperature": 360.0}, {"temperature": 303.15}),
+        ({"axial_load": 5000.0}, {"axial_load": 0.0}),  # parts the nuts at this torque
+        ({"axial_load": 11900.0, "torque": 4.0}, {"axial_load": 0.0, "torque": 0.8}),
+    ],
+)
+def test_in_range_follows_its_indicator_and_does_not_storm(model, outside, good):
+    model.reset(True)
+    model.latch(torque=0.8, speed=30.0)
+    model.initial_event()
+    assert model.get("in_range_indicator") > 0.0
+    model.latch(**outside)
+    assert model.get("in_range_indicator") < 0.0
+    assert model.get("in_range") == 1.0
+    model.event()
+    assert model.get("in_range") == 0.0
+    assert model.get("in_range_indicator") < 0.0  # no event repeats at once
+    model.event()
+    assert model.get("in_range") == 0.0
+    model.latch(**good)
+    assert model.get("in_range_indicator") > 0.0
+    model.event()
+    assert model.get("in_range") == 1.0
+
+
+@VERSIONS
+def test_model_exchange_in_fmpy_holds_at_rest(fmus, version):
+    time = np.linspace(0.0, 1.0, 201)
+    signal = np.zeros(len(time), dtype=[("time", float), ("speed", float), ("torque", float)])
+    signal["time"], signal["speed"] = time, 30.0 * np.cos(2.0 * math.pi * time)
+    signal["torque"] = 0.7 * np.sign(signal["speed"])
+    result = fmpy.simulate_fmu(
+        str(fmus[version].path), fmi_type="ModelExchange", input=signal, stop_time=1.0, output_interval=0.01,
+        start_values={"speed_min": 10.0, "torque": 0.7, "speed": 30.0}, output=["preload", "in_range"],
+    )  # fmt: skip
+    speed = np.abs(30.0 * np.cos(2.0 * math.pi * result["time"]))
+    slow, fast = speed < 9.5, speed > 10.5
+    assert not result["in_range"][slow].any()
+    assert result["in_range"][fast].all()
+    assert np.ptp(result["preload"][slow]) < 1e-3 * result["preload"][slow][0]
+    assert np.ptp(result["preload"][fast]) > 0.1 * result["preload"][slow][0]
+
+
+# --- C hosts ---
+
+
+def run(program, *arguments, **options):
+    done = subprocess.run(
+        [str(program), str(Path(program).parent), *map(str, arguments)], capture_output=True, text=True, timeout=600,
+        **options,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Sanitizer" not in done.stderr, done.stderr
+    return done.stdout
+
+
+def sanitized(folder, nut_map, name, *options):
+    try:
+        return sanitized_c_host(folder, nut_map, name, ON, *options, model=MONITOR)
+    except FileNotFoundError as error:
+        pytest.skip(str(error))
+
+
+def test_millions_of_steps_allocate_nothing_and_leave_no_trace(tmp_path, synthetic_nut_map):
+    wrapped = ("-Wl,--wrap=malloc", "-Wl,--wrap=calloc", "-Wl,--wrap=realloc")
+    soak = c_host(tmp_path, synthetic_nut_map, "soak", "-O2", ON, *wrapped, model=MONITOR)
+    report = run(soak, STEPS)
+    assert report.count("random steps: 0 allocations, heap +0 bytes") == 2
+    assert report.count("equal to the bit") == 2
+
+
+def test_threads_under_sanitizer(tmp_path, synthetic_nut_map):
+    program = sanitized(tmp_path, synthetic_nut_map, "threads", "-fsanitize=thread")
+    assert ": 0 differ" in run(program, 10, 500)
+
+
+def test_random_calls_leave_the_sanitizers_silent(tmp_path, synthetic_nut_map):
+    program = sanitized(tmp_path, synthetic_nut_map, "walk", "-fsanitize=address,undefined")
+    *never, summary = run(program, CALLS, env={"ASAN_OPTIONS": "detect_leaks=1"}).splitlines()
+    derivatives = {"fmi2GetDirectionalDerivative", "fmi3GetDirectionalDerivative", "fmi3GetAdjointDerivative"}
+    assert derivatives <= {line.removeprefix("never succeeded: ") for line in never}
+    assert len(never) == 15 + len(derivatives)
+    # states and rates have no room to fill: the walk must still be mostly among calls that succeed
+    assert int(re.match(r"\d+ calls, (\d+) succeeded", summary)[1]) > CALLS // 2
+
+
+@pytest.mark.skipif(len(compiler()) > 1, reason="sanitizers need a compiler of the system")
+@VERSIONS
+def test_a_host_with_damaged_states_under_sanitizers(version):
+    program = compiled(version, sanitize=True, model=MONITOR)
+    assert 500 < int(run(program).split()[0]) < 100000

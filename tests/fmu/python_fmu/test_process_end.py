@@ -1,0 +1,67 @@
+"""The process of the host ends in order, whatever it loaded after the FMU (process_end.py)."""
+
+import atexit
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import fmpy
+import pytest
+
+from ballscrew_fmu.python_fmu import process_end
+
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the fault is one on Linux")
+
+# Blocks of many sizes, half of them freed, so that memory the binary frees gets neighbours in the lists of malloc.
+# scipy.linalg brings libgfortran, which frees memory when the process ends, after the library of the FMU.
+HOST = """
+import random, sys
+from ballscrew_fmu.checks.replay import FmuInstance
+
+generator = random.Random(int(sys.argv[2]))
+with FmuInstance(sys.argv[1]) as one:
+    assert one.step(speed=40.0)
+    blocks = [bytes(generator.randrange(50, 6000)) for _ in range(5000)]
+    generator.shuffle(blocks)
+    del blocks[::2]
+import scipy.linalg.lapack
+print("end of the script")
+"""
+
+COUNT = """
+import atexit, json, sys
+from ballscrew_fmu.checks.replay import FmuInstance
+
+before, found = atexit._ncallbacks(), []
+for folder in sys.argv[1:]:
+    with FmuInstance(folder):
+        found.append(atexit._ncallbacks() - before)
+print(json.dumps(found))
+"""
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_libraries_that_free_memory_at_the_end_find_it_in_order(unpacked, seed):
+    """Without the reset two of three such processes die with "corrupted double-linked list"."""
+    done = subprocess.run([sys.executable, "-c", HOST, unpacked, str(seed)], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == "end of the script\n"
+
+
+def test_every_library_is_reset_once(fmu, unpacked, tmp_path):
+    other = fmpy.extract(str(fmu), unzipdir=str(tmp_path / "other"))
+    command = [sys.executable, "-c", COUNT, unpacked, unpacked, other, unpacked]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout) == [1, 1, 2, 2]
+
+
+def test_a_library_that_is_not_loaded_is_left_alone(tmp_path):
+    file = tmp_path / process_end.BINARIES / "BallScrewFriction.so"
+    file.parent.mkdir(parents=True)
+    file.write_bytes(b"no library")
+    before = atexit._ncallbacks()
+    process_end.reset_at_exit(str(tmp_path / "resources"))
+    process_end.reset_at_exit(str(Path("nowhere", "resources")))
+    assert atexit._ncallbacks() == before
+    assert str(file) not in process_end._libraries

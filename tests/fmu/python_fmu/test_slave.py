@@ -1,0 +1,353 @@
+"""The FMU through fmpy: values, signs, standstill, bad input, order of calls."""
+
+import math
+
+import fmpy
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ballscrew_fmu.checks.replay import FmuInstance, replay
+from ballscrew_tehl.runtime.evaluate import DoubleNutState
+from ballscrew_tehl.runtime.standstill import presliding_step
+
+WARNING, DISCARD, ERROR = 1, 2, 3
+PARTS = ("viscous_torque", "hysteresis_torque", "sliding_torque")
+DIRECT = DoubleNutState._fields[3:10]  # outputs that the FMU hands through
+
+
+def expected(
+    nut_map, preload=2000.0, speed=0.0, temperature=303.15, axial_load=0.0, regularization_speed=0.1
+):
+    """Outputs by name from the map itself."""
+    state = nut_map.evaluate(preload, speed, temperature, axial_load)
+    sign = math.tanh(speed / regularization_speed)
+    parts = (
+        math.copysign(1.0, speed) * state.viscous_torque,
+        sign * state.hysteresis_torque,
+        sign * state.sliding_torque,
+    )
+    return {
+        "friction_torque": sum(parts),
+        **dict(zip(PARTS, parts, strict=True)),
+        "power_loss": sum(parts) * speed,
+        **{name: getattr(state, name) for name in DIRECT},
+        "in_range": state.in_range,
+    }
+
+
+def test_outputs_equal_the_map_over_a_random_input_sequence(unpacked, synthetic_nut_map):
+    rng = np.random.default_rng(5)
+    rows = [
+        {
+            "preload": float(rng.uniform(0.0, 12000.0)),
+            "speed": float(rng.choice([0.01, 1.0, 300.0]) * rng.uniform(-1.0, 1.0)),
+            "temperature": float(rng.uniform(280.0, 360.0)),
+            "axial_load": float(rng.choice([0.0, 9000.0]) * rng.uniform(-1.0, 1.0)),
+        }
+        for _ in range(200)
+    ]
+    for row, outputs in zip(rows, replay(unpacked, rows), strict=True):
+        assert outputs == pytest.approx(expected(synthetic_nut_map, **row), rel=1e-12, abs=1e-15)
+
+
+def test_simulate_fmu_follows_an_input_signal(fmu, synthetic_nut_map):
+    time = np.array([0.0, 0.1, 0.2])
+    signal = np.array(
+        list(zip(time, [30.0, 0.0, -30.0], strict=True)), dtype=[("time", float), ("speed", float)]
+    )
+    result = fmpy.simulate_fmu(
+        str(fmu), input=signal, stop_time=0.2, output_interval=0.01, start_values={"preload": 3e3}
+    )
+    assert len(result) == 21
+    assert result["friction_torque"][0] == pytest.approx(
+        expected(synthetic_nut_map, 3000.0, 30.0)["friction_torque"], rel=1e-12
+    )
+    # the last row belongs to the step from 0.19 s with the input of its start
+    assert result["friction_torque"][-1] == pytest.approx(
+        expected(synthetic_nut_map, 3000.0, -27.0)["friction_torque"], rel=1e-9
+    )
+    assert result["in_range"].all()
+
+
+def test_values_right_after_initialization_are_right(unpacked, synthetic_nut_map):
+    with FmuInstance(unpacked, preload=1500.0, speed=-40.0, temperature=310.0) as one:
+        assert one.outputs() == pytest.approx(expected(synthetic_nut_map, 1500.0, -40.0, 310.0), rel=1e-12)
+
+
+def test_outputs_follow_inputs_in_initialization_mode(unpacked, synthetic_nut_map):
+    with FmuInstance(unpacked, initialize=False) as one:
+        one.slave.setupExperiment(startTime=0.0)
+        one.slave.enterInitializationMode()
+        for speed in (10.0, 20.0):
+            one.set(speed=speed)
+            assert one.get("friction_torque") == pytest.approx(
+                expected(synthetic_nut_map, speed=speed)["friction_torque"]
+            )
+        one.slave.exitInitializationMode()
+
+
+def test_get_after_set_gives_the_values_of_the_last_step(instance):
+    instance.step(speed=30.0)
+    before = instance.outputs()
+    instance.set(speed=-60.0, preload=500.0)
+    assert instance.outputs() == before
+    instance.step()
+    assert instance.get("friction_torque") < 0.0
+    before = instance.outputs()
+    instance.set(speed=1.0)
+    instance.slave.terminate()
+    assert instance.outputs() == before
+
+
+@pytest.mark.parametrize("speed", [-200.0, -0.3, -0.02, 0.02, 0.3, 200.0])
+def test_each_part_opposes_motion(instance, speed):
+    instance.step(speed=speed)
+    parts = instance.get(*PARTS)
+    assert all(part * speed > 0.0 for part in parts)
+    assert instance.get("friction_torque") == pytest.approx(sum(parts), rel=1e-15)
+    assert instance.get("power_loss") == pytest.approx(speed * sum(parts))
+
+
+def test_no_friction_at_rest(instance):
+    instance.step(speed=0.0)
+    assert instance.get("friction_torque", "power_loss", "film_thickness_min") == [0.0, 0.0, 0.0]
+    assert instance.get("in_range")
+
+
+def test_unconnected_inputs_are_clamped_and_flagged(unpacked):
+    with FmuInstance(unpacked, preload=0.0, temperature=0.0, speed=0.0, axial_load=0.0) as one:
+        for speed in (0.0, 30.0):
+            one.step(speed=speed)
+            values = one.outputs()
+            assert values.pop("in_range") is False
+            assert all(math.isfinite(value) for value in values.values())
+            assert one.get("friction_torque") == 0.0
+        warnings = [text for status, text in one.messages if status == WARNING]
+        assert [text.split()[0] for text in warnings] == ["preload", "temperature"]  # once each
+
+
+@pytest.mark.parametrize(
+    ("inputs", "same_as"),
+    [
+        ({"preload": -1.0, "speed": 30.0}, {"preload": 0.0, "speed": 30.0}),
+        ({"temperature": 0.0, "speed": 30.0}, {"temperature": 283.15, "speed": 30.0}),
+        ({"preload": 1e9, "speed": 30.0}, {"preload": 12000.0, "speed": 30.0}),
+    ],
+)
+def test_beyond_the_map(instance, synthetic_nut_map, inputs, same_as):
+    assert instance.step(**inputs)
+    reference = expected(synthetic_nut_map, **same_as) | {"in_range": False}
+    assert instance.outputs() == pytest.approx(reference, rel=1e-12)
+
+
+def test_10000_rpm(instance, synthetic_nut_map):
+    speed = 10000.0 * math.pi / 30.0
+    assert instance.step(speed=speed)
+    fastest = expected(synthetic_nut_map, speed=320.0)
+    assert instance.get("friction_torque") == pytest.approx(fastest["friction_torque"], rel=1e-12)
+    assert instance.get("power_loss") == pytest.approx(fastest["friction_torque"] * speed, rel=1e-12)
+    assert instance.get("in_range") is False
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 400.0])
+@pytest.mark.parametrize("name", ["preload", "speed", "temperature", "axial_load", "roughness_height"])
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e40])
+def test_a_value_that_is_no_number_discards_the_step_and_changes_nothing(unpacked, name, bad, stiffness):
+    with (
+        FmuInstance(unpacked, presliding_stiffness=stiffness, speed=0.01) as one,
+        FmuInstance(unpacked, presliding_stiffness=stiffness, speed=0.01) as undisturbed,
+    ):
+        for each in (one, undisturbed):
+            each.step()
+        good = one.get(name)
+        before = one.outputs()
+        assert one.step(**{name: bad}) is False
+        assert one.outputs() == before
+        assert one.messages[-1] == (DISCARD, one.messages[-1][1])
+        assert one.messages[-1][1].startswith(f"{name} = {bad}")
+        assert one.step(**{name: good}) is True
+        undisturbed.step()
+        assert one.outputs() == undisturbed.outputs()
+
+
+@pytest.mark.parametrize("name", ["net_sliding_coefficient", "presliding_stiffness", "regularization_speed"])
+def test_a_negative_parameter_discards_the_step(instance, name):
+    assert instance.step(speed=1.0, **{name: -1e-9}) is False
+    assert instance.messages[-1] == (DISCARD, f"{name} = -1e-09; needs a finite number >= 0")
+
+
+def test_a_refine_tolerance_of_zero_discards_the_step(instance):
+    assert instance.step(speed=1.0, refine_tolerance=0.0) is False
+    assert instance.messages[-1] == (DISCARD, "refine_tolerance = 0.0; needs a finite number > 0")
+
+
+def test_a_bad_start_value_is_logged_and_can_be_mended(unpacked, synthetic_nut_map):
+    with FmuInstance(unpacked, speed=math.nan) as one:
+        assert one.messages == [(DISCARD, "speed = nan; needs a finite number")]
+        assert one.step() is False
+        assert one.step(speed=5.0) is True
+        assert one.outputs() == pytest.approx(expected(synthetic_nut_map, speed=5.0), rel=1e-12)
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 400.0])
+@pytest.mark.parametrize("size", [0.0, 1e-9, 1e-6, 1.0])
+def test_any_step_size(unpacked, size, stiffness):
+    with FmuInstance(unpacked, presliding_stiffness=stiffness) as one:
+        for speed in (0.0, 1e-4, -3.0, 0.0):
+            assert one.step(size, speed=speed)
+            values = one.outputs()
+            assert all(math.isfinite(value) for value in values.values())
+            assert values["power_loss"] >= 0.0
+
+
+@pytest.mark.parametrize("size", [-1e-3, math.nan, math.inf])
+def test_an_impossible_step_size_discards(instance, size):
+    assert instance.step(size, speed=1.0) is False
+    assert "step size" in instance.messages[-1][1]
+
+
+def test_step_before_initialization_and_after_terminate_is_discarded(unpacked):
+    with FmuInstance(unpacked, initialize=False) as one:
+        assert one.step() is False
+        assert "exitInitializationMode" in one.messages[-1][1]
+    with FmuInstance(unpacked) as one:
+        one.slave.terminate()
+        assert one.step() is False
+
+
+def test_setting_an_output_is_logged_and_has_no_effect(instance):
+    instance.step(speed=30.0)
+    before = instance.outputs()
+    instance.set(friction_torque=99.0)
+    assert instance.messages[-1] == (ERROR, "friction_torque is no Real input or parameter: not set")
+    assert instance.outputs() == before
+
+
+def test_reset_brings_the_start_values_back(unpacked):
+    with (
+        FmuInstance(unpacked) as fresh,
+        FmuInstance(unpacked, preload=900.0, presliding_stiffness=100.0) as used,
+    ):
+        used.step(speed=0.01)
+        used.slave.reset()
+        used.slave.setupExperiment(startTime=0.0)
+        used.slave.enterInitializationMode()
+        used.slave.exitInitializationMode()
+        assert used.get("preload", "presliding_stiffness") == [2000.0, 0.0]
+        assert used.outputs() == fresh.outputs()
+
+
+def test_friction_parameters_are_tunable_between_steps(instance, synthetic_nut_map):
+    instance.step(speed=30.0)
+    base = instance.outputs()
+    instance.step(apparent_viscosity_ratio=3.8, net_sliding_coefficient=0.0102, regularization_speed=30.0)
+    state = synthetic_nut_map.evaluate(2000.0, 30.0, 303.15)
+    sign = math.tanh(1.0)
+    assert instance.get("viscous_torque") == pytest.approx(base["viscous_torque"] / 2.0)
+    assert instance.get("sliding_torque") == pytest.approx(2.0 * sign * state.sliding_torque)
+    instance.step(roughness_height=0.0)
+    assert instance.get("lambda_ratio") == 1000.0
+    assert instance.get("viscous_torque") > base["viscous_torque"] / 2.0
+
+
+def test_presliding_follows_the_bristle_and_keeps_the_viscous_part(unpacked, synthetic_nut_map):
+    z, stiffness, damping, step = 0.0, 400.0, 0.7, 1e-3
+    with FmuInstance(unpacked, presliding_stiffness=stiffness, presliding_damping=damping) as one:
+        for speed in (0.02, 0.3, -0.01, 0.0, -5.0, 0.0):
+            one.step(step, speed=speed)
+            state = synthetic_nut_map.evaluate(2000.0, speed, 303.15)
+            coulomb = state.hysteresis_torque + state.sliding_torque
+            bristle = presliding_step(z, speed, step, coulomb, stiffness, damping)
+            z = bristle.deflection
+            viscous = math.copysign(state.viscous_torque, speed)
+            parts = one.get(*PARTS)
+            assert parts[0] == pytest.approx(viscous)
+            assert parts[1] + parts[2] == pytest.approx(bristle.torque)
+            assert parts[1] * state.sliding_torque == pytest.approx(parts[2] * state.hysteresis_torque)
+            assert one.get("friction_torque") == pytest.approx(sum(parts))
+            assert one.get("power_loss") == pytest.approx(bristle.heat / step + viscous * speed)
+
+
+def test_presliding_holds_an_axis_that_the_regularisation_lets_creep(unpacked):
+    """J = 0.01 kg m2, 0.125 N.m applied, steps of 1 ms, the rotor stepped beside the FMU."""
+
+    def run(**parameters):
+        omega = torque = angle = 0.0
+        with FmuInstance(unpacked, preload=200.0, **parameters) as one:
+            for _ in range(3000):
+                new = omega + 1e-3 * (0.02 - torque) / 0.01
+                one.step(1e-3, speed=omega)
+                torque = one.get("friction_torque")
+                angle += 1e-3 * omega
+                omega = new
+        return angle, omega
+
+    held, speed = run(presliding_stiffness=100.0, presliding_damping=2.0)
+    assert abs(speed) < 1e-9
+    assert held == pytest.approx(0.02 / 100.0, rel=0.2)
+    creeping, _ = run()
+    assert creeping > 100.0 * held
+
+
+@pytest.fixture(scope="module")
+def unwound(unpacked):
+    """One instance for all examples of a property, and the state that puts it back to its beginning."""
+    with FmuInstance(unpacked, presliding_stiffness=400.0) as one:
+        yield one, one.slave.getFMUstate()
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    run=st.lists(
+        st.tuples(
+            st.floats(-300.0, 300.0) | st.floats(-1e-2, 1e-2) | st.just(0.0),
+            st.sampled_from([0.0, 60.0, 2000.0, 11000.0]),
+            st.sampled_from([1e-9, 1e-4, 1e-3, 0.5]),
+        ),
+        min_size=1,
+        max_size=25,
+    ),
+    damping=st.sampled_from([0.0, 0.5]),
+)
+def test_the_fmu_never_delivers_energy(unwound, run, damping):
+    one, beginning = unwound
+    one.slave.setFMUstate(beginning)
+    one.set(presliding_damping=damping)
+    work = scale = 0.0
+    for speed, preload, size in run:
+        assert one.step(size, speed=speed, preload=preload)
+        assert one.get("power_loss") >= 0.0
+        done = one.get("friction_torque") * speed * size
+        work += done
+        scale += abs(done)
+        assert work >= -1e-12 * scale - 1e-18
+
+
+def test_wrong_calls_are_logged_and_do_no_harm(instance):
+    """An exception of the Python code would kill the process when the instance is freed (pythonfmu 0.7)."""
+    slave = instance.slave
+    assert slave.getReal([999]) == [0.0]
+    assert slave.getInteger([0]) == [0]
+    assert slave.getString([0]) == [b""]
+    slave.setReal([999], [1.0])
+    slave.setBoolean([16], [True])
+    slave.setInteger([0], [1])
+    slave.setString([0], ["text"])
+    assert [status for status, _ in instance.messages] == [ERROR] * 7
+    assert instance.step(speed=30.0)
+    assert instance.get("friction_torque") > 0.0
+
+
+def test_a_failure_inside_the_step_discards_it_and_the_host_lives(unpacked, slave_module):
+    """A failure that nothing foresees: the code of a live instance is broken from outside."""
+    with FmuInstance(unpacked) as one:
+        one.step(speed=30.0)
+        before = one.outputs()
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(slave_module(unpacked), "presliding_step", None)
+            assert one.step(presliding_stiffness=1.0) is False
+        assert one.messages[-1][1].startswith("step failed: TypeError")
+        assert one.outputs() == before
+        assert one.step() is True

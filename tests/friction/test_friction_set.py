@@ -1,0 +1,113 @@
+"""Friction sets: file, selection, overrides, refusals."""
+
+import math
+
+import pytest
+from reference_screw import GD4008
+
+from ballscrew_tehl.friction.sets import (
+    FITTED,
+    SETS,
+    FrictionSet,
+    default_friction_set,
+    load_friction_sets,
+    write_friction_sets,
+)
+from ballscrew_tehl.parameters.file import changed
+
+FULL = FrictionSet(
+    "three_parameter", "published", "hamrock_dowson", 7.5, 0.005, 25e-9,
+    loss="least_squares",
+    provenance="somewhere, 11 points",
+    intervals={"apparent_viscosity_ratio": 0.5, "net_sliding_coefficient": 7e-4, "roughness_height": math.inf},
+    correlations={"apparent_viscosity_ratio, net_sliding_coefficient": -0.87},
+    errors={"mean": 0.012, "leave_one_out_mean": 0.02},
+    leave_one_table_out={"table2": {"mean": 0.1, "max": 0.2}},
+    other_losses={"table_minimax": {"apparent_viscosity_ratio": 7.4, "roughness_height": 3e-8}},
+    limits={"net_sliding_coefficient": {"low": 4e-3, "high": 6e-3}, "roughness_height": {"low": 0.0, "high": math.inf}},
+    not_identified={"split into \"two\"": "back\\slash, 95 %"},
+    screw="mine",
+    parameters_hash="0123456789ab",
+)  # fmt: skip
+
+
+def test_a_set_survives_its_file(tmp_path):
+    path = tmp_path / "sets.toml"
+    bare = FrictionSet("two_parameter", "published", "solved", 8.0, 0.004)
+    sets = {("published", "three_parameter"): FULL, ("published", "two_parameter"): bare}
+    write_friction_sets(path, sets, "first line\nsecond line")
+    found = load_friction_sets(path)
+    # the file carries the unit of the roughness height in the key
+    expected = {"table_minimax": {"apparent_viscosity_ratio": 7.4, "roughness_height_m": 3e-8}}
+    assert found["published", "three_parameter"].other_losses == expected
+    for key in sets:
+        for name in ("values", "film_model", "loss", "provenance", "intervals", "correlations", "errors", "limits",
+                     "not_identified", "screw", "parameters_hash"):  # fmt: skip
+            assert getattr(found[key], name) == getattr(sets[key], name)
+        assert found[key].leave_one_table_out == sets[key].leave_one_table_out
+    text = path.read_text()
+    assert text.startswith("# first line\n# second line\n")
+    assert "roughness_height_m = 2.5e-08" in text
+    write_friction_sets(path, dict(reversed(sets.items())), "first line\nsecond line")
+    assert path.read_text() == text
+
+
+def test_packaged_sets_are_complete():
+    sets = load_friction_sets()
+    assert set(sets) == {(k, n) for k in ("published", "rolling_frame") for n in SETS}
+    for (_, name), entry in sets.items():
+        assert set(entry.intervals) == set(SETS[name])
+        assert len(entry.correlations) == (1 if name == "two_parameter" else 3)
+        assert set(entry.leave_one_table_out) == {"table2", "table4"}
+        assert {"mean", "table2", "table4", "leave_one_out_mean", "leave_one_out_max"} <= set(entry.errors)
+        assert "Tables 2 and 4, 11 distinct points" in entry.provenance
+        assert entry.loss
+        assert (entry.roughness_height > 0.0) == (name == "three_parameter")
+
+
+def test_packaged_default_reaches_the_targets():
+    # mean deviations of the paper's own model
+    errors = load_friction_sets()["published", "three_parameter"].errors
+    assert errors["table2"] <= 0.0159
+    assert errors["table4"] <= 0.0117
+
+
+@pytest.mark.parametrize("kinematics", ["published", "rolling_frame"])
+@pytest.mark.parametrize("name", list(SETS))
+def test_parameters_select_the_set(kinematics, name):
+    found = default_friction_set(changed(GD4008, friction={"kinematics": kinematics, "set": name}))
+    assert found == load_friction_sets()[kinematics, name]
+
+
+def test_overrides_replace_values_and_drop_what_was_known_of_the_fit():
+    found = default_friction_set(
+        changed(GD4008, friction={"net_sliding_coefficient": 0.0, "roughness_height": 1e-9})
+    )
+    packaged = load_friction_sets()["published", "three_parameter"]
+    assert found.values == (packaged.apparent_viscosity_ratio, 0.0, 1e-9)
+    assert found.provenance == (
+        "three_parameter, overridden in the screw file: net_sliding_coefficient, roughness_height"
+    )
+    assert not found.intervals
+    assert not found.errors
+
+
+@pytest.mark.parametrize("name", FITTED)
+@pytest.mark.parametrize("value", [-1e-3, math.nan, math.inf])
+def test_values_are_checked(name, value):
+    values = {"apparent_viscosity_ratio": 8.0, "net_sliding_coefficient": 0.004, name: value}
+    with pytest.raises(ValueError, match=rf"{name} = .*; allowed: finite and >= 0"):
+        FrictionSet("by hand", "published", "solved", **values)
+
+
+@pytest.mark.parametrize("text", ["[published", "[published.x]\nloss = ''", "published = 3"])
+def test_damaged_file_is_refused_with_its_name(tmp_path, text):
+    path = tmp_path / "sets.toml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=r"sets.toml: no friction sets .*; run calibrate --packaged"):
+        load_friction_sets(path)
+
+
+def test_missing_file_is_refused_with_its_name(tmp_path):
+    with pytest.raises(ValueError, match=r"none.toml: cannot be read .*; run calibrate --packaged"):
+        load_friction_sets(tmp_path / "none.toml")

@@ -1,0 +1,405 @@
+"""Map build: every contact solved or refused, and the nut map the sum over the balls of its contacts."""
+
+import math
+import os
+import pickle
+import re
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from reference_screw import GD4008
+from synthetic_contacts import (
+    GRID,
+    ClosedFilm,
+    closed_build,
+    closed_row,
+    nut_map_of,
+    partly_solved_row,
+    same_map,
+    small_map,
+    values,
+)
+
+from ballscrew_tehl.contact import ball_contact as operating_contact
+from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, solve_ball
+from ballscrew_tehl.friction.sets import FrictionSet
+from ballscrew_tehl.friction.torque import double_nut_torque
+from ballscrew_tehl.nut_map import build
+from ballscrew_tehl.nut_map.build import sharing_values
+from ballscrew_tehl.nut_map.contact_map import FILMS, QUANTITIES, SolvedFilm
+from ballscrew_tehl.nut_map.grid import MapGrid, contact_axes
+from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
+from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ballscrew_tehl.physics.load import double_nut_loads, nut_loads, separation_load
+
+SCREW = GD4008.screw
+FRICTION = FrictionSet("test", "published", "solved", 7.0, 0.005, 3e-8)
+MAP = nut_map_of(small_map())
+#: what the few nodes of GRID leave, and the closed formula of the contact map: it takes the mean radii of the balls
+#: that are asked for together, so that a ball among others differs from the same ball alone by 6e-5
+CLOSED = 4e-4
+
+
+def nodes(name):
+    lo, hi, count = getattr(GRID, name)
+    return np.linspace(lo, hi, count) if name == "temperature" else np.geomspace(lo, hi, count)
+
+
+FILM_MODELS = {
+    name: SolvedFilm(small_map().contact_map, thermal)
+    for name, thermal in (("solved", False), ("solved_thermal", True))
+}
+
+
+def direct_torque(preload, speed, temperature, axial_load=0.0, film=FILM_MODELS["solved"]):
+    """Sum over the balls without a nut map."""
+    return double_nut_torque(GD4008, FRICTION, film, preload, speed, temperature, axial_load)
+
+
+# --- sampling ---
+
+
+@pytest.mark.parametrize("grid", [GRID, MapGrid()], ids=["small", "default"])
+def test_sampling_axes_hold_the_loads_of_all_balls(grid):
+    axes = contact_axes(GD4008, grid)
+    assert axes.shape == grid.contact_nodes
+    assert (axes.speed[:2], axes.temperature[:2]) == (grid.speed[:2], grid.temperature[:2])
+    for force in np.geomspace(grid.preload[0], grid.force[1], 5):
+        for count in (SCREW.ball_count, SCREW.loaded_ball_count):
+            loads = nut_loads(SCREW, float(force), count)
+            assert axes.load[0] < loads.min() < loads.max() < axes.load[1]
+    # no wider than a few percent
+    assert axes.load[0] > 0.95 * nut_loads(SCREW, grid.preload[0], SCREW.ball_count).min()
+    assert axes.load[1] < 1.05 * nut_loads(SCREW, grid.force[1], SCREW.loaded_ball_count).max()
+
+
+def test_every_sample_stands_at_its_node():
+    """Four threads finish out of order."""
+    with ThreadPoolExecutor(4) as executor:
+        contact_map = closed_build(executor=executor).contact_map
+    loads, speeds, temperatures = contact_map.axes.nodes
+    for raceway in RACEWAYS:
+        for i, load in enumerate(loads):
+            for k, temperature in enumerate(temperatures):
+                row = closed_row(GD4008, raceway, load, speeds, temperature)
+                for name in QUANTITIES:
+                    np.testing.assert_allclose(
+                        contact_map.samples[raceway][name][i, :, k], row[name], rtol=1e-13
+                    )
+
+
+def test_header_counts_the_contacts():
+    header = small_map().header
+    n_load, n_speed, n_temperature = GRID.contact_nodes
+    # two raceways, isothermal and thermal
+    assert header["contacts"] == 4 * n_load * n_speed * n_temperature
+    # closed_row flags loads above 100 N: the highest of four nodes between 6 and 250 N
+    assert header["asymptotic_share"] == pytest.approx(1.0 / n_load)
+    assert header["axes"]["share"] == [0.0, 1.0, GRID.share_nodes]
+    assert {name: tuple(header["axes"][name]) for name in ("force", "speed", "temperature", "preload")} == {
+        name: getattr(GRID, name) for name in ("force", "speed", "temperature", "preload")
+    }
+
+
+def test_progress_rises_to_the_end():
+    calls = []
+    built = closed_build(progress=lambda *call: calls.append(call))
+    finished, totals, texts = zip(*calls, strict=True)
+    assert set(totals) == {built.header["contacts"]}
+    assert finished[-1] == totals[-1]
+    # pieces of four speeds and the fifth
+    assert set(np.diff([0, *finished])) == {2 * build.PIECE, 2 * (GRID.contact_nodes[1] - build.PIECE)}
+    assert all(texts)
+
+
+def test_row_keeps_its_columns_apart(monkeypatch):
+    """Isothermal film from the isothermal solve, all else but the branch from the thermal one."""
+
+    def solve(parameters, raceway, load, speed, temperature, thermal):
+        scale = 2.0 if thermal else 1.0
+        return SimpleNamespace(
+            h_c=scale * speed, h_m=3.0 * scale * speed, temperature_rise=5.0 * scale * load,
+            p_max=7.0 * scale * temperature, traction_force=11.0 * scale * speed,
+            branch="asymptotic" if speed > 15.0 and not thermal else "resolved",
+        )  # fmt: skip
+
+    monkeypatch.setattr(build, "solve_ball", solve)
+    row = build._solve_row(GD4008, "nut", 40.0, np.array([10.0, 20.0]), 300.0)
+    expected = {
+        "isothermal_central_film": [10.0, 20.0], "thermal_central_film": [20.0, 40.0],
+        "thermal_minimum_film": [60.0, 120.0], "temperature_rise": [400.0, 400.0],
+        "pressure_max": [4200.0, 4200.0], "traction_force": [220.0, 440.0], "asymptotic": [0.0, 1.0],
+    }  # fmt: skip
+    assert {name: column.tolist() for name, column in row.items()} == expected
+
+
+# --- processes and failures ---
+
+
+def test_one_and_two_workers_build_the_same_map_and_leave_the_environment(monkeypatch):
+    """One contact of it is solved, by spawned processes."""
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    one, two = (closed_build(row=partly_solved_row, workers=workers) for workers in (1, 2))
+    assert os.environ["OMP_NUM_THREADS"] == "3"
+    assert "MKL_NUM_THREADS" not in os.environ
+    same_map(one, two)
+    load, speed, temperature = (float(axis[0]) for axis in one.contact_map.axes.nodes)
+    cold, hot = (
+        solve_ball(GD4008, "nut", load, speed, temperature, thermal=thermal) for thermal in (False, True)
+    )
+    found = {name: float(array[0, 0, 0]) for name, array in one.contact_map.samples["nut"].items()}
+    # other numbers of BLAS threads round otherwise
+    solved = (cold.h_c, hot.h_c, hot.h_m, hot.temperature_rise, hot.p_max, hot.traction_force)
+    assert [found[name] for name in QUANTITIES][:6] == pytest.approx(solved, rel=1e-8)
+    closed = small_map().contact_map.samples["nut"]
+    assert all(abs(found[name] / closed[name][0, 0, 0] - 1.0) > 1e-6 for name in FILMS)
+
+
+def test_workers_compute_with_one_thread_each():
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+    with build.worker_pool(1) as pool:
+        assert list(pool.map(os.getenv, names)) == ["1", "1", "1"]
+
+
+#: pieces of work of GRID: two for the five speeds of each load and temperature
+JOBS = 2 * len(RACEWAYS) * GRID.contact_nodes[0] * GRID.contact_nodes[2]
+
+
+class Reluctant(Executor):
+    """Runs the first jobs when they are handed in, never the others."""
+
+    def __init__(self, run: int) -> None:
+        self.run, self.futures = run, []
+
+    def submit(self, fn, /, *args, **kwargs):
+        future = Future()
+        self.futures.append(future)
+        if len(self.futures) <= self.run:
+            try:
+                future.set_result(fn(*args, **kwargs))
+            except ArithmeticError as error:
+                future.set_exception(error)
+        return future
+
+
+def test_unconverged_contact_is_named_and_cancels_the_rest(monkeypatch):
+    """The real row and the real choice of grids; only the solver is replaced."""
+    grids = []
+
+    def solve(conditions, oil, solid, options):
+        grids.append(options.n_x)
+        return SimpleNamespace(converged=False, reason="step too small")
+
+    monkeypatch.setattr(operating_contact, "solve_contact", solve)
+    executor = Reluctant(run=1)
+    with pytest.raises(UnconvergedContactError) as caught:
+        build.build_contact_map(GD4008, GRID, executor)
+    loads, speeds, temperatures = contact_axes(GD4008, GRID).nodes
+    # heavy balls first
+    load, speed, temperature = float(loads[-1]), float(speeds[0]), float(temperatures[0])
+    assert str(caught.value) == (
+        f"contact not solved: screw, load {load:.6g} N, speed {speed:.6g} rad/s, {temperature:.6g} K "
+        "(isothermal): step too small"
+    )
+    assert grids == [n_x for n_x, _ in operating_contact.ATTEMPTS]
+    assert len(executor.futures) == JOBS
+    assert all(future.cancelled() for future in executor.futures[1:])
+
+
+def test_interrupt_cancels_the_rest(monkeypatch):
+    monkeypatch.setattr(build, "_solve_row", closed_row)
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    executor = Reluctant(run=2)
+    with pytest.raises(KeyboardInterrupt):
+        build.build_contact_map(GD4008, GRID, executor, interrupt)
+    assert [future.cancelled() for future in executor.futures[:3]] == [False, False, True]
+    assert all(future.cancelled() for future in executor.futures[2:])
+
+
+def test_error_of_a_worker_survives_the_way_home():
+    error = pickle.loads(pickle.dumps(UnconvergedContactError("contact not solved: nut")))
+    assert isinstance(error, UnconvergedContactError)
+    assert str(error) == "contact not solved: nut"
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_sample_that_is_not_finite_is_refused(bad):
+    def row(parameters, raceway, load, speeds, temperature):
+        found = closed_row(parameters, raceway, load, speeds, temperature)
+        if raceway == "nut" and load > 100.0:
+            found["thermal_minimum_film"][0] = bad
+        return found
+
+    with pytest.raises(ValueError, match="not finite"):
+        closed_build(row=row)
+
+
+@pytest.mark.parametrize("name", ["force", "speed", "temperature", "preload"])
+def test_too_few_nodes_are_refused(name):
+    axis = (*getattr(GRID, name)[:2], 3)
+    with pytest.raises(ValueError, match="3 nodes; needs >= 4"):
+        closed_build(grid=replace(GRID, **{name: axis}))
+
+
+# --- the nut map against sums over the balls ---
+
+
+@pytest.mark.parametrize("film", ["solved", "solved_thermal"])
+def test_nut_map_is_the_sum_over_the_balls_at_its_nodes(film):
+    nut_map = nut_map_of(small_map(), film)
+    rng = np.random.default_rng(4)
+    for _ in range(12):
+        point = [float(rng.choice(nodes(name))) for name in ("force", "speed", "temperature")]
+        state, direct = nut_map.evaluate(*point), direct_torque(*point, film=FILM_MODELS[film])
+        assert state[:3] == pytest.approx(direct[:3], rel=1e-9)
+
+
+def largest_error(grid, film="solved"):
+    """Of the viscous torque over random points without axial load."""
+    nut_map = nut_map_of(closed_build(grid=grid), film)
+    rng = np.random.default_rng(6)
+    errors = []
+    for _ in range(40):
+        preload, speed = (
+            float(np.exp(rng.uniform(*np.log(getattr(GRID, n)[:2])))) for n in ("force", "speed")
+        )
+        point = (preload, speed, float(rng.uniform(*GRID.temperature[:2])))
+        errors.append(
+            abs(nut_map.evaluate(*point)[0] / direct_torque(*point, film=FILM_MODELS[film])[0] - 1.0)
+        )
+    assert np.isfinite(errors).all()
+    return max(errors)
+
+
+@pytest.mark.parametrize("film", ["solved", "solved_thermal"])
+def test_error_between_the_nodes_falls_with_the_fourth_power_of_their_distance(film):
+    errors = [
+        largest_error(
+            replace(
+                GRID,
+                **{name: (*getattr(GRID, name)[:2], count) for name in ("force", "speed", "temperature")},
+            ),
+            film,
+        )
+        for count in (4, 7)
+    ]
+    assert errors[0] < 1e-3
+    # half the distance, 1/16 in the limit
+    assert errors[1] < errors[0] / 8.0
+
+
+def test_random_points_with_axial_load_agree_with_the_sum_over_the_balls():
+    """Up to and beyond the load that frees a nut; the film is the closed one, without the contact map."""
+    rng = np.random.default_rng(8)
+    shared = free = 0
+    for _ in range(60):
+        preload = float(np.exp(rng.uniform(np.log(600.0), np.log(2500.0))))
+        speed = float(np.exp(rng.uniform(*np.log(GRID.speed[:2]))))
+        axial = preload * rng.uniform(-3.5, 3.5)
+        force = double_nut_loads(SCREW, preload, axial, SCREW.ball_count)
+        relieved = min(force.force_a, force.force_b)
+        # below its axis of forces the map follows power laws
+        if 0.0 < relieved < GRID.force[0]:
+            continue
+        shared, free = shared + (relieved > 0.0), free + (relieved == 0.0)
+        point = (preload, speed, float(rng.uniform(*GRID.temperature[:2])), axial)
+        state, direct = MAP.evaluate(*point), direct_torque(*point, film=ClosedFilm(GD4008, False))
+        assert state.in_range
+        assert state[:3] == pytest.approx(direct[:3], rel=CLOSED)
+    assert shared >= 20
+    assert free >= 5
+
+
+def test_extremes_are_those_of_all_balls_that_carry():
+    """Film and rise fall or rise with load, by raceway: either end of the loads may hold the extreme."""
+    rng = np.random.default_rng(9)
+    ends = set()
+    for _ in range(12):
+        force, speed, temperature = (
+            float(rng.choice(nodes(name))) for name in ("force", "speed", "temperature")
+        )
+        loads = nut_loads(SCREW, force, SCREW.loaded_ball_count)
+        found = {
+            (raceway, name): values(GD4008, raceway, name, loads, speed, temperature)
+            for raceway in RACEWAYS
+            for name in (*FILMS, "temperature_rise")
+        }
+        ends.update((raceway, int(np.argmin(found[raceway, FILMS[2]]))) for raceway in RACEWAYS)
+        central = {raceway: found[raceway, FILMS[1]].min() for raceway in RACEWAYS}
+        p_max = max(
+            float(
+                ellipse(
+                    q, *reduced_radii(SCREW, contact_angle_at_ball_load(SCREW, q), raceway), E_prime(SCREW)
+                ).p_max
+            )
+            for raceway in RACEWAYS
+            for q in loads
+        )
+        state = MAP.evaluate(force, speed, temperature)
+        assert state[3:9] == pytest.approx(
+            (
+                min(found[raceway, FILMS[2]].min() for raceway in RACEWAYS),
+                central["screw"],
+                central["nut"],
+                max(found[raceway, "temperature_rise"].max() for raceway in RACEWAYS),
+                p_max,
+                loads.max(),
+            ),
+            rel=CLOSED,
+        )
+        assert state[7:9] == pytest.approx((p_max, loads.max()), rel=1e-9)
+    assert {("screw", SCREW.loaded_ball_count - 1), ("nut", 0)} <= ends
+
+
+# --- sharing of the axial load ---
+
+
+def test_relieved_nut_goes_from_the_preload_to_nothing():
+    ratio, relieved = sharing_values(GD4008, GRID)
+    assert relieved.shape == (GRID.preload[2], GRID.share_nodes, 2)
+    assert (relieved[:, 0] == 1.0).all()
+    assert (relieved[:, -1] == 0.0).all()
+    assert (np.diff(relieved, axis=1) < 0.0).all()
+    for i, preload in enumerate(nodes("preload").tolist()):
+        expected = [separation_load(SCREW, preload, SCREW.ball_count, sign) / preload for sign in (1, -1)]
+        assert ratio[i] == pytest.approx(expected, rel=1e-12)
+    # rigid bodies under a light load, which keeps the contact angle, share by Hertz alone: 2^(3/2)
+    stiff = changed(
+        GD4008, screw={"youngs_modulus": 205e9, "screw_section_area": 1.0, "nut_section_area": 1.0}
+    )
+    assert sharing_values(stiff, GRID)[0][0] == pytest.approx(2.0**1.5, rel=0.01)
+
+
+@pytest.mark.parametrize("share", [-1.2, -0.99, -0.6, -0.1, 0.05, 0.35, 0.8, 0.97, 1.1])
+def test_forces_of_the_nuts_are_those_of_the_load_distribution(share):
+    """Which nut is relieved does not show in a sum over both, how much each carries does."""
+    for preload in (450.0, 1100.0, 3000.0):
+        sign = 1 if share > 0.0 else -1
+        axial = share * separation_load(SCREW, preload, SCREW.ball_count, sign)
+        loads = double_nut_loads(SCREW, preload, axial, SCREW.ball_count)
+        relieved, loaded = sorted((loads.force_a, loads.force_b))
+        found = MAP._forces_point(preload, axial)
+        # the spline over the share leaves 3e-5 near the end where the nut comes free
+        assert found == pytest.approx((relieved, loaded), abs=1e-4 * preload)
+        assert found[1] - found[0] == pytest.approx(abs(axial), rel=1e-12)
+        assert (relieved == 0.0) == (abs(share) > 1.0)
+
+
+def test_rolling_frame_builds_its_own_map():
+    rolling = changed(GD4008, friction={"kinematics": "rolling_frame"})
+    built = closed_build(rolling)
+    assert built.header["kinematics"] == "rolling_frame"
+    state = nut_map_of(built).evaluate(2000.0, 100.0, 303.0)
+    direct = double_nut_torque(rolling, FRICTION, ClosedFilm(rolling, False), 2000.0, 100.0, 303.0)
+    assert state[:3] == pytest.approx(direct[:3], rel=1e-3)
+    # entrainment, slip and film differ
+    assert not math.isclose(state[0], MAP.evaluate(2000.0, 100.0, 303.0)[0], rel_tol=0.1)
+    assert re.fullmatch(r"\d+\.\d+\.\d+", built.header["version"])

@@ -1,0 +1,360 @@
+"""Screw files: packaged values, units, defaults, and one clear line for every kind of mistake."""
+
+import json
+import math
+from importlib import resources
+
+import pytest
+from reference_screw import GD4008
+
+from ballscrew_tehl.parameters.file import changed, load_parameters, parameters_json
+from ballscrew_tehl.parameters.screw import FrictionParameters
+from ballscrew_tehl.parameters.toml import ParameterError
+
+PACKAGED = (resources.files("ballscrew_tehl") / "data" / "gd4008.toml").read_text(encoding="utf-8")
+EXAMPLE = (resources.files("ballscrew_tehl") / "data" / "example_25x10.toml").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def read(tmp_path):
+    """Parameters from text."""
+
+    def from_text(text):
+        path = tmp_path / "screw.toml"
+        path.write_text(text, encoding="utf-8")
+        return load_parameters(path)
+
+    return from_text
+
+
+def edited(old, new, text=PACKAGED):
+    """The packaged file with one entry replaced; the entry must be there."""
+    assert text.count(old) == 1, old
+    return text.replace(old, new)
+
+
+def graded(**entries):
+    """The example with a mineral oil by its grade and more entries; None leaves one out."""
+    entries = {"iso_vg": 68, "viscosity_index": 95, **entries}
+    lines = [f"{key} = {value}" for key, value in entries.items() if value is not None]
+    head, rest = EXAMPLE.split("[lubricant]")
+    tail = rest.split("[friction]")[1]
+    return "\n".join([head, "[lubricant]", 'name = "mine"', *lines, "[friction]", tail])
+
+
+def test_packaged_screw_is_table_1_in_si():
+    screw, lub = GD4008.screw, GD4008.lubricant
+    assert GD4008.name == "GD4008-3"
+    assert (screw.nominal_radius, screw.ball_diameter, screw.lead) == (0.020, 4.763e-3, 0.008)
+    assert (screw.screw_raceway_radius, screw.nut_raceway_radius) == (2.477e-3, 2.477e-3)
+    assert screw.contact_angle == pytest.approx(math.pi / 4, rel=1e-15)
+    assert screw.lead_angle == pytest.approx(math.radians(3.64), rel=1e-15)
+    assert (screw.turns, screw.ball_count, screw.loaded_ball_count) == (3, 86, 72)
+    assert (screw.youngs_modulus, screw.poisson_ratio) == (205e9, 0.3)
+    assert (lub.viscosity, lub.reference_temperature) == (0.033, 303.0)
+    assert (lub.pressure_viscosity, lub.temperature_viscosity) == (1.85e-8, 0.032)
+    assert (lub.density, lub.density_temperature, lub.z_roelands) == (970.0, 6.5e-4, 0.58)
+    assert lub.roelands_pressure == 1 / 5.1e-9
+    assert (lub.specific_heat, lub.thermal_conductivity) == (1910.0, 0.14)
+    assert GD4008.solid.model_dump() == {
+        "density": 7870.0,
+        "specific_heat": 450.0,
+        "thermal_conductivity": 46.0,
+    }
+    assert (GD4008.friction.hysteresis_coefficient, GD4008.friction.sliding_coefficient) == (0.01, 0.15)
+    assert GD4008.friction.spin_split == FrictionParameters().spin_split == 0.5
+    assert GD4008.published_speeds.reference_speed == pytest.approx(100 * math.pi, rel=1e-15)
+    assert GD4008.published_speeds.screw == (5.7561, 2.9926)
+    assert GD4008.published_speeds.nut == (0.0447, 3.0386)
+
+
+def test_section_areas_and_spacer_are_marked_defaults():
+    screw = GD4008.screw
+    assert screw.screw_section_area == pytest.approx(math.pi * 0.018**2, rel=1e-12)
+    assert screw.nut_section_area == pytest.approx(math.pi * (0.0315**2 - 0.0215**2), rel=1e-12)
+    assert (screw.spacer_length, screw.spacer_section_area) == (0.020, screw.nut_section_area)
+    assert not {"screw_section_area", "nut_section_area", "spacer_length"} & screw.model_fields_set
+
+
+def test_example_screw_derives_its_viscosity_and_exponent(read):
+    lub = read(EXAMPLE).lubricant
+    # 100 mm2/s at 40 C times 890 kg/m3
+    assert lub.viscosity == pytest.approx(0.089, rel=1e-12)
+    slope = lub.z_roelands / lub.roelands_pressure * (math.log(lub.viscosity) + 9.67)
+    assert slope == pytest.approx(21e-9, rel=1e-12)
+    assert read(EXAMPLE).screw.screw_section_area == pytest.approx(math.pi * 0.0117**2, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "value"),
+    [
+        ("ball_diameter_mm = 4.763", "ball_diameter_m = 0.004763", 0.004763),
+        ("ball_diameter_mm = 4.763", "ball_diameter_um = 4763", 0.004763),
+    ],
+)
+def test_units_of_length(read, old, new, value):
+    assert read(edited(old, new)).screw.ball_diameter == value
+
+
+def test_units_of_other_dimensions(read):
+    text = edited("youngs_modulus_GPa = 205.0", "youngs_modulus_MPa = 205e3")
+    text = edited("lead_angle_deg = 3.64", "lead_angle_rad = 0.06353", text)
+    text = edited("viscosity_Pas = 0.033", "viscosity_mPas = 33", text)
+    text = edited("reference_temperature_K = 303.0", "reference_temperature_degC = 30", text)
+    text = edited("pressure_viscosity_per_Pa = 1.85e-8", "pressure_viscosity_per_GPa = 18.5", text)
+    text = edited("reference_speed_rpm = 3000.0", "reference_speed_rad_s = 314.0", text)
+    p = read(text)
+    assert (p.screw.youngs_modulus, p.screw.lead_angle) == (205e9, 0.06353)
+    assert (p.lubricant.viscosity, p.lubricant.reference_temperature) == (0.033, 303.15)
+    assert p.lubricant.pressure_viscosity == pytest.approx(1.85e-8, rel=1e-15)
+    assert p.published_speeds.reference_speed == 314.0
+
+
+MISTAKES = {
+    "negative size": (
+        edited("ball_diameter_mm = 4.763", "ball_diameter_mm = -4.763"),
+        ["screw.ball_diameter_mm = -4.763", "> 0 mm", "diameter of a ball"],
+    ),
+    "zero size": (
+        edited("ball_diameter_mm = 4.763", "ball_diameter_mm = 0"),
+        ["ball_diameter_mm = 0", "> 0 mm"],
+    ),
+    "not a number": (
+        edited("ball_diameter_mm = 4.763", "ball_diameter_mm = nan"),
+        ["screw.ball_diameter_mm = nan", "finite number"],
+    ),
+    "infinite": (edited("lead_mm = 8.0", "lead_mm = inf"), ["screw.lead_mm = inf"]),
+    "text for a number": (
+        edited("ball_diameter_mm = 4.763", 'ball_diameter_mm = "4.763"'),
+        ["screw.ball_diameter_mm = '4.763'", "a number"],
+    ),
+    "boolean for a number": (
+        edited("poisson_ratio = 0.3", "poisson_ratio = true"),
+        ["screw.poisson_ratio = True", "a number"],
+    ),
+    "fraction of a ball": (
+        edited("ball_count = 86 ", "ball_count = 86.5 "),
+        ["screw.ball_count = 86.5", "a whole number"],
+    ),
+    "bound in the unit of the file": (
+        edited("youngs_modulus_GPa = 205.0", "youngs_modulus_GPa = 205e9"),
+        ["screw.youngs_modulus_GPa = 205000000000.0", "<= 1000 GPa"],
+    ),
+    "celsius given as kelvin": (
+        edited("reference_temperature_K = 303.0", "reference_temperature_K = 30"),
+        ["lubricant.reference_temperature_K = 30", ">= 200 K"],
+    ),
+    "bad unit": (
+        edited("ball_diameter_mm = 4.763", "ball_diameter_inch = 0.1875"),
+        [
+            "screw.ball_diameter_inch = 0.1875",
+            "ball_diameter_m, ball_diameter_mm, ball_diameter_um",
+            "bad unit",
+        ],
+    ),
+    "no unit": (edited("lead_mm = 8.0", "lead = 8.0"), ["screw.lead = 8.0", "lead_mm", "bad unit"]),
+    "unknown key": (
+        edited("ball_diameter_mm = 4.763", "bal_diameter_mm = 4.763"),
+        ["screw.bal_diameter_mm = 4.763", "nearest: ball_diameter_mm"],
+    ),
+    "unknown table": (edited("[solid]", "[solids]"), ["[solids] = ", "nearest: solid"]),
+    "missing key": (
+        edited("ball_diameter_mm = 4.763", ""),
+        ["screw.ball_diameter_m = (missing)", "ball_diameter_mm", "add the key"],
+    ),
+    "missing table": (PACKAGED.split("[solid]")[0], ["[solid] = (missing)"]),
+    "missing name": (edited('name = "GD4008-3"', ""), ["name = (missing)", "name the screw"]),
+    "given twice": (
+        edited("lead_mm = 8.0", "lead_mm = 8.0\nlead_m = 0.008"),
+        ["screw.lead_m = 0.008", "lead_mm says it already"],
+    ),
+    "unknown law": (
+        edited('viscosity_law = "section_2_3"', 'viscosity_law = "section_2_4"'),
+        ["lubricant.viscosity_law = 'section_2_4'", "'section_2_3'", "'astm_d341'"],
+    ),
+    "groove too narrow": (
+        edited("nut_raceway_radius_mm = 2.477", "nut_raceway_radius_mm = 2.3"),
+        ["screw.nut_raceway_radius_mm = 2.3", "more than the ball radius"],
+    ),
+    "lead and angle disagree": (
+        edited("lead_angle_deg = 3.64", "lead_angle_deg = 5"),
+        ["screw.lead_angle_deg = 5", "3.643 deg"],
+    ),
+    "more loaded balls than fit": (
+        edited("loaded_ball_count = 72", "loaded_ball_count = 80"),
+        ["screw.loaded_ball_count = 80", "at most 79"],
+    ),
+    "law without its coefficient": (
+        edited("temperature_viscosity_per_K = 0.032", "").replace('"section_2_3"', '"roelands_printed"'),
+        ["lubricant.temperature_viscosity_per_K = (missing)", "roelands_printed"],
+    ),
+    "point of another law": (
+        edited("viscosity_Pas = 0.033", "viscosity_Pas = 0.033\nastm_viscosity_1_cSt = 100"),
+        ["lubricant.astm_viscosity_1_cSt = 100", "astm_d341"],
+    ),
+    "missing point": (
+        edited("astm_temperature_2_degC = 100.0", "", EXAMPLE),
+        ["lubricant.astm_temperature_2_K = (missing)", "two points"],
+    ),
+    "points that rise": (
+        edited("astm_viscosity_2_mm2_s = 11.1", "astm_viscosity_2_mm2_s = 111", EXAMPLE),
+        ["lubricant.astm_viscosity_2_mm2_s = 111", "below point 1"],
+    ),
+    "viscosity given twice over": (
+        edited("astm_viscosity_1_mm2_s", "viscosity_Pas = 0.1\nastm_viscosity_1_mm2_s", EXAMPLE),
+        ["lubricant.viscosity_Pas = 0.1", "no entry"],
+    ),
+    "viscosity missing": (edited("viscosity_Pas = 0.033", ""), ["lubricant.viscosity_Pas = (missing)"]),
+    "published speeds of another screw": (
+        edited('kinematics = "rolling_frame"', 'kinematics = "published"', EXAMPLE),
+        ["friction.kinematics = 'published'", "rolling_frame"],
+    ),
+    "share above one": (
+        edited("spin_split = 0.5 ", "spin_split = 1.5 "),
+        ["friction.spin_split = 1.5", "<= 1", "share of the spin at the screw contact"],
+    ),
+    "share below zero": (
+        edited("spin_split = 0.5 ", "spin_split = -0.5 "),
+        ["friction.spin_split = -0.5", ">= 0"],
+    ),
+    "grade that does not exist": (graded(iso_vg=69), ["lubricant.iso_vg = 69", "46, 68, 100"]),
+    "grade without index": (
+        graded(viscosity_index=None),
+        ["lubricant.viscosity_index = (missing)", "iso_vg needs it"],
+    ),
+    "index without grade": (
+        graded(iso_vg=None),
+        ["lubricant.iso_vg = (missing)", "viscosity_index needs it"],
+    ),
+    "index that the grade cannot have": (
+        graded(iso_vg=7, viscosity_index=1),
+        ["lubricant.viscosity_index = 1", "62.08 to", "for 7 mm2/s at 40 C"],
+    ),
+    "index below zero": (graded(viscosity_index=-1), ["lubricant.viscosity_index = -1", ">= 0"]),
+    "grade and points": (
+        graded(astm_viscosity_1_cSt=100),
+        ["lubricant.astm_viscosity_1_cSt = 100", "no entry beside iso_vg"],
+    ),
+    "grade and viscosity": (
+        graded(viscosity_Pas=0.1),
+        ["lubricant.viscosity_Pas = 0.1", "iso_vg and viscosity_index"],
+    ),
+    "grade and another law": (
+        graded(viscosity_law='"constant"'),
+        ["lubricant.viscosity_law = 'constant'", "beside iso_vg"],
+    ),
+    "density at 15 C without grade": (
+        edited("density_kg_m3 = 970.0", "density_kg_m3 = 970.0\ndensity_15c_kg_m3 = 980"),
+        ["lubricant.density_15c_kg_m3 = 980", "no entry without iso_vg"],
+    ),
+    "density missing": (
+        edited("density_kg_m3 = 970.0", ""),
+        ["lubricant.density_kg_m3 = (missing)", "add the key"],
+    ),
+    "specific heat missing": (
+        edited("specific_heat_J_kgK = 1910.0", ""),
+        ["lubricant.specific_heat_J_kgK = (missing)", "specific_heat_kJ_kgK", "add the key"],
+    ),
+    "law missing": (
+        edited('viscosity_law = "section_2_3"', ""),
+        ["lubricant.viscosity_law = (missing)", "add the key"],
+    ),
+    "unknown kind of preload": (
+        edited("turns = 3 ", 'preload_kind = "single_nut"\nturns = 3 '),
+        ["screw.preload_kind = 'single_nut'", "'single_nut_offset'"],
+    ),
+    "more balls in the returns than there are": (
+        edited("loaded_ball_count = 72 ", "return_ball_count = 85 "),
+        ["screw.return_ball_count = 85", "at most 84"],
+    ),
+    "fewer balls in the returns than do not fit the turns": (
+        edited("loaded_ball_count = 72 ", "return_ball_count = 3 "),
+        ["screw.return_ball_count = 3", "at least 7"],
+    ),
+    "balls counted twice": (
+        edited("loaded_ball_count = 72 ", "return_ball_count = 10\nloaded_ball_count = 72 "),
+        ["screw.loaded_ball_count = 72", "76, or no entry"],
+    ),
+    "roughness of one surface": (
+        edited("spin_split = 0.5 ", "raceway_rq_um = 0.05\nspin_split = 0.5 "),
+        ["friction.ball_rq_m = (missing)", "the composite with raceway_rq needs it"],
+    ),
+    "roughness said twice": (
+        edited(
+            "spin_split = 0.5 ",
+            "raceway_rq_um = 0.05\nball_rq_um = 0\nroughness_height_um = 0.05\nspin_split = 0",
+        ),
+        ["friction.roughness_height_um = 0.05", "no entry"],
+    ),
+    "no TOML": ("[screw\n", ["no valid TOML", "line 1"]),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_gives_one_line_with_file_key_value_and_remedy(read, name):
+    text, parts = MISTAKES[name]
+    with pytest.raises(ParameterError) as caught:
+        read(text)
+    line = str(caught.value)
+    assert "\n" not in line
+    for part in ["screw.toml: ", *parts]:
+        assert part in line
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(ParameterError, match=r"none\.toml: cannot be read"):
+        load_parameters(tmp_path / "none.toml")
+    with pytest.raises(ParameterError, match="cannot be read"):
+        load_parameters(tmp_path)
+
+
+def test_parameters_are_frozen_and_hashable():
+    with pytest.raises(ValueError, match="frozen"):
+        GD4008.screw.lead = 0.01
+    assert hash(GD4008) == hash(load_parameters())
+
+
+def test_changed_checks_and_derives_anew():
+    wider = changed(GD4008, screw={"nominal_radius": 0.0201})
+    assert wider.screw.spacer_length == 0.0201
+    assert wider.lubricant == GD4008.lubricant
+    with pytest.raises(ValueError, match="greater than 0"):
+        changed(GD4008, screw={"nominal_radius": -1.0})
+    with pytest.raises(ValueError, match="Extra inputs"):
+        changed(GD4008, screw={"nominal_radii": 1.0})
+
+
+def test_balls_in_the_returns_are_those_that_do_not_carry(read):
+    screw = read(edited("loaded_ball_count = 72 ", "return_ball_count = 14 ")).screw
+    assert (screw.ball_count, screw.loaded_ball_count) == (86, 72)
+    assert changed(GD4008, screw={"ball_count": 80}).screw.loaded_ball_count == 72
+    assert read(edited("loaded_ball_count = 72 ", "# ")).screw.loaded_ball_count == 79
+
+
+def test_roughness_of_both_surfaces_makes_the_height(read):
+    text = edited("spin_split = 0.5 ", "raceway_rq_um = 0.04\nball_rq_nm = 0\nspin_split = 0.5 ")
+    with pytest.raises(ParameterError, match="bad unit"):
+        read(text)
+    found = read(text.replace("ball_rq_nm = 0", "ball_rq_um = 0.03")).friction
+    assert found.roughness_height == pytest.approx(0.05e-6, rel=1e-12)
+    assert read(text.replace("ball_rq_nm", "ball_rq_um")).friction.roughness_height == 0.04e-6
+    assert GD4008.friction.roughness_height is None
+
+
+def test_an_oil_by_its_grade_is_derived_anew_when_it_is_changed(read):
+    oil = read(graded())
+    thicker = changed(oil, lubricant={"iso_vg": 100})
+    assert thicker.lubricant.astm_viscosity_1 == pytest.approx(1e-4, rel=1e-12)
+    assert thicker.lubricant.viscosity > 1.4 * oil.lubricant.viscosity
+    assert thicker.lubricant == read(graded(iso_vg=100)).lubricant
+    assert oil.lubricant.model_fields_set == {"name", "iso_vg", "viscosity_index"}
+    assert hash(oil) == hash(read(graded()))
+
+
+def test_json_is_canonical(read):
+    text = parameters_json(GD4008)
+    assert text == parameters_json(load_parameters())
+    assert text == json.dumps(json.loads(text), sort_keys=True, separators=(",", ":"))
+    assert text == parameters_json(read(edited("lead_mm = 8.0", "lead_m = 0.008")))
+    assert '"ball_diameter":0.004763,' in text
+    assert text != parameters_json(changed(GD4008, lubricant={"viscosity": math.nextafter(0.033, 1)}))

@@ -1,0 +1,150 @@
+"""Hertz contact against worked values, closed limits and the defining integrals."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from reference_screw import GD4008
+from scipy.integrate import quad
+
+from ballscrew_tehl.physics.hertz import E_prime, ellipse, ratio_of_axes, reduced_radii
+
+
+def contact(parameters, raceway, load):
+    screw = parameters.screw
+    return ellipse(load, *reduced_radii(screw, screw.contact_angle, raceway), E_prime(screw))
+
+
+def load_over_86(force):
+    """Ball load when 86 balls share an axial force at the unloaded contact angle."""
+    screw = GD4008.screw
+    return force / (86 * math.sin(screw.contact_angle) * math.cos(screw.lead_angle))
+
+
+def test_ball_loads_of_the_worked_values():
+    assert load_over_86(1000.0) == pytest.approx(16.48, abs=0.005)
+    assert load_over_86(2000.0) == pytest.approx(32.955, abs=0.0005)
+
+
+def test_reduced_modulus():
+    assert E_prime(GD4008.screw) == pytest.approx(225.27e9, rel=3e-5)
+
+
+@pytest.mark.parametrize(
+    ("raceway", "R_x", "ratio", "axes", "compliance"),
+    [
+        ("screw", 2.18098e-3, 0.03531, 8.5712, 1.36266e-7),
+        ("nut", 2.58202e-3, 0.04180, 7.7331, 1.34121e-7),
+    ],
+)
+def test_geometry_of_the_paper(raceway, R_x, ratio, axes, compliance):
+    # tolerance: half a unit of the last digit of the worked value
+    screw = GD4008.screw
+    x, y = reduced_radii(screw, screw.contact_angle, raceway)
+    assert x == pytest.approx(R_x, abs=0.5e-8)
+    assert y == pytest.approx(61.769e-3, abs=0.5e-6)
+    assert x / y == pytest.approx(ratio, abs=0.5e-5)
+    assert ratio_of_axes(x / y) == pytest.approx(axes, abs=0.5e-4)
+    assert contact(GD4008, raceway, 1.0).delta == pytest.approx(compliance, abs=0.5e-12)
+    assert contact(GD4008, raceway, 8.0).delta == pytest.approx(4 * compliance, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("raceway", "force", "a", "b", "p_max", "digits"),
+    [
+        ("screw", 2000.0, 353.40e-6, 41.23e-6, 1.0799e9, (0.005e-6, 0.005e-6, 0.00005e9)),
+        ("nut", 2000.0, 348.78e-6, 45.10e-6, 1.0003e9, (0.005e-6, 0.005e-6, 0.00005e9)),
+        ("screw", 1000.0, 0.2805e-3, 0.0327e-3, 0.857e9, (0.05e-6, 0.05e-6, 0.0005e9)),
+        ("nut", 1000.0, 0.2768e-3, 0.0358e-3, 0.794e9, (0.05e-6, 0.05e-6, 0.0005e9)),
+    ],
+)
+def test_ellipse_of_the_paper(raceway, force, a, b, p_max, digits):
+    c = contact(GD4008, raceway, load_over_86(force))
+    assert c.a == pytest.approx(a, abs=digits[0])
+    assert c.b == pytest.approx(b, abs=digits[1])
+    assert c.p_max == pytest.approx(p_max, abs=digits[2])
+
+
+@pytest.mark.parametrize(("raceway", "p_max"), [("screw", 1.56e9), ("nut", 1.44e9)])
+def test_pressure_at_6000_N_over_86_balls(raceway, p_max):
+    assert contact(GD4008, raceway, load_over_86(6000.0)).p_max == pytest.approx(p_max, abs=0.005e9)
+
+
+def test_circle_is_the_sphere_solution():
+    R, modulus, load = 5e-3, 226e9, 100.0
+    c = ellipse(load, R, R, modulus)
+    # Johnson 1985, Eqs. 4.22-4.24 with E* = modulus/2
+    a = (3.0 * load * R / (4.0 * modulus / 2.0)) ** (1 / 3)
+    assert (c.a, c.b) == (pytest.approx(a, rel=1e-12), pytest.approx(a, rel=1e-12))
+    assert c.delta == pytest.approx(a**2 / R, rel=1e-12)
+    assert c.p_max == pytest.approx(1.5 * load / (math.pi * a**2), rel=1e-12)
+
+
+@pytest.mark.parametrize("ratio", [1 - 1e-9, 0.5, 0.035, 1e-4])
+def test_deflection_reproduces_the_undeformed_paraboloid(ratio):
+    """Hertz pressure deflects by delta - x^2/(2 R_x) - y^2/(2 R_y) inside the ellipse: Johnson Eq. 3.64."""
+    R_x, modulus, load = 3e-3, 226e9, 40.0
+    c = ellipse(load, R_x, R_x / ratio, modulus)
+    # w = (p_max a b/E*) int_0^inf [1 - x^2/(b^2+s) - y^2/(a^2+s)] ds/sqrt((a^2+s)(b^2+s)s) / 2, s = (b t)^2
+
+    def term(power_a, power_b):
+        # s = (b t/(1-t))^2 keeps the integrand finite at both ends
+        def f(t):
+            s = (c.b * t / (1 - t)) ** 2
+            root = math.sqrt((c.a**2 + s) * (c.b**2 + s))
+            return 2 * c.b / (1 - t) ** 2 / root * (c.a**2 + s) ** -power_a * (c.b**2 + s) ** -power_b
+
+        return quad(f, 0, 1, epsabs=0, epsrel=1e-11, limit=500)[0]
+
+    factor = c.p_max * c.a * c.b / modulus
+    assert factor * term(0, 0) == pytest.approx(c.delta, rel=1e-8)
+    assert factor * term(0, 1) == pytest.approx(0.5 / R_x, rel=1e-8)
+    assert factor * term(1, 0) == pytest.approx(0.5 * ratio / R_x, rel=1e-8)
+
+
+@given(load=st.floats(1e-3, 1e4), ratio=st.floats(1e-4, 1.0))
+def test_scaling_with_load_and_load_balance(load, ratio):
+    c, unit = (ellipse(q, 2e-3, 2e-3 / ratio, 226e9) for q in (load, 1.0))
+    assert c.a == pytest.approx(unit.a * load ** (1 / 3), rel=1e-12)
+    assert c.a >= c.b * (1 - 1e-12)
+    assert 2 / 3 * math.pi * c.a * c.b * c.p_max == pytest.approx(load, rel=1e-12)
+
+
+@given(st.floats(1e-4, 0.999), st.floats(1.0001, 1.5))
+def test_ratio_of_axes_falls_with_the_radius_ratio(ratio, factor):
+    assert ratio_of_axes(ratio) > ratio_of_axes(min(1.0, ratio * factor))
+    # between the circle's power and that of a slender ellipse
+    assert ratio**-0.5 < ratio_of_axes(ratio) < ratio**-1.0
+
+
+def test_array_equals_scalar():
+    loads = np.array([0.0, 1.0, 39.5, 200.0])
+    together = contact(GD4008, "nut", loads)
+    for i, load in enumerate(loads):
+        assert [field[i] for field in together] == list(contact(GD4008, "nut", load))
+    angles = np.array([0.7, 0.8])
+    R_x, _ = reduced_radii(GD4008.screw, angles, "nut")
+    assert list(R_x) == [reduced_radii(GD4008.screw, angle, "nut")[0] for angle in angles]
+
+
+@pytest.mark.parametrize("load", [-1.0, math.nan, math.inf, [1.0, -1.0]])
+def test_bad_load(load):
+    with pytest.raises(ValueError, match=r"load = .* needs finite, >= 0"):
+        ellipse(load, 2e-3, 2e-3, 226e9)
+
+
+@pytest.mark.parametrize("arguments", [(2e-3, 1e-3, 226e9), (0.0, 1e-3, 226e9), (1e-3, 2e-3, -1.0)])
+def test_bad_geometry(arguments):
+    with pytest.raises(ValueError, match="R_x"):
+        ellipse(1.0, *arguments)
+
+
+def test_bad_names_and_angles():
+    with pytest.raises(ValueError, match="allowed: screw, nut"):
+        reduced_radii(GD4008.screw, 0.7, "ball")
+    with pytest.raises(ValueError, match="radians"):
+        reduced_radii(GD4008.screw, 45.0, "nut")
+    with pytest.raises(ValueError, match="radius_ratio"):
+        ratio_of_axes(1.5)

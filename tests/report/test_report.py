@@ -1,0 +1,579 @@
+"""The report: what the page shows is what the model computes; it holds everything itself; bad input; another screw."""
+
+import base64
+import json
+import math
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from reference_screw import GD4008, published_rows
+from synthetic_contacts import closed_build, small_map
+
+from ballscrew_tehl import __version__
+from ballscrew_tehl.calibration.measurements import read_rows
+from ballscrew_tehl.cli import main as cli
+from ballscrew_tehl.friction.sets import load_friction_sets
+from ballscrew_tehl.nut_map.file import load_map, save_map
+from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.physics.hertz import RACEWAYS
+from ballscrew_tehl.physics.kinematics import KINEMATICS
+from ballscrew_tehl.physics.load import double_nut_loads
+from ballscrew_tehl.report import claims, errata, figures, material
+from ballscrew_tehl.report.claims import PACKAGED_CLAIMS, RULES, VERDICTS
+from ballscrew_tehl.report.page import element, page, paragraph, table
+from ballscrew_tehl.validation.tables import MODELS
+
+#: elements without an end
+VOID = {"meta", "img", "br", "link"}
+#: attributes that load something
+LOADING = {"src", "srcset", "data", "poster", "background", "action", "xlink:href"}
+
+
+class Page(HTMLParser):
+    """Tables by id, images, links, text; complains about elements that are not closed."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tables, self.images, self.links, self.loaded = {}, [], [], []
+        self.ids, self.text, self.names = [], "", set()
+        self._open, self._table, self._cell = [], None, None
+        self.feed(text)
+        assert self._open == []
+
+    def handle_starttag(self, tag, attrs):
+        attributes = dict(attrs)
+        self.names.add(tag)
+        self.ids += [attributes["id"]] if "id" in attributes else []
+        self.loaded += [(tag, name, value) for name, value in attrs if name in LOADING]
+        if tag not in VOID:
+            self._open.append(tag)
+        if tag == "a":
+            self.links.append(attributes["href"])
+        elif "href" in attributes:
+            self.loaded.append((tag, "href", attributes["href"]))
+        if tag == "img":
+            self.images.append(attributes)
+        elif tag == "table":
+            self._table = self.tables.setdefault(attributes["id"], [])
+        elif tag == "tr":
+            self._table.append([])
+        elif tag in ("td", "th"):
+            self._table[-1].append("")
+            self._cell = True
+
+    def handle_endtag(self, tag):
+        assert self._open.pop() == tag
+        if tag in ("td", "th"):
+            self._cell = None
+
+    def handle_data(self, data):
+        if self._open and self._open[-1] != "style":
+            self.text += data
+        if self._cell:
+            self._table[-1][-1] += data
+
+
+def run(capsys, *arguments):
+    """Exit code, output, complaints."""
+    try:
+        code = cli.main([*map(str, arguments)])
+    except SystemExit as leave:
+        code = leave.code
+    return code, *capsys.readouterr()
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """File, JSON and log of the packaged screw, and the numbers behind: contacts are solved once."""
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    gathered = []
+
+    def keep(*arguments):
+        gathered.append(gather(*arguments))
+        return gathered[-1]
+
+    gather = material.gather
+    with pytest.MonkeyPatch.context() as patch:
+        out, err = [], []
+        patch.setattr(material, "gather", keep)
+        patch.setattr(sys, "stdout", type("", (), {"write": lambda self, text: out.append(text)})())
+        patch.setattr(sys, "stderr", type("", (), {"write": lambda self, text: err.append(text),
+                                                   "flush": lambda self: None})())  # fmt: skip
+        assert cli.main(["report", "--output", str(path), "--json"]) == 0
+    return path, json.loads("".join(out)), "".join(err), gathered[0]
+
+
+@pytest.fixture(scope="module")
+def shown(written):
+    return Page(written[0].read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def found(written):
+    return written[3]
+
+
+# --- the page ---
+
+
+def test_json_names_file_figures_and_deviations(written, shown):
+    path, answer, err, found = written
+    assert answer["file"] == str(path)
+    assert answer["figures"] == len(shown.images) == 16
+    for name, tables in found.tables.items():
+        assert answer["deviations"][name] == {t.name: t.deviations[0] for t in tables}
+    assert set(answer["claims"]) == set(RULES)
+    assert (answer["measured"], answer["contacts_converged"]) == (True, True)
+    assert answer["map_hash"] == load_map(None, GD4008).header["file_hash"]
+    assert (answer["screw"], answer["version"]) == ("GD4008-3", __version__)
+    assert [name.name for name in path.parent.iterdir()] == [path.name]
+    for k, (kinematics, raceway) in enumerate((k, r) for k in KINEMATICS for r in RACEWAYS):
+        assert f"contact {k + 1} of 4: {kinematics}, {raceway} raceway" in err
+
+
+def test_page_holds_everything_itself(written, shown):
+    text = written[0].read_text(encoding="utf-8")
+    assert text.isascii()
+    assert len(text) < 5e6
+    assert all(image["src"].startswith("data:image/") and image["alt"] for image in shown.images)
+    assert all(value.startswith("data:image/") for _, _, value in shown.loaded)
+    assert not shown.names & {"script", "link", "iframe", "object", "embed"}
+    outside = re.sub(r'<a href="https?://[^"]*">|src="data:[^"]*"', "", text)
+    assert not re.search(r"https?:|url\(|@import|//[a-z]", outside)
+    for link in shown.links:
+        assert link.startswith("https://doi.org/") or link[1:] in shown.ids
+    assert len(shown.ids) == len(set(shown.ids))
+    assert '<meta name="viewport"' in text
+    assert "@media print" in text
+
+
+def test_pictures_are_whole(shown):
+    for image in shown.images:
+        kind, data = re.fullmatch(r"data:image/(svg\+xml|png);base64,(.+)", image["src"]).groups()
+        content = base64.b64decode(data, validate=True)
+        if kind == "png":
+            assert content.startswith(b"\x89PNG")
+        else:
+            assert content.rstrip().endswith(b"</svg>")
+            assert not re.search(rb'xlink:href="(?!#|data:)', content)
+        assert len(content) > 5000
+
+
+def test_identity(shown, found):
+    rows = dict(shown.tables["identity"])
+    assert rows["screw"] == "GD4008-3"
+    assert rows["map"] == found.picture.nut_map.header["file_hash"]
+    assert __version__ in rows["program"]
+    assert rows["kinematics"] == "published"
+
+
+# --- 1 to 3 ---
+
+
+@pytest.mark.parametrize("name", ["table2", "table4", "table3"])
+def test_validation_tables_hold_measurement_and_all_models(shown, found, name):
+    head, *rows, means = shown.tables[name]
+    sets = list(found.tables)
+    assert sets == ["three_parameter", "two_parameter"]
+    assert head[3:5] == ["this model, three parameter", "this model, two parameter"]
+    assert head[5:] == list(MODELS[1:])
+    tables = [next(t for t in found.tables[key] if t.name == name) for key in sets]
+    digits = 4 if tables[0].unit == "N.m" else 1
+    for i, row in enumerate(rows):
+        ours, other = (t.rows[i] for t in tables)
+        assert [float(cell) for cell in row[:2]] == pytest.approx([ours.preload, ours.speed / RPM])
+        assert float(row[2]) == ours.measured
+        values = [ours.models[0], other.models[0], *ours.models[1:]]
+        assert row[3:] == [f"{value:.{digits}f}" for value in values]
+        if name != "table3":
+            torque = found.frictions[1].torque(ours.preload, ours.speed, 303.0)
+            assert other.models[0] == pytest.approx(float(torque), rel=1e-12)
+    assert means[3:] == [f"{100 * v:.2f} %" for v in (tables[0].deviations[0], tables[1].deviations[0],
+                                                     *tables[0].deviations[1:])]  # fmt: skip
+
+
+def test_calibrated_numbers_with_errors_of_what_was_left_out(shown):
+    head, *rows = shown.tables["calibration"]
+    sets = load_friction_sets()
+    for column, name in enumerate(("three_parameter", "two_parameter"), start=1):
+        entry = sets["published", name]
+        assert head[column].startswith(name.replace("_", " "))
+        cells = {row[0]: row[column] for row in rows}
+        (ratio,) = (
+            text for what, text in cells.items() if what.startswith("apparent viscosity ratio, calib")
+        )
+        assert float(ratio.split()[0]) == pytest.approx(entry.apparent_viscosity_ratio, rel=1e-3)
+        for text in (
+            entry.errors["leave_one_out_mean"], entry.errors["leave_one_out_max"],
+            entry.leave_one_table_out["table4"]["max"],
+        ):  # fmt: skip
+            assert any(f"{100 * text:.2f} %" in cell for cell in cells.values())
+    assert "Calibrated, not predicted" in shown.text
+
+
+def test_torque_lines_and_table_are_answers_of_the_map(shown, found):
+    for lines, point in (
+        (found.over_speed, lambda x, row: (row, x, found.over_speed.fixed)),
+        (found.over_preload, lambda x, row: (x, row, found.over_preload.fixed)),
+        (found.over_temperature, lambda x, row: (found.over_temperature.fixed, row, x)),
+    ):
+        for i, row in enumerate(lines.rows):
+            for k in (0, 77, 160):
+                state = found.picture.nut_map.evaluate(*map(float, point(lines.x[k], row)))
+                assert lines.torque[i, k] == pytest.approx(sum(state[:3]), rel=1e-9)
+                assert state.in_range
+    head, *rows = shown.tables["torques"]
+    assert [row[0] for row in rows] == ["1000", "2000", "4000", "6000"]
+    assert head[1:] == ["100 r/min", "500 r/min", "1000 r/min", "2500 r/min"]
+    torque = found.chosen.torque(4000.0, 500.0 * RPM, found.over_speed.fixed)
+    assert rows[2][2] == f"{float(torque):.3f}"
+
+
+def test_ball_loads_with_and_without_axial_load(shown, found):
+    balls, screw = found.balls, GD4008.screw
+    assert balls.preload == 2000.0
+    rows = shown.tables["ball_loads"][1:]
+    assert len(rows) == 3
+    for row, case in zip(rows, balls.cases, strict=True):
+        loads = double_nut_loads(screw, 2000.0, case.axial_load, screw.loaded_ball_count)
+        values = (case.axial_load, loads.force_a, loads.force_b, loads.Q_a.min(), loads.Q_a.max(), loads.Q_b.min(),
+                  loads.Q_b.max())  # fmt: skip
+        assert [float(cell) for cell in row] == pytest.approx(values, abs=0.51)
+    assert balls.cases[0].axial_load == 0.0
+    assert balls.cases[2].loads.force_a == pytest.approx(0.0, abs=1e-3)
+    assert balls.forces[1] - balls.forces[0] == pytest.approx(balls.axial_loads, abs=1e-6)
+
+
+# --- 4 and 5 ---
+
+
+def test_contact_is_that_of_section_5_1_and_solved(shown, found):
+    assert found.contact_point == (39.5, pytest.approx(3000.0 * RPM), 303.0)
+    rows = shown.tables["solved_contacts"][1:]
+    assert [row[:2] for row in rows] == [[k.replace("_", " "), r] for k in KINEMATICS for r in RACEWAYS]
+    for row, (_, _, s) in zip(rows, found.contacts, strict=True):
+        assert s.converged
+        assert s.conditions.load == 39.5
+        c = s.conditions
+        expected = (c.u_e, (c.u_1 - c.u_2) / c.u_e, 1e9 * s.h_c, 1e9 * s.h_m,
+                    1e-9 * s.hertz.p_max, 1e-9 * s.p_max, s.temperature_rise, s.traction_force)  # fmt: skip
+        assert [float(cell) for cell in row[2:]] == pytest.approx(expected, abs=0.06)
+    # screw and nut with the ball in their frame are alike; in the fixed frame they are not
+    speeds = [float(row[2]) for row in rows]
+    assert speeds[2] == speeds[3]
+    assert speeds[0] > 2.5 * speeds[1]
+
+
+def test_certificate_of_the_map(shown, found):
+    certificate = found.picture.nut_map.header["certificate"]
+    rows = shown.tables["certificate"][1:]
+    assert [row[0] for row in rows] == ["friction torque", "central film", "temperature rise"]
+    for row, name in zip(rows, ("torque", "film", "temperature_rise"), strict=True):
+        for cell, key in zip(row[1:], ("mean", "99", "999", "max"), strict=True):
+            assert float(cell.split()[0]) == pytest.approx(100 * certificate[f"{name}_error_{key}"], rel=0.06)
+
+
+# --- 6 ---
+
+
+def test_every_statement_of_the_file_is_there_with_a_verdict(shown, written):
+    statements = read_rows(PACKAGED_CLAIMS)
+    assert statements == published_rows("zhao2023/claims.csv")
+    assert "doi 10.1007" in PACKAGED_CLAIMS.read_text(encoding="utf-8").splitlines()[0]
+    rows = shown.tables["claims"][1:]
+    assert [row[0] for row in rows] == [f"{s['statement']} ({s['where']})" for s in statements]
+    assert [s["id"] for s in statements] == list(RULES)
+    for row, statement in zip(rows, statements, strict=True):
+        (verdict,) = re.findall(r"(?:not )?reproduced$|near$", row[2])
+        assert verdict == written[1]["claims"][statement["id"]]
+        assert re.search("(?:not reproduced|reproduced|near)$", row[3])
+        for number in claims.numbers(statement["value"]):
+            assert f"{number:g}" in row[1]
+
+
+def test_statements_beside_independent_recomputation(found):
+    by_id = {c.id: c for c in claims.claims(GD4008, found.frictions, found.tables["three_parameter"])}
+    nut_map, entry = found.frictions[0].nut_map, found.frictions[0].entry
+
+    def parts(preload, rpm, temperature=303.0):
+        return np.array(nut_map.evaluate(preload, rpm * math.pi / 30.0, temperature, 0.0, *entry.values)[:3])
+
+    radius = 20e-3 + 2.3815e-3 * math.cos(math.pi / 4)
+    for name, rpm in (("low", 100.0), ("high", 2500.0)):
+        expected = [parts(f, rpm).sum() * math.sin(math.pi / 4) / (2 * radius * f) for f in (1000.0, 6000.0)]
+        assert by_id[f"friction_coefficient_{name}_speed"].found[0].values == pytest.approx(
+            expected, rel=1e-9
+        )
+    for k, friction in enumerate(found.frictions):
+        (rpm,) = by_id["crossover_speed"].found[k].values
+        viscous, _, sliding = friction.parts(1800.0, rpm * RPM, 303.0)
+        assert viscous == pytest.approx(sliding, rel=1e-4)
+    viscous, hysteresis, sliding = parts(1800.0, 1000.0)
+    total = viscous + hysteresis + sliding
+    more = sliding * 0.001 / entry.net_sliding_coefficient / total
+    assert by_id["sensitivity_sliding"].found[0].values == pytest.approx([100 * more], rel=1e-9)
+    base = 4.83e-5 * math.exp(1045.31 / (303.0 - 183.19))
+    assert by_id["sensitivity_viscosity"].found[0].values == pytest.approx(
+        [100 * viscous / total * 0.025 / base], rel=1e-9
+    )
+    warm = parts(1800.0, 1000.0, 313.0).sum() / total - 1.0
+    assert warm < 0.0
+    assert by_id["temperature_trend"].found[0].values == pytest.approx([100 * warm], rel=1e-9)
+    assert by_id["temperature_trend"].verdicts == ("not reproduced",) * 2
+    slopes = [(parts(f, 2500.0).sum() - parts(f, 100.0).sum()) / 2.4 for f in range(1000, 6001, 1000)]
+    assert by_id["slope_speed"].found[0].values == pytest.approx([np.mean(slopes)], rel=1e-9)
+    speeds = (100.0, 500.0, 1000.0, 1500.0, 2000.0, 2500.0)
+    slopes = [(parts(6000.0, rpm).sum() - parts(1000.0, rpm).sum()) / 5.0 for rpm in speeds]
+    assert by_id["slope_preload"].found[0].values == pytest.approx([np.mean(slopes)], rel=1e-9)
+    shares = [parts(f, rpm)[1] / parts(f, rpm).sum() for f in range(1000, 6001, 1000) for rpm in speeds]
+    assert by_id["hysteresis_small"].found[0].values == pytest.approx(
+        [100 * min(shares), 100 * max(shares)], rel=1e-9
+    )
+    # by hand from the printed tables
+    assert by_id["slope_preload"].measured.values == pytest.approx([(2.224 - 0.409) / 5.0])
+    assert by_id["slope_speed"].measured.values == pytest.approx([(0.846 - 0.409) / 2.4])
+    assert by_id["friction_coefficient_low_speed"].measured.values == pytest.approx(
+        [0.00667, 0.00604], abs=1e-5
+    )
+
+
+@pytest.mark.parametrize(
+    ("printed", "ours", "verdict"),
+    [((1.0,), (1.049,), 0), ((1.0,), (0.951,), 0), ((1.0, 2.0), (1.0, 2.2), 1), ((1.0,), (0.79,), 2),
+     ((1.0,), (math.nan,), 2), ((1.0, 1.0), (1.0, math.nan), 2)],
+)  # fmt: skip
+def test_rule_of_the_verdict(printed, ours, verdict):
+    assert claims.judged(printed, ours) == VERDICTS[verdict]
+
+
+def test_statement_without_a_rule_is_refused(found, monkeypatch):
+    monkeypatch.delitem(RULES, "slope_speed")
+    with pytest.raises(ValueError, match="id = slope_speed; allowed: friction_coefficient_low_speed"):
+        claims.claims(GD4008, found.frictions, found.tables["three_parameter"])
+
+
+def test_section_5_1_is_judged_by_the_same_rule(shown, found):
+    rows = shown.tables["section5"][1:]
+    assert len(rows) == 8
+    by_place = {(row[0].split(" [")[0], row[1]): row[2:] for row in rows}
+    nut = found.contact("published", "nut")
+    printed, ours, verdict = by_place["minimum film", "nut"]
+    assert (printed, ours) == ("0.223", f"{1e6 * nut.h_m:.3f}")
+    assert verdict == claims.judged((0.223,), (1e6 * nut.h_m,))
+    for raceway in RACEWAYS:
+        assert by_place["entrainment speed", raceway][2] == "reproduced"
+    screw = found.contact("published", "screw")
+    assert by_place["minimum film", "screw"][2] == (
+        "reproduced" if 1e6 * screw.h_m > 0.446 else "not reproduced"
+    )
+
+
+def test_errata_have_their_effect_in_numbers(shown, found):
+    rows = shown.tables["errata"][1:]
+    assert [tuple(row) for row in rows] == [tuple(one) for one in errata.errata(found)]
+    effects = {}
+    for where, printed, _, effect in rows:
+        effects.setdefault(where, []).append((printed, effect))
+    for where in (
+        "Eq. 3",
+        "Eq. 4",
+        "Eq. 5",
+        "Eq. 6",
+        "Eq. 7",
+        "Eq. 8",
+        "Eq. 12",
+        "Eq. 13",
+        "Eq. 15",
+        "Eq. 18",
+        "Eq. 21",
+    ):
+        assert where in effects
+    assert "1719 instead of 1542 mm/s" in effects["Eq. 4"][0][1]
+    assert "1.535 instead of 1.942" in effects["Eq. 4"][0][1]
+    assert "92 % at Pe = 0.1, 35 % at Pe = 0.5" in effects["Eq. 13"][0][1]
+    assert "1.287 as printed, 1.157 as used" in effects["Eq. 8"][0][1]
+    assert "3.2e+07 as printed, 18.5 as used" in effects["Table 1"][0][1]
+    assert "79 touching balls" in effects["Table 1"][1][1]
+    assert "9.0 times apart" in effects["Table 1, section 2.3"][0][1]
+    assert "0.416 and 0.418" in effects["Tables 2 and 4"][0][1]
+    viscous, _, _ = found.chosen.parts(1000.0, 1000.0 * RPM, 303.0)
+    total = found.chosen.torque(1000.0, 1000.0 * RPM, 303.0)
+    assert f"{total - viscous / 3.0:.3f} instead of {total:.3f}" in effects["Eq. 15"][0][1]
+
+
+@pytest.mark.parametrize(
+    ("peclet", "excess"), [(20.0, 1.02), (10.0, 1.04), (5.0, 1.07), (2.0, 1.14), (0.5, 1.35), (0.1, 1.92)]
+)
+def test_fast_source_is_too_hot_by_as_much_as_computed_by_hand(peclet, excess):
+    assert errata.fast_source_excess(peclet) == pytest.approx(excess, abs=0.0051)
+
+
+# --- another screw, other options ---
+
+
+@pytest.fixture
+def not_drawn(found, monkeypatch):
+    """Contacts as solved already, pictures made but not written: for tests of the rest."""
+    monkeypatch.setattr(material, "solved_contacts", lambda *arguments: found.contacts)
+    monkeypatch.setattr(figures, "figure_address", lambda figure, kind: "data:image/png;base64,AAAA")
+
+
+def another(tmp_path, name="a <b> & c"):
+    """Screw file and map of a screw with another ball count."""
+    text = (PACKAGED_CLAIMS.parent / "gd4008.toml").read_text(encoding="utf-8")
+    text = text.replace('name = "GD4008-3"', f'name = "{name}"').replace(
+        "loaded_ball_count = 72", "loaded_ball_count = 70"
+    )
+    (tmp_path / "my.toml").write_text(text, encoding="utf-8")
+    save_map(tmp_path / "my.nc", closed_build(load_parameters(tmp_path / "my.toml")), {})
+    return "--screw", tmp_path / "my.toml", "--map", tmp_path / "my.nc"
+
+
+def test_other_screw_leaves_measurements_and_paper_out_and_says_so(found, tmp_path, capsys, monkeypatch):
+    points = []
+
+    def contacts(parameters, point, progress):
+        points.append((parameters.screw.loaded_ball_count, point))
+        return found.contacts
+
+    monkeypatch.setattr(material, "solved_contacts", contacts)
+    target = tmp_path / "other.HTML"
+    code, out, err = run(capsys, "report", *another(tmp_path), "--output", target, "--json")
+    assert (code, err) == (0, "figures\n")
+    answer = json.loads(out)
+    assert (answer["measured"], answer["deviations"], answer["claims"]) == (False, {}, {})
+    text = target.read_text(encoding="utf-8")
+    other = Page(text)
+    assert len(other.images) == answer["figures"] == 14
+    assert not {"table2", "table3", "table4", "claims", "errata", "section5"} & set(other.tables)
+    assert other.text.count("no measured torques for it") == 3
+    assert "calibrated on the screw of the paper" in other.text
+    assert "The map has no certificate." in other.text
+    # names of a file are text, not HTML
+    assert "a &lt;b&gt; &amp; c" in text
+    assert dict(other.tables["identity"])["screw"] == "a <b> & c"
+    ((count, (load, speed, temperature)),) = points
+    # the map of the test ends at 1000 r/min
+    assert (count, speed, temperature) == (70, pytest.approx(1000.0 * RPM), 303.0)
+    preload = float(re.search(r"preload of (\d+) N", other.text).group(1))
+    assert (
+        load
+        == double_nut_loads(
+            changed(GD4008, screw={"loaded_ball_count": 70}).screw, preload, 0.0, 70
+        ).Q_a.max()
+    )
+
+
+def test_contact_that_does_not_converge_is_named_and_not_drawn(
+    found, not_drawn, tmp_path, capsys, monkeypatch
+):
+    from dataclasses import replace
+
+    failed = found.contacts[1]._replace(
+        solution=replace(found.contacts[1].solution, converged=False, reason="no way")
+    )
+    changed_contacts = (found.contacts[0], failed, *found.contacts[2:])
+    monkeypatch.setattr(material, "solved_contacts", lambda *arguments: changed_contacts)
+    target = tmp_path / "r.html"
+    code, out, _ = run(capsys, "report", "--output", target, "--json")
+    assert code == 0
+    assert json.loads(out)["contacts_converged"] is False
+    shown = Page(target.read_text(encoding="utf-8"))
+    assert shown.tables["solved_contacts"][2][:3] == ["published", "nut", "not converged: no way"]
+    rows = [row for row in shown.tables["section5"] if row[1] == "nut"]
+    assert {tuple(row[-2:]) for row in rows} == {("not converged", "not reproduced")}
+
+
+def test_other_kinematics_and_table_for_people(not_drawn, tmp_path, capsys):
+    target = tmp_path / "r.html"
+    code, out, _ = run(capsys, "report", "--kinematics", "rolling_frame", "--output", target)
+    assert code == 0
+    shown = Page(target.read_text(encoding="utf-8"))
+    entry = load_friction_sets()["rolling_frame", "three_parameter"]
+    assert f"{100 * entry.errors['table2']:.2f}" in shown.tables["table2"][-1][3]
+    assert re.search(r"deviations\.three_parameter\.table2 +0\.0", out)
+    assert re.search(r"claims\.crossover_speed +\w", out)
+
+
+def test_same_input_gives_the_same_page(found, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(material, "solved_contacts", lambda *arguments: found.contacts)
+    (tmp_path / "a.html").write_text("old")
+    for name in ("a.html", "b.html"):
+        assert run(capsys, "report", "--output", tmp_path / name)[0] == 0
+    assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("output", "named"),
+    [
+        ("nowhere/r.html", "nowhere/r.html; allowed: a file *.html in a folder that exists"),
+        ("file/r.html", "file/r.html; allowed: a file *.html"),
+        ("r.pdf", "r.pdf; allowed: a file *.html"),
+        ("folder.html", "folder.html; allowed: a file *.html"),
+        (None, "arguments are required: --output"),
+    ],
+)
+def test_bad_output_is_refused_in_one_line_before_anything_is_read(tmp_path, capsys, output, named):
+    (tmp_path / "file").write_text("")
+    (tmp_path / "folder.html").mkdir()
+    before = sorted(tmp_path.rglob("*"))
+    arguments = ["--map", tmp_path / "none.nc"] + (
+        [] if output is None else ["--output", f"{tmp_path}/{output}"]
+    )
+    code, out, err = run(capsys, "report", *arguments)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert named in err
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_bad_map_and_screw_are_refused(tmp_path, capsys):
+    save_map(tmp_path / "small.nc", small_map(), {})
+    another(tmp_path)
+    for arguments, named in (
+        (("--map", tmp_path / "none.nc"), "none.nc: no such map file"),
+        (("--screw", tmp_path / "none.toml"), "none.toml"),
+        (("--screw", tmp_path / "my.toml", "--map", tmp_path / "small.nc"), "map of other parameters"),
+    ):
+        code, out, err = run(capsys, "report", *arguments, "--output", tmp_path / "r.html")
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert named in err
+    assert not (tmp_path / "r.html").exists()
+
+
+def test_a_page_that_cannot_be_written_leaves_the_old_one(not_drawn, tmp_path, capsys, monkeypatch):
+    from pathlib import Path
+
+    (tmp_path / "r.html").write_text("old")
+    write = Path.write_text
+
+    def full(self, text, **settings):
+        write(self, "half", **settings)
+        raise OSError(28, "No space left on device", str(self))
+
+    monkeypatch.setattr(Path, "write_text", full)
+    code, out, err = run(capsys, "report", "--output", tmp_path / "r.html")
+    assert (code, out) == (2, "")
+    assert "No space left" in err
+    assert [(entry.name, entry.read_text()) for entry in tmp_path.iterdir()] == [("r.html", "old")]
+
+
+def test_elements_escape_what_is_not_html():
+    assert element("p", "a<b", element("b", "&"), class_="x") == '<p class="x">a&lt;b<b>&amp;</b></p>'
+    found = Page(
+        page("t <x>", [paragraph("&")], [("k", "n", table("i", "c", ("a",), [["<1>"]]))], element("i", "f"))
+    )
+    assert found.tables["i"] == [["a"], ["<1>"]]
+
+
+def test_matplotlib_and_solver_wait_until_they_are_needed():
+    code = (
+        "import sys; import ballscrew_tehl.cli.report; assert 'numba' not in sys.modules;"
+        "import ballscrew_tehl.report.sections; assert not {'matplotlib', 'xarray'} & set(sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,195 @@
+"""Preload from torque by the map: derivative, round trip, limits, parted nuts, monotone maps."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ballscrew_tehl.friction.torque import preload_from_torque
+from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.runtime.preload import (
+    LEAST_ELASTICITY,
+    MOST_ITERATIONS,
+    OverPreload,
+    estimate_preload,
+)
+
+REGULARIZATION = 0.1
+SETS = ((7.6, 0.0051, 24e-9), (1.0, 0.0, 0.0), (40.0, 0.0, 200e-9), (0.0, 0.01, 0.0))
+
+
+def torque_of(nut_map, preload, speed, temperature=303.15, axial_load=0.0, friction=SETS[0]):
+    """Friction torque as BallScrewFriction signs it; floats or arrays."""
+    state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction)
+    coulomb = state.hysteresis_torque + state.sliding_torque
+    return np.sign(speed) * (state.viscous_torque + np.tanh(np.abs(speed) / REGULARIZATION) * coulomb)
+
+
+def estimate(nut_map, torque, speed, temperature=303.15, axial_load=0.0, friction=SETS[0]):
+    return estimate_preload(nut_map, torque, speed, temperature, axial_load, *friction, REGULARIZATION)
+
+
+def random_points(count, seed=7):
+    """Preload, speed, temperature, axial load, place of the friction set: in the map, slow, and beyond."""
+    rng = np.random.default_rng(seed)
+    preload = 10.0 ** rng.uniform(1.5, 4.08, count)
+    speed = rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-2.0, 2.6, count)
+    axial = 1.5 * rng.normal(size=count) * preload
+    axial[::3] = 0.0
+    columns = preload, speed, rng.uniform(280.0, 356.0, count), axial, rng.integers(0, len(SETS), count)
+    return list(zip(*(column.tolist() for column in columns), strict=True))
+
+
+def test_parts_are_those_of_the_map(synthetic_nut_map):
+    for preload, speed, temperature, axial, n in random_points(500):
+        preload = min(preload, synthetic_nut_map.force.hi)
+        model = OverPreload(synthetic_nut_map, speed, temperature, axial, *SETS[n], REGULARIZATION)
+        parts = model.parts(preload)
+        state = synthetic_nut_map.evaluate(preload, speed, temperature, axial, *SETS[n])
+        found = (parts.viscous, parts.hysteresis, SETS[n][1] * parts.sliding_load)
+        assert found == pytest.approx(state[:3], rel=1e-13, abs=1e-300)
+
+
+def test_derivative_is_that_of_differences(synthetic_nut_map):
+    """Central differences of two widths, where these agree: not over an end of an axis."""
+    compared = 0
+    for preload, speed, temperature, axial, n in random_points(800):
+        preload = min(preload, 0.999 * synthetic_nut_map.force.hi)
+        model = OverPreload(synthetic_nut_map, speed, temperature, axial, *SETS[n], REGULARIZATION)
+        total, slope, _ = model.torque(preload)
+        wide, narrow = (
+            (model.torque(preload + w)[0] - model.torque(preload - w)[0]) / (2.0 * w)
+            for w in (1e-4 * preload, 5e-5 * preload)
+        )
+        if abs(wide - narrow) <= 1e-6 * abs(narrow) + 1e-10 * total / preload:
+            compared += 1
+            assert slope == pytest.approx(narrow, rel=1e-5, abs=1e-9 * total / preload)
+    assert compared > 700
+
+
+def test_the_preload_comes_back(synthetic_nut_map):
+    told = 0
+    for preload, speed, temperature, axial, n in random_points(3000):
+        state = synthetic_nut_map.evaluate(preload, speed, temperature, axial, *SETS[n])
+        torque = float(torque_of(synthetic_nut_map, preload, speed, temperature, axial, SETS[n]))
+        found = estimate(synthetic_nut_map, torque, speed, temperature, axial, SETS[n])
+        if state.in_range and found.in_range:
+            told += 1
+            assert found.preload == pytest.approx(preload, rel=1e-9), (speed, temperature, axial, n)
+            elasticity = found.torque_sensitivity * preload / abs(torque)
+            assert elasticity >= LEAST_ELASTICITY * (1.0 - 1e-9)
+        elif found.in_range:
+            assert found.preload == pytest.approx(
+                synthetic_nut_map.force.hi
+            )  # the torque of a clamped preload
+        else:
+            # what the map does not cover, or the nuts part, as the state of the map says
+            beyond = {"torque" if name == "preload" else name for name in state.clamped}
+            model = OverPreload(synthetic_nut_map, speed, temperature, axial, *SETS[n], REGULARIZATION)
+            parted = preload <= model.separation_preload() * (1.0 + 1e-6)
+            assert beyond or parted, (preload, found)
+    assert told > 2000
+
+
+def test_it_agrees_with_the_bracketing_solver(synthetic_nut_map):
+    for speed in (-3.0, 10.5, 200.0):
+
+        def torque(preload, speed=speed):
+            return abs(float(torque_of(synthetic_nut_map, preload, speed)))
+
+        for wanted in (0.05, 0.8, 3.0):
+            bracketed = preload_from_torque(torque, wanted, 0.0, synthetic_nut_map.force.hi)
+            found = estimate(synthetic_nut_map, math.copysign(wanted, speed), speed)
+            assert found.preload == pytest.approx(bracketed, rel=1e-11)
+
+
+def test_beyond_what_the_map_gives(synthetic_nut_map):
+    lowest, highest = synthetic_nut_map.force.lo, synthetic_nut_map.force.hi
+    for torque in (0.0, -0.5):
+        found = estimate(synthetic_nut_map, torque, 30.0)
+        assert (found.preload, found.clamped) == (0.0, ("torque",))
+    assert estimate(synthetic_nut_map, 1e3, 30.0)[::2] == (highest, ("torque",))
+    # below the axis the power laws of the map go on, flagged
+    small = float(torque_of(synthetic_nut_map, 0.3 * lowest, 30.0))
+    found = estimate(synthetic_nut_map, small, 30.0)
+    assert found.preload == pytest.approx(0.3 * lowest, rel=1e-10)
+    assert found.clamped == ("torque",)
+    fast, hot = (
+        float(torque_of(synthetic_nut_map, 2e3, 500.0)),
+        float(torque_of(synthetic_nut_map, 2e3, 3.0, 400.0)),
+    )
+    assert estimate(synthetic_nut_map, fast, 500.0).clamped == ("speed",)
+    assert estimate(synthetic_nut_map, hot, 3.0, 400.0).clamped == ("temperature",)
+
+
+def test_an_axial_load_beyond_the_map_is_clamped(synthetic_nut_map):
+    torque = float(torque_of(synthetic_nut_map, 9000.0, 30.0, axial_load=6000.0))
+    assert "axial_load" in estimate(synthetic_nut_map, torque, 30.0, axial_load=6000.0).clamped
+
+
+@pytest.mark.parametrize("axial", [4000.0, -4000.0])
+def test_parted_nuts_do_not_tell_the_preload(synthetic_nut_map, axial):
+    model = OverPreload(synthetic_nut_map, 30.0, 303.15, axial, *SETS[0], REGULARIZATION)
+    parting = model.separation_preload()
+    assert 0.2 * abs(axial) < parting < 0.5 * abs(axial)
+    torques = [model.torque(share * parting)[0] for share in (0.0, 0.5, 0.999, 1.0, 1.01)]
+    assert torques[:4] == pytest.approx([torques[0]] * 4, rel=1e-6)
+    assert torques[4] > torques[0] * (1.0 + 1e-4)
+    for torque in (torques[0], 0.7 * torques[0]):
+        found = estimate(synthetic_nut_map, torque, 30.0, axial_load=axial)
+        assert found.preload == pytest.approx(parting, rel=1e-12)
+        assert (found.torque_sensitivity, found.clamped) == (0.0, ("torque",))
+    found = estimate(synthetic_nut_map, torques[4], 30.0, axial_load=axial)
+    assert found.preload == pytest.approx(1.01 * parting, rel=1e-9)
+
+
+@pytest.mark.parametrize("kinematics", ["published", "rolling_frame"])
+def test_torque_rises_with_preload_over_the_packaged_maps(kinematics):
+    """Elasticity d ln torque/d ln preload without axial load, by differences 3.5 % of preload apart; else no fall."""
+    nut_map = load_map(None, changed(load_parameters(), friction={"kinematics": kinematics}))
+    friction = nut_map.defaults
+    axis, speeds, temperatures = nut_map.force, nut_map.speed, nut_map.temperature
+    preload = np.geomspace(0.1 * axis.lo, axis.hi, 200)[:, None, None]
+    speed = np.geomspace(0.01 * speeds.lo, speeds.hi, 40)[None, :, None]
+    temperature = np.linspace(temperatures.lo, temperatures.hi, 9)[None, None, :]
+    for axial in (0.0, 500.0, -500.0, 4000.0, -4000.0):
+        torque = torque_of(nut_map, preload, speed, temperature, axial, friction)
+        rise = np.diff(np.log(torque), axis=0) / np.diff(np.log(preload), axis=0)
+        assert rise.min() > (0.5 if axial == 0.0 else -1e-12)
+
+
+def test_the_number_of_evaluations_is_small_and_bounded(synthetic_nut_map, monkeypatch):
+    counts = []
+    original = OverPreload.torque
+
+    def counted(self, preload):
+        counts[-1] += 1
+        return original(self, preload)
+
+    monkeypatch.setattr(OverPreload, "torque", counted)
+    rng = np.random.default_rng(3)
+    for _, speed, temperature, axial, n in random_points(1000):
+        counts.append(0)
+        estimate(
+            synthetic_nut_map,
+            rng.normal() * 10.0 ** rng.uniform(-9.0, 3.0),
+            speed,
+            temperature,
+            axial,
+            SETS[n],
+        )
+    assert max(counts) < MOST_ITERATIONS / 2
+    assert np.median(counts) <= 6
+
+
+@pytest.mark.parametrize("torque", [5e-324, 1e-30, 1e29])
+@pytest.mark.parametrize("speed", [5e-324, -1e-12, 1e29])
+@pytest.mark.parametrize("axial", [0.0, 1e-300, -1e29])
+def test_extreme_numbers_give_finite_answers(synthetic_nut_map, torque, speed, axial):
+    for friction in (*SETS, (1e29, 1e29, 1e29), (0.0, 0.0, 1e29)):
+        for regularization in (0.0, 0.1, 1e29):
+            found = estimate_preload(synthetic_nut_map, torque, speed, 0.0, axial, *friction, regularization)
+            assert math.isfinite(found.preload)
+            assert math.isfinite(found.torque_sensitivity)
+            assert not found.in_range

@@ -1,0 +1,176 @@
+"""What the importers are asked to do, for test_importers.py and importer_table.py: inputs, expected numbers, checks."""
+
+import atexit
+import functools
+import importlib.util
+import shutil
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from importers import FULL_SCALE_SHARE, OWN_LOOP, Coupling, Master, Pair, Replay, Row, deviation
+from paths import ROOT
+from rotor_fmu import build_rotor
+from synthetic_map import make_map
+
+from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
+from ballscrew_fmu.python_fmu.package import build_fmu
+from ballscrew_tehl.runtime.evaluate import NutMap
+
+AGREEMENT = 1e-12  # of a value, or of 1e-3 of full scale: rounding of the C library against that of numpy
+MASTER_AGREEMENT = 1e-12
+REGULARIZATION_SPEED = 0.1  # [rad/s], start value of the FMUs
+ZEROS: tuple[Row, ...] = ({"preload": 0.0, "speed": 0.0, "temperature": 0.0, "axial_load": 0.0},) * 4
+# free of ripple: step 2 ms < 2 J regularization_speed/torque = 0.16 s
+SMOOTH = Coupling(
+    {"preload": 2000.0, "temperature": 303.15, "regularization_speed": 1.0}, 0.05, 20.0, 1.2, 800
+)
+# from sliding to rest and back into sliding is in the standstill cases below; here it is stopped and held
+HELD = Coupling(
+    {"preload": 2000.0, "temperature": 303.15, "presliding_stiffness": 400.0, "presliding_damping": 2.0},
+    0.01, 20.0, 0.3, 800,
+)  # fmt: skip
+
+
+class Subject(NamedTuple):
+    """A friction FMU of the closed-form map, and a rotor of the same FMI version."""
+
+    friction: Path
+    rotor: Path
+    native: bool
+
+
+NAMES = {"native FMI 2.0": 2, "native FMI 3.0": 3, "Python FMI 2.0": 2}  # FMI version of each subject
+
+
+@functools.cache
+def subject(name: str) -> Subject:
+    """One of NAMES, built once for x86_64 Linux and removed at exit."""
+    folder = Path(tempfile.mkdtemp(prefix="ballscrew_importers_"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    rotor = build_rotor(folder, NAMES[name])
+    if name.startswith("Python"):
+        return Subject(build_fmu(make_map(), folder / "BallScrewFriction.fmu").path, rotor, False)
+    path = folder / native_file_name(NAMES[name])
+    return Subject(
+        build_native_fmu(make_map(), NAMES[name], path, platforms=("x86_64-linux",)).path, rotor, True
+    )
+
+
+def subjects_of(case: Replay | Master) -> list[str]:
+    """Names of the subjects that an importer can read."""
+    kind = getattr(case, "kind", "CS")
+    return [
+        name for name, version in NAMES.items()
+        if version in case.versions and (kind == "CS" or name.startswith("native"))
+    ]  # fmt: skip
+
+
+def reference(nut_map: NutMap) -> tuple[list[Row], list[Row]]:
+    """The reference input of build_fmu.py, through standstill and beyond the map, and what the map gives."""
+    path = ROOT / "build_fmu.py"
+    spec = importlib.util.spec_from_file_location("build_fmu", path)
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    rows = list(script.reference_input(nut_map.header))
+    return rows, [script.expected_outputs(nut_map, REGULARIZATION_SPEED, row) for row in rows]
+
+
+def replayed(case: Replay, fmu: Path, rows: Sequence[Row], wanted: Sequence[Row]) -> float:
+    """Deviation of a replay. fmpy's Euler looks for events before it sets the inputs of the new time, so that
+    in_range follows one step late: there it may be that of the row before."""
+    found = case.run(fmu, rows)
+    if "Euler" in case.way:
+        late = [wanted[0], *wanted[:-1]]
+        for row, now, before in zip(found, wanted, late, strict=True):
+            if row["in_range"] == before["in_range"]:
+                row["in_range"] = now["in_range"]
+    return deviation(found, wanted)
+
+
+def zero_findings(case: Replay, fmu: Path) -> list[str]:
+    """What is wrong with the outputs while all inputs are 0, as importers leave unconnected ones."""
+    row: dict[str, Any] = case.run(fmu, ZEROS)[-1]
+    findings = [f"{name} = {value}" for name, value in row.items() if not np.isfinite(value)]
+    findings += [f"{name} = {row[name]}" for name in ("friction_torque", "power_loss") if row[name] != 0.0]
+    return findings + ([] if row["in_range"] is False else ["in_range is true"])
+
+
+def coupled(
+    master: Master, friction: Path, rotor: Path, coupling: Coupling, folder: Path
+) -> tuple[float, np.ndarray]:
+    """Largest difference from the own loop over the largest value of each observed variable, and the run."""
+    wanted = OWN_LOOP.run(friction, rotor, coupling, folder)
+    found = master.run(friction, rotor, coupling, folder)
+    return float(np.max(np.abs(found - wanted) / np.abs(wanted).max(axis=0))), found
+
+
+def differences(found: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Element by element, over max(|wanted|, 1e-3 of full scale of the column)."""
+    scale = np.maximum(np.abs(wanted), FULL_SCALE_SHARE * np.abs(wanted).max(axis=0))
+    return np.abs(found - wanted) / np.where(scale > 0.0, scale, 1.0)
+
+
+# --- standstill in explicit co-simulation ---
+
+INERTIA = 0.01  # [kg m2]
+STEP = 1e-3  # [s]
+STIFFNESS = 400.0  # [N.m/rad]
+DAMPING = 0.2 * INERTIA / STEP  # [N.m.s/rad], 2: stiffness < (damping/step)(1 - step damping/inertia) = 1600
+START_SPEED = 20.0  # [rad/s]
+STILL = 1e-9  # [rad/s]: standstill begins where the speed stays below
+PRELOAD, TEMPERATURE = 2000.0, 303.15
+
+
+def coulomb_torque(nut_map: NutMap) -> float:
+    state = nut_map.evaluate(preload=PRELOAD, speed=0.0, temperature=TEMPERATURE, axial_load=0.0)
+    return float(state.hysteresis_torque + state.sliding_torque)
+
+
+class Stop:
+    """Stopped from START_SPEED under half of the Coulomb torque, held for 10 s, nudged by 0.65 of it for a second,
+    then moved by 1.1 times it.
+
+    Attributes   run : OBSERVED at each step until the motor torque is raised;  still : standstill [s]
+                 drift : largest change of angle in the 10 s after standstill [rad]
+                 moved : angle in the last second, under 1.1 times the Coulomb torque [rad]
+                 supplied : work of the motor and loss of kinetic energy [J]
+                 rotor_residual : energy that the rotor does not account for [J]
+                 residual : supplied energy less integral of power_loss and energy of the bristle [J]
+                 wound : energy of a bristle that slips [J]
+                 nudge_work, nudge_stored, nudge_residual : the same for the nudge alone [J]
+    """
+
+    def __init__(self, friction: Path, rotor: Path, coulomb: float, friction_first: bool, step: float = STEP):
+        starts = {
+            "preload": PRELOAD, "temperature": TEMPERATURE, "presliding_stiffness": STIFFNESS,
+            "presliding_damping": DAMPING,
+        }  # fmt: skip
+        held = 0.5 * coulomb
+        steps = round(1.0 / step)
+        with Pair(friction, rotor, Coupling(starts, INERTIA, START_SPEED, held, 0), friction_first) as pair:
+            first = pair._torque
+            self.run = pair.run(11 * steps, step)
+            rest = float(self.run[-1, 3])
+            nudge = pair.run(steps, step, 0.65 * coulomb)
+            self.moved = float(pair.run(steps, step, 1.1 * coulomb)[-1, 3]) - float(nudge[-1, 3])
+        torque, power, speed, angle = self.run.T
+        moving = int(np.nonzero(np.abs(speed) >= STILL)[0][-1]) + 1
+        assert moving + 10 * steps <= len(speed), "no standstill within a second"
+        self.still = (moving + 1) * step
+        after = angle[moving : moving + 10 * steps + 1]
+        self.drift = float(np.abs(after - after[0]).max())
+        # torque that the rotor felt in each step
+        felt = torque if friction_first else np.concatenate([[first], torque[:-1]])
+        travel = np.diff(angle, prepend=0.0)
+        kinetic = 0.5 * INERTIA * (START_SPEED**2 - speed[-1] ** 2)
+        self.supplied = kinetic + held * rest
+        self.rotor_residual = self.supplied - float(felt @ travel)
+        bristle = torque[-1] ** 2 / (2.0 * STIFFNESS)  # at rest all torque is that of the bristle
+        self.residual = self.supplied - float(power.sum()) * step - bristle
+        self.wound = coulomb**2 / (2.0 * STIFFNESS)
+        self.nudge_stored = (nudge[-1, 0] ** 2 - torque[-1] ** 2) / (2.0 * STIFFNESS)
+        self.nudge_work = 0.65 * coulomb * (float(nudge[-1, 3]) - rest)
+        self.nudge_residual = self.nudge_work - float(nudge[:, 1].sum()) * step - self.nudge_stored

@@ -1,0 +1,304 @@
+"""The native FMUs as compiled libraries, called through ctypes as the standards declare them.
+
+Nothing stands between test and library: every call returns its status, every message is kept.
+"""
+
+import atexit
+import ctypes
+import functools
+import shutil
+import subprocess
+import tempfile
+from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fmpy.fmi2 import (
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+    fmi2EventInfo,
+)
+from fmpy.fmi3 import fmi3LogMessageCallback
+from native_model import SANITIZERS, compiler, write_sources
+from synthetic_map import make_map
+
+from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
+from ballscrew_fmu.variables.friction import native_variables
+
+OK, WARNING, DISCARD, ERROR = range(4)
+CS, ME = "co-simulation", "model exchange"
+KINDS = {CS: 1, ME: 0}  # fmi2Type
+TOKEN = "{test}"
+NUT_MAP = make_map()
+VARIABLES = native_variables(NUT_MAP.header)
+REFERENCES = {v.name: place for place, v in enumerate(VARIABLES)}
+REALS = tuple(v.name for v in VARIABLES if v.unit is not None)
+OUTPUTS = tuple(v.name for v in VARIABLES if v.causality == "output" and v.unit is not None)
+INPUTS = tuple(v.name for v in VARIABLES if v.causality == "input")
+PARAMETERS = tuple(v.name for v in VARIABLES if v.causality == "parameter")
+HOST = Path(__file__).parent / "native" / "host_states.c"
+
+
+@functools.cache
+def compiled(fmi_version: int, sanitize: bool = False, model: FmuModel = FRICTION) -> Path:
+    """Library of the native FMU of the closed-form map, in a folder that holds its map as well.
+
+    Parameters   sanitize : the program of native/host_states.c under the address and undefined behaviour
+                 sanitizers instead; needs a compiler of the system
+    """
+    folder = Path(tempfile.mkdtemp(prefix="ballscrew_native_"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    write_sources(folder, NUT_MAP, fmi_version, model)
+    units = sorted(file.name for file in folder.glob("*.c"))
+    if sanitize:
+        which = () if model is FRICTION else ("-DMONITOR",)
+        options = [*SANITIZERS, f"-DFMI_VERSION={fmi_version}", *which, "-I.", str(HOST), "-o"]
+    else:
+        options = ["-shared", "-fPIC", "-o"]
+    result = folder / ("host" if sanitize else "library.so")
+    command = [*compiler(), *COMPILER_OPTIONS, *WARNINGS, "-Wshadow", *options, str(result), *units, "-lm"]
+    subprocess.run(command, cwd=folder, check=True, timeout=300)
+    return result
+
+
+def doubles(*values: float) -> Any:
+    return (c_double * len(values))(*values)
+
+
+def references(*names: str | int) -> Any:
+    return (c_uint * len(names))(*(REFERENCES[n] if isinstance(n, str) else n for n in names))
+
+
+class Message(NamedTuple):
+    status: int
+    category: str
+    text: str
+
+
+class NativeInstance:
+    """One instance; use it in a `with` block.
+
+    Attributes   messages : everything it logged
+                 handle : None if it was refused
+                 time : end of the last step that go() took [s]
+    """
+
+    def __init__(
+        self,
+        version: int,
+        kind: str = CS,
+        name: bytes | None = b"one",
+        token: str | None = TOKEN,
+        resources: str | None = "",
+        logging: bool = True,
+        logger: bool = True,
+        functions: Any = None,
+        event_mode: bool = False,
+        intermediate: int = 0,
+    ) -> None:
+        library = compiled(version)
+        self.library = ctypes.CDLL(str(library))
+        self.version, self.kind, self.time = version, kind, 0.0
+        self.messages: list[Message] = []
+        folder = (str(library.parent) if resources == "" else resources) or None
+        place, key = (None if text is None else text.encode() for text in (folder, token))
+        if version == 2:
+            make = self.library.fmi2Instantiate
+            make.restype = c_void_p
+            self._functions = functions or self._callbacks(logger)
+            address = None if self._functions == "NULL" else byref(self._functions)
+            self.handle = make(name, KINDS.get(kind, 7), key, place, address, 0, int(logging))
+        else:
+            self._log = fmi3LogMessageCallback(self._log3) if logger else fmi3LogMessageCallback()
+            if kind == CS:
+                make = self.library.fmi3InstantiateCoSimulation
+                wanted = (c_uint * 1)(0)
+                more = (event_mode, False, wanted, c_size_t(intermediate), None, self._log, None)
+            elif kind == ME:
+                make, more = self.library.fmi3InstantiateModelExchange, (None, self._log)
+            else:
+                make = self.library.fmi3InstantiateScheduledExecution
+                more = (None, self._log, None, None, None)
+            make.restype = c_void_p
+            self.handle = make(name, key, place, False, logging, *more)
+
+    def _callbacks(self, logger: bool) -> fmi2CallbackFunctions:
+        functions = fmi2CallbackFunctions()
+        if logger:
+            functions.logger = fmi2CallbackLoggerTYPE(self._log2)
+        return functions
+
+    def _log2(self, _environment: Any, name: bytes, status: int, category: bytes, message: bytes) -> None:
+        self.messages.append(Message(status, category.decode(), message.decode()))
+
+    def _log3(self, _environment: Any, status: int, category: bytes, message: bytes) -> None:
+        self.messages.append(Message(status, category.decode(), message.decode()))
+
+    def __enter__(self) -> "NativeInstance":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        free = getattr(self.library, f"fmi{self.version}FreeInstance")
+        free.restype = None
+        free(c_void_p(self.handle))
+        self.handle = None
+
+    @property
+    def last(self) -> str:
+        """Text of the last message."""
+        return self.messages[-1].text if self.messages else ""
+
+    def call(self, name: str, *arguments: Any) -> int:
+        """Status of a call by its name without prefix."""
+        return getattr(self.library, f"fmi{self.version}{name}")(c_void_p(self.handle), *arguments)
+
+    # values
+
+    def set_raw(self, vr: Any, values: Any) -> int:
+        if self.version == 2:
+            return self.call("SetReal", vr, c_size_t(len(vr)), values)
+        return self.call("SetFloat64", vr, c_size_t(len(vr)), values, c_size_t(len(values)))
+
+    def get_raw(self, vr: Any, values: Any) -> int:
+        if self.version == 2:
+            return self.call("GetReal", vr, c_size_t(len(vr)), values)
+        return self.call("GetFloat64", vr, c_size_t(len(vr)), values, c_size_t(len(values)))
+
+    def set(self, **values: float) -> int:
+        return self.set_raw(references(*values), doubles(*values.values()))
+
+    def get(self, *names: str | int) -> list[float]:
+        values = doubles(*[0.0] * len(names))
+        assert self.get_raw(references(*names), values) == OK, self.last
+        return list(values)
+
+    def in_range(self) -> bool:
+        vr, value = references("in_range"), (c_int * 1)()
+        if self.version == 2:
+            assert self.call("GetBoolean", vr, c_size_t(1), value) == OK
+        else:
+            assert self.call("GetBoolean", vr, c_size_t(1), value, c_size_t(1)) == OK
+        return bool(value[0])
+
+    def outputs(self) -> list[float]:
+        return [*self.get(*OUTPUTS, "presliding_deflection", "presliding_deflection_rate"), self.in_range()]
+
+    # life
+
+    def initialize(self, start: float = 0.0, stop: float | None = None) -> int:
+        """Enter initialization mode."""
+        experiment = (0, c_double(0.0), c_double(start), int(stop is not None), c_double(stop or 0.0))
+        self.time = start
+        if self.version == 3:
+            return self.call("EnterInitializationMode", *experiment)
+        return self.call("SetupExperiment", *experiment) or self.call("EnterInitializationMode")
+
+    def start(self, start: float = 0.0, stop: float | None = None, **values: float) -> "NativeInstance":
+        """Initialized with these values, in step mode or event mode."""
+        assert self.set(**values) == OK
+        assert self.initialize(start, stop) == OK
+        assert self.call("ExitInitializationMode") == OK, self.last
+        return self
+
+    def update(self) -> tuple[int, bool]:
+        """Status of the update at an event, and whether the bristle was changed."""
+        if self.version == 2:
+            info = fmi2EventInfo()
+            status = self.call("NewDiscreteStates", byref(info))
+            flags = (info.newDiscreteStatesNeeded, info.terminateSimulation, info.nextEventTimeDefined)
+            assert flags == (0, 0, 0)
+            return status, bool(info.valuesOfContinuousStatesChanged)
+        found = [ctypes.c_bool(True) for _ in range(5)]
+        status = self.call("UpdateDiscreteStates", *map(byref, found), byref(c_double()))
+        assert [flag.value for place, flag in enumerate(found) if place != 3] == [False] * 4
+        return status, found[3].value
+
+    def go_to(self, state: str) -> "NativeInstance":
+        """From new to the state with this letter: i n s e c t x, as in test_native_calls."""
+        if state == "x":
+            self.set_raw(references(999), doubles(0.0))
+        elif state != "i":
+            self.initialize()
+            if state != "n":
+                self.call("ExitInitializationMode")
+            if state == "c":
+                self.call("EnterContinuousTimeMode")
+            elif state == "t":
+                self.call("Terminate")
+        self.messages.clear()
+        return self
+
+    # co-simulation
+
+    def step(self, time: float, size: float) -> int:
+        """One step; FMI 3 with NULL for every output argument."""
+        nothing = (None,) * 4 if self.version == 3 else ()
+        return self.call("DoStep", c_double(time), c_double(size), 0, *nothing)
+
+    def go(self, size: float = 1e-3, **values: float) -> list[float]:
+        """Outputs after a step with these values set."""
+        assert self.set(**values) == OK, self.last
+        assert self.step(self.time, size) == OK, self.last
+        self.time += size
+        return self.outputs()
+
+    # model exchange
+
+    def vector(self, name: str, length: int = 1) -> list[float]:
+        """Continuous states, their derivatives, nominals or the event indicators."""
+        values = doubles(*[0.0] * length)
+        assert self.call(name, values, c_size_t(length)) == OK, self.last
+        return list(values)
+
+    def rates(self) -> list[float]:
+        return self.vector("GetDerivatives" if self.version == 2 else "GetContinuousStateDerivatives")
+
+    # saved states
+
+    def save(self) -> c_void_p:
+        state = c_void_p()
+        assert self.call("GetFMUstate" if self.version == 2 else "GetFMUState", byref(state)) == OK
+        return state
+
+    def restore(self, state: c_void_p) -> int:
+        return self.call("SetFMUstate" if self.version == 2 else "SetFMUState", state)
+
+    def forget(self, state: c_void_p) -> int:
+        return self.call("FreeFMUstate" if self.version == 2 else "FreeFMUState", byref(state))
+
+    def serialize(self, state: c_void_p, more: int = 0) -> bytes | int:
+        """Bytes of a state, or the status if they are refused; more: room beyond what is needed."""
+        size, ending = c_size_t(), "FMUstate" if self.version == 2 else "FMUState"
+        assert self.call(f"Serialized{ending}Size", state, byref(size)) == OK
+        content = ctypes.create_string_buffer(size.value + more)
+        status = self.call(f"Serialize{ending}", state, content, c_size_t(size.value + more))
+        return content.raw if status == OK else status
+
+    def deserialize(self, content: bytes) -> tuple[int, c_void_p]:
+        state = c_void_p()
+        name = "DeSerializeFMUstate" if self.version == 2 else "DeserializeFMUState"
+        return self.call(name, c_char_p(content), c_size_t(len(content)), byref(state)), state
+
+
+def counting_functions() -> tuple[fmi2CallbackFunctions, list[int], list[int]]:
+    """FMI 2 callbacks whose memory is counted: addresses given out, addresses taken back."""
+    c = ctypes.CDLL(None)
+    c.calloc.restype = c_void_p
+    given: list[int] = []
+    taken: list[int] = []
+
+    def allocate(count: int, size: int) -> int:
+        given.append(c.calloc(c_size_t(count), c_size_t(size)))
+        return given[-1]
+
+    def release(memory: int) -> None:
+        taken.append(memory)
+        c.free(c_void_p(memory))
+
+    functions = fmi2CallbackFunctions()
+    functions.allocateMemory = fmi2CallbackAllocateMemoryTYPE(allocate)
+    functions.freeMemory = fmi2CallbackFreeMemoryTYPE(release)
+    return functions, given, taken

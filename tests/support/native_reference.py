@@ -1,0 +1,11 @@
+"""What the native FMUs of the tests carry beside the model: small reference results and a validation."""
+
+from ballscrew_fmu.native_fmu.package import Reference
+from ballscrew_fmu.pages.native import Validation
+
+REFERENCE = Reference(
+    1e-3,
+    [{"preload": 2000.0, "speed": 10.0 * n, "temperature": 303.15, "axial_load": 0.0} for n in range(5)],
+    [{"friction_torque": 0.1 * n, "in_range": n < 4} for n in range(5)],
+)
+VALIDATION = Validation("<p>Table</p>", {"plot.png": b"\x89PNG"})

@@ -1,0 +1,145 @@
+"""Contacts in closed form instead of solved ones, for fast tests of the map build and of its file.
+
+The logarithms of the ratios to the closed film formula and of the temperature rise are cubic polynomials or
+less in (ln load, ln speed, temperature): the contact map holds them exactly. The row function can be sent to
+other processes.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+
+import numpy as np
+import pytest
+from reference_screw import GD4008
+
+from ballscrew_tehl.nut_map import build
+from ballscrew_tehl.nut_map.build import build_map
+from ballscrew_tehl.nut_map.contact_map import FILMS, QUANTITIES, film_formula
+from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid
+from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.physics.hertz import RACEWAYS
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.packed import sealed
+
+GRID = MapGrid(
+    force=(400.0, 12000.0, 7),
+    speed=(100.0 * RPM, 1000.0 * RPM, 6),
+    temperature=(293.15, 313.15, 4),
+    preload=(400.0, 9000.0, 7),
+    share_nodes=21,
+    contact_nodes=(4, 5, 4),
+    contact_most=(0, 0, 0),
+)
+#: the solver's own row, whatever a test puts in its place
+SOLVE_ROW = build._solve_row
+SHARE = {FILMS[0]: 1.0, FILMS[1]: 0.8, FILMS[2]: 0.5}
+
+
+#: exponent of load by which the film leaves the closed formula: it falls with load on the screw and rises on the nut
+LOAD_EXPONENT = {"screw": -0.02, "nut": 0.12}
+
+
+def _coordinates(load, speed, temperature):
+    return np.log(load / 30.0), np.log(speed / 30.0), (temperature - 303.15) / 10.0
+
+
+def ratio(raceway, name, load, speed, temperature):
+    """Film over closed formula."""
+    x, y, z = _coordinates(load, speed, temperature)
+    cooling = 0.0 if name == FILMS[0] else 0.1 * y + 0.02 * y**2 - 0.03 * z * y
+    bend = 0.001 * x**3 + 0.01 * y * x - 0.01 * z**2
+    return SHARE[name] * np.exp(LOAD_EXPONENT[raceway] * x + bend - cooling)
+
+
+def temperature_rise(raceway, load, speed, temperature):
+    """Rise [K]; it rises with load on the screw and falls on the nut."""
+    x, y, z = _coordinates(load, speed, temperature)
+    exponent = 0.3 if raceway == "screw" else -0.2
+    return 20.0 * np.exp(exponent * x + 0.9 * y - 0.05 * y**3 - 0.1 * z + 0.01 * x * y * z)
+
+
+def values(parameters, raceway, name, load, speed, temperature):
+    """Any interpolated quantity for ball loads (n,) at one speed and temperature."""
+    if name == "temperature_rise":
+        return temperature_rise(raceway, load, speed, temperature)
+    formula = film_formula(parameters, raceway, np.asarray(load), speed, temperature)
+    return formula * ratio(raceway, name, load, speed, temperature)
+
+
+class ClosedFilm:
+    """Film model of the closed form, without a map between."""
+
+    def __init__(self, parameters, thermal):
+        self.parameters = parameters
+        self.name = "solved_thermal" if thermal else "solved"
+        self._quantity = FILMS[1] if thermal else FILMS[0]
+
+    def central_film(self, raceway, load, speed, temperature):
+        return values(self.parameters, raceway, self._quantity, load, speed, temperature)
+
+
+def closed_row(parameters, raceway, load, speeds, temperature):
+    """In place of build._solve_row."""
+    row = {name: np.empty(speeds.size) for name in QUANTITIES}
+    for i, speed in enumerate(speeds):
+        for name in (*FILMS, "temperature_rise"):
+            row[name][i] = values(parameters, raceway, name, load, speed, temperature)
+    row["pressure_max"][:] = 1e9 * (load / 40.0) ** (1 / 3)
+    row["traction_force"][:] = 0.03 * load * np.exp(-speeds / 1000.0)
+    row["asymptotic"][:] = load > 100.0
+    return row
+
+
+def partly_solved_row(parameters, raceway, load, speeds, temperature):
+    """closed_row with the slowest speed of one row of the nut solved."""
+    row = closed_row(parameters, raceway, load, speeds, temperature)
+    if raceway == "nut" and load < 10.0 and temperature < 294.0:
+        for name, solved in SOLVE_ROW(parameters, raceway, load, speeds[:1], temperature).items():
+            row[name][:1] = solved
+    return row
+
+
+def closed_build(
+    parameters=GD4008, grid=GRID, progress=None, row=closed_row, executor=None, workers=None, journal=None
+) -> BuiltMap:
+    """build_map with closed contacts, in one thread unless an executor or a number of workers is given."""
+    with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as thread:
+        patch.setattr(build, "_solve_row", row)
+        if workers is not None:
+            return build_map(parameters, workers, progress, grid, journal=journal)
+        return build_map(parameters, None, progress, grid, executor or thread, journal)
+
+
+@cache
+def small_map() -> BuiltMap:
+    """The map of GD4008 over GRID."""
+    return closed_build()
+
+
+def nut_map_of(built: BuiltMap, film="solved", ratio=7.0, net=0.005, roughness=3e-8) -> NutMap:
+    """Nut map of one film model of a build, without a file."""
+    header = {
+        **built.header,
+        "film_model": film,
+        "defaults": {
+            "apparent_viscosity_ratio": ratio, "net_sliding_coefficient": net, "roughness_height": roughness
+        },
+    }  # fmt: skip
+    return NutMap.from_arrays(sealed(header, built.arrays[film]), built.arrays[film])
+
+
+def same_map(one, two):
+    """Header, samples and coefficients equal to the last bit."""
+    assert one.header == two.header
+    same_samples(one.contact_map, two.contact_map)
+    for film, arrays in one.arrays.items():
+        for name, array in arrays.items():
+            np.testing.assert_array_equal(array, two.arrays[film][name])
+
+
+def same_samples(one, two):
+    """Samples of two contact maps equal to the last bit, solved at the same nodes."""
+    for raceway in RACEWAYS:
+        np.testing.assert_array_equal(one.solved[raceway], two.solved[raceway])
+        for name in QUANTITIES:
+            np.testing.assert_array_equal(one.samples[raceway][name], two.samples[raceway][name])

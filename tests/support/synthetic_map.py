@@ -1,0 +1,97 @@
+"""A nut map in closed form, for fast tests of everything that reads a map.
+
+Every logarithm is a cubic polynomial or less in (ln force, ln speed, temperature), so that the spline holds
+it exactly and a test can compare with the formulas below. The magnitudes are those of the 40 mm screw of the
+packaged table.
+"""
+
+import numpy as np
+
+from ballscrew_tehl.runtime.bspline import map_arrays
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.packed import AXES, sealed
+
+AXIS = {
+    "force": (50.0, 12000.0, 7),
+    "speed": (0.5, 320.0, 8),
+    "temperature": (283.15, 353.15, 5),
+    "preload": (50.0, 12000.0, 6),
+    "share": (0.0, 1.0, 5),
+}
+DEFAULTS = {"apparent_viscosity_ratio": 7.6, "net_sliding_coefficient": 0.0051, "roughness_height": 24e-9}
+
+
+def surfaces(force, speed, temperature):
+    """The ten surfaces of one nut, stacked on the last axis; SI."""
+    x, y, z = np.log(force / 1000.0), np.log(speed / 10.0), (temperature - 303.15) / 50.0
+    film_screw = 43e-9 * np.exp(-0.067 * x + 0.67 * y - 0.004 * y**2 - 0.9 * z + 0.1 * z**2)
+    film_nut = 23e-9 * np.exp(-0.067 * x + 0.66 * y - 0.005 * y**2 - 0.92 * z + 0.1 * z**2)
+    torque_screw = 0.009 * np.exp(0.66 * x + 0.34 * y + 0.003 * y**2 - 0.002 * x * y - 1.1 * z)
+    torque_nut = 0.017 * np.exp(0.67 * x + 0.33 * y + 0.004 * y**2 - 1.2 * z)
+    rise = 8.0 * np.exp(0.2 * x + 0.9 * y - 0.02 * y**2 - 0.5 * z)
+    return np.stack(
+        np.broadcast_arrays(
+            torque_screw, torque_nut, film_screw, film_nut, 0.6 * film_screw, 0.55 * film_nut,
+            0.95 * film_screw, 0.9 * film_nut, rise, 0.7 * rise,
+        ),
+        axis=-1,
+    )  # fmt: skip
+
+
+def force_curves(force):
+    """The four curves of one nut over its force, stacked on the last axis; SI."""
+    force = np.asarray(force, dtype=float)
+    return np.stack(
+        [
+            2.4e-3 * (force / 1000.0) ** (4 / 3),
+            3.067e-2 * force,
+            0.857e9 * (force / 1000.0) ** (1 / 3),
+            0.0197 * force,
+        ],
+        axis=-1,
+    )
+
+
+def separation_ratio(preload):
+    """Separation load over preload for axial load > 0 and < 0, stacked on the last axis."""
+    x = np.log(np.asarray(preload, dtype=float) / 1000.0)
+    return np.stack([3.17 * np.exp(0.04 * x), 2.9 * np.exp(0.03 * x)], axis=-1)
+
+
+def relieved_share(preload, share):
+    """(force of the relieved nut over preload)^(2/3) for axial load > 0 and < 0, stacked on the last axis."""
+    bend = 0.1 + 0.0 * np.asarray(preload, dtype=float)
+    return np.stack(
+        [(1.0 - share) * (1.0 + bend * share), (1.0 - share) * (1.0 + 0.5 * bend * share)], axis=-1
+    )
+
+
+def nodes(name):
+    lo, hi, count = AXIS[name]
+    if name in ("force", "speed", "preload"):
+        return np.exp(np.linspace(np.log(lo), np.log(hi), count))
+    return np.linspace(lo, hi, count)
+
+
+def make_map(viscous_scale: float = 1.0) -> NutMap:
+    """The map; viscous_scale multiplies the viscous torque, to make a second map with other content."""
+    force, speed, temperature, preload, share = (nodes(name) for name in AXES)
+    values = surfaces(force[:, None, None], speed[None, :, None], temperature[None, None, :])
+    values[..., :2] *= viscous_scale
+    arrays = map_arrays(
+        values,
+        force_curves(force),
+        separation_ratio(preload),
+        relieved_share(preload[:, None], share[None, :]),
+    )
+    header = {
+        "axes": {name: list(AXIS[name]) for name in AXES},
+        "parameters_json": "{}",
+        "parameters_hash": "0" * 64,
+        "kinematics": "published",
+        "film_model": "synthetic",
+        "defaults": DEFAULTS,
+        "certificate": {},
+        "version": "0.1.0",
+    }
+    return NutMap.from_arrays(sealed(header, arrays), arrays)
