@@ -26,7 +26,7 @@ def test_pressure_tends_to_that_of_hertz(ratio):
         hertz = solution.hertz.p_max * np.sqrt(np.maximum(0.0, 1.0 - r_2))
         deviations.append(np.abs(solution.pressure - hertz)[r_2 < 0.8].max() / solution.hertz.p_max)
     assert deviations[0] > 2.0 * deviations[1] > 4.0 * deviations[2]
-    assert not deviations[-1] > 0.03  # 1.1 and 2.1 % found
+    assert deviations[-1] <= 0.03  # 1.1 and 2.1 % found
     assert solution.p_max == pytest.approx(solution.hertz.p_max, rel=0.01)
     assert solution.h_c < 0.02 * solution.hertz.delta
 
@@ -202,7 +202,7 @@ def test_swapped_bodies_give_the_same_film_and_the_opposite_traction(spin):
         assert other.spin_moment == pytest.approx(-one.spin_moment, rel=1e-3, abs=1e-15)
         if thermal:
             gap = np.abs(other.temperature[:, :, ::-1] - one.temperature)
-            assert not gap.max() > 1e-3 * one.temperature_rise
+            assert gap.max() <= 1e-3 * one.temperature_rise
 
 
 # --- spin and differential slip ----------------------------------------------------------------------------------
@@ -237,7 +237,7 @@ def test_whole_plane_equals_the_half_plane_without_spin(thermal, differential):
         np.testing.assert_allclose(field, field[::-1], rtol=1e-6, atol=1e-6 * size)
     if thermal:
         gap = np.abs(whole.temperature[middle:] - half.temperature)
-        assert not gap.max() > 1e-3 * half.temperature_rise
+        assert gap.max() <= 1e-3 * half.temperature_rise
     assert abs(whole.spin_moment) < 1e-9 * half.conditions.load * half.hertz.a
     assert half.spin_moment == 0.0
 
@@ -282,7 +282,7 @@ def test_differential_slip_drags_the_sides_with_it():
     loaded = solution.pressure > 0.3 * solution.p_max
     # stress on the fluid at mid-film: the sign of (speed of b - speed of a)
     assert along[loaded & (np.abs(solution.y[:, None]) > 0.3)].min() > 0.0
-    assert not np.abs(along[0]).max() > 0.05 * along.max()
+    assert np.abs(along[0]).max() <= 0.05 * along.max()
     assert solution.traction_force < 0.0
     assert solution.sliding_heat > 0.0
     opposite = solved(replace(here, differential_1=0.0, differential_2=-1e6))
@@ -357,10 +357,10 @@ def test_swapped_bodies_and_reversed_sliding_hold_for_any_rheology(rheology):
 
 def test_pure_rolling_gives_no_traction():
     sliding, rolling = solved(conditions(srr=0.5)), solved(conditions(srr=0.0))
-    assert not abs(rolling.traction_force) > 1e-5 * abs(sliding.traction_force)
+    assert abs(rolling.traction_force) <= 1e-5 * abs(sliding.traction_force)
     # both walls alike
     t = rolling.temperature
-    assert not np.abs(t - t[:, :, ::-1]).mean() > 0.02 * rolling.temperature_rise
+    assert np.abs(t - t[:, :, ::-1]).mean() <= 0.02 * rolling.temperature_rise
 
 
 def test_traction_drags_body_2_towards_the_faster_body_1():

@@ -8,12 +8,8 @@ import pytest
 from ballscrew_tehl.friction.torque import preload_from_torque
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import changed, load_parameters
-from ballscrew_tehl.runtime.preload import (
-    LEAST_ELASTICITY,
-    MOST_ITERATIONS,
-    OverPreload,
-    estimate_preload,
-)
+from ballscrew_tehl.runtime.constants import LEAST_ELASTICITY, MOST_ITERATIONS
+from ballscrew_tehl.runtime.preload import OverPreload, estimate_preload
 
 REGULARIZATION = 0.1
 SETS = ((7.6, 0.0051, 24e-9), (1.0, 0.0, 0.0), (40.0, 0.0, 200e-9), (0.0, 0.01, 0.0))

@@ -7,12 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ballscrew_tehl.runtime.standstill import (
-    ELASTIC_SHARE,
-    presliding_power,
-    presliding_step,
-    regularised_sign,
-)
+from ballscrew_tehl.runtime.constants import ELASTIC_SHARE
+from ballscrew_tehl.runtime.standstill import presliding_power, presliding_step, regularised_sign
 
 TC, S0 = 0.25, 400.0
 

@@ -12,7 +12,8 @@ from typing import Any
 import fmpy
 
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.variables.friction import TOO_LARGE, Variable
+from ballscrew_fmu.variables.friction import Variable
+from ballscrew_tehl.runtime.constants import TOO_LARGE
 
 NATIVE_NAME = FRICTION.native_name
 FMI_VERSIONS = (2, 3)

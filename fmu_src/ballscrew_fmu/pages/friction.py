@@ -8,7 +8,8 @@ from typing import Any
 
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.pages.monitor import PYTHON, monitor_page
-from ballscrew_fmu.variables.friction import TOO_LARGE, Variable
+from ballscrew_fmu.variables.friction import Variable
+from ballscrew_tehl.runtime.constants import TOO_LARGE
 from ballscrew_tehl.runtime.packed import certificate_totals
 
 EXTERNAL_DEPENDENCIES = """\

@@ -9,7 +9,8 @@ from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.pages.friction import _row, friction_provenance, map_provenance, split_statement
 from ballscrew_fmu.pages.monitor import NATIVE, ZERO_STEP, monitor_page
 from ballscrew_fmu.pages.page import HEAD, VARIABLES
-from ballscrew_fmu.variables.friction import TIME, TOO_LARGE
+from ballscrew_fmu.variables.friction import TIME
+from ballscrew_tehl.runtime.constants import TOO_LARGE
 
 
 class Validation(NamedTuple):

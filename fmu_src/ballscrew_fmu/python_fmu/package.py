@@ -33,6 +33,7 @@ RUNTIME_MODULES = {
     "ballscrew_fmu.python_fmu.process_end": "process_end",
     "ballscrew_fmu.variables.friction": "variables",
     "ballscrew_tehl.runtime.bspline": "bspline",
+    "ballscrew_tehl.runtime.constants": "constants",
     "ballscrew_tehl.runtime.evaluate": "evaluate",
     "ballscrew_tehl.runtime.packed": "packed",
     "ballscrew_tehl.runtime.standstill": "standstill",

@@ -21,7 +21,8 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from ballscrew_fmu.python_fmu.process_end import reset_at_exit
-from ballscrew_fmu.variables.friction import TOO_LARGE, Variable, places
+from ballscrew_fmu.variables.friction import Variable, places
+from ballscrew_tehl.runtime.constants import TOO_LARGE
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 MAP_FILE = "nut_map.npz"

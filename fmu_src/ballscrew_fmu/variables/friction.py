@@ -8,8 +8,6 @@ variable is its place in the table. Bounds and start values that belong to a map
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-TOO_LARGE = 1e30  # a value of this size or more is refused like infinity, so that no product overflows
-
 
 class Unit(NamedTuple):
     """SI unit with the exponents of its base units and its display units (name, factor, offset)."""

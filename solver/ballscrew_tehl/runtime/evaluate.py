@@ -28,10 +28,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ballscrew_tehl.runtime.bspline import Axis, cubic_slopes, cubic_weights, weighted
+from ballscrew_tehl.runtime.constants import (
+    FILM_SPEED_EXPONENT,
+    LAMBDA_RATIO_MAX,
+    SMOOTH,
+    SPEED_EXPONENT_MAX,
+)
 from ballscrew_tehl.runtime.packed import DEFAULTS, check, npz_bytes, read_npz
 
-FILM_SPEED_EXPONENT = 0.67  # Hamrock & Dowson 1977, central film
-LAMBDA_RATIO_MAX = 1000.0  # reported for a smooth surface
 PIECE = 2048  # points of an array that are evaluated at a time
 GATHERED = 256  # points whose coefficients are collected at a time
 
@@ -340,7 +344,9 @@ def _nut(values, slopes, curves, f, s, ratio, net, roughness, ops):
         torque = exp(values[raceway]) * share
         if slopes is not None:
             # exponent of speed of the viscous torque at the end of the axis; below 3 the law is monotone
-            n = ops.least(ops.most(slopes[raceway] + 2.0 * x * share * slopes[2 + raceway], 0.0), 3.0)
+            n = ops.least(
+                ops.most(slopes[raceway] + 2.0 * x * share * slopes[2 + raceway], 0.0), SPEED_EXPONENT_MAX
+            )
             c = 0.5 * (n - 1.0)
             torque = torque * (s * (1.0 - c + c * s * s))
         viscous = viscous + torque
@@ -373,7 +379,7 @@ def _double_nut(first, second, roughness, in_range, clamped, ops) -> DoubleNutSt
         ops.most(first[6], second[6]),
         ops.most(first[7], second[7]),
         ops.most(first[8], second[8]),
-        ops.least(film / ops.most(roughness, 1e-30), LAMBDA_RATIO_MAX),
+        ops.least(film / ops.most(roughness, SMOOTH), LAMBDA_RATIO_MAX),
         in_range,
         clamped,
     )

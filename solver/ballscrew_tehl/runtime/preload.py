@@ -14,15 +14,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ballscrew_tehl.runtime.bspline import cubic_slopes, cubic_weights, weighted
+from ballscrew_tehl.runtime.constants import (
+    ACCURACY,
+    JUMP,
+    LEAST_ELASTICITY,
+    MOST_ITERATIONS,
+    SEPARATION_STEPS,
+)
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.standstill import regularised_sign
-
-#: least (preload/torque) d torque/d preload at which the torque tells the preload: there 1 % of torque is all of it
-LEAST_ELASTICITY = 0.01
-ACCURACY = 1e-11  # relative, of the last step in preload
-JUMP = 1e-9  # relative; torques so near that of parted nuts do not tell the preload, and the torque may jump there
-SEPARATION_STEPS = 6  # of Newton: load over preload at separation hardly changes with preload
-MOST_ITERATIONS = 200  # each halves the error in torque or the bracket: it takes 3 to 10, and cannot take all
 
 
 class TorqueOverPreload(NamedTuple):

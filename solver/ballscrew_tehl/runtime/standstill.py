@@ -9,8 +9,7 @@ step of constant speed.
 import math
 from typing import NamedTuple
 
-#: elastic limit over sliding deflection; > 0, else the bristle creeps under a swinging load (Dahl)
-ELASTIC_SHARE = 0.7
+from ballscrew_tehl.runtime.constants import ELASTIC_SHARE
 
 
 class PreslidingStep(NamedTuple):

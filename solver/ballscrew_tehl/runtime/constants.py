@@ -1,0 +1,28 @@
+"""Constants that the Python runtime and its C twin share; constants.h of the native FMUs is written from this table.
+
+Standard library only: this module travels inside the Python FMUs. The column order of a map is in packed.py and is
+written to constants.h as well.
+"""
+
+# nut law (evaluate.py)
+FILM_SPEED_EXPONENT = 0.67  # film over speed below the slowest node: Hamrock & Dowson 1977, central film
+LAMBDA_RATIO_MAX = 1000.0  # reported for a smooth surface
+SMOOTH = 1e-30  # [m] roughness height below which a surface counts as smooth
+SPEED_EXPONENT_MAX = (
+    3.0  # of the viscous torque at the slowest node; above it the law towards rest is not monotone
+)
+
+# bristle (standstill.py)
+ELASTIC_SHARE = (
+    0.7  # elastic limit over sliding deflection; 0 (Dahl): the bristle creeps under a swinging load
+)
+
+# preload from torque (preload.py)
+LEAST_ELASTICITY = 0.01  # (preload/torque) d torque/d preload; below it 1 % of torque is all of the preload
+ACCURACY = 1e-11  # relative, of the last step in preload
+JUMP = 1e-9  # relative; torques this near that of parted nuts do not determine the preload: it may jump there
+SEPARATION_STEPS = 6  # of Newton; load over preload at separation hardly changes with preload, 3 suffice
+MOST_ITERATIONS = 200  # each halves the error in torque or the bracket: it takes 3 to 10, and cannot take all
+
+# inputs
+TOO_LARGE = 1e30  # a value of this size or more is refused like infinity, so that no product overflows
