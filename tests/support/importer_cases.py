@@ -126,7 +126,7 @@ PRELOAD, TEMPERATURE = 2000.0, 303.15
 
 def coulomb_torque(nut_map: NutMap) -> float:
     state = nut_map.evaluate(preload=PRELOAD, speed=0.0, temperature=TEMPERATURE, axial_load=0.0)
-    return float(state.hysteresis_torque + state.sliding_torque)
+    return float(state.coulomb_torque)
 
 
 class Stop:

@@ -21,46 +21,36 @@ import math
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ballscrew_tehl.runtime.bspline import Axis, cubic_slopes, cubic_weights, weighted
-from ballscrew_tehl.runtime.constants import (
-    FILM_SPEED_EXPONENT,
-    LAMBDA_RATIO_MAX,
-    SMOOTH,
-    SPEED_EXPONENT_MAX,
+from ballscrew_tehl.runtime.constants import LAMBDA_RATIO_MAX as LAMBDA_RATIO_MAX
+from ballscrew_tehl.runtime.nut_law import (
+    ARRAYS,
+    FLOATS,
+    DoubleNutState,
+    Numbers,
+    double_nut,
+    nut_extremes,
+    nut_forces,
+    nut_torques,
 )
-from ballscrew_tehl.runtime.packed import DEFAULTS, check, npz_bytes, read_npz
+from ballscrew_tehl.runtime.packed import (
+    DEFAULTS,
+    FrictionParameters,
+    check,
+    npz_bytes,
+    read_npz,
+)
 
 PIECE = 2048  # points of an array that are evaluated at a time
 GATHERED = 256  # points whose coefficients are collected at a time
 
 #: called with the force of a nut [N] and its ten logarithms (packed.SURFACES); returns them corrected
 Correction = Callable[[float, list[float]], list[float]]
-
-_SCALARS = SimpleNamespace(exp=math.exp, least=min, most=max)
-_ARRAYS = SimpleNamespace(exp=np.exp, least=np.minimum, most=np.maximum)
-
-
-class DoubleNutState(NamedTuple):
-    """Operating point of the double nut; torques are magnitudes >= 0, floats or arrays."""
-
-    viscous_torque: Any  # [N.m]
-    hysteresis_torque: Any  # [N.m]
-    sliding_torque: Any  # [N.m]
-    film_thickness_min: Any  # [m]
-    film_thickness_central_screw: Any  # [m]
-    film_thickness_central_nut: Any  # [m]
-    film_temperature_rise: Any  # [K]
-    contact_pressure_max: Any  # [Pa]
-    ball_load_max: Any  # [N]
-    lambda_ratio: Any  # minimum film over roughness height, at most LAMBDA_RATIO_MAX
-    in_range: Any  # bool
-    clamped: tuple[str, ...]  # names of the inputs beyond the map, at any point
 
 
 class NutMap:
@@ -75,7 +65,7 @@ class NutMap:
         check(header, arrays)
         self.header: Mapping[str, Any] = header
         self.arrays = arrays
-        self.defaults = tuple(float(header["defaults"][name]) for name in DEFAULTS)
+        self.defaults = FrictionParameters(*(float(header["defaults"][name]) for name in DEFAULTS))
         axes = header["axes"]
         self.force = Axis(axes["force"], logarithmic=True)
         self.speed = Axis(axes["speed"], logarithmic=True)
@@ -158,6 +148,22 @@ class NutMap:
         found = self._splines_array(force.ravel(), speed.ravel(), temperature.ravel(), False)[0]
         return found.reshape(-1, *force.shape)
 
+    def surface_block(self, j: int, k: int) -> NDArray[np.float64]:
+        """Coefficients of the surfaces at four neighbours over speed and temperature: (4, 4, force, column)."""
+        return self._surfaces[j : j + 4, k : k + 4]
+
+    def force_curves(self, cell: int) -> NDArray[np.float64]:
+        """Coefficients of the force curves at four neighbours over force: (4, column)."""
+        return self._curves[cell : cell + 4]
+
+    def separation_row(self, side: int) -> list[float]:
+        """Coefficients of ln(separation load over preload) over preload; side 0: axial load > 0, 1: < 0."""
+        return self._separation_lists[side]
+
+    def sharing_rows(self, side: int) -> list[list[float]]:
+        """Coefficients of (force of the relieved nut over preload)^(2/3) over preload and share; side as above."""
+        return self._sharing_lists[side]
+
     def evaluate_point(
         self,
         preload,
@@ -185,51 +191,63 @@ class NutMap:
             clamped.append("temperature")
         j, tj = speed_axis.place(speed)
         k, tk = temperature_axis.place(temperature)
-        s = min(speed / speed_axis.lo, 1.0)
+        s = speed / speed_axis.lo if speed < speed_axis.lo else 1.0
         w_k = cubic_weights(tk)
         rows = [[a * b for a in cubic_weights(tj) for b in w_k]]
         if s < 1.0:
-            rows.append([a * speed_axis.scale * b for a in cubic_slopes(tj) for b in w_k])
+            scale = speed_axis.scale
+            rows.append([a * b for a in [scale * a for a in cubic_slopes(tj)] for b in w_k])
         weights = np.array(rows)
-        block = self._surfaces[j : j + 4, k : k + 4]
+        nuts = (j, k, weights, s, ratio, net, roughness, correction)
         if axial_load == 0.0:
-            nut = self._nut_point(preload, block, weights, s, ratio, net, roughness, correction)
-            return _double_nut(nut, nut, roughness, not clamped, tuple(clamped), _SCALARS)
+            nut = self._nut_point(preload, *nuts)
+            return double_nut(nut, nut, roughness, not clamped, tuple(clamped), FLOATS)
         relieved, loaded = self._forces_point(preload, axial_load)
         if loaded > force_axis.hi:
             clamped.append("axial_load")
             loaded = force_axis.hi
-        first = self._nut_point(relieved, block, weights, s, ratio, net, roughness, correction)
-        second = self._nut_point(loaded, block, weights, s, ratio, net, roughness, correction)
-        return _double_nut(first, second, roughness, not clamped, tuple(clamped), _SCALARS)
+        first, second = self._nut_point(relieved, *nuts), self._nut_point(loaded, *nuts)
+        return double_nut(first, second, roughness, not clamped, tuple(clamped), FLOATS)
 
-    def _nut_point(self, force, block, weights, s, ratio, net, roughness, correction):
+    def _nut_point(
+        self,
+        force: float,
+        j: int,
+        k: int,
+        weights: NDArray[np.float64],
+        s: float,
+        ratio: float,
+        net: float,
+        roughness: float,
+        correction: Correction | None,
+    ) -> tuple[Numbers, Numbers]:
         i, ti = self.force.place(force)
         w_i = np.array(cubic_weights(ti))
-        contracted = weights @ block[:, :, i : i + 4].reshape(16, -1)
+        contracted = weights @ self._surfaces[j : j + 4, k : k + 4, i : i + 4].reshape(16, -1)
         values = (w_i @ contracted.reshape(len(weights), 4, self._columns)).tolist()
         curves = (w_i @ self._curves[i : i + 4]).tolist()
         if correction is not None:
             values[0] = correction(force, values[0])
-        f = min(force / self.force.lo, 1.0)
-        return _nut(values[0], values[1] if s < 1.0 else None, curves, f, s, ratio, net, roughness, _SCALARS)
+        f = force / self.force.lo if force < self.force.lo else 1.0
+        slopes = values[1] if s < 1.0 else None
+        torques = nut_torques(values[0], slopes, curves, f, s, ratio, net, roughness, FLOATS)
+        return torques, nut_extremes(values[0], curves, f, s, FLOATS)
 
     def _forces_point(self, preload: float, axial_load: float) -> tuple[float, float]:
         """Forces of the relieved and of the loaded nut under an axial load."""
         load = abs(axial_load)
-        side = 0 if axial_load > 0.0 else 1
         if preload <= 0.0:
             return 0.0, load
+        side = 0 if axial_load > 0.0 else 1
         p, tp = self.preload.place(preload)
         w_p = cubic_weights(tp)
-        share = load / (preload * math.exp(weighted(w_p, self._separation_lists[side], p)))
-        if share >= 1.0:
-            return 0.0, load
-        q, tq = self.share.place(share)
-        w_q = cubic_weights(tq)
-        y = weighted(w_p, [weighted(w_q, row, q) for row in self._sharing_lists[side][p : p + 4]], 0)
-        relieved = preload * max(y, 0.0) ** 1.5
-        return relieved, relieved + load
+
+        def sharing(share: float) -> float:
+            q, tq = self.share.place(share)
+            w_q = cubic_weights(tq)
+            return weighted(w_p, [weighted(w_q, row, q) for row in self._sharing_lists[side][p : p + 4]], 0)
+
+        return nut_forces(preload, load, weighted(w_p, self._separation_lists[side], p), sharing, FLOATS)
 
     def _evaluate_array(
         self, preload, speed, temperature, axial_load, ratio, net, roughness
@@ -267,9 +285,10 @@ class NutMap:
             slow = bool((s < 1.0).any())
             values, slopes, curves = self._splines_array(force, speed, temperature, with_slopes=slow)
             f = np.minimum(force / self.force.lo, 1.0)
-            nuts.append(_nut(values, slopes, curves, f, s, ratio, net, roughness, _ARRAYS))
+            torques = nut_torques(values, slopes, curves, f, s, ratio, net, roughness, ARRAYS)
+            nuts.append((torques, nut_extremes(values, curves, f, s, ARRAYS)))
         in_range = ~np.logical_or.reduce(list(outside.values()))
-        return _double_nut(nuts[0], nuts[-1], roughness, in_range, (), _ARRAYS)[:-1], outside
+        return double_nut(nuts[0], nuts[-1], roughness, in_range, (), ARRAYS)[:-1], outside
 
     @cached_property
     def _runs(self) -> NDArray[np.float64]:
@@ -313,15 +332,20 @@ class NutMap:
         side = np.where(axial_load > 0.0, 0, 1)
         p, tp = self.preload.place_array(preload)
         w_p = cubic_weights(tp)
-        ratio = np.exp(sum(w * self._separation[p + a, side] for a, w in enumerate(w_p)))
-        share = np.where(preload > 0.0, load / np.where(preload > 0.0, preload * ratio, 1.0), 1.0)
-        q, tq = self.share.place_array(share)
-        w_q = cubic_weights(tq)
-        y = sum(
-            v * w * self._sharing[p + a, q + b, side] for a, v in enumerate(w_p) for b, w in enumerate(w_q)
-        )
-        relieved = np.where(share < 1.0, preload * np.maximum(y, 0.0) ** 1.5, 0.0)
-        relieved = np.where(axial_load == 0.0, preload, relieved)
+        separation = sum(w * self._separation[p + a, side] for a, w in enumerate(w_p))
+
+        def sharing(share: NDArray[np.float64]) -> Any:
+            q, tq = self.share.place_array(share)
+            w_q = cubic_weights(tq)
+            return sum(
+                v * w * self._sharing[p + a, q + b, side]
+                for a, v in enumerate(w_p)
+                for b, w in enumerate(w_q)
+            )
+
+        pressed = preload > 0.0
+        relieved, _ = nut_forces(np.where(pressed, preload, 1.0), load, separation, sharing, ARRAYS)
+        relieved = np.where(axial_load == 0.0, preload, np.where(pressed, relieved, 0.0))
         return relieved, relieved + load
 
 
@@ -332,54 +356,3 @@ _NOT_NEGATIVE = DEFAULTS
 
 def _bad_argument(name: str, value: float) -> ValueError:
     return ValueError(f"{name} = {value}; needs a finite number" + (" >= 0" if name in _NOT_NEGATIVE else ""))
-
-
-def _nut(values, slopes, curves, f, s, ratio, net, roughness, ops):
-    """One nut from its splines: f and s are force and speed over the ends of their axes, at most 1."""
-    exp = ops.exp
-    viscous = 0.0
-    for raceway in (0, 1):
-        x = (roughness / exp(values[2 + raceway])) ** 2
-        share = 1.0 / (1.0 + x)
-        torque = exp(values[raceway]) * share
-        if slopes is not None:
-            # exponent of speed of the viscous torque at the end of the axis; below 3 the law is monotone
-            n = ops.least(
-                ops.most(slopes[raceway] + 2.0 * x * share * slopes[2 + raceway], 0.0), SPEED_EXPONENT_MAX
-            )
-            c = 0.5 * (n - 1.0)
-            torque = torque * (s * (1.0 - c + c * s * s))
-        viscous = viscous + torque
-    third = f ** (1.0 / 3.0)
-    film = s**FILM_SPEED_EXPONENT
-    return (
-        ratio * viscous * third * third,
-        exp(curves[0]) * f * third,
-        net * exp(curves[1]) * f,
-        # a spline through nearly equal films may cross another
-        film * exp(ops.least(ops.least(values[4], values[5]), ops.least(values[6], values[7]))),
-        film * exp(values[6]),
-        film * exp(values[7]),
-        s * third * exp(ops.most(values[8], values[9])),
-        third * exp(curves[2]),
-        f * exp(curves[3]),
-    )
-
-
-def _double_nut(first, second, roughness, in_range, clamped, ops) -> DoubleNutState:
-    """Torques added, extremes over both nuts."""
-    film = ops.least(first[3], second[3])
-    return DoubleNutState(
-        first[0] + second[0],
-        first[1] + second[1],
-        first[2] + second[2],
-        film,
-        ops.least(first[4], second[4]),
-        ops.least(first[5], second[5]),
-        ops.most(first[6], second[6]),
-        ops.most(first[7], second[7]),
-        ops.most(first[8], second[8]),
-        ops.least(film / ops.most(roughness, SMOOTH), LAMBDA_RATIO_MAX),
-        in_range,
-        clamped,
-    )
