@@ -27,7 +27,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ballscrew_tehl.runtime.bspline import Axis, cubic_slopes, cubic_weights, weighted
-from ballscrew_tehl.runtime.constants import LAMBDA_RATIO_MAX as LAMBDA_RATIO_MAX
 from ballscrew_tehl.runtime.nut_law import (
     ARRAYS,
     FLOATS,
@@ -49,6 +48,8 @@ from ballscrew_tehl.runtime.packed import (
 PIECE = 2048  # points of an array that are evaluated at a time
 GATHERED = 256  # points whose coefficients are collected at a time
 
+Array = NDArray[np.float64]
+Operand = float | Array  # arrays broadcast
 #: called with the force of a nut [N] and its ten logarithms (packed.SURFACES); returns them corrected
 Correction = Callable[[float, list[float]], list[float]]
 
@@ -59,7 +60,7 @@ class NutMap:
     Example      NutMap.from_npz(path).evaluate(2000.0, 104.7, 303.15).viscous_torque
     """
 
-    def __init__(self, header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> None:
+    def __init__(self, header: Mapping[str, Any], arrays: Mapping[str, Array]) -> None:
         """Checked: MapError if the header or an array is not what the format says."""
         arrays = {name: np.ascontiguousarray(array, dtype=np.float64) for name, array in arrays.items()}
         check(header, arrays)
@@ -83,7 +84,7 @@ class NutMap:
         self._columns = self._surfaces.shape[-1]
 
     @classmethod
-    def from_arrays(cls, header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> "NutMap":
+    def from_arrays(cls, header: Mapping[str, Any], arrays: Mapping[str, Array]) -> "NutMap":
         """Map of a header (with the content_hash of packed.sealed) and its coefficient arrays."""
         return cls(header, arrays)
 
@@ -98,13 +99,13 @@ class NutMap:
 
     def evaluate(
         self,
-        preload,
-        speed,
-        temperature,
-        axial_load=0.0,
-        apparent_viscosity_ratio=None,
-        net_sliding_coefficient=None,
-        roughness_height=None,
+        preload: Operand,
+        speed: Operand,
+        temperature: Operand,
+        axial_load: Operand = 0.0,
+        apparent_viscosity_ratio: Operand | None = None,
+        net_sliding_coefficient: Operand | None = None,
+        roughness_height: Operand | None = None,
     ) -> DoubleNutState:
         """State of the double nut at one operating point or at many (arrays broadcast; same numbers).
 
@@ -121,13 +122,20 @@ class NutMap:
             return self.evaluate_point(*arguments)
         return self._evaluate_array(*arguments)
 
-    def checked_arguments(self, preload, speed, temperature, axial_load, *friction) -> list[Any]:
+    def checked_arguments(
+        self,
+        preload: Operand,
+        speed: Operand,
+        temperature: Operand,
+        axial_load: Operand,
+        *friction: Operand | None,
+    ) -> list[Any]:
         """Arguments of evaluate() with defaults filled in: all numbers, or all arrays of one shape.
 
         Raises       ValueError as evaluate()
         """
         ratio, net, roughness = (d if g is None else g for g, d in zip(friction, self.defaults, strict=True))
-        arguments = [preload, speed, temperature, axial_load, ratio, net, roughness]
+        arguments: list[Any] = [preload, speed, temperature, axial_load, ratio, net, roughness]
         if all(isinstance(a, (float, int)) for a in arguments):
             for name, value in zip(_ARGUMENTS, arguments, strict=True):
                 if not math.isfinite(value) or (value < 0.0 and name in _NOT_NEGATIVE):
@@ -140,7 +148,7 @@ class NutMap:
                 raise _bad_argument(name, float(column[bad].flat[0]))
         return list(np.broadcast_arrays(*columns))
 
-    def surfaces(self, force, speed, temperature) -> NDArray[np.float64]:
+    def surfaces(self, force: Operand, speed: Operand, temperature: Operand) -> Array:
         """The ten logarithms of one nut, packed.SURFACES first: (10, ...), clamped to the axes; arguments broadcast."""
         force, speed, temperature = np.broadcast_arrays(
             *(np.asarray(x, dtype=np.float64) for x in (force, speed, temperature))
@@ -148,11 +156,11 @@ class NutMap:
         found = self._splines_array(force.ravel(), speed.ravel(), temperature.ravel(), False)[0]
         return found.reshape(-1, *force.shape)
 
-    def surface_block(self, j: int, k: int) -> NDArray[np.float64]:
+    def surface_block(self, j: int, k: int) -> Array:
         """Coefficients of the surfaces at four neighbours over speed and temperature: (4, 4, force, column)."""
         return self._surfaces[j : j + 4, k : k + 4]
 
-    def force_curves(self, cell: int) -> NDArray[np.float64]:
+    def force_curves(self, cell: int) -> Array:
         """Coefficients of the force curves at four neighbours over force: (4, column)."""
         return self._curves[cell : cell + 4]
 
@@ -166,13 +174,13 @@ class NutMap:
 
     def evaluate_point(
         self,
-        preload,
-        speed,
-        temperature,
-        axial_load,
-        ratio,
-        net,
-        roughness,
+        preload: float,
+        speed: float,
+        temperature: float,
+        axial_load: float,
+        ratio: float,
+        net: float,
+        roughness: float,
         correction: Correction | None = None,
     ) -> DoubleNutState:
         """evaluate() for floats that the caller has checked: the step of the FMU.
@@ -214,7 +222,7 @@ class NutMap:
         force: float,
         j: int,
         k: int,
-        weights: NDArray[np.float64],
+        weights: Array,
         s: float,
         ratio: float,
         net: float,
@@ -249,16 +257,13 @@ class NutMap:
 
         return nut_forces(preload, load, weighted(w_p, self._separation_lists[side], p), sharing, FLOATS)
 
-    def _evaluate_array(
-        self, preload, speed, temperature, axial_load, ratio, net, roughness
-    ) -> DoubleNutState:
+    def _evaluate_array(self, *arguments: Array) -> DoubleNutState:
         """evaluate() for arrays of one shape, piece by piece: a piece stays in the cache of the processor."""
-        shape = preload.shape
-        arguments = [a.ravel() for a in (preload, speed, temperature, axial_load, ratio, net, roughness)]
+        shape, columns_given = arguments[0].shape, [a.ravel() for a in arguments]
         size = max(arguments[0].size, 1)
         found, clamped = [], dict.fromkeys(_CLAMPED, False)
         for first in range(0, size, PIECE):
-            state, outside = self._evaluate_piece(*(a[first : first + PIECE] for a in arguments))
+            state, outside = self._evaluate_piece(*(a[first : first + PIECE] for a in columns_given))
             found.append(state)
             for name in _CLAMPED:
                 clamped[name] |= bool(outside[name].any())
@@ -266,7 +271,16 @@ class NutMap:
         columns.append(tuple(name for name in _CLAMPED if clamped[name]))
         return DoubleNutState(*columns)
 
-    def _evaluate_piece(self, preload, speed, temperature, axial_load, ratio, net, roughness):
+    def _evaluate_piece(
+        self,
+        preload: Array,
+        speed: Array,
+        temperature: Array,
+        axial_load: Array,
+        ratio: Array,
+        net: Array,
+        roughness: Array,
+    ) -> tuple[tuple[Any, ...], dict[str, NDArray[np.bool_]]]:
         """State without the names of what is clamped, and where each of _CLAMPED is."""
         outside = {"preload": (preload < self.preload.lo) | (preload > self.force.hi)}
         preload = np.clip(preload, 0.0, self.force.hi)
@@ -291,13 +305,15 @@ class NutMap:
         return double_nut(nuts[0], nuts[-1], roughness, in_range, (), ARRAYS)[:-1], outside
 
     @cached_property
-    def _runs(self) -> NDArray[np.float64]:
+    def _runs(self) -> Array:
         """Coefficients of four neighbours along force side by side, one row per first neighbour."""
         columns = self._surfaces.shape[-1]
         windows = np.lib.stride_tricks.sliding_window_view(self._surfaces.reshape(-1), 4 * columns)
         return np.ascontiguousarray(windows[::columns])
 
-    def _splines_array(self, force, speed, temperature, with_slopes: bool):
+    def _splines_array(
+        self, force: Array, speed: Array, temperature: Array, with_slopes: bool
+    ) -> tuple[Array, Array | None, Array]:
         """Surfaces, their slopes over ln speed (or None) and force curves of points (n,): (columns, n)."""
         (i, ti), (j, tj) = self.force.place_array(force), self.speed.place_array(speed)
         k, tk = self.temperature.place_array(temperature)
@@ -326,7 +342,7 @@ class NutMap:
             curves += w_i[:, a, None] * self._curves[i + a]
         return values[0], values[1] if with_slopes else None, np.moveaxis(curves, -1, 0)
 
-    def _forces_array(self, preload, axial_load):
+    def _forces_array(self, preload: Array, axial_load: Array) -> tuple[Array, Array]:
         """_forces_point for arrays."""
         load = np.abs(axial_load)
         side = np.where(axial_load > 0.0, 0, 1)
@@ -334,7 +350,7 @@ class NutMap:
         w_p = cubic_weights(tp)
         separation = sum(w * self._separation[p + a, side] for a, w in enumerate(w_p))
 
-        def sharing(share: NDArray[np.float64]) -> Any:
+        def sharing(share: Array) -> Any:
             q, tq = self.share.place_array(share)
             w_q = cubic_weights(tq)
             return sum(

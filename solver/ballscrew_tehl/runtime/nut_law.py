@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ballscrew_tehl.runtime.constants import (
     FILM_SPEED_EXPONENT,
@@ -38,7 +39,7 @@ FLOATS = Ops(math.exp, min, max, lambda condition, yes, no: yes if condition els
 ARRAYS = Ops(np.exp, np.minimum, np.maximum, np.where)
 
 
-Numbers = Sequence[Any]  # floats, arrays or Duals
+Numbers = Sequence[Any] | NDArray[Any]  # one number, array or Dual per column
 
 
 class DoubleNutState(NamedTuple):
