@@ -65,7 +65,7 @@ class Estimate(NamedTuple):
 
 def map_torque(screw: NutMap, preload: Any, speed: Any, temperature: Any) -> np.ndarray:
     state = screw.evaluate(preload, speed, temperature)
-    return state.viscous_torque + state.hysteresis_torque + state.sliding_torque
+    return state.friction_torque
 
 
 def measure(screw: NutMap, preload: float, random: np.random.Generator, size: int = SIZE) -> Batch:

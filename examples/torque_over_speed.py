@@ -23,7 +23,7 @@ def main() -> dict[str, np.ndarray]:
     torque = []
     for preload in PRELOADS:
         state = nut_map.evaluate(preload, rpm * math.pi / 30.0, TEMPERATURE)
-        torque.append(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+        torque.append(state.friction_torque)
     points = packaged_measurements(TEMPERATURE)
     measured = np.array([(m.preload, m.speed * 30.0 / math.pi, m.torque) for m in points])
     return {"rpm": rpm, "torque": np.array(torque), "measured": measured}

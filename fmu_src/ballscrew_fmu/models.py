@@ -35,7 +35,11 @@ FRICTION = FmuModel(
     fmu_variables,
     native_variables,
     "ballscrew_fmu.python_fmu.slave",
-    (("ballscrew_fmu.python_fmu.slave", "slave"), ("ballscrew_fmu.python_fmu.solver_cache", "solver_cache")),
+    (
+        ("ballscrew_fmu.python_fmu.slave", "slave"),
+        ("ballscrew_fmu.python_fmu.solver_cache", "solver_cache"),
+        ("ballscrew_tehl.runtime.outputs", "outputs"),
+    ),
     refines=True,
     layer="friction",
     derivatives=True,
@@ -55,6 +59,9 @@ MONITOR = FmuModel(
     (
         ("ballscrew_fmu.python_fmu.monitor_slave", "monitor_slave"),
         ("ballscrew_fmu.variables.monitor", "monitor_variables"),
+        ("ballscrew_tehl.runtime.dual", "dual"),
+        ("ballscrew_tehl.runtime.monitor", "monitor"),
+        ("ballscrew_tehl.runtime.over_preload", "over_preload"),
         ("ballscrew_tehl.runtime.preload", "preload"),
     ),
     refines=False,

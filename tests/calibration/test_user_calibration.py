@@ -112,9 +112,7 @@ def test_torque_basis_with_the_films_of_the_map_is_what_the_map_answers(films):
     points = [replace(MEASURED[1], speed=400.0 * RPM, axial_load=load) for load in loads]
     found = torque_basis(GD4008, films["solved_thermal"], points).torque(TRUTH)
     state = load_map(None, GD4008).evaluate(2000.0, 400.0 * RPM, 303.0, np.array(loads), *TRUTH)
-    np.testing.assert_allclose(
-        found, state.viscous_torque + state.hysteresis_torque + state.sliding_torque, rtol=2e-3
-    )
+    np.testing.assert_allclose(found, state.friction_torque, rtol=2e-3)
 
 
 def test_known_parameters_lie_in_their_limits(capsys, measured):

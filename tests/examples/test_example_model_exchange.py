@@ -35,7 +35,7 @@ def test_each_reversal_has_its_two_events(result):
 def test_the_way_from_stick_to_slip_is_that_of_the_law(result, synthetic_nut_map):
     """From -1 to 0.7 of the sliding deflection one to one, then exponentially to 0.999 of it."""
     state = synthetic_nut_map.evaluate(2000.0, 0.0, 303.15)
-    deflection = (state.hysteresis_torque + state.sliding_torque) / 100.0
+    deflection = state.coulomb_torque / 100.0
     tail = 0.3 * np.log(0.3 / 0.001)
     first, *rest = (b for b in result["events"] if b.kind == "slip")
     assert abs(first.angle) == pytest.approx((0.7 + tail) * deflection, rel=1e-3)
@@ -51,7 +51,7 @@ def test_torque_in_slip_is_that_of_the_map(result, synthetic_nut_map):
     for begin, end in zip(slips, [*sticks, time[-1]], strict=True):
         inside = (time > begin) & (time < end)
         state = synthetic_nut_map.evaluate(2000.0, speed[inside], 303.15)
-        expected = state.viscous_torque + state.hysteresis_torque + state.sliding_torque
+        expected = state.friction_torque
         assert inside.sum() > 50
         assert np.abs(torque[inside]) == pytest.approx(expected, rel=1e-9)
 

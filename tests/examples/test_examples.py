@@ -58,7 +58,7 @@ def at(run, time):
 def map_torques(nut_map, axis, run, rows):
     """Viscous and Coulomb torque of the map [N.m], >= 0, at the operating points of these rows."""
     state = nut_map.evaluate(axis.preload, run.speed[rows], axis.oil_temperature, run.axial_load[rows])
-    return state.viscous_torque, state.hysteresis_torque + state.sliding_torque
+    return state.viscous_torque, state.coulomb_torque
 
 
 def rigid_inertia(axis):
@@ -339,7 +339,7 @@ def test_groups_of_the_coupling_are_those_of_the_head_of_the_file(servo_axis, ax
     assert damping == pytest.approx(0.005, rel=0.1)
     assert stability < damping * (1.0 - damping)  # for masters that step both sides with old values too
     state = synthetic_nut_map.evaluate(axis.preload, 0.0, axis.oil_temperature)
-    longest = 2.0 * axis.inertia * 0.1 / (state.hysteresis_torque + state.sliding_torque)
+    longest = 2.0 * axis.inertia * 0.1 / state.coulomb_torque
     assert longest == pytest.approx(1.5e-3, rel=0.15)
     assert axis.step < 0.1 * longest
     for number in ("a = 0.0005", "b = 0.005", "= 1.5 ms", "a < 4 - 2b"):

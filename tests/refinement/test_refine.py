@@ -91,7 +91,7 @@ def direct_torque(film, preload, speed, temperature, axial_load=0.0):
 
 
 def torque(state):
-    return state.viscous_torque + state.hysteresis_torque + state.sliding_torque
+    return state.friction_torque
 
 
 # values

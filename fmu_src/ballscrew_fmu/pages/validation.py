@@ -34,7 +34,7 @@ def validation_report(parameters: Any, nut_map: NutMap) -> Validation:
 
 def _torque(nut_map: NutMap, preload: float, speed: Any, temperature: float) -> Any:
     state = nut_map.evaluate(preload, speed, temperature)
-    return state.viscous_torque + state.hysteresis_torque + state.sliding_torque
+    return state.friction_torque
 
 
 def _table(table: ValidationTable) -> str:

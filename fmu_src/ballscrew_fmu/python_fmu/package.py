@@ -35,6 +35,7 @@ RUNTIME_MODULES = {
     "ballscrew_tehl.runtime.bspline": "bspline",
     "ballscrew_tehl.runtime.constants": "constants",
     "ballscrew_tehl.runtime.evaluate": "evaluate",
+    "ballscrew_tehl.runtime.nut_law": "nut_law",
     "ballscrew_tehl.runtime.packed": "packed",
     "ballscrew_tehl.runtime.standstill": "standstill",
     "pythonfmu._version": "pythonfmu_version",

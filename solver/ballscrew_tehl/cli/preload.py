@@ -29,7 +29,7 @@ def run_preload(args: Namespace) -> int:
 
         def torque(preload: float, speed: float = speed, temperature: float = temperature) -> float:
             state = nut_map.evaluate(preload, speed, temperature, 0.0, *friction_set.values)
-            return float(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+            return float(state.friction_torque)
 
         preload = preload_from_torque(torque, point["torque_nm"], 0.0, highest)
         state = nut_map.evaluate(preload, speed, temperature, 0.0, *friction_set.values)

@@ -98,7 +98,7 @@ def _direct_torques(
 ) -> list[dict[str, Any]]:
     from ..friction.torque import double_nut_torque
     from ..refinement.direct import direct_extremes
-    from ..runtime.evaluate import LAMBDA_RATIO_MAX
+    from ..runtime.constants import LAMBDA_RATIO_MAX
 
     for point in points:
         if point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0:

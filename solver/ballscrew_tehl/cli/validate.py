@@ -42,7 +42,7 @@ def run_validate(args: Namespace) -> int:
             preload: float, speed: float, temperature: float, own: NutMap = own, entry: FrictionSet = entry
         ) -> float:
             state = own.evaluate(preload, speed, temperature, 0.0, *entry.values)
-            return float(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+            return float(state.friction_torque)
 
         found[entry.name] = validation_tables(evaluate)
     if args.json:

@@ -86,7 +86,7 @@ class MapPicture:
 
 def friction_torque(state: DoubleNutState) -> Array:
     """Sum of the parts [N.m]."""
-    return np.asarray(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+    return np.asarray(state.friction_torque)
 
 
 def map_picture(nut_map: NutMap, contact_map: ContactMap) -> MapPicture:

@@ -54,7 +54,7 @@ def friction_rows(nut_map, count, seed, **parameters):
         }
         state = nut_map.evaluate(**row, **parameters)
         sign = math.tanh(abs(row["speed"]) / 0.1)
-        total = state.viscous_torque + sign * (state.hysteresis_torque + state.sliding_torque)
+        total = state.viscous_torque + sign * state.coulomb_torque
         rows.append(row)
         torques.append(math.copysign(total, row["speed"]))
     return rows, torques

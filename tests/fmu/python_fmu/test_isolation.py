@@ -90,11 +90,10 @@ def scenario(tmp_path_factory):
     build_fmu(make_map(), folder / "one.fmu")
     build_fmu(make_map(viscous_scale=3.0), folder / "map.fmu")
     sources = runtime_sources()
-    changed = sources["slave"].replace(
-        "viscous + hysteresis + sliding, viscous", "2.0 * (viscous + hysteresis + sliding), viscous"
-    )
-    assert changed != sources["slave"]
-    build_fmu(make_map(), folder / "doubled.fmu", sources | {"slave": changed})
+    whole = '"friction_torque": viscous + hysteresis + sliding'
+    changed = sources["outputs"].replace(whole, '"friction_torque": 2.0 * (viscous + hysteresis + sliding)')
+    assert changed != sources["outputs"]
+    build_fmu(make_map(), folder / "doubled.fmu", sources | {"outputs": changed})
     foreign = folder / "source"
     foreign.mkdir()
     (foreign / "foreign.py").write_text(textwrap.dedent(FOREIGN))
@@ -120,7 +119,7 @@ def scenario(tmp_path_factory):
 
 def torque(preload=2000.0, scale=1.0):
     state = make_map(scale).evaluate(preload, 30.0, 303.15)
-    return pytest.approx(state.viscous_torque + state.hysteresis_torque + state.sliding_torque, rel=1e-12)
+    return pytest.approx(state.friction_torque, rel=1e-12)
 
 
 @pytest.fixture(scope="module")
