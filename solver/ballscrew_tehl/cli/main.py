@@ -36,7 +36,7 @@ SET_NAMES = ("two_parameter", "three_parameter")
 CERTIFIED = ("torque", "film", "temperature_rise")
 DROP_KINDS = ("impossible", "outside", "outliers")
 OILS = ("viscosities", "iso_vg")
-LOSS_NAMES = ("least_squares", "soft_l1", "table_minimax")
+LOSS_NAMES = ("least_squares", "soft_l1")
 
 
 class Parser(argparse.ArgumentParser):
