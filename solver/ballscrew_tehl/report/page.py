@@ -106,6 +106,11 @@ def paragraph(*content: Any, class_: str = "") -> Html:
     return element("p", *content, **({"class_": class_} if class_ else {}))
 
 
+def bullets(*items: Any) -> Html:
+    """A list."""
+    return element("ul", *(element("li", item) for item in items))
+
+
 def section(name: str, title: str, *content: Html) -> Html:
     """A numbered part of the page."""
     return element("section", element("h2", title), *(Html(part + "\n") for part in content), id=name)

@@ -13,20 +13,12 @@ from .claims import NEAR_WITHIN, REPRODUCED_WITHIN, VERDICTS, Claim, judged
 from .errata import Erratum
 from .material import Material, torque_of_contacts
 from .page import Html, element, paragraph, section, table
+from .tables import percent_of, words
 
 UNMEASURED = (
     "This screw or its oil is not that of the paper: there are no measured torques for it. The comparison "
     "with the measurement and with the statements of the paper is left out."
 )
-
-
-def words(name: str) -> str:
-    """A name of the program in words."""
-    return name.replace("_", " ")
-
-
-def percent_of(value: float) -> str:
-    return f"{100.0 * value:.2f} %"
 
 
 def verdict_mark(verdict: str) -> Html:

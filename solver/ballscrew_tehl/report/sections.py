@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from .. import __version__
 from ..friction.sets import FITTED, SETS
-from ..nut_map.plot import ERRORS, TOTALS, percent
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from ..physics.hertz import RACEWAYS
-from ..validation.tables import MODELS, ValidationTable
 from . import figures
 from .claims import VERDICTS, Claim
 from .errata import Erratum
@@ -20,7 +18,8 @@ from .figures import FIELDS
 from .material import Friction, Material
 from .page import Html, element, figure, page, paragraph, section, table, tiles
 from .page import figures as beside
-from .paper import UNMEASURED, paper, percent_of, words
+from .paper import UNMEASURED, paper
+from .tables import certificate_table, percent_of, validation_table, words
 
 PAPER = "https://doi.org/10.1007/s00170-022-09524-2"
 NAMES = {
@@ -75,24 +74,6 @@ def intro(material: Material, claimed: Sequence[Claim]) -> list[Html]:
         ("map", element("code", str(header["file_hash"]))),
     ]
     return [*content, table("identity", "What this report is about", ("", ""), contents, text=True)]
-
-
-def _comparison(shown: ValidationTable, others: Mapping[str, ValidationTable], chosen: str) -> Html:
-    """One table with a column per friction set and published model; a last row with the mean deviations."""
-    digits = 4 if shown.unit == "N.m" else 1
-    sets = {name: found for name, found in others.items() if name != chosen}
-    head = ["preload [N]", "speed [r/min]", "measured", f"this model, {words(chosen)}"]
-    head += [f"this model, {words(name)}" for name in sets] + list(MODELS[1:])
-    rows = []
-    for i, row in enumerate(shown.rows):
-        values = [row.models[0], *(found.rows[i].models[0] for found in sets.values()), *row.models[1:]]
-        rows.append(
-            [f"{row.preload:.0f}", f"{row.speed / RPM:.0f}", f"{row.measured:.{digits - 1}f}"]
-            + [f"{value:.{digits}f}" for value in values]
-        )
-    means = [shown.deviations[0], *(found.deviations[0] for found in sets.values()), *shown.deviations[1:]]
-    total = ["mean deviation", "", "", *map(percent_of, means)]
-    return table(shown.name, f"{shown.title} [{shown.unit.replace('.', ' ')}]", head, rows, total)
 
 
 def _sets(frictions: Sequence[Friction]) -> Html:
@@ -157,9 +138,9 @@ def validation(material: Material) -> Html:
             _sets(material.frictions),
         )
     chosen = material.chosen.entry.name
-    by_name = {name: {t.name: t for t in found} for name, found in material.tables.items()}
+    others = {name: {t.name: t for t in found} for name, found in material.tables.items() if name != chosen}
     tables = [
-        _comparison(one, {name: found[one.name] for name, found in by_name.items()}, chosen)
+        validation_table(one, chosen, {name: found[one.name] for name, found in others.items()})
         for one in material.tables[chosen]
     ]
     return section(
@@ -343,17 +324,6 @@ def contacts(material: Material) -> Html:
 def nut_map(material: Material) -> Html:
     """Part 5."""
     header = material.picture.nut_map.header
-    certificate = header["certificate"]
-    rows = [
-        [
-            words,
-            *(
-                percent(certificate[f"{name}_error_{key}"]) if f"{name}_error_{key}" in certificate else "-"
-                for key, _ in TOTALS
-            ),
-        ]
-        for name, words in ERRORS.items()
-    ]
     axes = header["axes"]
     scales = {
         "force": (1.0, 0.0, "N"),
@@ -369,13 +339,6 @@ def nut_map(material: Material) -> Html:
         ]
         for name, (scale, shift, unit) in scales.items()
     ]
-    checked = paragraph("The map has no certificate.", class_="note")
-    if "points" in certificate:
-        caption = (
-            f"Certificate: error of the map at {certificate['points']} random points that it was not built "
-            "from, against direct solves of the balls"
-        )
-        checked = table("certificate", caption, ["", *(words for _, words in TOTALS)], rows)
     return section(
         "map",
         "5 The map and its certificate",
@@ -389,7 +352,7 @@ def nut_map(material: Material) -> Html:
             "solves.",
             wide=True,
         ),
-        checked,
+        certificate_table(header["certificate"]),
         table("axes", "Range of the map", ["axis (force: of one nut)", "from", "to", "nodes"], span),
     )
 
