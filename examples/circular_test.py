@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from fmu_command import run_with_fmu
+from fmu_command import plain, run_with_fmu
 from matplotlib.figure import Figure
 from servo_axis import FMU, STYLES, Axis, FrictionFmu, Run, circle, simulate
 
@@ -164,8 +164,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     feeds = ", ".join(f"{60.0 * f:g}" for f in result["feeds"])
     panel.set_title(f"Quadrant glitch at {feeds} m/min (dotted, solid, dashed)")
     panel.set(xlabel="angle past the reversal [deg]", ylabel="deviation outward [\u00b5m]", xlim=(-5.0, 40.0))
-    panel.grid(color="0.92", lw=0.8)
-    panel.spines[["top", "right"]].set_visible(False)
+    plain([panel])
     panel.legend(frameon=False)
     figure.savefig(path, dpi=110)
 

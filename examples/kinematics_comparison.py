@@ -10,16 +10,16 @@ rolling is that of compression, largest in the narrow pressure spike: at high sp
 
 from __future__ import annotations
 
-import argparse
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from fmu_command import run_and_plot
 
 from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, ball_contact
 from ballscrew_tehl.contact.solve import solve_contact
 from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
 LOAD, TEMPERATURE = 40.0, 303.0  # N, K
@@ -53,7 +53,7 @@ def main(speeds: Sequence[float] = SPEEDS) -> dict[str, np.ndarray]:
         variant = changed(parameters, friction={"kinematics": kinematics})
         for raceway in RACEWAYS:
             for rpm in speeds:
-                conditions = ball_contact(variant, raceway, LOAD, rpm * math.pi / 30.0, TEMPERATURE, slip)
+                conditions = ball_contact(variant, raceway, LOAD, rpm * RPM, TEMPERATURE, slip)
                 s = solve_contact(conditions, variant.lubricant, variant.solid)
                 if not s.converged:
                     raise UnconvergedContactError(f"{kinematics}, {raceway}, {rpm:g} r/min: {s.reason}")
@@ -115,11 +115,4 @@ def plot(result: dict[str, np.ndarray], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--plot", type=Path, default=Path("kinematics_comparison.png"), metavar="FILE.png")
-    path = parser.parse_args().plot
-    found = main()
-    print(report(found))
-    plot(found, path)
+    run_and_plot(__file__, __doc__, main, report, plot)

@@ -31,7 +31,7 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Model
 from fmpy.sundials import CVodeSolver
-from fmu_command import run_with_fmu
+from fmu_command import plain, run_with_fmu
 from matplotlib.figure import Figure
 
 from ballscrew_fmu.checks.replay import FmuInstance
@@ -230,9 +230,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     error.set_title(f"Co-simulation: order {result['order']:.2f}")
     speed.legend(frameon=False, fontsize=9, loc="upper right", ncols=2)
     torque.legend(frameon=False, fontsize=9, loc="center right")
-    for panel in (speed, torque, error):
-        panel.grid(color="0.92", lw=0.8)
-        panel.spines[["top", "right"]].set_visible(False)
+    plain((speed, torque, error))
     figure.savefig(path, dpi=110)
 
 

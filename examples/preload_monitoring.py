@@ -24,13 +24,12 @@ h = 8; a loss of d standard deviations is found after about (h + 1.166)/(d - k) 
 the reference, which all batches share: it shifts z, so the reference takes many batches.
 """
 
-import argparse
 import sys
-import zipfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from fmu_command import Parser, no_fmu, plain
 from matplotlib.figure import Figure
 from scipy.stats import t as student
 
@@ -38,10 +37,10 @@ from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_tehl.friction.torque import preload_from_torque
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 NOISE = 0.02
-KELVIN = 273.15
 SIZE = 25  # measurements of a batch
 REFERENCE = 100  # batches that set the reference
 SLACK, LIMIT = 0.5, 8.0  # k, h
@@ -70,11 +69,11 @@ def map_torque(screw: NutMap, preload: Any, speed: Any, temperature: Any) -> np.
 
 def measure(screw: NutMap, preload: float, random: np.random.Generator, size: int = SIZE) -> Batch:
     """A batch at 100 to 2000 r/min and 20 to 45 C."""
-    speed = random.uniform(100.0, 2000.0, size) * np.pi / 30.0
+    speed = random.uniform(100.0, 2000.0, size) * RPM
     celsius = random.uniform(20.0, 45.0, size)
-    torque = map_torque(screw, preload, speed, celsius + KELVIN)
+    torque = map_torque(screw, preload, speed, celsius + CELSIUS)
     noisy = [column * (1.0 + NOISE * random.standard_normal(size)) for column in (torque, speed, celsius)]
-    return Batch(noisy[0], noisy[1], noisy[2] + KELVIN)
+    return Batch(noisy[0], noisy[1], noisy[2] + CELSIUS)
 
 
 def preload_of(screw: NutMap, batch: Batch) -> float:
@@ -265,22 +264,19 @@ def plot(result: dict[str, Any], path: Any) -> None:
     preload.set(ylabel="preload [N]", title="Preload from torque, speed, temperature with 2 % noise")
     level.set(ylabel="CUSUM", xlabel="batch of 25 measurements", ylim=(0.0, 6.0 * LIMIT))
     preload.legend(frameon=False, loc="lower left")
-    for panel in panels:
-        panel.grid(color="0.92", lw=0.8)
-        panel.spines[["top", "right"]].set_visible(False)
+    plain(panels)
     figure.savefig(path, dpi=110)
 
 
 def command_line(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = Parser(__file__, __doc__)
     parser.add_argument("--plot", metavar="FILE.png", help="draw one life to this file")
     parser.add_argument(
         "--fmu", type=Path, help="BallScrewPreloadMonitor, FMI 2.0: run a life through it as well"
     )
     options = parser.parse_args(arguments)
-    if options.fmu and not zipfile.is_zipfile(options.fmu):
-        print(f"preload_monitoring.py: {options.fmu} is no FMU; run build_fmu.py first", file=sys.stderr)
-        return 2
+    if options.fmu and (problem := no_fmu(options.fmu)):
+        return parser.complain(problem)
     result = main()
     print(table(result))
     if options.fmu:

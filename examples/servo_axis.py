@@ -16,16 +16,15 @@ a < 4 - 2b; here a = 0.0005, b = 0.005. The regularised sign needs step < 2 J w_
 w_s = 0.1 rad/s. A master that steps both sides with old values needs a < b (1 - b).
 """
 
-import argparse
 import sys
-import zipfile
 from pathlib import Path
 from shutil import rmtree
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
+from fmu_command import plain, run_with_fmu
 from matplotlib.figure import Figure
 from servo_drive import Axis, Drive, on_circle
 
@@ -261,9 +260,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     """Draw the result of main() to a picture file: the move on the left, the reversal on the right."""
     figure = Figure(figsize=(12.0, 8.4), layout="constrained")
     panels = figure.subplots(3, 2)
-    for panel in panels.flat:
-        panel.grid(color="0.92", lw=0.8)
-        panel.spines[["top", "right"]].set_visible(False)
+    plain(panels.flat)
     figure.suptitle("Servo axis: what the friction of the ball screw does to it", fontsize=15)
     draw_move(panels[:, 0], result)
     draw_reversal(panels[:, 1], result)
@@ -327,34 +324,8 @@ def draw_reversal(panels: Any, result: dict[str, Any]) -> None:
     loop.legend(frameon=False, loc="center left")
 
 
-class Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"servo_axis.py: {message} (see --help)\n")
-
-
 def command_line(arguments: list[str] | None = None) -> int:
-    parser = Parser(prog="servo_axis.py", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--fmu", type=Path, default=FMU, help="the FMU; default: %(default)s")
-    parser.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the result to this file")
-    options = parser.parse_args(arguments)
-    if not zipfile.is_zipfile(options.fmu):
-        problem = "is no FMU" if options.fmu.exists() else "not found"
-        return complain(f"{options.fmu} {problem}; run build_fmu.py first, or name an FMU with --fmu")
-    try:
-        result = main(options.fmu)
-        print(table(result))
-        if not result["in_range"]:
-            print("the map of the FMU does not cover every step: inputs were clamped", file=sys.stderr)
-        if options.plot:
-            plot(result, options.plot)
-    except (OSError, ValueError) as error:
-        return complain(str(error))
-    return 0
-
-
-def complain(message: str) -> int:
-    print(f"servo_axis.py: {message}", file=sys.stderr)
-    return 2
+    return run_with_fmu(arguments, __file__, __doc__, FMU, main, table, plot)
 
 
 if __name__ == "__main__":

@@ -17,19 +17,19 @@ the step: 33 nm at most, of a quadrant error of 7.9 um. Stable for a < b (1 - b)
 servo_axis.py).
 """
 
-import argparse
 import ctypes
 import sys
 import tempfile
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 import fmpy
 import numpy as np
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd
+from fmu_command import Parser, no_fmu, plain
 from matplotlib.figure import Figure
 from rich.console import Console
 from servo_axis import Axis, FrictionFmu, Run, circle, reversal_spike, simulate
@@ -288,31 +288,21 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     rounding.set(
         ylabel="from the script, both\nat once [nm]", xlabel="time from the reversal of the reference [ms]"
     )
-    for panel in (error, change, rounding):
-        panel.grid(color="0.92", lw=0.8)
-        panel.spines[["top", "right"]].set_visible(False)
-        panel.set_xlim(-60.0, 60.0)
+    plain((error, change, rounding))
+    rounding.set_xlim(-60.0, 60.0)
     error.legend(frameon=False, loc="lower left")
     change.legend(frameon=False, loc="upper left")
     figure.savefig(path, dpi=130)
 
 
-class Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"servo_axis_ssp.py: {message} (see --help)\n")
-
-
 def command_line(arguments: list[str] | None = None) -> int:
-    parser = Parser(
-        prog="servo_axis_ssp.py", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = Parser(__file__, __doc__)
     parser.add_argument("--fmu", type=Path, default=FMU, help="the friction FMU; default: %(default)s")
     parser.add_argument("--output", type=Path, default=SSP, help="the archive to write; default: %(default)s")
     parser.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the result to this file")
     options = parser.parse_args(arguments)
-    if not zipfile.is_zipfile(options.fmu):
-        problem = "is no FMU" if options.fmu.exists() else "not found"
-        return complain(f"{options.fmu} {problem}; run build_fmu.py first, or name an FMU with --fmu")
+    if problem := no_fmu(options.fmu):
+        return parser.complain(problem)
     try:
         result = main(options.fmu, options.output)
         print(table(result))
@@ -322,17 +312,12 @@ def command_line(arguments: list[str] | None = None) -> int:
         if options.plot:
             plot(result, options.plot)
     except OSError as error:
-        return complain(
+        return parser.complain(
             f"{error.filename or options.output}: {error.strerror or error}; needs a path that can be written"
         )
     except (ValueError, MasterError) as error:
-        return complain(str(error))
+        return parser.complain(str(error))
     return 0
-
-
-def complain(message: str) -> int:
-    print(f"servo_axis_ssp.py: {' '.join(message.split())}", file=sys.stderr)
-    return 2
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmu_command import run_with_fmu
+from fmu_command import plain, run_with_fmu
 from matplotlib.figure import Figure
 
 from ballscrew_fmu.checks.replay import FmuInstance
@@ -187,9 +187,8 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
         right.plot(result["damping"], result["borders"][master], "o", color=color, label="found with the FMU")
     right.set(title="Bristle: stable below", xlabel="b = h s1/J", ylabel="a = h\u00b2 s0/J", yscale="log",
               ylim=(0.03, 10.0), xlim=(0.0, 1.0))  # fmt: skip
+    plain(panels)
     for panel in panels:
-        panel.grid(color="0.92", lw=0.8)
-        panel.spines[["top", "right"]].set_visible(False)
         panel.legend(frameon=False, fontsize=9)
     figure.savefig(path, dpi=110)
 

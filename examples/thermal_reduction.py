@@ -14,19 +14,19 @@ rise of pure rolling is that of the narrow pressure spike and hangs on the grid.
 
 from __future__ import annotations
 
-import argparse
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from fmu_command import run_and_plot
 
 from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, ball_contact
 from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
 from ballscrew_tehl.contact.solve import ContactSolution, solve_contact
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.oil import LubricantParameters
+from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.film import thermal_load_parameter, wilson_sheu
 from ballscrew_tehl.physics.lubricant import viscosity
 
@@ -49,7 +49,7 @@ def main(speeds: Sequence[float] = SPEEDS, ratios: Sequence[float] = RATIOS) -> 
     oil = parameters.lubricant
     rows = []
     for rpm in speeds:
-        c = ball_contact(parameters, "screw", LOAD, rpm * math.pi / 30.0, TEMPERATURE)
+        c = ball_contact(parameters, "screw", LOAD, rpm * RPM, TEMPERATURE)
         cold = _solved(replace(c, u_1=c.u_e, u_2=c.u_e), thermal=False).h_c
         N = float(thermal_load_parameter(oil, c.u_e, TEMPERATURE))
         for srr in ratios:
@@ -145,11 +145,4 @@ def plot(result: dict[str, np.ndarray], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--plot", type=Path, default=Path("thermal_reduction.png"), metavar="FILE.png")
-    path = parser.parse_args().plot
-    found = main()
-    print(report(found))
-    plot(found, path)
+    run_and_plot(__file__, __doc__, main, report, plot)

@@ -35,14 +35,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmu_command import run_with_fmu
+from fmu_command import plain, run_with_fmu
 from matplotlib.figure import Figure
 from scipy.linalg import expm
 
 from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
 
 FMU = Path(__file__).resolve().parents[1] / "dist" / "BallScrewFriction.fmu"
-KELVIN = 273.15
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Drive:
     span: float = 0.08  # [m] between the loaded balls of the nuts
     pitch_radius: float = 0.02  # [m]
     contact_angle: float = np.pi / 4.0
-    speed: float = 1500.0 * np.pi / 30.0  # [rad/s]
+    speed: float = 1500.0 * RPM  # [rad/s]
     duty: float = 0.5
     step: float = 20.0  # [s]
 
@@ -169,12 +169,12 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     figure = Figure(figsize=(7.0, 8.0), layout="constrained")
     temperature, preload, torque = panels = figure.subplots(3, 1, sharex=True)
     hours = result["coupled"][:, 0] / 3600.0
-    share, rpm = 100.0 * result["drive"].duty, result["drive"].speed * 30.0 / np.pi
+    share, rpm = 100.0 * result["drive"].duty, result["drive"].speed / RPM
     for rows, dash, case in (
         (result["coupled"], "-", ""), (result["constant"], "--", ", heat as when cold"),
     ):  # fmt: skip
-        temperature.plot(hours, rows[:, 1] - KELVIN, dash, color="#D55E00", label=f"nut{case}")
-        temperature.plot(hours, rows[:, 2] - KELVIN, dash, color="#0072B2", label=f"screw{case}")
+        temperature.plot(hours, rows[:, 1] - CELSIUS, dash, color="#D55E00", label=f"nut{case}")
+        temperature.plot(hours, rows[:, 2] - CELSIUS, dash, color="#0072B2", label=f"screw{case}")
     preload.plot(hours, result["coupled"][:, 3], color="0.25")
     torque.plot(hours, result["coupled"][:, 4], color="0.25")
     temperature.set_title(f"Warm-up by friction, {share:g} % of the time at {rpm:.0f} r/min")
@@ -182,9 +182,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     preload.set(ylabel="preload [N]")
     torque.set(ylabel="friction torque [N m]", xlabel="time [h]", xlim=(0.0, min(4.0, hours[-1])))
     temperature.legend(frameon=False, fontsize=9)
-    for panel in panels:
-        panel.grid(color="0.92", lw=0.8)
-        panel.spines[["top", "right"]].set_visible(False)
+    plain(panels)
     figure.savefig(path, dpi=110)
 
 

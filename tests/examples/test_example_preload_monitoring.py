@@ -76,7 +76,10 @@ def test_without_noise_the_fmu_gives_the_preload(fmu, synthetic_nut_map, monkeyp
 
 def test_an_fmu_that_is_none_is_one_line(capsys):
     assert monitoring.command_line(["--fmu", "none.fmu"]) == 2
-    assert capsys.readouterr().err == "preload_monitoring.py: none.fmu is no FMU; run build_fmu.py first\n"
+    assert (
+        capsys.readouterr().err
+        == "preload_monitoring.py: none.fmu not found; run build_fmu.py first, or name an FMU with --fmu\n"
+    )
 
 
 def test_picture_and_command_line(result, tmp_path, monkeypatch, capsys):
