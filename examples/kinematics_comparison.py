@@ -1,11 +1,11 @@
 """One ball contact with the two kinematics: film, temperature, traction and heat of sliding over screw speed.
 
 `published` measures the surface speeds in the fixed frame: ball and raceway slide over each other at 0.6 (screw) and
-1.9 (nut) of the entrainment speed. `rolling_frame` travels with the ball: pure rolling, or with what slides in a groove
-all the same, spin and differential slip. Those leave the film as it is and make a hundredth of the heat of `published`
-or less. Their lines without slip are those of Coulomb friction, so that a little traction of the viscous film is left.
+1.9 (nut) of the entrainment speed. `rolling_frame` moves with the ball: pure rolling, or with the sliding that remains
+in a groove, spin and differential slip. These do not change the film and give a hundredth of the heat of `published`
+or less. Their lines without slip are those of Coulomb friction, so that a small traction of the viscous film remains.
 Ball load and inlet temperature are fixed, surfaces smooth; the oil is Newtonian, as that of the paper. The rise of pure
-rolling is that of compression, largest in the narrow pressure spike: at high speed it hangs on the grid.
+rolling is due to compression, largest in the narrow pressure spike: at high speed it depends on the grid.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def plot(result: dict[str, np.ndarray], path: Path) -> None:
     for axes, (key, title) in zip(panels.flat, PANELS.items(), strict=True):
         values = np.abs(result[key]) * (1e9 if key == "film" else 1.0)
         for i, (case, marker) in enumerate(zip(CASES, "os^", strict=True)):
-            # pure rolling lies under the slip that hardly changes it
+            # the line of pure rolling is under the one with slip, nearly equal
             wide = case == "rolling"
             if wide and key in ("traction", "heat"):
                 axes.text(0.04, 0.45, "pure rolling: none", color="C1", transform=axes.transAxes)
