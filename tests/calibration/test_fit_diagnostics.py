@@ -15,12 +15,12 @@ from ballscrew_tehl.calibration.diagnostics import (
     condition,
     not_identified,
     point_diagnostics,
+    predicts_better,
     profile_limits,
     sliding_share,
-    told_apart,
 )
 from ballscrew_tehl.calibration.fit import fit_values
-from ballscrew_tehl.calibration.packaged import intervals, leave_one_out
+from ballscrew_tehl.calibration.packaged import intervals, left_out_deviations
 from ballscrew_tehl.friction.sets import FITTED
 
 RATIO, NET, HEIGHT = FITTED
@@ -47,7 +47,7 @@ def wide():
 def identified(basis, count, rivals=(), loss="least_squares"):
     values = fit_values(basis, count, loss)
     _, correlations = intervals(basis, values, count)
-    left_out = leave_one_out(basis, count, loss, {})
+    left_out = np.abs(left_out_deviations(basis, count, loss))
     return not_identified(basis, values, count, profile_limits(basis, count), correlations, left_out, rivals)
 
 
@@ -168,19 +168,22 @@ def test_a_point_that_nothing_checks_is_named():
 def test_wide_and_precise_data_identify_everything(wide):
     basis = noisy(wide, TRUTH, 0.005, 3)
     smooth = Rival(
-        "smooth", basis, fit_values(basis, 2, "least_squares"), leave_one_out(basis, 2, "least_squares", {})
+        "smooth",
+        basis,
+        fit_values(basis, 2, "least_squares"),
+        np.abs(left_out_deviations(basis, 2, "least_squares")),
     )
-    assert told_apart(leave_one_out(basis, 3, "least_squares", {}), smooth.left_out)
+    assert predicts_better(np.abs(left_out_deviations(basis, 3, "least_squares")), smooth.left_out)
     assert identified(basis, 3, [smooth]) == {}
     assert condition(basis, fit_values(basis, 3, "least_squares"), 3) < 10.0
 
 
 def test_the_tables_identify_neither_height_nor_split():
     two = fit_values(BASIS, 2, "least_squares")
-    smooth = Rival("smooth", BASIS, two, leave_one_out(BASIS, 2, "least_squares", {}))
+    smooth = Rival("smooth", BASIS, two, np.abs(left_out_deviations(BASIS, 2, "least_squares")))
     found = identified(BASIS, 3, [smooth])
     assert "correlation 0.98 with net_sliding_coefficient" in found[HEIGHT]
-    assert "0 nm in the fit smooth, not told apart" in found[HEIGHT]
+    assert "0 nm in the fit smooth, which predicts left-out points equally well" in found[HEIGHT]
     assert f"{100.0 * sliding_share(BASIS, two[1]):.0f} % in the fit smooth" in found[SPLIT]
     # without the rival the intervals alone say it of the height
     assert "95 % interval" in identified(BASIS, 3)[HEIGHT]
@@ -193,10 +196,10 @@ def test_one_speed_identifies_no_split():
     assert "correlation -0.99 with apparent_viscosity_ratio" in found[NET]
 
 
-def test_equal_predictions_are_not_told_apart():
+def test_equal_predictions_are_not_predicts_better():
     errors = np.array([0.01, 0.02, 0.005, 0.03, 0.01, 0.02])
-    assert not told_apart(errors, errors)
-    assert not told_apart(errors, 0.5 * errors)
-    assert told_apart(0.5 * errors, errors)
+    assert not predicts_better(errors, errors)
+    assert not predicts_better(errors, 0.5 * errors)
+    assert predicts_better(0.5 * errors, errors)
     # five points can never tell
-    assert not told_apart(0.5 * errors[:5], errors[:5])
+    assert not predicts_better(0.5 * errors[:5], errors[:5])

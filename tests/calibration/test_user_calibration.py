@@ -11,7 +11,7 @@ from section7 import MEASURED
 
 from ballscrew_tehl.calibration.diagnostics import SPLIT
 from ballscrew_tehl.calibration.fit import fit_values
-from ballscrew_tehl.calibration.measurement_file import MeasurementFile, read_measurements
+from ballscrew_tehl.calibration.measurement_file import MeasurementFile, read_measurement_file
 from ballscrew_tehl.calibration.measurements import PACKAGED_TORQUE, packaged_measurements
 from ballscrew_tehl.calibration.packaged import torque_basis
 from ballscrew_tehl.calibration.plot import calibration_figure
@@ -155,7 +155,9 @@ def test_the_tables_of_the_paper_give_the_packaged_set(capsys, name):
 
 @pytest.mark.slow
 def test_direct_solves_give_the_packaged_set_to_its_digits():
-    basis = torque_basis(GD4008, DirectFilm(GD4008, thermal=False), read_measurements(PACKAGED_TORQUE, 303.0))
+    basis = torque_basis(
+        GD4008, DirectFilm(GD4008, thermal=False), read_measurement_file(PACKAGED_TORQUE, 303.0).measurements
+    )
     packaged = load_friction_sets()["published", "two_parameter"]
     np.testing.assert_allclose(fit_values(basis, 2, "soft_l1"), packaged.values, rtol=1e-5)
 
@@ -201,7 +203,7 @@ def test_outliers_are_named_and_kept_until_told_otherwise(capsys, measured, torq
     assert len(entry["calibration"]["points"]) == 24
     notes = " ".join(entry["calibration"]["notes"])
     assert "row 4 (1000 N, 100 r/min): outlier, kept: torque" in notes
-    assert "--drop outliers fits without" in notes
+    assert "to leave it out: --drop outliers" in notes
     left, _ = run(capsys, path, "--map", MAP, "--drop", "outliers")
     entry = left["published.three_parameter"]
     assert [p["row"] for p in entry["calibration"]["dropped"]] == [4, 18]
@@ -233,7 +235,7 @@ def test_few_points_are_refused_or_warned_of(capsys, tmp_path, measured):
     assert SPLIT in entry["not_identified"]
     found, _ = run(capsys, few([1, 3, 5, 5, 5, 5, 5, 5]), "--map", MAP)
     notes = found["published.three_parameter"]["calibration"]["notes"]
-    assert "3 operating points for 3 parameters: nothing checks the shape of the torque" in notes
+    assert "3 operating points for 3 parameters: no point is left to check the shape of the torque" in notes
     assert any("no other point checks it" in note for note in notes)
 
 

@@ -348,7 +348,7 @@ def test_statements_beside_independent_recomputation(found):
      ((1.0,), (math.nan,), 2), ((1.0, 1.0), (1.0, math.nan), 2)],
 )  # fmt: skip
 def test_rule_of_the_verdict(printed, ours, verdict):
-    assert claims.judged(printed, ours) == VERDICTS[verdict]
+    assert claims.verdict_on(printed, ours) == VERDICTS[verdict]
 
 
 def test_statement_without_a_rule_is_refused(found, monkeypatch):
@@ -364,7 +364,7 @@ def test_section_5_1_is_judged_by_the_same_rule(shown, found):
     nut = found.contact("published", "nut")
     printed, ours, verdict = by_place["minimum film", "nut"]
     assert (printed, ours) == ("0.223", f"{1e6 * nut.h_m:.3f}")
-    assert verdict == claims.judged((0.223,), (1e6 * nut.h_m,))
+    assert verdict == claims.verdict_on((0.223,), (1e6 * nut.h_m,))
     for raceway in RACEWAYS:
         assert by_place["entrainment speed", raceway][2] == "reproduced"
     screw = found.contact("published", "screw")

@@ -1,4 +1,4 @@
-"""The command calibrate: friction parameters from a user's measurements, or the packaged sets anew."""
+"""The command calibrate: friction parameters from a user's measurements, or a new fit of the packaged sets."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..calibration.user import Calibration
     from ..friction.film_model import FilmModel
 
-#: seconds without a word of progress
+#: seconds before the first progress message
 QUIET = 2.0
 
 
@@ -35,11 +35,11 @@ def run_calibrate(args: Namespace) -> int:
         return _packaged(args, parameters)
     for option in (args.output, args.plot):
         if option and not Path(option).absolute().parent.is_dir():
-            raise ValueError(f"{option}: no such folder; allowed: a file in a folder that is there")
+            raise ValueError(f"{option}: no such folder; allowed: a file in an existing folder")
     result = _calibration(args, parameters)
     found = result.friction_set
     if found.film_model == "hamrock_dowson":
-        print("film hamrock_dowson: no map holds it, build_fmu.py refuses such a fit", file=sys.stderr)
+        print("film hamrock_dowson: not in any map, build_fmu.py rejects this fit", file=sys.stderr)
     if args.output:
         write_friction_sets(
             args.output,
@@ -79,7 +79,7 @@ def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
     name = args.set or parameters.friction.set
     films = dict(PACKAGED_FILM)
     if args.film:
-        # a rival keeps its own film, unless the film is none of the solver's
+        # the other set keeps its own film, unless the film is not one of the solver
         films = (
             dict.fromkeys(films, args.film) if args.film == "hamrock_dowson" else {**films, name: args.film}
         )
@@ -115,7 +115,7 @@ def _films(
         return lambda film: film_model_of(film, parameters), lambda m: ""
     if args.film == "hamrock_dowson":
         raise ValueError(
-            "--map with --film hamrock_dowson; allowed: solved, solved_thermal, which a map holds"
+            "--map with --film hamrock_dowson; allowed: solved, solved_thermal, the films of a map"
         )
     from ..friction.torque import nut_forces
     from ..nut_map.contact_map import SolvedFilm

@@ -13,7 +13,7 @@ from .points import print_results, read_points
 
 
 def run_preload(args: Namespace) -> int:
-    """Preload at which the map shows the measured torque."""
+    """Preload at which the map gives the measured torque."""
     from ..friction.torque import preload_from_torque
 
     points = read_points(args, PRELOAD_POINT)

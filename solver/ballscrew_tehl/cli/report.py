@@ -17,7 +17,7 @@ SUFFIXES = (".html", ".htm")
 
 
 def run_report(args: Namespace) -> int:
-    """Gather, draw, write; the file is complete or not there."""
+    """Gather, draw, write; the file is complete or does not exist."""
     path = Path(args.output)
     if path.suffix.lower() not in SUFFIXES or path.is_dir() or not path.parent.is_dir():
         raise ValueError(f"--output = {path}; allowed: a file *.html in a folder that exists")

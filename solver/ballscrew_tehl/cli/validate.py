@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def run_validate(args: Namespace) -> int:
-    """Model beside measurement and published models, for both fitted sets."""
+    """Compare the model with measurements and published models, for all fitted sets."""
     from ..friction.sets import friction_set_text, load_friction_sets
     from ..validation.tables import table_text, validation_tables
 
@@ -35,7 +35,7 @@ def run_validate(args: Namespace) -> int:
     sets = [chosen] + [s for s in packaged if s.name != chosen.name]
     found = {}
     for entry in sets:
-        # every set looks up the film that it was fitted with
+        # every set needs the film that it was fitted with
         own = map_of(args, changed(parameters, friction={"set": entry.name}))
 
         def evaluate(
