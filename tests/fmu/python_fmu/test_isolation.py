@@ -90,8 +90,8 @@ def scenario(tmp_path_factory):
     build_fmu(make_map(), folder / "one.fmu")
     build_fmu(make_map(viscous_scale=3.0), folder / "map.fmu")
     sources = runtime_sources()
-    whole = '"friction_torque": viscous + hysteresis + sliding'
-    changed = sources["outputs"].replace(whole, '"friction_torque": 2.0 * (viscous + hysteresis + sliding)')
+    whole = "= viscous + hysteresis + sliding"
+    changed = sources["outputs"].replace(whole, "= 2.0 * (viscous + hysteresis + sliding)")
     assert changed != sources["outputs"]
     build_fmu(make_map(), folder / "doubled.fmu", sources | {"outputs": changed})
     foreign = folder / "source"
