@@ -1,6 +1,6 @@
 """BallScrewFriction for Python hosts: inputs to the map, signs and standstill law to the outputs.
 
-All imports are at the top (map_slave.py). Only the contact solver is imported later, and only with refine = true,
+All imports are at the top (slave_base.py). Only the contact solver is imported later, and only with refine = true,
 from a folder that stays (solver_cache.py).
 """
 
