@@ -1,6 +1,6 @@
 """BallScrewFriction for Python hosts: inputs to the map, signs and standstill law to the outputs.
 
-All imports are at the top (map_slave.py). Only the contact solver is imported later, and only with refine = true,
+All imports are at the top (slave_base.py). Only the contact solver is imported later, and only with refine = true,
 from a folder that stays (solver_cache.py).
 """
 
@@ -26,8 +26,9 @@ class BallScrewFrictionBase(MapSlave):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(fmu_variables, **kwargs)
         self._point = self._getter(*POINT, *DEFAULTS)
-        self._speed = self._getter("speed")
-        self._standstill = self._getter("regularization_speed", "presliding_stiffness", "presliding_damping")
+        self._standstill = self._getter(
+            "speed", "regularization_speed", "presliding_stiffness", "presliding_damping"
+        )
         self._refining = self._getter("refine", "refine_tolerance")
         self._deflection = 0.0  # of the presliding bristle [rad]
         self._refinement: Any = None  # made at the first refined step
@@ -44,13 +45,13 @@ class BallScrewFrictionBase(MapSlave):
 
     def _evaluate(self, step: float | None) -> bool:
         values = self._values
-        point, speed = self._point(values), self._speed(values)
+        point = self._point(values)
         refine, tolerance = self._refining(values)
         nut = self._refined(tolerance, point) if refine else None
         if nut is None:
             nut = self._map.evaluate_point(*point)
-        standstill = self._standstill(values)
-        coulomb = coulomb_friction(nut.coulomb_torque, speed, step, self._deflection, *standstill)
+        speed, *bristle = self._standstill(values)
+        coulomb = coulomb_friction(nut.coulomb_torque, speed, step, self._deflection, *bristle)
         self._show(friction_outputs(nut, speed, coulomb))
         self._deflection = coulomb.deflection
         if nut.clamped:

@@ -47,7 +47,7 @@ class MapSlave(Fmi2Slave):
             places(self._table, causality) for causality in ("input", "output", "parameter")
         )
         self._outputs = slice(outputs[0], outputs[-1] + 1)
-        self._output_names = [v.name for v in self._table[self._outputs]]
+        self._named = operator.itemgetter(*(v.name for v in self._table[self._outputs]))
         self._bounds = [(place, -TOO_LARGE) for place in inputs]
         self._bounds += [(p, _least(self._table[p])) for p in parameters if self._table[p].unit is not None]
         self._known = range(len(self._table))
@@ -82,7 +82,7 @@ class MapSlave(Fmi2Slave):
 
     def _show(self, outputs: Mapping[str, Any]) -> None:
         """Take the outputs of the table by name; other entries are ignored."""
-        self._values[self._outputs] = [outputs[name] for name in self._output_names]
+        self._values[self._outputs] = self._named(outputs)
 
     # FMI calls
 

@@ -197,8 +197,8 @@ class Refinement:
             for raceway, store in enumerate(self._known):
                 found = store.look_up(self._place(force, *point))
                 corrected[raceway::2] = [v + c for v, c in zip(values[raceway::2], found.values, strict=True)]
-                smooth = 1.0 + (roughness / math.exp(corrected[2 + raceway])) ** 2
-                viscous = share * math.exp(corrected[raceway]) / smooth
+                torque, film = corrected[raceway:4:2]  # logarithms of this raceway
+                viscous = share * math.exp(torque) / (1.0 + (roughness / math.exp(film)) ** 2)
                 asked.append(_LookUp(raceway, force, viscous, found.deviation, found.distance))
             return corrected
 

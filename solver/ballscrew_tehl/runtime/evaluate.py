@@ -231,9 +231,10 @@ class NutMap:
     ) -> tuple[Numbers, Numbers]:
         i, ti = self.force.place(force)
         w_i = np.array(cubic_weights(ti))
-        contracted = weights @ self._surfaces[j : j + 4, k : k + 4, i : i + 4].reshape(16, -1)
-        values = (w_i @ contracted.reshape(len(weights), 4, self._columns)).tolist()
-        curves = (w_i @ self._curves[i : i + 4]).tolist()
+        contracted = weights.dot(self._surfaces[j : j + 4, k : k + 4, i : i + 4].reshape(16, -1))
+        # dot takes less time than @ on arrays of this size, for the same digits
+        values = [w_i.dot(row.reshape(4, -1)).tolist() for row in contracted]
+        curves = w_i.dot(self._curves[i : i + 4]).tolist()
         if correction is not None:
             values[0] = correction(force, values[0])
         f = force / self.force.lo if force < self.force.lo else 1.0

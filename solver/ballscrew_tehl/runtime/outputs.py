@@ -18,11 +18,10 @@ def friction_outputs(nut: DoubleNutState, speed: float, coulomb: CoulombFriction
     viscous = math.copysign(nut.viscous_torque, speed)
     hysteresis = coulomb.sign * nut.hysteresis_torque
     sliding = coulomb.sign * nut.sliding_torque
-    return {
-        **nut._asdict(),
-        "friction_torque": viscous + hysteresis + sliding,
-        "viscous_torque": viscous,
-        "hysteresis_torque": hysteresis,
-        "sliding_torque": sliding,
-        "power_loss": nut.viscous_torque * abs(speed) + coulomb.power,
-    }
+    outputs = nut._asdict()
+    outputs["friction_torque"] = viscous + hysteresis + sliding
+    outputs["viscous_torque"] = viscous
+    outputs["hysteresis_torque"] = hysteresis
+    outputs["sliding_torque"] = sliding
+    outputs["power_loss"] = nut.viscous_torque * abs(speed) + coulomb.power
+    return outputs
