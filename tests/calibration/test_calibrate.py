@@ -73,7 +73,7 @@ def test_table_means_of_the_hand_check(three):
 
 
 def test_one_table_alone_misses_the_other(two):
-    # 8 to 25 % stated; the points that stand in the other table only
+    # 8 to 25 % stated; the points that are in the other table only
     assert percent(two.leave_one_table_out["table2"]["mean"], 1) == 9.3
     assert percent(two.leave_one_table_out["table4"]["mean"], 1) == 21.6
     assert 0.24 < two.leave_one_table_out["table4"]["max"] < 0.25

@@ -136,7 +136,7 @@ def test_degrees_celsius_in_a_column_of_kelvin(csv_file):
     assert str(found.problems[0]).endswith("probably degC, not K")
 
 
-def test_all_reasons_of_a_row_and_all_rows_are_told(csv_file):
+def test_all_reasons_of_a_row_and_all_rows_are_reported(csv_file):
     path = csv_file(HEAD + "-1,0,30,0.4\n" * 12)
     with pytest.raises(ValueError, match=r"measured.csv: 12 impossible row\(s\): row 1") as caught:
         usable_points(read_measurement_file(path, 300.0), GD4008)

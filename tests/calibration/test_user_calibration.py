@@ -149,7 +149,7 @@ def test_the_tables_of_the_paper_give_the_packaged_set(capsys, name):
     assert SPLIT in unknown
     assert ("roughness_height" in unknown) == (name == "three_parameter")
     assert "sliding share of the torque" in unknown[SPLIT]
-    # the first point goes with the others only where the film has a roughness
+    # the first point agrees with the others only with a roughness height
     assert entry["calibration"]["outliers"] == ([] if name == "three_parameter" else [[1, 7]])
 
 
@@ -162,7 +162,7 @@ def test_direct_solves_give_the_packaged_set_to_its_digits():
     np.testing.assert_allclose(fit_values(basis, 2, "soft_l1"), packaged.values, rtol=1e-5)
 
 
-def test_impossible_rows_stop_the_fit_until_it_is_told_to_go_on(capsys, measured):
+def test_impossible_rows_stop_the_fit_unless_dropped(capsys, measured):
     bad = {3: "-1,30,20,0.3,0", 7: "1,0,20,0.3,0", 12: "3,30,300,1.0,0", 20: "5,100,20,1500,0"}
     path = measured(bad)
     line = refused(capsys, path, "--map", MAP)
@@ -179,7 +179,7 @@ def test_impossible_rows_stop_the_fit_until_it_is_told_to_go_on(capsys, measured
     assert "20 points of 24 rows, without rows 3, 7, 12, 20" in entry["provenance"]
 
 
-def test_rows_outside_the_map_stop_the_fit_until_it_is_told_to_go_on(capsys, measured):
+def test_rows_outside_the_map_stop_the_fit_unless_dropped(capsys, measured):
     path = measured({5: "1,30,95,0.3,0", 6: "20,30,20,7,0"})
     line = refused(capsys, path, "--map", MAP)
     assert (
@@ -191,7 +191,7 @@ def test_rows_outside_the_map_stop_the_fit_until_it_is_told_to_go_on(capsys, mea
     assert [p["row"] for p in found["published.three_parameter"]["calibration"]["dropped"]] == [5, 6]
 
 
-def test_outliers_are_named_and_kept_until_told_otherwise(capsys, measured, torques):
+def test_outliers_are_reported_and_kept_unless_dropped(capsys, measured, torques):
     rows = {}
     for number, factor in ((4, 1.2), (18, 1.25)):
         preload, rpm, celsius, axial = POINTS[number - 1]

@@ -60,7 +60,7 @@ def test_co_simulation_converges_to_it_in_first_order(result):
     assert result["tolerance_error"] < 1e-5
     assert 0.95 < result["order"] < 1.05
     assert result["errors"][-1] < 2e-3 < result["errors"][0] < 0.02
-    # what is left at steps of 0, see the head of the example, is still small beside the last error
+    # what is left at steps of 0, see the head of the example, is still small compared with the last error
     slip = result["events"][0]
     coulomb = float(np.abs(result["exchange"][:, 3]).max())
     assert result["errors"][-1] > 3.0 * 0.001 * coulomb * (0.3 * coulomb / 100.0) / (slip.speed * 0.01)

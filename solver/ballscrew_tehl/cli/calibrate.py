@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from argparse import Namespace
 from collections.abc import Callable
@@ -13,7 +12,7 @@ from ..calibration.measurements import Measurement
 from ..friction.sets import PACKAGED_SETS, write_friction_sets
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
-from .common import film_model_of, screw_of
+from .common import film_model_of, say, screw_of
 from .main import TEMPERATURE
 from .points import print_results
 from .progress import progress_bar
@@ -39,19 +38,19 @@ def run_calibrate(args: Namespace) -> int:
     result = _calibration(args, parameters)
     found = result.friction_set
     if found.film_model == "hamrock_dowson":
-        print("film hamrock_dowson: not in any map, build_fmu.py rejects this fit", file=sys.stderr)
+        say("film hamrock_dowson: not in any map, build_fmu.py rejects this fit")
     if args.output:
         write_friction_sets(
             args.output,
             {(found.kinematics, found.name): found},
             "Fitted by python -m ballscrew_tehl calibrate",
         )
-        print(f"written: {args.output}", file=sys.stderr)
+        say(f"written: {args.output}")
     if args.plot:
         from ..calibration.plot import calibration_figure, save_figure
 
         save_figure(calibration_figure(result), Path(args.plot))
-        print(f"written: {args.plot}", file=sys.stderr)
+        say(f"written: {args.plot}")
     if args.json:
         from ..calibration.user import calibration_data
 
@@ -159,8 +158,8 @@ def _packaged(args: Namespace, parameters: Parameters) -> int:
     def film_model(variant: Parameters, name: str) -> FilmModel:
         return film_model_of(args.film or PACKAGED_FILM[name], variant)
 
-    sets = calibrate_packaged(film_model, parameters, output, lambda text: print(text, file=sys.stderr))
-    print(f"written: {output}", file=sys.stderr)
+    sets = calibrate_packaged(film_model, parameters, output, say)
+    say(f"written: {output}")
     if args.json:
         entries = {f"{kinematics}.{name}": vars(entry) for (kinematics, name), entry in sets.items()}
         print_results([entries], True, False)

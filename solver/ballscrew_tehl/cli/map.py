@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 from argparse import Namespace
 from concurrent.futures import Executor
 from pathlib import Path
@@ -19,7 +18,7 @@ from ..nut_map.workers import build_executor
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from ..runtime.packed import certificate_totals
-from .common import EXTREMES, screw_of
+from .common import EXTREMES, say, screw_of
 from .points import print_results
 from .progress import progress_bar
 
@@ -116,9 +115,8 @@ def run_map_check(args: Namespace) -> int:
     }
     print_results([result], args.json, False)
     if not good:
-        print(
-            f"map differs from direct solves by {result['torque_error_max']:.2e}; its certificate states {allowed:.2e}",
-            file=sys.stderr,
+        say(
+            f"map differs from direct solves by {result['torque_error_max']:.2e}; its certificate states {allowed:.2e}"
         )
     return 0 if good else 1
 
