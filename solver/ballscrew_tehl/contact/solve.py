@@ -22,6 +22,7 @@ from .conditions import (
     inlet_length,
     scales_of,
 )
+from .coupled import solve_coupled
 from .film import energy
 from .film.reynolds import LEAST_PRESSURE, TARGET_LOAD, GridChoice, NewtonHistory, ReynoldsState
 from .half_space.grid import Array, Grid
@@ -224,7 +225,7 @@ def _solve_on_grid(
     coarse = ContactProblem(conditions, oil, solid, options, coarse_choice)
     first = _solve_from(coarse, None, None, COARSE_TOLERANCE)
     if first.converged:
-        it = _solve_from(problem, *_prolonged(coarse, first, problem), options.tolerance, first.cautious)
+        it = _solve_from(problem, *_prolonged(coarse, first, problem), options.tolerance, first.damped)
     if not first.converged or not it.converged:
         it = _solve_from(problem, None, None, options.tolerance)
     extrapolation = own = math.nan
@@ -242,9 +243,9 @@ def _solve_from(
     state: ReynoldsState | None,
     temperature: Array | None,
     tolerance: float,
-    cautious: bool = False,
+    damped: bool = False,
 ) -> Iteration:
-    """Solve on one grid from a state, or from the dry contact; cautious: it is known that bold steps do not do."""
+    """Solve on one grid from a state, or from the dry contact; damped: it is known that bold steps do not do."""
     options = problem.options
     it = problem.start(state)
     if problem.plain:
@@ -253,13 +254,13 @@ def _solve_from(
         # only to come near: the coupled iteration ends the work
         it = problem.solve_isothermal(it, 1e-2, 30)
     near, limit, used = it.state, options.max_thermal, 0
-    if not cautious:
-        it = problem.solve_coupled(it, temperature, tolerance, min(limit, FAST_ITERATIONS))
+    if not damped:
+        it = solve_coupled(problem, it, temperature, tolerance, min(limit, FAST_ITERATIONS))
         used = it.iterations
         if it.converged or used >= limit:
             return it
     # hot inlets of thick cold films: slowly
-    it = problem.solve_coupled(problem.start(near), temperature, tolerance, limit - used, cautious=True)
+    it = solve_coupled(problem, problem.start(near), temperature, tolerance, limit - used, damped=True)
     it.iterations += used
     return it
 
@@ -340,9 +341,7 @@ def _result(
     inlet_film = h_c if it.temperature is None else max(h_c, scales.film_estimate)
     resolved = problem.cells_in_inlet(inlet_film) >= RESOLVED_CELLS
     if problem.plain:
-        problem.update_flow(
-            it, np.full((*gap.shape, problem.options.n_z + 1), float(problem.conditions.temperature))
-        )
+        problem.update_flow(it, problem.uniform_temperature())
     traction = problem.traction(it)
     rise = 0.0 if it.temperature is None else float(it.temperature.max()) - problem.conditions.temperature
     h_c_final, h_m_final = (

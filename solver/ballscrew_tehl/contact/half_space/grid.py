@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+#: keeps a divisor from zero where everything else in it vanishes
+TINY = 1e-300
 #: film over the gap at unit distance outside the edge of a Hertz line [b^2/R_x]: (2 sqrt(2)/3) s^(3/2)
 INLET_SHAPE = 1.06
 
