@@ -47,26 +47,31 @@ def lifted_gap(h, floor):
 
 
 @njit(cache=True, error_model="numpy")
+def cube_across(h_0, h_1):
+    """Cube of the gap between two lines and its logarithmic derivatives to both gaps.
+
+    Harmonic mean: outside the ellipse the gap grows by much more than itself from line to line.
+    """
+    h = 2.0 * h_0 * h_1 / (h_0 + h_1)
+    return h * h * h, 3.0 * h_1 / ((h_0 + h_1) * h_0), 3.0 * h_0 / ((h_0 + h_1) * h_1)
+
+
+@njit(cache=True, error_model="numpy")
+def towards_open_side(cube, d_near, d_beyond, near, beyond):
+    """cube_across at an open side: pressure falls with a power of the gap instead of to zero within one cell."""
+    far = min(near / beyond, 1.0) ** FAR_POWER
+    share = 1.0 - far
+    cube *= share
+    if share > 0.0:
+        d_near += -FAR_POWER * far / (share * near)
+        d_beyond += FAR_POWER * far / (share * beyond)
+    return cube, d_near, d_beyond
+
+
+@njit(cache=True, error_model="numpy")
 def face_fluxes(
-    x,
-    kappa_h,
-    mirror,
-    open_side,
-    p,
-    gap,
-    ln_phi,
-    dln_phi,
-    g,
-    dg,
-    g_y,
-    dg_y,
-    flow_x,
-    flow_y,
-    c_x,
-    c_y,
-    wedge,
-    floor,
-):
+    x, kappa_h, mirror, open_side, p, gap, ln_phi, dln_phi, g, dg, g_y, dg_y, flow_x, flow_y, c_x, c_y, wedge, floor
+):  # fmt: skip
     """Fluxes at faces and their derivatives.
 
     kappa_h : kappa/h_y, scales the flow across. mirror, open_side : of the grid. dln_phi, dg : derivatives to P.
@@ -112,22 +117,11 @@ def face_fluxes(
         for i in range(nx):
             h_0, dh_0 = lifted_gap(gap[j, i], floor)
             h_1, dh_1 = lifted_gap(gap[j + 1, i], floor)
-            # harmonic mean: the gap opens by much more than itself from line to line beside the ellipse
-            h = 2.0 * h_0 * h_1 / (h_0 + h_1)
-            cube = h * h * h
-            # logarithmic derivatives of the conductance to the gaps
-            d_0 = 3.0 * h_1 / ((h_0 + h_1) * h_0)
-            d_1 = 3.0 * h_0 / ((h_0 + h_1) * h_1)
-            if open_side and (j == ny - 2 or (j == 0 and not mirror)):
-                # beyond an open side pressure falls with a power of the gap instead of to zero within one cell
-                near, beyond = (h_0, h_1) if j == ny - 2 else (h_1, h_0)
-                far = min(near / beyond, 1.0) ** FAR_POWER
-                share = 1.0 - far
-                cube *= share
-                if share > 0.0:
-                    by_near, by_beyond = -FAR_POWER * far / (share * near), FAR_POWER * far / (share * beyond)
-                    d_0 += by_near if j == ny - 2 else by_beyond
-                    d_1 += by_beyond if j == ny - 2 else by_near
+            cube, d_0, d_1 = cube_across(h_0, h_1)
+            if open_side and j == ny - 2:
+                cube, d_0, d_1 = towards_open_side(cube, d_0, d_1, h_0, h_1)
+            elif open_side and j == 0 and not mirror:
+                cube, d_1, d_0 = towards_open_side(cube, d_1, d_0, h_1, h_0)
             phi, w_l, w_r = log_mean(ln_phi[j, i], ln_phi[j + 1, i])
             e = cube * phi * kappa_h
             f = e * (p[j + 1, i] - p[j, i])
