@@ -19,44 +19,55 @@ from .half_space.grid import TINY, Array
 from .half_space.walls import wall_operator
 from .problem import ContactProblem, Iteration
 
-#: share of the change of one iteration that is taken at first, undamped and damped
+# "moved to": measured on ten contacts (rolling, sliding, spin, shear thinning; two with hot inlets of thick films at
+# 6000 rpm), 321 iterations in all. Films of those that converge change by less than 5e-4 unless stated.
+#: share of the change of one iteration that is taken at first, undamped and damped; moved to 0.3 or 0.8, one of the hot
+#: inlets does not converge
 UNDAMPED_STEP, DAMPED_STEP = 0.6, 0.5
-#: bounds of the share that Aitken's rule gives, and of the reduction in its denominator
+#: bounds of the share by Aitken's rule and of the reduction in its denominator, against single bad estimates; moved by
+#: a factor of 3 to 5: no effect
 LEAST_STEP, LEAST_REDUCTION = 0.05, 0.1
-#: relative change above which Aitken's rule shortens steps only
+#: relative change above which Aitken's rule only shortens steps; moved to 0.02, a hot inlet does not converge, to 1:
+#: no effect
 AITKEN_BELOW = 0.1
-#: growth of the share from one iteration to the next: near the solution, and where it only shortens
+#: growth of the share from one iteration to the next, near the solution and above AITKEN_BELOW; the latter moved to
+#: 1.05 or 2, a hot inlet does not converge
 GROWTH, FAR_GROWTH = 1.5, 1.2
-#: growth of the change after a step longer than UNDAMPED_STEP that forbids such steps
+#: growth of the change, after a step longer than UNDAMPED_STEP, that forbids such steps; moved to 1 or 5: no effect
 REBOUND = 1.2
-#: relative change below which damping ends; it returns when the change has grown by RETURN, and then ends at the share
-#: 1/RETURN of this bound
+#: relative change below which damping ends, moved to 0.1: a hot inlet does not converge; it returns when the change has
+#: grown by RETURN, and then ends at the share 1/RETURN of this bound
 UNDAMPED_BELOW, RETURN = 0.02, 5.0
-#: iterations without progress that end a solve (LOST_SLOWLY where it is or was damped), the change below which it goes
-#: on all the same, and the share to which the least change must fall to count as progress
+#: iterations without progress that end a solve (LOST_SLOWLY with damping), moved to 4 or 16: 3 % fewer iterations at
+#: best; change below which it continues all the same; share to which the least change must fall to count as progress
 LOST_AFTER, LOST_SLOWLY, LOST_ABOVE, PROGRESS = 8, 96, 0.1, 0.7
-#: iterations without progress after which the share is halved
+#: iterations without progress after which the share is halved; moved to 6, a hot inlet does not converge
 STALL_AFTER = 15
-#: share of the change of ln(viscosity) by shear thinning, and the bound of that change
+#: share of the change of ln(viscosity) by shear thinning, moved to 0.25: 10 % more iterations; and the bound of that
+#: change, moved to 0.5: 7 % more
 THINNING_STEP, THINNING_LIMIT = 0.5, 2.0
-#: Newton steps per iteration at most, and where the last ones did not converge
+#: Newton steps per iteration at most, moved to 4 or 30: a hot inlet does not converge; and where the last ones failed
 NEWTON_STEPS, MORE_NEWTON_STEPS = 10, 60
-#: pressure change that ends the Newton steps, as a share of the last relative change; changes above LARGE count as it
+#: pressure change that ends the Newton steps, as a share of the last relative change, moved to 0.01: a third more
+#: Newton steps, to 1: a hot inlet does not converge; changes above LARGE_CHANGE count as it
 PRESSURE_SHARE, LARGE_CHANGE = 0.1, 0.1
-#: Newton steps in solves that did not converge after which the whole solve ends
+#: Newton steps in failed solves that end the whole solve: few converge later, on grids too coarse for them, in minutes
 WASTED_STEPS = 600
-#: least share of the isothermal film that scales the safeguard of the gap
+#: least film that scales the safeguard of the gap, as a share of the isothermal one; moved to 0.1 or 0.001: no effect
 LEAST_FILM_SHARE = 1e-2
-#: a solution is converged at changes below this multiple of the tolerance of pressure
+#: a solution is converged at changes below this multiple of the tolerance of pressure: bounds the error of the film
 CONVERGED_AT = 10.0
-#: iterations over which the film must be constant, and the largest relative change of temperature in them, for a
-#: solution whose pressure spike oscillates between nodes to count as converged
+#: iterations over which the film must be constant, and largest relative change of temperature in them, for a solution
+#: whose pressure spike oscillates between nodes to count as converged; moved to 30 or 0.003, such a one does not
+#: converge, to 0.3 the films change by 8e-4
 SETTLED_OVER, SETTLED_BELOW = 15, 0.03
-#: temperature rise [K] below which the relative change is taken of this rise
+#: temperature rise [K] below which the relative change is that over this rise: bounds the error of small rises
 LEAST_RISE = 10.0
-#: largest temperature change of one iteration [K]
+#: largest temperature change of one iteration [K]; moved to 300, a hot inlet does not converge, to 20: 12 % fewer
+#: iterations
 TEMPERATURE_LIMIT = 60.0
-#: iterations between surfaces and separately sheared columns for the first temperatures, and their share
+#: iterations between surfaces and separately sheared columns for the first temperatures, moved to 1: a heavy contact
+#: and one with shear thinning do not converge, to 10: no effect; and the share of the change in each
 START_ITERATIONS, START_STEP = 4, 0.6
 
 

@@ -266,7 +266,7 @@ def _solve_on_grid(
     if first.converged and it.converged:
         # Richardson: the error of second order is a third of the change from half the nodes
         extrapolation = (1.0 - coarse.central_film(first) / problem.central_film(it)) / 3.0
-        # side lobes are about as narrow as the spacing of the lines: no order to be seen, they follow the centre
+        # side lobes are about as narrow as the line spacing: no order of convergence, they get the share of the centre
         (h_coarse, at_coarse), (h_fine, at_fine) = _least_film(coarse, first), _least_film(problem, it)
         own = (1.0 - h_coarse / h_fine) / 3.0 if at_coarse == at_fine == 0 else extrapolation
     return _result(problem, it, time.perf_counter() - begun, (extrapolation, own), coarse)
@@ -442,7 +442,7 @@ def _least_film(problem: ContactProblem, it: Iteration) -> tuple[float, int]:
 def _minimum_film(x: Array, y: Array, gap: Array) -> tuple[float, int]:
     """Smallest gap, and its line, over the lines whose contact edge holds a cell per inlet length [b^2/R_x].
 
-    On a long ellipse under high load the outermost lines end on cells longer than their own inlet and carry no
+    On a long ellipse under high load the outermost lines end on cells longer than their own inlet and have no
     meaningful film; the minimum of such an ellipse lies at the outlet of the central lines anyway.
     """
     h_c = float(gap[0, np.argmin(np.abs(x))])

@@ -4,8 +4,8 @@ rho c (u T_x + v T_y + w T_z) = k T_zz - (T/rho)(d rho/dT)(u p_x + v p_y) + tau 
 equation corrected). Steady, in conservative finite volumes: the mass through every face is that of the Reynolds
 equation, so the heat balance closes exactly. Upwind along the local flow, of second order where it runs forward,
 exponential scheme across the film, dissipation linearised with the stress it leaves to the rest of the column. T = T0
-only where flow enters the domain, outlet included; the domain ends in the oil pool, where the gap is INLET_GAPS films.
-Where the film cavitates it is taken as full and carries the oil that the rupture left.
+only where flow enters the domain, outlet included; the domain ends where the gap is INLET_GAPS films.
+A cavitated film is taken as full; its mass flow is that at the rupture.
 """
 
 from __future__ import annotations
@@ -15,18 +15,20 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from ..half_space.grid import Array
+from ..half_space.grid import TINY, Array
 from ..half_space.walls import LineConvolution
 from .flow import FilmFlow
 from .krylov import gmres
 from .oil import ln_viscosity, pressure_factor
 
-#: gap, in films, at which the oil comes from the pool and goes back to it
+#: gap, in films, at which oil enters with the inlet temperature
 INLET_GAPS = 6.0
-#: largest change of a node in one sweep [K]; the sources are exponential in temperature
+#: largest change of a node in one sweep [K]: the sources are exponential in temperature, longer steps overshoot
 SWEEP_LIMIT = 30.0
 #: right-hand sides of a column; a constant, so that the compiler unrolls the loops over them
 COLUMNS = 5
+#: relative residual at which GMRES ends for the wall temperatures, and its most iterations
+WALL_TOLERANCE, MOST_WALL_STEPS = 1e-2, 40
 
 
 class FaceFlow(NamedTuple):
@@ -77,7 +79,7 @@ def face_flow(width, h_y, mirror, heat, flux_x, flux_y, flow, face):
             for k in range(nz + 1):
                 face.y[j, i, k] = heat * (face.y[j, i, k] + flux_y[j, i] - total)
     for j in range(first, ny - 1):
-        # from where the energy equation begins: what is left of the residuals far upstream must not add up
+        # from the first column of the energy equation: residuals far upstream must not add up
         start = face.start[j] - 1
         passing = flux_x[j, start]
         face.reverse[j] = 0
@@ -123,7 +125,7 @@ def bernoulli(x):
 
 @njit(cache=True, error_model="numpy")
 def sideways(x, width, h_y, mirror, t, t_in, face, j, i, k):
-    """Heat that the side faces of a cell bring in, as rest - diag*T [W/m2 per unit z/h]: returns diag, rest."""
+    """Heat that the side faces of a cell bring in, as rest - diag*T [W/m2 per unit z/h]; returns diag, rest."""
     ny = t.shape[0]
     diag = rest = 0.0
     w, e = face.x[j, i - 1, k] / width[i], face.x[j, i, k] / width[i]
@@ -166,7 +168,7 @@ def sideways(x, width, h_y, mirror, t, t_in, face, j, i, k):
             diag -= m
             rest -= m * inflow
         elif behind >= 0:
-            # outflow carries the cell's own slope, as far as last known
+            # outflow with the slope of the cell from its last temperatures
             rest -= m * 0.5 * (t[j, i, k] - t[behind, i, k])
     return diag, rest
 
@@ -339,7 +341,7 @@ def update_walls(
 ) -> int:
     """Set both wall temperatures of t [K] so that T = T0 + K q, with q linearised in both; returns GMRES iterations.
 
-    Both walls at once: a thin film ties them together much more firmly than either is tied to its own body.
+    Both walls at once: a thin film couples them more strongly than either is coupled to its own body.
     """
     shape = (2, *q_a.shape)
     wall_a, wall_b = walls
@@ -352,7 +354,7 @@ def update_walls(
             d_b + wall_b.rough(response[:, :, 3] * d_b - response[:, :, 2] * d_a),
         ]).ravel()  # fmt: skip
 
-    step, used, _ = gmres(apply, lambda v: v, missing.ravel(), 1e-2, 40)
+    step, used, _ = gmres(apply, lambda v: v, missing.ravel(), WALL_TOLERANCE, MOST_WALL_STEPS)
     t[:, :, 0] += step.reshape(shape)[0]
     t[:, :, -1] += step.reshape(shape)[1]
     return used
@@ -368,7 +370,7 @@ class HeatBalance(NamedTuple):
     @property
     def defect(self) -> float:
         """Relative gap of the balance; vanishes with the iteration."""
-        size = max(abs(self.generated), abs(self.conducted), abs(self.convected), 1e-300)
+        size = max(abs(self.generated), abs(self.conducted), abs(self.convected), TINY)
         return (self.generated - self.conducted - self.convected) / size
 
 

@@ -15,10 +15,14 @@ from numba import njit
 from ..half_space.grid import Array
 from .oil import NEWTONIAN, ln_viscosity, pressure_density, pressure_factor, shear_thinning, thinned_stress
 
-#: bound of ln(eta) for stresses: Barus oils at pressures far beyond any oil
+#: bound of ln(eta) for stresses, which a Barus oil exceeds at high pressure: exp would overflow
 LARGEST_LN_ETA = 300.0
-#: largest change of temperature by a change of pressure between two energy solves [K]
+#: largest change of temperature by a change of pressure between two energy solves [K]: bounds a start far away
 FOLLOW_LIMIT = 40.0
+
+#: residual of the sliding speed at which the stress of a column is converged, relative; slip [m/s] below which it is
+#: relative to this one; most Newton steps
+STRESS_TOLERANCE, LEAST_SLIP, STRESS_STEPS = 1e-9, 1e-12, 60
 
 
 class SurfaceSpeeds(NamedTuple):
@@ -215,8 +219,8 @@ def wall_stress(oil, p, h, p_x, p_y, du, dv, viscosity, weights, thinning):
     if size > 0.0:
         share = thinned_stress(oil, p, size) / size
         t_x, t_y = share * m_x - 0.5 * h * p_x, share * m_y - 0.5 * h * p_y
-    scale = abs(du) + abs(dv) + 1e-12
-    for _ in range(60):
+    scale = abs(du) + abs(dv) + LEAST_SLIP
+    for _ in range(STRESS_STEPS):
         r_x, r_y = -du / h, -dv / h
         j_xx = j_xy = j_yy = 0.0
         for k in range(n + 1):
@@ -232,7 +236,7 @@ def wall_stress(oil, p, h, p_x, p_y, du, dv, viscosity, weights, thinning):
             j_xx += f * thin + extra * s_x * s_x
             j_xy += extra * s_x * s_y
             j_yy += f * thin + extra * s_y * s_y
-        if not (abs(r_x) + abs(r_y)) * h > 1e-9 * scale:
+        if not (abs(r_x) + abs(r_y)) * h > STRESS_TOLERANCE * scale:
             break
         det = j_xx * j_yy - j_xy * j_xy
         d_x = -(j_yy * r_x - j_xy * r_y) / det

@@ -1,6 +1,6 @@
 """Compiled loops of the Reynolds equation: residual, Jacobian times vector, Jacobian of one line.
 
-Know numpy and numba only; they neither check nor allocate per point. Fields are (n_y, n_x); line 0 is the mirror
+They use numpy and numba only, and neither check nor allocate per point. Fields are (n_y, n_x); line 0 is the mirror
 line Y = 0; the last line and the first and last column carry P = 0.
 
 Poiseuille flux at a face: e dP/dX with e = H_f^3 phi_f, H_f the mean gap and phi_f the logarithmic mean of the
@@ -17,8 +17,8 @@ from numba import njit
 
 #: power of the gap with which pressure falls beyond the last line: 3/2 on a long ellipse, 2 on a circle
 FAR_POWER = 1.75
-#: over-relaxation of settle_edge
-EDGE_RELAXATION = 1.5
+#: over-relaxation of settle_edge, and the change of pressure [p_max] that ends it
+EDGE_RELAXATION, EDGE_TOLERANCE = 1.5, 1e-9
 
 
 @njit(cache=True, error_model="numpy")
@@ -37,7 +37,7 @@ def log_mean(s_left, s_right):
 def lifted_gap(h, floor):
     """Gap for the flow and its derivative: h above the floor, floor*exp(h/floor - 1) below (C1, positive).
 
-    Keeps Newton alive while an iterate overlaps; a converged gap stays above the floor, where nothing is changed.
+    Lets Newton's method pass iterates that overlap; a converged gap is above the floor, where it is unchanged.
     """
     if h >= floor:
         return h, 1.0
@@ -260,10 +260,10 @@ def line_jacobian(j, width, kappa_h, mirror, c_x, c_y, wedge, gap, g, dg, penalt
 
 @njit(cache=True, error_model="numpy")
 def settle_edge(width, kappa_h, mirror, c_x, c_y, low, sweeps, p, r):
-    """Move the edge of cavitation to where the linear flow equation has it; p and r change in place.
+    """Move the edge of cavitation to its place by the linear flow equation; p and r change in place.
 
-    Projected relaxation (Cryer 1971) of p >= 0, r <= 0, p r = 0 over the nodes `low`, whose gaps stay. r (ny, nx): net
-    inflow that the linear step leaves. Ends after `sweeps`, or when none moves by 1e-9.
+    Projected relaxation (Cryer 1971) of p >= 0, r <= 0, p r = 0 over the nodes `low` at fixed gaps. r (ny, nx): net
+    inflow that the linear step leaves. Ends after `sweeps`, or when no node changes by EDGE_TOLERANCE.
     """
     ny, nx = p.shape
     for _ in range(sweeps):
@@ -285,5 +285,5 @@ def settle_edge(width, kappa_h, mirror, c_x, c_y, low, sweeps, p, r):
                 r[j + 1, i] -= kappa_h * c_y[j, i, 0] * d
                 if j > 0:
                     r[j - 1, i] += (2.0 if mirror and j == 1 else 1.0) * kappa_h * c_y[j - 1, i, 1] * d
-        if not moved > 1e-9:
+        if not moved > EDGE_TOLERANCE:
             break

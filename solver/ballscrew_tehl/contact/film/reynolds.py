@@ -169,8 +169,8 @@ class _Linearisation:
     def update(self, d_p: Array) -> Array:
         """Change of pressure for a linear step d_p.
 
-        Where pressure flow rules, the equation is linear in the fluidity rather than in the pressure: there the step is
-        taken in the fluidity, which a pressure that rises by the logarithm of it reaches in few steps.
+        Where pressure flow dominates, the equation is linear in the fluidity rather than in the pressure: the step is
+        taken in the fluidity there, with whose logarithm the pressure rises in few steps.
         """
         thickening = np.maximum(self.thickening, LEAST_THICKENING)
         in_fluidity = -np.log(np.maximum(1.0 - thickening * d_p, LEAST_FLUIDITY)) / thickening
@@ -225,7 +225,7 @@ class LinePreconditioner:
 
 
 class ContactGeometry:
-    """Everything that depends on the grid and on the ratio of radii only; shared by all operating points."""
+    """What depends on the grid and on the ratio of radii only; shared by all operating points."""
 
     def __init__(self, choice: GridChoice, radius_ratio: float) -> None:
         self.grid = choice.build()
@@ -334,13 +334,13 @@ class ContactGeometry:
         return ReynoldsState(p, h_0, gap), history, preconditioner
 
     def _settle_edge(self, linear: _Linearisation, p: Array, step: float) -> None:
-        """Let the edge of cavitation follow a step to the pressure p at once; Newton moves it one node in a step.
+        """Move the edge of cavitation with a step to the pressure p; Newton alone moves it by one node per step.
 
-        step: largest change by the step; the edge changes no more, for the inflow is known to the digits of GMRES only.
+        step: bounds the change of the edge, for the inflow is accurate to KRYLOV_TOLERANCE only.
         """
         grid = self.grid
         low = (p < EDGE_PRESSURE * float(p.max())) & (linear.flow_share > EDGE_FLOW_SHARE) & (grid.x > 0.0)
-        # the penalty is what holds a cavitated node against the flow
+        # the penalty balances the flow into a cavitated node
         inflow = linear.penalty * p
         before = np.where(low, np.maximum(p, 0.0), p)
         settled = before.copy()
@@ -436,5 +436,5 @@ def _hertz_factor(kappa: float) -> float:
 
 @lru_cache(maxsize=8)
 def contact_geometry(choice: GridChoice, radius_ratio: float) -> ContactGeometry:
-    """Cached geometry; a map visits all speeds and temperatures of one ball load with the same one."""
+    """Cached geometry; all speeds and temperatures of one ball load of a map share it."""
     return ContactGeometry(choice, radius_ratio)
