@@ -322,7 +322,7 @@ def test_a_friction_file_of_another_screw_or_kinematics_is_refused(capsys, measu
     run(capsys, measured(), "--map", MAP, "--output", str(output))
     rolling = changed(GD4008, friction={"kinematics": "rolling_frame"})
     with pytest.raises(
-        ValueError, match=r"kinematics = published; allowed: rolling_frame, as the screw says"
+        ValueError, match=r"kinematics = published; allowed: rolling_frame, as in the screw file"
     ):
         friction_set_of_file(output, rolling)
     other = changed(GD4008, friction={"hysteresis_coefficient": 0.02})

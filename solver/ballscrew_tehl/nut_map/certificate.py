@@ -79,8 +79,7 @@ def deviation_from_direct(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Relative deviations of a map from direct per-ball solves at random points that the map was not built
-    from.
+    """Relative deviations of a map from direct per-ball solves at random points.
 
     Parameters   executor: of the concurrent.futures interface, None = in this process
     Returns      points; mean, median, 99 and 99.9 % quantile, largest deviation of torque, film and temperature rise;

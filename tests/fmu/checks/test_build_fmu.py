@@ -133,7 +133,7 @@ def test_friction_parameters_of_a_file_start_the_fmu_and_stand_in_its_documentat
     [
         (
             {"kinematics": "rolling_frame"},
-            "kinematics = rolling_frame; allowed: published, as the screw says",
+            "kinematics = rolling_frame; allowed: published, as in the screw file",
         ),
         ({"film_model": "hamrock_dowson"}, "fitted with the film hamrock_dowson; expected one of solved"),
         ({"net_sliding_coefficient": 1.5}, "net_sliding_coefficient = 1.5; allowed: less than or equal to 1"),
