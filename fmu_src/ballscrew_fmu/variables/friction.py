@@ -54,6 +54,7 @@ class Variable(NamedTuple):
     derivative_of: str | None = None  # the continuous state that this is the time derivative of
     indicates: bool = False  # its change of sign is an event
     python_only: bool = False  # not in the native FMUs
+    needs: str = "torque"  # what an output is computed with: torque or films
 
     @property
     def variability(self) -> str:
@@ -126,37 +127,37 @@ def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
         Variable(
             "film_thickness_min", "output", "Minimum film thickness of all contacts", "m", minimum=0.0,
             nominal=1e-7,
-            display_unit="um", quantity="Length", depends_on=_ALL, initially_depends_on=_REFINED,
+            display_unit="um", quantity="Length", needs="films", depends_on=_ALL, initially_depends_on=_REFINED,
         ),
         Variable(
             "film_thickness_central_screw", "output", "Least central film thickness on the screw raceway",
             "m",
-            minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", depends_on=_ALL,
+            minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", needs="films", depends_on=_ALL,
             initially_depends_on=_REFINED,
         ),
         Variable(
             "film_thickness_central_nut", "output", "Least central film thickness on the nut raceway", "m",
-            minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", depends_on=_ALL,
+            minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", needs="films", depends_on=_ALL,
             initially_depends_on=_REFINED,
         ),
         Variable(
             "film_temperature_rise", "output",
             "Highest temperature rise in a film over the oil at its inlet", "K",
-            minimum=0.0, nominal=10.0, quantity="TemperatureDifference", relative=True, depends_on=_ALL,
+            minimum=0.0, nominal=10.0, quantity="TemperatureDifference", relative=True, needs="films", depends_on=_ALL,
             initially_depends_on=_REFINED,
         ),
         Variable(
             "contact_pressure_max", "output", "Hertz pressure of the heaviest loaded ball", "Pa", minimum=0.0,
-            nominal=1e9, display_unit="GPa", quantity="Pressure", depends_on=_FORCES,
+            nominal=1e9, display_unit="GPa", quantity="Pressure", needs="films", depends_on=_FORCES,
         ),
         Variable(
             "ball_load_max", "output", "Load of the heaviest loaded ball", "N", minimum=0.0, nominal=10.0,
-            quantity="Force", depends_on=_FORCES,
+            quantity="Force", needs="films", depends_on=_FORCES,
         ),
         Variable(
             "lambda_ratio", "output", "Minimum film thickness over roughness_height, at most 1000", "1",
             minimum=0.0,
-            maximum=1000.0, nominal=1.0, depends_on=_ALL, initially_depends_on=("roughness_height", *_REFINED),
+            maximum=1000.0, nominal=1.0, needs="films", depends_on=_ALL, initially_depends_on=("roughness_height", *_REFINED),
         ),
         Variable(
             "in_range", "output", "False while an input lies beyond the map and is clamped", depends_on=_ALL,

@@ -14,7 +14,7 @@
 #include "instance.h"
 
 /* States in which each call is legal: sections 2.3, 3.2 and 4.2 of FMI 3.0.2. Conditions on the variable are in
-   settable_in of instance.c. Differs: setTime in Event Mode is accepted, as importers call it there. */
+   settable_in of values.c. Differs: setTime in Event Mode is accepted, as importers call it there. */
 #define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
 #define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
 #define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)
@@ -105,7 +105,7 @@ static const Call calls[CALL_COUNT] = {CALLS(AS_ENTRY)};
 
 /* --- importer ---------------------------------------------------------------------------------------------------- */
 
-static void emit(const Importer *importer, const char *instance_name, Status status, const char *category,
+static void log_fmi3(const Importer *importer, const char *instance_name, Status status, const char *category,
                  const char *message)
 {
     const fmi3LogMessageCallback log_message = (fmi3LogMessageCallback)importer->logger;
@@ -116,7 +116,7 @@ static void emit(const Importer *importer, const char *instance_name, Status sta
 
 static Importer importer_of(fmi3InstanceEnvironment environment, fmi3LogMessageCallback log_message)
 {
-    Importer importer = {emit, NULL, NULL, calloc, free};
+    Importer importer = {log_fmi3, NULL, NULL, calloc, free};
 
     importer.logger = (void (*)(void))log_message;
     importer.environment = environment;
@@ -628,7 +628,7 @@ static fmi3Status put_number(Instance *self, size_t *to, size_t number)
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventIndicators)
 {
     BEGIN(GetNumberOfEventIndicators)
-    return put_number(self, nEventIndicators, MODEL_INDICATORS);
+    return put_number(self, nEventIndicators, instance_count(CAUSALITY_INDICATOR));
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates)

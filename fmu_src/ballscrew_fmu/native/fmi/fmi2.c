@@ -8,7 +8,7 @@
 #include "instance.h"
 
 /* States in which each call is legal: tables of sections 3.2.3 and 4.2.4 of FMI 2.0.5. Conditions on the variable are
-   in settable_in of instance.c. Differs: the table has setTime in Event Mode for discrete-time FMUs only, but
+   in settable_in of values.c. Differs: the table has setTime in Event Mode for discrete-time FMUs only, but
    importers call it there for others too. */
 #define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
 #define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
@@ -72,7 +72,7 @@ static const Call calls[CALL_COUNT] = {CALLS(AS_ENTRY)};
 
 /* The logger takes a printf format, in which # marks a value reference. Nothing but the message is passed: many
    importers print the format as it is. */
-static void emit(const Importer *importer, const char *instance_name, Status status, const char *category,
+static void log_fmi2(const Importer *importer, const char *instance_name, Status status, const char *category,
                  const char *message)
 {
     const fmi2CallbackLogger logger = (fmi2CallbackLogger)importer->logger;
@@ -103,7 +103,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean loggingOn)
 {
-    Importer importer = {emit, NULL, NULL, calloc, free};
+    Importer importer = {log_fmi2, NULL, NULL, calloc, free};
 
     (void)visible;
     if (functions != NULL) {
