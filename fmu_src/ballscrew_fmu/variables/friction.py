@@ -157,7 +157,8 @@ def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
         Variable(
             "lambda_ratio", "output", "Minimum film thickness over roughness_height, at most 1000", "1",
             minimum=0.0,
-            maximum=1000.0, nominal=1.0, needs="films", depends_on=_ALL, initially_depends_on=("roughness_height", *_REFINED),
+            maximum=1000.0, nominal=1.0, needs="films", depends_on=_ALL,
+            initially_depends_on=("roughness_height", *_REFINED),
         ),
         Variable(
             "in_range", "output", "False while an input lies beyond the map and is clamped", depends_on=_ALL,

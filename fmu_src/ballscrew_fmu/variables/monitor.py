@@ -45,7 +45,8 @@ def monitor_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
         ),
         Variable(
             "lambda_ratio", "output", "Minimum film thickness at this preload over roughness_height, at most 1000",
-            "1", minimum=0.0, maximum=1000.0, nominal=1.0, needs="films", depends_on=_ALL, initially_depends_on=_PRELOAD,
+            "1", minimum=0.0, maximum=1000.0, nominal=1.0, needs="films", depends_on=_ALL,
+            initially_depends_on=_PRELOAD,
         ),
         Variable(
             "in_range", "output",

@@ -30,19 +30,18 @@ static inline Number regularised_sign(Number speed, Number regularization_speed)
 /* limit: of the deflection, at which the bristle slides */
 static inline Number bristle_within(Number deflection, Number limit)
 {
-    return lesser(greater(deflection, times(-1.0, limit)), limit);
+    return lesser(greater(deflection, negative(limit)), limit);
 }
 
 /* Share of the motion that slides, 0 to 1, for a motion in the direction of the speed. */
 static inline Number bristle_yielding(Number wound, Number speed, Number limit)
 {
-    Number share;
+    const Number beyond = subtract(with_sign_of(wound, speed), times(ELASTIC_SHARE, limit));
 
     if (!(value_of(limit) > 0.0)) {
         return constant(1.0);
     }
-    share = divide(subtract(with_sign_of(wound, speed), times(ELASTIC_SHARE, limit)), times(1.0 - ELASTIC_SHARE, limit));
-    return greater(share, constant(0.0));
+    return greater(divide(beyond, times(1.0 - ELASTIC_SHARE, limit)), constant(0.0));
 }
 
 /* At an instant, without damping. */
@@ -84,7 +83,8 @@ static inline Bristle bristle_after_step(Number before, Number speed, double ste
     const Number limit = divide(coulomb, stiffness), half = times(0.5, stiffness), zero = constant(0.0);
     const Number z = bristle_within(before, limit), q_0 = with_sign_of(z, speed);
     const Number elastic_to = times(ELASTIC_SHARE, limit), travel = times(step, absolute(speed));
-    const Number elastic = lesser(travel, greater(subtract(elastic_to, q_0), zero)), sliding = subtract(travel, elastic);
+    const Number elastic = lesser(travel, greater(subtract(elastic_to, q_0), zero));
+    const Number sliding = subtract(travel, elastic);
     /* what the bristle stored beyond a Coulomb level that sank is lost */
     const Number lost = multiply(half, subtract(multiply(before, before), multiply(z, z)));
     Number q = add(q_0, elastic), rate, heat;
@@ -93,7 +93,7 @@ static inline Bristle bristle_after_step(Number before, Number speed, double ste
 
     if (!(value_of(coulomb) > 0.0)) {
         out.deflection = out.torque = zero;
-        out.rate = over(times(-1.0, before), step);
+        out.rate = over(negative(before), step);
         out.power = over(lost, step);
         return out;
     }

@@ -72,8 +72,8 @@ static inline void contract(const Map *map, const double *surfaces, int columns,
 {
     const ptrdiff_t by_temperature = axis_coefficients(&map->force) * columns;
     const ptrdiff_t by_speed = axis_coefficients(&map->temperature) * by_temperature;
-    const double *block =
-        surfaces + now->speed_cell * by_speed + now->temperature_cell * by_temperature + (ptrdiff_t)force_cell * columns;
+    const double *block = surfaces + now->speed_cell * by_speed + now->temperature_cell * by_temperature
+                          + (ptrdiff_t)force_cell * columns;
 
     for (int first = 0; first < 4 * columns; first += at_once) {
         add_rows(block + first, by_speed, by_temperature, plane->v, sums->v + first, at_once);
@@ -88,16 +88,18 @@ static inline void contract(const Map *map, const double *surfaces, int columns,
 
 static inline void plane_weights(const Number w_j[4], const Number w_k[4], Row *plane)
 {
-    for (int b = 0; b < 4; ++b) {
-        for (int c = 0; c < 4; ++c) {
-            const Number w = multiply(w_j[b], w_k[c]);
-            plane->v[4 * b + c] = value_of(w);
-#ifdef DUAL_NUMBERS
-            plane->d[4 * b + c] = slope_of(w);
-            plane->still = (b + c == 0 || plane->still) && slope_of(w) == 0.0;
-#endif
-        }
+    for (int i = 0; i < 16; ++i) {
+        plane->v[i] = value_of(w_j[i / 4]) * value_of(w_k[i % 4]);
     }
+#ifdef DUAL_NUMBERS
+    plane->still = true;
+    for (int i = 0; i < 4; ++i) {
+        plane->still = plane->still && w_j[i].d == 0.0 && w_k[i].d == 0.0;
+    }
+    for (int i = 0; i < 16 && !plane->still; ++i) {
+        plane->d[i] = multiply(w_j[i / 4], w_k[i % 4]).d;
+    }
+#endif
 }
 
 static inline double over_four(const double w[4], const double sums[], int columns)
@@ -224,8 +226,8 @@ static inline Number slow_share(const Map *map, Number s, Number torque_slope, N
     return multiply(s, add(subtract(one, c), multiply(multiply(c, s), s)));
 }
 
-/* Viscous torque of a nut at apparent viscosity ratio 1. slope_plane: weights of the slopes over speed, where it is below
-   the axis. columns: of these conditions, filled on the way; NULL: nothing is kept. */
+/* Viscous torque of a nut at apparent viscosity ratio 1. slope_plane: weights of the slopes over speed, where it is
+   below the axis. columns: of these conditions, filled on the way; NULL: nothing is kept. */
 static inline Number viscous_torque_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now,
                                            const Row *slope_plane, Columns *columns, Number roughness)
 {
@@ -249,11 +251,11 @@ static inline Number viscous_torque_of_nut(const Map *map, const LoadedNut *nut,
     }
     for (int raceway = 0; raceway < 2; ++raceway) {
         const int t = VISCOUS_TORQUE_SCREW + raceway, h = EFFECTIVE_FILM_SCREW + raceway;
-        const Number share = multiply(roughness, exponential(times(-1.0, values[h]))), x = multiply(share, share);
+        const Number share = multiply(roughness, exponential(negative(values[h]))), x = multiply(share, share);
         const Number torque = divide(exponential(values[t]), add(constant(1.0), x));
         viscous = add(viscous, slow ? multiply(torque, slow_share(map, now->share, slopes[t], slopes[h], x)) : torque);
     }
-    return multiply(multiply(viscous, nut->third), nut->third);
+    return multiply(viscous, multiply(nut->third, nut->third));
 }
 
 NUT_FUNCTION Number nut_viscous_torque(const Map *map, const Loads *loads, const Conditions *now, Columns columns[2],
@@ -281,15 +283,16 @@ static inline Films films_of_nut(const Map *map, const LoadedNut *nut, const Con
     const double *curves = map->curves + (ptrdiff_t)nut->cell * CURVE_COLUMNS;
     const Number s = now->share;
     const Number film_share = value_of(s) < 1.0 ? power(s, FILM_SPEED_EXPONENT) : constant(1.0);
-    Number values[FILM_COLUMNS];
+    Number values[FILM_COLUMNS], least;
     Row sums;
     Films out;
 
     contract(map, map->films, FILM_COLUMNS, now, nut->cell, &now->plane, 2 * FILM_COLUMNS, &sums);
     over_force(nut->weight, &sums, FILM_COLUMNS, values);
     /* a spline through nearly equal films may cross another */
-    out.minimum = multiply(film_share, exponential(lesser(lesser(values[MINIMUM_FILM_SCREW], values[MINIMUM_FILM_NUT]),
-                                                          lesser(values[CENTRAL_FILM_SCREW], values[CENTRAL_FILM_NUT]))));
+    least = lesser(lesser(values[MINIMUM_FILM_SCREW], values[MINIMUM_FILM_NUT]),
+                   lesser(values[CENTRAL_FILM_SCREW], values[CENTRAL_FILM_NUT]));
+    out.minimum = multiply(film_share, exponential(least));
     out.central_screw = multiply(film_share, exponential(values[CENTRAL_FILM_SCREW]));
     out.central_nut = multiply(film_share, exponential(values[CENTRAL_FILM_NUT]));
     out.rise = multiply(multiply(s, nut->third),

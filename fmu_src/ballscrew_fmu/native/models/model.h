@@ -1,5 +1,5 @@
-/* The model behind both FMI versions: what the FMI layer asks of it. Knows no FMI. The ball screw as friction
-   (friction/model.c) and the monitor of its preload (monitor/model.c) answer it, one in each FMU.
+/* The model behind both FMI versions: its interface to the FMI layer. Knows no FMI. friction/model.c is the ball
+   screw as friction, monitor/model.c the monitor of its preload; each FMU has one of them.
 
    All state lives in Model, which is plain data: copying it saves it. Nothing is allocated, nothing is global but
    constant tables. Variables are addressed by the references of variables.h, made from the table of variables of the
@@ -56,8 +56,8 @@ void model_initial_event(Model *model);
 bool model_event(Model *model);
 void model_indicators(Model *model);
 
-/* Directional derivative of outputs and rates at the latched point and step: sensitivity[i] of unknowns[i] along seed[k]
-   of knowns[k], which are inputs, parameters or continuous states. What does not change smoothly has 0. Not in every
+/* Directional derivative of outputs and rates at the latched point and step: sensitivity[i] of unknowns[i] along
+   seed[k] of knowns[k], which are inputs, parameters or continuous states. What does not change smoothly has 0. Not in every
    model. */
 void model_directional_derivative(Model *model, const int unknowns[], size_t unknown_count, const int knowns[],
                                   size_t known_count, const double seed[], double sensitivity[]);

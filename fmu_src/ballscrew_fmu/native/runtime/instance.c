@@ -75,8 +75,8 @@ Status instance_set_logging(Instance *instance, bool on, size_t count, const cha
         }
         if (known == CATEGORIES) {
             return instance_fail(instance, "log category %.80s is not known; known are %s, %s, %s, %s, %s",
-                                 wanted[i] != NULL ? wanted[i] : "NULL", log_categories[0], log_categories[1], log_categories[2],
-                                 log_categories[3], log_categories[4]);
+                                 wanted[i] != NULL ? wanted[i] : "NULL", log_categories[0], log_categories[1],
+                                 log_categories[2], log_categories[3], log_categories[4]);
         }
         mask |= known == 0 ? ALL_CATEGORIES : 1U << known;
     }

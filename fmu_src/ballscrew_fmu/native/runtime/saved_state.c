@@ -6,8 +6,8 @@
 
 #include "saved_state.h"
 
-/* Layout, little-endian: magic, checksum of all that follows, version of this layout, size of all, then the token and the
-   map that the state belongs to, each with its length, then the fields in the order of pass_situation. */
+/* Layout, little-endian: magic, checksum of all that follows, version of this layout, size of all, then the token and
+   the map that the state belongs to, each with its length, then the fields in the order of pass_situation. */
 #define MAGIC "BSFSTATE"
 #define MAGIC_SIZE 8
 #define CHECKED_FROM (MAGIC_SIZE + 8)

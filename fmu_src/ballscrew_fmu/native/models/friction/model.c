@@ -191,7 +191,8 @@ static double margin(const Model *model)
 
     return lesser(lesser(margin_within(at[PRELOAD], map->preload.lo, map->force.hi),
                        margin_within(at[TEMPERATURE], map->temperature.lo, map->temperature.hi)),
-                 lesser((map->speed.hi - fabs(at[SPEED])) / map->speed.hi, (map->force.hi - model->loads.highest) / map->force.hi));
+                 lesser((map->speed.hi - fabs(at[SPEED])) / map->speed.hi,
+                         (map->force.hi - model->loads.highest) / map->force.hi));
 }
 
 void model_indicators(Model *model)

@@ -72,8 +72,8 @@ static double separation_preload(const Map *map, double axial_load)
     return preload < map->force.hi ? preload : map->force.hi;
 }
 
-/* Newton's method for ln torque over ln preload, safeguarded by bisection. Returns whether the torque at out->preload is
-   the one wanted. */
+/* Newton's method for ln torque over ln preload, safeguarded by bisection. Returns whether the torque at out->preload
+   is the one wanted. */
 static bool solve(Search *search, double wanted, Estimate *out)
 {
     const double highest = search->map->force.hi;

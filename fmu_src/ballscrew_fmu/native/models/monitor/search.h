@@ -18,8 +18,8 @@ typedef struct {
 /* Torque at a preload up to the end of the map. at: inputs and parameters; speed: in place of that in at. */
 void torque_of_preload(const Map *map, const double at[VARIABLE_COUNT], double speed, double preload, Estimate *out);
 
-/* Preload at which the map has this torque. If there is none: the end of the map, or 0, or the preload at which the nuts
-   part. */
+/* Preload at which the map has this torque. If there is none: the end of the map, or 0, or the preload at which the
+   nuts part. */
 void preload_of_torque(const Map *map, const double at[VARIABLE_COUNT], double speed, double torque, Estimate *out);
 
 #endif
