@@ -57,8 +57,8 @@ bool model_event(Model *model);
 void model_indicators(Model *model);
 
 /* Directional derivative of outputs and rates at the latched point and step: sensitivity[i] of unknowns[i] along
-   seed[k] of knowns[k], which are inputs, parameters or continuous states. What does not change smoothly has 0. Not in every
-   model. */
+   seed[k] of knowns[k], which are inputs, parameters or continuous states. What does not change smoothly has 0. Not in
+   every model. */
 void model_directional_derivative(Model *model, const int unknowns[], size_t unknown_count, const int knowns[],
                                   size_t known_count, const double seed[], double sensitivity[]);
 
