@@ -190,7 +190,9 @@ def _against_the_sources(root, files):
     text = {
         name.removeprefix("sources/"): c.decode() for name, c in files.items() if name.startswith("sources/")
     }
-    rows = re.findall(r'\{"(\w+)", CAUSALITY_(\w+), (\w+), ([^,]+), ([^,]+), ([^}]+)\}', text["variables.c"])
+    rows = re.findall(
+        r'\{"(\w+)", CAUSALITY_(\w+), NEEDS_\w+, (\w+), ([^,]+), ([^,]+), ([^}]+)\}', text["variables.c"]
+    )
     listed = [(name, node) for name, _, node in variables_of(root) if node.get("causality") != "independent"]
     if [row[0] for row in rows] != [name for name, _ in listed]:
         found.append("variables of the description and of variables.c differ")
@@ -203,7 +205,7 @@ def _against_the_sources(root, files):
             found.append(f"{name}: nominal {node.get('nominal')}, but {nominal} in variables.c")
         if (node.get("derivative") is not None) != (kind == "RATE"):
             found.append(f"{name}: derivative {node.get('derivative')}, but {kind} in variables.c")
-    (indicators,) = re.findall(r"#define MODEL_INDICATORS (\d+)", text["model_state.h"])
+    indicators = str([row[1] for row in rows].count("INDICATOR"))
     if root.get("fmiVersion")[0] == "2":
         counted = root.get("numberOfEventIndicators")
         listed_files = [
@@ -213,11 +215,11 @@ def _against_the_sources(root, files):
         counted = str(len(root.findall("ModelStructure/EventIndicator")))
         listed_files = []
     if counted != indicators:
-        found.append(f"{counted} event indicators, but {indicators} in model.h")
+        found.append(f"{counted} event indicators, but {indicators} in variables.c")
     categories = {node.get("name") for node in root.find("LogCategories")}
-    used = set(re.findall(r'"(log[A-Z]\w+)"', text["instance.c"]))
+    used = set(re.findall(r'"(log[A-Z]\w+)"', text["importer.c"]))
     if categories != used:
-        found.append(f"log categories {sorted(categories)}, but {sorted(used)} in instance.c")
+        found.append(f"log categories {sorted(categories)}, but {sorted(used)} in importer.c")
     build = ElementTree.fromstring(text["buildDescription.xml"])
     listed_files.append([node.get("name") for node in build.iter("SourceFile")])
     units = sorted(name for name in text if name.endswith(".c"))

@@ -12,8 +12,8 @@ from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
 from ballscrew_fmu.native_fmu.map_file import map_bytes
 from ballscrew_fmu.native_fmu.sources import native_sources
 
-MODEL_UNITS = ("model.c", "nut.c", "map.c", "law.c", "tangent.c", "variables.c")
-MONITOR_UNITS = ("model.c", "nut.c", "map.c", "law.c", "variables.c")
+MODEL_UNITS = ("model.c", "nut.c", "map.c", "tangent.c", "variables.c")
+MONITOR_UNITS = ("model.c", "nut.c", "map.c", "search.c", "variables.c")
 ROOM = 8192  # [bytes] more than a Model takes
 
 

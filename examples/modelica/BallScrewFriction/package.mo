@@ -47,7 +47,7 @@ functions, same law at standstill.</p></html>"));
       SI.AngularVelocity rate "Of the deflection";
       Integer slip(start=0, fixed=true) "0: the bristle follows; +1, -1: it slips that way";
     protected
-      constant Real elasticShare = 0.7 "Elastic limit over sliding deflection, law.h";
+      constant Real elasticShare = 0.7 "Elastic limit over sliding deflection, constants.h";
       constant Real slipFrom = 0.999 "Of the sliding deflection, which is reached in infinite travel only, model.c";
       constant SI.AngularVelocity turning = 1e-6 "Hysteresis of a reversal, model.c";
       Boolean forward "Begins to slip forward";

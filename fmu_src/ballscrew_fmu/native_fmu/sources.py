@@ -1,5 +1,7 @@
 """C sources of the native FMUs: the hand-written runtime, the table of variables as C, the FMI headers of fmpy.
 
+The runtime lies in folders (native/core, models, runtime, fmi); in an FMU its files lie in sources/ without folders, as
+importers compile them without include paths. constants.h is written from the tables that the Python twin reads.
 The FMI headers are needed to compile and stay out of the FMU, as the standard asks (is_fmi_header).
 """
 
@@ -12,8 +14,10 @@ from typing import Any
 import fmpy
 
 from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.native_fmu.map_file import MAGIC, MAP_FILE, TORQUE_COLUMNS
 from ballscrew_fmu.variables.friction import Variable
-from ballscrew_tehl.runtime.constants import TOO_LARGE
+from ballscrew_tehl.runtime import constants
+from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, FORCE_CURVES, SURFACES
 
 NATIVE_NAME = FRICTION.native_name
 FMI_VERSIONS = (2, 3)
@@ -22,6 +26,7 @@ FMI_HEADERS = {
     3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
 }
 _HERE = importlib.resources.files("ballscrew_fmu") / "native"
+_SHARED = ("core", "models", "runtime", "fmi")  # folders; the layer of a model is a folder of models
 
 _HEADER = """\
 /* GENERATED from the table of variables: do not edit. */
@@ -42,6 +47,7 @@ enum Reference {{
 #define TIME_REFERENCE VARIABLE_COUNT /* FMI 3 only: the independent variable */
 #define INPUT_FIRST {first}
 #define INPUT_COUNT {inputs}
+#define MODEL_DERIVATIVES {derivatives} /* 1: the model has directional derivatives */
 
 enum Causality {{
     CAUSALITY_INPUT,
@@ -52,9 +58,13 @@ enum Causality {{
     CAUSALITY_INDICATOR
 }};
 
+/* what an output is computed with */
+enum Needs {{ NEEDS_TORQUE, NEEDS_FILMS }};
+
 typedef struct {{
     const char *name;
     enum Causality causality;
+    enum Needs needs;
     bool boolean;
     double start;   /* of inputs, parameters and the state, else 0 */
     double lowest;  /* of what may be set */
@@ -73,6 +83,26 @@ const Variable model_variables[VARIABLE_COUNT] = {{
 {rows}
 }};
 """
+_CONSTANTS = """\
+/* GENERATED from ballscrew_tehl/runtime/constants.py, packed.py and native_fmu/map_file.py: do not edit. */
+#ifndef BALLSCREW_CONSTANTS_H
+#define BALLSCREW_CONSTANTS_H
+
+{constants}
+
+#define MAP_FILE "{map_file}"
+#define MAP_MAGIC "{magic}"
+#define MAP_AXES {axes}
+
+/* columns of the surfaces: what a torque needs, then the rest; raceway screw before nut */
+enum {{ {torque}, TORQUE_COLUMNS }};
+enum {{ {films}, FILM_COLUMNS }};
+enum {{ {curves}, CURVE_COLUMNS }};
+
+enum {{ {defaults}, MAP_DEFAULTS }};
+
+#endif
+"""
 
 
 class SourceError(RuntimeError):
@@ -89,11 +119,12 @@ def native_sources(
     Raises       SourceError: fmpy or this package lacks a file
     """
     other = "fmi3" if fmi_version == 2 else "fmi2"
+    folders = [_HERE / name for name in _SHARED] + [_HERE / "models" / model.layer]
     files = {
         entry.name: entry.read_bytes()
-        for folder in (_HERE, _HERE / model.layer)
+        for folder in folders
         for entry in sorted(folder.iterdir(), key=lambda entry: entry.name)
-        if entry.name.endswith((".c", ".h")) and not entry.name.startswith((other, "variables."))
+        if entry.name.endswith((".c", ".h")) and not entry.name.startswith(other)
     }
     if f"fmi{fmi_version}.c" not in files:
         raise SourceError(f"fmi{fmi_version}.c not found in {_HERE}; install the project again")
@@ -112,7 +143,7 @@ def is_fmi_header(name: str) -> bool:
 
 
 def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FRICTION) -> dict[str, str]:
-    """variables.h and variables.c: the table of variables as C.
+    """variables.h and variables.c, the table of variables as C, and constants.h.
 
     Raises       ValueError: a token that is no plain text
     """
@@ -128,9 +159,26 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
             references=",\n".join(f"    {v.name.upper()}" for v in table),
             first=inputs[0].name.upper(),
             inputs=len(inputs),
+            derivatives=int(model.derivatives),
         ),
         "variables.c": _TABLE.format(rows="\n".join(_row(v) for v in table)),
+        "constants.h": _constants(),
     }
+
+
+def _constants() -> str:
+    named = {name: value for name, value in vars(constants).items() if name.isupper()}
+    upper = [name.upper() for name in SURFACES]
+    return _CONSTANTS.format(
+        constants="\n".join(f"#define {name} {value!r}" for name, value in named.items()),
+        map_file=MAP_FILE,
+        magic=MAGIC.decode(),
+        axes=len(AXES),
+        defaults=", ".join(f"{name.upper()}_DEFAULT" for name in DEFAULTS),
+        torque=", ".join(upper[:TORQUE_COLUMNS]),
+        films=", ".join(upper[TORQUE_COLUMNS:]),
+        curves=", ".join(f"{name.upper()}_CURVE" for name in FORCE_CURVES),
+    )
 
 
 def _row(v: Variable) -> str:
@@ -138,6 +186,6 @@ def _row(v: Variable) -> str:
         kind = "RATE" if v.derivative_of else "INDICATOR" if v.indicates else "STATE"
     else:
         kind = v.causality.upper()
-    lowest = 0.0 if v.causality == "parameter" else -TOO_LARGE
+    lowest = 0.0 if v.causality == "parameter" else -constants.TOO_LARGE
     numbers = ", ".join(repr(float(x)) for x in (v.start or 0.0, lowest, v.nominal or 1.0))
-    return f'    {{"{v.name}", CAUSALITY_{kind}, {str(v.unit is None).lower()}, {numbers}}},'
+    return f'    {{"{v.name}", CAUSALITY_{kind}, NEEDS_{v.needs.upper()}, {str(v.unit is None).lower()}, {numbers}}},'

@@ -57,6 +57,7 @@ class Variable(NamedTuple):
     derivative_of: str | None = None  # the continuous state that this is the time derivative of
     indicates: bool = False  # its change of sign is an event
     python_only: bool = False  # not in the native FMUs
+    needs: str = "torque"  # what an output is computed with: torque or films
     of_map: Mapping[str, OfMap] = {}  # fields above that come from the header of the map
 
     @property
@@ -109,7 +110,7 @@ def of_map(rows: Sequence[Variable], header: Header) -> tuple[Variable, ...]:
 _TORQUE: Mapping[str, Any] = {"unit": "N.m", "quantity": "Torque"}
 _FILM: Mapping[str, Any] = {
     "unit": "m", "minimum": 0.0, "nominal": 1e-7, "display_unit": "um", "quantity": "Length",
-    "depends_on": _ALL, "initially_depends_on": _REFINED,
+    "depends_on": _ALL, "initially_depends_on": _REFINED, "needs": "films",
 }  # fmt: skip
 
 INPUTS = (
@@ -170,20 +171,20 @@ OUTPUTS = (
     Variable(
         "film_temperature_rise", "output", "Highest temperature rise in a film over the oil at its inlet",
         "K", minimum=0.0, nominal=10.0, quantity="TemperatureDifference", relative=True, depends_on=_ALL,
-        initially_depends_on=_REFINED,
+        initially_depends_on=_REFINED, needs="films",
     ),
     Variable(
         "contact_pressure_max", "output", "Hertz pressure of the heaviest loaded ball", "Pa", minimum=0.0,
-        nominal=1e9, display_unit="GPa", quantity="Pressure", depends_on=_FORCES,
+        nominal=1e9, display_unit="GPa", quantity="Pressure", depends_on=_FORCES, needs="films",
     ),
     Variable(
         "ball_load_max", "output", "Load of the heaviest loaded ball", "N", minimum=0.0, nominal=10.0,
-        quantity="Force", depends_on=_FORCES,
+        quantity="Force", depends_on=_FORCES, needs="films",
     ),
     Variable(
         "lambda_ratio", "output", "Minimum film thickness over roughness_height, at most 1000", "1",
         minimum=0.0, maximum=1000.0, nominal=1.0, depends_on=_ALL,
-        initially_depends_on=("roughness_height", *_REFINED),
+        initially_depends_on=("roughness_height", *_REFINED), needs="films",
     ),
     Variable(
         "in_range", "output", "False while an input lies beyond the map and is clamped", depends_on=_ALL

@@ -40,6 +40,7 @@ ROWS = (
     Variable(
         "lambda_ratio", "output", "Minimum film thickness at this preload over roughness_height, at most 1000",
         "1", minimum=0.0, maximum=1000.0, nominal=1.0, depends_on=_ALL, initially_depends_on=_PRELOAD,
+        needs="films",
     ),
     Variable(
         "in_range", "output",

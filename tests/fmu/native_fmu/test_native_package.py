@@ -378,7 +378,7 @@ def test_terminal():
 def test_hand_written_sources_are_package_data():
     """An installed package finds them where the sources of the project have them."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
-    assert "native/*" in project["tool"]["setuptools"]["package-data"]["ballscrew_fmu"]
+    assert "native/*/*" in project["tool"]["setuptools"]["package-data"]["ballscrew_fmu"]
     assert any(line.startswith("ziglang>=") for line in project["project"]["dependencies"])
 
 

@@ -152,15 +152,15 @@ void ballScrewMap_films(void *map, double preload, double w, double T, double ax
 
 double ballScrewMap_apparentViscosityRatio(void *map)
 {
-    return ((Handle *)map)->map->defaults[0];
+    return ((Handle *)map)->map->defaults[APPARENT_VISCOSITY_RATIO_DEFAULT];
 }
 
 double ballScrewMap_netSlidingCoefficient(void *map)
 {
-    return ((Handle *)map)->map->defaults[1];
+    return ((Handle *)map)->map->defaults[NET_SLIDING_COEFFICIENT_DEFAULT];
 }
 
 double ballScrewMap_roughnessHeight(void *map)
 {
-    return ((Handle *)map)->map->defaults[2];
+    return ((Handle *)map)->map->defaults[ROUGHNESS_HEIGHT_DEFAULT];
 }

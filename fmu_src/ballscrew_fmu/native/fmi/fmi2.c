@@ -8,7 +8,7 @@
 #include "instance.h"
 
 /* States in which each call is legal: tables of sections 3.2.3 and 4.2.4 of FMI 2.0.5. Conditions on the variable are
-   in settable_in of instance.c. Differs: the table has setTime in Event Mode for discrete-time FMUs only, but
+   in settable_in of values.c. Differs: the table has setTime in Event Mode for discrete-time FMUs only, but
    importers call it there for others too. */
 #define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
 #define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
@@ -68,11 +68,19 @@ static const Call calls[CALL_COUNT] = {CALLS(AS_ENTRY)};
     }
 #define RETURN(status) return (fmi2Status)(status)
 
+/* A function that is one call. */
+#define FORWARD(name, arguments, call) \
+    fmi2Status fmi2##name arguments    \
+    {                                  \
+        BEGIN(name)                    \
+        RETURN(call);                  \
+    }
+
 /* --- importer ---------------------------------------------------------------------------------------------------- */
 
 /* The logger takes a printf format, in which # marks a value reference. Nothing but the message is passed: many
    importers print the format as it is. */
-static void emit(const Importer *importer, const char *instance_name, Status status, const char *category,
+static void log_fmi2(const Importer *importer, const char *instance_name, Status status, const char *category,
                  const char *message)
 {
     const fmi2CallbackLogger logger = (fmi2CallbackLogger)importer->logger;
@@ -103,7 +111,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean loggingOn)
 {
-    Importer importer = {emit, NULL, NULL, calloc, free};
+    Importer importer = {log_fmi2, NULL, NULL, calloc, free};
 
     (void)visible;
     if (functions != NULL) {
@@ -127,61 +135,26 @@ void fmi2FreeInstance(fmi2Component c)
     instance_free(c);
 }
 
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories,
-                               const fmi2String categories[])
-{
-    BEGIN(SetDebugLogging)
-    RETURN(instance_set_logging(instance, loggingOn != fmi2False, nCategories, categories));
-}
+FORWARD(SetDebugLogging, (fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[]),
+        instance_set_logging(instance, loggingOn != fmi2False, nCategories, categories))
 
 /* --- life -------------------------------------------------------------------------------------------------------- */
 
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
-                               fmi2Boolean stopTimeDefined, fmi2Real stopTime)
-{
-    BEGIN(SetupExperiment)
-    (void)toleranceDefined;
-    (void)tolerance;
-    RETURN(instance_setup(instance, startTime, stopTimeDefined != fmi2False, stopTime));
-}
-
-fmi2Status fmi2EnterInitializationMode(fmi2Component c)
-{
-    BEGIN(EnterInitializationMode)
-    RETURN(instance_enter(instance, INITIALIZATION_MODE));
-}
-
-fmi2Status fmi2ExitInitializationMode(fmi2Component c)
-{
-    BEGIN(ExitInitializationMode)
-    RETURN(instance_exit_initialization(instance));
-}
-
-fmi2Status fmi2Terminate(fmi2Component c)
-{
-    BEGIN(Terminate)
-    RETURN(instance_enter(instance, TERMINATED));
-}
-
-fmi2Status fmi2Reset(fmi2Component c)
-{
-    BEGIN(Reset)
-    RETURN(instance_reset(instance));
-}
+FORWARD(SetupExperiment, (fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
+                          fmi2Boolean stopTimeDefined, fmi2Real stopTime),
+        ((void)toleranceDefined, (void)tolerance,
+         instance_setup(instance, startTime, stopTimeDefined != fmi2False, stopTime)))
+FORWARD(EnterInitializationMode, (fmi2Component c), instance_enter(instance, INITIALIZATION_MODE))
+FORWARD(ExitInitializationMode, (fmi2Component c), instance_exit_initialization(instance))
+FORWARD(Terminate, (fmi2Component c), instance_enter(instance, TERMINATED))
+FORWARD(Reset, (fmi2Component c), instance_reset(instance))
 
 /* --- values ------------------------------------------------------------------------------------------------------ */
 
-fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
-{
-    BEGIN(GetReal)
-    RETURN(instance_get_reals(instance, vr, nvr, value));
-}
-
-fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[])
-{
-    BEGIN(SetReal)
-    RETURN(instance_set_reals(instance, vr, nvr, value));
-}
+FORWARD(GetReal, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[]),
+        instance_get_reals(instance, vr, nvr, value))
+FORWARD(SetReal, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]),
+        instance_set_reals(instance, vr, nvr, value))
 
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
 {
@@ -200,95 +173,36 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
     return fmi2OK;
 }
 
-fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
-{
-    BEGIN(SetBoolean)
-    (void)value;
-    RETURN(instance_no_variables(instance, "settable Boolean", vr, nvr));
-}
-
-fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[])
-{
-    BEGIN(GetInteger)
-    (void)value;
-    RETURN(instance_no_variables(instance, "Integer", vr, nvr));
-}
-
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[])
-{
-    BEGIN(SetInteger)
-    (void)value;
-    RETURN(instance_no_variables(instance, "Integer", vr, nvr));
-}
-
-fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[])
-{
-    BEGIN(GetString)
-    (void)value;
-    RETURN(instance_no_variables(instance, "String", vr, nvr));
-}
-
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[])
-{
-    BEGIN(SetString)
-    (void)value;
-    RETURN(instance_no_variables(instance, "String", vr, nvr));
-}
-
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
-                                        const fmi2ValueReference vKnown_ref[], size_t nKnown,
-                                        const fmi2Real dvKnown[], fmi2Real dvUnknown[])
-{
-    BEGIN(GetDirectionalDerivative)
-    RETURN(instance_derivative(instance, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, dvUnknown, false));
-}
+FORWARD(SetBoolean, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[]),
+        ((void)value, instance_no_variables(instance, "settable Boolean", vr, nvr)))
+FORWARD(GetInteger, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[]),
+        ((void)value, instance_no_variables(instance, "Integer", vr, nvr)))
+FORWARD(SetInteger, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[]),
+        ((void)value, instance_no_variables(instance, "Integer", vr, nvr)))
+FORWARD(GetString, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[]),
+        ((void)value, instance_no_variables(instance, "String", vr, nvr)))
+FORWARD(SetString, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[]),
+        ((void)value, instance_no_variables(instance, "String", vr, nvr)))
+FORWARD(GetDirectionalDerivative, (fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
+                                   const fmi2ValueReference vKnown_ref[], size_t nKnown, const fmi2Real dvKnown[],
+                                   fmi2Real dvUnknown[]),
+        instance_derivative(instance, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, dvUnknown, false))
 
 /* --- saved states ------------------------------------------------------------------------------------------------ */
 
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
-{
-    BEGIN(GetFMUstate)
-    RETURN(instance_save(instance, FMUstate));
-}
-
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
-{
-    BEGIN(SetFMUstate)
-    RETURN(instance_restore(instance, FMUstate));
-}
-
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
-{
-    BEGIN(FreeFMUstate)
-    RETURN(instance_forget(instance, FMUstate));
-}
-
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, size_t *size)
-{
-    BEGIN(SerializedFMUstateSize)
-    RETURN(instance_serialized_size(instance, FMUstate, size));
-}
-
-fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size)
-{
-    BEGIN(SerializeFMUstate)
-    RETURN(instance_serialize(instance, FMUstate, (unsigned char *)serializedState, size));
-}
-
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedState[], size_t size,
-                                   fmi2FMUstate *FMUstate)
-{
-    BEGIN(DeSerializeFMUstate)
-    RETURN(instance_deserialize(instance, (const unsigned char *)serializedState, size, FMUstate));
-}
+FORWARD(GetFMUstate, (fmi2Component c, fmi2FMUstate *FMUstate), instance_save(instance, FMUstate))
+FORWARD(SetFMUstate, (fmi2Component c, fmi2FMUstate FMUstate), instance_restore(instance, FMUstate))
+FORWARD(FreeFMUstate, (fmi2Component c, fmi2FMUstate *FMUstate), instance_forget(instance, FMUstate))
+FORWARD(SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate FMUstate, size_t *size),
+        instance_serialized_size(instance, FMUstate, size))
+FORWARD(SerializeFMUstate, (fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size),
+        instance_serialize(instance, FMUstate, (unsigned char *)serializedState, size))
+FORWARD(DeSerializeFMUstate, (fmi2Component c, const fmi2Byte serializedState[], size_t size, fmi2FMUstate *FMUstate),
+        instance_deserialize(instance, (const unsigned char *)serializedState, size, FMUstate))
 
 /* --- model exchange ---------------------------------------------------------------------------------------------- */
 
-fmi2Status fmi2EnterEventMode(fmi2Component c)
-{
-    BEGIN(EnterEventMode)
-    RETURN(instance_enter(instance, EVENT_MODE));
-}
+FORWARD(EnterEventMode, (fmi2Component c), instance_enter(instance, EVENT_MODE))
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo)
 {
@@ -309,11 +223,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo)
     RETURN(status);
 }
 
-fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
-{
-    BEGIN(EnterContinuousTimeMode)
-    RETURN(instance_enter(instance, CONTINUOUS_TIME_MODE));
-}
+FORWARD(EnterContinuousTimeMode, (fmi2Component c), instance_enter(instance, CONTINUOUS_TIME_MODE))
 
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation)
@@ -329,41 +239,15 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
     return fmi2OK;
 }
 
-fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
-{
-    BEGIN(SetTime)
-    RETURN(instance_set_time(instance, time));
-}
-
-fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t nx)
-{
-    BEGIN(SetContinuousStates)
-    RETURN(instance_set_states(instance, x, nx));
-}
-
-fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t nx)
-{
-    BEGIN(GetDerivatives)
-    RETURN(instance_get_rates(instance, derivatives, nx));
-}
-
-fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real eventIndicators[], size_t ni)
-{
-    BEGIN(GetEventIndicators)
-    RETURN(instance_get_indicators(instance, eventIndicators, ni));
-}
-
-fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t nx)
-{
-    BEGIN(GetContinuousStates)
-    RETURN(instance_get_states(instance, x, nx));
-}
-
-fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x_nominal[], size_t nx)
-{
-    BEGIN(GetNominalsOfContinuousStates)
-    RETURN(instance_get_nominals(instance, x_nominal, nx));
-}
+FORWARD(SetTime, (fmi2Component c, fmi2Real time), instance_set_time(instance, time))
+FORWARD(SetContinuousStates, (fmi2Component c, const fmi2Real x[], size_t nx), instance_set_states(instance, x, nx))
+FORWARD(GetDerivatives, (fmi2Component c, fmi2Real derivatives[], size_t nx),
+        instance_get_rates(instance, derivatives, nx))
+FORWARD(GetEventIndicators, (fmi2Component c, fmi2Real eventIndicators[], size_t ni),
+        instance_get_indicators(instance, eventIndicators, ni))
+FORWARD(GetContinuousStates, (fmi2Component c, fmi2Real x[], size_t nx), instance_get_states(instance, x, nx))
+FORWARD(GetNominalsOfContinuousStates, (fmi2Component c, fmi2Real x_nominal[], size_t nx),
+        instance_get_nominals(instance, x_nominal, nx))
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
@@ -376,74 +260,37 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
     RETURN(instance_step(instance, currentCommunicationPoint, communicationStepSize, true, false));
 }
 
-fmi2Status fmi2CancelStep(fmi2Component c)
-{
-    BEGIN(CancelStep)
-    return fmi2Error;
-}
-
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                       const fmi2Integer order[], const fmi2Real value[])
-{
-    BEGIN(SetRealInputDerivatives)
-    (void)vr;
-    (void)nvr;
-    (void)order;
-    (void)value;
-    RETURN(instance_fail(instance, "inputs are held over a step: no derivatives of inputs"));
-}
-
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                        const fmi2Integer order[], fmi2Real value[])
-{
-    BEGIN(GetRealOutputDerivatives)
-    (void)vr;
-    (void)nvr;
-    (void)order;
-    (void)value;
-    RETURN(instance_fail(instance, "no derivatives of outputs over time"));
-}
+FORWARD(CancelStep, (fmi2Component c), STATUS_ERROR)
+FORWARD(SetRealInputDerivatives, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
+                                  const fmi2Real value[]),
+        ((void)vr, (void)nvr, (void)order, (void)value,
+         instance_fail(instance, "inputs are held over a step: no derivatives of inputs")))
+FORWARD(GetRealOutputDerivatives, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                   const fmi2Integer order[], fmi2Real value[]),
+        ((void)vr, (void)nvr, (void)order, (void)value,
+         instance_fail(instance, "no derivatives of outputs over time")))
 
 /* All but the last successful time is for steps in the background. */
-static fmi2Status no_status(Instance *instance, fmi2StatusKind kind)
+static Status no_status(Instance *instance, fmi2StatusKind kind)
 {
-    RETURN(instance_discard(instance, "status %d of a step is not available", (int)kind));
+    return instance_discard(instance, "status %d of a step is not available", (int)kind);
 }
 
-fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value)
-{
-    BEGIN(GetStatus)
-    (void)value;
-    return no_status(instance, s);
-}
+FORWARD(GetStatus, (fmi2Component c, const fmi2StatusKind s, fmi2Status *value), ((void)value, no_status(instance, s)))
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value)
 {
     BEGIN(GetRealStatus)
     if (s != fmi2LastSuccessfulTime || value == NULL) {
-        return no_status(instance, s);
+        RETURN(no_status(instance, s));
     }
     *value = instance->now.time;
     return fmi2OK;
 }
 
-fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s, fmi2Integer *value)
-{
-    BEGIN(GetIntegerStatus)
-    (void)value;
-    return no_status(instance, s);
-}
-
-fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value)
-{
-    BEGIN(GetBooleanStatus)
-    (void)value;
-    return no_status(instance, s);
-}
-
-fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind s, fmi2String *value)
-{
-    BEGIN(GetStringStatus)
-    (void)value;
-    return no_status(instance, s);
-}
+FORWARD(GetIntegerStatus, (fmi2Component c, const fmi2StatusKind s, fmi2Integer *value),
+        ((void)value, no_status(instance, s)))
+FORWARD(GetBooleanStatus, (fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value),
+        ((void)value, no_status(instance, s)))
+FORWARD(GetStringStatus, (fmi2Component c, const fmi2StatusKind s, fmi2String *value),
+        ((void)value, no_status(instance, s)))

@@ -1,27 +1,12 @@
 /* The nut map: tricubic B-splines of the logarithms of torque, film and temperature over (ln force, ln speed,
-   temperature), read once from a file and constant from then on. Twin of nut_map/evaluate.py. */
+   temperature), read once from a file and constant from then on. Order of columns and of the file: constants.h. */
 #ifndef BALLSCREW_MAP_H
 #define BALLSCREW_MAP_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
-#include <stdbool.h>
-
-/* columns of the surfaces: what a torque needs, then the rest; raceway screw before nut */
-enum { VISCOUS_SCREW, VISCOUS_NUT, EFFECTIVE_FILM_SCREW, EFFECTIVE_FILM_NUT, TORQUE_COLUMNS };
-enum {
-    MINIMUM_FILM_SCREW,
-    MINIMUM_FILM_NUT,
-    CENTRAL_FILM_SCREW,
-    CENTRAL_FILM_NUT,
-    RISE_SCREW,
-    RISE_NUT,
-    FILM_COLUMNS
-};
-enum { HYSTERESIS_CURVE, SLIDING_CURVE, PRESSURE_CURVE, BALL_LOAD_CURVE, CURVE_COLUMNS };
-#define MOST_COLUMNS 6
-
-#define MAP_DEFAULTS 3 /* apparent viscosity ratio, net sliding coefficient, roughness height */
+#include "constants.h"
 
 typedef struct {
     double lo, hi;
@@ -68,24 +53,27 @@ static inline void cubic_weights(double t, double weights[4])
     weights[3] = sixth * (t * t * t);
 }
 
-void cubic_slopes(double t, double slopes[4]);
-void cubic_bends(double t, double bends[4]);
+static inline void cubic_slopes(double t, double slopes[4])
+{
+    const double u = 1.0 - t;
+    slopes[0] = -0.5 * u * u;
+    slopes[1] = 0.5 * t * (3.0 * t - 4.0);
+    slopes[2] = 0.5 * u * (4.0 - 3.0 * u);
+    slopes[3] = 0.5 * t * t;
+}
 
-/* Coefficients of a surface at the first of the four neighbours of a place. */
-const double *map_block(const Map *map, const double *surfaces, int columns, Place speed, Place temperature,
-                        Place force);
+static inline void cubic_bends(double t, double bends[4])
+{
+    bends[0] = 1.0 - t;
+    bends[1] = 3.0 * t - 2.0;
+    bends[2] = 1.0 - 3.0 * t;
+    bends[3] = t;
+}
 
-/* Distance of neighbours over temperature and over speed in a surface, in coefficients. */
-ptrdiff_t map_temperature_stride(const Map *map, int columns);
-ptrdiff_t map_speed_stride(const Map *map, int columns);
-
-/* Force of the relieved and the loaded nut [N] at a preload of 0 or more and an axial load that is not 0. */
-void map_forces(const Map *map, double preload, double axial_load, double force[2]);
-
-/* Preload at or below which the axial load parts the nuts [N]: 0 without axial load, at most the end of the map. */
-double map_separation_preload(const Map *map, double axial_load);
-
-/* Derivative of either force over the preload; 0 where the nuts part. Arguments as map_forces. */
-double map_force_slope(const Map *map, double preload, double axial_load);
+/* Coefficients over an axis. */
+static inline ptrdiff_t axis_coefficients(const Axis *axis)
+{
+    return (ptrdiff_t)axis->last + 4;
+}
 
 #endif

@@ -7,8 +7,6 @@
 #include "nut.h"
 #include "variables.h"
 
-#define MODEL_INDICATORS 2
-
 struct Model {
     const Map *map;
     double value[VARIABLE_COUNT];   /* inputs, parameters and the bristle as they are set; outputs when computed */
@@ -22,7 +20,9 @@ struct Model {
     bool events_began;              /* model exchange: the initial event has been */
     int slip;                       /* model exchange: 0 the bristle follows, +1 or -1 it slips that way */
     bool conditions_known, torque_known, films_known;
-    Loads loads; /* kept while neither preload nor axial load changes */
+    bool loads_known;                       /* kept while neither preload nor axial load changes: */
+    double loads_preload, loads_axial_load; /* [N] that loads belong to */
+    Loads loads;
     Conditions conditions;
 };
 

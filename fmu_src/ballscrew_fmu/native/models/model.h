@@ -1,5 +1,5 @@
-/* The model behind both FMI versions: what the FMI layer asks of it. Knows no FMI. The ball screw as friction
-   (friction/model.c) and the monitor of its preload (monitor/model.c) answer it, one in each FMU.
+/* The model behind both FMI versions: its interface to the FMI layer. Knows no FMI. friction/model.c is the ball
+   screw as friction, monitor/model.c the monitor of its preload; each FMU has one of them.
 
    All state lives in Model, which is plain data: copying it saves it. Nothing is allocated, nothing is global but
    constant tables. Variables are addressed by the references of variables.h, made from the table of variables of the
@@ -12,8 +12,6 @@
 #include "map.h"
 #include "variables.h"
 
-#define MODEL_TOO_LARGE 1e30 /* refused like infinity, so that no product overflows */
-
 typedef struct Model Model;
 
 #include "model_state.h"
@@ -21,10 +19,10 @@ typedef struct Model Model;
 /* Start values. continuous: for model exchange. */
 void model_reset(Model *model, const Map *map, bool continuous);
 
-/* Whether a value may be stored in an input, a parameter or the state: finite, below 1e30, not below its bound. */
+/* Whether a value may be stored in an input, a parameter or the state: finite, below TOO_LARGE, not below its bound. */
 inline bool model_accepts(int reference, double value)
 {
-    return value >= model_variables[reference].lowest && value < MODEL_TOO_LARGE;
+    return value >= model_variables[reference].lowest && value < TOO_LARGE;
 }
 
 /* Value as set for inputs and parameters, as computed for everything else (booleans 0 or 1). */
@@ -53,14 +51,14 @@ bool model_possible(const Model *model);
 void model_forget(Model *model);
 
 /* Model exchange, at the latched point: mode at the start; the change of mode at an event, which returns whether a
-   continuous state was changed; indicators in the order of the variables. */
+   continuous state was changed; indicators are left in their places of value. */
 void model_initial_event(Model *model);
 bool model_event(Model *model);
-void model_indicators(Model *model, double indicators[MODEL_INDICATORS]);
+void model_indicators(Model *model);
 
-/* Directional derivative of outputs and rates at the latched point and step: sensitivity[i] of unknowns[i] along seed[k]
-   of knowns[k], which are inputs, parameters or continuous states. What does not change smoothly has 0. Not in every
-   model. */
+/* Directional derivative of outputs and rates at the latched point and step: sensitivity[i] of unknowns[i] along
+   seed[k] of knowns[k], which are inputs, parameters or continuous states. What does not change smoothly has 0. Not in
+   every model. */
 void model_directional_derivative(Model *model, const int unknowns[], size_t unknown_count, const int knowns[],
                                   size_t known_count, const double seed[], double sensitivity[]);
 

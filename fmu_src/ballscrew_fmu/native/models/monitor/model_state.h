@@ -1,13 +1,11 @@
-/* State of the preload monitor: the last preload that a torque told. No continuous state. */
+/* State of the preload monitor: the last preload that a torque determined. No continuous state. */
 #ifndef BALLSCREW_MODEL_STATE_H
 #define BALLSCREW_MODEL_STATE_H
 
 #include <stdbool.h>
 
-#include "nut.h"
+#include "map.h"
 #include "variables.h"
-
-#define MODEL_INDICATORS 2
 
 struct Model {
     const Map *map;
@@ -19,12 +17,10 @@ struct Model {
     bool in_range;                  /* model exchange: as of the last event, motion aside */
     bool rests;                     /* model exchange: as of the last event */
     bool events_began;              /* model exchange: the initial event has been */
-    bool solved, film_known;        /* outputs of the latched point */
+    bool solved, films_known;       /* outputs of the latched point */
     unsigned clamped;               /* bit per input, of the latched point */
     double estimate;                /* [N] preload by the torque of the latched point */
     double elasticity;              /* relative change of torque over that of preload, there */
-    double torque;                  /* [N.m] of the map there */
-    Loads loads;                    /* at the estimate */
 };
 
 /* What a saved state holds beside value and latched: numbers, flags, signs. */

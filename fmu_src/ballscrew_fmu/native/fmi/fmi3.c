@@ -14,7 +14,7 @@
 #include "instance.h"
 
 /* States in which each call is legal: sections 2.3, 3.2 and 4.2 of FMI 3.0.2. Conditions on the variable are in
-   settable_in of instance.c. Differs: setTime in Event Mode is accepted, as importers call it there. */
+   settable_in of values.c. Differs: setTime in Event Mode is accepted, as importers call it there. */
 #define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
 #define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
 #define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)
@@ -103,9 +103,21 @@ static const Call calls[CALL_COUNT] = {CALLS(AS_ENTRY)};
     }
 #define RETURN(status) return (fmi3Status)(status)
 
+/* A function that is one call. */
+#define FORWARD(name, arguments, call) \
+    fmi3Status fmi3##name arguments  \
+    {                                  \
+        BEGIN(name)                    \
+        RETURN(call);                  \
+    }
+
+/* Parameters of a call about variables; the parameters named here are not used. */
+#define VARIABLES fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences
+#define NONE_OF(type, unused) (unused, instance_no_variables(self, type, valueReferences, nValueReferences))
+
 /* --- importer ---------------------------------------------------------------------------------------------------- */
 
-static void emit(const Importer *importer, const char *instance_name, Status status, const char *category,
+static void log_fmi3(const Importer *importer, const char *instance_name, Status status, const char *category,
                  const char *message)
 {
     const fmi3LogMessageCallback log_message = (fmi3LogMessageCallback)importer->logger;
@@ -116,7 +128,7 @@ static void emit(const Importer *importer, const char *instance_name, Status sta
 
 static Importer importer_of(fmi3InstanceEnvironment environment, fmi3LogMessageCallback log_message)
 {
-    Importer importer = {emit, NULL, NULL, calloc, free};
+    Importer importer = {log_fmi3, NULL, NULL, calloc, free};
 
     importer.logger = (void (*)(void))log_message;
     importer.environment = environment;
@@ -201,12 +213,9 @@ void fmi3FreeInstance(fmi3Instance instance)
     instance_free(instance);
 }
 
-fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories,
-                               const fmi3String categories[])
-{
-    BEGIN(SetDebugLogging)
-    RETURN(instance_set_logging(self, loggingOn, nCategories, categories));
-}
+FORWARD(SetDebugLogging, (fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories,
+                          const fmi3String categories[]),
+        instance_set_logging(self, loggingOn, nCategories, categories))
 
 /* --- life -------------------------------------------------------------------------------------------------------- */
 
@@ -222,40 +231,17 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
     RETURN(status == STATUS_OK ? instance_enter(self, INITIALIZATION_MODE) : status);
 }
 
-fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
+FORWARD(ExitInitializationMode, (fmi3Instance instance), instance_exit_initialization(self))
+FORWARD(Terminate, (fmi3Instance instance), instance_enter(self, TERMINATED))
+FORWARD(Reset, (fmi3Instance instance), instance_reset(self))
+
+static Status no_structure(Instance *self)
 {
-    BEGIN(ExitInitializationMode)
-    RETURN(instance_exit_initialization(self));
+    return instance_fail(self, "no structural parameters, hence no configuration mode");
 }
 
-fmi3Status fmi3Terminate(fmi3Instance instance)
-{
-    BEGIN(Terminate)
-    RETURN(instance_enter(self, TERMINATED));
-}
-
-fmi3Status fmi3Reset(fmi3Instance instance)
-{
-    BEGIN(Reset)
-    RETURN(instance_reset(self));
-}
-
-static fmi3Status no_structure(Instance *self)
-{
-    RETURN(instance_fail(self, "no structural parameters, hence no configuration mode"));
-}
-
-fmi3Status fmi3EnterConfigurationMode(fmi3Instance instance)
-{
-    BEGIN(EnterConfigurationMode)
-    return no_structure(self);
-}
-
-fmi3Status fmi3ExitConfigurationMode(fmi3Instance instance)
-{
-    BEGIN(ExitConfigurationMode)
-    return no_structure(self);
-}
+FORWARD(EnterConfigurationMode, (fmi3Instance instance), no_structure(self))
+FORWARD(ExitConfigurationMode, (fmi3Instance instance), no_structure(self))
 
 /* --- values ------------------------------------------------------------------------------------------------------ */
 
@@ -267,25 +253,14 @@ static Status check_counts(Instance *self, size_t references, size_t values)
                                                 (unsigned long)references);
 }
 
-fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                          fmi3Float64 values[], size_t nValues)
-{
-    Status status;
-
-    BEGIN(GetFloat64)
-    status = check_counts(self, nValueReferences, nValues);
-    RETURN(status == STATUS_OK ? instance_get_reals(self, valueReferences, nValueReferences, values) : status);
-}
-
-fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                          const fmi3Float64 values[], size_t nValues)
-{
-    Status status;
-
-    BEGIN(SetFloat64)
-    status = check_counts(self, nValueReferences, nValues);
-    RETURN(status == STATUS_OK ? instance_set_reals(self, valueReferences, nValueReferences, values) : status);
-}
+FORWARD(GetFloat64, (VARIABLES, fmi3Float64 values[], size_t nValues),
+        check_counts(self, nValueReferences, nValues) == STATUS_OK
+            ? instance_get_reals(self, valueReferences, nValueReferences, values)
+            : STATUS_ERROR)
+FORWARD(SetFloat64, (VARIABLES, const fmi3Float64 values[], size_t nValues),
+        check_counts(self, nValueReferences, nValues) == STATUS_OK
+            ? instance_set_reals(self, valueReferences, nValueReferences, values)
+            : STATUS_ERROR)
 
 fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           fmi3Boolean values[], size_t nValues)
@@ -304,24 +279,11 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueR
 }
 
 /* Types of which there are no variables, or none to set. */
-#define NO_GET(type)                                                                                               \
-    fmi3Status fmi3Get##type(fmi3Instance instance, const fmi3ValueReference valueReferences[],                    \
-                             size_t nValueReferences, fmi3##type values[], size_t nValues)                         \
-    {                                                                                                              \
-        BEGIN(Get##type)                                                                                           \
-        (void)values;                                                                                              \
-        (void)nValues;                                                                                             \
-        RETURN(instance_no_variables(self, #type, valueReferences, nValueReferences));                             \
-    }
-#define NO_SET(type, named)                                                                                        \
-    fmi3Status fmi3Set##type(fmi3Instance instance, const fmi3ValueReference valueReferences[],                    \
-                             size_t nValueReferences, const fmi3##type values[], size_t nValues)                   \
-    {                                                                                                              \
-        BEGIN(Set##type)                                                                                           \
-        (void)values;                                                                                              \
-        (void)nValues;                                                                                             \
-        RETURN(instance_no_variables(self, named, valueReferences, nValueReferences));                             \
-    }
+#define NO_GET(type) \
+    FORWARD(Get##type, (VARIABLES, fmi3##type values[], size_t nValues), NONE_OF(#type, ((void)values, (void)nValues)))
+#define NO_SET(type, named)                                                    \
+    FORWARD(Set##type, (VARIABLES, const fmi3##type values[], size_t nValues), \
+            NONE_OF(named, ((void)values, (void)nValues)))
 
 NO_GET(Float32)
 NO_GET(Int8)
@@ -345,45 +307,16 @@ NO_SET(UInt64, "UInt64")
 NO_SET(Boolean, "settable Boolean")
 NO_SET(String, "String")
 
-fmi3Status fmi3GetBinary(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                         size_t valueSizes[], fmi3Binary values[], size_t nValues)
-{
-    BEGIN(GetBinary)
-    (void)valueSizes;
-    (void)values;
-    (void)nValues;
-    RETURN(instance_no_variables(self, "Binary", valueReferences, nValueReferences));
-}
-
-fmi3Status fmi3SetBinary(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                         const size_t valueSizes[], const fmi3Binary values[], size_t nValues)
-{
-    BEGIN(SetBinary)
-    (void)valueSizes;
-    (void)values;
-    (void)nValues;
-    RETURN(instance_no_variables(self, "Binary", valueReferences, nValueReferences));
-}
+FORWARD(GetBinary, (VARIABLES, size_t valueSizes[], fmi3Binary values[], size_t nValues),
+        NONE_OF("Binary", ((void)valueSizes, (void)values, (void)nValues)))
+FORWARD(SetBinary, (VARIABLES, const size_t valueSizes[], const fmi3Binary values[], size_t nValues),
+        NONE_OF("Binary", ((void)valueSizes, (void)values, (void)nValues)))
 
 /* --- clocks: there are none -------------------------------------------------------------------------------------- */
 
-#define NO_CLOCK(name, values)                                                                                     \
-    fmi3Status fmi3##name(fmi3Instance instance, const fmi3ValueReference valueReferences[],                       \
-                          size_t nValueReferences, values)                                                         \
-    {                                                                                                              \
-        BEGIN(name)                                                                                                \
-        (void)first;                                                                                               \
-        RETURN(instance_no_variables(self, "Clock", valueReferences, nValueReferences));                           \
-    }
-#define NO_CLOCK_2(name, values, more)                                                                             \
-    fmi3Status fmi3##name(fmi3Instance instance, const fmi3ValueReference valueReferences[],                       \
-                          size_t nValueReferences, values, more)                                                   \
-    {                                                                                                              \
-        BEGIN(name)                                                                                                \
-        (void)first;                                                                                               \
-        (void)second;                                                                                              \
-        RETURN(instance_no_variables(self, "Clock", valueReferences, nValueReferences));                           \
-    }
+#define NO_CLOCK(name, values) FORWARD(name, (VARIABLES, values), NONE_OF("Clock", (void)first))
+#define NO_CLOCK_2(name, values, more) \
+    FORWARD(name, (VARIABLES, values, more), NONE_OF("Clock", ((void)first, (void)second)))
 
 NO_CLOCK(GetClock, fmi3Clock first[])
 NO_CLOCK(SetClock, const fmi3Clock first[])
@@ -395,127 +328,55 @@ NO_CLOCK_2(SetIntervalFraction, const fmi3UInt64 first[], const fmi3UInt64 secon
 NO_CLOCK(SetShiftDecimal, const fmi3Float64 first[])
 NO_CLOCK_2(SetShiftFraction, const fmi3UInt64 first[], const fmi3UInt64 second[])
 
-fmi3Status fmi3GetIntervalFraction(fmi3Instance instance, const fmi3ValueReference valueReferences[],
-                                   size_t nValueReferences, fmi3UInt64 counters[], fmi3UInt64 resolutions[],
-                                   fmi3IntervalQualifier qualifiers[])
-{
-    BEGIN(GetIntervalFraction)
-    (void)counters;
-    (void)resolutions;
-    (void)qualifiers;
-    RETURN(instance_no_variables(self, "Clock", valueReferences, nValueReferences));
-}
-
-fmi3Status fmi3ActivateModelPartition(fmi3Instance instance, fmi3ValueReference clockReference,
-                                      fmi3Float64 activationTime)
-{
-    BEGIN(ActivateModelPartition)
-    (void)activationTime;
-    RETURN(instance_no_variables(self, "Clock", &clockReference, 1));
-}
+FORWARD(GetIntervalFraction,
+        (VARIABLES, fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[]),
+        NONE_OF("Clock", ((void)counters, (void)resolutions, (void)qualifiers)))
+FORWARD(ActivateModelPartition, (fmi3Instance instance, fmi3ValueReference clockReference, fmi3Float64 activationTime),
+        ((void)activationTime, instance_no_variables(self, "Clock", &clockReference, 1)))
 
 /* --- structure and derivatives ----------------------------------------------------------------------------------- */
 
-static fmi3Status no_elements(Instance *self)
+static Status no_elements(Instance *self)
 {
-    RETURN(instance_fail(self, "providesPerElementDependencies is false; all variables are scalars, see the model "
-                               "description"));
+    return instance_fail(self, "providesPerElementDependencies is false; all variables are scalars, see the model "
+                               "description");
 }
 
-fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance instance, fmi3ValueReference valueReference,
-                                               size_t *nDependencies)
-{
-    BEGIN(GetNumberOfVariableDependencies)
-    (void)valueReference;
-    (void)nDependencies;
-    return no_elements(self);
-}
+FORWARD(GetNumberOfVariableDependencies, (fmi3Instance instance, fmi3ValueReference valueReference,
+                                          size_t *nDependencies),
+        ((void)valueReference, (void)nDependencies, no_elements(self)))
+FORWARD(GetVariableDependencies, (fmi3Instance instance, fmi3ValueReference dependent,
+                                  size_t elementIndicesOfDependent[], fmi3ValueReference independents[],
+                                  size_t elementIndicesOfIndependents[], fmi3DependencyKind dependencyKinds[],
+                                  size_t nDependencies),
+        ((void)dependent, (void)elementIndicesOfDependent, (void)independents, (void)elementIndicesOfIndependents,
+         (void)dependencyKinds, (void)nDependencies, no_elements(self)))
 
-fmi3Status fmi3GetVariableDependencies(fmi3Instance instance, fmi3ValueReference dependent,
-                                       size_t elementIndicesOfDependent[], fmi3ValueReference independents[],
-                                       size_t elementIndicesOfIndependents[], fmi3DependencyKind dependencyKinds[],
-                                       size_t nDependencies)
-{
-    BEGIN(GetVariableDependencies)
-    (void)dependent;
-    (void)elementIndicesOfDependent;
-    (void)independents;
-    (void)elementIndicesOfIndependents;
-    (void)dependencyKinds;
-    (void)nDependencies;
-    return no_elements(self);
-}
+#define SENSITIVITIES                                                                                             \
+    fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns, const fmi3ValueReference knowns[], \
+        size_t nKnowns, const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity
 
-fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
-                                        const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
-                                        size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity)
-{
-    Status status;
-
-    BEGIN(GetDirectionalDerivative)
-    status = check_counts(self, nKnowns, nSeed);
-    if (status == STATUS_OK) {
-        status = check_counts(self, nUnknowns, nSensitivity);
-    }
-    RETURN(status == STATUS_OK
-               ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, false)
-               : status);
-}
-
-fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
-                                    const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
-                                    size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity)
-{
-    Status status;
-
-    BEGIN(GetAdjointDerivative)
-    status = check_counts(self, nUnknowns, nSeed);
-    if (status == STATUS_OK) {
-        status = check_counts(self, nKnowns, nSensitivity);
-    }
-    RETURN(status == STATUS_OK
-               ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, true)
-               : status);
-}
+FORWARD(GetDirectionalDerivative, (SENSITIVITIES),
+        check_counts(self, nKnowns, nSeed) == STATUS_OK && check_counts(self, nUnknowns, nSensitivity) == STATUS_OK
+            ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, false)
+            : STATUS_ERROR)
+FORWARD(GetAdjointDerivative, (SENSITIVITIES),
+        check_counts(self, nUnknowns, nSeed) == STATUS_OK && check_counts(self, nKnowns, nSensitivity) == STATUS_OK
+            ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, true)
+            : STATUS_ERROR)
 
 /* --- saved states ------------------------------------------------------------------------------------------------ */
 
-fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
-{
-    BEGIN(GetFMUState)
-    RETURN(instance_save(self, FMUState));
-}
-
-fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState)
-{
-    BEGIN(SetFMUState)
-    RETURN(instance_restore(self, FMUState));
-}
-
-fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
-{
-    BEGIN(FreeFMUState)
-    RETURN(instance_forget(self, FMUState));
-}
-
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUState, size_t *size)
-{
-    BEGIN(SerializedFMUStateSize)
-    RETURN(instance_serialized_size(self, FMUState, size));
-}
-
-fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size)
-{
-    BEGIN(SerializeFMUState)
-    RETURN(instance_serialize(self, FMUState, serializedState, size));
-}
-
-fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte serializedState[], size_t size,
-                                   fmi3FMUState *FMUState)
-{
-    BEGIN(DeserializeFMUState)
-    RETURN(instance_deserialize(self, serializedState, size, FMUState));
-}
+FORWARD(GetFMUState, (fmi3Instance instance, fmi3FMUState *FMUState), instance_save(self, FMUState))
+FORWARD(SetFMUState, (fmi3Instance instance, fmi3FMUState FMUState), instance_restore(self, FMUState))
+FORWARD(FreeFMUState, (fmi3Instance instance, fmi3FMUState *FMUState), instance_forget(self, FMUState))
+FORWARD(SerializedFMUStateSize, (fmi3Instance instance, fmi3FMUState FMUState, size_t *size),
+        instance_serialized_size(self, FMUState, size))
+FORWARD(SerializeFMUState, (fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size),
+        instance_serialize(self, FMUState, serializedState, size))
+FORWARD(DeserializeFMUState, (fmi3Instance instance, const fmi3Byte serializedState[], size_t size,
+                              fmi3FMUState *FMUState),
+        instance_deserialize(self, serializedState, size, FMUState))
 
 /* --- events ------------------------------------------------------------------------------------------------------ */
 
@@ -527,17 +388,8 @@ static void put_bool(fmi3Boolean *to, bool value)
     }
 }
 
-fmi3Status fmi3EnterEventMode(fmi3Instance instance)
-{
-    BEGIN(EnterEventMode)
-    RETURN(instance_enter(self, EVENT_MODE));
-}
-
-fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance)
-{
-    BEGIN(EvaluateDiscreteStates)
-    RETURN(instance_fail(self, "providesEvaluateDiscreteStates is false"));
-}
+FORWARD(EnterEventMode, (fmi3Instance instance), instance_enter(self, EVENT_MODE))
+FORWARD(EvaluateDiscreteStates, (fmi3Instance instance), instance_fail(self, "providesEvaluateDiscreteStates is false"))
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
                                     fmi3Boolean *terminateSimulation, fmi3Boolean *nominalsOfContinuousStatesChanged,
@@ -562,11 +414,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
 
 /* --- model exchange ---------------------------------------------------------------------------------------------- */
 
-fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance)
-{
-    BEGIN(EnterContinuousTimeMode)
-    RETURN(instance_enter(self, CONTINUOUS_TIME_MODE));
-}
+FORWARD(EnterContinuousTimeMode, (fmi3Instance instance), instance_enter(self, CONTINUOUS_TIME_MODE))
 
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation)
@@ -578,85 +426,38 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetF
     return fmi3OK;
 }
 
-fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time)
-{
-    BEGIN(SetTime)
-    RETURN(instance_set_time(self, time));
-}
+FORWARD(SetTime, (fmi3Instance instance, fmi3Float64 time), instance_set_time(self, time))
+FORWARD(SetContinuousStates, (fmi3Instance instance, const fmi3Float64 continuousStates[], size_t nContinuousStates),
+        instance_set_states(self, continuousStates, nContinuousStates))
+FORWARD(GetContinuousStateDerivatives, (fmi3Instance instance, fmi3Float64 derivatives[], size_t nContinuousStates),
+        instance_get_rates(self, derivatives, nContinuousStates))
+FORWARD(GetEventIndicators, (fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators),
+        instance_get_indicators(self, eventIndicators, nEventIndicators))
+FORWARD(GetContinuousStates, (fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates),
+        instance_get_states(self, continuousStates, nContinuousStates))
+FORWARD(GetNominalsOfContinuousStates, (fmi3Instance instance, fmi3Float64 nominals[], size_t nContinuousStates),
+        instance_get_nominals(self, nominals, nContinuousStates))
 
-fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 continuousStates[],
-                                   size_t nContinuousStates)
-{
-    BEGIN(SetContinuousStates)
-    RETURN(instance_set_states(self, continuousStates, nContinuousStates));
-}
-
-fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 derivatives[],
-                                             size_t nContinuousStates)
-{
-    BEGIN(GetContinuousStateDerivatives)
-    RETURN(instance_get_rates(self, derivatives, nContinuousStates));
-}
-
-fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators)
-{
-    BEGIN(GetEventIndicators)
-    RETURN(instance_get_indicators(self, eventIndicators, nEventIndicators));
-}
-
-fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates)
-{
-    BEGIN(GetContinuousStates)
-    RETURN(instance_get_states(self, continuousStates, nContinuousStates));
-}
-
-fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals[], size_t nContinuousStates)
-{
-    BEGIN(GetNominalsOfContinuousStates)
-    RETURN(instance_get_nominals(self, nominals, nContinuousStates));
-}
-
-static fmi3Status put_number(Instance *self, size_t *to, size_t number)
+static Status put_number(Instance *self, size_t *to, size_t number)
 {
     if (to == NULL) {
-        RETURN(instance_fail(self, "argument is a NULL pointer"));
+        return instance_fail(self, "argument is a NULL pointer");
     }
     *to = number;
-    return fmi3OK;
+    return STATUS_OK;
 }
 
-fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventIndicators)
-{
-    BEGIN(GetNumberOfEventIndicators)
-    return put_number(self, nEventIndicators, MODEL_INDICATORS);
-}
-
-fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates)
-{
-    BEGIN(GetNumberOfContinuousStates)
-    return put_number(self, nContinuousStates, instance_count(CAUSALITY_STATE));
-}
+FORWARD(GetNumberOfEventIndicators, (fmi3Instance instance, size_t *nEventIndicators),
+        put_number(self, nEventIndicators, instance_count(CAUSALITY_INDICATOR)))
+FORWARD(GetNumberOfContinuousStates, (fmi3Instance instance, size_t *nContinuousStates),
+        put_number(self, nContinuousStates, instance_count(CAUSALITY_STATE)))
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
-fmi3Status fmi3EnterStepMode(fmi3Instance instance)
-{
-    BEGIN(EnterStepMode)
-    RETURN(instance_enter(self, STEP_MODE));
-}
-
-fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference valueReferences[],
-                                    size_t nValueReferences, const fmi3Int32 orders[], fmi3Float64 values[],
-                                    size_t nValues)
-{
-    BEGIN(GetOutputDerivatives)
-    (void)valueReferences;
-    (void)nValueReferences;
-    (void)orders;
-    (void)values;
-    (void)nValues;
-    RETURN(instance_fail(self, "no derivatives of outputs over time"));
-}
+FORWARD(EnterStepMode, (fmi3Instance instance), instance_enter(self, STEP_MODE))
+FORWARD(GetOutputDerivatives, (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues),
+        ((void)valueReferences, (void)nValueReferences, (void)orders, (void)values, (void)nValues,
+         instance_fail(self, "no derivatives of outputs over time")))
 
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize,
                       fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,

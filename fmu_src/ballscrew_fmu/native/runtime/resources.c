@@ -1,9 +1,8 @@
 /* The map in the resources of the FMU, found by URI (FMI 2) or by path (FMI 3). */
 #include <string.h>
 
-#include "instance.h"
-
-#define MAP_FILE "nut_map.bin"
+#include "importer.h"
+#include "variables.h"
 
 static int hexadecimal(char c)
 {
@@ -56,7 +55,6 @@ static void path_of_uri(const char *uri, char *path)
     *path = '\0';
 }
 
-/* The map in the resources; NULL with a message. */
 Map *importer_map(const Importer *importer, const char *name, const char *resources, bool is_uri)
 {
     char message[320], *path;

@@ -1,95 +1,37 @@
 /* Saved states of an instance: in memory, and as bytes that every platform reads. */
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 
-#include "instance.h"
+#include "saved_state.h"
 
-/* Layout, little-endian: magic, checksum of all that follows, version of this layout, size of all, then the token and the
-   map that the state belongs to, each with its length, then the fields in the order of pass_situation. */
+/* Layout, little-endian: magic, checksum of all that follows, version of this layout, size of all, then the token and
+   the map that the state belongs to, each with its length, then the fields in the order of pass_situation. */
 #define MAGIC "BSFSTATE"
 #define MAGIC_SIZE 8
 #define CHECKED_FROM (MAGIC_SIZE + 8)
 #define LAYOUT_VERSION 1U
 
-typedef struct {
-    Link link; /* first: a Link of the ring is a Saved */
-    Situation situation;
-} Saved;
-
 /* --- in memory --------------------------------------------------------------------------------------------------- */
 
-static Saved *new_saved(Instance *instance)
+Saved *saved_new(Saved *head, const Importer *importer)
 {
-    Saved *saved = instance->importer.allocate(1, sizeof *saved);
+    Saved *saved = importer->allocate(1, sizeof *saved);
 
     if (saved != NULL) {
-        saved->link.next = &instance->saved;
-        saved->link.previous = instance->saved.previous;
-        saved->link.previous->next = saved->link.next->previous = &saved->link;
+        saved->next = head;
+        saved->previous = head->previous;
+        saved->previous->next = saved->next->previous = saved;
     }
     return saved;
 }
 
-static void release(Instance *instance, Link *link)
+void saved_release(Saved *saved, const Importer *importer)
 {
-    link->previous->next = link->next;
-    link->next->previous = link->previous;
-    instance->importer.release(link);
-}
-
-/* The standards have freeInstance free everything, states that the importer kept too. */
-void instance_forget_all(Instance *instance)
-{
-    while (instance->saved.next != &instance->saved) {
-        release(instance, instance->saved.next);
-    }
-}
-
-static Status missing(Instance *instance)
-{
-    return instance_fail(instance, "FMU state or an argument is a NULL pointer");
-}
-
-Status instance_save(Instance *instance, void **state)
-{
-    Saved *saved;
-
-    if (state == NULL) {
-        return missing(instance);
-    }
-    saved = *state != NULL ? *state : new_saved(instance);
-    if (saved == NULL) {
-        return instance_fail(instance, "not enough memory for an FMU state");
-    }
-    saved->situation = instance->now;
-    *state = saved;
-    return STATUS_OK;
-}
-
-Status instance_restore(Instance *instance, const void *state)
-{
-    const Saved *saved = state;
-
-    if (saved == NULL) {
-        return missing(instance);
-    }
-    if (saved->situation.model.continuous != (instance->kind == MODEL_EXCHANGE)) {
-        return instance_fail(instance, "FMU state is of the other kind, %s: not restored",
-                             saved->situation.model.continuous ? "model exchange" : "co-simulation");
-    }
-    instance->now = saved->situation;
-    instance->now.model.map = instance->map;
-    return STATUS_OK;
-}
-
-Status instance_forget(Instance *instance, void **state)
-{
-    if (state != NULL && *state != NULL) {
-        release(instance, *state);
-        *state = NULL;
-    }
-    return STATUS_OK;
+    saved->previous->next = saved->next;
+    saved->next->previous = saved->previous;
+    importer->release(saved);
 }
 
 /* --- as bytes ---------------------------------------------------------------------------------------------------- */
@@ -222,7 +164,7 @@ static void pass_all(Walk *walk, Situation *situation, uint64_t *sum, unsigned *
 }
 
 /* 64-bit hash of Fowler, Noll and Vo, variant 1a. */
-static uint64_t checksum(const unsigned char *bytes, size_t size)
+static uint64_t hash_of_bytes(const unsigned char *bytes, size_t size)
 {
     uint64_t sum = UINT64_C(14695981039346656037);
 
@@ -232,10 +174,10 @@ static uint64_t checksum(const unsigned char *bytes, size_t size)
     return sum;
 }
 
-static size_t serialized_size(const Saved *saved)
+size_t situation_size(const Situation *situation)
 {
     Walk walk = {MEASURE, NULL, NULL, 0, 0, true};
-    Situation copy = saved->situation;
+    Situation copy = *situation;
     unsigned version = LAYOUT_VERSION, size = 0;
     uint64_t sum = 0;
 
@@ -243,38 +185,17 @@ static size_t serialized_size(const Saved *saved)
     return walk.at;
 }
 
-Status instance_serialized_size(Instance *instance, const void *state, size_t *size)
-{
-    if (state == NULL || size == NULL) {
-        return missing(instance);
-    }
-    *size = serialized_size(state);
-    return STATUS_OK;
-}
-
-Status instance_serialize(Instance *instance, const void *state, unsigned char *bytes, size_t size)
+void situation_write(const Situation *situation, unsigned char *bytes)
 {
     Walk walk = {WRITE, bytes, NULL, 0, 0, true};
-    Situation copy;
-    size_t needed;
-    unsigned version = LAYOUT_VERSION, written;
+    Situation copy = *situation;
+    unsigned version = LAYOUT_VERSION, size = (unsigned)situation_size(situation);
     uint64_t sum = 0;
 
-    if (state == NULL || bytes == NULL) {
-        return missing(instance);
-    }
-    needed = serialized_size(state);
-    if (size != needed) {
-        return instance_fail(instance, "room for %lu bytes; an FMU state has %lu", (unsigned long)size,
-                             (unsigned long)needed);
-    }
-    copy = ((const Saved *)state)->situation;
-    written = (unsigned)needed;
-    pass_all(&walk, &copy, &sum, &version, &written);
-    sum = checksum(bytes + CHECKED_FROM, needed - CHECKED_FROM);
+    pass_all(&walk, &copy, &sum, &version, &size);
+    sum = hash_of_bytes(bytes + CHECKED_FROM, size - CHECKED_FROM);
     walk.at = MAGIC_SIZE;
     pass_bytes(&walk, &sum, 8);
-    return STATUS_OK;
 }
 
 /* Whether an instance can be in this situation. */
@@ -282,8 +203,8 @@ static bool possible(const Situation *situation)
 {
     const unsigned state = situation->state;
 
-    if (state == 0U || (state & (state - 1U)) != 0U || !(fabs(situation->time) < MODEL_TOO_LARGE)
-        || !(situation->stop > -MODEL_TOO_LARGE) || !model_possible(&situation->model)) {
+    if (state == 0U || (state & (state - 1U)) != 0U || !(fabs(situation->time) < TOO_LARGE)
+        || !(situation->stop > -TOO_LARGE) || !model_possible(&situation->model)) {
         return false;
     }
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
@@ -297,37 +218,24 @@ static bool possible(const Situation *situation)
     return true;
 }
 
-Status instance_deserialize(Instance *instance, const unsigned char *bytes, size_t size, void **state)
+bool situation_read(Situation *situation, const unsigned char *bytes, size_t size, char *reason, size_t reason_size)
 {
     Walk walk = {READ, NULL, bytes, 0, size, true};
-    Situation situation;
-    Saved *saved;
     unsigned version = 0, written = 0;
     uint64_t sum = 0;
 
-    if (bytes == NULL || state == NULL) {
-        return missing(instance);
-    }
-    memset(&situation, 0, sizeof situation);
-    pass_all(&walk, &situation, &sum, &version, &written);
+    memset(situation, 0, sizeof *situation);
+    pass_all(&walk, situation, &sum, &version, &written);
     if (size <= CHECKED_FROM || memcmp(bytes, MAGIC, MAGIC_SIZE) != 0 || written != size
-        || sum != checksum(bytes + CHECKED_FROM, size - CHECKED_FROM)) {
-        return instance_fail(instance, "serialized FMU state of %lu bytes is damaged or none of this FMU",
-                             (unsigned long)size);
+        || sum != hash_of_bytes(bytes + CHECKED_FROM, size - CHECKED_FROM)) {
+        (void)snprintf(reason, reason_size, "of %lu bytes is damaged or none of this FMU", (unsigned long)size);
+    } else if (version != LAYOUT_VERSION) {
+        (void)snprintf(reason, reason_size, "has layout %u, this FMU reads layout %u", version, LAYOUT_VERSION);
+    } else if (!walk.good || walk.at != size || !possible(situation)) {
+        (void)snprintf(reason, reason_size, "is of another version or map; this FMU has %s and map %.12s", MODEL_TOKEN,
+                       MODEL_MAP);
+    } else {
+        return true;
     }
-    if (version != LAYOUT_VERSION) {
-        return instance_fail(instance, "serialized FMU state has layout %u, this FMU reads layout %u", version,
-                             LAYOUT_VERSION);
-    }
-    if (!walk.good || walk.at != size || !possible(&situation)) {
-        return instance_fail(instance, "serialized FMU state is of another version or map; this FMU has %s and map %.12s",
-                             MODEL_TOKEN, MODEL_MAP);
-    }
-    saved = new_saved(instance);
-    if (saved == NULL) {
-        return instance_fail(instance, "not enough memory for an FMU state");
-    }
-    saved->situation = situation;
-    *state = saved;
-    return STATUS_OK;
+    return false;
 }

@@ -6,17 +6,12 @@
 #include <stdio.h>
 #include <string.h>
 
-#define MESSAGE_SIZE 640
-
 static const char *const state_names[] = {"Instantiated", "Initialization Mode", "Event Mode", "Continuous-Time Mode",
                                           "Step Mode",    "Terminated",          "Error"};
 #define STATE_NAMES (sizeof state_names / sizeof state_names[0])
 
 /* --- messages ---------------------------------------------------------------------------------------------------- */
 
-static const char *const categories[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
-                                         "logStatusFatal"}; /* by status */
-#define CATEGORIES (sizeof categories / sizeof categories[0])
 #define ALL_CATEGORIES ((1U << CATEGORIES) - 1U)
 
 static bool logs(const Instance *instance, Status status)
@@ -36,7 +31,7 @@ static void say(const Instance *instance, Status status, const char *format, va_
     if (status > STATUS_WARNING && used >= 0 && (size_t)used < sizeof message) {
         (void)snprintf(message + used, sizeof message - (size_t)used, " (%s)", instance->call);
     }
-    instance->importer.emit(&instance->importer, instance->name, status, categories[status], message);
+    instance->importer.emit(&instance->importer, instance->name, status, log_categories[status], message);
 }
 
 Status instance_fail(Instance *instance, const char *format, ...)
@@ -66,19 +61,6 @@ static void warn(const Instance *instance, const char *format, ...)
     va_end(arguments);
 }
 
-void importer_refuse(const Importer *importer, const char *name, const char *format, ...)
-{
-    char message[MESSAGE_SIZE];
-    va_list arguments;
-
-    if (importer->logger != NULL) {
-        va_start(arguments, format);
-        (void)vsnprintf(message, sizeof message, format, arguments);
-        va_end(arguments);
-        importer->emit(importer, name != NULL ? name : "", STATUS_ERROR, categories[STATUS_ERROR], message);
-    }
-}
-
 Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const wanted[])
 {
     unsigned mask = count == 0 ? ALL_CATEGORIES : 0U;
@@ -88,29 +70,19 @@ Status instance_set_logging(Instance *instance, bool on, size_t count, const cha
     }
     for (size_t i = 0; i < count; ++i) {
         size_t known = 0;
-        while (known < CATEGORIES && (wanted[i] == NULL || strcmp(wanted[i], categories[known]) != 0)) {
+        while (known < CATEGORIES && (wanted[i] == NULL || strcmp(wanted[i], log_categories[known]) != 0)) {
             ++known;
         }
         if (known == CATEGORIES) {
             return instance_fail(instance, "log category %.80s is not known; known are %s, %s, %s, %s, %s",
-                                 wanted[i] != NULL ? wanted[i] : "NULL", categories[0], categories[1], categories[2],
-                                 categories[3], categories[4]);
+                                 wanted[i] != NULL ? wanted[i] : "NULL", log_categories[0], log_categories[1],
+                                 log_categories[2], log_categories[3], log_categories[4]);
         }
         mask |= known == 0 ? ALL_CATEGORIES : 1U << known;
     }
     instance->logging = on;
     instance->categories = mask;
     return STATUS_OK;
-}
-
-/* text of a number, the same on every platform */
-static const char *number_text(double value, char text[32])
-{
-    if (value != value) {
-        return "nan";
-    }
-    (void)snprintf(text, 32, "%.10g", value);
-    return text;
 }
 
 /* --- making and freeing ------------------------------------------------------------------------------------------ */
@@ -157,7 +129,10 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
 void instance_free(Instance *instance)
 {
     if (instance != NULL) {
-        instance_forget_all(instance);
+        /* the standards have freeInstance free everything, states that the importer kept too */
+        while (instance->saved.next != &instance->saved) {
+            saved_release(instance->saved.next, &instance->importer);
+        }
         map_free(instance->map);
         instance->importer.release(instance);
     }
@@ -170,8 +145,7 @@ static const char *kind_name(unsigned kind)
     return kind == CO_SIMULATION ? "co-simulation" : "model exchange";
 }
 
-/* "Event Mode, Terminated" */
-static void list_states(unsigned states, char *text, size_t size)
+void instance_list_states(unsigned states, char *text, size_t size)
 {
     size_t used = 0;
 
@@ -196,8 +170,8 @@ Instance *instance_begin(void *handle, const Call *call)
     if ((instance->now.state & call->states) != 0U && (instance->kind & call->kinds) != 0U) {
         return instance;
     }
-    list_states(instance->now.state, here, sizeof here);
-    list_states(call->states, legal, sizeof legal);
+    instance_list_states(instance->now.state, here, sizeof here);
+    instance_list_states(call->states, legal, sizeof legal);
     if ((instance->kind & call->kinds) == 0U) {
         (void)instance_fail(instance, "called in %s; legal in %s only", kind_name(instance->kind),
                             kind_name(call->kinds));
@@ -243,7 +217,7 @@ static void warn_of_clamping(Instance *instance)
 
 static bool is_time(double value)
 {
-    return fabs(value) < MODEL_TOO_LARGE;
+    return fabs(value) < TOO_LARGE;
 }
 
 Status instance_setup(Instance *instance, double start, bool stop_defined, double stop)
@@ -290,118 +264,6 @@ Status instance_reset(Instance *instance)
     return STATUS_OK;
 }
 
-/* --- values ------------------------------------------------------------------------------------------------------ */
-
-/* States in which a variable may be set; what is not listed may never. */
-static unsigned settable_in(enum Causality causality)
-{
-    switch (causality) {
-    case CAUSALITY_INPUT:
-        return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE;
-    case CAUSALITY_PARAMETER:
-        return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE;
-    case CAUSALITY_STATE:
-        return INSTANTIATED | INITIALIZATION_MODE | CONTINUOUS_TIME_MODE;
-    default:
-        return 0U;
-    }
-}
-
-bool instance_is_real(unsigned reference)
-{
-    return reference < (unsigned)VARIABLE_COUNT && !model_variables[reference].boolean;
-}
-
-Status instance_missing_array(Instance *instance)
-{
-    return instance_fail(instance, "an array is a NULL pointer");
-}
-
-static Status unknown(Instance *instance, const char *type, unsigned reference)
-{
-    return instance_fail(instance, "no %s variable has value reference %u", type, reference);
-}
-
-static Status unusable(Instance *instance, unsigned reference, double value)
-{
-    const Variable *variable = &model_variables[reference];
-    char text[32], lowest[32], highest[32];
-    Status (*const refuse)(Instance *, const char *, ...) =
-        instance->kind == CO_SIMULATION ? instance_fail : instance_discard;
-
-    return refuse(instance, "%s = %s; needs a finite number >= %s and < %s: not set", variable->name,
-                  number_text(value, text), number_text(variable->lowest, lowest),
-                  number_text(MODEL_TOO_LARGE, highest));
-}
-
-Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[])
-{
-    if (count > 0 && (references == NULL || values == NULL)) {
-        return instance_missing_array(instance);
-    }
-    instance_follow(instance);
-    for (size_t i = 0; i < count; ++i) {
-        if (instance_is_real(references[i])) {
-            values[i] = model_get(&instance->now.model, (int)references[i]);
-        } else if (instance->time_variable && references[i] == (unsigned)TIME_REFERENCE) {
-            values[i] = instance->now.time;
-        } else {
-            return unknown(instance, "Real", references[i]);
-        }
-    }
-    return STATUS_OK;
-}
-
-Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[])
-{
-    if (count > 0 && (references == NULL || values == NULL)) {
-        return instance_missing_array(instance);
-    }
-    for (size_t i = 0; i < count; ++i) {
-        if (!instance_is_real(references[i])) {
-            return unknown(instance, "settable Real", references[i]);
-        }
-        if ((settable_in(model_variables[references[i]].causality) & instance->now.state) == 0U) {
-            char here[32];
-            list_states(instance->now.state, here, sizeof here);
-            return instance_fail(instance, "%s cannot be set in %s", model_variables[references[i]].name, here);
-        }
-    }
-    for (size_t i = 0; i < count; ++i) {
-        if (!model_accepts((int)references[i], values[i])) {
-            return unusable(instance, references[i], values[i]);
-        }
-    }
-    for (size_t i = 0; i < count; ++i) {
-        model_set(&instance->now.model, (int)references[i], values[i]);
-    }
-    instance->now.stale = true;
-    return STATUS_OK;
-}
-
-Status instance_get_boolean(Instance *instance, unsigned reference, bool *value)
-{
-    if (reference >= (unsigned)VARIABLE_COUNT || !model_variables[reference].boolean) {
-        return unknown(instance, "Boolean", reference);
-    }
-    instance_follow(instance);
-    *value = model_get(&instance->now.model, (int)reference) != 0.0;
-    return STATUS_OK;
-}
-
-Status instance_set_boolean(Instance *instance, unsigned reference)
-{
-    return unknown(instance, "settable Boolean", reference);
-}
-
-Status instance_no_variables(Instance *instance, const char *type, const unsigned references[], size_t count)
-{
-    if (count == 0) {
-        return STATUS_OK;
-    }
-    return references == NULL ? instance_missing_array(instance) : unknown(instance, type, references[0]);
-}
-
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
 #define TIME_SHARE 1e-3 /* of a step: communication points may differ by that and by rounding */
@@ -412,7 +274,7 @@ Status instance_step(Instance *instance, double time, double step, bool zero_all
     const double tolerance = TIME_SHARE * step + 4.0 * DBL_EPSILON * fabs(time);
     char text[32], other[32];
 
-    if (!(is_time(time) && step >= 0.0 && step < MODEL_TOO_LARGE && (step > 0.0 || zero_allowed))) {
+    if (!(is_time(time) && step >= 0.0 && step < TOO_LARGE && (step > 0.0 || zero_allowed))) {
         return instance_fail(instance,
                              "communication point = %s s, step size = %s s; needs finite numbers, step size %s 0",
                              number_text(time, text), number_text(step, other), zero_allowed ? ">=" : ">");
@@ -457,88 +319,95 @@ Status instance_event(Instance *instance, bool *state_changed)
     return STATUS_OK;
 }
 
-/* Whether the importer's array is there and has the length that it should have. */
-static Status check_length(Instance *instance, const double array[], size_t length, size_t expected)
+/* --- saved states ------------------------------------------------------------------------------------------------ */
+
+static Status missing(Instance *instance)
 {
-    if (length != expected) {
-        return instance_fail(instance, "array of %lu numbers; needs %lu", (unsigned long)length,
-                             (unsigned long)expected);
-    }
-    return array == NULL && length > 0 ? instance_missing_array(instance) : STATUS_OK;
+    return instance_fail(instance, "FMU state or an argument is a NULL pointer");
 }
 
-/* Values of the variables of a causality, in the order of the table. */
-static Status get_all(Instance *instance, enum Causality causality, double values[], size_t length)
+/* A state that the importer has, or a new one. */
+static Status put(Instance *instance, const Situation *situation, void **state)
 {
-    const Status status = check_length(instance, values, length, instance_count(causality));
+    Saved *saved = *state != NULL ? *state : saved_new(&instance->saved, &instance->importer);
 
-    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
-        if (model_variables[i].causality == causality) {
-            *values++ = model_get(&instance->now.model, i);
-        }
+    if (saved == NULL) {
+        return instance_fail(instance, "not enough memory for an FMU state");
     }
-    return status;
+    saved->situation = *situation;
+    *state = saved;
+    return STATUS_OK;
 }
 
-size_t instance_count(enum Causality causality)
+Status instance_save(Instance *instance, void **state)
 {
-    size_t count = 0;
-
-    for (int i = 0; i < VARIABLE_COUNT; ++i) {
-        count += model_variables[i].causality == causality;
-    }
-    return count;
+    return state == NULL ? missing(instance) : put(instance, &instance->now, state);
 }
 
-Status instance_set_states(Instance *instance, const double states[], size_t length)
+Status instance_restore(Instance *instance, const void *state)
 {
-    Status status = check_length(instance, states, length, instance_count(CAUSALITY_STATE));
-    const double *state = states;
+    const Saved *saved = state;
 
-    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
-        if (model_variables[i].causality == CAUSALITY_STATE && !model_accepts(i, *state++)) {
-            status = unusable(instance, (unsigned)i, state[-1]);
-        }
+    if (saved == NULL) {
+        return missing(instance);
     }
-    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
-        if (model_variables[i].causality == CAUSALITY_STATE) {
-            model_set(&instance->now.model, i, *states++);
-            instance->now.stale = true;
-        }
+    if (saved->situation.model.continuous != (instance->kind == MODEL_EXCHANGE)) {
+        return instance_fail(instance, "FMU state is of the other kind, %s: not restored",
+                             saved->situation.model.continuous ? "model exchange" : "co-simulation");
     }
-    return status;
+    instance->now = saved->situation;
+    instance->now.model.map = instance->map;
+    return STATUS_OK;
 }
 
-Status instance_get_states(Instance *instance, double states[], size_t length)
+Status instance_forget(Instance *instance, void **state)
 {
-    return get_all(instance, CAUSALITY_STATE, states, length);
-}
-
-Status instance_get_rates(Instance *instance, double rates[], size_t length)
-{
-    instance_follow(instance);
-    return get_all(instance, CAUSALITY_RATE, rates, length);
-}
-
-Status instance_get_nominals(Instance *instance, double nominals[], size_t length)
-{
-    const Status status = check_length(instance, nominals, length, instance_count(CAUSALITY_STATE));
-
-    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
-        if (model_variables[i].causality == CAUSALITY_STATE) {
-            *nominals++ = model_variables[i].nominal;
-        }
+    if (state != NULL && *state != NULL) {
+        saved_release(*state, &instance->importer);
+        *state = NULL;
     }
-    return status;
+    return STATUS_OK;
 }
 
-Status instance_get_indicators(Instance *instance, double indicators[], size_t length)
+Status instance_serialized_size(Instance *instance, const void *state, size_t *size)
 {
-    const Status status = check_length(instance, indicators, length, MODEL_INDICATORS);
-
-    if (status == STATUS_OK) {
-        instance_follow(instance);
-        model_indicators(&instance->now.model, indicators);
+    if (state == NULL || size == NULL) {
+        return missing(instance);
     }
-    return status;
+    *size = situation_size(&((const Saved *)state)->situation);
+    return STATUS_OK;
+}
+
+Status instance_serialize(Instance *instance, const void *state, unsigned char *bytes, size_t size)
+{
+    const Saved *saved = state;
+
+    if (saved == NULL || bytes == NULL) {
+        return missing(instance);
+    }
+    if (size != situation_size(&saved->situation)) {
+        return instance_fail(instance, "room for %lu bytes; an FMU state has %lu", (unsigned long)size,
+                             (unsigned long)situation_size(&saved->situation));
+    }
+    situation_write(&saved->situation, bytes);
+    return STATUS_OK;
+}
+
+Status instance_deserialize(Instance *instance, const unsigned char *bytes, size_t size, void **state)
+{
+    Situation situation;
+    char reason[MESSAGE_SIZE / 2];
+    void *fresh = NULL;
+
+    if (bytes == NULL || state == NULL) {
+        return missing(instance);
+    }
+    if (!situation_read(&situation, bytes, size, reason, sizeof reason)) {
+        return instance_fail(instance, "serialized FMU state %s", reason);
+    }
+    if (put(instance, &situation, &fresh) != STATUS_OK) {
+        return STATUS_ERROR;
+    }
+    *state = fresh;
+    return STATUS_OK;
 }

@@ -1,6 +1,8 @@
 /* Directional and adjoint derivatives, from the directional derivative of the model. */
 #include "instance.h"
 
+#if MODEL_DERIVATIVES
+
 /* One entry for each variable, however often the importer names it: the model needs no more room than this. */
 typedef struct {
     int references[VARIABLE_COUNT];
@@ -102,3 +104,21 @@ Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t
     }
     return STATUS_OK;
 }
+
+#else
+
+Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t unknown_count,
+                           const unsigned knowns[], size_t known_count, const double seed[], double sensitivity[],
+                           bool adjoint)
+{
+    (void)unknowns;
+    (void)unknown_count;
+    (void)knowns;
+    (void)known_count;
+    (void)seed;
+    (void)sensitivity;
+    (void)adjoint;
+    return instance_fail(instance, "no directional derivatives, as the model description says");
+}
+
+#endif

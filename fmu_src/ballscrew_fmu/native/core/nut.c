@@ -1,0 +1,2 @@
+/* The law of a nut for doubles. */
+#include "nut_law.h"

@@ -1,0 +1,321 @@
+/* The law of a nut, once for doubles (nut.c) and once for dual numbers, in each file that follows a derivative. Twin of
+   NutMap.evaluate_point; with dual numbers also of preload.py. */
+#ifndef BALLSCREW_NUT_LAW_H
+#define BALLSCREW_NUT_LAW_H
+
+#include "nut.h"
+
+/* --- splines ----------------------------------------------------------------------------------------------------- */
+
+/* Position of a value in its cell, clamped to the axis. */
+static inline Number axis_position(const Axis *axis, Number value, int *cell)
+{
+    const double x = value_of(value);
+    const Place place = axis_place(axis, x);
+    const bool inside = x >= axis->lo && x <= axis->hi;
+
+    *cell = place.cell;
+    return function(value, place.t, inside ? axis->scale / (axis->logarithmic ? x : 1.0) : 0.0);
+}
+
+static inline void spline_weights(Number t, Number weights[4])
+{
+    double values[4], slopes[4];
+
+    cubic_weights(value_of(t), values);
+    cubic_slopes(value_of(t), slopes);
+    for (int a = 0; a < 4; ++a) {
+        weights[a] = function(t, values[a], slopes[a]);
+    }
+}
+
+static inline void spline_slopes(Number t, Number weights[4])
+{
+    double slopes[4], bends[4];
+
+    cubic_slopes(value_of(t), slopes);
+    cubic_bends(value_of(t), bends);
+    for (int a = 0; a < 4; ++a) {
+        weights[a] = function(t, slopes[a], bends[a]);
+    }
+}
+
+static inline Number weighted(const Number w[4], const double *values, int stride)
+{
+    return add(add(add(times(values[0], w[0]), times(values[stride], w[1])), times(values[2 * stride], w[2])),
+               times(values[3 * stride], w[3]));
+}
+
+/* Sum of the sixteen rows of neighbours. columns: as many as stay in registers, a constant where it is called */
+static inline void add_rows(const double *block, ptrdiff_t by_speed, ptrdiff_t by_temperature, const double plane[16],
+                            double sums[], int columns)
+{
+    double run[16] = {0.0};
+
+    for (int b = 0; b < 4; ++b) {
+        for (int c = 0; c < 4; ++c) {
+            const double *row = block + b * by_speed + c * by_temperature;
+            const double w = plane[4 * b + c];
+            for (int i = 0; i < columns; ++i) {
+                run[i] += w * row[i];
+            }
+        }
+    }
+    for (int i = 0; i < columns; ++i) {
+        sums[i] = run[i];
+    }
+}
+
+/* Columns of a surface at four neighbours over force, contracted over speed and temperature. at_once: in one run */
+static inline void contract(const Map *map, const double *surfaces, int columns, const Conditions *now, int force_cell,
+                            const Row *plane, int at_once, Row *sums)
+{
+    const ptrdiff_t by_temperature = axis_coefficients(&map->force) * columns;
+    const ptrdiff_t by_speed = axis_coefficients(&map->temperature) * by_temperature;
+    const double *block = surfaces + now->speed_cell * by_speed + now->temperature_cell * by_temperature
+                          + (ptrdiff_t)force_cell * columns;
+
+    for (int first = 0; first < 4 * columns; first += at_once) {
+        add_rows(block + first, by_speed, by_temperature, plane->v, sums->v + first, at_once);
+    }
+#ifdef DUAL_NUMBERS
+    sums->still = plane->still;
+    for (int first = 0; first < 4 * columns && !plane->still; first += at_once) {
+        add_rows(block + first, by_speed, by_temperature, plane->d, sums->d + first, at_once);
+    }
+#endif
+}
+
+static inline void plane_weights(const Number w_j[4], const Number w_k[4], Row *plane)
+{
+    for (int i = 0; i < 16; ++i) {
+        plane->v[i] = value_of(w_j[i / 4]) * value_of(w_k[i % 4]);
+    }
+#ifdef DUAL_NUMBERS
+    plane->still = true;
+    for (int i = 0; i < 4; ++i) {
+        plane->still = plane->still && w_j[i].d == 0.0 && w_k[i].d == 0.0;
+    }
+    for (int i = 0; i < 16 && !plane->still; ++i) {
+        plane->d[i] = multiply(w_j[i / 4], w_k[i % 4]).d;
+    }
+#endif
+}
+
+static inline double over_four(const double w[4], const double sums[], int columns)
+{
+    return w[0] * sums[0] + w[1] * sums[columns] + w[2] * sums[2 * columns] + w[3] * sums[3 * columns];
+}
+
+static inline void over_force(const Number w[4], const Row *sums, int columns, Number values[])
+{
+    const double v[4] = {value_of(w[0]), value_of(w[1]), value_of(w[2]), value_of(w[3])};
+
+#ifdef DUAL_NUMBERS
+    const double d[4] = {slope_of(w[0]), slope_of(w[1]), slope_of(w[2]), slope_of(w[3])};
+    for (int i = 0; i < columns; ++i) {
+        values[i] = number(over_four(v, sums->v + i, columns), over_four(d, sums->v + i, columns));
+    }
+    for (int i = 0; i < columns && !sums->still; ++i) {
+        values[i].d += over_four(v, sums->d + i, columns);
+    }
+#else
+    for (int i = 0; i < columns; ++i) {
+        values[i] = over_four(v, sums->v + i, columns);
+    }
+#endif
+}
+
+/* --- from inputs to places in the map ---------------------------------------------------------------------------- */
+
+NUT_FUNCTION void nut_forces(const Map *map, Number preload, Number axial_load, Number force[2])
+{
+    const Number load = absolute(axial_load);
+    const int side = value_of(axial_load) > 0.0 ? 0 : 1;
+    const ptrdiff_t n_p = axis_coefficients(&map->preload), n_q = axis_coefficients(&map->share);
+    Number share, y, w_p[4], w_q[4], rows[4];
+    int p, q;
+
+    force[0] = constant(0.0);
+    force[1] = load;
+    if (!(value_of(preload) > 0.0)) {
+        return;
+    }
+    spline_weights(axis_position(&map->preload, clamped(preload, map->preload.lo, map->preload.hi), &p), w_p);
+    share = divide(load, multiply(preload, exponential(weighted(w_p, map->separation + side * n_p + p, 1))));
+    if (value_of(share) >= 1.0) {
+        return; /* the nuts part: the relieved one carries nothing */
+    }
+    spline_weights(axis_position(&map->share, share, &q), w_q);
+    for (int a = 0; a < 4; ++a) {
+        rows[a] = multiply(w_p[a], weighted(w_q, map->sharing + (side * n_p + p + a) * n_q + q, 1));
+    }
+    y = greater(add(add(add(rows[0], rows[1]), rows[2]), rows[3]), constant(0.0));
+    force[0] = multiply(preload, multiply(y, root(y)));
+    force[1] = add(force[0], load);
+}
+
+NUT_FUNCTION void nut_loads(const Map *map, Number preload, Number axial_load, Loads *loads)
+{
+    Number force[2];
+
+    loads->preload_clamped = value_of(preload) < map->preload.lo || value_of(preload) > map->force.hi;
+    loads->axial_load_clamped = false;
+    loads->nuts = 1;
+    loads->highest = 0.0;
+    /* derivatives: one-sided at the end of the map, none at preload 0, where that of the viscous part has no bound */
+    force[0] = force[1] =
+        value_of(preload) > map->force.hi ? constant(map->force.hi) : greater(preload, constant(0.0));
+    if (value_of(axial_load) != 0.0) {
+        loads->nuts = 2;
+        nut_forces(map, force[0], axial_load, force);
+        loads->axial_load_clamped = value_of(force[1]) > map->force.hi;
+        force[1] = loads->axial_load_clamped ? constant(map->force.hi) : force[1];
+        loads->highest = value_of(force[1]);
+    }
+    loads->hysteresis = loads->sliding_load = constant(0.0);
+    for (int n = 0; n < loads->nuts; ++n) {
+        LoadedNut *nut = &loads->nut[n];
+        const bool below = value_of(force[n]) < map->force.lo;
+        const double *curves;
+        spline_weights(axis_position(&map->force, force[n], &nut->cell), nut->weight);
+        nut->share = below ? over(force[n], map->force.lo) : constant(1.0);
+        nut->third = below ? power(nut->share, 1.0 / 3.0) : constant(1.0);
+        curves = map->curves + (ptrdiff_t)nut->cell * CURVE_COLUMNS;
+        loads->hysteresis = add(
+            loads->hysteresis,
+            multiply(multiply(exponential(weighted(nut->weight, curves + HYSTERESIS_TORQUE_CURVE, CURVE_COLUMNS)),
+                              nut->share),
+                     nut->third));
+        loads->sliding_load =
+            add(loads->sliding_load,
+                multiply(exponential(weighted(nut->weight, curves + SLIDING_TORQUE_CURVE, CURVE_COLUMNS)), nut->share));
+    }
+    if (loads->nuts == 1) {
+        loads->hysteresis = times(2.0, loads->hysteresis);
+        loads->sliding_load = times(2.0, loads->sliding_load);
+    }
+}
+
+NUT_FUNCTION void nut_conditions(const Map *map, Number speed, Number temperature, Conditions *now)
+{
+    Number w_j[4], w_k[4];
+
+    speed = absolute(speed);
+    now->speed_clamped = value_of(speed) > map->speed.hi;
+    now->temperature_clamped =
+        !(value_of(temperature) >= map->temperature.lo && value_of(temperature) <= map->temperature.hi);
+    now->share = value_of(speed) < map->speed.lo ? over(speed, map->speed.lo) : constant(1.0);
+    now->at_speed = axis_position(&map->speed, speed, &now->speed_cell);
+    now->at_temperature = axis_position(&map->temperature, temperature, &now->temperature_cell);
+    spline_weights(now->at_speed, w_j);
+    spline_weights(now->at_temperature, w_k);
+    plane_weights(w_j, w_k, &now->plane);
+}
+
+/* --- torque and films at a point --------------------------------------------------------------------------------- */
+
+/* Share of the viscous torque that is left below the lowest speed of the map. The exponent of speed at the end of the
+   axis follows from the slopes of torque and film; x: roughness over film, squared. */
+static inline Number slow_share(const Map *map, Number s, Number torque_slope, Number film_slope, Number x)
+{
+    const Number one = constant(1.0), rough = divide(times(2.0, x), add(one, x));
+    const Number exponent = times(map->speed.scale, add(torque_slope, multiply(rough, film_slope)));
+    const Number c = times(0.5, subtract(clamped(exponent, 0.0, SPEED_EXPONENT_MAX), one));
+
+    return multiply(s, add(subtract(one, c), multiply(multiply(c, s), s)));
+}
+
+/* Viscous torque of a nut at apparent viscosity ratio 1. slope_plane: weights of the slopes over speed, where it is
+   below the axis. columns: of these conditions, filled on the way; NULL: nothing is kept. */
+static inline Number viscous_torque_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now,
+                                           const Row *slope_plane, Columns *columns, Number roughness)
+{
+    const bool slow = value_of(now->share) < 1.0;
+    Number values[TORQUE_COLUMNS], slopes[TORQUE_COLUMNS], viscous = constant(0.0);
+    Row here[2], *sums = columns != NULL ? &columns->sums : &here[0];
+    Row *slope_sums = columns != NULL ? &columns->slope_sums : &here[1];
+
+    if (columns == NULL || columns->cell != nut->cell) {
+        contract(map, map->torque, TORQUE_COLUMNS, now, nut->cell, &now->plane, 4 * TORQUE_COLUMNS, sums);
+        if (slow) {
+            contract(map, map->torque, TORQUE_COLUMNS, now, nut->cell, slope_plane, 4 * TORQUE_COLUMNS, slope_sums);
+        }
+    }
+    if (columns != NULL) {
+        columns->cell = nut->cell;
+    }
+    over_force(nut->weight, sums, TORQUE_COLUMNS, values);
+    if (slow) {
+        over_force(nut->weight, slope_sums, TORQUE_COLUMNS, slopes);
+    }
+    for (int raceway = 0; raceway < 2; ++raceway) {
+        const int t = VISCOUS_TORQUE_SCREW + raceway, h = EFFECTIVE_FILM_SCREW + raceway;
+        const Number share = multiply(roughness, exponential(negative(values[h]))), x = multiply(share, share);
+        const Number torque = divide(exponential(values[t]), add(constant(1.0), x));
+        viscous = add(viscous, slow ? multiply(torque, slow_share(map, now->share, slopes[t], slopes[h], x)) : torque);
+    }
+    return multiply(viscous, multiply(nut->third, nut->third));
+}
+
+NUT_FUNCTION Number nut_viscous_torque(const Map *map, const Loads *loads, const Conditions *now, Columns columns[2],
+                                       Number ratio, Number roughness)
+{
+    Number total = constant(0.0);
+    Row slope_plane;
+
+    if (value_of(now->share) < 1.0) {
+        Number w_j[4], w_k[4];
+        spline_slopes(now->at_speed, w_j);
+        spline_weights(now->at_temperature, w_k);
+        plane_weights(w_j, w_k, &slope_plane);
+    }
+    for (int n = 0; n < loads->nuts; ++n) {
+        total = add(total, viscous_torque_of_nut(map, &loads->nut[n], now, &slope_plane,
+                                                 columns != NULL ? &columns[n] : NULL, roughness));
+    }
+    total = multiply(ratio, total);
+    return loads->nuts == 1 ? times(2.0, total) : total;
+}
+
+static inline Films films_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now)
+{
+    const double *curves = map->curves + (ptrdiff_t)nut->cell * CURVE_COLUMNS;
+    const Number s = now->share;
+    const Number film_share = value_of(s) < 1.0 ? power(s, FILM_SPEED_EXPONENT) : constant(1.0);
+    Number values[FILM_COLUMNS], least;
+    Row sums;
+    Films out;
+
+    contract(map, map->films, FILM_COLUMNS, now, nut->cell, &now->plane, 2 * FILM_COLUMNS, &sums);
+    over_force(nut->weight, &sums, FILM_COLUMNS, values);
+    /* a spline through nearly equal films may cross another */
+    least = lesser(lesser(values[MINIMUM_FILM_SCREW], values[MINIMUM_FILM_NUT]),
+                   lesser(values[CENTRAL_FILM_SCREW], values[CENTRAL_FILM_NUT]));
+    out.minimum = multiply(film_share, exponential(least));
+    out.central_screw = multiply(film_share, exponential(values[CENTRAL_FILM_SCREW]));
+    out.central_nut = multiply(film_share, exponential(values[CENTRAL_FILM_NUT]));
+    out.rise = multiply(multiply(s, nut->third),
+                        exponential(greater(values[TEMPERATURE_RISE_SCREW], values[TEMPERATURE_RISE_NUT])));
+    out.pressure =
+        multiply(nut->third, exponential(weighted(nut->weight, curves + CONTACT_PRESSURE_MAX_CURVE, CURVE_COLUMNS)));
+    out.ball_load =
+        multiply(nut->share, exponential(weighted(nut->weight, curves + BALL_LOAD_MAX_CURVE, CURVE_COLUMNS)));
+    return out;
+}
+
+NUT_FUNCTION void nut_films(const Map *map, const Loads *loads, const Conditions *now, Films *out)
+{
+    *out = films_of_nut(map, &loads->nut[0], now);
+    if (loads->nuts == 2) {
+        const Films loaded = films_of_nut(map, &loads->nut[1], now);
+        out->minimum = lesser(out->minimum, loaded.minimum);
+        out->central_screw = lesser(out->central_screw, loaded.central_screw);
+        out->central_nut = lesser(out->central_nut, loaded.central_nut);
+        out->rise = greater(out->rise, loaded.rise);
+        out->pressure = greater(out->pressure, loaded.pressure);
+        out->ball_load = greater(out->ball_load, loaded.ball_load);
+    }
+}
+
+#endif

@@ -1,0 +1,35 @@
+/* The law of the friction FMU in dual numbers. The tests compare its values with those of model.c and its derivatives
+   with differences. */
+#define DUAL_NUMBERS
+#include "tangent.h"
+
+#include "friction_law.h"
+#include "nut_law.h"
+
+void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], double step,
+                   bool continuous, int slip, double values[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
+{
+    Number in[VARIABLE_COUNT], out[VARIABLE_COUNT], viscous;
+    Bristle bristle = {constant(0.0), constant(0.0), constant(0.0), constant(0.0)};
+    Loads loads;
+    Conditions conditions;
+    Films films;
+
+    for (int i = 0; i < VARIABLE_COUNT; ++i) {
+        in[i] = out[i] = number(at[i], direction[i]);
+    }
+    nut_loads(map, in[PRELOAD], in[AXIAL_LOAD], &loads);
+    nut_conditions(map, in[SPEED], in[TEMPERATURE], &conditions);
+    viscous = nut_viscous_torque(map, &loads, &conditions, NULL, in[APPARENT_VISCOSITY_RATIO], in[ROUGHNESS_HEIGHT]);
+    nut_films(map, &loads, &conditions, &films);
+    if (at[PRESLIDING_STIFFNESS] > 0.0) {
+        bristle = bristle_at(in, coulomb_magnitude(&loads, in), step, continuous, slip);
+    }
+    torque_outputs(&loads, viscous, &bristle, in, out);
+    film_outputs(&films, in, out);
+    out[PRESLIDING_DEFLECTION_RATE] = bristle.rate;
+    for (int i = 0; i < VARIABLE_COUNT; ++i) {
+        values[i] = value_of(out[i]);
+        slopes[i] = slope_of(out[i]);
+    }
+}

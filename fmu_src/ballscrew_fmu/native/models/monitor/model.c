@@ -1,0 +1,246 @@
+/* Monitor of the preload: the preload at which the map shows the measured torque. Twin of monitor_slave.py. */
+#include "model.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "nut.h"
+#include "search.h"
+
+/* --- outputs of the latched point -------------------------------------------------------------------------------- */
+
+static bool at_rest(const Model *model)
+{
+    const double speed = fabs(model->latched[SPEED]);
+
+    if (model->continuous && model->events_began) {
+        return model->rests;
+    }
+    return !(speed >= model->latched[SPEED_MIN] && speed > 0.0);
+}
+
+static unsigned bit_of(int reference)
+{
+    return 1U << (reference - (int)INPUT_FIRST);
+}
+
+/* Speed that determines the preload: speed_min at least. */
+static double motion(const Model *model)
+{
+    return greater(fabs(model->latched[SPEED]), model->latched[SPEED_MIN]);
+}
+
+static double torque_along_motion(const Model *model)
+{
+    return with_sign_of(model->latched[TORQUE], model->latched[SPEED]);
+}
+
+static unsigned clamped_inputs(const Estimate *found)
+{
+    return (found->speed_clamped ? bit_of(SPEED) : 0U) | (found->temperature_clamped ? bit_of(TEMPERATURE) : 0U)
+           | (found->axial_load_clamped ? bit_of(AXIAL_LOAD) : 0U);
+}
+
+static void estimate(Model *model, Estimate *found)
+{
+    preload_of_torque(model->map, model->latched, motion(model), torque_along_motion(model), found);
+    model->estimate = found->preload;
+    model->elasticity = found->torque > 0.0 ? found->slope * found->preload / found->torque : 0.0;
+    model->clamped = clamped_inputs(found);
+    if (!found->found || found->preload < model->map->preload.lo || !(model->elasticity >= LEAST_ELASTICITY)) {
+        model->clamped |= bit_of(TORQUE);
+    }
+}
+
+/* All outputs that need no films. */
+static void compute(Model *model)
+{
+    const bool rests = at_rest(model);
+    const double *at = model->latched;
+    double *out = model->value, slope;
+    Estimate found;
+
+    if (model->solved) {
+        return;
+    }
+    if (!rests || model->continuous) { /* event indicators follow the torque at rest, too */
+        estimate(model, &found);
+    }
+    out[PRELOAD] = model->estimate;
+    if (rests) {
+        out[PRELOAD] = model->holds ? model->held : at[INITIAL_PRELOAD];
+        torque_of_preload(model->map, at, motion(model), lesser(out[PRELOAD], model->map->force.hi), &found);
+        if (!model->continuous) {
+            model->clamped = clamped_inputs(&found);
+        }
+    }
+    slope = greater(found.slope, 0.0);
+    out[TORQUE_SENSITIVITY] = slope;
+    out[PRELOAD_HALF_WIDTH] =
+        at[TORQUE_UNCERTAINTY] < slope * model->map->force.hi ? at[TORQUE_UNCERTAINTY] / slope : model->map->force.hi;
+    model->solved = true;
+}
+
+static void compute_films(Model *model)
+{
+    const double *at = model->latched;
+    Conditions conditions;
+    Loads loads;
+    Films films;
+
+    compute(model);
+    nut_conditions(model->map, at[SPEED], at[TEMPERATURE], &conditions);
+    nut_loads(model->map, model->value[PRELOAD], at[AXIAL_LOAD], &loads);
+    nut_films(model->map, &loads, &conditions, &films);
+    model->value[LAMBDA_RATIO] = lambda_ratio(films.minimum, at[ROUGHNESS_HEIGHT]);
+    model->films_known = true;
+}
+
+/* --- interface --------------------------------------------------------------------------------------------------- */
+
+void model_reset(Model *model, const Map *map, bool continuous)
+{
+    memset(model, 0, sizeof *model);
+    model->map = map;
+    model->continuous = continuous;
+    for (int i = 0; i < VARIABLE_COUNT; ++i) {
+        model->value[i] = model_variables[i].start;
+    }
+    model_latch(model);
+}
+
+extern bool model_accepts(int reference, double value);
+extern void model_set(Model *model, int reference, double value);
+
+void model_latch(Model *model)
+{
+    memcpy(model->latched, model->value, sizeof model->latched);
+    model->solved = model->films_known = false;
+}
+
+static bool determined(Model *model)
+{
+    compute(model);
+    return model->clamped == 0U && !at_rest(model);
+}
+
+void model_step(Model *model, double step)
+{
+    model_latch(model);
+    if (step > 0.0 && determined(model)) {
+        model->held = model->estimate;
+        model->holds = true;
+    }
+}
+
+double model_get(Model *model, int reference)
+{
+    const Variable *variable = &model_variables[reference];
+
+    if (reference == IN_RANGE) {
+        return model->continuous && model->events_began ? model->in_range && !model->rests : determined(model);
+    }
+    if (variable->causality == CAUSALITY_INDICATOR) {
+        model_indicators(model);
+    } else if (variable->causality == CAUSALITY_OUTPUT && variable->needs == NEEDS_FILMS) {
+        if (!model->films_known) {
+            compute_films(model);
+        }
+    } else if (variable->causality == CAUSALITY_OUTPUT) {
+        compute(model);
+    }
+    return model->value[reference];
+}
+
+unsigned model_clamped(Model *model)
+{
+    compute(model);
+    return model->clamped;
+}
+
+bool model_possible(const Model *model)
+{
+    return model->held >= 0.0 && model->held < TOO_LARGE;
+}
+
+void model_forget(Model *model)
+{
+    model->map = NULL;
+    model->solved = model->films_known = false;
+    model->clamped = 0U;
+    model->estimate = model->elasticity = 0.0;
+}
+
+/* --- model exchange ---------------------------------------------------------------------------------------------- */
+
+#define RANGE_HYSTERESIS 1e-6 /* relative: in_range does not storm on the edge */
+#define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
+
+/* least distance of the latched point to where in_range ends, negative beyond; motion aside */
+static double margin(const Model *model)
+{
+    const Map *map = model->map;
+    const double *at = model->latched;
+    const double temperature = at[TEMPERATURE];
+    double found;
+    Estimate end;
+
+    torque_of_preload(map, at, motion(model), map->force.hi, &end);
+    found = lesser((end.torque - torque_along_motion(model)) / greater(end.torque, SMOOTH),
+                   (model->estimate - map->preload.lo) / map->force.hi);
+    found = lesser(found, model->elasticity - LEAST_ELASTICITY); /* 0 where the nuts part */
+    found = lesser(found, lesser(temperature - map->temperature.lo, map->temperature.hi - temperature)
+                             / (map->temperature.hi - map->temperature.lo));
+    found = lesser(found, (map->speed.hi - motion(model)) / map->speed.hi);
+    if (at[AXIAL_LOAD] != 0.0) {
+        double force[2];
+        nut_forces(map, model->estimate, at[AXIAL_LOAD], force);
+        found = lesser(found, (map->force.hi - force[1]) / map->force.hi);
+    }
+    return found;
+}
+
+void model_indicators(Model *model)
+{
+    const bool rests = at_rest(model);
+    double *out = model->value;
+    bool within;
+
+    compute(model);
+    within = model->continuous && model->events_began ? model->in_range : model->clamped == 0U;
+    out[IN_RANGE_INDICATOR] =
+        model->continuous ? margin(model) + (within ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS) : 0.0;
+    out[MOTION_INDICATOR] =
+        fabs(model->latched[SPEED]) - model->latched[SPEED_MIN] + (rests ? -SPEED_HYSTERESIS : SPEED_HYSTERESIS);
+}
+
+void model_initial_event(Model *model)
+{
+    const bool rests = at_rest(model);
+
+    compute(model);
+    model->in_range = model->clamped == 0U;
+    model->rests = rests;
+    model->events_began = true;
+    (void)model_event(model);
+}
+
+bool model_event(Model *model)
+{
+    const bool was_told = model->in_range && !model->rests;
+    const double *out = model->value;
+
+    model_indicators(model);
+    if (model->in_range ? out[IN_RANGE_INDICATOR] < 0.0 : out[IN_RANGE_INDICATOR] > 0.0) {
+        model->in_range = !model->in_range;
+    }
+    if (model->rests ? out[MOTION_INDICATOR] > 0.0 : out[MOTION_INDICATOR] < 0.0) {
+        model->rests = !model->rests;
+    }
+    if (was_told && (model->rests || !model->in_range)) { /* the last moment at which the torque determined it */
+        model->held = model->estimate;
+        model->holds = true;
+    }
+    model_latch(model);
+    return false;
+}

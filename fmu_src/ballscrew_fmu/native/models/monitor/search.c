@@ -1,0 +1,132 @@
+/* The law of the nuts in dual numbers, along the preload. */
+#define DUAL_NUMBERS
+#include "search.h"
+
+#include "bristle_law.h"
+#include "nut_law.h"
+
+/* One inversion: what stays while the preload changes. */
+typedef struct {
+    const Map *map;
+    const double *at;
+    Conditions conditions;
+    Columns columns[2];
+    double sign; /* share of the Coulomb parts at this speed */
+} Search;
+
+static void begin_search(Search *search, const Map *map, const double at[], double speed, Estimate *out)
+{
+    search->map = map;
+    search->at = at;
+    search->columns[0].cell = search->columns[1].cell = -1;
+    search->sign = value_of(regularised_sign(constant(speed), constant(at[REGULARIZATION_SPEED])));
+    nut_conditions(map, constant(speed), constant(at[TEMPERATURE]), &search->conditions);
+    out->speed_clamped = search->conditions.speed_clamped;
+    out->temperature_clamped = search->conditions.temperature_clamped;
+}
+
+static void try_preload(Search *search, double preload, Estimate *out)
+{
+    const double *at = search->at;
+    Loads loads;
+    Number torque;
+
+    nut_loads(search->map, number(preload, 1.0), constant(at[AXIAL_LOAD]), &loads);
+    torque = nut_viscous_torque(search->map, &loads, &search->conditions, search->columns,
+                                constant(at[APPARENT_VISCOSITY_RATIO]), constant(at[ROUGHNESS_HEIGHT]));
+    torque = add(torque, times(search->sign,
+                               add(loads.hysteresis, times(at[NET_SLIDING_COEFFICIENT], loads.sliding_load))));
+    out->preload = preload;
+    out->torque = value_of(torque);
+    out->slope = slope_of(torque);
+    out->axial_load_clamped = loads.axial_load_clamped;
+}
+
+void torque_of_preload(const Map *map, const double at[VARIABLE_COUNT], double speed, double preload, Estimate *out)
+{
+    Search search;
+
+    begin_search(&search, map, at, speed, out);
+    try_preload(&search, preload, out);
+    out->found = true;
+}
+
+/* Preload at or below which the axial load parts the nuts [N]: 0 without axial load, at most the end of the map. */
+static double separation_preload(const Map *map, double axial_load)
+{
+    const double load = fabs(axial_load);
+    const double *separation = map->separation + (axial_load > 0.0 ? 0 : axis_coefficients(&map->preload));
+    double preload = load;
+
+    for (int i = 0; load > 0.0 && i < SEPARATION_STEPS; ++i) {
+        Number weights[4], ratio;
+        int cell;
+        double step;
+        /* derivative: over the logarithm of the preload */
+        spline_weights(axis_position(&map->preload, number(preload, preload), &cell), weights);
+        ratio = weighted(weights, separation + cell, 1);
+        step = (log(load / preload) - value_of(ratio)) / (1.0 + slope_of(ratio));
+        step = step > -50.0 ? step : -50.0;
+        preload *= exp(step < 50.0 ? step : 50.0);
+    }
+    return preload < map->force.hi ? preload : map->force.hi;
+}
+
+/* Newton's method for ln torque over ln preload, safeguarded by bisection. Returns whether the torque at out->preload
+   is the one wanted. */
+static bool solve(Search *search, double wanted, Estimate *out)
+{
+    const double highest = search->map->force.hi;
+    double low = separation_preload(search->map, search->at[AXIAL_LOAD]), high = highest;
+    double before = HUGE_VAL, preload;
+    bool high_known = false;
+
+    if (low > 0.0 || !(wanted > 0.0)) { /* without preload there is no torque */
+        try_preload(search, low, out);
+        if (!(wanted > (1.0 + JUMP) * out->torque)) {
+            out->slope = 0.0;
+            return false;
+        }
+    }
+    preload = low > 0.0 ? 0.5 * (low + highest) : 0.25 * highest;
+    for (int i = 0; i < MOST_ITERATIONS; ++i) {
+        double error, elastic, step, next;
+        try_preload(search, preload, out);
+        if (preload >= highest && out->torque <= wanted) {
+            return out->torque == wanted;
+        }
+        if (out->torque > wanted) {
+            high = preload;
+            high_known = true;
+        } else {
+            low = preload;
+        }
+        error = out->torque > 0.0 ? log(wanted / out->torque) : HUGE_VAL;
+        elastic = out->slope * preload;
+        step = elastic > LEAST_ELASTICITY * out->torque && out->torque > 0.0 ? error * out->torque / elastic : HUGE_VAL;
+        next = step > -50.0 ? preload * exp(step < 50.0 ? step : 50.0) : 0.0;
+        if (fabs(step) <= ACCURACY) {
+            out->preload = next < highest ? next : highest;
+            return true;
+        }
+        if (high_known && high - low <= 4e-16 * high) {
+            return fabs(error) <= JUMP;
+        }
+        if (!high_known && next >= high) {
+            next = high; /* whether the map gives so much torque is not known yet */
+        } else if (!(low < next && next < high && fabs(error) <= 0.5 * before)) {
+            next = low > 0.0 ? sqrt(low * high) : 0.5 * high;
+        }
+        before = fabs(error);
+        preload = next;
+    }
+    return false;
+}
+
+void preload_of_torque(const Map *map, const double at[VARIABLE_COUNT], double speed, double torque, Estimate *out)
+{
+    Search search;
+
+    begin_search(&search, map, at, speed, out);
+    out->found = solve(&search, torque, out);
+}

@@ -1,0 +1,206 @@
+/* Values of the variables of an instance, one by one and as the vectors of model exchange. */
+#include "instance.h"
+
+/* States in which a variable may be set; what is not listed may never. */
+static unsigned settable_in(enum Causality causality)
+{
+    switch (causality) {
+    case CAUSALITY_INPUT:
+        return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE;
+    case CAUSALITY_PARAMETER:
+        return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE;
+    case CAUSALITY_STATE:
+        return INSTANTIATED | INITIALIZATION_MODE | CONTINUOUS_TIME_MODE;
+    default:
+        return 0U;
+    }
+}
+
+bool instance_is_real(unsigned reference)
+{
+    return reference < (unsigned)VARIABLE_COUNT && !model_variables[reference].boolean;
+}
+
+Status instance_missing_array(Instance *instance)
+{
+    return instance_fail(instance, "an array is a NULL pointer");
+}
+
+static Status unknown(Instance *instance, const char *type, unsigned reference)
+{
+    return instance_fail(instance, "no %s variable has value reference %u", type, reference);
+}
+
+static Status unusable(Instance *instance, unsigned reference, double value)
+{
+    const Variable *variable = &model_variables[reference];
+    char text[32], lowest[32], highest[32];
+    Status (*const refuse)(Instance *, const char *, ...) =
+        instance->kind == CO_SIMULATION ? instance_fail : instance_discard;
+
+    return refuse(instance, "%s = %s; needs a finite number >= %s and < %s: not set", variable->name,
+                  number_text(value, text), number_text(variable->lowest, lowest),
+                  number_text(TOO_LARGE, highest));
+}
+
+Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[])
+{
+    if (count > 0 && (references == NULL || values == NULL)) {
+        return instance_missing_array(instance);
+    }
+    instance_follow(instance);
+    for (size_t i = 0; i < count; ++i) {
+        if (instance_is_real(references[i])) {
+            values[i] = model_get(&instance->now.model, (int)references[i]);
+        } else if (instance->time_variable && references[i] == (unsigned)TIME_REFERENCE) {
+            values[i] = instance->now.time;
+        } else {
+            return unknown(instance, "Real", references[i]);
+        }
+    }
+    return STATUS_OK;
+}
+
+Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[])
+{
+    if (count > 0 && (references == NULL || values == NULL)) {
+        return instance_missing_array(instance);
+    }
+    for (size_t i = 0; i < count; ++i) {
+        if (!instance_is_real(references[i])) {
+            return unknown(instance, "settable Real", references[i]);
+        }
+        if ((settable_in(model_variables[references[i]].causality) & instance->now.state) == 0U) {
+            char here[32];
+            instance_list_states(instance->now.state, here, sizeof here);
+            return instance_fail(instance, "%s cannot be set in %s", model_variables[references[i]].name, here);
+        }
+    }
+    for (size_t i = 0; i < count; ++i) {
+        if (!model_accepts((int)references[i], values[i])) {
+            return unusable(instance, references[i], values[i]);
+        }
+    }
+    for (size_t i = 0; i < count; ++i) {
+        model_set(&instance->now.model, (int)references[i], values[i]);
+    }
+    instance->now.stale = true;
+    return STATUS_OK;
+}
+
+Status instance_get_boolean(Instance *instance, unsigned reference, bool *value)
+{
+    if (reference >= (unsigned)VARIABLE_COUNT || !model_variables[reference].boolean) {
+        return unknown(instance, "Boolean", reference);
+    }
+    instance_follow(instance);
+    *value = model_get(&instance->now.model, (int)reference) != 0.0;
+    return STATUS_OK;
+}
+
+Status instance_set_boolean(Instance *instance, unsigned reference)
+{
+    return unknown(instance, "settable Boolean", reference);
+}
+
+Status instance_no_variables(Instance *instance, const char *type, const unsigned references[], size_t count)
+{
+    if (count == 0) {
+        return STATUS_OK;
+    }
+    return references == NULL ? instance_missing_array(instance) : unknown(instance, type, references[0]);
+}
+
+/* --- vectors of model exchange ----------------------------------------------------------------------------------- */
+
+/* Whether the importer's array is there and has the length that it should have. */
+static Status check_length(Instance *instance, const double array[], size_t length, size_t expected)
+{
+    if (length != expected) {
+        return instance_fail(instance, "array of %lu numbers; needs %lu", (unsigned long)length,
+                             (unsigned long)expected);
+    }
+    return array == NULL && length > 0 ? instance_missing_array(instance) : STATUS_OK;
+}
+
+/* Values of the variables of a causality, in the order of the table. */
+static Status get_all(Instance *instance, enum Causality causality, double values[], size_t length)
+{
+    const Status status = check_length(instance, values, length, instance_count(causality));
+
+    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
+        if (model_variables[i].causality == causality) {
+            *values++ = model_get(&instance->now.model, i);
+        }
+    }
+    return status;
+}
+
+size_t instance_count(enum Causality causality)
+{
+    size_t count = 0;
+
+    for (int i = 0; i < VARIABLE_COUNT; ++i) {
+        count += model_variables[i].causality == causality;
+    }
+    return count;
+}
+
+Status instance_set_states(Instance *instance, const double states[], size_t length)
+{
+    Status status = check_length(instance, states, length, instance_count(CAUSALITY_STATE));
+    const double *state = states;
+
+    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
+        if (model_variables[i].causality == CAUSALITY_STATE && !model_accepts(i, *state++)) {
+            status = unusable(instance, (unsigned)i, state[-1]);
+        }
+    }
+    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
+        if (model_variables[i].causality == CAUSALITY_STATE) {
+            model_set(&instance->now.model, i, *states++);
+            instance->now.stale = true;
+        }
+    }
+    return status;
+}
+
+Status instance_get_states(Instance *instance, double states[], size_t length)
+{
+    return get_all(instance, CAUSALITY_STATE, states, length);
+}
+
+Status instance_get_rates(Instance *instance, double rates[], size_t length)
+{
+    instance_follow(instance);
+    return get_all(instance, CAUSALITY_RATE, rates, length);
+}
+
+Status instance_get_nominals(Instance *instance, double nominals[], size_t length)
+{
+    const Status status = check_length(instance, nominals, length, instance_count(CAUSALITY_STATE));
+
+    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
+        if (model_variables[i].causality == CAUSALITY_STATE) {
+            *nominals++ = model_variables[i].nominal;
+        }
+    }
+    return status;
+}
+
+Status instance_get_indicators(Instance *instance, double indicators[], size_t length)
+{
+    const Status status = check_length(instance, indicators, length, instance_count(CAUSALITY_INDICATOR));
+    Model *model = &instance->now.model;
+
+    if (status == STATUS_OK) {
+        instance_follow(instance);
+        model_indicators(model);
+    }
+    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
+        if (model_variables[i].causality == CAUSALITY_INDICATOR) {
+            *indicators++ = model->value[i];
+        }
+    }
+    return status;
+}
