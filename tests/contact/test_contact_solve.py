@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contact_cases import CIRCLE, LONG, OIL, STEEL, conditions, grid_film, moes, solved
+from scipy.optimize import brentq
 
 import ballscrew_tehl.contact.solve as solve_module
 from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
@@ -269,6 +270,24 @@ def test_asymptotic_film_is_that_of_a_grid_that_resolves():
     assert (coarse.solution.branch, fine.solution.branch) == ("asymptotic", "resolved")
     # 1.5 % found: the coarse grid is 0.7 % low at the load it starts from
     assert coarse.Hc == pytest.approx(fine.Hc, rel=0.025)
+
+
+@pytest.mark.parametrize(("M", "n_x"), [(4e3, 33), (9e3, 33), (2e4, 33), (2e4, 65)])
+def test_a_contact_is_resolved_from_2_8_cells_in_its_inlet(M, n_x):
+    """Cells at the edge of the contact in the length over which the exact gap of a Hertz line opens by the film."""
+    solution = moes(M, 2.0, LONG, "roelands", n_x=n_x, n_y=9).solution
+    film = solution.h_c * solution.conditions.R_x / solution.hertz.b**2
+
+    def gap(x):
+        return 0.5 * (x * math.sqrt(x * x - 1.0) - math.acosh(x))
+
+    length = brentq(lambda s: gap(1.0 + s) - film, 1e-12, 10.0)
+    edge = np.searchsorted(solution.x, -1.0)
+    cells = length / (solution.x[edge] - solution.x[edge - 1])
+    assert (
+        abs(cells / 2.8 - 1.0) >= 0.08
+    )  # else the leading term of the gap, used in the solver, could decide
+    assert solution.branch == ("resolved" if cells >= 2.8 else "asymptotic")
 
 
 def test_moderate_load_is_resolved():

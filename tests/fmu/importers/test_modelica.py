@@ -197,6 +197,17 @@ def test_bad_input_is_one_line_and_exit_code_2(arguments):
     assert len(run.stderr.strip().splitlines()) == 1
 
 
+def test_friction_takes_its_torque_out_of_the_flanges():
+    """A flange torque acts on the component: what both bring in, times the speed, is the power tau*w that it takes."""
+    balance = re.findall(r"^ *0 = (.*flange_a\.tau.*);$", TEXT, re.MULTILINE)
+    assert len(balance) == 1
+    expression = re.sub(r"flange_([ab])\.tau", r"flange_\1", balance[0])
+    for flange_a, flange_b in ((0.4, 0.0), (0.0, 0.4), (1.4, -1.0)):
+        assert eval(
+            expression, {}, {"flange_a": flange_a, "flange_b": flange_b, "tau": 0.4}
+        ) == pytest.approx(0.0)
+
+
 # parsers
 
 
