@@ -17,6 +17,18 @@ hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=No
 hypothesis.settings.load_profile("repeatable")
 
 
+#: fixtures that cost more than 3 s: native FMUs for five platforms
+SLOW_FIXTURES = {"native_fmus", "fmus"}
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """A test is slow where one of its fixtures is."""
+    for item in items:
+        if SLOW_FIXTURES & set(getattr(item, "fixturenames", ())):
+            item.add_marker(pytest.mark.slow)
+
+
 @pytest.fixture(scope="session")
 def synthetic_nut_map() -> NutMap:
     """The closed-form nut map of synthetic_map.py."""

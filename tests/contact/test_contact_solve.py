@@ -84,12 +84,13 @@ def test_thermal_history_ends_below_the_tolerance():
     solution = solved(conditions(srr=1.0))
     assert "pressure and temperature" in solution.reason
     assert len(solution.temperature_history) <= solution.iterations
-    assert solution.temperature_history[-1] <= 1e-4 < max(solution.temperature_history)
+    assert solution.temperature_history[-1] <= 1e-4 < np.max(solution.temperature_history)
     assert solution.heat_balance.generated > 0.0
     assert len(solution.history.change) >= len(solution.temperature_history)
 
 
-@pytest.mark.parametrize("srr", [0.0, 0.5, 1.0, 1.4, 1.5, 1.6, 2.0, -1.5])
+@pytest.mark.slow
+@pytest.mark.parametrize("srr", [0.0, 1.5, 2.0, -1.5])
 def test_thermal_iteration_ends_soon_on_the_default_grid(srr):
     """An iteration that is accelerated where it oscillates takes hundreds; 8 to 17 found without acceleration."""
     solution = solve_contact(conditions(srr=srr), OIL, STEEL, SolverOptions(max_thermal=40))
@@ -330,6 +331,7 @@ def test_first_compilation_is_announced_once(monkeypatch, tmp_path, caplog):
 # --- points of the Sobol sequence that once failed -----------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_nearly_rigid_contact_that_one_grid_does_not_solve_is_solved_on_a_finer_one():
     solution = solve_moes(1.554, 32.85, 0.03017, "barus").solution
     assert solution.converged

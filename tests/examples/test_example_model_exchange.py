@@ -8,6 +8,8 @@ import pytest
 
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def fmu(tmp_path_factory, synthetic_nut_map):

@@ -6,6 +6,8 @@ import step_size_study as study
 
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def fmu(tmp_path_factory, synthetic_nut_map):

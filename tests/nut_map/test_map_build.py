@@ -140,6 +140,7 @@ def test_row_keeps_its_columns_apart(monkeypatch):
 # --- processes and failures ---
 
 
+@pytest.mark.slow
 def test_one_and_two_workers_build_the_same_map_and_leave_the_environment(monkeypatch):
     """One contact of it is solved, by spawned processes."""
     monkeypatch.setenv("OMP_NUM_THREADS", "3")

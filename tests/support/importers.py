@@ -434,5 +434,5 @@ def deviation(found: Sequence[Row], wanted: Sequence[Row]) -> float:
             difference = np.abs(got - want) / np.where(scale > 0.0, scale, 1.0)
         if not np.isfinite(difference).all():
             return float("inf")
-        worst = max(worst, float(difference.max()))
+        worst = float(np.maximum(worst, difference.max()))
     return worst
