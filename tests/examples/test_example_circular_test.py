@@ -4,18 +4,11 @@ import circular_test
 import numpy as np
 import pytest
 
-from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.python_fmu.package import build_fmu
 
 pytestmark = pytest.mark.slow
 
 FEEDS = (0.01, 0.02)
-
-
-@pytest.fixture(scope="module")
-def native_fmu(tmp_path_factory, synthetic_nut_map):
-    path = tmp_path_factory.mktemp("circular") / "native.fmu"
-    return build_native_fmu(synthetic_nut_map, 2, path, platforms=("x86_64-linux",)).path
 
 
 @pytest.fixture(scope="module")
@@ -32,15 +25,6 @@ def test_only_friction_makes_the_peak_and_it_is_outward(result):
         quarter = angle < 0.5 * np.pi - circular_test.BEFORE
         assert 0.0 < angle[quarter][np.argmax(outward[quarter])] < np.radians(10.0)
     assert result["in_range"]
-
-
-def test_presliding_delays_the_peak_by_less_than_the_way_of_the_bristle(result):
-    delay = np.subtract(result["peak_deg_presliding"], result["peak_deg_with"])
-    assert np.all((delay > 0.3 * result["presliding_deg"]) & (delay < result["presliding_deg"]))
-    assert np.all(np.subtract(result["onset_deg_presliding"], result["onset_deg_with"]) > 0.5)
-    # 1.7 of the deflection at which it slides; small angles: 1 - cos x = x^2 / 2
-    travel = result["axis"].ratio * 1.7 * result["coulomb_torque_Nm"] / 150.0
-    assert np.radians(result["presliding_deg"]) == pytest.approx(np.sqrt(2.0 * travel / 10e-3), rel=1e-3)
 
 
 def test_python_fmu_gives_the_same_run(result, synthetic_nut_map, tmp_path):

@@ -15,7 +15,6 @@ from fmpy.validation import validate_fmu
 from servo_drive import Axis
 
 from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.native_fmu.package import build_native_fmu
 
 pytestmark = pytest.mark.slow
 
@@ -24,12 +23,6 @@ AXIS = Axis(preload=2500.0, oil_temperature=308.0, presliding_stiffness=200.0)
 # a clock that adds up 16,560 steps, each rounded by 2.2e-16 s at most, is 4e-12 s off in the end, the reference at
 # 0.02 m/s 8e-14 m: that is 1e-8 of the following error, the least of what is compared
 AGREEMENT = 1e-8
-
-
-@pytest.fixture(scope="module")
-def native_fmu(tmp_path_factory, synthetic_nut_map):
-    path = tmp_path_factory.mktemp("ssp") / "native.fmu"
-    return build_native_fmu(synthetic_nut_map, 2, path, platforms=("x86_64-linux",)).path
 
 
 @pytest.fixture(scope="module")
@@ -146,19 +139,6 @@ def test_each_master_agrees_with_the_script_that_steps_both_at_once(result, mast
         assert gap <= 1.001 * result[f"from_parallel_{master}"] * np.abs(wanted).max(), name
     assert result[f"in_range_{master}"] is True
     assert result[f"spike_um_{master}"] == pytest.approx(result["spike_um_parallel"], rel=1e-6)
-
-
-def test_what_the_order_changes_is_of_first_order_in_the_step(native_fmu):
-    gaps = []
-    for step in (250e-6, 125e-6):
-        axis = Axis(step=step)
-        motion, _ = servo_axis.circle(axis)
-        runs = []
-        for parallel in (False, True):
-            with servo_axis.FrictionFmu(native_fmu, axis, presliding=True) as friction:
-                runs.append(servo_axis.simulate(axis, motion, friction, parallel))
-        gaps.append(np.abs(runs[0].error - runs[1].error).max())
-    assert gaps[0] / gaps[1] == pytest.approx(2.0, rel=0.03)
 
 
 def test_in_parallel_the_torque_acts_one_step_later(native_fmu):

@@ -1,25 +1,16 @@
 """Warm-up: time constants against the closed form of the network, end against the steady balance with the map."""
 
-
 import numpy as np
 import pytest
 import warm_up
 from scipy.optimize import fsolve
 
-from ballscrew_fmu.native_fmu.package import build_native_fmu
-
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def fmu(tmp_path_factory, synthetic_nut_map):
-    path = tmp_path_factory.mktemp("warm_up") / "native.fmu"
-    return build_native_fmu(synthetic_nut_map, 2, path, platforms=("x86_64-linux",)).path
-
-
-@pytest.fixture(scope="module")
-def result(fmu):
-    return warm_up.main(fmu)
+def result(native_fmu):
+    return warm_up.main(native_fmu)
 
 
 def test_time_constants_are_those_of_the_closed_form(result):
@@ -62,9 +53,9 @@ def test_torque_falls_all_the_way_and_preload_follows_the_temperatures(result):
     assert result["preload_extreme_N"] > result["preload_warm_N"] > drive.preload  # the nut is ahead
 
 
-def test_picture_and_command_line(result, fmu, tmp_path, monkeypatch, capsys):
+def test_picture_and_command_line(result, native_fmu, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(warm_up, "main", lambda path: result)
-    assert warm_up.command_line(["--fmu", str(fmu), "--plot", str(tmp_path / "a.png")]) == 0
+    assert warm_up.command_line(["--fmu", str(native_fmu), "--plot", str(tmp_path / "a.png")]) == 0
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     assert "slow_coupled_s" in capsys.readouterr().out
     assert warm_up.command_line(["--fmu", "none.fmu"]) == 2

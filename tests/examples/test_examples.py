@@ -127,53 +127,7 @@ def test_work_against_friction_becomes_heat(result, axis, name):
     assert heat == pytest.approx(work, rel=2e-4)
 
 
-def test_bristle_keeps_energy_that_is_not_heat_yet(servo_axis, fmu, axis, synthetic_nut_map):
-    """A short swing that winds the bristle up: work = heat + energy stored."""
-    motion, _ = servo_axis.circle(axis, after=0.0)
-    start = servo_axis.Motion(*(column[: int(0.015 / axis.step)] for column in motion))
-    with servo_axis.FrictionFmu(fmu, axis, presliding=True) as friction:
-        run = servo_axis.simulate(axis, start, friction)
-    turned = run.angle[-1]
-    _, coulomb = map_torques(synthetic_nut_map, axis, run, slice(0, None))
-    assert 0.0 < turned < 0.6 * coulomb.min() / axis.presliding_stiffness  # elastic throughout
-    work = float(np.sum(run.friction_torque[:-1] * np.diff(run.angle)))
-    stored = 0.5 * axis.presliding_stiffness * turned**2
-    heat = float(np.sum(run.heat_flow) * axis.step)
-    assert stored > 0.2 * work
-    assert work == pytest.approx(heat + stored, rel=0.01)
-
-
 # control
-
-
-def test_only_friction_makes_a_quadrant_error(result):
-    for case in ("with", "presliding"):
-        assert result[f"circle_spike_um_{case}"] > 50.0 * result["circle_spike_um_without"]
-        assert result[f"circle_error_max_um_{case}"] > 3.0 * result["circle_error_max_um_without"]
-        run, free = result["runs"][f"circle_{case}"], result["runs"]["circle_without"]
-        after = run.motion.time >= result["reversal_s"]
-        peak = float(run.motion.time[after][np.argmin(run.error[after])]) - result["reversal_s"]
-        assert 0.0 < peak < 0.1
-        # the table stays behind the reference, which turns back: beyond it, error negative
-        assert run.error[after].min() < 5.0 * free.error[after].min() < 0.0
-
-
-def test_numbers_are_those_of_the_time_series(result, axis):
-    for name in RUNS:
-        run = result["runs"][name]
-        motion, case = name.split("_")
-        assert result[f"{motion}_error_max_um_{case}"] == pytest.approx(1e6 * max(abs(run.error)))
-        assert result[f"{motion}_error_rms_um_{case}"] == pytest.approx(
-            1e6 * math.sqrt(np.mean(run.error**2))
-        )
-        assert result[f"{motion}_friction_torque_peak_Nm_{case}"] == max(abs(run.friction_torque))
-        assert run.error == pytest.approx(run.motion.position - run.position, abs=1e-15)
-        if motion == "circle":
-            turn = at(run, result["reversal_s"])
-            spike = max(abs(run.error[turn : turn + round(0.15 / axis.step)] - run.error[turn]))
-            assert result[f"circle_spike_um_{case}"] == pytest.approx(1e6 * spike)
-    assert result["move_friction_torque_peak_Nm_without"] == 0.0
-    assert result["in_range"] is True
 
 
 # motions
@@ -185,31 +139,6 @@ def test_a_move_that_is_too_short_is_refused(servo_axis, axis):
 
 
 # coupling
-
-
-def hold(servo_axis, fmu, axis):
-    """Run at rest under a force of 200 N that acts from 0.1 s on, with the bristle."""
-    time = np.arange(0.0, 0.5, axis.step)
-    motion = servo_axis.Motion(time, 0.0 * time, 0.0 * time, np.where(time > 0.1, 200.0, 0.0))
-    with servo_axis.FrictionFmu(fmu, axis, presliding=True) as friction:
-        return servo_axis.simulate(axis, motion, friction)
-
-
-def test_the_limit_of_the_coupling_is_where_the_axis_begins_to_chatter(servo_axis, fmu):
-    def with_share_of_limit(share):
-        axis = replace(servo_axis.Axis(), step=250e-6)
-        b = axis.coupling[1]
-        # past the check of Axis, which refuses it
-        object.__setattr__(
-            axis, "presliding_stiffness", share * (4.0 - 2.0 * b) * axis.inertia / axis.step**2
-        )
-        return axis
-
-    def alternation(share):
-        return np.abs(np.diff(hold(servo_axis, fmu, with_share_of_limit(share)).speed[-400:], 2)).max()
-
-    assert alternation(0.8) < 1e-5
-    assert alternation(1.2) > 1e-2
 
 
 @pytest.mark.parametrize(

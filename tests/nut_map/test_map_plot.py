@@ -23,7 +23,6 @@ from ballscrew_tehl.nut_map.plot import (
     caption,
     map_figure,
     map_picture,
-    round_preloads,
     save_figure,
 )
 from ballscrew_tehl.parameters.units import RPM
@@ -125,22 +124,6 @@ def test_lines_are_the_answers_of_the_map_point_by_point(picture, figure):
         assert panel(figure, name).get_xscale() == "log"
 
 
-def test_lines_are_named_by_preload_and_temperature(picture, figure):
-    names = {n: [line.get_label() for line in panel(figure, n).lines] for n in ("torque_by_preload", "rise")}
-    assert names["torque_by_preload"] == ["0.5 kN", "1 kN", "2 kN", "5 kN"]
-    assert [text.get_text() for text in panel(figure, "torque_by_preload").texts] == names[
-        "torque_by_preload"
-    ]
-    # oil of the screw: viscosity at 303 K; the rest are the ends of the map and the middle between
-    assert names["rise"] == ["20 C", "30 C", "35 C", "40 C"]
-    assert picture.temperatures == pytest.approx([293.15, 303.15, 308.15, 313.15])
-    assert (picture.preload, picture.temperature) == (2000.0, 303.15)
-    assert picture.film_rows == [0, 1, 3]
-    for axes in figure.axes:
-        assert "[" in axes.get_ylabel() or axes.get_label() == "<colorbar>"
-        assert "[r/min]" in axes.get_xlabel() or axes.get_label() == "<colorbar>"
-
-
 def test_reference_temperature_beyond_the_map_is_its_end(tmp_path):
     warm = closed_build(grid=replace(GRID, temperature=(313.15, 333.15, 4)))
     picture = picture_of(saved(tmp_path, {}, warm))
@@ -149,34 +132,7 @@ def test_reference_temperature_beyond_the_map_is_its_end(tmp_path):
     assert picture.film_rows == [0, 2]
 
 
-@pytest.mark.parametrize(
-    ("lowest", "highest", "expected"),
-    [
-        (400.0, 9000.0, [500, 1000, 2000, 5000]),
-        (100.0, 1000.0, [100, 200, 500, 1000]),
-        # every second one of seven to twelve
-        (1.0, 1000.0, [1, 5, 20, 100, 500]),
-        (600.0, 960.0, [600, np.sqrt(600 * 960), 960]),
-        (600.0, 1500.0, [600, np.sqrt(600 * 1500), 1500]),
-    ],
-)
-def test_preloads_are_round_numbers_where_there_are_any(lowest, highest, expected):
-    assert round_preloads(lowest, highest) == pytest.approx(expected)
-
-
 # --- samples ---
-
-
-def test_samples_stand_at_the_axes_of_the_header(picture, figure):
-    axes = picture.nut_map.header["contact_axes"]
-    loads, speeds = (np.geomspace(*axes[name]) for name in ("load", "speed"))
-    for raceway in RACEWAYS:
-        x, y = lines(panel(figure, raceway))[0]
-        found = sorted(zip(x * RPM, y, strict=True))
-        assert np.array(found) == pytest.approx(
-            np.array(sorted((speed, load) for speed in speeds for load in loads)), rel=1e-12
-        )
-        assert (panel(figure, raceway).get_xscale(), panel(figure, raceway).get_yscale()) == ("log", "log")
 
 
 def test_asymptotic_samples_are_marked_on_their_raceway(tmp_path):

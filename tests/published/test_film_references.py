@@ -1,4 +1,4 @@
-"""Central and minimum film of the rows of film_references.csv at the ends of M, on the domain of the row, default options.
+"""Central and minimum film of film_references.csv at the ends of M, on the domain of the row, default options.
 
 Bounds: 1 % of Hc up to M = 1000 and 2 % above (uncertainty of the table 0.5 % and 1 to 2 %), 2.5 % and 5 % of Hm
 (1.5 % and 2 to 4 %). Rows that miss a bound are named with their own, not left out.

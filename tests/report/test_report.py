@@ -408,13 +408,6 @@ def test_errata_have_their_effect_in_numbers(shown, found):
     assert f"{total - viscous / 3.0:.3f} instead of {total:.3f}" in effects["Eq. 15"][0][1]
 
 
-@pytest.mark.parametrize(
-    ("peclet", "excess"), [(20.0, 1.02), (10.0, 1.04), (5.0, 1.07), (2.0, 1.14), (0.5, 1.35), (0.1, 1.92)]
-)
-def test_fast_source_is_too_hot_by_as_much_as_computed_by_hand(peclet, excess):
-    assert errata.fast_source_excess(peclet) == pytest.approx(excess, abs=0.0051)
-
-
 # --- another screw, other options ---
 
 

@@ -17,7 +17,6 @@ from paths import SUPPORT
 from rotor_fmu import RUNS_HERE
 
 from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_tehl.runtime.standstill import presliding_step
 
 pytestmark = pytest.mark.skipif(not RUNS_HERE, reason="library and FMU of the test are for x86_64 Linux")
@@ -37,12 +36,6 @@ def package(tmp_path_factory, synthetic_nut_map):
 @pytest.fixture(scope="module")
 def program(package, tmp_path_factory):
     return build(tmp_path_factory.mktemp("host"), package)
-
-
-@pytest.fixture(scope="module")
-def native_fmu(tmp_path_factory, synthetic_nut_map):
-    path = tmp_path_factory.mktemp("fmu") / "native.fmu"
-    return build_native_fmu(synthetic_nut_map, 2, path, platforms=("x86_64-linux",)).path
 
 
 def map_of(package):
