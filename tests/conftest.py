@@ -1,6 +1,7 @@
 """Fixtures shared by the tests; its place puts this folder on the import path (synthetic_map)."""
 
 import os
+from pathlib import Path
 
 # the matrices are small: BLAS threads cost more than they save; must be set before numpy is imported
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -10,6 +11,7 @@ import hypothesis
 import pytest
 from synthetic_map import make_map
 
+from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 # the same examples in every run, however slow the machine: a red run must mean a changed program
@@ -17,7 +19,26 @@ hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=No
 hypothesis.settings.load_profile("repeatable")
 
 
+#: fixtures that cost more than 3 s: native FMUs for five platforms
+SLOW_FIXTURES = {"native_fmus", "fmus"}
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """A test is slow where one of its fixtures is."""
+    for item in items:
+        if SLOW_FIXTURES & set(getattr(item, "fixturenames", ())):
+            item.add_marker(pytest.mark.slow)
+
+
 @pytest.fixture(scope="session")
 def synthetic_nut_map() -> NutMap:
     """The closed-form nut map of synthetic_map.py."""
     return make_map()
+
+
+@pytest.fixture(scope="session")
+def native_fmu(tmp_path_factory: pytest.TempPathFactory, synthetic_nut_map: NutMap) -> Path:
+    """The native FMU of FMI 2 of that map for x86_64 Linux."""
+    path = tmp_path_factory.mktemp("native_fmu") / "native.fmu"
+    return build_native_fmu(synthetic_nut_map, 2, path, platforms=("x86_64-linux",)).path

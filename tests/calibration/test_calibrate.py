@@ -213,6 +213,7 @@ def test_what_cannot_be_fitted_is_refused(points, name, loss, message):
     assert message in str(caught.value)
 
 
+@pytest.mark.slow
 def test_packaged_calibration_writes_what_it_returns(tmp_path):
     path = tmp_path / "sets.toml"
     steps = []

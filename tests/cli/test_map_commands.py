@@ -182,6 +182,7 @@ def test_points_without_direct_solution_are_counted_and_left_out(closed, tmp_pat
         deviation_from_direct(nut_map, GD4008, 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contact_cases import CIRCLE, LONG, OIL, STEEL, conditions, grid_film, moes, solved
+from scipy.optimize import brentq
 
 import ballscrew_tehl.contact.solve as solve_module
 from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
@@ -83,12 +84,13 @@ def test_thermal_history_ends_below_the_tolerance():
     solution = solved(conditions(srr=1.0))
     assert "pressure and temperature" in solution.reason
     assert len(solution.temperature_history) <= solution.iterations
-    assert solution.temperature_history[-1] <= 1e-4 < max(solution.temperature_history)
+    assert solution.temperature_history[-1] <= 1e-4 < np.max(solution.temperature_history)
     assert solution.heat_balance.generated > 0.0
     assert len(solution.history.change) >= len(solution.temperature_history)
 
 
-@pytest.mark.parametrize("srr", [0.0, 0.5, 1.0, 1.4, 1.5, 1.6, 2.0, -1.5])
+@pytest.mark.slow
+@pytest.mark.parametrize("srr", [0.0, 1.5, 2.0, -1.5])
 def test_thermal_iteration_ends_soon_on_the_default_grid(srr):
     """An iteration that is accelerated where it oscillates takes hundreds; 8 to 17 found without acceleration."""
     solution = solve_contact(conditions(srr=srr), OIL, STEEL, SolverOptions(max_thermal=40))
@@ -271,6 +273,24 @@ def test_asymptotic_film_is_that_of_a_grid_that_resolves():
     assert coarse.Hc == pytest.approx(fine.Hc, rel=0.025)
 
 
+@pytest.mark.parametrize(("M", "n_x"), [(4e3, 33), (9e3, 33), (2e4, 33), (2e4, 65)])
+def test_a_contact_is_resolved_from_2_8_cells_in_its_inlet(M, n_x):
+    """Cells at the edge of the contact in the length over which the exact gap of a Hertz line opens by the film."""
+    solution = moes(M, 2.0, LONG, "roelands", n_x=n_x, n_y=9).solution
+    film = solution.h_c * solution.conditions.R_x / solution.hertz.b**2
+
+    def gap(x):
+        return 0.5 * (x * math.sqrt(x * x - 1.0) - math.acosh(x))
+
+    length = brentq(lambda s: gap(1.0 + s) - film, 1e-12, 10.0)
+    edge = np.searchsorted(solution.x, -1.0)
+    cells = length / (solution.x[edge] - solution.x[edge - 1])
+    assert (
+        abs(cells / 2.8 - 1.0) >= 0.08
+    )  # else the leading term of the gap, used in the solver, could decide
+    assert solution.branch == ("resolved" if cells >= 2.8 else "asymptotic")
+
+
 def test_moderate_load_is_resolved():
     for M, ratio in ((20.0, CIRCLE), (1000.0, CIRCLE), (3e4, LONG)):
         assert moes(M, 10.0, ratio, "roelands", n_y=17).solution.branch == "resolved"
@@ -311,6 +331,7 @@ def test_first_compilation_is_announced_once(monkeypatch, tmp_path, caplog):
 # --- points of the Sobol sequence that once failed -----------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_nearly_rigid_contact_that_one_grid_does_not_solve_is_solved_on_a_finer_one():
     solution = solve_moes(1.554, 32.85, 0.03017, "barus").solution
     assert solution.converged

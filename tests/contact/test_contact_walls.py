@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from contact_cases import CHI, STEEL
+from contact_cases import CHI, OIL, STEEL, conditions, options
 from scipy.integrate import quad
 from scipy.special import k0e
 
 from ballscrew_tehl.contact.half_space.grid import Grid
 from ballscrew_tehl.contact.half_space.walls import uniform_strip_rise, wall_operator
+from ballscrew_tehl.contact.problem import ContactProblem
 
 K = STEEL.thermal_conductivity
 HALF_WIDTH, FLUX = 65.4e-6, 1e8
@@ -39,6 +40,22 @@ def line_source(peclet, x):
 
 def test_diffusivity_of_the_steel():
     assert abs(CHI - 1.2989e-5) <= 5e-10  # printed digits
+
+
+def test_walls_of_a_contact_are_those_of_a_half_space_of_the_printed_steel():
+    """Uniform flux over the Hertz ellipse of a fast contact, in the middle at its trailing edge.
+
+    The fast source q sqrt(4 u_b t/(pi k rho c u)) of the strip along the middle line; 46 W/(m K), 7870 kg/m3,
+    450 J/(kg K) are the printed numbers of the steel.
+    """
+    at = conditions(u_e=60.0, srr=0.2)
+    problem = ContactProblem(at, OIL, STEEL, options(n_x=257, n_y=33))
+    grid, b = problem.geometry.grid, problem.scales.hertz.b
+    inside = (grid.x**2 + grid.y[:, None] ** 2 <= 1.0).astype(float)
+    for wall, speed in zip(problem.walls(), (at.u_1, at.u_2), strict=True):
+        found = np.interp(0.9, grid.x, wall(FLUX * inside)[0])
+        strip = 2.0 * FLUX * np.sqrt(1.9 * b / (np.pi * 46.0 * 7870.0 * 450.0 * speed))
+        assert found == pytest.approx(strip, rel=0.01)
 
 
 def test_uniform_strip_reaches_the_printed_rise():

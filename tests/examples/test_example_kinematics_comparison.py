@@ -7,6 +7,8 @@ import pytest
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.physics.kinematics import surface_speeds
 
+pytestmark = pytest.mark.slow
+
 RPM = (200.0, 2000.0)
 PUBLISHED, ROLLING, SLIP = range(3)
 SCREW, NUT = range(2)

@@ -6,18 +6,12 @@ import model_exchange
 import numpy as np
 import pytest
 
-from ballscrew_fmu.native_fmu.package import build_native_fmu
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def fmu(tmp_path_factory, synthetic_nut_map):
-    path = tmp_path_factory.mktemp("model_exchange") / "native.fmu"
-    return build_native_fmu(synthetic_nut_map, 2, path, platforms=("x86_64-linux",)).path
-
-
-@pytest.fixture(scope="module")
-def result(fmu):
-    return model_exchange.main(fmu)
+def result(native_fmu):
+    return model_exchange.main(native_fmu)
 
 
 def test_each_reversal_has_its_two_events(result):
@@ -67,9 +61,9 @@ def test_co_simulation_converges_to_it_in_first_order(result):
     assert np.abs(result["exchange"][:, 1]).max() > 1000.0 * result["errors"][-1]
 
 
-def test_picture_and_command_line(result, fmu, tmp_path, monkeypatch, capsys):
+def test_picture_and_command_line(result, native_fmu, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(model_exchange, "main", lambda path: result)
-    assert model_exchange.command_line(["--fmu", str(fmu), "--plot", str(tmp_path / "a.png")]) == 0
+    assert model_exchange.command_line(["--fmu", str(native_fmu), "--plot", str(tmp_path / "a.png")]) == 0
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     assert "3 reversals" in capsys.readouterr().out
     assert model_exchange.command_line(["--fmu", "none.fmu"]) == 2

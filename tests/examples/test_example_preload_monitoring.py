@@ -7,10 +7,12 @@ import pytest
 from ballscrew_fmu.models import MONITOR
 from ballscrew_fmu.python_fmu.package import build_fmu
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def result(synthetic_nut_map):
-    return monitoring.main(synthetic_nut_map, lives=8)
+    return monitoring.main(synthetic_nut_map, lives=4)
 
 
 def test_without_noise_the_preload_comes_back(synthetic_nut_map, monkeypatch):
@@ -20,7 +22,7 @@ def test_without_noise_the_preload_comes_back(synthetic_nut_map, monkeypatch):
 
 
 def test_the_interval_holds_the_true_preload_as_often_as_it_says(result):
-    # 1200 intervals: 95 % +- 0.6 % (one standard deviation)
+    # 600 intervals: 95 % +- 0.9 % (one standard deviation)
     assert 0.93 <= result["coverage"] <= 0.97
     # 25 measurements with s of 2 to 3 %, preload about in proportion to torque^1.2
     assert 0.02 < result["scatter"] < 0.03
@@ -32,26 +34,8 @@ def test_the_interval_holds_the_true_preload_as_often_as_it_says(result):
 def test_loss_is_found_early_and_nothing_else_is(result):
     assert result["detected"] == 1.0
     assert result["largest_loss_at_alarm_percent"] < 6.0
-    assert result["healthy_batches"] == 8 * 51
-    assert result["false_alarms"] == 0  # expected: 408/19000
-
-
-def test_rate_of_false_alarms_is_that_of_the_formula():
-    """Normal z, 4000 runs of 200 batches at a limit where alarms are frequent enough to be counted."""
-    z = np.random.default_rng(2).standard_normal((4000, 200))
-    alarms = (monitoring.cusum(z) > 4.0).any(axis=1).mean()
-    length = monitoring.false_alarm_length(limit=4.0)
-    assert length == pytest.approx(336.0, rel=0.02)  # exact: 335.4
-    # exponential but for the first batches, in which no alarm can come
-    assert alarms == pytest.approx(1.0 - np.exp(-200.0 / length), abs=0.03)
-    assert monitoring.false_alarm_length() == pytest.approx(19100.0, rel=0.01)
-
-
-def test_a_step_is_found_after_the_number_of_batches_of_the_formula():
-    z = np.random.default_rng(3).standard_normal((4000, 60)) - 2.0
-    levels = monitoring.cusum(z)
-    delays = [monitoring.first_alarm(row) + 1 for row in levels]
-    assert np.mean(delays) == pytest.approx((8.0 + 1.166) / 1.5, rel=0.05)
+    assert result["healthy_batches"] == 4 * 51
+    assert result["false_alarms"] == 0  # expected: 204/19000
 
 
 @pytest.fixture(scope="module")

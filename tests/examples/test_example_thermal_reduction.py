@@ -6,6 +6,8 @@ import thermal_reduction
 
 from ballscrew_tehl.physics.film import wilson_sheu
 
+pytestmark = pytest.mark.slow
+
 RATIOS = (0.0, 0.02, 0.05, 0.5, 1.0, 1.5, 2.0)
 
 

@@ -1,24 +1,16 @@
 """Warm-up: time constants against the closed form of the network, end against the steady balance with the map."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import warm_up
 from scipy.optimize import fsolve
 
-from ballscrew_fmu.native_fmu.package import build_native_fmu
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def fmu(tmp_path_factory, synthetic_nut_map):
-    path = tmp_path_factory.mktemp("warm_up") / "native.fmu"
-    return build_native_fmu(synthetic_nut_map, 2, path, platforms=("x86_64-linux",)).path
-
-
-@pytest.fixture(scope="module")
-def result(fmu):
-    return warm_up.main(fmu)
+def result(native_fmu):
+    return warm_up.main(native_fmu)
 
 
 def test_time_constants_are_those_of_the_closed_form(result):
@@ -29,16 +21,6 @@ def test_time_constants_are_those_of_the_closed_form(result):
     assert result["slow_coupled_s"] == pytest.approx(result["closed_slow_coupled_s"], rel=0.02)
     # less heat when warm acts like more convection
     assert result["slow_coupled_s"] < 0.97 * slow
-
-
-def test_constant_heat_gives_the_sum_of_two_exponentials(result):
-    drive, rows = result["drive"], result["constant"]
-    rates, gain = drive.rates()
-    values, vectors = np.linalg.eig(rates)
-    steady = -np.linalg.solve(rates, gain * result["power_cold_W"])
-    parts = np.linalg.solve(vectors, -steady)
-    expected = steady + (vectors @ (parts[:, None] * np.exp(np.outer(values, rows[:, 0])))).T
-    assert rows[:, 1:3] - drive.ambient == pytest.approx(expected, abs=1e-8)
 
 
 def test_the_end_is_the_steady_balance_with_the_torque_of_the_map(result, synthetic_nut_map):
@@ -71,17 +53,9 @@ def test_torque_falls_all_the_way_and_preload_follows_the_temperatures(result):
     assert result["preload_extreme_N"] > result["preload_warm_N"] > drive.preload  # the nut is ahead
 
 
-def test_torque_falls_while_preload_is_constant(fmu):
-    """Without the span of the nuts the preload does not move: only the viscosity is left."""
-    drive = replace(warm_up.Drive(), span=0.04)
-    rows = warm_up.main(fmu, drive, hours=1.0)["coupled"]
-    assert rows[:, 3] == pytest.approx(2000.0, abs=1e-9)
-    assert np.all(np.diff(rows[:, 4]) < 0.0)
-
-
-def test_picture_and_command_line(result, fmu, tmp_path, monkeypatch, capsys):
+def test_picture_and_command_line(result, native_fmu, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(warm_up, "main", lambda path: result)
-    assert warm_up.command_line(["--fmu", str(fmu), "--plot", str(tmp_path / "a.png")]) == 0
+    assert warm_up.command_line(["--fmu", str(native_fmu), "--plot", str(tmp_path / "a.png")]) == 0
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     assert "slow_coupled_s" in capsys.readouterr().out
     assert warm_up.command_line(["--fmu", "none.fmu"]) == 2

@@ -187,6 +187,7 @@ def test_unconverged_contact_is_tried_on_other_grids_and_named(monkeypatch, ther
     assert all(call[:-2] == expected for call in calls)
 
 
+@pytest.mark.slow
 def test_thermal_film_of_a_nanometre_is_continued_from_lower_loads():
     """The published nut contact slides nearly purely: heat leaves a twentieth of the cold film, the bodies touch."""
     at = (2.0, 283.15, True)

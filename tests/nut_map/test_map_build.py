@@ -28,7 +28,7 @@ from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, solve_b
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import build
-from ballscrew_tehl.nut_map.build import sharing_values
+from ballscrew_tehl.nut_map.build import extreme_values, sharing_values
 from ballscrew_tehl.nut_map.contact_map import FILMS, QUANTITIES, SolvedFilm
 from ballscrew_tehl.nut_map.grid import MapGrid, contact_axes
 from ballscrew_tehl.parameters.file import changed
@@ -140,6 +140,7 @@ def test_row_keeps_its_columns_apart(monkeypatch):
 # --- processes and failures ---
 
 
+@pytest.mark.slow
 def test_one_and_two_workers_build_the_same_map_and_leave_the_environment(monkeypatch):
     """One contact of it is solved, by spawned processes."""
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
@@ -357,6 +358,21 @@ def test_extremes_are_those_of_all_balls_that_carry():
         )
         assert state[7:9] == pytest.approx((p_max, loads.max()), rel=1e-9)
     assert {("screw", SCREW.loaded_ball_count - 1), ("nut", 0)} <= ends
+
+
+def test_columns_of_the_extremes_are_those_of_their_raceway():
+    """The answer of the map is the extreme of both raceways: exchanged columns do not show in it."""
+    columns = extreme_values(GD4008, small_map().contact_map, GRID)
+    for i, force in enumerate(nodes("force")):
+        loads = nut_loads(SCREW, force, SCREW.loaded_ball_count)
+        for j, speed in enumerate(nodes("speed")):
+            rises = [
+                values(GD4008, r, "temperature_rise", loads, speed, 303.15).max() for r in ("screw", "nut")
+            ]
+            middle = np.interp(303.15, nodes("temperature"), np.arange(GRID.temperature[2]))
+            found = np.exp([np.interp(middle, range(4), np.log(columns[i, j, :, c])) for c in (4, 5)])
+            assert found == pytest.approx(rises, rel=0.01)
+            assert abs(rises[0] / rises[1] - 1.0) >= 0.05
 
 
 # --- sharing of the axial load ---

@@ -68,6 +68,7 @@ def true_samples(contact_map, row):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_axis_that_needs_it_gets_more_nodes(axis):
     contact_map = sampled(row=rough_along(axis))
@@ -76,9 +77,10 @@ def test_axis_that_needs_it_gets_more_nodes(axis):
     assert all(nodes <= 9 for k, nodes in enumerate(shape) if k != axis)
     assert shape[axis] <= 33
     # the other axes are cubic in the logarithms
-    assert max(e for k, e in enumerate(sampling.axis_errors(contact_map)) if k != axis) <= 3e-4
+    assert all(e <= 3e-4 for k, e in enumerate(sampling.axis_errors(contact_map)) if k != axis)
 
 
+@pytest.mark.slow
 def test_nodes_that_the_others_foretell_are_not_solved():
     """A film that bends at 30 N only: the finest nodes crowd there, and what is not solved is right."""
     # nine loads to begin with: fewer do not see the bend
@@ -108,6 +110,7 @@ def test_raceways_are_sampled_each_by_its_own_error():
     assert nut > 2 * screw
 
 
+@pytest.mark.slow
 def test_smaller_tolerance_solves_more_and_errs_less():
     """The error at the nodes that were not solved follows the tolerance."""
     row = rough_along(1)
@@ -142,12 +145,14 @@ def test_most_nodes_end_the_refinement():
     assert all(mask.all() for mask in contact_map.solved.values())
 
 
+@pytest.mark.slow
 def test_refined_build_is_the_same_with_one_and_four_threads(tmp_path):
     with ThreadPoolExecutor(4) as four:
         one, other = (sampled(row=rough_along(0), executor=executor) for executor in (None, four))
     same_samples(one, other)
 
 
+@pytest.mark.slow
 def test_refined_build_goes_on_from_its_journal(tmp_path):
     """Stopped in the second stage of refinement; the nodes of former stages are not solved again."""
     journal, solved, row = tmp_path / "x.contacts", [], rough_along(0)
@@ -173,6 +178,7 @@ def test_refined_build_goes_on_from_its_journal(tmp_path):
     assert 2 * len(solved) < solves(whole) - 4 * 5 * 5 * 5
 
 
+@pytest.mark.slow
 def test_estimated_error_is_that_between_the_nodes():
     """A sharp bend along speed; true error at the middles of the cells, 95 % quantile."""
     grid = replace(GRID, contact_nodes=(5, 17, 5))
@@ -195,6 +201,7 @@ def test_even_number_of_nodes_is_left_alone():
     assert sampling.axis_errors(contact_map)[0] == 0.0 == sampling.axis_errors(contact_map)[2]
 
 
+@pytest.mark.slow
 def test_halved_map_keeps_its_nodes_and_what_is_cubic():
     """Three nodes by the parabola, more by the spline."""
     built = sampled(replace(GRID, contact_nodes=(5, 5, 5)))

@@ -235,6 +235,7 @@ def test_flipped_bits_are_refused_or_change_nothing(saved, tmp_path):
         assert "\n" not in message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kinematics", PACKAGED)
 def test_flipped_bits_of_a_packaged_map_are_refused(tmp_path, kinematics):
     whole = packaged_map(kinematics).read_bytes()

@@ -139,6 +139,7 @@ def test_flux_stays_on_its_line_through_the_middle(n_x):
 # --- heat --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_z", [8, 20])
 @pytest.mark.parametrize("at", HOT_CASES.values(), ids=HOT_CASES)
 def test_heat_balance_closes(at, n_z):

@@ -104,7 +104,6 @@ REFINEMENTS = {
 #: the same with both refined alike; 33 nodes are enough for a thick film only
 HALVINGS = {
     "circle": ((20.0, 5.0, CIRCLE, "roelands"), [(33, 9), (65, 17), (129, 33)]),
-    "ellipse": ((100.0, 10.0, 0.2, "roelands"), [(65, 9), (129, 17), (257, 33)]),
     "long ellipse": ((1000.0, 10.0, LONG, "roelands"), [(65, 9), (129, 17), (257, 33)]),
     "thick film": ((5.0, 2.0, 0.2, "barus"), [(33, 9), (65, 17), (129, 33)]),
 }
@@ -126,6 +125,7 @@ def test_central_film_is_of_second_order_in_each_direction(case, grids, which):
     assert 1.8 < fitted_order([grid[which] - 1 for grid in grids[1:]], steps) < 2.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("case", "grids"), HALVINGS.values(), ids=HALVINGS)
 def test_central_film_is_of_second_order(case, grids):
     steps = np.diff([grid_film(s) for s in family(case, grids)])
@@ -173,6 +173,7 @@ def test_without_a_coarse_grid_there_is_no_extrapolation():
     assert "coarse grid" not in solution.phases
 
 
+@pytest.mark.slow
 def test_traction_is_of_second_order():
     """Light load: at high load it hangs on the pressure spike, which no such grid resolves."""
     sizes = [(65, 9), (129, 17), (257, 33)]
@@ -186,10 +187,10 @@ def test_traction_is_of_second_order():
     assert abs(steps[-1]) <= 0.01 * forces[-1]
 
 
-@pytest.mark.parametrize("srr", [0.5, 1.0])
-def test_traction_settles_at_high_load(srr):
+@pytest.mark.slow
+def test_traction_settles_at_high_load():
     forces = [
-        solved(conditions(srr=srr), n_x=n_x, n_y=n_y, tolerance=1e-6).traction_force
+        solved(conditions(srr=1.0), n_x=n_x, n_y=n_y, tolerance=1e-6).traction_force
         for n_x, n_y in ((33, 9), (65, 17), (129, 33))
     ]
     steps = np.abs(np.diff(forces)) / forces[-1]
@@ -197,11 +198,11 @@ def test_traction_settles_at_high_load(srr):
     assert steps[1] <= 0.015  # 0.4 and 1.0 % found
 
 
-@pytest.mark.parametrize("srr", [0.5, 1.0])
-def test_thermal_results_are_of_second_order_or_better_in_the_layers(srr):
+@pytest.mark.slow
+def test_thermal_results_are_of_second_order_or_better_in_the_layers():
     """Integrals of fourth order, energy equation of second: 1.9 to 3.2 found, as the one or the other rules."""
     layers = (8, 16, 32)
-    solutions = [solved(conditions(srr=srr), n_z=n_z, tolerance=1e-6) for n_z in layers]
+    solutions = [solved(conditions(srr=1.0), n_z=n_z, tolerance=1e-6) for n_z in layers]
     for values, bound in (
         ([grid_film(s) for s in solutions], 3e-4),
         ([s.traction_force for s in solutions], 2e-3),

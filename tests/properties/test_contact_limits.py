@@ -17,6 +17,7 @@ from ballscrew_tehl.contact.solve import solve_contact
 # --- vanishing speed: Hertz --------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.2, LONG])
 def test_pressure_tends_to_that_of_hertz(ratio):
     deviations = []
@@ -31,6 +32,7 @@ def test_pressure_tends_to_that_of_hertz(ratio):
     assert solution.h_c < 0.02 * solution.hertz.delta
 
 
+@pytest.mark.slow
 def test_gap_tends_to_that_of_the_dry_contact():
     """Beside the ellipse, on the axis, the gap opens by Hertz' outer form (Johnson 1985, section 4.2, circle)."""
     solution = moes(1e4, 5.0, CIRCLE, "roelands").solution
@@ -89,6 +91,7 @@ def rigid_film(ratio, *domain, **mesh):
     return 288.0 * rigid_load(ratio, *domain, **mesh) ** 2 / ratio
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [CIRCLE, LONG])
 def test_closed_form_of_rigid_bodies_is_met_by_the_small_solve(ratio):
     """Brewe, Hamrock & Taylor, J Lubr Technol 101 (1979) 231: rigid, one viscosity, flooded.
@@ -103,9 +106,10 @@ def test_closed_form_of_rigid_bodies_is_met_by_the_small_solve(ratio):
     assert 2.0 * far - near == pytest.approx(closed, rel=0.05)  # a fit, 3 % stated
 
 
-GIVEN = {CIRCLE: 2.0, 0.2: 2.0, LONG: 5.0}  # M: thick, and within the reach of the solver
+GIVEN = {CIRCLE: 2.0, LONG: 5.0}  # M: thick, and within the reach of the solver
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", GIVEN)
 def test_film_is_that_of_rigid_bodies_on_the_same_closed_domain(ratio):
     """Low load, thin oil, P = 0 on the edges that the options give: as the independent solve starves."""
@@ -121,6 +125,7 @@ def test_film_is_that_of_rigid_bodies_on_the_same_closed_domain(ratio):
     assert film.Hc < 0.97 * moes(M, 0.01, ratio, "barus").Hc
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", GIVEN)
 def test_default_domain_floods_thick_films(ratio):
     """Against the independent solve on growing domains: the film rises with the domain, by less and less."""
@@ -139,11 +144,11 @@ def test_default_domain_floods_thick_films(ratio):
 
 DOMAINS = {
     "long ellipse": (1000.0, 10.0, LONG, "barus"),
-    "ellipse": (100.0, 10.0, 0.2, "roelands"),
     "screw": (400.0, 5.0, LONG, "roelands"),
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", DOMAINS.values(), ids=DOMAINS)
 def test_larger_domain_changes_the_film_little(case):
     """A thin film: twice the domain with P = 0 on its edges and the same spacing across."""
@@ -156,6 +161,7 @@ def test_larger_domain_changes_the_film_little(case):
     assert default.Hc == pytest.approx(larger.Hc, rel=2e-3)  # 0.01 to 0.08 % found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", [(5.0, 2.0, 0.2, "barus"), (5.0, 10.0, LONG, "roelands")])
 def test_open_side_stands_for_all_that_lies_beyond(case):
     """A thick film: closed domains two and four times as wide starve with 1/width, their limit is the default."""
@@ -306,6 +312,7 @@ def test_limiting_shear_stress_converges_under_load():
     solved(HEAVY, "limiting_shear_stress", thermal=False, max_thermal=60)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("thermal", [True, False], ids=["thermal", "isothermal"])
 @pytest.mark.parametrize(("rheology", "at"), CASES)
 def test_shear_thinning_takes_traction_and_heat_away(rheology, at, thermal):
@@ -318,9 +325,9 @@ def test_shear_thinning_takes_traction_and_heat_away(rheology, at, thermal):
     assert 0.9 * grid_film(newtonian) < grid_film(thinned) < 1.001 * grid_film(newtonian)
 
 
-@pytest.mark.parametrize(("load", "srr"), [(30.0, 0.5), (3.0, 0.3)])
-def test_traction_stays_below_the_limiting_stress(load, srr):
-    at = conditions(load=load, srr=srr)
+@pytest.mark.slow
+def test_traction_stays_below_the_limiting_stress():
+    at = conditions(srr=0.5)
     solution = solved(at, "limiting_shear_stress")
     area = math.pi * solution.hertz.a * solution.hertz.b
     bound = OIL.limiting_stress_slope * at.load + OIL.limiting_stress_ambient * area
@@ -345,7 +352,8 @@ def test_rheology_does_not_show_at_low_stress(rheology):
     assert grid_film(other) == pytest.approx(grid_film(newtonian), rel=5e-3)
 
 
-@pytest.mark.parametrize("rheology", THINNING)
+@pytest.mark.slow
+@pytest.mark.parametrize("rheology", ["eyring", "limiting_shear_stress"])
 def test_swapped_bodies_and_reversed_sliding_hold_for_any_rheology(rheology):
     one, other = (solved(conditions(load=3.0, srr=srr), rheology) for srr in (0.3, -0.3))
     assert other.traction_force == pytest.approx(-one.traction_force, rel=5e-3)
@@ -417,7 +425,6 @@ def test_film_falls_with_load_and_grows_with_speed():
 
 
 COLD_AND_WARM = [
-    (True, conditions(), conditions(u_e=2.02)),
     (True, conditions(srr=1.0), conditions(srr=1.05)),
     (True, conditions(load=3.0), conditions(load=3.0, u_e=2.02)),
     (False, conditions(), conditions(u_e=2.02)),
@@ -433,8 +440,7 @@ def test_warm_start_changes_nothing_but_the_work(thermal, start, near):
     assert warm.choice == cold.choice
     # the cold one has also solved the coarse grid, which its counts leave out
     assert "coarse grid" not in warm.phases
-    if thermal:
-        assert warm.iterations < cold.iterations
+    assert warm.iterations < (cold if thermal else first).iterations
     assert grid_film(warm) == pytest.approx(grid_film(cold), rel=1e-4)
     assert warm.traction_force == pytest.approx(cold.traction_force, rel=1e-3)
     np.testing.assert_allclose(warm.pressure, cold.pressure, atol=1e-3 * cold.p_max)
@@ -451,9 +457,3 @@ def test_warm_start_from_the_solution_itself_comes_back_to_it():
     assert again.converged
     assert again.iterations < first.iterations
     assert again.h_c == pytest.approx(first.h_c, rel=1e-5)
-
-
-def test_isothermal_warm_start_saves_newton_steps():
-    first = solved(conditions(), thermal=False)
-    again = solve_contact(conditions(), OIL, STEEL, options(thermal=False), start=first)
-    assert again.iterations < first.iterations

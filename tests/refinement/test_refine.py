@@ -152,6 +152,7 @@ def run_of(refinement, count=600, back=False):
     ]), speeds, loads  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("certificate", [{}, {"torque_error_max": 1e-3}], ids=["without", "too good"])
 def test_torque_along_a_run_is_direct_within_the_tolerance_from_few_solves(film, certificate):
     """A certificate that promises too much is soon outweighed by what is solved."""
@@ -439,13 +440,12 @@ def test_points_of_the_tests_lie_within_reach():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kinematics", ["published", "rolling_frame"])
-def test_refined_torque_is_that_of_the_direct_command(kinematics):
+def test_refined_torque_is_that_of_the_direct_command():
     """Map moved by percents; films scatter by 1e-3 over the balls of a nut, and with them the viscous torque."""
-    parameters = changed(load_parameters(), friction={"kinematics": kinematics})
+    parameters = load_parameters()
     packaged = load_map(None, parameters)
     film = packaged.header["film_model"]
-    friction_set = FrictionSet("any", kinematics, film, *packaged.defaults)
+    friction_set = FrictionSet("any", "published", film, *packaged.defaults)
     model = DirectFilm(parameters, film == "solved_thermal")
     for point in ((1500.0, 40.0, 303.15, 0.0), (4000.0, 9.0, 295.0, 1500.0)):
         expected = double_nut_torque(parameters, friction_set, model, *point).total

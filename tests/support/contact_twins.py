@@ -434,7 +434,7 @@ def sweep(x, width, h_y, mirror, h, conductivity, t_in, flow, face, t_at, cautio
             t_p[j, i, inner] = solve @ (dz * by_p[inner])
             by_walls = solve @ walls
             delta = new - t[j, i, inner]
-            change = max(change, np.abs(delta).max())
+            change = np.maximum(change, np.abs(delta).max())
             t[j, i, inner] += np.clip(delta, -limit, limit)
             # half cells at the walls: no linearisation, and what the wall alone changes
             own = t[j, i]

@@ -365,8 +365,10 @@ def coupled_in_container(friction: Path, rotor: Path, coupling: Coupling, folder
     container = container_of(friction, rotor, coupling, folder)
     result = fmpy.simulate_fmu(
         str(container), stop_time=coupling.steps * STEP, output_interval=STEP, output=OBSERVED,
-        fmi_type="CoSimulation", logger=lambda *_: None,
+        fmi_type="CoSimulation",
     )  # fmt: skip
+    # no argument `logger`: FMPy keeps the address of the last logger for all instances of the process,
+    # and calls it after Python has freed it
     return np.array([[row[name] for name in OBSERVED] for row in result[1:]])
 
 
@@ -432,5 +434,5 @@ def deviation(found: Sequence[Row], wanted: Sequence[Row]) -> float:
             difference = np.abs(got - want) / np.where(scale > 0.0, scale, 1.0)
         if not np.isfinite(difference).all():
             return float("inf")
-        worst = max(worst, float(difference.max()))
+        worst = float(np.maximum(worst, difference.max()))
     return worst

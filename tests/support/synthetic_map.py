@@ -73,11 +73,11 @@ def nodes(name):
     return np.linspace(lo, hi, count)
 
 
-def make_map(viscous_scale: float = 1.0) -> NutMap:
-    """The map; viscous_scale multiplies the viscous torque, to make a second map with other content."""
+def make_map(viscous_scale: float = 1.0, force_exponent: float = 0.0) -> NutMap:
+    """The map; the viscous torque is multiplied by viscous_scale*(force/1 kN)^force_exponent, for other content."""
     force, speed, temperature, preload, share = (nodes(name) for name in AXES)
     values = surfaces(force[:, None, None], speed[None, :, None], temperature[None, None, :])
-    values[..., :2] *= viscous_scale
+    values[..., :2] *= viscous_scale * (force[:, None, None, None] / 1000.0) ** force_exponent
     arrays = map_arrays(
         values,
         force_curves(force),

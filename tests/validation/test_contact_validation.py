@@ -158,6 +158,7 @@ def test_text_holds_rows_and_printed_values():
         assert row["note"] in line
 
 
+@pytest.mark.slow
 def test_solved_contact_of_the_nut_has_the_printed_speeds(monkeypatch):
     """Published kinematics, law of section 2.3; the surface speeds are known to 0.1 mm/s."""
     for name, only in (("KINEMATICS", ("published",)), ("LAWS", LAWS[:1]), ("RACEWAYS", ("nut",))):

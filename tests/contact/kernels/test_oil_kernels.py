@@ -106,12 +106,3 @@ def test_series_joins_the_law(update, switch):
     below, above = (oil_kernels.shear_thinning(table, P, 1.0, switch * (1.0 + s)) for s in (-1e-9, 1e-9))
     assert below[0] == pytest.approx(above[0], rel=1e-9)
     assert below[1] == pytest.approx(above[1], rel=1e-4)
-
-
-def test_newtonian_oil_does_not_thin():
-    assert oil_kernels.shear_thinning(table_of(OIL), P, 60.0, 1e12) == (1.0, 0.0)
-
-
-@pytest.mark.parametrize("update", RHEOLOGIES.values(), ids=RHEOLOGIES)
-def test_no_stress_no_thinning(update):
-    assert oil_kernels.shear_thinning(table_of(OIL, **update), P, 60.0, 0.0) == (1.0, 0.0)

@@ -187,7 +187,7 @@ def test_lifted_gap_is_smooth_positive_and_leaves_a_film_alone():
 
 def test_lifted_gap_stays_positive_however_deep_an_iterate_overlaps():
     lifted = [kernels.lifted_gap(-depth * FLOOR, FLOOR)[0] for depth in (1e2, 1e4, 1e6)]
-    assert min(lifted) > 0.0
+    assert np.min(lifted) > 0.0
 
 
 @pytest.mark.parametrize("mirror", [True, False])

@@ -71,6 +71,7 @@ def replayed(folders, subject, rows):
     return replay(folders[subject], rows, 1e-3, Fmu3Instance if subject == "native 3" else FmuInstance)
 
 
+@pytest.mark.slow
 @SUBJECT
 def test_table_3_of_the_paper(packaged, subject):
     with opened(packaged[1], subject) as one:

@@ -35,6 +35,7 @@ def roots(members):
     }
 
 
+@pytest.mark.slow
 @VERSIONS
 def test_no_checker_finds_anything(native_fmus, native_unpacked, members, version):
     assert validate_fmu(str(native_fmus[version])) == []

@@ -20,6 +20,7 @@ def stop(name, friction_first, step=STEP):
     return Stop(subject(name).friction, subject(name).rotor, coulomb_torque(make_map()), friction_first, step)
 
 
+@pytest.mark.slow
 @FRICTION_FIRST
 @pytest.mark.parametrize("name", NAMES)
 def test_it_holds_half_the_coulomb_torque_without_drift_and_moves_at_more_than_all(name, friction_first):

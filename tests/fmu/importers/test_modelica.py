@@ -17,7 +17,6 @@ from paths import SUPPORT
 from rotor_fmu import RUNS_HERE
 
 from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_tehl.runtime.standstill import presliding_step
 
 pytestmark = pytest.mark.skipif(not RUNS_HERE, reason="library and FMU of the test are for x86_64 Linux")
@@ -37,12 +36,6 @@ def package(tmp_path_factory, synthetic_nut_map):
 @pytest.fixture(scope="module")
 def program(package, tmp_path_factory):
     return build(tmp_path_factory.mktemp("host"), package)
-
-
-@pytest.fixture(scope="module")
-def native_fmu(tmp_path_factory, synthetic_nut_map):
-    path = tmp_path_factory.mktemp("fmu") / "native.fmu"
-    return build_native_fmu(synthetic_nut_map, 2, path, platforms=("x86_64-linux",)).path
 
 
 def map_of(package):
@@ -152,6 +145,7 @@ def test_bad_files_and_values_stop_with_a_message(program, package, tmp_path):
         call(program, map_of(package), [("coulombTorque", 2000.0, 0.0, -0.1)])
 
 
+@pytest.mark.slow
 def test_sanitizers_find_nothing(package, program, tmp_path, synthetic_nut_map, defaults):
     try:
         sanitized = build(tmp_path / "sanitized", package, sanitized=True)
@@ -179,6 +173,7 @@ def test_header_and_declarations_are_compared(package, tmp_path):
     assert re.search(r"conflicting types.*ballScrewMap_covered", failed.value.stderr)
 
 
+@pytest.mark.slow
 def test_command_line_writes_the_packaged_screw(tmp_path, capsys):
     assert modelica_package.main(["--output", str(tmp_path)]) == 0
     assert "win64/libBallScrewFriction.a" in capsys.readouterr().out
@@ -195,6 +190,17 @@ def test_bad_input_is_one_line_and_exit_code_2(arguments):
     run = subprocess.run([sys.executable, script, *arguments], capture_output=True, text=True, check=False)
     assert run.returncode == 2
     assert len(run.stderr.strip().splitlines()) == 1
+
+
+def test_friction_takes_its_torque_out_of_the_flanges():
+    """A flange torque acts on the component: what both bring in, times the speed, is the power tau*w that it takes."""
+    balance = re.findall(r"^ *0 = (.*flange_a\.tau.*);$", TEXT, re.MULTILINE)
+    assert len(balance) == 1
+    expression = re.sub(r"flange_([ab])\.tau", r"flange_\1", balance[0])
+    for flange_a, flange_b in ((0.4, 0.0), (0.0, 0.4), (1.4, -1.0)):
+        assert eval(
+            expression, {}, {"flange_a": flange_a, "flange_b": flange_b, "tau": 0.4}
+        ) == pytest.approx(0.0)
 
 
 # parsers

@@ -169,6 +169,7 @@ def arguments(one, name):
     return None, zero, None, zero, zero  # no variable of this type: none asked for
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("version", "name"), [(v, name) for v in LEGAL for name in LEGAL[v]])
 def test_a_call_is_taken_where_it_is_legal_and_refused_elsewhere(version, name):
     for kind, states in STATES.items():
@@ -808,6 +809,7 @@ def categories(*names):
     return c_size_t(len(names)), (ctypes.c_char_p * len(names))(*names)
 
 
+@pytest.mark.slow
 @both_versions
 @pytest.mark.parametrize(
     ("chosen", "heard"),

@@ -94,6 +94,7 @@ def test_every_flipped_bit_of_the_head_is_found(reader):
         assert reader(bytes(flipped)) is not None, bit
 
 
+@pytest.mark.slow
 def test_fuzzed_files_leave_the_sanitizers_silent(tmp_path):
     try:
         program = sanitized_host(tmp_path, NUT_MAP, NATIVE_HOSTS / "fuzz_map.c")

@@ -59,6 +59,7 @@ def expected_values(state, i, speed):
     return torques | {name: getattr(state, name)[i] for name in STATE}
 
 
+@pytest.mark.slow
 def test_model_is_the_map(model, nut_map):
     """Every output over 1e5 points, to 1e-12 of its value or of a thousandth of its largest."""
     points = random_points(POINTS)
@@ -75,7 +76,7 @@ def test_model_is_the_map(model, nut_map):
             assert error <= AGREEMENT, (name, i, preload, speed, temperature, axial)
             worst[name] = max(worst[name], error)
         assert bool(model.get("in_range")) == bool(state.in_range[i])
-    assert max(worst.values()) > 0.0  # the twins are two programs
+    assert any(error > 0.0 for error in worst.values())  # the twins are two programs
 
 
 def test_bristle_is_that_of_python(model, nut_map):
@@ -231,7 +232,7 @@ def test_modes_of_model_exchange_tend_to_the_exact_step(library, nut_map, step):
     exchange.latch(**fixed)
     exchange.initial_event()
     exact.step(0.0, **fixed)
-    worst = largest = 0.0
+    errors, torques = [], []
     for n in range(round(0.5 / step)):
         speed = 0.02 * math.sin(2.0 * math.pi * 4.0 * (n + 0.5) * step)
         exchange.latch(speed=speed)
@@ -241,9 +242,9 @@ def test_modes_of_model_exchange_tend_to_the_exact_step(library, nut_map, step):
         exchange.latch(presliding_deflection=exchange.get("presliding_deflection") + step * rate)
         exact.step(step, speed=speed)
         expected = exact.get("friction_torque")
-        worst = max(worst, abs(exchange.get("friction_torque") - expected))
-        largest = max(largest, abs(expected))
-    assert worst <= 0.02 * largest * (step / 1e-4) ** 0.5
+        errors.append(abs(exchange.get("friction_torque") - expected))
+        torques.append(abs(expected))
+    assert np.max(errors) <= 0.02 * np.max(torques) * (step / 1e-4) ** 0.5
 
 
 def test_in_range_changes_at_events_with_hysteresis(model, nut_map):

@@ -62,6 +62,7 @@ def members(path):
 # --- packing ---
 
 
+@pytest.mark.slow
 @VERSIONS
 def test_no_checker_finds_anything(fmus, tmp_path, version):
     path = fmus[version].path
@@ -71,8 +72,9 @@ def test_no_checker_finds_anything(fmus, tmp_path, version):
     assert capability_findings(fmpy.extract(str(path), unzipdir=str(tmp_path / "fmu"))) == []
 
 
-@VERSIONS
-def test_the_bytes_are_the_same_again(fmus, synthetic_nut_map, tmp_path, version):
+@pytest.mark.slow
+def test_the_bytes_are_the_same_again(fmus, synthetic_nut_map, tmp_path):
+    version = 2
     again = build(synthetic_nut_map, version, tmp_path / "again.fmu")
     assert again.path.read_bytes() == fmus[version].path.read_bytes()
 
@@ -299,6 +301,7 @@ def test_threads_under_sanitizer(tmp_path, synthetic_nut_map):
     assert ": 0 differ" in run(program, 10, 500)
 
 
+@pytest.mark.slow
 def test_random_calls_leave_the_sanitizers_silent(tmp_path, synthetic_nut_map):
     program = sanitized(tmp_path, synthetic_nut_map, "walk", "-fsanitize=address,undefined")
     *never, summary = run(program, CALLS, env={"ASAN_OPTIONS": "detect_leaks=1"}).splitlines()
@@ -309,6 +312,7 @@ def test_random_calls_leave_the_sanitizers_silent(tmp_path, synthetic_nut_map):
     assert int(re.match(r"\d+ calls, (\d+) succeeded", summary)[1]) > CALLS // 2
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(len(compiler()) > 1, reason="sanitizers need a compiler of the system")
 @VERSIONS
 def test_a_host_with_damaged_states_under_sanitizers(version):

@@ -368,6 +368,7 @@ def test_no_getter_changes_what_a_state_holds(version):
         assert go_on(one) == first
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(len(compiler()) > 1, reason="sanitizers need a compiler of the system")
 @both_versions
 def test_a_host_under_sanitizers(version):

@@ -409,6 +409,7 @@ def check(version, sequence, counts):
         assert another.start(speed=20.0).go(1e-3) == fresh
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
 def test_any_sequence_is_answered_as_the_state_machine_says(version):
     counts = {"accepted": 0, "refused": 0}

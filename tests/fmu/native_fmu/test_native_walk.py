@@ -16,6 +16,7 @@ CANNOT = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_random_calls_leave_the_sanitizers_silent(tmp_path):
     try:
         program = sanitized_c_host(tmp_path, make_map(), "walk", "-fsanitize=address,undefined")
