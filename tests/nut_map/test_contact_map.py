@@ -22,7 +22,7 @@ from ballscrew_tehl.physics.kinematics import KINEMATICS, surface_speeds
 from ballscrew_tehl.physics.load import double_nut_loads, nut_loads, separation_load
 from ballscrew_tehl.refinement import direct
 from ballscrew_tehl.refinement.direct import LOAD_NODES, DirectFilm, direct_extremes
-from ballscrew_tehl.runtime.evaluate import DoubleNutState
+from ballscrew_tehl.runtime.nut_law import DoubleNutState
 
 RPM = math.pi / 30.0
 SCREW = GD4008.screw

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ballscrew_fmu.checks.replay import FmuInstance, replay
-from ballscrew_tehl.runtime.evaluate import DoubleNutState
+from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.standstill import presliding_step
 
 WARNING, DISCARD, ERROR = 1, 2, 3
