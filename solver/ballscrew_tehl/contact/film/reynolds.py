@@ -24,8 +24,8 @@ from . import kernels
 from .krylov import gmres
 
 TARGET_LOAD = 2.0 * np.pi / 3.0
-# "moved to": measured on five to nine contacts (rolling, circles, thick and thin films, a hot inlet, shear thinning). All
-# of them converge; their films change by less than 2e-4.
+# "moved to": measured on five to nine contacts (rolling, circles, thick and thin films, a hot inlet, shear thinning);
+# all converge, and their films change by less than 2e-4.
 #: deepest pressure of an iterate, as a share of its largest: bounds the negative load of cavitated nodes; the penalty
 #: that holds them is stiff in inverse proportion
 LEAST_PRESSURE = 1e-6
