@@ -241,7 +241,7 @@ MISTAKES = {
     ),
     "grade and another law": (
         graded(viscosity_law='"constant"'),
-        ["lubricant.viscosity_law = 'constant'", "beside iso_vg"],
+        ["lubricant.viscosity_law = 'constant'", "with iso_vg"],
     ),
     "density at 15 C without grade": (
         edited("density_kg_m3 = 970.0", "density_kg_m3 = 970.0\ndensity_15c_kg_m3 = 980"),
