@@ -81,7 +81,7 @@ static void compute(Model *model)
     model->solved = true;
 }
 
-static void compute_films(Model *model)
+static void compute_lambda_ratio(Model *model)
 {
     const double *at = model->latched;
     Conditions conditions;
@@ -144,7 +144,7 @@ double model_get(Model *model, int reference)
         model_indicators(model);
     } else if (variable->causality == CAUSALITY_OUTPUT && variable->needs == NEEDS_FILMS) {
         if (!model->films_known) {
-            compute_films(model);
+            compute_lambda_ratio(model);
         }
     } else if (variable->causality == CAUSALITY_OUTPUT) {
         compute(model);
@@ -177,7 +177,7 @@ void model_forget(Model *model)
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
 
 /* least distance of the latched point to where in_range ends, negative beyond; motion aside */
-static double margin(const Model *model)
+static double margin_of_estimate(const Model *model)
 {
     const Map *map = model->map;
     const double *at = model->latched;
@@ -209,7 +209,7 @@ void model_indicators(Model *model)
     compute(model);
     within = model->continuous && model->events_began ? model->in_range : model->clamped == 0U;
     out[IN_RANGE_INDICATOR] =
-        model->continuous ? margin(model) + (within ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS) : 0.0;
+        model->continuous ? margin_of_estimate(model) + (within ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS) : 0.0;
     out[MOTION_INDICATOR] =
         fabs(model->latched[SPEED]) - model->latched[SPEED_MIN] + (rests ? -SPEED_HYSTERESIS : SPEED_HYSTERESIS);
 }
