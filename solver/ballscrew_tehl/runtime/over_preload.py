@@ -151,4 +151,5 @@ def _along_log(axis: Axis, value: float, inside: bool) -> tuple[int, Weights, We
 
 def _duals(weights: Weights, slopes: Weights, columns: list[list[float]]) -> list[Dual]:
     """Each column of four neighbours under their weights, with the derivative."""
-    return [Dual(weighted(weights, column, 0), weighted(slopes, column, 0)) for column in columns]
+    (a, b, c, d), (da, db, dc, dd) = weights, slopes
+    return [Dual(a * p + b * q + c * r + d * s, da * p + db * q + dc * r + dd * s) for p, q, r, s in columns]
