@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Circular test of two equal servo axes: the quadrant glitch that the friction of the ball screw makes.
+"""Circular test of two equal servo axes: the quadrant glitch due to the friction of the ball screw.
 
     python examples/circular_test.py [--fmu dist/BallScrewFriction.fmu] [--plot circular_test.png]
 
-Any FMI 2.0 FMU of this project serves: --fmu dist/BallScrewFrictionNative_fmi2.fmu runs the native one.
+Any FMI 2.0 FMU of this project can be used: --fmu dist/BallScrewFrictionNative_fmi2.fmu runs the native one.
 
 The axis of servo_axis.py follows a sine, as each axis does on a circle without cutting. The second axis is the
 same a quarter turn later, so that one run gives the whole path; the first half turn, from rest, is left out.
@@ -11,17 +11,17 @@ Outward deviation of the path from the circle, over the angle from the reversal 
 
     deviation = -(error of the reversing axis in its direction outward) - (the same of the other axis)
 
-What comes out has the shape that circular tests of machine tools are known for, the quadrant glitch (caused by
-friction, its height a matter of friction parameters, radius and feed: Proc. JSME LEM21 2003, paper 519, whose
-abstract was read): a sharp outward peak just after each change of quadrant, which decays within some degrees.
-Why, in this model: at the reversal the friction torque swings by twice the Coulomb torque. To the loop that is
-nearly a step of disturbance; its answer rises within the time of the speed loop and decays with that of the
-position loop, exp(-position_gain t), so that in angle the tail is as long as feed / (radius position_gain).
+The result has the known shape of circular tests of machine tools, the quadrant glitch (caused by friction, its height
+depends on friction parameters, radius and feed: Proc. JSME LEM21 2003, paper 519, abstract): a sharp outward peak
+just after each change of quadrant, which decays within some degrees. Cause in this model: at the reversal the
+friction torque swings by twice the Coulomb torque. To the loop that is nearly a step of disturbance. Its response
+rises within the time of the speed loop and decays with that of the position loop, exp(-position_gain t), so that in
+angle the tail is as long as feed / (radius position_gain).
 With presliding the bristle springs back first, over a travel s of the table of about 10 um, and the torque
 follows the travel: the peak comes later, by less than the angle arccos(1 - s/radius) in which the table covers
-it. Its height hardly changes. Without presliding the regularised sign lets the torque fall before the reversal
-already, the more so the slower the feed: that is the law, not the screw. Neither backlash nor any other friction is
-in the model.
+it. Its height hardly changes. Without presliding the torque of the regularised sign falls already
+before the reversal, more so at slow feed: an effect of the law, not of the screw. The model has neither backlash nor
+other friction.
 """
 
 import sys
@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from fmu_command import run_with_fmu
+from fmu_command import plain, run_with_fmu
 from matplotlib.figure import Figure
 from servo_axis import FMU, STYLES, Axis, FrictionFmu, Run, circle, simulate
 
@@ -164,8 +164,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     feeds = ", ".join(f"{60.0 * f:g}" for f in result["feeds"])
     panel.set_title(f"Quadrant glitch at {feeds} m/min (dotted, solid, dashed)")
     panel.set(xlabel="angle past the reversal [deg]", ylabel="deviation outward [\u00b5m]", xlim=(-5.0, 40.0))
-    panel.grid(color="0.92", lw=0.8)
-    panel.spines[["top", "right"]].set_visible(False)
+    plain([panel])
     panel.legend(frameon=False)
     figure.savefig(path, dpi=110)
 

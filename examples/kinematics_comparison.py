@@ -1,25 +1,25 @@
 """One ball contact with the two kinematics: film, temperature, traction and heat of sliding over screw speed.
 
 `published` measures the surface speeds in the fixed frame: ball and raceway slide over each other at 0.6 (screw) and
-1.9 (nut) of the entrainment speed. `rolling_frame` travels with the ball: pure rolling, or with what slides in a groove
-all the same, spin and differential slip. Those leave the film as it is and make a hundredth of the heat of `published`
-or less. Their lines without slip are those of Coulomb friction, so that a little traction of the viscous film is left.
+1.9 (nut) of the entrainment speed. `rolling_frame` moves with the ball: pure rolling, or with the sliding that remains
+in a groove, spin and differential slip. These do not change the film and give a hundredth of the heat of `published`
+or less. Their lines without slip are those of Coulomb friction, so that a small traction of the viscous film remains.
 Ball load and inlet temperature are fixed, surfaces smooth; the oil is Newtonian, as that of the paper. The rise of pure
-rolling is that of compression, largest in the narrow pressure spike: at high speed it hangs on the grid.
+rolling is due to compression, largest in the narrow pressure spike: at high speed it depends on the grid.
 """
 
 from __future__ import annotations
 
-import argparse
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from fmu_command import run_and_plot
 
 from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, ball_contact
 from ballscrew_tehl.contact.solve import solve_contact
 from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
 LOAD, TEMPERATURE = 40.0, 303.0  # N, K
@@ -53,7 +53,7 @@ def main(speeds: Sequence[float] = SPEEDS) -> dict[str, np.ndarray]:
         variant = changed(parameters, friction={"kinematics": kinematics})
         for raceway in RACEWAYS:
             for rpm in speeds:
-                conditions = ball_contact(variant, raceway, LOAD, rpm * math.pi / 30.0, TEMPERATURE, slip)
+                conditions = ball_contact(variant, raceway, LOAD, rpm * RPM, TEMPERATURE, slip)
                 s = solve_contact(conditions, variant.lubricant, variant.solid)
                 if not s.converged:
                     raise UnconvergedContactError(f"{kinematics}, {raceway}, {rpm:g} r/min: {s.reason}")
@@ -89,7 +89,7 @@ def plot(result: dict[str, np.ndarray], path: Path) -> None:
     for axes, (key, title) in zip(panels.flat, PANELS.items(), strict=True):
         values = np.abs(result[key]) * (1e9 if key == "film" else 1.0)
         for i, (case, marker) in enumerate(zip(CASES, "os^", strict=True)):
-            # pure rolling lies under the slip that hardly changes it
+            # the line of pure rolling is under the one with slip, nearly equal
             wide = case == "rolling"
             if wide and key in ("traction", "heat"):
                 axes.text(0.04, 0.45, "pure rolling: none", color="C1", transform=axes.transAxes)
@@ -115,11 +115,4 @@ def plot(result: dict[str, np.ndarray], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--plot", type=Path, default=Path("kinematics_comparison.png"), metavar="FILE.png")
-    path = parser.parse_args().plot
-    found = main()
-    print(report(found))
-    plot(found, path)
+    run_and_plot(__file__, __doc__, main, report, plot)

@@ -1,23 +1,23 @@
 #!/usr/bin/env python3
-"""The native FMU in model exchange with a rotor, in CVode: reversals with the bristle, beside co-simulation.
+"""The native FMU in model exchange with a rotor, in CVode: reversals with the bristle, compared with co-simulation.
 
     python examples/model_exchange.py [--fmu dist/BallScrewFrictionNative_fmi2.fmu] [--plot model_exchange.png]
 
 States: speed and angle of a rotor, J dw/dt = amplitude sin(2 pi f t) - friction_torque, and the deflection of the
-bristle, which the FMU has as its continuous state. fmpy's CVode solver gets callbacks of this file, which set
-time, speed and deflection before each evaluation. (fmpy.simulate_fmu would not do: it sets continuous inputs at
-communication points and in the root function, not in the right-hand side of CVode. There an input that
-changes between must come as input events.)
+bristle, the continuous state of the FMU. fmpy's CVode solver calls functions of this file, which set
+time, speed and deflection before each evaluation. (fmpy.simulate_fmu is not suitable: it sets continuous inputs at
+communication points and in the root function, not in the right-hand side of CVode. An input that changes
+in between would need input events.)
 
-Events. The FMU has two indicators: in_range, and the mode of the bristle, which follows the motion until it
-carries 99.9 % of the Coulomb torque, then slips, and follows again when the speed turns. At a root the FMU is put into
-event mode, asked for new discrete states until it wants no more, and the solver starts anew. Each
-reversal out of slipping gives one event to follow, and one to slip again.
+Events. The FMU has two indicators: in_range, and the mode of the bristle, which follows the motion up to
+99.9 % of the Coulomb torque, then slips, and follows again when the speed reverses. At a root the FMU enters event
+mode, newDiscreteStates is called until no more are needed, and the solver restarts. Each reversal while slipping
+gives one event to follow, and one to slip again.
 
-Co-simulation, friction first, comes near with the first order of explicit coupling, but not to the last digit: where
-model exchange jumps from 99.9 % of the Coulomb torque to all of it, the bristle of co-simulation creeps there. The
-missing impulse makes up to 0.001 T_C (0.3 T_C/s0) / (w J) = 2e-4 rad/s at the first slip, which begins at the least
-speed w; with steps of 15 us 2e-4 to 3e-4 rad/s are left. presliding_damping, there for explicit coupling, is 0.
+Co-simulation, friction first, converges with the first order of explicit coupling, but not to the last digit: where
+model exchange jumps from 99.9 % to 100 % of the Coulomb torque, the bristle of co-simulation creeps. The
+missing impulse is up to 0.001 T_C (0.3 T_C/s0) / (w J) = 2e-4 rad/s at the first slip, which begins at the least
+speed w; with steps of 15 us 2e-4 to 3e-4 rad/s remain. presliding_damping, needed for explicit coupling only, is 0.
 """
 
 import ctypes
@@ -31,7 +31,7 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Model
 from fmpy.sundials import CVodeSolver
-from fmu_command import run_with_fmu
+from fmu_command import plain, run_with_fmu
 from matplotlib.figure import Figure
 
 from ballscrew_fmu.checks.replay import FmuInstance
@@ -71,7 +71,7 @@ class FrictionModel:
         self.settle()
 
     def settle(self) -> None:
-        """Out of event mode, in which it is, when no new discrete states are needed."""
+        """From event mode to continuous-time mode when no new discrete states are needed."""
         needed = True
         while needed:
             needed, *_ = self.model.newDiscreteStates()
@@ -148,7 +148,7 @@ def model_exchange(fmu: Path | str, tolerance: float = 1e-8) -> tuple[np.ndarray
                 if found:
                     kind = "range"
                     if roots[1]:
-                        # before the event: a bristle that slips keeps its deflection
+                        # before the event: a slipping bristle has constant deflection
                         kind = "slip" if friction.follows() else "stick"
                     friction.model.enterEventMode()
                     friction.settle()
@@ -230,9 +230,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     error.set_title(f"Co-simulation: order {result['order']:.2f}")
     speed.legend(frameon=False, fontsize=9, loc="upper right", ncols=2)
     torque.legend(frameon=False, fontsize=9, loc="center right")
-    for panel in (speed, torque, error):
-        panel.grid(color="0.92", lw=0.8)
-        panel.spines[["top", "right"]].set_visible(False)
+    plain((speed, torque, error))
     figure.savefig(path, dpi=110)
 
 

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Preload of a ball screw monitored over its life from motor torque, speed and temperature.
+"""Preload of a ball screw over its life, monitored by motor torque, speed and temperature.
 
     python examples/preload_monitoring.py [--plot preload_monitoring.png] [--fmu dist/BallScrewPreloadMonitor.fmu]
 
 Once per shift a batch of measurements is taken while the axis moves without load. Synthetic here: torque of
 the packaged map at a random speed and temperature, then 2 % noise (standard deviation) on torque, on speed and
 on the temperature in degrees Celsius, all independent. With real measurements the map must be calibrated
-(`python -m ballscrew_tehl calibrate`), and what it leaves is a systematic error that no interval here covers.
+(`python -m ballscrew_tehl calibrate`), and its remaining error is systematic and not part of the intervals here.
 
 Preload of a batch: that at which the mean torque of the map over the batch equals the mean measured torque
 (torque.preload_from_torque). Its interval by the delta method: with s the scatter of the relative residuals
@@ -15,22 +15,21 @@ s^2 sum(T_i^2)/m^2, and preload that over (d mean torque / d preload)^2, from th
 all three channels, so the interval does too; student t with the degrees of freedom of s.
 
 With --fmu the measurements of a wearing life go one by one through the FMU BallScrewPreloadMonitor as well, as in a
-controller, and the preload of a batch is the mean of what it answers.
+controller, and the preload of a batch is the mean of its outputs.
 
 Alarm: one-sided CUSUM, S = max(0, S - z - k), z = (preload - reference)/its standard deviation, alarm at
 S > h. With independent normal z and S = 0 at the start the mean number of batches to a false alarm is about
 (exp(2 k b) - 2 k b - 1)/(2 k^2), b = h + 1.166 (Siegmund, Sequential Analysis, 1985), 19,000 at k = 0.5 and
-h = 8; a loss of d standard deviations is found after about (h + 1.166)/(d - k) batches. z includes the error of
+h = 8; a loss of d standard deviations is detected after about (h + 1.166)/(d - k) batches. z includes the error of
 the reference, which all batches share: it shifts z, so the reference takes many batches.
 """
 
-import argparse
 import sys
-import zipfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from fmu_command import Parser, no_fmu, plain
 from matplotlib.figure import Figure
 from scipy.stats import t as student
 
@@ -38,18 +37,18 @@ from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_tehl.friction.torque import preload_from_torque
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 NOISE = 0.02
-KELVIN = 273.15
 SIZE = 25  # measurements of a batch
-REFERENCE = 100  # batches that set the reference
+REFERENCE = 100  # batches of the reference
 SLACK, LIMIT = 0.5, 8.0  # k, h
 BRACKET = (200.0, 10000.0)  # [N]
 
 
 class Batch(NamedTuple):
-    """What was measured; arrays."""
+    """Measured values; arrays."""
 
     torque: np.ndarray  # [N m]
     speed: np.ndarray  # [rad/s]
@@ -65,16 +64,16 @@ class Estimate(NamedTuple):
 
 def map_torque(screw: NutMap, preload: Any, speed: Any, temperature: Any) -> np.ndarray:
     state = screw.evaluate(preload, speed, temperature)
-    return state.viscous_torque + state.hysteresis_torque + state.sliding_torque
+    return state.friction_torque
 
 
 def measure(screw: NutMap, preload: float, random: np.random.Generator, size: int = SIZE) -> Batch:
     """A batch at 100 to 2000 r/min and 20 to 45 C."""
-    speed = random.uniform(100.0, 2000.0, size) * np.pi / 30.0
+    speed = random.uniform(100.0, 2000.0, size) * RPM
     celsius = random.uniform(20.0, 45.0, size)
-    torque = map_torque(screw, preload, speed, celsius + KELVIN)
+    torque = map_torque(screw, preload, speed, celsius + CELSIUS)
     noisy = [column * (1.0 + NOISE * random.standard_normal(size)) for column in (torque, speed, celsius)]
-    return Batch(noisy[0], noisy[1], noisy[2] + KELVIN)
+    return Batch(noisy[0], noisy[1], noisy[2] + CELSIUS)
 
 
 def preload_of(screw: NutMap, batch: Batch) -> float:
@@ -124,7 +123,7 @@ def false_alarm_length(slack: float = SLACK, limit: float = LIMIT) -> float:
 
 
 class Reference(NamedTuple):
-    """What the first batches of a life say."""
+    """Reference from the first batches of a life."""
 
     preload: float  # [N]
     deviation: float  # [N] of that mean
@@ -160,7 +159,7 @@ def wearing(batches: int = 150, preload: float = 2000.0, healthy: int = 50, lost
 def main(screw: NutMap | None = None, lives: int = 8, seed: int = 1) -> dict[str, Any]:
     """Lives with and without loss of preload.
 
-    Returns      coverage: share of the 95 % intervals that hold the true preload; half_width_percent;
+    Returns      coverage: share of the 95 % intervals that contain the true preload; half_width_percent;
                  detected: share of wearing lives with an alarm after the loss began; loss_at_alarm_percent: median;
                  false_alarms: over `healthy_batches`; false_alarm_length: of the formula; shown: one wearing life
     """
@@ -195,7 +194,7 @@ def main(screw: NutMap | None = None, lives: int = 8, seed: int = 1) -> dict[str
 
 
 class Streamed(NamedTuple):
-    """What the FMU says of a batch."""
+    """Result of the FMU for a batch."""
 
     preload: float  # [N] mean over the measurements in range
     deviation: float  # [N] of that mean, from the noise of torque alone
@@ -207,24 +206,26 @@ def streamed(fmu: Any, batches: list[Batch], period: float = 1.0) -> list[Stream
     found = []
     with FmuInstance(fmu) as monitor:
         for batch in batches:
-            told = []
+            values = []
             for torque, speed, temperature in zip(*batch, strict=True):
                 inputs = {"torque": torque, "speed": speed, "temperature": temperature}
                 monitor.step(period, **inputs, torque_uncertainty=NOISE * abs(torque))
                 if monitor.get("in_range"):
-                    told.append(monitor.get("preload", "preload_half_width"))
-            preload, deviation = np.array(told).T
+                    values.append(monitor.get("preload", "preload_half_width"))
+            preload, deviation = np.array(values).T
             found.append(
-                Streamed(float(preload.mean()), float(np.sqrt(np.sum(deviation**2))) / len(told), len(told))
+                Streamed(
+                    float(preload.mean()), float(np.sqrt(np.sum(deviation**2))) / len(values), len(values)
+                )
             )
     return found
 
 
-def beside_the_fmu(fmu: Any, screw: NutMap | None = None, seed: int = 1) -> dict[str, float]:
+def compared_with_fmu(fmu: Any, screw: NutMap | None = None, seed: int = 1) -> dict[str, float]:
     """A wearing life by the mean torque of each batch and by the FMU.
 
     Returns      difference_percent: root mean square of their difference over the preload; deviation_percent: of a
-                 batch by the FMU from the true preload, root mean square; stated_percent: what its half-widths say
+                 batch by the FMU from the true preload, root mean square; stated_percent: by its half-widths
     """
     screw = screw or load_map(None, load_parameters())
     random = np.random.default_rng(seed)
@@ -265,27 +266,24 @@ def plot(result: dict[str, Any], path: Any) -> None:
     preload.set(ylabel="preload [N]", title="Preload from torque, speed, temperature with 2 % noise")
     level.set(ylabel="CUSUM", xlabel="batch of 25 measurements", ylim=(0.0, 6.0 * LIMIT))
     preload.legend(frameon=False, loc="lower left")
-    for panel in panels:
-        panel.grid(color="0.92", lw=0.8)
-        panel.spines[["top", "right"]].set_visible(False)
+    plain(panels)
     figure.savefig(path, dpi=110)
 
 
 def command_line(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = Parser(__file__, __doc__)
     parser.add_argument("--plot", metavar="FILE.png", help="draw one life to this file")
     parser.add_argument(
         "--fmu", type=Path, help="BallScrewPreloadMonitor, FMI 2.0: run a life through it as well"
     )
     options = parser.parse_args(arguments)
-    if options.fmu and not zipfile.is_zipfile(options.fmu):
-        print(f"preload_monitoring.py: {options.fmu} is no FMU; run build_fmu.py first", file=sys.stderr)
-        return 2
+    if options.fmu and (problem := no_fmu(options.fmu)):
+        return parser.complain(problem)
     result = main()
     print(table(result))
     if options.fmu:
         print("\nBallScrewPreloadMonitor, a wearing life")
-        print(table(beside_the_fmu(options.fmu)))
+        print(table(compared_with_fmu(options.fmu)))
     if options.plot:
         plot(result, options.plot)
     return 0

@@ -4,28 +4,27 @@
     python examples/servo_axis.py [--fmu dist/BallScrewFriction.fmu] [--plot servo_axis.png]
 
 A 300 kg table on the screw GD4008-3: current loop, speed loop (PI), position loop (P) with velocity
-feedforward, two masses joined by the axial stiffness of the drive. Two motions, each with and without
+feedforward, two masses connected by the axial stiffness of the drive. Two motions, each with and without
 friction and with the same controller: a jerk-limited positioning move, and one axis of a milled circle, whose
-reversal shows the quadrant error. The guide has no dry friction, so every quadrant error is the screw's.
+reversal shows the quadrant error. The guide has no dry friction, so the quadrant error is due to the screw only.
 
 Coupling. The FMU and the axis exchange values every `step`, friction first: the FMU steps with the speed at
 the start of the step, and its torque, that at the end of its step, acts on the axis over the same step. Such
-an explicit coupling can feed energy into the axis even though each side is passive. With a = step^2 s0/J and
+an explicit coupling can add energy to the axis although both sides are passive. With a = step^2 s0/J and
 b = step s1/J (s0, s1: presliding stiffness and damping, J: inertia that feels the torque) it is stable for
 a < 4 - 2b; here a = 0.0005, b = 0.005. The regularised sign needs step < 2 J w_s/T_C = 1.5 ms for
-w_s = 0.1 rad/s. A master that steps both sides with old values needs a < b (1 - b).
+w_s = 0.1 rad/s. A master that steps both sides with the values of the last step needs a < b (1 - b).
 """
 
-import argparse
 import sys
-import zipfile
 from pathlib import Path
 from shutil import rmtree
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
+from fmu_command import plain, run_with_fmu
 from matplotlib.figure import Figure
 from servo_drive import Axis, Drive, on_circle
 
@@ -51,9 +50,9 @@ class Motion(NamedTuple):
 def positioning(
     axis: Axis, distance=0.2, velocity=0.25, acceleration=1.5, jerk=15.0, dwell=0.25
 ) -> tuple[Motion, float]:
-    """Jerk-limited move over a distance [m], and the time when its reference stands still again [s].
+    """Jerk-limited move over a distance [m], and the time when its reference is at rest again [s].
 
-    Reaches velocity [m/s] and acceleration [m/s2] with jerk [m/s3]; dwell [s] is there to watch it settle.
+    Reaches velocity [m/s] and acceleration [m/s2] with jerk [m/s3]; dwell [s] is the time to settle.
     """
     t_j, t_a = acceleration / jerk, velocity / acceleration
     cruise = distance / velocity - t_a - t_j
@@ -85,7 +84,7 @@ def circle(axis: Axis, radius=10e-3, feed=0.02, cutting_force=300.0, after=0.5) 
 
 
 class FrictionFmu:
-    """One instance of the FMU; use it in a `with` block, so that it is freed in any case.
+    """One instance of the FMU; use it in a `with` block, which frees it in any case.
 
     Raises       ValueError: an FMU without these variables
     """
@@ -111,7 +110,7 @@ class FrictionFmu:
             unzipDirectory=self._folder,
             instanceName="screw",
         )
-        self._slave.instantiate(loggingOn=True)  # else the FMU does not say why it refuses a step
+        self._slave.instantiate(loggingOn=True)  # the log has the reason of a rejected step
         self._slave.setupExperiment(startTime=0.0)
         self._slave.setReal(self._inputs, [axis.preload, 0.0, axis.oil_temperature, 0.0])
         if presliding:
@@ -121,7 +120,7 @@ class FrictionFmu:
         self._slave.exitInitializationMode()
 
     def advance(self, axis: Axis, speed: float, axial_load: float) -> tuple[float, float, bool]:
-        """One step: friction torque [N m] and heat flow [W] at its end, and whether the map covers it."""
+        """One step: friction torque [N m] and heat flow [W] at its end, and whether it is within the map."""
         self._slave.setReal(self._inputs, [axis.preload, speed, axis.oil_temperature, axial_load])
         self._slave.doStep(currentCommunicationPoint=self._time, communicationStepSize=axis.step)
         self._time += axis.step
@@ -138,7 +137,7 @@ class FrictionFmu:
 
 
 class Run(NamedTuple):
-    """What happened; state and error at the start of each step, friction held over the step. SI units."""
+    """Time series; state and error at the start of each step, friction held over the step. SI units."""
 
     motion: Motion
     error: np.ndarray  # reference - table position
@@ -177,7 +176,7 @@ def simulate(axis: Axis, motion: Motion, friction: FrictionFmu | None = None, pa
 
 
 def energies(axis: Axis, run: Run) -> dict[str, float]:
-    """Work of the motor and where it went [J], from rest to the last row; friction as the axis felt it."""
+    """Work of the motor and its parts [J], from rest to the last row; friction as it acts on the axis."""
     h, r = axis.step, axis.ratio
     turns = np.diff(run.angle)
     stretch = r * run.angle[-1] - run.position[-1]
@@ -215,8 +214,8 @@ def main(fmu: Path | str = FMU, axis: Axis | None = None) -> dict[str, Any]:
     """All five runs.
 
     Returns      numbers by name, with unit, for the runs `with` and `without` friction and `presliding`
-                 (friction with the bristle); under `axis`, `runs`, `move_end_s` and `reversal_s` what plot()
-                 and a reader of the time series need
+                 (friction with the bristle); under `axis`, `runs`, `move_end_s` and `reversal_s` the
+                 time series and what plot() needs
     """
     axis = axis or Axis()
     move, move_end = positioning(axis)
@@ -261,10 +260,8 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     """Draw the result of main() to a picture file: the move on the left, the reversal on the right."""
     figure = Figure(figsize=(12.0, 8.4), layout="constrained")
     panels = figure.subplots(3, 2)
-    for panel in panels.flat:
-        panel.grid(color="0.92", lw=0.8)
-        panel.spines[["top", "right"]].set_visible(False)
-    figure.suptitle("Servo axis: what the friction of the ball screw does to it", fontsize=15)
+    plain(panels.flat)
+    figure.suptitle("Servo axis: effect of the friction of the ball screw", fontsize=15)
     draw_move(panels[:, 0], result)
     draw_reversal(panels[:, 1], result)
     figure.savefig(path, dpi=130)
@@ -327,34 +324,8 @@ def draw_reversal(panels: Any, result: dict[str, Any]) -> None:
     loop.legend(frameon=False, loc="center left")
 
 
-class Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"servo_axis.py: {message} (see --help)\n")
-
-
 def command_line(arguments: list[str] | None = None) -> int:
-    parser = Parser(prog="servo_axis.py", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--fmu", type=Path, default=FMU, help="the FMU; default: %(default)s")
-    parser.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the result to this file")
-    options = parser.parse_args(arguments)
-    if not zipfile.is_zipfile(options.fmu):
-        problem = "is no FMU" if options.fmu.exists() else "not found"
-        return complain(f"{options.fmu} {problem}; run build_fmu.py first, or name an FMU with --fmu")
-    try:
-        result = main(options.fmu)
-        print(table(result))
-        if not result["in_range"]:
-            print("the map of the FMU does not cover every step: inputs were clamped", file=sys.stderr)
-        if options.plot:
-            plot(result, options.plot)
-    except (OSError, ValueError) as error:
-        return complain(str(error))
-    return 0
-
-
-def complain(message: str) -> int:
-    print(f"servo_axis.py: {message}", file=sys.stderr)
-    return 2
+    return run_with_fmu(arguments, __file__, __doc__, FMU, main, table, plot)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Packs servo_axis_slave.py as ServoAxis.fmu: FMI 2.0 co-simulation for Python hosts, same input, same bytes.
 
-pythonfmu builds it; units, dependencies and initial unknowns, which pythonfmu 0.7 leaves out, are added. All
-modules of the project get names that carry the hash of their content, since the pythonfmu FMUs of a process share
+pythonfmu builds it; units, dependencies and initial unknowns, which pythonfmu 0.7 omits, are added. All
+modules of the project get names with the hash of their content, since the pythonfmu FMUs of a process share
 one interpreter.
 """
 
@@ -61,7 +61,7 @@ def _sources() -> dict[str, str]:
 
 
 def _renamed(sources: Mapping[str, str]) -> dict[str, str]:
-    """Files of the FMU by name: modules and their imports of each other marked by the content."""
+    """Files of the FMU by name: modules and their imports of each other with the hash of the content in their names."""
     mark = hashlib.sha256("".join(sources.values()).encode()).hexdigest()[:12]
     imports = {
         "servo_drive": f"_servo_drive_{mark}",
@@ -76,9 +76,9 @@ def _renamed(sources: Mapping[str, str]) -> dict[str, str]:
 
 
 def _completed(xml: bytes, guid: str, step: float) -> bytes:
-    """modelDescription.xml with units, descriptions, dependencies and a guid that follows from the content.
+    """modelDescription.xml with units, descriptions, dependencies and a guid computed from the content.
 
-    At the start only the rest is known: no output depends on anything. The outputs of a step belong to its end
+    At the start the axis is at rest: no output depends on anything. The outputs of a step belong to its end
     and depend on the torque that was held over it, not on that of the same instant.
     """
     root = ElementTree.fromstring(xml)

@@ -1,7 +1,7 @@
-"""The axis of servo_axis.py, all but its friction, as a pythonfmu slave: friction torque in, speed and axial load out.
+"""The axis of servo_axis.py without its friction as a pythonfmu slave: friction torque in, speed and axial load out.
 
 One axis of a milled circle from a reversal at time 0. Each communication step is one cycle of the controller, so
-that only steps of this length are accepted. servo_axis_fmu.py packs this file, under names of its own.
+that only steps of this length are accepted. servo_axis_fmu.py packs this file under another name.
 """
 
 import json
@@ -35,7 +35,7 @@ STEP_TOLERANCE = 1e-9  # relative: rounding of importers that count in nanosecon
 
 
 class ServoAxis(Fmi2Slave):
-    """A wrong step or value is refused with a message; after it nothing has changed."""
+    """A wrong step or value is rejected with a message and changes nothing."""
 
     description = (
         "Servo axis on a circle, without friction of its screw: P-PI cascade, current loop, two masses"

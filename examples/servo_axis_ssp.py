@@ -1,35 +1,35 @@
 #!/usr/bin/env python3
-"""The servo axis of servo_axis.py as an SSP archive, run by fmpy, libcosim and ecos, beside the scripted loop.
+"""The servo axis of servo_axis.py as an SSP archive, run by fmpy, libcosim and ecos, compared with the scripted loop.
 
     python examples/servo_axis_ssp.py [--fmu dist/BallScrewFrictionNative_fmi2.fmu] [--output dist/servo_axis.ssp]
                                       [--plot servo_axis_ssp.png]
 
-The archive (SSP 1.0) holds the native friction FMU, the axis as a second FMU (ServoAxis.fmu, made by pythonfmu from
-the equations that servo_axis.py uses too), their connections with units, and two parameter files: screw.ssv with
+The archive (SSP 1.0) contains the native friction FMU, the axis as a second FMU (ServoAxis.fmu, made by pythonfmu from
+the equations of servo_axis.py), their connections with units, and two parameter files: screw.ssv with
 preload, temperature and the bristle for presliding, axis.ssv with the circle. It is checked against the schemas of
-the standard and against the FMUs before it is run. fmpy is always there; libcosim and ecos run it where they are
+the standard and against the FMUs before it is run. fmpy is always installed. libcosim and ecos run it if they are
 installed (python -m pip install -e '.[importers]').
 
 Coupling. All three step both FMUs with the values of the last communication point. servo_axis.py steps the friction
 first, so that its torque acts one step (125 us) earlier. That is the whole difference: the same script with
-`parallel` agrees with all of them to the rounding of their clocks. What the order changes is of the first order in
-the step: 33 nm at most, of a quadrant error of 7.9 um. Stable for a < b (1 - b), here 0.0005 < 0.005 (a, b: head of
+`parallel` agrees with all of them to the rounding of their clocks. The effect of the order is of first order in the
+step: 33 nm at most, of a quadrant error of 7.9 um. Stable for a < b (1 - b), here 0.0005 < 0.005 (a, b: head of
 servo_axis.py).
 """
 
-import argparse
 import ctypes
 import sys
 import tempfile
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 import fmpy
 import numpy as np
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd
+from fmu_command import Parser, no_fmu, plain
 from matplotlib.figure import Figure
 from rich.console import Console
 from servo_axis import Axis, FrictionFmu, Run, circle, reversal_spike, simulate
@@ -66,13 +66,13 @@ Series = dict[str, np.ndarray]  # OBSERVED and IN_RANGE at the ends of the steps
 
 
 class MasterError(RuntimeError):
-    """A master does not run the archive; one line."""
+    """A master cannot run the archive; one line."""
 
 
 def write_ssp(path: Path | str, friction_fmu: Path | str, axis: Axis, stop_time: float) -> Path:
     """The archive.
 
-    Raises       ValueError: not the FMU that it needs, an axis that is unstable in these masters, or the archive
+    Raises       ValueError: not the right FMU, an axis that is unstable in these masters, or the archive
                  has findings;  OSError: cannot be written
     """
     a, b = axis.coupling
@@ -205,7 +205,7 @@ def main(
     axis: Axis | None = None,
     masters: Sequence[str] = tuple(MASTERS),
 ) -> dict[str, Any]:
-    """Write the archive, run it in all masters that are there and the script in both orders.
+    """Write the archive, run it in all installed masters and the script in both orders.
 
     Parameters   ssp : archive to write;  masters : names of MASTERS
     Returns      `series` by master; `missing`: reason by master; `sequential`, `parallel`: scripted runs with
@@ -267,7 +267,7 @@ def table(result: dict[str, Any]) -> str:
 
 
 def plot(result: dict[str, Any], path: Path | str) -> None:
-    """Draw the result of main() to a picture file: around the reversal, the error and what the order changes."""
+    """Draw the result of main() to a picture file: around the reversal, the error and the effect of the order."""
     run, reversal = result["sequential"], result["reversal_s"]
     near = np.flatnonzero(np.abs(run.motion.time - reversal) <= 0.06)
     time = 1e3 * (run.motion.time[near] - reversal)
@@ -288,51 +288,36 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     rounding.set(
         ylabel="from the script, both\nat once [nm]", xlabel="time from the reversal of the reference [ms]"
     )
-    for panel in (error, change, rounding):
-        panel.grid(color="0.92", lw=0.8)
-        panel.spines[["top", "right"]].set_visible(False)
-        panel.set_xlim(-60.0, 60.0)
+    plain((error, change, rounding))
+    rounding.set_xlim(-60.0, 60.0)
     error.legend(frameon=False, loc="lower left")
     change.legend(frameon=False, loc="upper left")
     figure.savefig(path, dpi=130)
 
 
-class Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"servo_axis_ssp.py: {message} (see --help)\n")
-
-
 def command_line(arguments: list[str] | None = None) -> int:
-    parser = Parser(
-        prog="servo_axis_ssp.py", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = Parser(__file__, __doc__)
     parser.add_argument("--fmu", type=Path, default=FMU, help="the friction FMU; default: %(default)s")
     parser.add_argument("--output", type=Path, default=SSP, help="the archive to write; default: %(default)s")
     parser.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the result to this file")
     options = parser.parse_args(arguments)
-    if not zipfile.is_zipfile(options.fmu):
-        problem = "is no FMU" if options.fmu.exists() else "not found"
-        return complain(f"{options.fmu} {problem}; run build_fmu.py first, or name an FMU with --fmu")
+    if problem := no_fmu(options.fmu):
+        return parser.complain(problem)
     try:
         result = main(options.fmu, options.output)
         print(table(result))
         print(f"{options.output}  {options.output.stat().st_size / 1024:.0f} kB, no finding")
         for reason in result["missing"].values():
-            print(f"left out: {reason}", file=sys.stderr)
+            print(f"not run: {reason}", file=sys.stderr)
         if options.plot:
             plot(result, options.plot)
     except OSError as error:
-        return complain(
+        return parser.complain(
             f"{error.filename or options.output}: {error.strerror or error}; needs a path that can be written"
         )
     except (ValueError, MasterError) as error:
-        return complain(str(error))
+        return parser.complain(str(error))
     return 0
-
-
-def complain(message: str) -> int:
-    print(f"servo_axis_ssp.py: {' '.join(message.split())}", file=sys.stderr)
-    return 2
 
 
 if __name__ == "__main__":

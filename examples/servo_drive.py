@@ -1,6 +1,6 @@
-"""The servo axis of servo_axis.py without its friction: mechanics, motor, controller, one step after the other.
+"""The servo axis of servo_axis.py without its friction: mechanics, motor, controller, step by step.
 
-Knows numpy and scipy only, so that it can travel in an FMU (servo_axis_ssp.py).
+Imports numpy and scipy only, because an FMU contains it (servo_axis_ssp.py).
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 @dataclass(frozen=True)
 class Axis:
-    """Mechanics, motor, controller and friction inputs; what a machine of this size has. SI units."""
+    """Mechanics, motor, controller and friction inputs; usual values of a machine of this size. SI units."""
 
     # mechanics
     lead: float = 8e-3  # [m] per turn
@@ -50,12 +50,12 @@ class Axis:
 
     @property
     def inertia(self) -> float:
-        """Motor and screw [kg m2]; above the resonance of the table only they feel the friction."""
+        """Motor and screw [kg m2]; above the resonance of the table the friction acts on these only."""
         return self.motor_inertia + self.screw_inertia
 
     @property
     def coupling(self) -> tuple[float, float]:
-        """Groups a, b that decide whether the coupling with the bristle is stable (head of this file)."""
+        """Groups a, b of the stability of the coupling with the bristle (docstring of servo_axis.py)."""
         h = self.step
         return h**2 * self.presliding_stiffness / self.inertia, h * self.presliding_damping / self.inertia
 
@@ -106,7 +106,7 @@ class Drive:
 
     @property
     def axial_load(self) -> float:
-        """Of the table, which pushes back on the nut that drives it; positive loads the nut at the flange."""
+        """Force of the table on the nut; positive loads the nut at the flange."""
         axis, r = self._axis, self._axis.ratio
         spring = axis.axial_stiffness * (self.position - r * self.angle)
         return spring + axis.axial_damping * (self.velocity - r * self.speed)

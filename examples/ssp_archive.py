@@ -1,8 +1,8 @@
 """Writes FMUs, their connections and parameter files as one archive after SSP 1.0, and checks such an archive.
 
 SSP: System Structure and Parameterization 1.0, Modelica Association 2019. Units, kinds and types of all connectors come
-from the descriptions of the FMUs. Nothing is written into the archive that its importers are known not to read: no
-connectors of the system itself (ecos 0.7 refuses them), parameters bound to the components, one file for each.
+from the descriptions of the FMUs. The archive has only what its importers read: no
+connectors of the system itself (rejected by ecos 0.7), parameters bound to the components, one file for each.
 """
 
 import zipfile
@@ -89,7 +89,7 @@ def write_archive(
     _units(_sub(root, "ssd", "Units"), used, described.values())
     _sub(root, "ssd", "DefaultExperiment", startTime="0.0", stopTime=repr(stop_time))
     files["SystemStructure.ssd"] = _text(root)
-    write_fmu(path, files)  # a zip all the same
+    write_fmu(path, files)  # also a zip
     return Path(path)
 
 
@@ -156,8 +156,8 @@ def _parameter_file(part: Component, described: Mapping[str, Any], parameter_set
 
 
 def bound_parameters(path: Path | str) -> ParameterSet:
-    """Values of all parameter files of an archive as one set, each name behind that of its component: fmpy's
-    simulate_ssp takes such a set and does not look at the bindings itself."""
+    """Values of all parameter files of an archive as one set, each name after that of its component: fmpy's
+    simulate_ssp takes such a set and does not read the bindings itself."""
     joined = ParameterSet(name=None)
     for component in read_ssd(str(path)).system.elements:
         for binding in component.parameterBindings:
@@ -169,9 +169,9 @@ def bound_parameters(path: Path | str) -> ParameterSet:
 
 
 def findings(path: Path | str) -> list[str]:
-    """What is wrong with an archive: schema of all its files, connectors, units and values against the FMUs.
+    """Errors of an archive: schema of all its files, connectors, units and values against the FMUs.
 
-    Raises       Exception: as fmpy says it, where a file does not follow its schema
+    Raises       Exception: of fmpy, if a file does not follow its schema
     """
     structure = read_ssd(str(path))  # checks .ssd and .ssv against the schemas of SSP 1.0
     with zipfile.ZipFile(path) as archive:

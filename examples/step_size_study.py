@@ -19,7 +19,7 @@ Stability in the elastic range of the bristle (stiffness s0, damping s1), with a
     parallel    a < b (1 - b)       sequential  a < 4 - 2 b (b <= 1)
 
 They are the conditions under which all roots of the recursion of one step lie inside the unit circle; main()
-finds the border by bisection with the FMU itself, from a nudge far too small to slide.
+finds the limit by bisection with the FMU itself, from an initial speed far too small to slide.
 """
 
 import sys
@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmu_command import run_with_fmu
+from fmu_command import plain, run_with_fmu
 from matplotlib.figure import Figure
 
 from ballscrew_fmu.checks.replay import FmuInstance
@@ -104,7 +104,7 @@ def order(steps: tuple[float, ...], error: np.ndarray) -> float:
 
 
 def grows(fmu: Path | str, a: float, b: float, master: str) -> bool:
-    """Whether a nudge of the rotor grows; the bristle stays elastic. Preload so that it can."""
+    """Whether a small initial speed of the rotor grows while the bristle is elastic."""
     h = 1e-3
     law = {"presliding_stiffness": a * INERTIA / h**2, "presliding_damping": b * INERTIA / h}
     with Pair(fmu, law) as pair:
@@ -113,7 +113,7 @@ def grows(fmu: Path | str, a: float, b: float, master: str) -> bool:
         for _ in range(600):
             pair.step(h, 0.0, master == "parallel")
             sizes.append(abs(pair.speed) + abs(pair.torque) * h / INERTIA)
-        # past 1e4 it slides at last and grows no more
+        # beyond a factor 1e4 it slides and does not grow any more
         return max(sizes) > 1e4 * sizes[0] or max(sizes[-100:]) > max(sizes[200:300])
 
 
@@ -130,7 +130,7 @@ def border(fmu: Path | str, b: float, master: str) -> float:
 
 
 def limit(b: float, master: str) -> float:
-    """The closed form of the head of this file."""
+    """The closed form in the docstring of this file."""
     return b * (1.0 - b) if master == "parallel" else 4.0 - 2.0 * b
 
 
@@ -187,9 +187,8 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
         right.plot(result["damping"], result["borders"][master], "o", color=color, label="found with the FMU")
     right.set(title="Bristle: stable below", xlabel="b = h s1/J", ylabel="a = h\u00b2 s0/J", yscale="log",
               ylim=(0.03, 10.0), xlim=(0.0, 1.0))  # fmt: skip
+    plain(panels)
     for panel in panels:
-        panel.grid(color="0.92", lw=0.8)
-        panel.spines[["top", "right"]].set_visible(False)
         panel.legend(frameon=False, fontsize=9)
     figure.savefig(path, dpi=110)
 

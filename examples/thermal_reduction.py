@@ -1,32 +1,32 @@
-"""What heat takes off the film: the thermal solve of one contact over sliding, beside the formula of Wilson & Sheu.
+"""Thermal reduction of the film: thermal solve of one contact over sliding, compared with the formula of Wilson & Sheu.
 
 The contact is the screw side of the packaged screw under one ball load, at the entrainment speeds that two screw speeds
 have with the kinematics `published`; the surface speeds lie symmetrically about them. Films are divided by the
 isothermal film of the same solver, so that only the thermal reduction is compared.
 
-Two things thin the film. Heating of the inlet lets less oil in; this is what the formula describes. Inside the contact
-the slower surface becomes the hotter one, the thin oil there shears and the rest runs along with the faster surface:
-the same oil passes faster through a thinner film. This part shows as the distance between film and oil flow. Towards
-the ratio 2 it grows steeply: one surface comes to rest and no longer carries its heat away.
-The oil is Newtonian, as that of the paper: its traction at little sliding is higher than any real oil's. The largest
-rise of pure rolling is that of the narrow pressure spike and hangs on the grid.
+Two effects reduce the film. Heating of the inlet reduces the flow of oil into the contact, as in the formula. Inside
+the contact the slower surface is hotter. The hot oil there shears, the rest moves with the faster surface: the same
+flow passes faster through a thinner film. This part is the distance between film and oil flow. Near the ratio 2 it
+grows steeply: one surface comes to rest and no longer transports its heat away.
+The oil is Newtonian, as that of the paper: its traction at little sliding is higher than that of any real oil. The
+largest rise of pure rolling is that of the narrow pressure spike and depends on the grid.
 """
 
 from __future__ import annotations
 
-import argparse
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from fmu_command import run_and_plot
 
 from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, ball_contact
 from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
 from ballscrew_tehl.contact.solve import ContactSolution, solve_contact
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.oil import LubricantParameters
+from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.film import thermal_load_parameter, wilson_sheu
 from ballscrew_tehl.physics.lubricant import viscosity
 
@@ -40,7 +40,7 @@ def main(speeds: Sequence[float] = SPEEDS, ratios: Sequence[float] = RATIOS) -> 
 
     Parameters   speeds: of the screw [r/min], they set the entrainment;  ratios: slide-to-roll
     Returns      rpm, u_e [m/s], N: (speed,); srr: (ratio,); (speed, ratio): film: central film over the isothermal one,
-                 flow: oil that passes the centre over the isothermal flow, formula: Wilson & Sheu, traction: force over
+                 flow: oil flow at the centre over the isothermal flow, formula: Wilson & Sheu, traction: force over
                  load, rise: largest temperature rise [K], deviation: formula/film - 1; mean_deviation,
                  largest_deviation: (speed,), of its magnitude
     Raises       UnconvergedContactError
@@ -49,7 +49,7 @@ def main(speeds: Sequence[float] = SPEEDS, ratios: Sequence[float] = RATIOS) -> 
     oil = parameters.lubricant
     rows = []
     for rpm in speeds:
-        c = ball_contact(parameters, "screw", LOAD, rpm * math.pi / 30.0, TEMPERATURE)
+        c = ball_contact(parameters, "screw", LOAD, rpm * RPM, TEMPERATURE)
         cold = _solved(replace(c, u_1=c.u_e, u_2=c.u_e), thermal=False).h_c
         N = float(thermal_load_parameter(oil, c.u_e, TEMPERATURE))
         for srr in ratios:
@@ -145,11 +145,4 @@ def plot(result: dict[str, np.ndarray], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--plot", type=Path, default=Path("thermal_reduction.png"), metavar="FILE.png")
-    path = parser.parse_args().plot
-    found = main()
-    print(report(found))
-    plot(found, path)
+    run_and_plot(__file__, __doc__, main, report, plot)

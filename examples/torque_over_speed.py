@@ -1,31 +1,30 @@
-"""Friction torque of the packaged screw over speed and preload, beside the measured torques."""
+"""Friction torque of the packaged screw over speed and preload, with the measured torques."""
 
 from __future__ import annotations
 
-import argparse
-import math
 from pathlib import Path
 
 import numpy as np
+from fmu_command import run_and_plot
 
 from ballscrew_tehl.calibration.measurements import packaged_measurements
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.units import RPM
 
 PRELOADS = (1000.0, 2000.0, 4000.0, 6000.0)  # N
 TEMPERATURE = 303.0  # K
 
 
 def main() -> dict[str, np.ndarray]:
-    """Torque [N.m] (preload, speed) over screw speed [r/min] from the map; measured points beside it."""
+    """Torque [N.m] (preload, speed) over screw speed [r/min] from the map, and the measured points."""
     nut_map = load_map(None, load_parameters())
     rpm = np.geomspace(10.0, 3000.0, 200)
     torque = []
     for preload in PRELOADS:
-        state = nut_map.evaluate(preload, rpm * math.pi / 30.0, TEMPERATURE)
-        torque.append(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+        torque.append(nut_map.evaluate(preload, rpm * RPM, TEMPERATURE).friction_torque)
     points = packaged_measurements(TEMPERATURE)
-    measured = np.array([(m.preload, m.speed * 30.0 / math.pi, m.torque) for m in points])
+    measured = np.array([(m.preload, m.speed / RPM, m.torque) for m in points])
     return {"rpm": rpm, "torque": np.array(torque), "measured": measured}
 
 
@@ -53,6 +52,4 @@ def plot(result: dict[str, np.ndarray], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--plot", type=Path, default=Path("torque_over_speed.png"), metavar="FILE.png")
-    plot(main(), parser.parse_args().plot)
+    run_and_plot(__file__, __doc__, main, None, plot)

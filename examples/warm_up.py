@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Warm-up of a ball screw: friction heat into nut and screw, their temperatures back into the FMU.
+"""Warm-up of a ball screw: friction heats nut and screw, their temperatures are inputs of the FMU.
 
     python examples/warm_up.py [--fmu dist/BallScrewFriction.fmu] [--plot warm_up.png]
 
@@ -10,21 +10,21 @@ Two lumped nodes, nut (n) and screw (s), in air of constant temperature T_a; P i
     preload     = preload_0 + (k/2) alpha (2 r_m cot(beta) - span) (T_s - T_n),  at least 0
 
 Assumptions, each of them a simplification:
-- Each body has one temperature. Bearings, motor and guide give no heat; the table takes none but by G_n.
+- Each body has one temperature. No heat from bearings, motor and guide, none to the table except by G_n.
 - Convection and conduction are linear with constant coefficients, not functions of speed or temperature.
 - Half of the heat goes to each side (q = 0.5). The axis turns at one speed for the share `duty` of the time,
-  in cycles much shorter than the time constants, so that the mean heat counts. Where it turns is not resolved.
+  in cycles much shorter than the time constants, so that only the mean heat matters. The position is not resolved.
 - The oil at the inlet of the contacts has the temperature of the nut.
 - Preload is linear in the difference of temperature, with the stiffness k of one nut at preload_0 (two in
   series, the spacer is rigid). Screw and nuts are of one steel: a common rise changes nothing. A warmer screw
   is longer than the spacer between the nuts (span, lowers the preload) and thicker (radius r_m, contact angle
-  beta, raises it; balls at the mean temperature). Which of the two wins depends on the span. Stretching of
+  beta, raises it; balls at the mean temperature). Which of the two is larger depends on the span. Stretching of
   the screw between fixed bearings does not act inside the double nut.
 - The parameters are of a usual size for this screw; none is measured.
 
-Per step of 20 s the heat is held and the two equations are solved exactly; the FMU has no memory here (no
+Per step of 20 s the heat is held and the two equations are solved exactly. The FMU has no state here (no
 presliding). Torque falls with the viscosity, so that the axis warms faster and less than with constant heat: the
-slope of the heat over temperature acts like more convection. Both time constants follow from
+slope of the heat over temperature acts like additional convection. Both time constants follow from
 the eigenvalues of the linearised equations.
 """
 
@@ -35,14 +35,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmu_command import run_with_fmu
+from fmu_command import plain, run_with_fmu
 from matplotlib.figure import Figure
 from scipy.linalg import expm
 
 from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
 
 FMU = Path(__file__).resolve().parents[1] / "dist" / "BallScrewFriction.fmu"
-KELVIN = 273.15
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Drive:
     span: float = 0.08  # [m] between the loaded balls of the nuts
     pitch_radius: float = 0.02  # [m]
     contact_angle: float = np.pi / 4.0
-    speed: float = 1500.0 * np.pi / 30.0  # [rad/s]
+    speed: float = 1500.0 * RPM  # [rad/s]
     duty: float = 0.5
     step: float = 20.0  # [s]
 
@@ -109,7 +109,7 @@ def warm_up(drive: Drive, hours: float, loss: Callable[[float, float], tuple[flo
 
 
 def slow_time_constant(time: np.ndarray, value: np.ndarray) -> float:
-    """Fitted to the tail, where only the slow part is left: 3 % to 0.1 % of the way to the last value [s].
+    """Fitted to the tail, where only the slow part remains: 3 % to 0.1 % of the distance to the last value [s].
 
     The last value must be the steady one.
     """
@@ -119,7 +119,7 @@ def slow_time_constant(time: np.ndarray, value: np.ndarray) -> float:
 
 
 def main(fmu: Path | str = FMU, drive: Drive | None = None, hours: float = 8.0) -> dict[str, Any]:
-    """Warm-up with the FMU, and with its first heat held for comparison.
+    """Warm-up with the FMU, and with constant initial heat for comparison.
 
     Returns      numbers by name with unit; coupled, constant: rows of warm_up(); linearised: rates with the
                  slope of the heat at the end of the run
@@ -169,12 +169,12 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     figure = Figure(figsize=(7.0, 8.0), layout="constrained")
     temperature, preload, torque = panels = figure.subplots(3, 1, sharex=True)
     hours = result["coupled"][:, 0] / 3600.0
-    share, rpm = 100.0 * result["drive"].duty, result["drive"].speed * 30.0 / np.pi
+    share, rpm = 100.0 * result["drive"].duty, result["drive"].speed / RPM
     for rows, dash, case in (
-        (result["coupled"], "-", ""), (result["constant"], "--", ", heat as when cold"),
+        (result["coupled"], "-", ""), (result["constant"], "--", ", constant heat"),
     ):  # fmt: skip
-        temperature.plot(hours, rows[:, 1] - KELVIN, dash, color="#D55E00", label=f"nut{case}")
-        temperature.plot(hours, rows[:, 2] - KELVIN, dash, color="#0072B2", label=f"screw{case}")
+        temperature.plot(hours, rows[:, 1] - CELSIUS, dash, color="#D55E00", label=f"nut{case}")
+        temperature.plot(hours, rows[:, 2] - CELSIUS, dash, color="#0072B2", label=f"screw{case}")
     preload.plot(hours, result["coupled"][:, 3], color="0.25")
     torque.plot(hours, result["coupled"][:, 4], color="0.25")
     temperature.set_title(f"Warm-up by friction, {share:g} % of the time at {rpm:.0f} r/min")
@@ -182,9 +182,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     preload.set(ylabel="preload [N]")
     torque.set(ylabel="friction torque [N m]", xlabel="time [h]", xlim=(0.0, min(4.0, hours[-1])))
     temperature.legend(frameon=False, fontsize=9)
-    for panel in panels:
-        panel.grid(color="0.92", lw=0.8)
-        panel.spines[["top", "right"]].set_visible(False)
+    plain(panels)
     figure.savefig(path, dpi=110)
 
 

@@ -17,7 +17,6 @@ class FmuModel(NamedTuple):
     variables: Table
     native_variables: Table
     slave: str  # module of the base class, which is named by name
-    runtime: tuple[tuple[str, str], ...]  # modules of its own that travel, with their names inside the FMU
     refines: bool  # the contact solver travels
     layer: str  # folder of native/ that holds the model layer
     derivatives: bool  # directional and adjoint ones
@@ -35,7 +34,6 @@ FRICTION = FmuModel(
     fmu_variables,
     native_variables,
     "ballscrew_fmu.python_fmu.slave",
-    (("ballscrew_fmu.python_fmu.slave", "slave"), ("ballscrew_fmu.python_fmu.solver_cache", "solver_cache")),
     refines=True,
     layer="friction",
     derivatives=True,
@@ -52,11 +50,6 @@ MONITOR = FmuModel(
     monitor_variables,
     native_monitor_variables,
     "ballscrew_fmu.python_fmu.monitor_slave",
-    (
-        ("ballscrew_fmu.python_fmu.monitor_slave", "monitor_slave"),
-        ("ballscrew_fmu.variables.monitor", "monitor_variables"),
-        ("ballscrew_tehl.runtime.preload", "preload"),
-    ),
     refines=False,
     layer="monitor",
     derivatives=False,

@@ -1,4 +1,4 @@
-"""Profile limits, stray points, what data do not identify: against brute force, known cases, repeated noise."""
+"""Profile limits, outliers, what data do not identify: against brute force, known cases, repeated noise."""
 
 import math
 from dataclasses import replace
@@ -15,12 +15,12 @@ from ballscrew_tehl.calibration.diagnostics import (
     condition,
     not_identified,
     point_diagnostics,
+    predicts_better,
     profile_limits,
     sliding_share,
-    told_apart,
 )
 from ballscrew_tehl.calibration.fit import fit_values
-from ballscrew_tehl.calibration.packaged import intervals, leave_one_out
+from ballscrew_tehl.calibration.packaged import intervals, left_out_deviations
 from ballscrew_tehl.friction.sets import FITTED
 
 RATIO, NET, HEIGHT = FITTED
@@ -37,7 +37,7 @@ def noisy(basis, values, noise, seed):
 
 @pytest.fixture(scope="module")
 def wide():
-    """Twenty points over preload, speed and thin to thick films: enough to tell the parameters apart."""
+    """Twenty points over preload, speed and thin to thick films: enough to identify the parameters."""
     return basis_of([
         replace(MEASURED[1], preload=preload, speed=rpm * RPM, tables=())
         for preload in (1000.0, 2000.0, 4000.0, 6000.0) for rpm in (20.0, 100.0, 400.0, 1200.0, 3000.0)
@@ -47,7 +47,7 @@ def wide():
 def identified(basis, count, rivals=(), loss="least_squares"):
     values = fit_values(basis, count, loss)
     _, correlations = intervals(basis, values, count)
-    left_out = leave_one_out(basis, count, loss, {})
+    left_out = np.abs(left_out_deviations(basis, count, loss))
     return not_identified(basis, values, count, profile_limits(basis, count), correlations, left_out, rivals)
 
 
@@ -135,7 +135,7 @@ def test_deleted_studentised_residuals_against_fits_without_the_point():
 
 
 @pytest.mark.parametrize("stray", [{4: 1.15}, {2: 1.3, 7: 1.25, 12: 1.3}, {0: 0.85}])
-def test_stray_points_are_named_also_when_they_hide_each_other(wide, stray):
+def test_outliers_are_found_also_when_they_mask_each_other(wide, stray):
     basis = noisy(wide, TRUTH, 0.01, 5)
     points = tuple(replace(m, torque=m.torque * stray.get(i, 1.0)) for i, m in enumerate(basis.measurements))
     basis = replace(basis, measurements=points)
@@ -143,7 +143,7 @@ def test_stray_points_are_named_also_when_they_hide_each_other(wide, stray):
     assert found.outliers == sorted(stray)
 
 
-def test_good_points_are_rarely_called_stray(wide):
+def test_good_points_are_rarely_outliers(wide):
     """One false alarm among 20 files by the studentised residuals, few more by the robust guard; binomial bound."""
     files = 60
     alarms = 0
@@ -153,11 +153,11 @@ def test_good_points_are_rarely_called_stray(wide):
     assert alarms <= binom.ppf(0.999, files, 0.07)
 
 
-def test_the_first_point_of_the_paper_does_not_go_with_a_smooth_film():
+def test_the_first_point_of_the_paper_is_an_outlier_for_a_smooth_film():
     assert point_diagnostics(BASIS, fit_values(BASIS, 2, "least_squares"), 2).outliers == [0]
 
 
-def test_a_point_that_nothing_checks_is_named():
+def test_a_point_without_a_check_is_reported():
     points = [MEASURED[0]] * 6 + [MEASURED[8]]
     basis = noisy(basis_of(points), (8.0, 0.004, 0.0), 0.01, 1)
     found = point_diagnostics(basis, fit_values(basis, 2, "least_squares"), 2)
@@ -168,21 +168,24 @@ def test_a_point_that_nothing_checks_is_named():
 def test_wide_and_precise_data_identify_everything(wide):
     basis = noisy(wide, TRUTH, 0.005, 3)
     smooth = Rival(
-        "smooth", basis, fit_values(basis, 2, "least_squares"), leave_one_out(basis, 2, "least_squares", {})
+        "smooth",
+        basis,
+        fit_values(basis, 2, "least_squares"),
+        np.abs(left_out_deviations(basis, 2, "least_squares")),
     )
-    assert told_apart(leave_one_out(basis, 3, "least_squares", {}), smooth.left_out)
+    assert predicts_better(np.abs(left_out_deviations(basis, 3, "least_squares")), smooth.left_out)
     assert identified(basis, 3, [smooth]) == {}
     assert condition(basis, fit_values(basis, 3, "least_squares"), 3) < 10.0
 
 
 def test_the_tables_identify_neither_height_nor_split():
     two = fit_values(BASIS, 2, "least_squares")
-    smooth = Rival("smooth", BASIS, two, leave_one_out(BASIS, 2, "least_squares", {}))
+    smooth = Rival("smooth", BASIS, two, np.abs(left_out_deviations(BASIS, 2, "least_squares")))
     found = identified(BASIS, 3, [smooth])
     assert "correlation 0.98 with net_sliding_coefficient" in found[HEIGHT]
-    assert "0 nm in the fit smooth, not told apart" in found[HEIGHT]
+    assert "0 nm in the fit smooth, which predicts left-out points equally well" in found[HEIGHT]
     assert f"{100.0 * sliding_share(BASIS, two[1]):.0f} % in the fit smooth" in found[SPLIT]
-    # without the rival the intervals alone say it of the height
+    # without the rival the interval alone shows it for the height
     assert "95 % interval" in identified(BASIS, 3)[HEIGHT]
 
 
@@ -193,10 +196,10 @@ def test_one_speed_identifies_no_split():
     assert "correlation -0.99 with apparent_viscosity_ratio" in found[NET]
 
 
-def test_equal_predictions_are_not_told_apart():
+def test_equal_predictions_are_not_predicts_better():
     errors = np.array([0.01, 0.02, 0.005, 0.03, 0.01, 0.02])
-    assert not told_apart(errors, errors)
-    assert not told_apart(errors, 0.5 * errors)
-    assert told_apart(0.5 * errors, errors)
-    # five points can never tell
-    assert not told_apart(0.5 * errors[:5], errors[:5])
+    assert not predicts_better(errors, errors)
+    assert not predicts_better(errors, 0.5 * errors)
+    assert predicts_better(0.5 * errors, errors)
+    # never with five points
+    assert not predicts_better(0.5 * errors[:5], errors[:5])

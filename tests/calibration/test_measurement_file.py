@@ -9,9 +9,9 @@ from ballscrew_tehl.calibration.measurement_file import (
     implausible_for,
     mean_ball_friction,
     read_measurement_file,
-    read_measurements,
 )
 from ballscrew_tehl.calibration.measurements import PACKAGED_TORQUE, Measurement, packaged_measurements
+from ballscrew_tehl.calibration.user import usable_points
 
 HEAD = "preload [N],speed [r/min],temperature [degC],torque [N.m]\n"
 GOOD = "1000,60,30,0.4\n"
@@ -46,7 +46,7 @@ def csv_file(tmp_path):
     ],
 )  # fmt: skip
 def test_spellings_of_one_point(csv_file, text, encoding):
-    (found,) = read_measurements(csv_file(text, encoding), 300.0)
+    (found,) = read_measurement_file(csv_file(text, encoding), 300.0).measurements
     assert found.rows == (1,)
     for name in ("preload", "speed", "temperature", "torque", "weight", "axial_load"):
         assert getattr(found, name) == pytest.approx(getattr(POINT, name), rel=1e-14), name
@@ -76,15 +76,15 @@ def test_uncertainties_become_weights(csv_file):
         + "torque_uncertainty [%]\n"
         + "".join(r.format(100 * s) for r, s in zip(rows, shares, strict=True))
     )
-    by_share = read_measurements(relative, 300.0)
+    by_share = read_measurement_file(relative, 300.0)
     absolute = csv_file(
         head
         + "uncertainty [mNm]\n"
         + "".join(r.format(x) for r, x in zip(rows, (4.0, 10.0, 40.0), strict=True))
     )
-    for found in (by_share, read_measurements(absolute, 300.0)):
-        assert [m.weight for m in found] == pytest.approx([2.0, 1.0, 0.5])
-        assert [m.uncertainty for m in found] == pytest.approx([0.004, 0.01, 0.04])
+    for found in (by_share, read_measurement_file(absolute, 300.0)):
+        assert [m.weight for m in found.measurements] == pytest.approx([2.0, 1.0, 0.5])
+        assert [m.uncertainty for m in found.measurements] == pytest.approx([0.004, 0.01, 0.04])
 
 
 def test_the_tables_of_the_paper_are_read_as_they_are():
@@ -102,7 +102,7 @@ def test_the_tables_of_the_paper_are_read_as_they_are():
     [
         ("-1000,60,30,0.4", "preload = -1000 N; allowed: > 0"),
         ("0,60,30,0.4", "preload = 0 N; allowed: > 0"),
-        ("1000,0,30,0.4", "speed = 0 r/min; allowed: not 0, there is no film at rest"),
+        ("1000,0,30,0.4", "speed = 0 r/min; allowed: not 0 (no film at rest)"),
         ("1000,60,30,0", "torque = 0 N.m; allowed: not 0"),
         (
             "1000,60,30,-0.4",
@@ -136,15 +136,15 @@ def test_degrees_celsius_in_a_column_of_kelvin(csv_file):
     assert str(found.problems[0]).endswith("probably degC, not K")
 
 
-def test_all_reasons_of_a_row_and_all_rows_are_told(csv_file):
+def test_all_reasons_of_a_row_and_all_rows_are_reported(csv_file):
     path = csv_file(HEAD + "-1,0,30,0.4\n" * 12)
     with pytest.raises(ValueError, match=r"measured.csv: 12 impossible row\(s\): row 1") as caught:
-        read_measurements(path, 300.0)
+        usable_points(read_measurement_file(path, 300.0), GD4008)
     text = str(caught.value)
     assert "preload = -1 N; allowed: > 0; speed = 0 r/min" in text
     assert "row 8 (line 9)" in text
     assert "row 9" not in text
-    assert "and 4 more; mend or remove them" in text
+    assert "and 4 more; fix or remove them" in text
 
 
 @pytest.mark.parametrize(

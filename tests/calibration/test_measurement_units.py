@@ -1,4 +1,4 @@
-"""Headings of measurement files: quantity and unit, or one line that says what is allowed."""
+"""Headings of measurement files: quantity and unit, or one line with what is allowed."""
 
 import math
 

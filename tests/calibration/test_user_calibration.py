@@ -11,7 +11,7 @@ from section7 import MEASURED
 
 from ballscrew_tehl.calibration.diagnostics import SPLIT
 from ballscrew_tehl.calibration.fit import fit_values
-from ballscrew_tehl.calibration.measurement_file import MeasurementFile, read_measurements
+from ballscrew_tehl.calibration.measurement_file import MeasurementFile, read_measurement_file
 from ballscrew_tehl.calibration.measurements import PACKAGED_TORQUE, packaged_measurements
 from ballscrew_tehl.calibration.packaged import torque_basis
 from ballscrew_tehl.calibration.plot import calibration_figure
@@ -112,9 +112,7 @@ def test_torque_basis_with_the_films_of_the_map_is_what_the_map_answers(films):
     points = [replace(MEASURED[1], speed=400.0 * RPM, axial_load=load) for load in loads]
     found = torque_basis(GD4008, films["solved_thermal"], points).torque(TRUTH)
     state = load_map(None, GD4008).evaluate(2000.0, 400.0 * RPM, 303.0, np.array(loads), *TRUTH)
-    np.testing.assert_allclose(
-        found, state.viscous_torque + state.hysteresis_torque + state.sliding_torque, rtol=2e-3
-    )
+    np.testing.assert_allclose(found, state.friction_torque, rtol=2e-3)
 
 
 def test_known_parameters_lie_in_their_limits(capsys, measured):
@@ -151,18 +149,20 @@ def test_the_tables_of_the_paper_give_the_packaged_set(capsys, name):
     assert SPLIT in unknown
     assert ("roughness_height" in unknown) == (name == "three_parameter")
     assert "sliding share of the torque" in unknown[SPLIT]
-    # the first point goes with the others only where the film has a roughness
+    # the first point agrees with the others only with a roughness height
     assert entry["calibration"]["outliers"] == ([] if name == "three_parameter" else [[1, 7]])
 
 
 @pytest.mark.slow
 def test_direct_solves_give_the_packaged_set_to_its_digits():
-    basis = torque_basis(GD4008, DirectFilm(GD4008, thermal=False), read_measurements(PACKAGED_TORQUE, 303.0))
+    basis = torque_basis(
+        GD4008, DirectFilm(GD4008, thermal=False), read_measurement_file(PACKAGED_TORQUE, 303.0).measurements
+    )
     packaged = load_friction_sets()["published", "two_parameter"]
     np.testing.assert_allclose(fit_values(basis, 2, "soft_l1"), packaged.values, rtol=1e-5)
 
 
-def test_impossible_rows_stop_the_fit_until_it_is_told_to_go_on(capsys, measured):
+def test_impossible_rows_stop_the_fit_unless_dropped(capsys, measured):
     bad = {3: "-1,30,20,0.3,0", 7: "1,0,20,0.3,0", 12: "3,30,300,1.0,0", 20: "5,100,20,1500,0"}
     path = measured(bad)
     line = refused(capsys, path, "--map", MAP)
@@ -179,7 +179,7 @@ def test_impossible_rows_stop_the_fit_until_it_is_told_to_go_on(capsys, measured
     assert "20 points of 24 rows, without rows 3, 7, 12, 20" in entry["provenance"]
 
 
-def test_rows_outside_the_map_stop_the_fit_until_it_is_told_to_go_on(capsys, measured):
+def test_rows_outside_the_map_stop_the_fit_unless_dropped(capsys, measured):
     path = measured({5: "1,30,95,0.3,0", 6: "20,30,20,7,0"})
     line = refused(capsys, path, "--map", MAP)
     assert (
@@ -191,7 +191,7 @@ def test_rows_outside_the_map_stop_the_fit_until_it_is_told_to_go_on(capsys, mea
     assert [p["row"] for p in found["published.three_parameter"]["calibration"]["dropped"]] == [5, 6]
 
 
-def test_outliers_are_named_and_kept_until_told_otherwise(capsys, measured, torques):
+def test_outliers_are_reported_and_kept_unless_dropped(capsys, measured, torques):
     rows = {}
     for number, factor in ((4, 1.2), (18, 1.25)):
         preload, rpm, celsius, axial = POINTS[number - 1]
@@ -203,7 +203,7 @@ def test_outliers_are_named_and_kept_until_told_otherwise(capsys, measured, torq
     assert len(entry["calibration"]["points"]) == 24
     notes = " ".join(entry["calibration"]["notes"])
     assert "row 4 (1000 N, 100 r/min): outlier, kept: torque" in notes
-    assert "--drop outliers fits without" in notes
+    assert "to leave it out: --drop outliers" in notes
     left, _ = run(capsys, path, "--map", MAP, "--drop", "outliers")
     entry = left["published.three_parameter"]
     assert [p["row"] for p in entry["calibration"]["dropped"]] == [4, 18]
@@ -235,7 +235,7 @@ def test_few_points_are_refused_or_warned_of(capsys, tmp_path, measured):
     assert SPLIT in entry["not_identified"]
     found, _ = run(capsys, few([1, 3, 5, 5, 5, 5, 5, 5]), "--map", MAP)
     notes = found["published.three_parameter"]["calibration"]["notes"]
-    assert "3 operating points for 3 parameters: nothing checks the shape of the torque" in notes
+    assert "3 operating points for 3 parameters: no point is left to check the shape of the torque" in notes
     assert any("no other point checks it" in note for note in notes)
 
 
@@ -322,7 +322,7 @@ def test_a_friction_file_of_another_screw_or_kinematics_is_refused(capsys, measu
     run(capsys, measured(), "--map", MAP, "--output", str(output))
     rolling = changed(GD4008, friction={"kinematics": "rolling_frame"})
     with pytest.raises(
-        ValueError, match=r"kinematics = published; allowed: rolling_frame, as the screw says"
+        ValueError, match=r"kinematics = published; allowed: rolling_frame, as in the screw file"
     ):
         friction_set_of_file(output, rolling)
     other = changed(GD4008, friction={"hysteresis_coefficient": 0.02})

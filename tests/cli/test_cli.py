@@ -351,7 +351,7 @@ def test_an_answer_from_the_map_imports_nothing_slow(arguments):
 
 
 def test_names_offered_are_those_known():
-    """The parser repeats names so that it need not import what knows them."""
+    """The parser repeats names so that it does not import the modules that define them."""
     from ballscrew_tehl.calibration.fit import LOSSES
     from ballscrew_tehl.calibration.packaged import PACKAGED_FILM
     from ballscrew_tehl.calibration.user import DROPS

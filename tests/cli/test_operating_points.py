@@ -45,7 +45,7 @@ def test_options_fill_what_the_file_leaves_out(csv_file):
     ]
 
 
-def test_columns_beside_the_options_are_named(csv_file, capsys):
+def test_columns_that_are_not_used_are_reported(csv_file, capsys):
     path = csv_file("preload_n,speed_rpm,measured_nm\n1000,100,0.4\n")
     assert len(points("--points", path)) == 1
     assert capsys.readouterr().err == f"{path}: columns not used: measured_nm\n"

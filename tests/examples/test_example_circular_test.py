@@ -44,4 +44,4 @@ def test_picture_and_command_line(result, native_fmu, tmp_path, monkeypatch, cap
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert f"{result['peak_um_presliding'][1]:.2f}" in capsys.readouterr().out
     assert circular_test.command_line(["--fmu", str(tmp_path / "none.fmu")]) == 2
-    assert "none.fmu is no FMU; run build_fmu.py first" in capsys.readouterr().err
+    assert "none.fmu not found; run build_fmu.py first" in capsys.readouterr().err

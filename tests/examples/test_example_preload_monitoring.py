@@ -45,7 +45,7 @@ def fmu(tmp_path_factory, synthetic_nut_map):
 
 
 def test_the_fmu_says_the_same_measurement_by_measurement(fmu, synthetic_nut_map):
-    found = monitoring.beside_the_fmu(fmu, synthetic_nut_map)
+    found = monitoring.compared_with_fmu(fmu, synthetic_nut_map)
     assert found["in_range"] == 1.0
     # both are means of 25 measurements with the same noise, weighted differently
     assert found["difference_percent"] < 0.2
@@ -55,12 +55,15 @@ def test_the_fmu_says_the_same_measurement_by_measurement(fmu, synthetic_nut_map
 
 def test_without_noise_the_fmu_gives_the_preload(fmu, synthetic_nut_map, monkeypatch):
     monkeypatch.setattr(monitoring, "NOISE", 0.0)
-    assert monitoring.beside_the_fmu(fmu, synthetic_nut_map)["deviation_percent"] < 1e-7
+    assert monitoring.compared_with_fmu(fmu, synthetic_nut_map)["deviation_percent"] < 1e-7
 
 
 def test_an_fmu_that_is_none_is_one_line(capsys):
     assert monitoring.command_line(["--fmu", "none.fmu"]) == 2
-    assert capsys.readouterr().err == "preload_monitoring.py: none.fmu is no FMU; run build_fmu.py first\n"
+    assert (
+        capsys.readouterr().err
+        == "preload_monitoring.py: none.fmu not found; run build_fmu.py first, or name an FMU with --fmu\n"
+    )
 
 
 def test_picture_and_command_line(result, tmp_path, monkeypatch, capsys):

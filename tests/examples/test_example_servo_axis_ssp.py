@@ -100,7 +100,7 @@ def test_wrong_archives_are_found(result, tmp_path, member, old, new, finding):
     assert finding in " | ".join(ssp_archive.findings(wrong))
 
 
-def test_an_archive_beside_the_schema_is_refused(result, tmp_path):
+def test_an_archive_that_violates_the_schema_is_refused(result, tmp_path):
     wrong = rewritten(
         result["ssp"], tmp_path / "wrong.ssp", "SystemStructure.ssd", 'kind="input"', 'kind="in"'
     )
@@ -181,18 +181,18 @@ def test_the_axis_fmu_steps_as_the_drive_does(axis_fmu):
 
 
 @pytest.mark.parametrize(
-    ("values", "step", "says"),
+    ("values", "step", "message"),
     [
         ({}, 250e-6, "step size = 0.00025 s; needs the cycle"),
         ({"friction_torque": float("nan")}, AXIS.step, "friction_torque = nan"),
         ({"radius": 0.0}, AXIS.step, "radius and feed above 0"),
     ],
 )
-def test_the_axis_fmu_discards_what_it_cannot_do(axis_fmu, values, step, says):
+def test_the_axis_fmu_discards_what_it_cannot_do(axis_fmu, values, step, message):
     with FmuInstance(axis_fmu, **values) as instance:
         before = instance.outputs()
         assert instance.step(step) is False
-        assert says in instance.messages[-1][1]
+        assert message in instance.messages[-1][1]
         assert instance.outputs() == before
     with FmuInstance(axis_fmu) as instance:
         assert instance.step(AXIS.step * (1.0 + 1e-12), friction_torque=0.1) is True
@@ -209,7 +209,7 @@ def test_command_line_prints_all_draws_and_names_what_is_missing(native_fmu, tmp
     out, err = capsys.readouterr()
     assert "SSP in fmpy" in out
     assert "SSP in ecos" not in out
-    assert "left out: ecos does not load here" in err
+    assert "not run: ecos does not load here" in err
     assert "no finding" in out
     assert ssp.exists()
     assert picture.read_bytes().startswith(b"\x89PNG")

@@ -1,4 +1,4 @@
-"""The thermal solve over sliding beside the formula of Wilson & Sheu."""
+"""The thermal solve over sliding compared with the formula of Wilson & Sheu."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def test_deviation_of_the_formula_is_the_one_that_was_found(result):
     deviation = result["deviation"][0]
     assert result["formula"] == pytest.approx(wilson_sheu(result["N"][0], result["srr"])[None, :], rel=1e-12)
     assert deviation == pytest.approx(result["formula"][0] / result["film"][0] - 1.0, rel=1e-12)
-    # too much off the film at moderate sliding, too little where one surface stands still
+    # too much off the film at moderate sliding, too little where one surface is at rest
     moderate = np.array(RATIOS) <= 1.5
     assert np.all((deviation[moderate] > -0.12) & (deviation[moderate] < 0.02))
     assert 0.30 < deviation[-1] < 0.40

@@ -28,7 +28,7 @@ def test_the_end_is_the_steady_balance_with_the_torque_of_the_map(result, synthe
 
     def loss(nut, screw):
         state = synthetic_nut_map.evaluate(drive.preload_at(nut, screw), drive.speed, float(nut))
-        return (state.viscous_torque + state.hysteresis_torque + state.sliding_torque) * drive.speed
+        return state.friction_torque * drive.speed
 
     def balance(over):
         rates, gain = drive.rates()

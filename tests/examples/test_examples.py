@@ -58,7 +58,7 @@ def at(run, time):
 def map_torques(nut_map, axis, run, rows):
     """Viscous and Coulomb torque of the map [N.m], >= 0, at the operating points of these rows."""
     state = nut_map.evaluate(axis.preload, run.speed[rows], axis.oil_temperature, run.axial_load[rows])
-    return state.viscous_torque, state.hysteresis_torque + state.sliding_torque
+    return state.viscous_torque, state.coulomb_torque
 
 
 # friction torque

@@ -55,10 +55,10 @@ def refinable(tmp_path_factory, synthetic_nut_map):
 
 @pytest.fixture(scope="session")
 def slave_module():
-    """Module `slave` of an unpacked FMU that is loaded; others may be loaded as well."""
+    """Module of the slave of an unpacked FMU that is loaded; others may be loaded as well."""
 
     def find(folder):
-        return sys.modules[next(Path(folder).glob("resources/_ballscrew_*")).name + ".slave"]
+        return sys.modules[next(Path(folder).glob("resources/_ballscrew_*")).name + ".python_fmu_slave"]
 
     return find
 

@@ -23,7 +23,7 @@ FULL = FrictionSet(
     correlations={"apparent_viscosity_ratio, net_sliding_coefficient": -0.87},
     errors={"mean": 0.012, "leave_one_out_mean": 0.02},
     leave_one_table_out={"table2": {"mean": 0.1, "max": 0.2}},
-    other_losses={"table_minimax": {"apparent_viscosity_ratio": 7.4, "roughness_height": 3e-8}},
+    other_losses={"least_squares": {"apparent_viscosity_ratio": 7.4, "roughness_height": 3e-8}},
     limits={"net_sliding_coefficient": {"low": 4e-3, "high": 6e-3}, "roughness_height": {"low": 0.0, "high": math.inf}},
     not_identified={"split into \"two\"": "back\\slash, 95 %"},
     screw="mine",
@@ -38,7 +38,7 @@ def test_a_set_survives_its_file(tmp_path):
     write_friction_sets(path, sets, "first line\nsecond line")
     found = load_friction_sets(path)
     # the file carries the unit of the roughness height in the key
-    expected = {"table_minimax": {"apparent_viscosity_ratio": 7.4, "roughness_height_m": 3e-8}}
+    expected = {"least_squares": {"apparent_viscosity_ratio": 7.4, "roughness_height_m": 3e-8}}
     assert found["published", "three_parameter"].other_losses == expected
     for key in sets:
         for name in ("values", "film_model", "loss", "provenance", "intervals", "correlations", "errors", "limits",

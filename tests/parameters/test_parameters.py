@@ -166,7 +166,7 @@ MISTAKES = {
     "missing name": (edited('name = "GD4008-3"', ""), ["name = (missing)", "name the screw"]),
     "given twice": (
         edited("lead_mm = 8.0", "lead_mm = 8.0\nlead_m = 0.008"),
-        ["screw.lead_m = 0.008", "lead_mm says it already"],
+        ["screw.lead_m = 0.008", "lead_mm is given as well"],
     ),
     "unknown law": (
         edited('viscosity_law = "section_2_3"', 'viscosity_law = "section_2_4"'),
@@ -233,7 +233,7 @@ MISTAKES = {
     "index below zero": (graded(viscosity_index=-1), ["lubricant.viscosity_index = -1", ">= 0"]),
     "grade and points": (
         graded(astm_viscosity_1_cSt=100),
-        ["lubricant.astm_viscosity_1_cSt = 100", "no entry beside iso_vg"],
+        ["lubricant.astm_viscosity_1_cSt = 100", "no entry with iso_vg"],
     ),
     "grade and viscosity": (
         graded(viscosity_Pas=0.1),

@@ -91,7 +91,7 @@ def direct_torque(film, preload, speed, temperature, axial_load=0.0):
 
 
 def torque(state):
-    return state.viscous_torque + state.hysteresis_torque + state.sliding_torque
+    return state.friction_torque
 
 
 # values
@@ -343,7 +343,7 @@ def test_a_contact_without_solution_keeps_the_map_and_is_not_tried_again(wrong, 
     refinement.evaluate(2000.0, 40.0 * math.exp(2.0 * UNSOLVABLE_RADIUS * refinement._cell[1]), 303.15)
     assert len(tried) == 4
     assert len(refinement) == 0
-    assert "not solved, the map goes on there: contact not solved: any" in caplog.text
+    assert "not solved, uncorrected map used: contact not solved: any" in caplog.text
     restored = Refinement(wrong)
     restored.restore(json.loads(json.dumps(refinement.state())))
     restored.evaluate(2000.0, 40.0, 303.15)

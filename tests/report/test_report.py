@@ -298,7 +298,7 @@ def test_every_statement_of_the_file_is_there_with_a_verdict(shown, written):
             assert f"{number:g}" in row[1]
 
 
-def test_statements_beside_independent_recomputation(found):
+def test_statements_against_independent_recomputation(found):
     by_id = {c.id: c for c in claims.claims(GD4008, found.frictions, found.tables["three_parameter"])}
     nut_map, entry = found.frictions[0].nut_map, found.frictions[0].entry
 
@@ -350,7 +350,7 @@ def test_statements_beside_independent_recomputation(found):
      ((1.0,), (math.nan,), 2), ((1.0, 1.0), (1.0, math.nan), 2)],
 )  # fmt: skip
 def test_rule_of_the_verdict(printed, ours, verdict):
-    assert claims.judged(printed, ours) == VERDICTS[verdict]
+    assert claims.verdict_on(printed, ours) == VERDICTS[verdict]
 
 
 def test_statement_without_a_rule_is_refused(found, monkeypatch):
@@ -359,14 +359,14 @@ def test_statement_without_a_rule_is_refused(found, monkeypatch):
         claims.claims(GD4008, found.frictions, found.tables["three_parameter"])
 
 
-def test_section_5_1_is_judged_by_the_same_rule(shown, found):
+def test_section_5_1_has_verdicts_by_the_same_rule(shown, found):
     rows = shown.tables["section5"][1:]
     assert len(rows) == 8
     by_place = {(row[0].split(" [")[0], row[1]): row[2:] for row in rows}
     nut = found.contact("published", "nut")
     printed, ours, verdict = by_place["minimum film", "nut"]
     assert (printed, ours) == ("0.223", f"{1e6 * nut.h_m:.3f}")
-    assert verdict == claims.judged((0.223,), (1e6 * nut.h_m,))
+    assert verdict == claims.verdict_on((0.223,), (1e6 * nut.h_m,))
     for raceway in RACEWAYS:
         assert by_place["entrainment speed", raceway][2] == "reproduced"
     screw = found.contact("published", "screw")

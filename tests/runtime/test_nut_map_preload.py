@@ -9,7 +9,8 @@ from ballscrew_tehl.friction.torque import preload_from_torque
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import changed, load_parameters
 from ballscrew_tehl.runtime.constants import LEAST_ELASTICITY, MOST_ITERATIONS
-from ballscrew_tehl.runtime.preload import OverPreload, estimate_preload
+from ballscrew_tehl.runtime.over_preload import OverPreload
+from ballscrew_tehl.runtime.preload import estimate_preload
 
 REGULARIZATION = 0.1
 SETS = ((7.6, 0.0051, 24e-9), (1.0, 0.0, 0.0), (40.0, 0.0, 200e-9), (0.0, 0.01, 0.0))
@@ -18,7 +19,7 @@ SETS = ((7.6, 0.0051, 24e-9), (1.0, 0.0, 0.0), (40.0, 0.0, 200e-9), (0.0, 0.01, 
 def torque_of(nut_map, preload, speed, temperature=303.15, axial_load=0.0, friction=SETS[0]):
     """Friction torque as BallScrewFriction signs it; floats or arrays."""
     state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction)
-    coulomb = state.hysteresis_torque + state.sliding_torque
+    coulomb = state.coulomb_torque
     return np.sign(speed) * (state.viscous_torque + np.tanh(np.abs(speed) / REGULARIZATION) * coulomb)
 
 
@@ -37,14 +38,12 @@ def random_points(count, seed=7):
     return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
-def test_parts_are_those_of_the_map(synthetic_nut_map):
+def test_torque_is_that_of_the_map(synthetic_nut_map):
     for preload, speed, temperature, axial, n in random_points(500):
         preload = min(preload, synthetic_nut_map.force.hi)
         model = OverPreload(synthetic_nut_map, speed, temperature, axial, *SETS[n], REGULARIZATION)
-        parts = model.parts(preload)
-        state = synthetic_nut_map.evaluate(preload, speed, temperature, axial, *SETS[n])
-        found = (parts.viscous, parts.hysteresis, SETS[n][1] * parts.sliding_load)
-        assert found == pytest.approx(state[:3], rel=1e-13, abs=1e-300)
+        expected = abs(float(torque_of(synthetic_nut_map, preload, speed, temperature, axial, SETS[n])))
+        assert model.torque(preload).torque == pytest.approx(expected, rel=1e-13, abs=1e-300)
 
 
 def test_derivative_is_that_of_differences(synthetic_nut_map):

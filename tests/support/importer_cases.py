@@ -2,7 +2,6 @@
 
 import atexit
 import functools
-import importlib.util
 import shutil
 import tempfile
 from collections.abc import Sequence
@@ -11,10 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from importers import FULL_SCALE_SHARE, OWN_LOOP, Coupling, Master, Pair, Replay, Row, deviation
-from paths import ROOT
 from rotor_fmu import build_rotor
 from synthetic_map import make_map
 
+from ballscrew_fmu.checks.reference import expected_outputs, reference_input
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -69,13 +68,9 @@ def subjects_of(case: Replay | Master) -> list[str]:
 
 
 def reference(nut_map: NutMap) -> tuple[list[Row], list[Row]]:
-    """The reference input of build_fmu.py, through standstill and beyond the map, and what the map gives."""
-    path = ROOT / "build_fmu.py"
-    spec = importlib.util.spec_from_file_location("build_fmu", path)
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    rows = list(script.reference_input(nut_map.header))
-    return rows, [script.expected_outputs(nut_map, REGULARIZATION_SPEED, row) for row in rows]
+    """The reference input of the checks, through standstill and beyond the map, and what the map gives."""
+    rows = list(reference_input(nut_map.header))
+    return rows, [expected_outputs(nut_map, REGULARIZATION_SPEED, row) for row in rows]
 
 
 def replayed(case: Replay, fmu: Path, rows: Sequence[Row], wanted: Sequence[Row]) -> float:
@@ -126,7 +121,7 @@ PRELOAD, TEMPERATURE = 2000.0, 303.15
 
 def coulomb_torque(nut_map: NutMap) -> float:
     state = nut_map.evaluate(preload=PRELOAD, speed=0.0, temperature=TEMPERATURE, axial_load=0.0)
-    return float(state.hysteresis_torque + state.sliding_torque)
+    return float(state.coulomb_torque)
 
 
 class Stop:

@@ -22,7 +22,7 @@ def closed_deviation(nut_map, parameters, point):
     friction_set = default_friction_set(parameters)
     preload, speed, temperature, axial_load = point
     state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction_set.values)
-    torque = state.viscous_torque + state.hysteresis_torque + state.sliding_torque
+    torque = state.friction_torque
     film = ClosedFilm(parameters, friction_set.film_model == "solved_thermal")
     direct = double_nut_torque(parameters, friction_set, film, *point).total
     return certificate.Deviation(abs(torque / direct - 1.0), 0.0, 0.0)

@@ -6,7 +6,7 @@ from typing import Any
 from ballscrew_fmu.variables.monitor import monitor_variables
 from ballscrew_tehl.calibration.measurements import PACKAGED_PRELOAD, RPM, read_rows
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.preload import OverPreload, estimate_preload
+from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
 from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, ValidationRow
 
 
@@ -20,27 +20,13 @@ def monitor_outputs(
     """
     table = monitor_variables(nut_map.header)
     starts = {v.name: v.start for v in table if v.causality == "parameter"} | parameters
-    names = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
-    friction = [starts[name] for name in names]
-    slowest, uncertainty = starts["speed_min"], starts["torque_uncertainty"]
-    held, highest, results = starts["initial_preload"], nut_map.force.hi, []
+    names = [v.name for v in table if v.causality == "output"]
+    law = MonitorParameters(*(float(starts[name] or 0.0) for name in MonitorParameters._fields))
+    held, results = None, []
     for row in inputs:
-        speed, point = row["speed"], (row["temperature"], row["axial_load"], *friction)
-        moving = abs(speed) >= slowest and speed != 0.0
-        if moving:
-            found = estimate_preload(nut_map, row["torque"], speed, *point, starts["regularization_speed"])
-            preload, slope, in_range = found.preload, found.torque_sensitivity, found.in_range
-            held = preload if in_range else held
-        else:
-            over = OverPreload(nut_map, max(abs(speed), slowest), *point, starts["regularization_speed"])
-            preload, slope, in_range = held, over.torque(min(held, highest))[1], False
-        results.append({
-            "preload": preload,
-            "preload_half_width": uncertainty / slope if uncertainty < slope * highest else highest,
-            "torque_sensitivity": slope,
-            "lambda_ratio": nut_map.evaluate_point(preload, speed, *point).lambda_ratio,
-            "in_range": in_range,
-        })  # fmt: skip
+        done = monitor_step(nut_map, MonitorInputs(**row), law, held)
+        results.append({name: done.outputs[name] for name in names})
+        held = done.preload
     return results
 
 

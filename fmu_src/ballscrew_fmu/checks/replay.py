@@ -1,8 +1,8 @@
-"""Steps an FMU in fmpy by variable names, for the replay of build_fmu.py and for tests."""
+"""Steps an FMI 2.0 FMU in fmpy by variable names, for the replay of the checks and for tests."""
 
 import shutil
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ FMI2_DISCARD = 2
 
 
 class FmuInstance:
-    """One instance of an FMI 2.0 co-simulation FMU, initialized unless told otherwise; use it in a `with`
+    """One instance of an FMI 2.0 co-simulation FMU, initialized unless `initialize` is False; use it in a `with`
     block.
 
     Parameters   fmu : the FMU, or a folder where it is unpacked
@@ -42,27 +42,35 @@ class FmuInstance:
         self._types = {v.name: v.type for v in self.description.modelVariables}
         self.messages: list[tuple[int, str]] = []
         self.time = 0.0
+        self.slave = self._instantiated(folder, name)
+        if initialize:
+            self._initialize(start)
+
+    def _instantiated(self, folder: str, name: str) -> Any:
         self._callbacks = fmi2CallbackFunctions()
         self._callbacks.logger = fmi2CallbackLoggerTYPE(self._log)
         self._callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
         self._callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
-        self.slave = FMU2Slave(
-            guid=self.description.guid,
-            unzipDirectory=folder,
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName=name,
-        )
-        self.slave.instantiate(callbacks=self._callbacks, loggingOn=True)
-        if initialize:
-            self.slave.setupExperiment(startTime=0.0)
-            self.set(**start)
-            self.slave.enterInitializationMode()
-            self.slave.exitInitializationMode()
+        slave = FMU2Slave(guid=self.description.guid, **self._identity(folder, name))
+        slave.instantiate(callbacks=self._callbacks, loggingOn=True)
+        self._get_numbers, self._set_numbers = slave.getReal, slave.setReal
+        return slave
+
+    def _identity(self, folder: str, name: str) -> dict[str, str]:
+        """Arguments of fmpy that name folder, model and instance."""
+        identifier = self.description.coSimulation.modelIdentifier
+        return {"unzipDirectory": folder, "modelIdentifier": identifier, "instanceName": name}
+
+    def _initialize(self, start: Mapping[str, float]) -> None:
+        self.slave.setupExperiment(startTime=0.0)
+        self.set(**start)
+        self.slave.enterInitializationMode()
+        self.slave.exitInitializationMode()
 
     def set(self, **values: float) -> None:
         switches = [name for name in values if self._types[name] == "Boolean"]
         numbers = [name for name in values if name not in switches]
-        for names, setter in ((numbers, self.slave.setReal), (switches, self.slave.setBoolean)):
+        for names, setter in ((numbers, self._set_numbers), (switches, self.slave.setBoolean)):
             if names:
                 setter([self._references[name] for name in names], [values[name] for name in names])
 
@@ -71,7 +79,7 @@ class FmuInstance:
         values = [
             bool(self.slave.getBoolean([self._references[name]])[0])
             if self._types[name] == "Boolean"
-            else self.slave.getReal([self._references[name]])[0]
+            else self._get_numbers([self._references[name]])[0]
             for name in names
         ]
         return values if len(values) > 1 else values[0]

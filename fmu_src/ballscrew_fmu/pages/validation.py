@@ -1,7 +1,6 @@
-"""What the documentation of an FMU shows of its accuracy: tables beside the measurement, a plot of the torque."""
+"""Validation in the documentation of an FMU: tables with the measured torques, a plot of the torque."""
 
 import io
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -9,15 +8,16 @@ import numpy as np
 from ballscrew_fmu.pages.native import Validation
 from ballscrew_tehl.calibration.measurements import packaged_measurements
 from ballscrew_tehl.parameters.file import load_parameters
-from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.report.tables import validation_table
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, MODELS, ValidationTable, validation_tables
+from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, validation_tables
 
 PLOT = "torque_over_speed.png"
 
 
 def validation_report(parameters: Any, nut_map: NutMap) -> Validation:
-    """Tables 2, 3 and 4 for the packaged screw, whose torque was measured; a plot for every screw."""
+    """Tables 2, 3 and 4 for the packaged screw, the only one with measured torques; a plot for every screw."""
     measured = parameters.screw == load_parameters().screw
     tables = "<p>No measurement of this screw is packaged.</p>"
     if measured:
@@ -27,32 +27,14 @@ def validation_report(parameters: Any, nut_map: NutMap) -> Validation:
 
         bounds = tuple(nut_map.header["axes"]["force"][:2])
         found = validation_tables(torque, preload_range=bounds)
-        tables = "\n".join(_table(table) for table in found)
+        tables = "\n".join(validation_table(table) for table in found)
         tables += "\n<p>Measured, Zhao, Zhou, NSK: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231.</p>"
     return Validation(tables, {PLOT: _plot(nut_map, measured)})
 
 
 def _torque(nut_map: NutMap, preload: float, speed: Any, temperature: float) -> Any:
     state = nut_map.evaluate(preload, speed, temperature)
-    return state.viscous_torque + state.hysteresis_torque + state.sliding_torque
-
-
-def _table(table: ValidationTable) -> str:
-    digits = 3 if table.unit == "N.m" else 0
-    head = ("preload [N]", "speed [r/min]", f"measured [{table.unit}]", *MODELS)
-    rows = [
-        (
-            f"{row.preload:.0f}",
-            f"{row.speed / RPM:.0f}",
-            *(f"{x:.{digits}f}" for x in (row.measured, *row.models)),
-        )
-        for row in table.rows
-    ]
-    rows.append(("mean deviation", "", "", *(f"{100.0 * x:.2f} %" for x in table.deviations)))
-    lines = [f"<h3>{escape(table.title)}</h3>", "<table>"]
-    lines.append("<tr>" + "".join(f"<th>{escape(cell)}</th>" for cell in head) + "</tr>")
-    lines += ["<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows]
-    return "\n".join([*lines, "</table>"])
+    return state.friction_torque
 
 
 def _plot(nut_map: NutMap, measured: bool) -> bytes:
@@ -77,7 +59,7 @@ def _plot(nut_map: NutMap, measured: bool) -> bytes:
     axes.set_ylim(bottom=0.0)
     axes.grid(alpha=0.3)
     circles = "; circles: measured" if measured else ""
-    axes.set_title(f"Oil at {ASSUMED_TEMPERATURE - 273.15:.0f} C{circles}")
+    axes.set_title(f"Oil at {ASSUMED_TEMPERATURE - CELSIUS:.0f} C{circles}")
     axes.legend(title="preload", loc="upper left")
     stream = io.BytesIO()
     FigureCanvasAgg(figure).print_png(stream, metadata={"Software": None})

@@ -26,24 +26,8 @@ from ballscrew_fmu.python_fmu.solver_cache import SOLVER_FOLDER, digest, solver_
 from ballscrew_tehl import __version__
 from ballscrew_tehl.runtime.evaluate import NutMap
 
-# What a step of every model needs: module -> name inside the package of the FMU. With those of the model they import
-# each other, numpy and the standard library.
-RUNTIME_MODULES = {
-    "ballscrew_fmu.python_fmu.slave_base": "map_slave",
-    "ballscrew_fmu.python_fmu.process_end": "process_end",
-    "ballscrew_fmu.variables.friction": "variables",
-    "ballscrew_tehl.runtime.bspline": "bspline",
-    "ballscrew_tehl.runtime.constants": "constants",
-    "ballscrew_tehl.runtime.evaluate": "evaluate",
-    "ballscrew_tehl.runtime.packed": "packed",
-    "ballscrew_tehl.runtime.standstill": "standstill",
-    "pythonfmu._version": "pythonfmu_version",
-    "pythonfmu.default_experiment": "default_experiment",
-    "pythonfmu.enums": "enums",
-    "pythonfmu.fmi2slave": "fmi2slave",
-    "pythonfmu.logmsg": "logmsg",
-    "pythonfmu.variables": "pythonfmu_variables",
-}
+#: packages below which modules travel: those that the slave of a model imports, with all that they import
+TRAVELLING = ("ballscrew_fmu.python_fmu", "ballscrew_fmu.variables", "ballscrew_tehl.runtime", "pythonfmu")
 #: what refinement needs: this module and all that it imports from its package
 SOLVER_MODULE = "ballscrew_tehl.refinement.refine"
 #: packages besides the standard library that it needs in the host
@@ -52,8 +36,8 @@ BINARIES = {
     "linux64/libpythonfmu-export.so": "linux64/{model}.so",
     "win64/pythonfmu-export.dll": "win64/{model}.dll",
 }
-SCRIPT = '''"""Entry of the FMU; the class must be defined here and own a method (see map_slave.py of the
-package)."""
+SCRIPT = '''"""Entry of the FMU; the class must be defined here and own a method (see python_fmu_slave_base.py
+of the package)."""
 
 from {package}.{slave} import {model}Base
 
@@ -69,21 +53,25 @@ class PackageError(RuntimeError):
     """The FMU cannot be packed from these sources."""
 
 
-def runtime_modules(model: FmuModel = FRICTION) -> dict[str, str]:
-    """Modules that travel, by name: their names inside the package."""
-    return RUNTIME_MODULES | dict(model.runtime)
-
-
 def runtime_sources(model: FmuModel = FRICTION) -> dict[str, str]:
     """Source of each module that travels, by its name inside the package, with imports made relative.
 
     Raises       PackageError: a module imports something that does not travel
     """
-    modules = runtime_modules(model)
-    return {
-        name: _relocated(_file_of(module).read_text(encoding="utf-8"), module, modules)
-        for module, name in modules.items()
-    }
+    found: dict[str, str] = {}
+    wanted = [model.slave]
+    while wanted:
+        module = wanted.pop()
+        if _inner_name(module) not in found:
+            source = _file_of(module).read_text(encoding="utf-8")
+            found[_inner_name(module)], imported = _relocated(source, module)
+            wanted += imported
+    return found
+
+
+def _inner_name(module: str) -> str:
+    """Name of a module inside the package of the FMU."""
+    return module.partition(".")[2].replace(".", "_")
 
 
 def _file_of(module: str) -> Path:
@@ -93,29 +81,33 @@ def _file_of(module: str) -> Path:
     return Path(spec.origin)
 
 
-def _relocated(source: str, module: str, modules: Mapping[str, str] = RUNTIME_MODULES) -> str:
-    """The source with every import of a travelling module made relative to the one package of the FMU."""
+def _relocated(source: str, module: str) -> tuple[str, list[str]]:
+    """The source with imports of travelling modules made relative to the one package of the FMU, and these modules."""
     parent = module.rpartition(".")[0]
+    imported = []
 
     def relative(match: re.Match[str]) -> str:
         indent, target = match.groups()
         absolute = f"{parent}{target}" if target.startswith(".") else target
-        name = modules.get(absolute)
-        return match.group(0) if name is None else f"{indent}from .{name} import "
+        if absolute.endswith(".") or not absolute.startswith(tuple(f"{name}." for name in TRAVELLING)):
+            return match.group(0)
+        imported.append(absolute)
+        return f"{indent}from .{_inner_name(absolute)} import "
 
     moved = _IMPORT.sub(relative, source)
+    names = {_inner_name(name) for name in imported}
     for node in ast.walk(ast.parse(moved)):
         if isinstance(node, ast.Import):
             targets = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            inside = node.level == 1 and node.module in modules.values()
+            inside = node.level == 1 and node.module in names
             targets = [] if inside else ["." * node.level + (node.module or "")]
         else:
             continue
         for target in targets:
             if target.partition(".")[0] not in {"numpy", *sys.stdlib_module_names}:
                 raise PackageError(f"{module} imports {target}, which does not travel with the FMU")
-    return moved
+    return moved, imported
 
 
 def solver_sources() -> dict[str, str]:
@@ -185,9 +177,9 @@ def fmu_files(
         code |= {f"{folder}/{name}": content for name, content in solver_code.items()}
     mark = digest(code)[:12]
     package, script = f"_ballscrew_{mark}", f"{model.name}_{mark}"
-    slave = runtime_modules(model)[model.slave]
     files = {f"resources/{package}/{name}": content for name, content in code.items()}
-    files[f"resources/{script}.py"] = SCRIPT.format(package=package, slave=slave, model=model.name).encode()
+    entry = SCRIPT.format(package=package, slave=_inner_name(model.slave), model=model.name)
+    files[f"resources/{script}.py"] = entry.encode()
     files["resources/slavemodule.txt"] = script.encode()
     files[f"resources/{MAP_FILE}"] = nut_map.to_npz()
     library = _file_of("pythonfmu").parent / "resources" / "binaries"

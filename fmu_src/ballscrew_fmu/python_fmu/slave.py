@@ -1,10 +1,9 @@
 """BallScrewFriction for Python hosts: inputs to the map, signs and standstill law to the outputs.
 
-All imports are at the top (map_slave.py). Only the contact solver is imported later, and only with refine = true,
+All imports are at the top (slave_base.py). Only the contact solver is imported later, and only with refine = true,
 from a folder that stays (solver_cache.py).
 """
 
-import math
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,8 +14,10 @@ from pythonfmu.enums import Fmi2Status
 from ballscrew_fmu.python_fmu.slave_base import MapSlave
 from ballscrew_fmu.python_fmu.solver_cache import SolverError, compiled_files, load_solver
 from ballscrew_fmu.variables.friction import fmu_variables
-from ballscrew_tehl.runtime.evaluate import DoubleNutState
-from ballscrew_tehl.runtime.standstill import presliding_power, presliding_step, regularised_sign
+from ballscrew_tehl.runtime.nut_law import DoubleNutState
+from ballscrew_tehl.runtime.outputs import friction_outputs
+from ballscrew_tehl.runtime.packed import DEFAULTS, POINT
+from ballscrew_tehl.runtime.standstill import coulomb_friction
 
 
 class BallScrewFrictionBase(MapSlave):
@@ -24,6 +25,11 @@ class BallScrewFrictionBase(MapSlave):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(fmu_variables, **kwargs)
+        self._point = self._getter(*POINT, *DEFAULTS)
+        self._standstill = self._getter(
+            "speed", "regularization_speed", "presliding_stiffness", "presliding_damping"
+        )
+        self._refining = self._getter("refine", "refine_tolerance")
         self._deflection = 0.0  # of the presliding bristle [rad]
         self._refinement: Any = None  # made at the first refined step
         self._remembered: Any = None  # state of a refinement that is not made yet
@@ -38,35 +44,16 @@ class BallScrewFrictionBase(MapSlave):
         self._refinement, self._remembered = None, state["refinement"]
 
     def _evaluate(self, step: float | None) -> bool:
-        preload, speed, temperature, axial_load = self._values[self._inputs]
-        ratio, net, roughness, regularization, stiffness, damping, refine, tolerance = self._values[
-            self._parameters
-        ]
-        point = (preload, speed, temperature, axial_load, ratio, net, roughness)
+        values = self._values
+        point = self._point(values)
+        refine, tolerance = self._refining(values)
         nut = self._refined(tolerance, point) if refine else None
         if nut is None:
             nut = self._map.evaluate_point(*point)
-        viscous = math.copysign(nut.viscous_torque, speed)
-        power = nut.viscous_torque * abs(speed)
-        coulomb = nut.hysteresis_torque + nut.sliding_torque
-        deflection = self._deflection
-        if stiffness > 0.0:
-            bristle = presliding_step(deflection, speed, step or 0.0, coulomb, stiffness, damping)
-            sign = bristle.torque / coulomb if coulomb > 0.0 else 0.0
-            if step:
-                deflection = bristle.deflection
-                power += bristle.heat / step
-            else:
-                power += presliding_power(deflection, speed, coulomb, stiffness)
-        else:
-            deflection = 0.0 if step else deflection  # a bristle that is switched off is unwound
-            sign = regularised_sign(speed, regularization)
-            power += coulomb * sign * speed
-        hysteresis, sliding = sign * nut.hysteresis_torque, sign * nut.sliding_torque
-        self._values[self._outputs] = [
-            viscous + hysteresis + sliding, viscous, hysteresis, sliding, power, *nut[3:11],
-        ]  # fmt: skip
-        self._deflection = deflection
+        speed, *bristle = self._standstill(values)
+        coulomb = coulomb_friction(nut.coulomb_torque, speed, step, self._deflection, *bristle)
+        self._show(friction_outputs(nut, speed, coulomb))
+        self._deflection = coulomb.deflection
         if nut.clamped:
             self._warn(nut.clamped)
         return True

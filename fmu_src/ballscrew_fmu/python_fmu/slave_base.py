@@ -12,6 +12,7 @@ discarded.
 import importlib
 import json
 import math
+import operator
 import os
 import sys
 from collections.abc import Callable, Mapping
@@ -42,11 +43,12 @@ class MapSlave(Fmi2Slave):
         reset_at_exit(self.resources)
         self._map = NutMap.from_npz(os.path.join(self.resources, MAP_FILE))
         self._table = table(self._map.header)
-        self._inputs = slice(0, len(places(self._table, "input")))
-        self._outputs = slice(self._inputs.stop, self._inputs.stop + len(places(self._table, "output")))
-        self._parameters = slice(self._outputs.stop, len(self._table))
-        parameters = places(self._table, "parameter")
-        self._bounds = [(p, -TOO_LARGE) for p in range(self._inputs.stop)]
+        inputs, outputs, parameters = (
+            places(self._table, causality) for causality in ("input", "output", "parameter")
+        )
+        self._outputs = slice(outputs[0], outputs[-1] + 1)
+        self._named = operator.itemgetter(*(v.name for v in self._table[self._outputs]))
+        self._bounds = [(place, -TOO_LARGE) for place in inputs]
         self._bounds += [(p, _least(self._table[p])) for p in parameters if self._table[p].unit is not None]
         self._known = range(len(self._table))
         self._settable = frozenset(place for place, _ in self._bounds)
@@ -70,6 +72,17 @@ class MapSlave(Fmi2Slave):
     def _recall(self, state: Mapping[str, Any]) -> None:
         """Take it back from a saved state."""
         raise NotImplementedError
+
+    # for a model
+
+    def _getter(self, *names: str) -> Callable[[list[Any]], Any]:
+        """Function that takes these variables from the list of values; a tuple unless it is one name."""
+        place = {v.name: n for n, v in enumerate(self._table)}
+        return operator.itemgetter(*(place[name] for name in names))
+
+    def _show(self, outputs: Mapping[str, Any]) -> None:
+        """Take the outputs of the table by name; other entries are ignored."""
+        self._values[self._outputs] = self._named(outputs)
 
     # FMI calls
 

@@ -1,12 +1,15 @@
 """The one table of the variables of BallScrewFriction: names, units, bounds, start values and dependencies; what
-a table is made of (monitor_variables.py has that of BallScrewPreloadMonitor).
+a table is made of (monitor.py has that of BallScrewPreloadMonitor).
 
-Model description, slave and tests read this table; nothing else lists variables. The value reference of a
-variable is its place in the table. Bounds and start values that belong to a map come from the map's header.
+Model description, slave and C sources are made from this table; nothing else lists variables. The value reference of a
+variable is its place in the table. Bounds and start values that belong to a map come from the map's header (of_map).
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
+
+Header = Mapping[str, Any]  # of a map
+OfMap = Callable[[Header], float]
 
 
 class Unit(NamedTuple):
@@ -54,6 +57,7 @@ class Variable(NamedTuple):
     derivative_of: str | None = None  # the continuous state that this is the time derivative of
     indicates: bool = False  # its change of sign is an event
     python_only: bool = False  # not in the native FMUs
+    of_map: Mapping[str, OfMap] = {}  # fields above that come from the header of the map
 
     @property
     def variability(self) -> str:
@@ -71,139 +75,191 @@ _VISCOUS = ("apparent_viscosity_ratio", "roughness_height", *_REFINED)
 _SLIDING = ("net_sliding_coefficient", *_SIGN)
 
 
-def fmu_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
-    """The table for the map with this header: inputs, then outputs, then parameters.
-
-    Parameters   header : map header (nut_map.packed); axes bound the inputs, defaults start parameters
-    """
-    axes, defaults = header["axes"], header["defaults"]
-    force_lo, force_hi = axes["preload"][0], axes["force"][1]
-    (cold, hot), fastest = axes["temperature"][:2], axes["speed"][1]
-    return (
-        Variable(
-            "preload", "input", "Preload of the double nut", "N", min(max(2000.0, force_lo), force_hi),
-            0.0, force_hi, 1000.0, quantity="Force",
-        ),
-        Variable(
-            "speed", "input", "Speed of the screw relative to the nut", "rad/s", 0.0, -fastest, fastest,
-            100.0, "rev/min", "AngularVelocity",
-        ),
-        Variable(
-            "temperature", "input", "Temperature of the oil at the inlet", "K", min(max(303.15, cold), hot),
-            cold, hot, 300.0, "degC", "ThermodynamicTemperature",
-        ),
-        Variable(
-            "axial_load", "input",
-            "Axial load on the nut body; positive loads the nut at whose flange it acts", "N", 0.0,
-            -force_hi, force_hi, 1000.0, quantity="Force",
-        ),
-        Variable(
-            "friction_torque", "output",
-            "Friction torque; opposes motion: J dw/dt = motor torque - friction_torque",
-            "N.m", nominal=1.0, quantity="Torque", depends_on=_ALL,
-            initially_depends_on=(*_VISCOUS, *_SLIDING),
-        ),
-        Variable(
-            "viscous_torque", "output", "Viscous part of friction_torque", "N.m", nominal=1.0,
-            quantity="Torque",
-            depends_on=_ALL, initially_depends_on=_VISCOUS,
-        ),
-        Variable(
-            "hysteresis_torque", "output", "Hysteresis part of friction_torque", "N.m", nominal=0.01,
-            quantity="Torque", depends_on=_COULOMB, initially_depends_on=_SIGN,
-        ),
-        Variable(
-            "sliding_torque", "output", "Sliding part of friction_torque", "N.m", nominal=1.0,
-            quantity="Torque",
-            depends_on=_COULOMB, initially_depends_on=_SLIDING,
-        ),
-        Variable(
-            "power_loss", "output",
-            "Dissipated power; less than torque times speed while presliding stores energy",
-            "W", minimum=0.0, nominal=100.0, quantity="Power", depends_on=_ALL,
-            initially_depends_on=(*_VISCOUS, *_SLIDING),
-        ),
-        Variable(
-            "film_thickness_min", "output", "Minimum film thickness of all contacts", "m", minimum=0.0,
-            nominal=1e-7,
-            display_unit="um", quantity="Length", depends_on=_ALL, initially_depends_on=_REFINED,
-        ),
-        Variable(
-            "film_thickness_central_screw", "output", "Least central film thickness on the screw raceway",
-            "m",
-            minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", depends_on=_ALL,
-            initially_depends_on=_REFINED,
-        ),
-        Variable(
-            "film_thickness_central_nut", "output", "Least central film thickness on the nut raceway", "m",
-            minimum=0.0, nominal=1e-7, display_unit="um", quantity="Length", depends_on=_ALL,
-            initially_depends_on=_REFINED,
-        ),
-        Variable(
-            "film_temperature_rise", "output",
-            "Highest temperature rise in a film over the oil at its inlet", "K",
-            minimum=0.0, nominal=10.0, quantity="TemperatureDifference", relative=True, depends_on=_ALL,
-            initially_depends_on=_REFINED,
-        ),
-        Variable(
-            "contact_pressure_max", "output", "Hertz pressure of the heaviest loaded ball", "Pa", minimum=0.0,
-            nominal=1e9, display_unit="GPa", quantity="Pressure", depends_on=_FORCES,
-        ),
-        Variable(
-            "ball_load_max", "output", "Load of the heaviest loaded ball", "N", minimum=0.0, nominal=10.0,
-            quantity="Force", depends_on=_FORCES,
-        ),
-        Variable(
-            "lambda_ratio", "output", "Minimum film thickness over roughness_height, at most 1000", "1",
-            minimum=0.0,
-            maximum=1000.0, nominal=1.0, depends_on=_ALL, initially_depends_on=("roughness_height", *_REFINED),
-        ),
-        Variable(
-            "in_range", "output", "False while an input lies beyond the map and is clamped", depends_on=_ALL,
-        ),
-        Variable(
-            "apparent_viscosity_ratio", "parameter",
-            "Apparent shear viscosity over film viscosity (fitted)", "1",
-            float(defaults["apparent_viscosity_ratio"]), 0.0, nominal=10.0,
-        ),
-        Variable(
-            "net_sliding_coefficient", "parameter", "Net Coulomb coefficient of the sliding part (fitted)",
-            "1",
-            float(defaults["net_sliding_coefficient"]), 0.0, nominal=0.01,
-        ),
-        Variable(
-            "roughness_height", "parameter",
-            "Film height at which half of the viscous part is left (fitted); 0: all",
-            "m", float(defaults["roughness_height"]), 0.0, nominal=1e-8, display_unit="nm", quantity="Length",
-        ),
-        Variable(
-            "regularization_speed", "parameter",
-            "Coulomb parts follow tanh(speed/regularization_speed); 0: sign",
-            "rad/s", 0.1, 0.0, nominal=0.1, display_unit="rev/min", quantity="AngularVelocity",
-        ),
-        Variable(
-            "presliding_stiffness", "parameter",
-            "Stiffness of the bristle that replaces the tanh; 0: no bristle",
-            "N.m/rad", 0.0, 0.0, nominal=100.0,
-        ),
-        Variable(
-            "presliding_damping", "parameter",
-            "Damping of the bristle; explicit coupling with an inertia needs it",
-            "N.m.s/rad", 1.0, 0.0, nominal=1.0,
-        ),
-        Variable(
-            "refine", "parameter",
-            "Solve contacts at the operating point and correct the map; needs scipy, numba and pydantic",
-            start=False, python_only=True,
-        ),
-        Variable(
-            "refine_tolerance", "parameter", "Relative error of friction_torque that refine allows, > 0", "1",
-            1e-3, 0.0, nominal=1e-3, python_only=True,
-        ),
-    )  # fmt: skip
+def lowest(axis: str) -> OfMap:
+    """Low end of an axis of the map."""
+    return lambda header: float(header["axes"][axis][0])
 
 
-def native_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
+def highest(axis: str) -> OfMap:
+    """High end of an axis of the map."""
+    return lambda header: float(header["axes"][axis][1])
+
+
+def _minus(value: OfMap) -> OfMap:
+    return lambda header: -value(header)
+
+
+def _nearest(value: float, low: OfMap, high: OfMap) -> OfMap:
+    return lambda header: min(max(value, low(header)), high(header))
+
+
+def _default(name: str) -> OfMap:
+    return lambda header: float(header["defaults"][name])
+
+
+def of_map(rows: Sequence[Variable], header: Header) -> tuple[Variable, ...]:
+    """The rows with bounds and start values of the map with this header."""
+    table = []
+    for v in rows:
+        values: dict[str, Any] = {field: value(header) for field, value in v.of_map.items()}
+        table.append(v._replace(of_map={}, **values))
+    return tuple(table)
+
+
+_TORQUE: Mapping[str, Any] = {"unit": "N.m", "quantity": "Torque"}
+_FILM: Mapping[str, Any] = {
+    "unit": "m", "minimum": 0.0, "nominal": 1e-7, "display_unit": "um", "quantity": "Length",
+    "depends_on": _ALL, "initially_depends_on": _REFINED,
+}  # fmt: skip
+
+INPUTS = (
+    Variable(
+        "preload", "input", "Preload of the double nut", "N", minimum=0.0, nominal=1000.0, quantity="Force",
+        of_map={"start": _nearest(2000.0, lowest("preload"), highest("force")), "maximum": highest("force")},
+    ),
+    Variable(
+        "speed", "input", "Speed of the screw relative to the nut", "rad/s", 0.0, nominal=100.0,
+        display_unit="rev/min", quantity="AngularVelocity",
+        of_map={"minimum": _minus(highest("speed")), "maximum": highest("speed")},
+    ),
+    Variable(
+        "temperature", "input", "Temperature of the oil at the inlet", "K", nominal=300.0,
+        display_unit="degC", quantity="ThermodynamicTemperature",
+        of_map={
+            "start": _nearest(303.15, lowest("temperature"), highest("temperature")),
+            "minimum": lowest("temperature"), "maximum": highest("temperature"),
+        },
+    ),
+    Variable(
+        "axial_load", "input", "Axial load on the nut body; positive loads the nut at whose flange it acts",
+        "N", 0.0, nominal=1000.0, quantity="Force",
+        of_map={"minimum": _minus(highest("force")), "maximum": highest("force")},
+    ),
+)  # fmt: skip
+OUTPUTS = (
+    Variable(
+        "friction_torque", "output",
+        "Friction torque; opposes motion: J dw/dt = motor torque - friction_torque",
+        nominal=1.0, depends_on=_ALL, initially_depends_on=(*_VISCOUS, *_SLIDING), **_TORQUE,
+    ),
+    Variable(
+        "viscous_torque", "output", "Viscous part of friction_torque", nominal=1.0, depends_on=_ALL,
+        initially_depends_on=_VISCOUS, **_TORQUE,
+    ),
+    Variable(
+        "hysteresis_torque", "output", "Hysteresis part of friction_torque", nominal=0.01,
+        depends_on=_COULOMB, initially_depends_on=_SIGN, **_TORQUE,
+    ),
+    Variable(
+        "sliding_torque", "output", "Sliding part of friction_torque", nominal=1.0, depends_on=_COULOMB,
+        initially_depends_on=_SLIDING, **_TORQUE,
+    ),
+    Variable(
+        "power_loss", "output",
+        "Dissipated power; less than torque times speed while presliding stores energy",
+        "W", minimum=0.0, nominal=100.0, quantity="Power", depends_on=_ALL,
+        initially_depends_on=(*_VISCOUS, *_SLIDING),
+    ),
+    Variable("film_thickness_min", "output", "Minimum film thickness of all contacts", **_FILM),
+    Variable(
+        "film_thickness_central_screw", "output", "Least central film thickness on the screw raceway", **_FILM
+    ),
+    Variable(
+        "film_thickness_central_nut", "output", "Least central film thickness on the nut raceway", **_FILM
+    ),
+    Variable(
+        "film_temperature_rise", "output", "Highest temperature rise in a film over the oil at its inlet",
+        "K", minimum=0.0, nominal=10.0, quantity="TemperatureDifference", relative=True, depends_on=_ALL,
+        initially_depends_on=_REFINED,
+    ),
+    Variable(
+        "contact_pressure_max", "output", "Hertz pressure of the heaviest loaded ball", "Pa", minimum=0.0,
+        nominal=1e9, display_unit="GPa", quantity="Pressure", depends_on=_FORCES,
+    ),
+    Variable(
+        "ball_load_max", "output", "Load of the heaviest loaded ball", "N", minimum=0.0, nominal=10.0,
+        quantity="Force", depends_on=_FORCES,
+    ),
+    Variable(
+        "lambda_ratio", "output", "Minimum film thickness over roughness_height, at most 1000", "1",
+        minimum=0.0, maximum=1000.0, nominal=1.0, depends_on=_ALL,
+        initially_depends_on=("roughness_height", *_REFINED),
+    ),
+    Variable(
+        "in_range", "output", "False while an input lies beyond the map and is clamped", depends_on=_ALL
+    ),
+)  # fmt: skip
+PARAMETERS = (
+    Variable(
+        "apparent_viscosity_ratio", "parameter", "Apparent shear viscosity over film viscosity (fitted)",
+        "1", minimum=0.0, nominal=10.0, of_map={"start": _default("apparent_viscosity_ratio")},
+    ),
+    Variable(
+        "net_sliding_coefficient", "parameter", "Net Coulomb coefficient of the sliding part (fitted)",
+        "1", minimum=0.0, nominal=0.01, of_map={"start": _default("net_sliding_coefficient")},
+    ),
+    Variable(
+        "roughness_height", "parameter",
+        "Film height at which half of the viscous part is left (fitted); 0: all",
+        "m", minimum=0.0, nominal=1e-8, display_unit="nm", quantity="Length",
+        of_map={"start": _default("roughness_height")},
+    ),
+    Variable(
+        "regularization_speed", "parameter",
+        "Coulomb parts follow tanh(speed/regularization_speed); 0: sign",
+        "rad/s", 0.1, 0.0, nominal=0.1, display_unit="rev/min", quantity="AngularVelocity",
+    ),
+    Variable(
+        "presliding_stiffness", "parameter",
+        "Stiffness of the bristle that replaces the tanh; 0: no bristle",
+        "N.m/rad", 0.0, 0.0, nominal=100.0,
+    ),
+    Variable(
+        "presliding_damping", "parameter",
+        "Damping of the bristle; explicit coupling with an inertia needs it",
+        "N.m.s/rad", 1.0, 0.0, nominal=1.0,
+    ),
+    Variable(
+        "refine", "parameter",
+        "Solve contacts at the operating point and correct the map; needs scipy, numba and pydantic",
+        start=False, python_only=True,
+    ),
+    Variable(
+        "refine_tolerance", "parameter", "Relative error of friction_torque that refine allows, > 0", "1",
+        1e-3, 0.0, nominal=1e-3, python_only=True,
+    ),
+)  # fmt: skip
+
+
+def fmu_variables(header: Header) -> tuple[Variable, ...]:
+    """The table for the map with this header: inputs, then outputs, then parameters."""
+    return of_map((*INPUTS, *OUTPUTS, *PARAMETERS), header)
+
+
+_BRISTLE = ("presliding_deflection",)
+_SLIPPING = ("net_sliding_coefficient", "presliding_stiffness")
+STATES = (  # of the native FMUs only
+    Variable(
+        "presliding_deflection", "local", "Deflection of the presliding bristle, a continuous state", "rad",
+        0.0, nominal=1e-3, display_unit="deg", quantity="Angle",
+    ),
+    Variable(
+        "presliding_deflection_rate", "local", "Time derivative of presliding_deflection", "rad/s",
+        nominal=0.1, display_unit="rev/min", quantity="AngularVelocity", depends_on=(*_COULOMB, *_BRISTLE),
+        initially_depends_on=_SLIPPING, derivative_of=_BRISTLE[0],
+    ),
+    Variable(
+        "in_range_indicator", "local", "Event indicator of in_range", "1", nominal=1.0, depends_on=_ALL,
+        indicates=True,
+    ),
+    Variable(
+        "slip_indicator", "local", "Event indicator of the bristle: it starts or stops to slip", "1",
+        nominal=1.0, depends_on=(*_COULOMB, *_BRISTLE), initially_depends_on=_SLIPPING, indicates=True,
+    ),
+)  # fmt: skip
+
+
+def native_variables(header: Header) -> tuple[Variable, ...]:
     """The table of the native FMUs: inputs, outputs and parameters as above, then the bristle as a state.
 
     In model exchange the importer integrates the bristle, so that outputs depend on it; in co-simulation it is
@@ -211,36 +267,15 @@ def native_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
     """
     shared = [v for v in fmu_variables(header) if not v.python_only]
     names = {v.name for v in shared}
-    bristle = ("presliding_deflection",)
     table = []
     for v in shared:
         initially = tuple(name for name in v.initially_depends_on if name in names)
         follows = "presliding_stiffness" in initially
         if follows:
-            v = v._replace(depends_on=(*v.depends_on, *bristle))
+            v = v._replace(depends_on=(*v.depends_on, *_BRISTLE))
             initially = tuple(dict.fromkeys((*initially, "net_sliding_coefficient", "presliding_damping")))
         table.append(v._replace(initially_depends_on=initially))
-    slipping = ("net_sliding_coefficient", "presliding_stiffness")
-    return (
-        *table,
-        Variable(
-            "presliding_deflection", "local", "Deflection of the presliding bristle, a continuous state", "rad",
-            0.0, nominal=1e-3, display_unit="deg", quantity="Angle",
-        ),
-        Variable(
-            "presliding_deflection_rate", "local", "Time derivative of presliding_deflection", "rad/s",
-            nominal=0.1, display_unit="rev/min", quantity="AngularVelocity", depends_on=(*_COULOMB, *bristle),
-            initially_depends_on=slipping, derivative_of=bristle[0],
-        ),
-        Variable(
-            "in_range_indicator", "local", "Event indicator of in_range", "1", nominal=1.0, depends_on=_ALL,
-            indicates=True,
-        ),
-        Variable(
-            "slip_indicator", "local", "Event indicator of the bristle: it starts or stops to slip", "1",
-            nominal=1.0, depends_on=(*_COULOMB, *bristle), initially_depends_on=slipping, indicates=True,
-        ),
-    )  # fmt: skip
+    return (*table, *STATES)
 
 
 TIME = Variable("time", "independent", "Time", "s", quantity="Time")  # FMI 3 lists it, after the table

@@ -1,9 +1,6 @@
 """The table of variables of BallScrewPreloadMonitor; friction parameters are those of BallScrewFriction."""
 
-from collections.abc import Mapping
-from typing import Any
-
-from ballscrew_fmu.variables.friction import Variable, fmu_variables
+from ballscrew_fmu.variables.friction import INPUTS, PARAMETERS, Header, Variable, highest, of_map
 
 _ALL = ("torque", "speed", "temperature", "axial_load")
 _FRICTION = (
@@ -15,69 +12,71 @@ _FRICTION = (
 _PRELOAD = (*_FRICTION, "speed_min", "initial_preload")
 
 
-def monitor_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
+_ROWS = {v.name: v for v in (*INPUTS, *PARAMETERS)}  # shared with BallScrewFriction
+ROWS = (
+    Variable(
+        "torque", "input",
+        "Measured friction torque, positive when it opposes positive speed; without torque of inertia",
+        "N.m", 0.0, nominal=1.0, quantity="Torque",
+    ),
+    _ROWS["speed"],
+    _ROWS["temperature"],
+    _ROWS["axial_load"],
+    Variable(
+        "preload", "output", "Preload of the double nut; below speed_min the last one that was in range",
+        "N", minimum=0.0, nominal=1000.0, quantity="Force", depends_on=_ALL, initially_depends_on=_PRELOAD,
+    ),
+    Variable(
+        "preload_half_width", "output",
+        "What torque_uncertainty means for preload: over torque_sensitivity; at most the end of the map",
+        "N", minimum=0.0, nominal=100.0, quantity="Force", depends_on=_ALL,
+        initially_depends_on=(*_PRELOAD, "torque_uncertainty"), of_map={"maximum": highest("force")},
+    ),
+    Variable(
+        "torque_sensitivity", "output",
+        "Derivative of the friction torque over preload, at speed_min if the screw is slower",
+        "N.m/N", minimum=0.0, nominal=1e-4, depends_on=_ALL, initially_depends_on=_PRELOAD,
+    ),
+    Variable(
+        "lambda_ratio", "output", "Minimum film thickness at this preload over roughness_height, at most 1000",
+        "1", minimum=0.0, maximum=1000.0, nominal=1.0, depends_on=_ALL, initially_depends_on=_PRELOAD,
+    ),
+    Variable(
+        "in_range", "output",
+        "True while the torque determines the preload: fast enough, all inputs and the preload within the map",
+        depends_on=_ALL, initially_depends_on=(*_FRICTION, "speed_min"),
+    ),
+    *(_ROWS[name] for name in _FRICTION),
+    Variable(
+        "speed_min", "parameter", "Magnitude of speed below which the torque does not determine the preload",
+        "rad/s", 1.0, 0.0, nominal=1.0, display_unit="rev/min", quantity="AngularVelocity",
+    ),
+    Variable(
+        "torque_uncertainty", "parameter", "Half-width of the interval of torque; of your sensor", "N.m",
+        0.02, 0.0, nominal=0.01, quantity="Torque",
+    ),
+    Variable(
+        "initial_preload", "parameter", "Preload reported before the first valid estimate", "N", minimum=0.0,
+        nominal=1000.0, quantity="Force", of_map=_ROWS["preload"].of_map,
+    ),
+)  # fmt: skip
+INDICATORS = (  # of the native FMUs only
+    Variable(
+        "in_range_indicator", "local", "Event indicator of in_range, motion aside", "1", nominal=1.0,
+        depends_on=_ALL, initially_depends_on=(*_FRICTION, "speed_min"), indicates=True,
+    ),
+    Variable(
+        "motion_indicator", "local", "Event indicator of motion: the speed reaches or leaves speed_min",
+        "rad/s", nominal=1.0, depends_on=("speed",), initially_depends_on=("speed_min",), indicates=True,
+    ),
+)  # fmt: skip
+
+
+def monitor_variables(header: Header) -> tuple[Variable, ...]:
     """The table for the map with this header: inputs, then outputs, then parameters."""
-    friction = {v.name: v for v in fmu_variables(header)}
-    force_hi = friction["preload"].maximum
-    return (
-        Variable(
-            "torque", "input",
-            "Measured friction torque, positive when it opposes positive speed; without torque of inertia",
-            "N.m", 0.0, nominal=1.0, quantity="Torque",
-        ),
-        friction["speed"],
-        friction["temperature"],
-        friction["axial_load"],
-        Variable(
-            "preload", "output", "Preload of the double nut; below speed_min the last one that was in range",
-            "N", minimum=0.0, nominal=1000.0, quantity="Force", depends_on=_ALL, initially_depends_on=_PRELOAD,
-        ),
-        Variable(
-            "preload_half_width", "output",
-            "What torque_uncertainty means for preload: over torque_sensitivity; at most the end of the map",
-            "N", minimum=0.0, maximum=force_hi, nominal=100.0, quantity="Force", depends_on=_ALL,
-            initially_depends_on=(*_PRELOAD, "torque_uncertainty"),
-        ),
-        Variable(
-            "torque_sensitivity", "output",
-            "Derivative of the friction torque over preload, at speed_min if the screw is slower",
-            "N.m/N", minimum=0.0, nominal=1e-4, depends_on=_ALL, initially_depends_on=_PRELOAD,
-        ),
-        Variable(
-            "lambda_ratio", "output", "Minimum film thickness at this preload over roughness_height, at most 1000",
-            "1", minimum=0.0, maximum=1000.0, nominal=1.0, depends_on=_ALL, initially_depends_on=_PRELOAD,
-        ),
-        Variable(
-            "in_range", "output",
-            "True while the torque tells the preload: fast enough, all inputs and the preload within the map",
-            depends_on=_ALL, initially_depends_on=(*_FRICTION, "speed_min"),
-        ),
-        *(friction[name] for name in _FRICTION),
-        Variable(
-            "speed_min", "parameter", "Magnitude of speed below which the torque does not tell the preload",
-            "rad/s", 1.0, 0.0, nominal=1.0, display_unit="rev/min", quantity="AngularVelocity",
-        ),
-        Variable(
-            "torque_uncertainty", "parameter", "Half-width of the interval of torque; of your sensor", "N.m", 0.02,
-            0.0, nominal=0.01, quantity="Torque",
-        ),
-        Variable(
-            "initial_preload", "parameter", "Preload that is shown until a torque has told one", "N",
-            friction["preload"].start, 0.0, force_hi, 1000.0, quantity="Force",
-        ),
-    )  # fmt: skip
+    return of_map(ROWS, header)
 
 
-def native_monitor_variables(header: Mapping[str, Any]) -> tuple[Variable, ...]:
+def native_monitor_variables(header: Header) -> tuple[Variable, ...]:
     """The table of the native FMUs: as above, then the event indicators. There is no continuous state."""
-    return (
-        *monitor_variables(header),
-        Variable(
-            "in_range_indicator", "local", "Event indicator of in_range, motion aside", "1", nominal=1.0,
-            depends_on=_ALL, initially_depends_on=(*_FRICTION, "speed_min"), indicates=True,
-        ),
-        Variable(
-            "motion_indicator", "local", "Event indicator of motion: the speed reaches or leaves speed_min", "rad/s",
-            nominal=1.0, depends_on=("speed",), initially_depends_on=("speed_min",), indicates=True,
-        ),
-    )  # fmt: skip
+    return of_map((*ROWS, *INDICATORS), header)

@@ -1,4 +1,4 @@
-"""How well a fit to measured torques is known: profile limits, stray points, what the data do not identify."""
+"""Diagnostics of a fit to measured torques: profile limits, outliers, what the data do not identify."""
 
 from __future__ import annotations
 
@@ -23,34 +23,34 @@ Array = NDArray[np.float64]
 PRECISION = 0.25
 #: the split counts as identified if the 95 % interval of the sliding share of the torque is at most this wide
 SPLIT_WIDTH = 0.10
-#: correlation that is named as the cause of a wide interval
+#: correlation that is reported as the cause of a wide interval
 STRONG = 0.9
-#: residual over robust spread beyond which a point is named; guards against stray points that hide each other
+#: residual over robust spread beyond which a point is an outlier; finds outliers that mask each other
 ROBUST_LIMIT = 6.0
-#: share of its own fit above which nothing else checks a point
+#: leverage above which no other point checks a point
 LEVERAGE_LIMIT = 0.9
 SPLIT = "split into viscous and sliding torque"
 
 
 def degrees_of_freedom(basis: TorqueBasis, count: int) -> int:
-    """Points more than fitted parameters."""
+    """Number of points minus number of fitted parameters."""
     return len(basis) - count
 
 
 def _free(values: Values, count: int) -> list[int]:
-    """Parameters that the torque depends on to first order: not a height of 0."""
+    """Indices of the parameters that change the torque to first order: all but a height of 0."""
     return [i for i in range(count) if i < 2 or values[i] > 0.0]
 
 
 def condition(basis: TorqueBasis, values: Values, count: int) -> float:
-    """Condition number of the derivatives by the relative changes of the parameters; inf if one has no effect."""
+    """Condition number of the derivatives with respect to relative changes; inf if a parameter has no effect."""
     J = basis.jacobian(values)[:, _free(values, count)]
     norm = np.linalg.norm(J, axis=0)
     return float(np.linalg.cond(J / norm)) if np.all(norm > 0.0) else math.inf
 
 
 class _Profile:
-    """Least sum of squared errors with one parameter held, the others free and not negative."""
+    """Least sum of squared errors with one parameter fixed, the others free and not negative."""
 
     def __init__(self, basis: TorqueBasis, count: int) -> None:
         self.basis, self.count = basis, count
@@ -72,7 +72,7 @@ class _Profile:
         return float(nnls(columns * scale, -self.rest)[1]) ** 2
 
     def at(self, parameter: int, value: float) -> float:
-        """Ratio (0), net sliding coefficient (1) or roughness height (2) held."""
+        """Ratio (0), net sliding coefficient (1) or roughness height (2) fixed."""
         if parameter == 2:
             return self.at_height(value)
         sliding = self.basis.sliding * self.factor
@@ -97,9 +97,9 @@ class _Profile:
 def profile_limits(basis: TorqueBasis, count: int) -> dict[str, dict[str, float]]:
     """95 % limits of the fitted parameters by the profile of the sum of squared errors.
 
-    Returns      parameter -> {"low", "high"} (SI): 0 where the data do not tell it from 0, inf where they set no bound
-    Validity     errors independent, normal, of equal relative size (as the weights say); unlike intervals of the
-                 linearised fit right at the bound 0 and where the torque is curved in the roughness height
+    Returns      parameter -> {"low", "high"} (SI): 0 if the data are compatible with 0, inf if they set no bound
+    Validity     errors independent, normal, of equal relative size (as the weights say); other
+                 than intervals of the linearised fit also valid at the bound 0 and for large changes of the height
     Source       Bates & Watts, Nonlinear Regression Analysis (1988), section 6.1: limits where the cost exceeds its
                  least value by s^2 F(1, n - p; 0.95)
     """
@@ -108,7 +108,7 @@ def profile_limits(basis: TorqueBasis, count: int) -> dict[str, dict[str, float]
         return {name: {"low": 0.0, "high": math.inf} for name in FITTED[:count]}
     values = fit_values(basis, count, "least_squares")
     least = float(np.sum(basis.errors(values) ** 2))
-    # errors of rounding are no spread
+    # rounding errors are not a spread
     allowed = max(least, 1e-24 * len(basis)) * (1.0 + student_t.ppf(0.975, freedom) ** 2 / freedom)
     profile = _Profile(basis, count)
     jacobian = basis.jacobian((1.0, 1.0, 0.0))[:, :2]
@@ -141,9 +141,9 @@ class PointDiagnostics:
 
     deviation    model/measured - 1 without weight
     leverage     share of the point in its own fitted value, 0..1
-    studentised  deleted studentised residual, NaN if it cannot be told;  limit: its bound for one false alarm among 20
+    studentised  deleted studentised residual, NaN if not determined;  limit: its bound for one false alarm among 20
                  whole files of good points
-    robust       error of the fit that gives way to stray points, over the robust spread of these errors
+    robust       error of the soft_l1 fit, over the robust spread of these errors
     """
 
     deviation: Array
@@ -154,8 +154,8 @@ class PointDiagnostics:
 
     @property
     def outliers(self) -> list[int]:
-        """Numbers of the points that do not go with the others."""
-        # NaN counts as no outlier: nothing checks the point
+        """Numbers of the points that do not agree with the others."""
+        # NaN is not an outlier: no other point checks it
         return [
             i
             for i in range(len(self.deviation))
@@ -169,9 +169,9 @@ class PointDiagnostics:
 
 
 def point_diagnostics(basis: TorqueBasis, values: Values, count: int) -> PointDiagnostics:
-    """Residuals of the points, which of them are stray.
+    """Residuals of the points and which of them are outliers.
 
-    Parameters   values : of the fit whose deviations are shown; the tests take the least squares and the soft_l1 fit
+    Parameters   values : of the fit whose deviations are shown; the criteria use the least squares and the soft_l1 fit
     Source       Cook & Weisberg, Residuals and Influence in Regression (1982), section 2.2.1 (deleted studentised
                  residuals, Bonferroni bound); spread: 1.4826 times the median of |r| without the p smallest
     """
@@ -190,15 +190,15 @@ def point_diagnostics(basis: TorqueBasis, values: Values, count: int) -> PointDi
         limit = float(student_t.ppf(1.0 - 0.05 / (2 * n), freedom - 1))
     robust = np.zeros(n)
     if freedom >= 2:
-        yielding = basis.errors(fit_values(basis, count, "soft_l1"))
-        # such a fit passes through as many points as it has parameters, nearly: they tell nothing of the spread
-        spread = 1.4826 * float(np.median(np.sort(np.abs(yielding))[count:]))
-        robust = yielding / max(spread, 1e-9)
+        soft_residual = basis.errors(fit_values(basis, count, "soft_l1"))
+        # such a fit nearly passes through as many points as it has parameters: these are left out of the spread
+        spread = 1.4826 * float(np.median(np.sort(np.abs(soft_residual))[count:]))
+        robust = soft_residual / max(spread, 1e-9)
     return PointDiagnostics(basis.torque(values) / basis.measured - 1.0, leverage, studentised, robust, limit)
 
 
 class Rival(NamedTuple):
-    """Another description fitted to the same points: its name, points, values, deviations of points left out (n,)."""
+    """Another model fitted to the same points: its name, basis, values, absolute deviations of left-out points (n,)."""
 
     name: str
     basis: TorqueBasis
@@ -206,12 +206,12 @@ class Rival(NamedTuple):
     left_out: Array
 
 
-def told_apart(ours: Array, theirs: Array) -> bool:
-    """Whether left-out points are predicted better by the first.
+def predicts_better(ours: Array, theirs: Array) -> bool:
+    """Whether the first model predicts left-out points better.
 
     Parameters   absolute deviations of the points (n,)
-    Returns      result of Wilcoxon's signed-rank test, one-sided, 2.5 %; never below 6 points. A test of means would
-                 say nothing as soon as one stray point is missed by both
+    Returns      result of Wilcoxon's signed-rank test, one-sided, 2.5 %; never below 6 points. A test of means
+                 would have no power as soon as both models miss one outlier
     """
     if np.all(ours == theirs):
         return False
@@ -232,17 +232,17 @@ def not_identified(
     left_out: Array,
     rivals: Sequence[Rival] = (),
 ) -> dict[str, str]:
-    """What these points do not identify, each with the reasons.
+    """Parameters that these points do not identify, with the reasons.
 
     Parameters   limits : see profile_limits;  correlations : "first, second" -> -1..1
-                 left_out : deviations of the points from the fit to all others (n,);  rivals : other descriptions
+                 left_out : deviations of the points from the fit to all others (n,);  rivals : other models
     Returns      parameter, or SPLIT -> reasons as one text; empty if all is identified
-    Source       a parameter: half its interval is above PRECISION of its value, or another description predicts
+    Source       a parameter: half its interval is above PRECISION of its value, or another model predicts
                  left-out points as well with a value further off. The split: see SPLIT_WIDTH, limits and equal rivals
                  together. The limits are choices, not results.
     """
     reasons: dict[str, list[str]] = {}
-    equal = [rival for rival in rivals if not told_apart(left_out, rival.left_out)]
+    equal = [rival for rival in rivals if not predicts_better(left_out, rival.left_out)]
     for i, name in enumerate(FITTED[:count]):
         value, low, high = float(values[i]), limits[name]["low"], limits[name]["high"]
         found = []
@@ -277,7 +277,7 @@ def not_identified(
 
 def _as_good(rival: Rival, left_out: Array) -> str:
     theirs, ours = 100.0 * float(rival.left_out.mean()), 100.0 * float(left_out.mean())
-    return f"the fit {rival.name}, not told apart by points left out ({theirs:.1f} % against {ours:.1f} %)"
+    return f"the fit {rival.name}, which predicts left-out points equally well ({theirs:.1f} %, here {ours:.1f} %)"
 
 
 def _text(name: str, value: float) -> str:

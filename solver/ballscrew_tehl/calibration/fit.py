@@ -1,33 +1,30 @@
 """Fit of at most three friction parameters to measured torques, by named loss functions.
 
-All losses look at the relative error r = w (T/T_measured - 1) of the torque, w the weight of a measurement:
+All losses use the relative error r = w (T/T_measured - 1) of the torque, w the weight of a measurement:
 
 least_squares   sum of r^2 over the distinct points
-table_minimax   the largest over the tables of mean(|r|)/target
-soft_l1         sum of 2 s^2 (sqrt(1 + (r/s)^2) - 1), s = 1 %: squares below about 1 %, absolute values above, so that
-                single stray points do not pull the fit (scipy's soft_l1)
-table_minimax if there are none
-
-A point counts in the mean of each of its tables. Points that stand in no table form one table together. The
-target of a table is 1 (100 %) unless given.
+soft_l1         sum of 2 s^2 (sqrt(1 + (r/s)^2) - 1), s = 1 %: squares below about 1 %, absolute values above, which
+                limits the effect of single outliers (scipy's soft_l1)
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares, linprog, minimize_scalar, nnls
+from scipy.optimize import least_squares, nnls
 
 from ..friction.parts import roughness_share, roughness_share_slope
 from ..friction.torque import NutSums
 from .measurements import Measurement
 
-#: the table of the points that stand in none
+#: name of the loss -> name that scipy gives it
+LOSSES = {"least_squares": "linear", "soft_l1": "soft_l1"}
+#: the table of the points that are in no table
 NO_TABLE = "all"
-#: relative error at which soft_l1 passes from squares to absolute values
+#: relative error at which soft_l1 changes from squares to absolute values
 SOFT_SCALE = 0.01
 
 #: ratio [1], net sliding coefficient [1], roughness height [m]
@@ -36,11 +33,11 @@ Values = Sequence[float] | NDArray[np.float64]
 
 @dataclass(frozen=True)
 class TorqueBasis:
-    """Torque of the double nut at n operating points as a function of the fitted parameters only.
+    """Torque of the double nut at n operating points as a function of the fitted parameters.
 
     viscous (n, 2) [N.m] and film (n, 2) [m] of screw and nut raceway, hysteresis (n,) and sliding (n,) [N.m]:
-    the sums of NutSums over both nuts. Nuts under different forces: (n, 4), the second nut behind the first; the
-    film of a nut without load is inf.
+    the sums of NutSums over both nuts. Nuts under different forces: (n, 4), first nut, then second nut. The film
+    of a nut without load is inf.
     """
 
     measurements: tuple[Measurement, ...]
@@ -122,10 +119,6 @@ class TorqueBasis:
         return {name: np.array(rows) for name, rows in found.items()}
 
 
-Targets = Mapping[str, float]
-Loss = Callable[[TorqueBasis, int, Targets], np.ndarray]
-
-
 def _linear_fit(basis: TorqueBasis, height: float) -> np.ndarray:
     """Least squares in ratio and net coefficient, none negative, for a given roughness height."""
     matrix = basis.jacobian((1.0, 1.0, height))[:, :2]
@@ -135,21 +128,13 @@ def _linear_fit(basis: TorqueBasis, height: float) -> np.ndarray:
 
 
 def _scale(basis: TorqueBasis) -> np.ndarray:
-    """Size of the parameters: each part alone makes the torque; the thinnest film."""
+    """Scale of the parameters: each part alone gives the torque; the thinnest film for the height."""
     matrix = basis.jacobian((1.0, 1.0, 0.0))[:, :2]
     return np.array([*(1.0 / np.abs(matrix).mean(axis=0)), basis.film.min()])
 
 
-def _least_squares(basis: TorqueBasis, count: int, targets: Targets) -> np.ndarray:
-    return _smallest(basis, count, "linear")
-
-
-def _soft_l1(basis: TorqueBasis, count: int, targets: Targets) -> np.ndarray:
-    return _smallest(basis, count, "soft_l1")
-
-
 def _smallest(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
-    """Smallest sum of scipy's loss of the errors, none of the parameters negative."""
+    """Least sum of scipy's loss of the errors, none of the parameters negative."""
     if count == 2 and loss == "linear":
         return _linear_fit(basis, 0.0)
     best, lowest, scale = None, np.inf, _scale(basis)
@@ -162,7 +147,7 @@ def _smallest(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
         slope = np.array([1.0, 1.0, 0.5 / np.sqrt(x[2]) if count == 3 else 0.0])
         return (basis.jacobian(values(x)) * scale * slope)[:, :count]
 
-    # the loss may have several valleys in the roughness height
+    # the loss may have several minima in the roughness height
     for height in (0.3, 1.0, 3.0) if count == 3 else (0.0,):
         start = np.maximum(_linear_fit(basis, height * scale[2]) / scale, 1e-3)
         start[2] = height**2
@@ -184,70 +169,16 @@ def _smallest(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
             best, lowest = values(found.x), found.cost
     assert best is not None
     if count == 3 and best[2] < 1e-3 * basis.film.min():
-        # the method stays inside its bounds: a height too small to matter is none
+        # the method stays inside its bounds: a negligible height is set to 0
         return _smallest(basis, 2, loss)
     return best
 
 
-def _shares_of_tables(basis: TorqueBasis, targets: Targets) -> np.ndarray:
-    """Matrix that makes means per table, in units of their targets, of errors per point."""
-    mean = np.zeros((len(basis.tables), len(basis)))
-    for row, (name, members) in enumerate(basis.tables.items()):
-        mean[row, members] = 1.0 / (len(members) * targets.get(name, 1.0))
-    return mean
-
-
-def _minimax_at(basis: TorqueBasis, height: float, targets: Targets) -> tuple[float, np.ndarray]:
-    """Smallest table_minimax loss at a roughness height: a linear programme.
-
-    Unknowns: ratio, net coefficient, a bound on |r| per point, the loss. All are >= 0.
-    """
-    matrix = basis.jacobian((1.0, 1.0, height))[:, :2]
-    rest = basis.errors((0.0, 0.0, height))
-    scale = 1.0 / np.abs(matrix).max(axis=0)
-    n, mean = len(basis), _shares_of_tables(basis, targets)
-    above = np.hstack([matrix * scale, -np.eye(n), np.zeros((n, 1))])
-    below = np.hstack([-matrix * scale, -np.eye(n), np.zeros((n, 1))])
-    bound = np.hstack([np.zeros((len(mean), 2)), mean, -np.ones((len(mean), 1))])
-    found = linprog(
-        np.r_[np.zeros(n + 2), 1.0],
-        A_ub=np.vstack([above, below, bound]),
-        b_ub=np.concatenate([-rest, rest, np.zeros(len(mean))]),
-        method="highs-ds",
-    )
-    if not found.success:
-        raise ArithmeticError(f"fit stopped without a minimum: {found.message}")
-    return float(found.fun), np.array([*(found.x[:2] * scale), height])
-
-
-def _table_minimax(basis: TorqueBasis, count: int, targets: Targets) -> np.ndarray:
-    if count == 2:
-        return _minimax_at(basis, 0.0, targets)[1]
-    heights = np.r_[0.0, basis.film.min() * np.geomspace(0.05, 5.0, 24)]
-    losses = [_minimax_at(basis, height, targets)[0] for height in heights]
-    i = int(np.argmin(losses))
-    around = (heights[max(i - 1, 0)], heights[min(i + 1, len(heights) - 1)])
-    refined = minimize_scalar(
-        lambda height: _minimax_at(basis, height, targets)[0],
-        bounds=around,
-        method="bounded",
-        options={"xatol": 1e-5 * basis.film.min()},
-    )
-    return _minimax_at(basis, float(refined.x) if refined.fun < losses[i] else float(heights[i]), targets)[1]
-
-
-LOSSES: dict[str, Loss] = {
-    "least_squares": _least_squares,
-    "soft_l1": _soft_l1,
-    "table_minimax": _table_minimax,
-}
-
-
-def fit_values(basis: TorqueBasis, count: int, loss: str, targets: Targets | None = None) -> np.ndarray:
+def fit_values(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
     """Ratio [1], net sliding coefficient [1], roughness height [m] that minimise a loss.
 
     Parameters   basis : n points, n >= count;  count : 2 (no roughness height) or 3
-                 loss : name, see the top of this file;  targets : table -> mean deviation it is to reach
+                 loss : name, see the top of this file
     Raises       ValueError: unknown loss, too few points, no minimum found
     """
     if loss not in LOSSES:
@@ -256,4 +187,4 @@ def fit_values(basis: TorqueBasis, count: int, loss: str, targets: Targets | Non
         raise ValueError(f"count = {count}; allowed: 2, 3 fitted parameters")
     if len(basis) < count:
         raise ValueError(f"{len(basis)} distinct points; {count} fitted parameters need at least {count}")
-    return LOSSES[loss](basis, count, targets or {})
+    return _smallest(basis, count, LOSSES[loss])

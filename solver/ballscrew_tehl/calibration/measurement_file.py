@@ -1,8 +1,8 @@
-"""Measured torques of a user's CSV file: units in the headings, every row checked, none dropped in silence.
+"""Measured torques of a user's CSV file: units in the headings, every row checked, dropped rows reported.
 
-Fields are separated by commas, semicolons or tabs. With semicolons or tabs numbers may have decimal commas, as a
-German Excel writes them; a file with decimal commas must not hold a point in a number, which could then be meant as a
-thousands separator. Text may be UTF-8, UTF-16 with its mark, or Windows-1252.
+Fields are separated by commas, semicolons or tabs. With semicolons or tabs numbers may have decimal commas, as
+written by a German Excel. A file with decimal commas must not have a point in a number, which could be a thousands
+separator. Text may be UTF-8, UTF-16 with a byte order mark, or Windows-1252.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from ..parameters.units import CELSIUS, RPM
 from .measurement_units import PERCENT, Column, columns_of
 from .measurements import Measurement, merged
 
-#: oil temperatures that can be [K]: the lowest of the viscosity laws; far above any oil of a ball screw
+#: range of oil temperatures [K]: lower end of the viscosity laws, far above any oil of a ball screw
 COLDEST, HOTTEST = 200.0, 473.15
 #: torque over (ball load times arm): below the friction of any rolling contact, above that of dry sliding
 LEAST_COEFFICIENT, MOST_COEFFICIENT = 1e-4, 1.0
 #: nominal diameter times speed [mm r/min]; catalogues end near 2e5
 MOST_DN = 5e5
-#: rows that one line of a message names
+#: most rows listed in one message
 NAMED_ROWS = 8
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -51,9 +51,9 @@ class RowProblem:
 class MeasurementFile:
     """Content of a file.
 
-    measurements  the usable rows in their order, a point that stands in several tables once
+    measurements  the usable rows in their order, a point of several tables once
     problems      the rows that are not usable
-    notes         what was assumed or not used, one sentence each
+    notes         assumptions and unused columns, one sentence each
     lines         line of each row of data in the file;  digest  start of its SHA-256
     """
 
@@ -86,7 +86,7 @@ def _lines(path: Path) -> tuple[list[tuple[int, list[str]]], str, str]:
     lines = [
         (number, line)
         for number, line in enumerate(_decoded(path, content).splitlines(), start=1)
-        # Excel may begin a file by naming the separator
+        # Excel may write the separator in the first line
         if line.strip(" \t;,") and not line.lstrip().startswith("#") and not line.startswith("sep=")
     ]
     if len(lines) < 2:
@@ -112,9 +112,9 @@ def _lines(path: Path) -> tuple[list[tuple[int, list[str]]], str, str]:
 def _with_points(
     path: Path, rows: Sequence[tuple[int, list[str]]], columns: Sequence[Column | None], separator: str
 ) -> list[dict[str, str]]:
-    """Fields of the known columns by key, decimal commas made points.
+    """Fields of the known columns by key, decimal commas replaced by points.
 
-    Raises       ValueError: commas and points that cannot be told apart
+    Raises       ValueError: ambiguous commas and points
     """
     found = [
         {c.key: field for c, field in zip(columns, row, strict=True) if c is not None} for _, row in rows
@@ -159,7 +159,7 @@ def _reasons(row: dict[str, str], columns: dict[str, Column], si: dict[str, floa
         if key in si and not si[key] > 0.0:
             found.append(f"{shown(key)}; allowed: > 0")
     if si["speed"] == 0.0:
-        found.append(f"{shown('speed')}; allowed: not 0, there is no film at rest")
+        found.append(f"{shown('speed')}; allowed: not 0 (no film at rest)")
     if si["torque"] == 0.0:
         found.append(f"{shown('torque')}; allowed: not 0")
     elif si["torque"] * si["speed"] < 0.0:
@@ -180,7 +180,7 @@ def _reasons(row: dict[str, str], columns: dict[str, Column], si: dict[str, floa
 
 
 def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFile:
-    """Read a file and tell usable rows from others.
+    """Read a file and separate usable rows from others.
 
     Parameters   path : CSV with headings as measurement_units reads them: preload, speed, torque; optional
                  temperature, axial_load, torque_uncertainty (standard one, or % of the torque) or weight (factor on the
@@ -248,7 +248,7 @@ def named_rows(rows: Sequence[int]) -> str:
 
 
 def mean_ball_friction(parameters: Parameters, m: Measurement) -> float:
-    """Torque over the sum of ball load times arm [1]: the friction coefficient that would explain it alone."""
+    """Torque over the sum of ball load times arm [1]: the friction coefficient that alone would give this torque."""
     screw = parameters.screw
     force = 2.0 * m.preload + abs(m.axial_load)
     arm = screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(screw.contact_angle)
@@ -256,7 +256,7 @@ def mean_ball_friction(parameters: Parameters, m: Measurement) -> float:
 
 
 def implausible_for(parameters: Parameters, measurements: Sequence[Measurement]) -> list[RowProblem]:
-    """Rows that no screw of this size can show, most often by a mixed-up unit of a force, torque or speed."""
+    """Rows that are impossible for a screw of this size, mostly due to a wrong unit of a force, torque or speed."""
     found = []
     for m in measurements:
         reasons = []
@@ -264,8 +264,8 @@ def implausible_for(parameters: Parameters, measurements: Sequence[Measurement])
         if not LEAST_COEFFICIENT <= coefficient <= MOST_COEFFICIENT:
             reasons.append(
                 f"torque = {m.torque:g} N.m at preload = {m.preload:g} N means a friction coefficient of "
-                f"{coefficient:.2g} on this screw; allowed: {LEAST_COEFFICIENT:g} to {MOST_COEFFICIENT:g}; units of "
-                "preload or torque probably mixed up"
+                f"{coefficient:.2g} on this screw; allowed: {LEAST_COEFFICIENT:g} to {MOST_COEFFICIENT:g}; "
+                "units of preload or torque probably mixed up"
             )
         dn = 2e3 * parameters.screw.nominal_radius * m.speed / RPM
         if not dn <= MOST_DN:
@@ -279,20 +279,9 @@ def implausible_for(parameters: Parameters, measurements: Sequence[Measurement])
 
 
 def refusal(path: Path | str, what: str, problems: Sequence[RowProblem], remedy: str) -> ValueError:
-    """The one line about rows that are not taken; what: `impossible row(s)`."""
+    """Error in one line about rows that are not accepted; what: `impossible row(s)`."""
     shown = " | ".join(str(problem) for problem in problems[:NAMED_ROWS])
     more = len(problems) - NAMED_ROWS
     return ValueError(
         f"{path}: {len(problems)} {what}: {shown}{f' | and {more} more' if more > 0 else ''}; {remedy}"
     )
-
-
-def read_measurements(path: Path | str, temperature: float) -> list[Measurement]:
-    """Measured torques of a file without an impossible row; parameters as read_measurement_file.
-
-    Raises       ValueError: as read_measurement_file; an impossible row
-    """
-    found = read_measurement_file(path, temperature)
-    if found.problems:
-        raise refusal(path, "impossible row(s)", found.problems, "mend or remove them")
-    return found.measurements

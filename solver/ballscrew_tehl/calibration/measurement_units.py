@@ -45,7 +45,7 @@ PERCENT = "%"
 
 
 class Quantity(NamedTuple):
-    """A quantity of a measured point: names that its column may have, units, whether it must be there."""
+    """A quantity of a measured point: accepted names of its column, units, whether it is required."""
 
     names: tuple[str, ...]
     units: Units
@@ -79,7 +79,7 @@ class Column(NamedTuple):
 
 
 def _letters(unit: str) -> str:
-    """Unit as it stands behind a name: rad_s, rpm, nm, degc."""
+    """Unit as written after a name: rad_s, rpm, nm, degc."""
     return "".join(character for character in unit.lower() if character.isalnum() and character.isascii())
 
 
@@ -92,10 +92,10 @@ def _key_of(stem: str) -> str | None:
 
 
 def column_of(heading: str) -> Column | None:
-    """What a heading means; None if it is none of the known ones.
+    """Quantity and unit of a heading; None if it is not a known one.
 
-    Parameters   heading : `preload [kN]`, `preload (kN)`, `preload_kN`; capitals count in a unit in brackets only
-    Raises       ValueError: a known quantity without unit or with an unknown one, a name that nearly is a known one
+    Parameters   heading : `preload [kN]`, `preload (kN)`, `preload_kN`; case matters only for a unit in brackets
+    Raises       ValueError: a known quantity without unit or with an unknown one, a misspelt name
     Example
                  >>> column_of("Speed [1/min]")
                  Column(key='speed', heading='Speed [1/min]', unit='1/min')
@@ -127,7 +127,7 @@ def column_of(heading: str) -> Column | None:
                 f"column {heading!r}: unit {stem[len(name) + 1 :]!r}; write {name} [UNIT] with one of "
                 f"{_units_text(known[name])}"
             )
-    # a unit behind the name must not hide a slip in the name
+    # a misspelt name may be followed by a unit
     short = stem.rsplit("_", 1)[0]
     names = [*known, *PLAIN]
     near = [name for name in names if len(short) > 2 and name.startswith(short)]

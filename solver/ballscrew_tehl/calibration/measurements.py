@@ -19,11 +19,10 @@ class Measurement:
     """One measured operating point.
 
     preload [N], speed [rad/s], temperature of the oil [K], torque [N.m]
-    tables  names of the tables in which the point stands; it counts once in a fit, once in the mean of each
-            table
+    tables  names of the tables with this point; it counts once in a fit, once in the mean of each table
     weight  factor on its relative error
     axial_load [N] of the double nut;  uncertainty: standard one of the torque [N.m], None if not known
-    rows    of the file in which it stands, from 1
+    rows    of the file, from 1
     """
 
     preload: float
@@ -65,11 +64,11 @@ def read_rows(path: Path | str) -> list[dict[str, str]]:
 
 
 def merged(measurements: Iterable[Measurement]) -> list[Measurement]:
-    """The distinct points: a point that stands in several tables becomes one that names them all."""
+    """The distinct points: a point of several tables becomes one point with all their names."""
     distinct: list[Measurement] = []
     for m in measurements:
         for i, other in enumerate(distinct):
-            # in the same table, or in none, it is a repeated measurement, which counts again
+            # in the same table, or in none, it is a repeated measurement, which counts twice
             apart = m.tables and other.tables and not set(m.tables) & set(other.tables)
             if apart and replace(m, tables=other.tables) == other:
                 distinct[i] = replace(other, tables=other.tables + m.tables, rows=other.rows + m.rows)

@@ -1,13 +1,14 @@
 """Friction sets from measured torques: fit, 95 % intervals, correlations, leave-one-out errors, provenance.
 
 The torque is linear in the apparent viscosity ratio and in the net sliding coefficient, and the film does not
-change during a fit. So each operating point is solved once, and fitting costs milliseconds.
+change during a fit. So each operating point is solved once, and a fit takes milliseconds.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -27,12 +28,10 @@ from .measurements import Measurement, packaged_measurements
 
 #: called with (finished, total, what)
 Progress = Callable[[int, int, str], None]
-#: mean deviations of the paper's own model, recomputed from its printed tables: the units of table_minimax
-TABLE_TARGETS = {"table2": 0.0159, "table4": 0.0117}
-#: loss of the packaged sets; what the other losses give stands in the file
+#: loss of the packaged sets; the file also has the results of the other loss
 PACKAGED_LOSS = "soft_l1"
-#: film model of the packaged sets. The film of the thermal solve needs the roughness height: with two parameters it
-#: misses the tables by 12 %, with three it fits them better than the isothermal film of the published decomposition
+#: film model of the packaged sets. The film of the thermal solve needs the roughness height: with two parameters the
+#: deviation from the tables is 12 %, with three it is less than with the isothermal film of the published decomposition
 PACKAGED_FILM = {"two_parameter": "solved", "three_parameter": "solved_thermal"}
 
 
@@ -44,8 +43,8 @@ def torque_basis(
 ) -> TorqueBasis:
     """Solve the operating points once: loads of the balls, films, sums.
 
-    Parameters   progress : is told how many points are done, of how many, and what they are
-    Raises       ValueError: a point that the film model or the load distribution refuses, by name
+    Parameters   progress : called with the number of finished points, of all points, and a text
+    Raises       ValueError: a point outside the range of the film model or of the load distribution, by name
     """
     screw, count = parameters.screw, len(measurements)
     sums = []
@@ -68,8 +67,8 @@ def torque_basis(
 def intervals(basis: TorqueBasis, values: Values, count: int) -> tuple[dict[str, float], dict[str, float]]:
     """Half-widths of the 95 % intervals and correlations of the fitted parameters.
 
-    Returns      intervals : parameter -> half-width (SI), inf if it cannot be told
-                 correlations : "first, second" -> -1..1, NaN if it cannot be told
+    Returns      intervals : parameter -> half-width (SI), inf if not determined
+                 correlations : "first, second" -> -1..1, NaN if not determined
     Validity     model linear around the solution, errors independent and of equal relative size; for a loss
                  other than least_squares as if its solution were one of least squares
     Source       Student-t with n - count degrees of freedom on (J'J)^-1 r'r/(n - count)
@@ -100,69 +99,48 @@ def _deviations(basis: TorqueBasis, values: Values) -> np.ndarray:
     return np.abs(basis.torque(values) / basis.measured - 1.0)
 
 
-def leave_one_out(basis: TorqueBasis, count: int, loss: str, targets: Mapping[str, float]) -> np.ndarray:
-    """Absolute deviation of each point from the fit to all others (n,)."""
-    return np.abs(left_out_deviations(basis, count, loss, targets))
-
-
 def left_out_deviations(
-    basis: TorqueBasis,
-    count: int,
-    loss: str,
-    targets: Mapping[str, float],
-    progress: Progress = lambda finished, total, what: None,
+    basis: TorqueBasis, count: int, loss: str, progress: Progress = lambda finished, total, what: None
 ) -> np.ndarray:
     """model/measured - 1 of each point by the fit to all others (n,)."""
     everything = range(len(basis))
     missed = []
     for i in everything:
         progress(i, len(basis), "fits without one point")
-        values = fit_values(basis.subset([j for j in everything if j != i]), count, loss, targets)
+        values = fit_values(basis.subset([j for j in everything if j != i]), count, loss)
         missed.append(basis.torque(values)[i] / basis.measured[i] - 1.0)
     progress(len(basis), len(basis), "fits without one point")
     return np.array(missed)
 
 
-def leave_one_table_out(
-    basis: TorqueBasis, count: int, loss: str, targets: Mapping[str, float]
-) -> dict[str, dict[str, float]]:
-    """Deviation of the points that stand in one table only from the fit to all other points, mean and max.
+def leave_one_table_out(basis: TorqueBasis, count: int, loss: str) -> dict[str, dict[str, float]]:
+    """Deviation of the points that are in one table only from the fit to all other points, mean and max.
 
-    Returns      table -> {"mean", "max"}; tables whose absence leaves too few points to fit are left out
+    Returns      table -> {"mean", "max"}; without the tables whose absence leaves too few points to fit
     """
     found = {}
     for name in basis.tables:
         seen = [i for i, m in enumerate(basis.measurements) if set(m.tables) - {name}]
         unseen = [i for i in range(len(basis)) if i not in seen]
         if len(seen) >= count and unseen:
-            missed = _deviations(basis, fit_values(basis.subset(seen), count, loss, targets))[unseen]
+            missed = _deviations(basis, fit_values(basis.subset(seen), count, loss))[unseen]
             found[name] = {"mean": float(missed.mean()), "max": float(missed.max())}
     return found
 
 
-def _error_summary(
-    basis: TorqueBasis,
-    values: Values,
-    count: int,
-    loss: str,
-    targets: Mapping[str, float],
-    left_out: np.ndarray | None = None,
-) -> dict[str, float]:
+def _error_summary(basis: TorqueBasis, values: Values, left_out: np.ndarray) -> dict[str, float]:
+    """Absolute deviations of the fit, and of each point from the fit to all others; left_out: left_out_deviations."""
     missed = _deviations(basis, values)
     summary = {"mean": float(missed.mean()), "max": float(missed.max())}
     for name, rows in basis.tables.items():
         if len(basis.tables) > 1:
             summary[name] = float(missed[rows].mean())
-    if left_out is None:
-        left_out = leave_one_out(basis, count, loss, targets)
-    return summary | {
-        "leave_one_out_mean": float(left_out.mean()),
-        "leave_one_out_max": float(left_out.max()),
-    }
+    unseen = np.abs(left_out)
+    return summary | {"leave_one_out_mean": float(unseen.mean()), "leave_one_out_max": float(unseen.max())}
 
 
 def check_parts_differ(basis: TorqueBasis) -> None:
-    """Refuse points that cannot tell viscous and sliding part apart at all.
+    """Refuse points at which viscous and sliding part are proportional.
 
     Raises       ValueError
     """
@@ -177,19 +155,15 @@ def fit_friction_set(
     film_model: str,
     name: str,
     loss: str = "least_squares",
-    targets: Mapping[str, float] | None = None,
     provenance: str = "",
-    others: bool = True,
     left_out: np.ndarray | None = None,
 ) -> FrictionSet:
-    """Fit one set of friction parameters and find out how well it is known.
+    """Fit one set of friction parameters and estimate its errors.
 
-    Parameters   basis : the points, see torque_basis;  film_model : name of the model behind it
-                 name : "two_parameter" or "three_parameter";  loss : see friction_fit
-                 targets : table -> mean deviation it is to reach, for the losses by table
-                 others : fit with every other loss as well;  left_out : leave_one_out of this fit, if it is known
-    Returns      FrictionSet; its other_losses hold values and errors of every other loss
-    Raises       ValueError: unknown name, not more points than parameters, points that do not tell them apart
+    Parameters   basis : the points, see torque_basis;  film_model : name of its film model
+                 name : "two_parameter" or "three_parameter";  loss : see fit
+                 left_out : left_out_deviations of this fit if they are already computed
+    Raises       ValueError: unknown name, not more points than parameters, viscous and sliding part proportional
     """
     if name not in SETS:
         raise ValueError(f"set = {name!r}; allowed: {', '.join(SETS)}")
@@ -197,20 +171,11 @@ def fit_friction_set(
     if len(basis) <= count:
         raise ValueError(f"{len(basis)} distinct points; {count} fitted parameters need at least {count + 1}")
     check_parts_differ(basis)
-    goals = dict(targets or {})
-
-    def fitted(named_loss: str) -> np.ndarray:
-        return fit_values(basis, count, named_loss, goals)
-
-    values = fitted(loss)
+    values = fit_values(basis, count, loss)
     half, correlations = intervals(basis, values, count)
-    alternatives = {}
-    for other in LOSSES if others else ():
-        if other != loss:
-            found = fitted(other)
-            shown = dict(zip(SETS[name], (float(v) for v in found), strict=False))
-            alternatives[other] = shown | _error_summary(basis, found, count, other, goals)
     ratio, net, height = (float(v) for v in values)
+    if left_out is None:
+        left_out = left_out_deviations(basis, count, loss)
     return FrictionSet(
         name,
         parameters.friction.kinematics,
@@ -222,13 +187,24 @@ def fit_friction_set(
         provenance=provenance,
         intervals=half,
         correlations=correlations,
-        errors=_error_summary(basis, values, count, loss, goals, left_out),
-        leave_one_table_out=leave_one_table_out(basis, count, loss, goals),
-        other_losses=alternatives,
+        errors=_error_summary(basis, values, left_out),
+        leave_one_table_out=leave_one_table_out(basis, count, loss),
         limits=profile_limits(basis, count),
         screw=parameters.name,
         parameters_hash=parameters_hash(parameters),
     )
+
+
+def other_losses(basis: TorqueBasis, name: str, loss: str) -> dict[str, dict[str, float]]:
+    """Values and errors of the set fitted by every loss but this one."""
+    found = {}
+    for other in LOSSES:
+        if other != loss:
+            count = len(SETS[name])
+            values = fit_values(basis, count, other)
+            fitted = dict(zip(SETS[name], (float(v) for v in values), strict=False))
+            found[other] = fitted | _error_summary(basis, values, left_out_deviations(basis, count, other))
+    return found
 
 
 def calibrate_packaged(
@@ -239,10 +215,10 @@ def calibrate_packaged(
 ) -> dict[tuple[str, str], FrictionSet]:
     """Fit the packaged sets, both kinematics times two and three parameters, and write them.
 
-    Parameters   film_for_kinematics : "published" or "rolling_frame" -> film model for parameters with that name
+    Parameters   film_model : parameters with the kinematics, name of the set -> film model
                  parameters : the screw of the tables; None = the packaged one
                  path : file to write; None = write nothing
-                 progress : is told what comes next
+                 progress : called with the name of the next step
     Returns      (kinematics, name) -> FrictionSet
     Source       measurements: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Tables 2 and 4
     """
@@ -261,9 +237,8 @@ def calibrate_packaged(
                 f"Zhao et al. (2023), Tables 2 and 4, {len(measurements)} distinct points, oil at {temperature:g} K "
                 f"(assumed), {screw.screw.ball_count} balls per nut, ballscrew_tehl {__version__}"
             )
-            sets[kinematics, name] = fit_friction_set(
-                basis, variant, film.name, name, PACKAGED_LOSS, TABLE_TARGETS, provenance
-            )
+            found = fit_friction_set(basis, variant, film.name, name, PACKAGED_LOSS, provenance)
+            sets[kinematics, name] = replace(found, other_losses=other_losses(basis, name, PACKAGED_LOSS))
     if path is not None:
         write_friction_sets(path, sets, HEADER)
     return sets
@@ -274,5 +249,4 @@ Friction parameters fitted to measured torques; written by `python -m ballscrew_
 A set belongs to its kinematics and its film model. Errors are absolute relative deviations from the measured
 torque; intervals are half-widths (95 %, Student-t). Only the total torque is identified, not its split: see
 the correlations. Losses: least_squares: sum of squared relative errors of the distinct points. soft_l1: the same
-with absolute values above 1 %. table_minimax: largest over the tables of mean relative error over 1.59 % (table2)
-and 1.17 % (table4), the mean deviations of the published model."""
+with absolute values above 1 %."""

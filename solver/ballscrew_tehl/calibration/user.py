@@ -1,4 +1,4 @@
-"""Calibration on a user's own measurements: every row accounted for, fit, errors, what the data do not identify."""
+"""Calibration on a user's own measurements: usable rows, fit, errors, what the data do not identify."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .diagnostics import (
     condition,
     not_identified,
     point_diagnostics,
-    told_apart,
+    predicts_better,
 )
 from .fit import TorqueBasis, fit_values
 from .measurement_file import MeasurementFile, RowProblem, implausible_for, named_rows, refusal
@@ -37,9 +37,9 @@ from .packaged import (
     torque_basis,
 )
 
-#: what --drop leaves out of a fit when told to
+#: kinds of rows that --drop leaves out of a fit
 DROPS = ("impossible", "outside", "outliers")
-#: degrees of freedom below which intervals are called rough
+#: degrees of freedom below which a note says that intervals are rough
 FEW_DEGREES = 3
 
 
@@ -49,7 +49,7 @@ class Calibration:
 
     friction_set  with limits and what is not identified;  basis  the points of the fit
     points        diagnostics of these points;  left_out  model/measured - 1 of each by the fit to the others (n,)
-    dropped       rows that are not in the fit, with the reason;  notes  assumptions and warnings, one sentence each
+    dropped       rows left out of the fit, with the reason;  notes  assumptions and warnings, one sentence each
     condition     condition number of the scaled derivatives of the fit
     spread        root of the weighted mean square error over the stated uncertainties, None without these
     """
@@ -72,9 +72,9 @@ def _without(
     Raises       ValueError: they may not, or no row is left
     """
     if problems and kind not in drop:
-        raise refusal(path, what, problems, f"mend or remove them, or go on without them: --drop {kind}")
+        raise refusal(path, what, problems, f"fix or remove them, or continue without them: --drop {kind}")
     if problems and left == 0:
-        raise refusal(path, f"{what}, no row is left", problems, "mend them")
+        raise refusal(path, f"{what}, no row is left", problems, "fix them")
     return problems
 
 
@@ -88,10 +88,10 @@ def usable_points(
     drop: Collection[str] = (),
     outside: Callable[[Measurement], str] = lambda m: "",
 ) -> tuple[list[Measurement], list[RowProblem]]:
-    """Points that can be fitted, and the rows that are dropped because the caller allows it.
+    """Points that can be fitted, and the rows that are dropped as the caller allows.
 
-    Parameters   drop : kinds of DROPS;  outside : why the film model does not reach a point, "" if it does
-    Raises       ValueError: rows that cannot be used and may not be dropped, by number; none left; unknown kind
+    Parameters   drop : kinds of DROPS;  outside : why the film model has no value for a point, "" if it has
+    Raises       ValueError: rows that cannot be used and may not be dropped; no row left; unknown kind
     """
     if unknown := set(drop) - set(DROPS):
         raise ValueError(f"drop = {', '.join(sorted(unknown))}; allowed: {', '.join(DROPS)}")
@@ -100,9 +100,9 @@ def usable_points(
     bad = {problem.row for problem in problems}
     points = [m for m in file.measurements if not bad & set(m.rows)]
     dropped = _without(file.path, "impossible", problems, drop, "impossible row(s)", len(points))
-    judged = [(m, outside(m)) for m in points]
-    beyond = [_placed(file, RowProblem(row, 0, reason)) for m, reason in judged if reason for row in m.rows]
-    points = [m for m, reason in judged if not reason]
+    checked = [(m, outside(m)) for m in points]
+    beyond = [_placed(file, RowProblem(row, 0, reason)) for m, reason in checked if reason for row in m.rows]
+    points = [m for m, reason in checked if not reason]
     return points, dropped + _without(
         file.path, "outside", beyond, drop, "row(s) outside the map", len(points)
     )
@@ -133,7 +133,7 @@ def _check_count(points: list[Measurement], name: str) -> list[str]:
         )
     if len(distinct) == count:
         notes.append(
-            f"{count} operating points for {count} parameters: nothing checks the shape of the torque"
+            f"{count} operating points for {count} parameters: no point is left to check the shape of the torque"
         )
     return notes
 
@@ -146,67 +146,82 @@ def calibrate_file(
     loss: str = "least_squares",
     drop: Collection[str] = (),
     outside: Callable[[Measurement], str] = lambda m: "",
-    films: dict[str, str] | None = None,
+    films: dict[str, str] = PACKAGED_FILM,
     progress: Progress = lambda finished, total, what: None,
 ) -> Calibration:
-    """Fit one set to a file and find out how well it is known.
+    """Fit one set to a file with error estimates and diagnostics.
 
-    Parameters   film_model : name of a film -> film model of the parameters;  films : set -> name of its film, None =
-                 as the packaged sets;  name : "two_parameter" or "three_parameter";  loss : see friction_fit
-                 drop : kinds of DROPS;  outside : see usable_points;  progress : called while it runs
-    Returns      Calibration. The other set, with its film, is fitted as a rival: if both predict left-out points
-                 equally well, parameters in which they differ are not identified
-    Raises       ValueError: as usable_points; too few points; points that do not tell the parameters apart
+    The other set, with its film, is fitted as well. If both predict left-out points equally well, parameters in which
+    they differ are not identified.
+
+    Parameters   film_model : name of a film -> film model of the parameters;  films : set -> name of its film
+                 name : "two_parameter" or "three_parameter";  loss : see fit
+                 drop : kinds of DROPS;  outside : see usable_points;  progress : called during the solves and fits
+    Raises       ValueError: as usable_points; too few points; viscous and sliding part proportional at all points
     """
-    films = films or PACKAGED_FILM
     points, dropped = usable_points(file, parameters, drop, outside)
     notes = [*file.notes, *_check_count(points, name)]
     count = len(SETS[name])
     film = film_model(films[name])
     basis = torque_basis(parameters, film, points, progress)
     if "outliers" in drop:
-        basis, strays = _without_outliers(basis, count, name)
-        dropped = dropped + strays
-        notes += _check_count(list(basis.measurements), name) if strays else []
-    left = "" if not dropped else f", without {named_rows([problem.row for problem in dropped])}"
-    provenance = (
-        f"{file.path.name} (SHA-256 {file.digest}), {len(basis)} points of {len(file.lines)} rows{left}, "
-        f"ballscrew_tehl {__version__}"
-    )
+        basis, outliers = _without_outliers(basis, count)
+        dropped = dropped + outliers
+        notes += _check_count(list(basis.measurements), name) if outliers else []
     check_parts_differ(basis)
-    left_out = left_out_deviations(basis, count, loss, {}, progress)
-    found = fit_friction_set(
-        basis, parameters, film.name, name, loss, None, provenance, others=False, left_out=np.abs(left_out)
-    )
-    rivals = _rivals(basis, parameters, film_model, films, name, loss, progress)
-    unknown = not_identified(
-        basis, found.values, count, found.limits, found.correlations, np.abs(left_out), rivals
-    )
-    for rival in rivals:
-        if told_apart(rival.left_out, np.abs(left_out)):
-            notes.append(
-                f"the fit {rival.name} predicts points left out better: {100.0 * rival.left_out.mean():.1f} % against "
-                f"{100.0 * np.abs(left_out).mean():.1f} %"
-            )
-    points_found = point_diagnostics(basis, found.values, count)
-    notes += _point_notes(basis, points_found)
-    spread = _spread(basis, found, count)
+    left_out = left_out_deviations(basis, count, loss, progress)
+    provenance = _provenance(file, basis, dropped)
+    found = fit_friction_set(basis, parameters, film.name, name, loss, provenance, left_out)
+    missed = np.abs(left_out)
+    rivals = []
+    for other, fitted in SETS.items():
+        if other != name and len(basis) > len(fitted):
+            theirs = basis
+            if films[other] != films[name]:
+                theirs = torque_basis(parameters, film_model(films[other]), basis.measurements, progress)
+            rivals.append(_rival(f"{other} (film {films[other]})", theirs, len(fitted), loss, progress))
+    unknown = not_identified(basis, found.values, count, found.limits, found.correlations, missed, rivals)
+    diagnostics = point_diagnostics(basis, found.values, count)
+    notes += [*_rival_notes(rivals, missed), *_point_notes(basis, diagnostics)]
     return Calibration(
-        replace(found, not_identified=unknown), basis, points_found, left_out, dropped, notes,
-        condition(basis, found.values, count), spread,
+        replace(found, not_identified=unknown), basis, diagnostics, left_out, dropped, notes,
+        condition(basis, found.values, count), _spread(basis, found, count),
     )  # fmt: skip
 
 
-def _without_outliers(basis: TorqueBasis, count: int, name: str) -> tuple[TorqueBasis, list[RowProblem]]:
-    """The points without stray ones, once; what turns out stray afterwards is named and kept."""
+def _provenance(file: MeasurementFile, basis: TorqueBasis, dropped: list[RowProblem]) -> str:
+    without = f", without {named_rows([problem.row for problem in dropped])}" if dropped else ""
+    return (
+        f"{file.path.name} (SHA-256 {file.digest}), {len(basis)} points of {len(file.lines)} rows{without}, "
+        f"ballscrew_tehl {__version__}"
+    )
+
+
+def _rival(name: str, basis: TorqueBasis, count: int, loss: str, progress: Progress) -> Rival:
+    """Another set fitted to the same points with its own films."""
+    values = fit_values(basis, count, loss)
+    return Rival(name, basis, values, np.abs(left_out_deviations(basis, count, loss, progress)))
+
+
+def _rival_notes(rivals: list[Rival], missed: np.ndarray) -> list[str]:
+    return [
+        f"the fit {rival.name} predicts left-out points better: {100.0 * rival.left_out.mean():.1f} % instead of "
+        f"{100.0 * missed.mean():.1f} %"
+        for rival in rivals
+        if predicts_better(rival.left_out, missed)
+    ]
+
+
+def _without_outliers(basis: TorqueBasis, count: int) -> tuple[TorqueBasis, list[RowProblem]]:
+    """The points without outliers, in one pass; outliers of the remaining points are reported and kept."""
     points = point_diagnostics(basis, fit_values(basis, count, "least_squares"), count)
     keep = [i for i in range(len(basis)) if i not in points.outliers]
-    strays = [
+    outliers = [
         RowProblem(row, 0, f"outlier: {_outlier_text(basis, points, i)}")
         for i in points.outliers
         for row in basis.measurements[i].rows or (i + 1,)
     ]
-    return (basis.subset(keep) if strays else basis), strays
+    return (basis.subset(keep) if outliers else basis), outliers
 
 
 def _outlier_text(basis: TorqueBasis, points: PointDiagnostics, i: int) -> str:
@@ -219,7 +234,8 @@ def _outlier_text(basis: TorqueBasis, points: PointDiagnostics, i: int) -> str:
 
 def _point_notes(basis: TorqueBasis, points: PointDiagnostics) -> list[str]:
     notes = [
-        f"{basis.measurements[i].point}: outlier, kept: {_outlier_text(basis, points, i)}; --drop outliers fits without"
+        f"{basis.measurements[i].point}: outlier, kept: {_outlier_text(basis, points, i)}; "
+        "to leave it out: --drop outliers"
         for i in points.outliers
     ]
     unchecked = [basis.measurements[i].point for i in points.unchecked]
@@ -228,29 +244,6 @@ def _point_notes(basis: TorqueBasis, points: PointDiagnostics) -> list[str]:
             f"{', '.join(unchecked)}: no other point checks it (leverage {points.leverage.max():.2f})"
         )
     return notes
-
-
-def _rivals(
-    basis: TorqueBasis,
-    parameters: Parameters,
-    film_model: Callable[[str], FilmModel],
-    films: dict[str, str],
-    name: str,
-    loss: str,
-    progress: Progress,
-) -> list[Rival]:
-    """The other sets, fitted to the same points with their own films."""
-    found = []
-    for other, fitted in SETS.items():
-        if other == name or len(basis) <= len(fitted):
-            continue
-        theirs = basis
-        if films[other] != films[name]:
-            theirs = torque_basis(parameters, film_model(films[other]), basis.measurements, progress)
-        values = fit_values(theirs, len(fitted), loss)
-        left_out = np.abs(left_out_deviations(theirs, len(fitted), loss, {}, progress))
-        found.append(Rival(f"{other} (film {films[other]})", theirs, values, left_out))
-    return found
 
 
 def _spread(basis: TorqueBasis, found: FrictionSet, count: int) -> float | None:
@@ -286,7 +279,7 @@ def point_rows(result: Calibration) -> list[dict[str, Any]]:
 
 
 def calibration_data(result: Calibration) -> dict[str, Any]:
-    """What stands beside the friction set, for JSON."""
+    """What --json adds to the friction set."""
     return {
         "points": point_rows(result),
         "dropped": [{"row": problem.row, "reason": problem.reason} for problem in result.dropped],
@@ -299,7 +292,7 @@ def calibration_data(result: Calibration) -> dict[str, Any]:
 
 
 def calibration_text(result: Calibration) -> str:
-    """The result as text: points, parameters, errors, what is not identified, rows left out."""
+    """The result as text: points, parameters, errors, what is not identified, dropped rows."""
     lines = [
         f"{'row':>9}{'preload':>10}{'speed':>9}{'oil':>7}{'axial':>9}{'measured':>10}{'computed':>10}{'model':>8}"
         f"{'left out':>10}",

@@ -1,8 +1,7 @@
-"""The command calibrate: friction parameters from a user's measurements, or the packaged sets anew."""
+"""The command calibrate: friction parameters from a user's measurements, or a new fit of the packaged sets."""
 
 from __future__ import annotations
 
-import sys
 import time
 from argparse import Namespace
 from collections.abc import Callable
@@ -13,7 +12,7 @@ from ..calibration.measurements import Measurement
 from ..friction.sets import PACKAGED_SETS, write_friction_sets
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
-from .common import film_model_of, screw_of
+from .common import film_model_of, say, screw_of
 from .main import TEMPERATURE
 from .points import print_results
 from .progress import progress_bar
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from ..calibration.user import Calibration
     from ..friction.film_model import FilmModel
 
-#: seconds without a word of progress
+#: seconds before the first progress message
 QUIET = 2.0
 
 
@@ -35,23 +34,23 @@ def run_calibrate(args: Namespace) -> int:
         return _packaged(args, parameters)
     for option in (args.output, args.plot):
         if option and not Path(option).absolute().parent.is_dir():
-            raise ValueError(f"{option}: no such folder; allowed: a file in a folder that is there")
+            raise ValueError(f"{option}: no such folder; allowed: a file in an existing folder")
     result = _calibration(args, parameters)
     found = result.friction_set
     if found.film_model == "hamrock_dowson":
-        print("film hamrock_dowson: no map holds it, build_fmu.py refuses such a fit", file=sys.stderr)
+        say("film hamrock_dowson: not in any map, build_fmu.py rejects this fit")
     if args.output:
         write_friction_sets(
             args.output,
             {(found.kinematics, found.name): found},
             "Fitted by python -m ballscrew_tehl calibrate",
         )
-        print(f"written: {args.output}", file=sys.stderr)
+        say(f"written: {args.output}")
     if args.plot:
         from ..calibration.plot import calibration_figure, save_figure
 
         save_figure(calibration_figure(result), Path(args.plot))
-        print(f"written: {args.plot}", file=sys.stderr)
+        say(f"written: {args.plot}")
     if args.json:
         from ..calibration.user import calibration_data
 
@@ -79,7 +78,7 @@ def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
     name = args.set or parameters.friction.set
     films = dict(PACKAGED_FILM)
     if args.film:
-        # a rival keeps its own film, unless the film is none of the solver's
+        # the other set keeps its own film, unless the film is not one of the solver
         films = (
             dict.fromkeys(films, args.film) if args.film == "hamrock_dowson" else {**films, name: args.film}
         )
@@ -115,7 +114,7 @@ def _films(
         return lambda film: film_model_of(film, parameters), lambda m: ""
     if args.film == "hamrock_dowson":
         raise ValueError(
-            "--map with --film hamrock_dowson; allowed: solved, solved_thermal, which a map holds"
+            "--map with --film hamrock_dowson; allowed: solved, solved_thermal, the films of a map"
         )
     from ..friction.torque import nut_forces
     from ..nut_map.contact_map import SolvedFilm
@@ -159,8 +158,8 @@ def _packaged(args: Namespace, parameters: Parameters) -> int:
     def film_model(variant: Parameters, name: str) -> FilmModel:
         return film_model_of(args.film or PACKAGED_FILM[name], variant)
 
-    sets = calibrate_packaged(film_model, parameters, output, lambda text: print(text, file=sys.stderr))
-    print(f"written: {output}", file=sys.stderr)
+    sets = calibrate_packaged(film_model, parameters, output, say)
+    say(f"written: {output}")
     if args.json:
         entries = {f"{kinematics}.{name}": vars(entry) for (kinematics, name), entry in sets.items()}
         print_results([entries], True, False)

@@ -1,4 +1,4 @@
-"""What several commands share: the screw and the map that their options name, films by name, keys of the answers."""
+"""Shared by several commands: screw and map of their options, films by name, keys of the results."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def say(text: str) -> None:
 
 
 def screw_of(args: Namespace) -> Parameters:
-    """The parameters that --screw and --kinematics name.
+    """The parameters selected by --screw and --kinematics.
 
     Raises       ParameterError (a ValueError)
     """

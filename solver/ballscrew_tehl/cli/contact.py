@@ -13,7 +13,7 @@ from .. import __version__
 from ..calibration.measurements import read_rows
 from .points import add_json, print_results
 
-#: rheologies that the contact solver knows
+#: rheologies of the contact solver
 RHEOLOGIES = ("newtonian", "eyring", "carreau", "limiting_shear_stress")
 LAWS = ("barus", "roelands")
 DIMENSIONS = ("load_n", "radius_x_m", "radius_y_m", "u1_m_s", "u2_m_s", "temperature_k")
@@ -82,7 +82,7 @@ def add_contact(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--rheology", choices=RHEOLOGIES, help="default: that of the oil, newtonian in the packaged one"
     )
-    parser.add_argument("--isothermal", action="store_true", help="leave the energy equation out")
+    parser.add_argument("--isothermal", action="store_true", help="without the energy equation")
     parser.add_argument("--moes", nargs=2, metavar=("M", "L"), help="Moes load and lubricant number")
     parser.add_argument("--radius-ratio", metavar="R_X/R_Y", help="0 < R_x/R_y <= 1")
     parser.add_argument("--law", choices=LAWS, help="barus (incompressible) or roelands (compressible)")
@@ -172,7 +172,7 @@ def _solve(contact: dict[str, Any], screw_file: str | None) -> dict[str, Any]:
 def _by_moes(contact: dict[str, Any], options: Any) -> dict[str, Any]:
     """Isothermal film in Moes units.
 
-    error_estimate: relative, of Hc: what the extrapolation from half the nodes adds to it
+    error_estimate: relative, of Hc: change by the extrapolation from half the nodes
     """
     from ..contact.moes import solve_moes
 

@@ -14,5 +14,5 @@ def run_init(args: Namespace) -> int:
     if args.json:
         print(json.dumps({"file": args.file}))
     else:
-        print(f"{args.file}: put in the values of your screw and oil; the first lines say how to go on")
+        print(f"{args.file}: enter the values of your screw and oil; the first lines explain the next steps")
     return 0

@@ -1,8 +1,8 @@
 """Command line: python -m ballscrew_tehl COMMAND.
 
-Exit codes: 0 done; 1 a computation did not converge; 2 bad input, with one line on stderr that says what is
-allowed. Results go to stdout, everything else to stderr. What a command needs is imported when it runs: an
-answer from the map must not wait for the solver.
+Exit codes: 0 done; 1 a computation did not converge; 2 bad input, with one line on stderr that names what is
+allowed. Results go to stdout, everything else to stderr. Modules are imported when a command runs: results from the
+map must not wait for the import of the solver.
 """
 
 from __future__ import annotations
@@ -36,24 +36,24 @@ SET_NAMES = ("two_parameter", "three_parameter")
 CERTIFIED = ("torque", "film", "temperature_rise")
 DROP_KINDS = ("impossible", "outside", "outliers")
 OILS = ("viscosities", "iso_vg")
-LOSS_NAMES = ("least_squares", "soft_l1", "table_minimax")
+LOSS_NAMES = ("least_squares", "soft_l1")
 
 
 class Parser(argparse.ArgumentParser):
-    """Complains in one line; takes no abbreviations, which a later option could make ambiguous."""
+    """One line per error; no abbreviations, which a later option could make ambiguous."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(allow_abbrev=False, **settings)
 
     def error(self, message: str) -> NoReturn:
-        """Print the complaint and leave with 2."""
+        """Print the error and exit with code 2."""
         self.exit(2, f"{self.prog}: error: {message} (see --help)\n")
 
 
 def _screw_options(parser: argparse.ArgumentParser, with_map: bool = True) -> None:
     parser.add_argument("--screw", metavar="FILE.toml", help="screw file; default: the packaged GD4008-3")
     parser.add_argument(
-        "--kinematics", choices=KINEMATICS, help="surface speeds; default: as the screw file says"
+        "--kinematics", choices=KINEMATICS, help="surface speeds; default: as in the screw file"
     )
     if with_map:
         parser.add_argument("--map", metavar="FILE", help="map file; default: the packaged map")
@@ -70,7 +70,7 @@ def _torque(commands: argparse._SubParsersAction) -> None:
 
 
 def _preload(commands: argparse._SubParsersAction) -> None:
-    parser = commands.add_parser("preload", help="preload behind a measured friction torque")
+    parser = commands.add_parser("preload", help="preload from a measured friction torque")
     add_options(parser, PRELOAD_POINT)
     _screw_options(parser)
     parser.set_defaults(run="preload.run_preload")
@@ -85,7 +85,7 @@ def _map(commands: argparse._SubParsersAction) -> None:
         "--tolerance",
         type=float,
         metavar="E",
-        help="estimated error of ln(film) above which a contact is solved and not foretold by its neighbours; "
+        help="estimated error of ln(film) above which a contact is solved and not interpolated from its neighbours; "
         "default: 0.002; with 0.01 a fifth of the contacts is solved",
     )
     build.add_argument("--workers", type=int, metavar="N", help="processes; default: one per core")
@@ -126,8 +126,8 @@ def _calibrate(commands: argparse._SubParsersAction) -> None:
         help="fit the friction parameters to measured torques",
         description="Fit the friction parameters to measured torques. Headings of the file name the units, for example "
         "preload [N], speed [r/min], temperature [degC], torque [N.m], or preload_n, speed_rpm, ...; optional: "
-        "temperature, axial_load, torque_uncertainty or weight, table, comment. Prints errors, each point left out, "
-        "95 %% intervals, correlations, outliers and what the data do not identify.",
+        "temperature, axial_load, torque_uncertainty or weight, table, comment. Prints errors, errors of left-out "
+        "points, 95 % intervals, correlations, outliers and what the data do not identify.",
     )
     parser.add_argument("measurements", nargs="?", metavar="MEASUREMENTS.csv", help="measured torques")
     parser.add_argument(
@@ -138,8 +138,8 @@ def _calibrate(commands: argparse._SubParsersAction) -> None:
         metavar="FILE.toml",
         help="where to write the sets, for build_fmu.py --friction (--packaged: data of the package)",
     )
-    parser.add_argument("--plot", metavar="FILE.png", help="draw measured against computed torque")
-    parser.add_argument("--set", choices=SET_NAMES, help="what to fit; default: as the screw file says")
+    parser.add_argument("--plot", metavar="FILE.png", help="draw computed over measured torque")
+    parser.add_argument("--set", choices=SET_NAMES, help="parameters to fit; default: as in the screw file")
     parser.add_argument("--loss", choices=LOSS_NAMES, help="default: least_squares; --packaged: soft_l1")
     parser.add_argument(
         "--film",
@@ -156,7 +156,7 @@ def _calibrate(commands: argparse._SubParsersAction) -> None:
         action="append",
         choices=DROP_KINDS,
         default=[],
-        help="go on without impossible rows, rows outside the map, outliers (may be repeated); dropped rows are named",
+        help="leave out impossible rows, rows outside the map, outliers (may be repeated); dropped rows are listed",
     )
     _screw_options(parser, with_map=False)
     parser.add_argument(
@@ -168,12 +168,12 @@ def _calibrate(commands: argparse._SubParsersAction) -> None:
 
 def _validate(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser(
-        "validate", help="the model beside the measured torques and published models"
+        "validate", help="compare the model with measured torques and published models"
     )
     parser.add_argument(
         "--contacts",
         action="store_true",
-        help="instead: solve the contact of section 5.1 of the paper, both kinematics, beside the printed values",
+        help="solve instead the contact of section 5.1 of the paper with both kinematics; shows the printed values",
     )
     _screw_options(parser)
     add_json(parser)
@@ -197,7 +197,7 @@ def _report(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser(
         "report",
         help="one HTML page: validation, torques, ball loads, a contact, the map, the paper",
-        description="Write one HTML page that opens offline. Solves the contacts of one ball on the way, some seconds.",
+        description="Write one HTML page without external files. Solves the contacts of one ball (some seconds).",
     )
     parser.add_argument("--output", required=True, metavar="FILE.html", help="where to write the page")
     _screw_options(parser)
@@ -216,11 +216,11 @@ def build_parser() -> Parser:
 
 
 def _join_negative_numbers(arguments: Sequence[str]) -> list[str]:
-    """--axial-load-n -1e3 as --axial-load-n=-1e3: argparse takes -1e3, -inf for options."""
+    """--axial-load-n -1e3 as --axial-load-n=-1e3: argparse reads -1e3, -inf as options."""
     joined: list[str] = []
     for argument in arguments:
         try:
-            # NaN included: it is refused later by name
+            # NaN included: it is rejected later by name
             negative = argument.startswith("-") and isinstance(float(argument), float)
         except ValueError:
             negative = False
@@ -245,7 +245,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return int(getattr(importlib.import_module(f".{module}", __package__), function)(args))
     except BrokenPipeError:
-        # the reader of a pipe (head, less) has gone: no complaint, and none from the interpreter's own flush
+        # the reader of a pipe (head, less) has exited: no error message, also not from the interpreter's own flush
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except (ValueError, OSError) as err:

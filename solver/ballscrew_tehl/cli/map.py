@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-import sys
 from argparse import Namespace
 from concurrent.futures import Executor
 from pathlib import Path
@@ -20,7 +18,7 @@ from ..nut_map.workers import build_executor
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from ..runtime.packed import certificate_totals
-from .common import EXTREMES, screw_of
+from .common import EXTREMES, say, screw_of
 from .points import print_results
 from .progress import progress_bar
 
@@ -32,7 +30,7 @@ if TYPE_CHECKING:
 def _build_one(
     parameters: Parameters, path: Path, args: Namespace, executor: Executor, progress: Progress
 ) -> dict[str, Any]:
-    """Build, certify and write one map; contacts that an interrupted build has solved are not solved again."""
+    """Build, certify and write one map; contacts solved by an interrupted build are not solved again."""
     from ..nut_map.build import build_map
     from ..nut_map.file import load_map, save_map
 
@@ -41,7 +39,7 @@ def _build_one(
     if args.tolerance is not None:
         grid = dataclasses.replace(grid, contact_tolerance=args.tolerance)
     built = build_map(parameters, progress=progress, grid=grid, executor=executor, journal=journal)
-    # a map takes the place of an older one only with its certificate
+    # a map replaces an older one only with its certificate
     trial = path.with_name(path.name + ".trial")
     try:
         save_map(trial, built, {})
@@ -71,7 +69,7 @@ def run_map_build(args: Namespace) -> int:
         parameters = screw_of(args)
         if args.output is None and args.screw is not None:
             raise ValueError(
-                "--output (missing); allowed: a file; the packaged map belongs to the packaged screw"
+                "--output (missing); allowed: a file; the packaged map is that of the packaged screw"
             )
         path = Path(args.output) if args.output else packaged_map(parameters.friction.kinematics)
         wanted = [(parameters, path)]
@@ -99,7 +97,7 @@ def _family(args: Namespace) -> list[tuple[Parameters, Path]]:
 def run_map_check(args: Namespace) -> int:
     """Load a map, which verifies hash and parameters, and compare it with direct solves.
 
-    Exit code 1 if it is further off than its certificate says. The points are the first ones of the certificate.
+    Exit code 1 if its error is larger than its certificate states. The points are the first ones of the certificate.
     """
     from ..nut_map.file import load_map
 
@@ -117,9 +115,8 @@ def run_map_check(args: Namespace) -> int:
     }
     print_results([result], args.json, False)
     if not good:
-        print(
-            f"map differs from direct solves by {result['torque_error_max']:.2e}; its certificate says {allowed:.2e}",
-            file=sys.stderr,
+        say(
+            f"map differs from direct solves by {result['torque_error_max']:.2e}; its certificate states {allowed:.2e}"
         )
     return 0 if good else 1
 
@@ -136,13 +133,13 @@ def run_map_info(args: Namespace) -> int:
     header["certificate"] = certificate_totals(header["certificate"])
     for key, value in header.items():
         if isinstance(value, dict):
-            told = {name: entry for name, entry in value.items() if not isinstance(entry, dict | None)}
-            rows |= {f"{key}.{name}": entry for name, entry in told.items()}
+            simple = {name: entry for name, entry in value.items() if not isinstance(entry, dict | None)}
+            rows |= {f"{key}.{name}": entry for name, entry in simple.items()}
         elif key != "parameters_json":
             rows[key] = value
-    for name, unit, scale in (("speed", "r/min", 30.0 / math.pi), ("temperature", "C", 1.0)):
+    for name, unit, scale in (("speed", "r/min", 1.0 / RPM), ("temperature", "C", 1.0)):
         low, high, nodes = header["axes"][name]
-        shift = 273.15 if name == "temperature" else 0.0
+        shift = CELSIUS if name == "temperature" else 0.0
         rows[f"axes.{name}"] = (
             f"{scale * low - shift:.6g} to {scale * high - shift:.6g} {unit}, {nodes} nodes"
         )
@@ -177,7 +174,7 @@ def run_map_plot(args: Namespace) -> int:
 
 
 def _plotted_extremes(picture: MapPicture) -> dict[str, Any]:
-    """Lowest and highest of everything drawn, by the keys of the command line; None: the file does not hold it."""
+    """Lowest and highest value of all that is drawn, by the keys of the command line; None if not in the file."""
     from ..nut_map.plot import ERRORS, FILM_LINES, friction_torque
 
     def ends(*values: Any) -> list[float]:

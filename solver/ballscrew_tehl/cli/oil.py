@@ -1,4 +1,4 @@
-"""The command `oil`: an oil over temperature, by its grade or from a screw file, and what is assumed."""
+"""The command `oil`: an oil over temperature, by its grade or from a screw file, with the assumptions."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def add_oil(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser(
         "oil",
         help="viscosity, density and pressure-viscosity coefficient of an oil",
-        description="A mineral oil by its ISO grade and viscosity index, or the oil of a screw file, at 20 to 100 C; "
-        "says what is assumed and how well it is known.",
+        description="A mineral oil by its ISO grade and viscosity index, or the oil of a screw file, at 20 to 100 C, "
+        "with assumptions and their errors.",
     )
     parser.add_argument("--iso-vg", type=int, metavar="GRADE", help="ISO 3448 viscosity grade")
     parser.add_argument("--viscosity-index", type=float, metavar="VI", help="viscosity index (ASTM D2270)")
@@ -51,7 +51,7 @@ def _oil_of(args: Namespace) -> LubricantParameters:
 
 
 def oil_rows(oil: LubricantParameters) -> list[dict[str, float]]:
-    """Viscosities, density and pressure-viscosity coefficient at TEMPERATURES_C, for a grade other rules beside it."""
+    """Viscosities, density and pressure-viscosity coefficient at TEMPERATURES_C, for a grade also by other rules."""
     rows = []
     for celsius in TEMPERATURES_C:
         T = celsius + CELSIUS
@@ -76,7 +76,7 @@ def _slope(oil: LubricantParameters) -> float:
 
 
 def assumptions(oil: LubricantParameters) -> list[str]:
-    """What follows from the grade and was not given, and how well it is known; empty without a grade."""
+    """Values derived from the grade, with their errors; empty without a grade."""
     if oil.iso_vg is None or oil.viscosity_index is None or oil.density_15c is None:
         return []
     low, high = ((1.0 + sign * oil_grade.GRADE_TOLERANCE) * oil.iso_vg for sign in (-1.0, 1.0))
@@ -96,7 +96,7 @@ def assumptions(oil: LubricantParameters) -> list[str]:
         f"+-{100.0 * (1.0 - lighter / oil.density_15c):.1f} %",
         "pressure_viscosity": f"alpha: exponent Z = {oil.z_roelands:.3f} of Roelands from both viscosities; "
         f"{100.0 * oil_grade.Z_ERROR_RMS:.0f} % rms, {100.0 * oil_grade.Z_ERROR_MAX:.0f} % at most off measured "
-        "mineral oils. Beside it So & Klaus 1980 and AGMA 925",
+        "mineral oils. For comparison: So & Klaus 1980 and AGMA 925",
         "specific_heat": f"specific heat {oil.specific_heat:.0f} J/(kg K): Cragoe 1929, some 5 %, taken as constant",
         "thermal_conductivity": f"thermal conductivity {oil.thermal_conductivity:.4f} W/(m K): Cragoe 1929, some 10 %, "
         "taken as constant",

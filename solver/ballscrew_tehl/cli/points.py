@@ -20,9 +20,9 @@ class Quantity(NamedTuple):
     help: str
     least: float = -math.inf
     default: float | None = None
-    #: the least value itself is refused
+    #: the least value itself is rejected
     above: bool = False
-    #: zero is refused
+    #: zero is rejected
     not_zero: bool = False
 
     @property
@@ -32,7 +32,7 @@ class Quantity(NamedTuple):
 
     @property
     def allowed(self) -> str:
-        """What a value must be, as words."""
+        """Allowed values as text."""
         words = "a finite number"
         if math.isfinite(self.least):
             words += f" {'>' if self.above else '>='} {self.least:g}"
@@ -65,7 +65,7 @@ def add_options(parser: ArgumentParser, quantities: Sequence[Quantity]) -> None:
     parser.add_argument(
         "--points",
         metavar="FILE.csv",
-        help=f"many points: columns {names}; an option given beside it holds for every row without that column",
+        help=f"many points: columns {names}; an option applies to every row without that column",
     )
     add_json(parser)
 
@@ -78,9 +78,9 @@ def add_json(parser: ArgumentParser) -> None:
 
 
 def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[str, float]]:
-    """The operating points that the options describe; one without --points.
+    """The operating points given by the options; one without --points.
 
-    Raises       ValueError: a value missing or not allowed, an unknown column that looks like a known one
+    Raises       ValueError: a value missing or not allowed, an unknown column similar to a known one
     """
     common: dict[str, float] = {}
     for quantity in quantities:
@@ -119,7 +119,7 @@ def _default(quantity: Quantity) -> float:
 
 
 def _check_columns(path: str, columns: Mapping[str, str], quantities: Sequence[Quantity]) -> None:
-    """Refuse a column that is probably meant as a known one; name the ones that are not used."""
+    """Reject a misspelt column; report columns that are not used."""
     known = [quantity.name for quantity in quantities]
     unused = [column for column in columns if column not in known]
     for column in unused:
@@ -133,7 +133,7 @@ def _check_columns(path: str, columns: Mapping[str, str], quantities: Sequence[Q
 
 
 def plain(value: Any) -> Any:
-    """For JSON: numpy scalars and arrays become Python's own, what is not finite becomes null."""
+    """For JSON: numpy scalars and arrays as Python objects, None (null) for values that are not finite."""
     if isinstance(value, Mapping):
         return {str(key): plain(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
@@ -148,7 +148,7 @@ def plain(value: Any) -> Any:
 def print_results(results: Sequence[Mapping[str, Any]], as_json: bool, as_list: bool) -> None:
     """One JSON object or list on stdout, or a readable table.
 
-    Parameters   as_list : the user gave a list of points, also when it holds only one
+    Parameters   as_list : the user gave a list of points, also a list of one
     """
     if as_json:
         print(json.dumps(plain(results if as_list else results[0]), allow_nan=False))

@@ -13,7 +13,7 @@ from .points import print_results, read_points
 
 
 def run_preload(args: Namespace) -> int:
-    """Preload at which the map shows the measured torque."""
+    """Preload at which the map gives the measured torque."""
     from ..friction.torque import preload_from_torque
 
     points = read_points(args, PRELOAD_POINT)
@@ -29,7 +29,7 @@ def run_preload(args: Namespace) -> int:
 
         def torque(preload: float, speed: float = speed, temperature: float = temperature) -> float:
             state = nut_map.evaluate(preload, speed, temperature, 0.0, *friction_set.values)
-            return float(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+            return float(state.friction_torque)
 
         preload = preload_from_torque(torque, point["torque_nm"], 0.0, highest)
         state = nut_map.evaluate(preload, speed, temperature, 0.0, *friction_set.values)

@@ -28,15 +28,15 @@ def progress_bar() -> Iterator[Progress]:
     console = Console(stderr=True)
     begun, doing = time.monotonic(), ""
     if not console.is_terminal:
-        told, before, whole = -1, 0, 0
+        printed, before, whole = -1, 0, 0
 
         def line(finished: int, total: int, what: str) -> None:
-            nonlocal told, before, begun, doing, whole
+            nonlocal printed, before, begun, doing, whole
             if what != doing or total != whole:
-                # a build that refines itself adds work stage by stage
-                begun, told, before, doing, whole = time.monotonic(), -1, finished, what, total
-            if 20 * (finished - before) >= (told + 1) * (total - before):
-                told = 20 * (finished - before) // max(total - before, 1)
+                # a refining build adds work stage by stage
+                begun, printed, before, doing, whole = time.monotonic(), -1, finished, what, total
+            if 20 * (finished - before) >= (printed + 1) * (total - before):
+                printed = 20 * (finished - before) // max(total - before, 1)
                 rate = (finished - before) / max(time.monotonic() - begun, 1e-9)
                 left = f", {rate:.1f}/s, {(total - finished) / rate:.0f} s left" if rate > 0.0 else ""
                 print(f"{finished} of {total} {what}{left}", file=sys.stderr, flush=True)

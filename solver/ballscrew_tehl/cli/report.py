@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import os
-import sys
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from .. import __version__
-from .common import screw_of
+from .common import say, screw_of
 from .points import print_results
 
 SUFFIXES = (".html", ".htm")
 
 
 def run_report(args: Namespace) -> int:
-    """Gather, draw, write; the file is complete or not there."""
+    """Gather, draw, write; the file is complete or does not exist."""
     path = Path(args.output)
     if path.suffix.lower() not in SUFFIXES or path.is_dir() or not path.parent.is_dir():
         raise ValueError(f"--output = {path}; allowed: a file *.html in a folder that exists")
@@ -26,9 +25,6 @@ def run_report(args: Namespace) -> int:
     from ..report.errata import errata
     from ..report.material import gather
     from ..report.sections import whole_page
-
-    def say(text: str) -> None:
-        print(text, file=sys.stderr, flush=True)
 
     material = gather(parameters, args.map, say)
     chosen = material.chosen.entry
@@ -43,18 +39,14 @@ def run_report(args: Namespace) -> int:
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+    tables = material.tables.items()
     result: dict[str, Any] = {
         "file": str(path),
         "figures": text.count("<img "),
         "measured": material.measured,
-    }
-    result["deviations"] = {
-        name: {table.name: table.deviations[0] for table in tables}
-        for name, tables in material.tables.items()
-    }
-    result["claims"] = {claim.id: claim.verdicts[0] for claim in claimed}
-    result["contacts_converged"] = all(found.solution.converged for found in material.contacts)
-    result |= {
+        "deviations": {name: {table.name: table.deviations[0] for table in found} for name, found in tables},
+        "claims": {claim.id: claim.verdicts[0] for claim in claimed},
+        "contacts_converged": all(found.solution.converged for found in material.contacts),
         "screw": parameters.name,
         "kinematics": chosen.kinematics,
         "friction_set": chosen.name,

@@ -56,7 +56,7 @@ def run_torque(args: Namespace) -> int:
 
 
 def _single_nut(parameters: Parameters, point: dict[str, Any]) -> dict[str, Any]:
-    """What a single nut has to say beside the torque: its kind, and what spinning balls may add at most."""
+    """Additional results of a single nut: its kind, and an upper bound of the torque of spinning balls."""
     kind = parameters.screw.preload_kind
     if kind == "double_nut":
         return {}
@@ -98,13 +98,11 @@ def _direct_torques(
 ) -> list[dict[str, Any]]:
     from ..friction.torque import double_nut_torque
     from ..refinement.direct import direct_extremes
-    from ..runtime.evaluate import LAMBDA_RATIO_MAX
+    from ..runtime.constants import LAMBDA_RATIO_MAX
 
     for point in points:
         if point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0:
-            raise ValueError(
-                "speed_rpm or preload_n = 0; allowed with --direct: not 0, there is no film to solve"
-            )
+            raise ValueError("speed_rpm or preload_n = 0; allowed with --direct: not 0 (no film at rest)")
     film_model = film_model_of(friction_set.film_model, parameters)
     results = []
     for number, point in enumerate(points, start=1):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def run_validate(args: Namespace) -> int:
-    """Model beside measurement and published models, for both fitted sets."""
+    """Compare the model with measurements and published models, for all fitted sets."""
     from ..friction.sets import friction_set_text, load_friction_sets
     from ..validation.tables import table_text, validation_tables
 
@@ -35,14 +35,14 @@ def run_validate(args: Namespace) -> int:
     sets = [chosen] + [s for s in packaged if s.name != chosen.name]
     found = {}
     for entry in sets:
-        # every set looks up the film that it was fitted with
+        # every set needs the film that it was fitted with
         own = map_of(args, changed(parameters, friction={"set": entry.name}))
 
         def evaluate(
             preload: float, speed: float, temperature: float, own: NutMap = own, entry: FrictionSet = entry
         ) -> float:
             state = own.evaluate(preload, speed, temperature, 0.0, *entry.values)
-            return float(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+            return float(state.friction_torque)
 
         found[entry.name] = validation_tables(evaluate)
     if args.json:

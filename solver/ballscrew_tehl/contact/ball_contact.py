@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ..parameters.file import Parameters
 from ..physics.hertz import E_prime, ellipse, reduced_radii
 from ..physics.kinematics import SlipField, centre_speeds, slip_field, surface_speeds
 from ..physics.load import contact_angle_at_ball_load
 from .solve import ContactConditions, ContactSolution, SolverOptions, solve_contact
 
-#: nodes along rolling of the contacts of a map; half of them serve to extrapolate the film
+#: nodes along rolling of the contacts of a map; the film is extrapolated from these and half of them
 MAP_NODES = 97
-#: nodes along rolling and thermal iterations of one attempt after the other: a pressure spike that wanders between two
-#: nodes comes to rest on other nodes, or takes its time
+#: nodes along rolling and thermal iterations of the attempts in turn: a pressure spike that oscillates between two
+#: nodes converges on other nodes or after more iterations
 ATTEMPTS = ((MAP_NODES, 150), (129, 150), (MAP_NODES, 600), (161, 600))
 #: Moes load above which a thermal solve that fails is continued from lower loads, and how often the load is halved
 CONTINUED_ABOVE, MOST_HALVINGS = 3e4, 5
 
 
 class UnconvergedContactError(ArithmeticError):
-    """A contact that the solver could not finish; the message names it and says why."""
+    """A contact that did not converge; the message names it and the reason."""
 
 
 def ball_contact(
@@ -49,10 +47,10 @@ def ball_contact(
 def solve_ball(
     parameters: Parameters, raceway: str, load: float, speed: float, temperature: float, thermal: bool
 ) -> ContactSolution:
-    """Solve it.
+    """Solve the contact of one ball, with further attempts on other grids.
 
-    Above M = 3e4 heat may leave a film of a nanometre, where the bodies touch on the grid or the iteration goes to and
-    fro: what heating does is then continued from lower loads, and the branch is "asymptotic".
+    Above M = 3e4 heat may leave a film of a nanometre, where the bodies touch on the grid or the iteration oscillates:
+    the thermal reduction is then extrapolated from lower loads, and the branch is "asymptotic".
 
     Raises       UnconvergedContactError: names the contact and the reason
     """
@@ -83,9 +81,9 @@ def _continued(
 ) -> ContactSolution | None:
     """The thermal solution beyond the loads that converge; None: even the lower ones do not.
 
-    Film over isothermal film, minimum over central film, temperature rise and traction over load go on straight in
-    logarithms, from the highest halved load that is solved and the half of it: 10 % too much film and 12 % too
-    much rise over one halving, where both are known (M = 2e4). The fields are those of the load that is solved.
+    Film over isothermal film, minimum over central film, temperature rise and traction over load are extrapolated
+    linearly in logarithms from the highest halved load that converges and half of it: 10 % too much film and 12 % too
+    much rise over one halving, where both are known (M = 2e4). The fields are those of the load that converges.
     """
 
     def solved(at: float, thermal: bool) -> ContactSolution:
@@ -105,23 +103,20 @@ def _continued(
     (isothermal, hot), (lower_isothermal, farther) = pairs
     steps = halvings - 1
 
-    def onward(near: float, far: float) -> float:
+    def extrapolated(near: float, far: float) -> float:
         return near * (near / far) ** steps if near * far > 0.0 else near
 
-    h_c = cold.h_c * min(onward(hot.h_c / isothermal.h_c, farther.h_c / lower_isothermal.h_c), 1.0)
-    h_m = h_c * min(onward(hot.h_m / hot.h_c, farther.h_m / farther.h_c), 1.0)
-    share = onward(hot.traction_force / hot.conditions.load, farther.traction_force / farther.conditions.load)
-    return replace(
-        hot,
-        conditions=cold.conditions,
-        hertz=cold.hertz,
-        M=cold.M,
-        L=cold.L,
+    h_c = cold.h_c * min(extrapolated(hot.h_c / isothermal.h_c, farther.h_c / lower_isothermal.h_c), 1.0)
+    h_m = h_c * min(extrapolated(hot.h_m / hot.h_c, farther.h_m / farther.h_c), 1.0)
+    share = extrapolated(
+        hot.traction_force / hot.conditions.load, farther.traction_force / farther.conditions.load
+    )
+    return hot.moved_to(
+        cold,
         p_max=cold.p_max,
         h_c=h_c,
         h_m=h_m,
-        temperature_rise=onward(hot.temperature_rise, farther.temperature_rise),
+        temperature_rise=extrapolated(hot.temperature_rise, farther.temperature_rise),
         traction_force=share * load,
-        branch="asymptotic",
         reason=f"thermal reduction continued from {hot.conditions.load:.6g} N",
     )

@@ -97,7 +97,7 @@ class SolverOptions:
     thermal: couple the energy equation; n_x, n_y, n_z: nodes along, across (half; None = by film and
     ellipse, see choose_grid) and layers through the film;
     tolerance of pressure [p_max] and of temperature (relative to the largest rise). x_in, x_out [b], y_max [a]:
-    domain with P = 0 on its edges, None = wide enough not to starve.
+    domain with P = 0 on its edges, None = wide enough for a fully flooded contact.
     """
 
     thermal: bool = True
@@ -142,7 +142,7 @@ class Scales:
     M: float
     L: float
     film_estimate: float  # [b^2/R_x], isothermal
-    warm_film: float  # [b^2/R_x], what heating is expected to leave of it
+    warm_film: float  # [b^2/R_x], expected thermal film
     inlet: float  # [b]
 
 
@@ -166,7 +166,7 @@ def scales_of(c: ContactConditions, oil: LubricantParameters) -> Scales:
     h_c = float(film_formulas.central_film_estimate(oil, groups, c.R_x, c.R_y, p_max, c.temperature))
     h_unit = b * b / c.R_x
     N = film_formulas.thermal_load_parameter(oil, u_e, c.temperature)
-    # the reduction formula takes off too much where the film is already thin: half of it, in the logarithm
+    # the formula reduces thin films too much: half of it, in the logarithm
     left = math.sqrt(float(film_formulas.wilson_sheu(N, abs(c.u_1 - c.u_2) / u_e)))
     return Scales(
         hertz,
@@ -186,12 +186,12 @@ def choose_grid(
     """Domain and refinement for an expected film [b^2/R_x]; rounded, so that neighbouring points share a grid.
 
     wedge: distance over which the undeformed gap opens by one film. A film formed by the flattened contact feels the
-    inlet over a dozen of them (a gap of 150 films). A film thicker than the flattening is borne by the wedge alone:
+    inlet over a dozen of them (a gap of 150 films). A film thicker than the flattening is carried by the wedge alone:
     pressure falls with the third power of the distance, its load with the first, and the film with twice that. So the
-    inlet goes to 250 wedges on a long ellipse, 110 on a circle (beyond, the lines couple too closely for the solver),
-    and the outlet past the cavitation line, which runs off at an angle. Across, the side is open and four to six
-    wedges do; a domain that is given has P = 0 on its edges. Line spacing: the Hertz edge lies on a line; side lobes
-    of a wide ellipse are narrower the thinner the film; thick films need about two lines per wedge.
+    inlet goes to 250 wedges on a long ellipse, 110 on a circle (beyond, GMRES needs too many iterations), and the
+    outlet past the cavitation line, which is inclined. Across, the side is open and four to six wedges are enough; a
+    given domain has P = 0 on its edges. Line spacing: the Hertz edge lies on a line; side lobes of a wide ellipse are
+    narrower the thinner the film; thick films need about two lines per wedge.
     """
     film = 2.0 ** (math.ceil(4.0 * math.log2(film)) / 4.0)
     wedge, wedge_y = math.sqrt(2.0 * film), math.sqrt(2.0 * film / curvature_y)

@@ -6,9 +6,10 @@ import math
 from typing import Literal, NamedTuple
 
 from ..parameters.file import LubricantParameters, SolidParameters
+from ..parameters.oil import ROELANDS_LN
 from .solve import ContactConditions, ContactSolution, SolverOptions, solve_contact
 
-#: oil, steel and scale of the reference tables: alpha [1/Pa], eta0 [Pa s], p_r [Pa], E' [Pa]; R_x [m] drops out
+#: oil, steel and scale of the reference tables: alpha [1/Pa], eta0 [Pa s], p_r [Pa], E' [Pa]; R_x [m] has no effect
 ALPHA, ETA0, P_ROELANDS, E_REFERENCE, R_X = 2.2e-8, 0.04, 1.96e8, 226e9, 0.01
 TEMPERATURE = 313.15
 STEEL = SolidParameters(density=7870.0, specific_heat=450.0, thermal_conductivity=46.0)
@@ -40,7 +41,7 @@ def reference_oil(law: str) -> LubricantParameters:
     return LubricantParameters(
         name=f"reference {law}", density=870.0, viscosity=ETA0, reference_temperature=TEMPERATURE, specific_heat=2000.0,
         thermal_conductivity=0.14, pressure_viscosity=ALPHA, density_temperature=0.0,
-        z_roelands=ALPHA * P_ROELANDS / (math.log(ETA0) + 9.67), roelands_pressure=P_ROELANDS,
+        z_roelands=ALPHA * P_ROELANDS / (math.log(ETA0) + ROELANDS_LN), roelands_pressure=P_ROELANDS,
         viscosity_law="constant", pressure_law=pressure_law, density_law=density_law,
     )  # fmt: skip
 

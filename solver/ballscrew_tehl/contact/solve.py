@@ -5,9 +5,11 @@ from __future__ import annotations
 import logging
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +24,7 @@ from .conditions import (
     inlet_length,
     scales_of,
 )
+from .coupled import solve_coupled
 from .film import energy
 from .film.reynolds import LEAST_PRESSURE, TARGET_LOAD, GridChoice, NewtonHistory, ReynoldsState
 from .half_space.grid import Array, Grid
@@ -31,14 +34,25 @@ __all__ = ["DEFAULT_OPTIONS", "ContactConditions", "ContactSolution", "SolverOpt
 
 #: cells that the length of the inlet must hold at the edge of the Hertz line for a solution to count as resolved
 RESOLVED_CELLS = 2.8
-#: tolerance on the grid of half the nodes, where a cold solve begins
+#: share of these cells by the expected film below which the grid is refined without a first solve on it
+WORTH_TRYING = 0.8
+#: tolerance on the grid of half the nodes, where a cold solve begins: bounds the error of the extrapolation
 COARSE_TOLERANCE = 3e-5
-#: iterations after which a thermal solve begins anew, slow and sure
-FAST_ITERATIONS = 60
+#: tolerance and most Newton steps of the isothermal solve that a coupled solve begins with
+START_TOLERANCE, START_STEPS = 1e-2, 30
+#: iterations after which a coupled solve begins again with damping
+UNDAMPED_ITERATIONS = 60
 #: Moes load above which an isothermal film that no grid solves is taken from the asymptotic branch
 ASYMPTOTIC_ABOVE = 3e4
+#: halvings of the load, from the first that the grid is expected to resolve, in search of two resolved ones
+MOST_HALVINGS = 8
+#: share of the load below which no resolved load is expected: ends that search
+LEAST_LOAD_SHARE = 1e-6
 #: share of the film that an extrapolation may add: beyond, the coarse grid does not resolve the inlet
 EXTRAPOLATED_BELOW = 0.06
+#: pressure of nodes that were cavitated on another grid, as a share of the deepest that is allowed: they begin
+#: cavitated, for the edge of cavitation moves by one node per Newton step
+CAVITATED = 1e-3
 
 
 @dataclass(frozen=True)
@@ -84,6 +98,23 @@ class ContactSolution:
     state: ReynoldsState = field(repr=False)
     choice: GridChoice = field(repr=False)
 
+    @property
+    def usable(self) -> bool:
+        """Whether others may be extrapolated from it."""
+        return self.converged and self.branch == "resolved"
+
+    def moved_to(self, other: ContactSolution, **extrapolated: Any) -> ContactSolution:
+        """This solution under the conditions of another one, with extrapolated values: the asymptotic branch."""
+        return replace(
+            self,
+            conditions=other.conditions,
+            hertz=other.hertz,
+            M=other.M,
+            L=other.L,
+            branch="asymptotic",
+            **extrapolated,
+        )
+
 
 def solve_contact(
     conditions: ContactConditions,
@@ -96,12 +127,12 @@ def solve_contact(
 
     Parameters   conditions: operating point;  oil, solid: materials (both bodies of `solid`), with the rheology that
                  the oil names;  start: a neighbouring solution to start from, on any grid
-    Returns      ContactSolution; ask `converged` and `reason` before using it
+    Returns      ContactSolution; check `converged` and `reason` before using it
     Raises       ValueError: conditions out of range
     Validity     smooth surfaces, fully flooded, steady. Resolved while the inlet length holds about three cells; the
                  nodes along rolling are doubled first, beyond that the film comes from the asymptotic branch. Oil in a
                  gap of more than energy.INLET_GAPS films has the inlet temperature. The largest temperature of pure
-                 rolling is that of the pressure spike and hangs on the grid
+                 rolling is that of the pressure spike and depends on the grid
     Source       Zhao et al. 2023, Eqs. 5-13 with the deflection that Eq. 6 omits, the generalised Reynolds equation
                  (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959) and the errata named in the
                  modules of this package
@@ -109,7 +140,7 @@ def solve_contact(
     announce_compilation()
     begun = time.perf_counter()
     solution = None
-    if _expected_resolved(conditions, oil, options, 0.8):
+    if _expected_resolved(conditions, oil, options, WORTH_TRYING):
         solution = _solve_on_grid(conditions, oil, solid, options, start)
     if solution is None or solution.branch != "resolved" or not (solution.converged or options.thermal):
         finer = replace(options, n_x=2 * options.n_x - 1)
@@ -125,7 +156,7 @@ def solve_contact(
 
 @lru_cache(maxsize=1)
 def announce_compilation() -> bool:
-    """Say once per process if the kernels have not been compiled on this machine yet; returns whether it did."""
+    """Warn once per process if the kernels are not compiled on this machine yet; returns whether it did."""
     cache = energy.sweep.stats.cache_path
     compiled = cache is not None and any(Path(cache).glob("energy.sweep-*.nbi"))
     if not compiled:
@@ -138,61 +169,65 @@ def announce_compilation() -> bool:
 def _anchored(
     solution: ContactSolution, oil: LubricantParameters, solid: SolidParameters, options: SolverOptions
 ) -> ContactSolution:
-    """The asymptotic branch: films continued from the highest load that the grid resolves.
+    """The asymptotic branch: films extrapolated from the highest load that the grid resolves.
 
-    The ratio of the isothermal film to its closed formula is taken at that load and at half of it and continued
-    straight over the logarithm of load. What heating takes off the film, pressure and temperature are those of the
-    solution itself: they do not hang on the narrow inlet. An isothermal one that did not converge has the fields of the
+    The ratio of the isothermal film to its closed formula is taken at that load and at half of it and extrapolated
+    linearly over the logarithm of load. The thermal reduction, pressure and temperature are those of the solution
+    itself: they do not depend on the narrow inlet. An isothermal solution that did not converge gets the fields of the
     highest load that the grid resolves.
     """
-    c = solution.conditions
+    c, scales = solution.conditions, scales_of(solution.conditions, oil)
     isothermal = replace(options, thermal=False)
 
     def at(load: float) -> ContactSolution:
         return _solve_on_grid(replace(c, load=load), oil, solid, isothermal, None)
 
-    def usable(solution: ContactSolution) -> bool:
-        return solution.converged and solution.branch == "resolved"
-
-    load, lower = c.load, None
-    # the films of the formula tell nearly where the grid begins to resolve: no solves on the way there
-    while load > 1e-6 * c.load and not _expected_resolved(replace(c, load=0.5 * load), oil, isothermal):
-        load *= 0.5
-    for _ in range(8):
-        load *= 0.5
-        anchor, lower = lower, at(load)
-        if anchor is not None and usable(anchor) and usable(lower):
-            load *= 2.0
-            break
-    else:
-        return replace(
-            solution, converged=False, reason="no resolved load to anchor the asymptotic branch to"
-        )
+    anchors = _resolved_pair(c, oil, isothermal, at)
+    if anchors is None:
+        reason = "no resolved load to anchor the asymptotic branch to"
+        return replace(solution, converged=False, reason=reason)
+    anchor, lower = anchors
 
     def ln_ratio(s: ContactSolution) -> float:
-        scales = scales_of(s.conditions, oil)
-        return math.log(s.h_c / (scales.film_estimate * scales.h_unit))
+        own = scales_of(s.conditions, oil)
+        return math.log(s.h_c / (own.film_estimate * own.h_unit))
 
     slope = (ln_ratio(anchor) - ln_ratio(lower)) / math.log(2.0)
-    scales = scales_of(c, oil)
-    h_c = scales.film_estimate * scales.h_unit * math.exp(ln_ratio(anchor) + slope * math.log(c.load / load))
+    ln_share = ln_ratio(anchor) + slope * math.log(c.load / anchor.conditions.load)
+    h_c = scales.film_estimate * scales.h_unit * math.exp(ln_share)
     if options.thermal:
         h_c *= solution.h_c / at(c.load).h_c
     h_m = h_c * anchor.h_m / anchor.h_c
     if solution.converged:
         return replace(solution, h_c=h_c, h_m=h_m)
-    return replace(
-        anchor,
-        conditions=c,
-        hertz=solution.hertz,
-        M=solution.M,
-        L=solution.L,
+    return anchor.moved_to(
+        solution,
         p_max=float(solution.hertz.p_max),
         h_c=h_c,
         h_m=h_m,
-        branch="asymptotic",
         reason=f"film continued from {anchor.conditions.load:.6g} N",
     )
+
+
+def _resolved_pair(
+    c: ContactConditions,
+    oil: LubricantParameters,
+    options: SolverOptions,
+    at: Callable[[float], ContactSolution],
+) -> tuple[ContactSolution, ContactSolution] | None:
+    """Solutions at the highest halved load that the grid resolves and at half of it; None if there are none."""
+    load, lower = c.load, None
+    # expected films give nearly where the grid begins to resolve: no solves before
+    while load > LEAST_LOAD_SHARE * c.load and not _expected_resolved(
+        replace(c, load=0.5 * load), oil, options
+    ):
+        load *= 0.5
+    for _ in range(MOST_HALVINGS):
+        load *= 0.5
+        anchor, lower = lower, at(load)
+        if anchor is not None and anchor.usable and lower.usable:
+            return anchor, lower
+    return None
 
 
 def _expected_resolved(
@@ -216,25 +251,25 @@ def _solve_on_grid(
     if start is not None and start.converged:
         it = _solve_from(problem, *_carried(start, problem), options.tolerance)
         if it.converged:
-            return _result(problem, it, time.perf_counter() - begun, *start.extrapolation, None)
+            return _result(problem, it, time.perf_counter() - begun, start.extrapolation, None)
     coarse_choice = problem.choice.halved()
     if coarse_choice is None:
         it = _solve_from(problem, None, None, options.tolerance)
-        return _result(problem, it, time.perf_counter() - begun, math.nan, math.nan, None)
+        return _result(problem, it, time.perf_counter() - begun, (math.nan, math.nan), None)
     coarse = ContactProblem(conditions, oil, solid, options, coarse_choice)
     first = _solve_from(coarse, None, None, COARSE_TOLERANCE)
     if first.converged:
-        it = _solve_from(problem, *_prolonged(coarse, first, problem), options.tolerance, first.cautious)
+        it = _solve_from(problem, *_prolonged(coarse, first, problem), options.tolerance, first.damped)
     if not first.converged or not it.converged:
         it = _solve_from(problem, None, None, options.tolerance)
     extrapolation = own = math.nan
     if first.converged and it.converged:
         # Richardson: the error of second order is a third of the change from half the nodes
         extrapolation = (1.0 - coarse.central_film(first) / problem.central_film(it)) / 3.0
-        # side lobes are about as narrow as the spacing of the lines: no order to be seen, they follow the centre
+        # side lobes are about as narrow as the line spacing: no order of convergence, they get the share of the centre
         (h_coarse, at_coarse), (h_fine, at_fine) = _least_film(coarse, first), _least_film(problem, it)
         own = (1.0 - h_coarse / h_fine) / 3.0 if at_coarse == at_fine == 0 else extrapolation
-    return _result(problem, it, time.perf_counter() - begun, extrapolation, own, coarse)
+    return _result(problem, it, time.perf_counter() - begun, (extrapolation, own), coarse)
 
 
 def _solve_from(
@@ -242,24 +277,23 @@ def _solve_from(
     state: ReynoldsState | None,
     temperature: Array | None,
     tolerance: float,
-    cautious: bool = False,
+    damped: bool = False,
 ) -> Iteration:
-    """Solve on one grid from a state, or from the dry contact; cautious: it is known that bold steps do not do."""
+    """Solve on one grid from a state, or from the dry contact; damped: without an undamped attempt."""
     options = problem.options
     it = problem.start(state)
     if problem.plain:
         return problem.solve_isothermal(it, tolerance, options.max_newton)
     if state is None:
-        # only to come near: the coupled iteration ends the work
-        it = problem.solve_isothermal(it, 1e-2, 30)
+        it = problem.solve_isothermal(it, START_TOLERANCE, START_STEPS)
     near, limit, used = it.state, options.max_thermal, 0
-    if not cautious:
-        it = problem.solve_coupled(it, temperature, tolerance, min(limit, FAST_ITERATIONS))
+    if not damped:
+        it = solve_coupled(problem, it, temperature, tolerance, min(limit, UNDAMPED_ITERATIONS))
         used = it.iterations
         if it.converged or used >= limit:
             return it
-    # hot inlets of thick cold films: slowly
-    it = problem.solve_coupled(problem.start(near), temperature, tolerance, limit - used, cautious=True)
+    # a hot inlet of a thick film
+    it = solve_coupled(problem, problem.start(near), temperature, tolerance, limit - used, damped=True)
     it.iterations += used
     return it
 
@@ -293,8 +327,7 @@ def _on_grid(
     """Pressure, gap and temperature of another grid as a state of a problem."""
     grid, geometry = problem.geometry.grid, problem.geometry
     p = _resample(np.maximum(p, 0.0), source, grid)
-    # cavitated nodes stay so: the edge of cavitation moves by one node in a Newton step
-    p = geometry.embed(np.where(p > 0.0, p, -1e-3 * LEAST_PRESSURE)[grid.inner])
+    p = geometry.embed(np.where(p > 0.0, p, -CAVITATED * LEAST_PRESSURE)[grid.inner])
     p *= TARGET_LOAD / float(np.sum(geometry.weights * p))
     # the approach that leaves the gap of the contact as it was
     wanted, shape = _resample(gap, source, grid), geometry.gap(p, 0.0)
@@ -329,29 +362,17 @@ def _result(
     problem: ContactProblem,
     it: Iteration,
     seconds: float,
-    extrapolation: float,
-    extrapolation_m: float,
+    extrapolation: tuple[float, float],
     coarse: ContactProblem | None,
 ) -> ContactSolution:
     grid, scales = problem.geometry.grid, problem.scales
-    gap = it.state.gap
-    h_c = problem.central_film(it)
-    # the inlet forms the isothermal film; what heat takes off it inside the contact does not narrow the inlet
-    inlet_film = h_c if it.temperature is None else max(h_c, scales.film_estimate)
-    resolved = problem.cells_in_inlet(inlet_film) >= RESOLVED_CELLS
     if problem.plain:
-        problem.update_flow(
-            it, np.full((*gap.shape, problem.options.n_z + 1), float(problem.conditions.temperature))
-        )
+        problem.update_flow(it, problem.uniform_temperature())
     traction = problem.traction(it)
-    rise = 0.0 if it.temperature is None else float(it.temperature.max()) - problem.conditions.temperature
-    h_c_final, h_m_final = (
-        film * (1.0 + share if abs(share) < EXTRAPOLATED_BELOW else 1.0)
-        for film, share in ((h_c, extrapolation), (_least_film(problem, it)[0], extrapolation_m))
-    )
-    mirrored = problem.given.u_e < 0.0
+    sign = -1.0 if problem.given.u_e < 0.0 else 1.0
+    h_c, h_m = _films(problem, it, extrapolation)
     converged, reason = it.converged, it.reason
-    if converged and not min(h_m_final, h_c_final) > 0.0:
+    if converged and not min(h_m, h_c) > 0.0:
         converged, reason = False, "the bodies touch: film thinner than the grid resolves"
     phases = dict(problem.seconds)
     if coarse is not None:
@@ -359,12 +380,14 @@ def _result(
     return ContactSolution(
         conditions=problem.given,
         hertz=scales.hertz,
-        h_c=h_c_final * scales.h_unit,
-        h_m=min(h_m_final, h_c_final) * scales.h_unit,
+        h_c=h_c * scales.h_unit,
+        h_m=min(h_m, h_c) * scales.h_unit,
         p_max=float(it.state.p.max()) * scales.hertz.p_max,
-        temperature_rise=rise,
-        traction_force=-traction.force if mirrored else traction.force,
-        spin_moment=-traction.moment if mirrored else traction.moment,
+        temperature_rise=0.0
+        if it.temperature is None
+        else float(it.temperature.max()) - problem.given.temperature,
+        traction_force=sign * traction.force,
+        spin_moment=sign * traction.moment,
         sliding_heat=traction.heat,
         converged=converged,
         reason=reason,
@@ -374,20 +397,39 @@ def _result(
         phases=phases,
         M=scales.M,
         L=scales.L,
-        branch="resolved" if resolved else "asymptotic",
-        extrapolation=(extrapolation, extrapolation_m),
-        error_estimate=abs(extrapolation),
+        branch=_branch(problem, it),
+        extrapolation=extrapolation,
+        error_estimate=abs(extrapolation[0]),
         history=it.history,
         temperature_history=it.temperature_history,
         heat_balance=it.heat,
         x=grid.x,
         y=grid.y,
         pressure=np.maximum(it.state.p, 0.0) * scales.hertz.p_max,
-        film=gap * scales.h_unit,
+        film=it.state.gap * scales.h_unit,
         temperature=it.temperature,
         state=it.state,
         choice=problem.choice,
     )
+
+
+def _films(problem: ContactProblem, it: Iteration, extrapolation: tuple[float, float]) -> tuple[float, float]:
+    """Central and minimum film [b^2/R_x], extrapolated to zero spacing where the shares to add are small."""
+    h_c, h_m = (
+        film * (1.0 + share if abs(share) < EXTRAPOLATED_BELOW else 1.0)
+        for film, share in zip(
+            (problem.central_film(it), _least_film(problem, it)[0]), extrapolation, strict=True
+        )
+    )
+    return h_c, h_m
+
+
+def _branch(problem: ContactProblem, it: Iteration) -> str:
+    """Whether the grid resolves the inlet of the isothermal film, which heat inside the contact does not narrow."""
+    film = problem.central_film(it)
+    if it.temperature is not None:
+        film = max(film, problem.scales.film_estimate)
+    return "resolved" if problem.cells_in_inlet(film) >= RESOLVED_CELLS else "asymptotic"
 
 
 def _least_film(problem: ContactProblem, it: Iteration) -> tuple[float, int]:
@@ -400,7 +442,7 @@ def _least_film(problem: ContactProblem, it: Iteration) -> tuple[float, int]:
 def _minimum_film(x: Array, y: Array, gap: Array) -> tuple[float, int]:
     """Smallest gap, and its line, over the lines whose contact edge holds a cell per inlet length [b^2/R_x].
 
-    On a long ellipse under high load the outermost lines end on cells longer than their own inlet and carry no
+    On a long ellipse under high load the outermost lines end on cells longer than their own inlet and have no
     meaningful film; the minimum of such an ellipse lies at the outlet of the central lines anyway.
     """
     h_c = float(gap[0, np.argmin(np.abs(x))])

@@ -1,6 +1,6 @@
 """Two published formulas for the drag torque of a preloaded nut, for every comparison table and plot.
 
-Both are proportional to the preload and know neither speed nor oil.
+Both are proportional to the preload and independent of speed and oil.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Fitted friction parameters: the numbers, where they come from and how well they are known.
+"""Fitted friction parameters: the numbers, their provenance and uncertainty.
 
 The packaged sets live in data/friction_sets.toml, written by `python -m ballscrew_tehl calibrate --packaged`.
 A set belongs to one kinematics and to one film model: with a film that is 5 to 10 % thinner the ratio moves
@@ -46,7 +46,7 @@ class FrictionSet:
     leave_one_table_out       table left out -> mean and max error on its points that the fit did not see
     other_losses              loss -> what the other loss functions give on the same data
     limits                    fitted parameter -> {"low", "high"}, 95 % limits by profile (SI), of the least squares fit
-    not_identified            what the data do not identify -> why; None: not looked into
+    not_identified            what the data do not identify -> why; None: not examined
     screw, parameters_hash    screw of the fit, its name and the hash of all that the films depend on; "" if not known
     """
 
@@ -86,7 +86,7 @@ def load_friction_sets(
     """Friction sets of a file by (kinematics, name).
 
     Parameters   path : TOML file as write_friction_sets writes it; None = the packaged sets
-                 remedy : last words of a refusal
+                 remedy : end of an error message
     Raises       ValueError: file missing or not of this form, with the place
     """
     fields = {_SUFFIX[key]: key for key in _SUFFIX}
@@ -123,7 +123,7 @@ def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSe
     if not fitting:
         found = ", ".join(sorted({kinematics for kinematics, _ in sets})) or "nothing"
         raise ValueError(
-            f"{path}: kinematics = {found}; allowed: {chosen.kinematics}, as the screw says: calibrate with it, "
+            f"{path}: kinematics = {found}; allowed: {chosen.kinematics}, as in the screw file: calibrate with it, "
             "or choose the other kinematics"
         )
     entry = fitting[chosen.set] if chosen.set in fitting else next(iter(fitting.values()))

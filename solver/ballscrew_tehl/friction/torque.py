@@ -20,6 +20,9 @@ from .film_model import FilmModel
 from .parts import hysteresis_force, roughness_share, sliding_force, spin_moment, viscous_force
 from .sets import FrictionSet
 
+#: most steps to the preload of a torque; steps to one side after which the interval is halved
+MOST_STEPS, ONE_SIDED = 200, 3
+
 
 class NutSums(NamedTuple):
     """Torque of one nut before any fitted parameter enters; `fitted` in SI gives the torque.
@@ -228,10 +231,10 @@ def preload_from_torque(
     if f_0 == 0.0 or f_1 == 0.0:
         return x_0 if f_0 == 0.0 else x_1
     side = 0
-    for _ in range(200):
+    for _ in range(MOST_STEPS):
         x = x_1 - f_1 * (x_1 - x_0) / (f_1 - f_0)
-        # the chord of a curve that starts like a root may creep along one end
-        if not x_0 < x < x_1 or not abs(side) < 3:
+        # on a curve that starts like a root, chords converge slowly from one side
+        if not x_0 < x < x_1 or not abs(side) < ONE_SIDED:
             x, side = 0.5 * (x_0 + x_1), 0
         f = evaluate(x) - torque
         if f == 0.0 or x_1 - x_0 <= relative * x_1:

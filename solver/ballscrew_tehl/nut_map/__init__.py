@@ -1,4 +1,4 @@
 """The nut map: friction and film of a whole nut over (axial force, speed, temperature).
 
-The package imports nothing by itself; `evaluate`, `packed` and `bspline` need numpy only.
+The package imports nothing by itself.
 """

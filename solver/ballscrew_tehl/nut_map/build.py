@@ -25,7 +25,8 @@ from .grid import BuiltMap, MapGrid, contact_axes
 from .journal import Journal, Solved
 from .workers import Progress, worker_pool
 
-#: speeds of one load and temperature that a process solves at a time: what an interrupt can lose
+#: speeds of one load and temperature that a process solves at a time, which an interrupt can lose; fewer: more
+#: overhead between processes
 PIECE = 4
 
 
@@ -53,10 +54,10 @@ def build_contact_map(
     progress: Progress | None = None,
     journal: Journal | None = None,
 ) -> ContactMap:
-    """Solve the sampling grid, isothermal and thermal, on an executor, and refine it where it does not do.
+    """Solve the sampling grid, isothermal and thermal, on an executor, and refine it where it is not accurate enough.
 
     Parameters   journal: contacts solved before, and where those solved now are written at once
-    Raises       UnconvergedContactError: a contact that the solver could not finish; nothing is filled in for it
+    Raises       UnconvergedContactError: a contact that did not converge; no value is substituted
     """
     axes = contact_axes(parameters, grid)
     solved = Solved(journal)
@@ -73,7 +74,7 @@ def build_contact_map(
 
 
 def _axis_to_halve(contact_map: ContactMap, grid: MapGrid) -> tuple[int, dict[str, sampling.Mask]] | None:
-    """The axis along which the largest share of cells is not known well enough, and these; None: there is none."""
+    """The axis along which the largest share of cells is above the tolerance, and these cells; None: there is none."""
     largest, chosen = 0.0, None
     for axis in range(3):
         if (
@@ -95,11 +96,11 @@ def _solve_missing(
     executor: Executor,
     progress: Progress | None,
 ) -> None:
-    """Solve what a mask of the nodes asks for and nobody has solved yet; every finished piece is kept at once."""
+    """Solve the nodes of a mask that are not solved yet; every finished piece is stored at once."""
     loads, speeds, temperatures = axes.nodes
     jobs = {}
     waiting = 0
-    # heavy balls take longest: they must not come last
+    # heavy balls take longest: first, so that no worker is idle at the end
     for i, load in reversed(list(enumerate(loads.tolist()))):
         for raceway in RACEWAYS:
             for k, temperature in enumerate(temperatures.tolist()):
@@ -109,7 +110,7 @@ def _solve_missing(
                     piece = missing[first : first + PIECE]
                     job = executor.submit(_solve_row, parameters, raceway, load, piece, temperature)
                     jobs[job] = raceway, load, piece, temperature
-    # counted from what is known when the build begins; grows as axes are halved
+    # grows as axes are halved
     total = 2 * len(solved) + waiting
     try:
         for job in as_completed(jobs):
@@ -145,7 +146,7 @@ def extreme_values(parameters: Parameters, contact_map: ContactMap, grid: MapGri
     """Least films and largest rise over the load-carrying balls of one nut (..., 6).
 
     Minimum film screw, nut; central film screw, nut [m]; temperature rise screw, nut [K]. Films fall and heating
-    rises with load, but not everywhere: both ends of the range of loads are looked at.
+    rises with load, but not everywhere: both ends of the range of loads are evaluated.
     """
     forces, *points = _nodes(grid)
     values = np.empty((forces.size, *(nodes.size for nodes in points), 6))
@@ -173,7 +174,7 @@ class _GridFilm:
 
 
 def force_values(parameters: Parameters, grid: MapGrid) -> Array:
-    """What depends on the force of a nut only (n_force, 4), columns as packed.FORCE_CURVES names them."""
+    """Quantities of the force of a nut alone (n_force, 4), columns as packed.FORCE_CURVES names them."""
     screw = parameters.screw
     film = _AnyFilm()
     values = np.empty((grid.force[2], len(FORCE_CURVES)))
@@ -238,7 +239,7 @@ def build_map(
     Parameters   workers: processes, None = one per core;  progress: called while it runs;  grid: None = the default
                  executor: any executor of the concurrent.futures interface instead of own processes;  journal: file
                  of contacts solved by a build that was interrupted, continued by this one
-    Returns      BuiltMap, to be written by store.save_map
+    Returns      BuiltMap, to be written by file.save_map
     Raises       UnconvergedContactError, ValueError
     """
     grid = grid or MapGrid()

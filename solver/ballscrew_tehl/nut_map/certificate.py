@@ -61,7 +61,7 @@ def deviation_at(nut_map: NutMap, parameters: Parameters, point: tuple[float, ..
     friction_set = default_friction_set(parameters)
     preload, speed, temperature, axial_load = point
     state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction_set.values)
-    torque = float(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+    torque = float(state.friction_torque)
     direct = direct_state(parameters, friction_set, preload, speed, temperature, axial_load)
     films = ("film_thickness_central_screw", "film_thickness_central_nut")
     rise = direct.film_temperature_rise
@@ -79,8 +79,7 @@ def deviation_from_direct(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Relative deviations of a map from direct per-ball solves at random points that the map was not built
-    from.
+    """Relative deviations of a map from direct per-ball solves at random points.
 
     Parameters   executor: of the concurrent.futures interface, None = in this process
     Returns      points; mean, median, 99 and 99.9 % quantile, largest deviation of torque, film and temperature rise;

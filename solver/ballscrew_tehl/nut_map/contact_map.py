@@ -1,6 +1,6 @@
 """Films and temperatures of the contacts of one ball over (ball load, screw speed, oil temperature), per raceway.
 
-Samples come from the contact solver; between them ratios to closed formulas are interpolated, which vary little.
+Samples come from the contact solver; between them their ratios to closed formulas are interpolated.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ QUANTITIES = {
     "traction_force": "N",
     "asymptotic": "1",
 }
+#: relative distance beyond the end of an axis that counts as rounding
+ROUNDING = 1e-9
 FILMS = ("isothermal_central_film", "thermal_central_film", "thermal_minimum_film")
 
 
@@ -65,8 +67,8 @@ class ContactAxes:
 class ContactMap:
     """Samples (n_load, n_speed, n_temperature) by raceway and quantity, for one screw with one kinematics.
 
-    solved (n_load, n_speed, n_temperature) by raceway: which of them come from the solver; the others were foretold by
-    the spline through coarser nodes, where that does (sampling.py).
+    solved (n_load, n_speed, n_temperature) by raceway: which of them come from the solver; the others are interpolated
+    from coarser nodes, where that is accurate enough (sampling.py).
     """
 
     parameters: Parameters
@@ -149,7 +151,7 @@ def _place(
     value: Array | float, lo: float, hi: float, nodes: int, what: str, logarithmic: bool
 ) -> tuple[Array, Array]:
     value = np.asarray(value, dtype=float)
-    slack = 1e-9 * hi
+    slack = ROUNDING * hi
     if not np.all((value >= lo - slack) & (value <= hi + slack)):
         raise ValueError(
             f"{what} = {value.min():.6g} to {value.max():.6g}; the contact map covers {lo:.6g} to {hi:.6g}"

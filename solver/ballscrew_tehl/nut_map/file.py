@@ -1,7 +1,6 @@
 """The map file: netCDF, self-describing, with the parameters it was built for and a hash of its content.
 
-Written through xarray; read by scipy's netCDF reader alone, because an answer from the map must not wait for more.
-Nothing is ever unpickled.
+Written through xarray; read by scipy's netCDF reader, which is imported faster. Nothing is unpickled.
 """
 
 from __future__ import annotations
@@ -30,6 +29,8 @@ if TYPE_CHECKING:
     from .grid import BuiltMap
 
 Array = NDArray[np.float64]
+#: dimensions, values and attributes of a variable of the file
+Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
 FILE_FORMAT = 2
 FILM_MODELS = ("solved", "solved_thermal")
@@ -52,67 +53,16 @@ def _file_hash(header: str, variables: Mapping[str, Array]) -> str:
 
 
 def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) -> str:
-    """Write a map to a temporary name beside `path` and rename it; returns the content hash.
+    """Write a map to a temporary file next to `path` and rename it; returns the content hash.
 
-    certificate: how far the map is from direct solves, and over what (map_commands.deviation_from_direct); stored as
-    it is.
+    certificate: deviation of the map from direct solves (certificate.deviation_from_direct), stored unchanged
     """
     import xarray as xr
 
-    from .contact_map import QUANTITIES
-
     contact_map = built.contact_map
-    load, speed, temperature = contact_map.axes.nodes
-    header = dict(built.header, certificate=dict(certificate), contact_axes={
-        "load": list(contact_map.axes.load), "speed": list(contact_map.axes.speed),
-        "temperature": list(contact_map.axes.temperature),
-    })  # fmt: skip
-    header["parameters_json"] = map_parameters_json(contact_map.parameters)
-    header["parameters_hash"] = parameters_hash(contact_map.parameters)
-    text = json.dumps(header, sort_keys=True)
-    variables: dict[str, tuple[tuple[str, ...], Array, dict[str, str]]] = {}
-    for film, arrays in built.arrays.items():
-        variables[f"viscous_coefficients_{film}"] = (
-            ("force_knot", "speed_knot", "temperature_knot", "viscous_column"),
-            arrays["coefficients"][..., :VISCOUS_COLUMNS],
-            {
-                "long_name": "uniform cubic B-spline coefficients of ln values of one nut: "
-                + ", ".join(SURFACES[:4])
-            },
-        )
-    arrays = built.arrays[FILM_MODELS[0]]
-    variables["extreme_coefficients"] = (
-        ("force_knot", "speed_knot", "temperature_knot", "extreme_column"),
-        arrays["coefficients"][..., VISCOUS_COLUMNS:],
-        {"long_name": "the same for the load-carrying balls: " + ", ".join(SURFACES[4:])},
-    )
-    variables["force_coefficients"] = (
-        ("force_knot", "force_column"), arrays["force_coefficients"],
-        {"long_name": "the same over force alone: " + ", ".join(FORCE_CURVES)},
-    )  # fmt: skip
-    variables["separation_coefficients"] = (
-        ("preload_knot", "side"), arrays["separation_coefficients"],
-        {"long_name": "the same: ln of separation load over preload, axial load > 0 and < 0"},
-    )  # fmt: skip
-    variables["sharing_coefficients"] = (
-        ("preload_knot", "share_knot", "side"), arrays["sharing_coefficients"],
-        {"long_name": "the same: (force of the relieved nut over preload)^(2/3) over axial load/separation load"},
-    )  # fmt: skip
-    for raceway in RACEWAYS:
-        for name, unit in QUANTITIES.items():
-            variables[f"{raceway}_{name}"] = (
-                ("load", "speed", "temperature"), contact_map.samples[raceway][name],
-                {"units": unit, "long_name": f"{name.replace('_', ' ')} of one ball on the {raceway} raceway"},
-            )  # fmt: skip
-        variables[f"{raceway}_solved"] = (
-            ("load", "speed", "temperature"), contact_map.solved[raceway].astype(float),
-            {"units": "1", "long_name": f"1: solved, 0: by the spline through coarser nodes, {raceway} raceway"},
-        )  # fmt: skip
-    coordinates: dict[str, tuple[tuple[str, ...], Array, dict[str, str]]] = {
-        "load": (("load",), load, {"units": "N", "long_name": "ball load"}),
-        "speed": (("speed",), speed, {"units": "rad s-1", "long_name": "screw speed"}),
-        "temperature": (("temperature",), temperature, {"units": "K", "long_name": "oil temperature"}),
-    }
+    text = json.dumps(_header(built, certificate), sort_keys=True)
+    variables = _spline_variables(built.arrays) | _sample_variables(contact_map)
+    coordinates = _coordinates(contact_map)
     digest = _file_hash(text, {name: array for name, (_, array, _) in (variables | coordinates).items()})
     attributes = {
         "title": f"Nut map of {contact_map.parameters.name}, kinematics {built.header['kinematics']}",
@@ -132,6 +82,69 @@ def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) 
     return digest
 
 
+def _header(built: BuiltMap, certificate: Mapping[str, Any]) -> dict[str, Any]:
+    axes, parameters = built.contact_map.axes, built.contact_map.parameters
+    return dict(
+        built.header,
+        certificate=dict(certificate),
+        contact_axes={name: list(getattr(axes, name)) for name in ("load", "speed", "temperature")},
+        parameters_json=map_parameters_json(parameters),
+        parameters_hash=parameters_hash(parameters),
+    )
+
+
+def _spline_variables(arrays: Mapping[str, Mapping[str, Array]]) -> dict[str, Variable]:
+    """B-spline coefficients of the nut; those that do not depend on the film model are stored once."""
+    knots = ("force_knot", "speed_knot", "temperature_knot")
+    variables: dict[str, Variable] = {}
+    for film, by_name in arrays.items():
+        long_name = "uniform cubic B-spline coefficients of ln values of one nut: " + ", ".join(SURFACES[:4])
+        variables[f"viscous_coefficients_{film}"] = (
+            (*knots, "viscous_column"),
+            by_name["coefficients"][..., :VISCOUS_COLUMNS],
+            {"long_name": long_name},
+        )
+    common = arrays[FILM_MODELS[0]]
+    for name, dimensions, array, long_name in (
+        ("extreme_coefficients", (*knots, "extreme_column"), common["coefficients"][..., VISCOUS_COLUMNS:],
+         "the same for the load-carrying balls: " + ", ".join(SURFACES[4:])),
+        ("force_coefficients", ("force_knot", "force_column"), common["force_coefficients"],
+         "the same over force alone: " + ", ".join(FORCE_CURVES)),
+        ("separation_coefficients", ("preload_knot", "side"), common["separation_coefficients"],
+         "the same: ln of separation load over preload, axial load > 0 and < 0"),
+        ("sharing_coefficients", ("preload_knot", "share_knot", "side"), common["sharing_coefficients"],
+         "the same: (force of the relieved nut over preload)^(2/3) over axial load/separation load"),
+    ):  # fmt: skip
+        variables[name] = dimensions, array, {"long_name": long_name}
+    return variables
+
+
+def _sample_variables(contact_map: ContactMap) -> dict[str, Variable]:
+    """Samples of the contacts by raceway and quantity."""
+    from .contact_map import QUANTITIES
+
+    axes = ("load", "speed", "temperature")
+    variables: dict[str, Variable] = {}
+    for raceway in RACEWAYS:
+        for name, unit in QUANTITIES.items():
+            long_name = f"{name.replace('_', ' ')} of one ball on the {raceway} raceway"
+            sample = contact_map.samples[raceway][name]
+            variables[f"{raceway}_{name}"] = axes, sample, {"units": unit, "long_name": long_name}
+        long_name = f"1: solved, 0: by the spline through coarser nodes, {raceway} raceway"
+        solved = contact_map.solved[raceway].astype(float)
+        variables[f"{raceway}_solved"] = axes, solved, {"units": "1", "long_name": long_name}
+    return variables
+
+
+def _coordinates(contact_map: ContactMap) -> dict[str, Variable]:
+    load, speed, temperature = contact_map.axes.nodes
+    return {
+        "load": (("load",), load, {"units": "N", "long_name": "ball load"}),
+        "speed": (("speed",), speed, {"units": "rad s-1", "long_name": "screw speed"}),
+        "temperature": (("temperature",), temperature, {"units": "K", "long_name": "oil temperature"}),
+    }
+
+
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     """Header and variables of a file, checked against its own hash."""
     from scipy.io import netcdf_file
@@ -147,7 +160,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
         found = int(attributes["format_version"])
         text, digest = attributes["header"].decode(), attributes["content_hash"].decode()
         header = json.loads(text) if found == FILE_FORMAT else {}
-    except Exception as error:  # damaged netCDF fails in many ways; all mean the same
+    except Exception as error:  # damaged netCDF fails in many ways
         raise MapError(f"{path}: not a readable map file ({type(error).__name__}: {error})") from error
     if found != FILE_FORMAT:
         raise MapError(f"{path}: map file format {found}; expected {FILE_FORMAT}: build the map again")
@@ -196,7 +209,7 @@ def _refuse_other_fit(friction: FrictionSet, parameters: Parameters) -> None:
 
 
 def _provenance(friction: FrictionSet) -> dict[str, Any]:
-    """What the header tells of the friction parameters; JSON knows no infinity."""
+    """Entry of the header about the friction parameters; infinite limits become None, for JSON has no infinity."""
     return {
         "set": friction.name,
         "loss": friction.loss,
@@ -217,7 +230,7 @@ def load_map(
 
     Parameters   path : map file; None = the packaged map of the parameters' kinematics
                  friction_set : None = the packaged set that the parameters select, with their overrides
-    Raises       MapError (a ValueError): missing, damaged, of another format, of other parameters; says found, expected
+    Raises       MapError (a ValueError): missing, damaged, of another format or of other parameters
     """
     path = _path_for(path, parameters)
     header, variables = _read(path)
@@ -229,7 +242,7 @@ def load_map(
     if film not in FILM_MODELS:
         raise MapError(
             f"{path}: friction set {friction.name} is fitted with the film {film}; expected one of "
-            f"{', '.join(FILM_MODELS)}: the map holds no other"
+            f"{', '.join(FILM_MODELS)}: the map has no other"
         )
     coefficients = np.concatenate(
         [variables[f"viscous_coefficients_{film}"], variables["extreme_coefficients"]], axis=-1

@@ -10,7 +10,7 @@ from ..parameters.units import RPM
 from ..physics.load import nut_loads
 from .contact_map import Array, ContactAxes, ContactMap
 
-LOAD_MARGIN = 0.02  # beyond the ball loads at the ends of the map; without it rounding puts them outside
+LOAD_MARGIN = 0.02  # beyond the ball loads at the ends of the map; at 0 rounding puts them outside
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Contacts solved so far: in memory by their place, and line by line in a file that outlives the process."""
+"""Contacts solved so far: in memory by their operating point, and line by line in a file that continues a build."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .contact_map import QUANTITIES, Array, ContactAxes
 
 JOURNAL_FORMAT = 1
 
-#: raceway, load, speed, temperature, each number to the digits that tell two nodes apart
+#: raceway, load, speed, temperature, each number to 12 digits, which distinguish two nodes
 Place = tuple[str, str, str, str]
 
 
@@ -28,12 +28,11 @@ def _place(raceway: str, load: float, speed: float, temperature: float) -> Place
 
 
 class Journal:
-    """Append-only text file of solved contacts: a line that says for what, then one line of JSON per piece of work.
+    """Append-only text file of solved contacts: a header line, then one line of JSON per piece of work.
 
-    Numbers are written so that they come back to the last bit. A last line that is not whole, as a killed process
-    leaves it, is cut off.
+    Numbers are read back to the last bit. An incomplete last line, as a killed process leaves it, is removed.
 
-    Parameters   path: made if it is not there;  parameters_json: canonical text of what the contacts depend on;
+    Parameters   path: created if missing;  parameters_json: canonical text of what the contacts depend on;
                  version: of the solver
     Raises       ValueError: a file for other parameters or of another version, or one that another build is writing
     """

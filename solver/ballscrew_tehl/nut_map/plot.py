@@ -1,4 +1,4 @@
-"""Picture of a map: what it answers over speed, where it was sampled, where its certificate compared it.
+"""Picture of a map: values over speed, samples, and points of its certificate.
 
 The numbers are made by map_picture, drawn by map_figure. matplotlib is imported when a figure is made.
 """
@@ -49,7 +49,7 @@ PRELOAD_COLOURS, TEMPERATURE_COLOURS, ERROR_COLOURS, CAUTION = "cividis", "plasm
 
 
 class CertificatePoints(NamedTuple):
-    """Random operating points of a certificate and how far the map is off there."""
+    """Random operating points of a certificate and the errors of the map there."""
 
     ball_load: Array  # [N] of the heaviest ball of both nuts, as the map has it
     speed: Array  # [rad/s]
@@ -86,7 +86,7 @@ class MapPicture:
 
 def friction_torque(state: DoubleNutState) -> Array:
     """Sum of the parts [N.m]."""
-    return np.asarray(state.viscous_torque + state.hysteresis_torque + state.sliding_torque)
+    return np.asarray(state.friction_torque)
 
 
 def map_picture(nut_map: NutMap, contact_map: ContactMap) -> MapPicture:
@@ -133,7 +133,7 @@ def round_preloads(lowest: float, highest: float) -> Array:
 
 
 def _certificate_points(nut_map: NutMap) -> CertificatePoints | None:
-    """None: a certificate of totals alone, as older files hold, or none at all."""
+    """None: a certificate of totals alone, as in older files, or none."""
     each = nut_map.header["certificate"].get("each")
     if each is None:
         return None
@@ -161,7 +161,7 @@ def percent(error: float) -> str:
 
 
 def caption(picture: MapPicture) -> str:
-    """What the samples and the certificate say."""
+    """Caption: samples and certificate."""
     header, samples = picture.nut_map.header, picture.contact_map.samples
     share = float(np.mean([samples[raceway]["asymptotic"] for raceway in RACEWAYS]))
     between = ", ".join(
@@ -172,7 +172,7 @@ def caption(picture: MapPicture) -> str:
     solved = " and ".join(f"{int(mask.sum())}" for mask in picture.contact_map.solved.values())
     lines = [
         f"Nodes: {shape} (ball load x speed x temperature) per raceway, {percent(share)} on the asymptotic branch; "
-        f"{solved} solved, the others foretold by these. Estimated error of the films between: {between}."
+        f"{solved} solved, the others interpolated from them. Estimated error of the films between: {between}."
     ]
     certificate = header["certificate"]
     parts = []
@@ -340,7 +340,7 @@ def _error_norm(errors: Array) -> LogNorm:
 
 
 def _draw_error_scale(figure: Figure, axes: list[Axes], norm: LogNorm, error: str, below: bool) -> None:
-    """below: there are errors below the scale, a tip on it says so."""
+    """below: errors below the scale are marked by a tip on it."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.ticker import LogLocator, NullFormatter
 
@@ -355,7 +355,7 @@ def _draw_error_scale(figure: Figure, axes: list[Axes], norm: LogNorm, error: st
 
 
 def _plain_numbers(axes: Axes) -> None:
-    """1000 instead of 10^3, more of them where the axis is short."""
+    """Labels 1000 instead of 10^3, more of them on a short axis."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
@@ -366,7 +366,7 @@ def _plain_numbers(axes: Axes) -> None:
 
 
 def save_figure(figure: Figure, path: Path, file_hash: str) -> None:
-    """Write a PNG to a temporary name beside `path` and rename it; the file names the map that it shows."""
+    """Write a PNG to a temporary file next to `path` and rename it; its metadata name the map."""
     temporary = path.with_name(path.name + ".part")
     try:
         figure.savefig(temporary, format="png", dpi=150, metadata={"Source": f"map {file_hash}"})

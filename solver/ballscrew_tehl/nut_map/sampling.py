@@ -1,9 +1,9 @@
-"""Which contacts a map needs: axes are halved, and only those new nodes are solved that the old ones do not foretell.
+"""Adaptive sampling of a map: axes are halved, and only new nodes that the old ones do not predict are solved.
 
 Every other node along an axis is left out and predicted by the spline through the rest; the spline through all leaves
 an eighth of that error between its nodes (a sixteenth where it is smooth). Where this is below the tolerance, the new
-node between two old ones takes what the spline foretells (an adaptive hierarchical basis: Griebel 1998, Computing 61,
-with splines instead of hats). Errors of films thinner than FILM_FLOOR count relative to it.
+node between two old ones takes the value of the spline (an adaptive hierarchical basis: Griebel 1998, Computing 61,
+with splines instead of hats). Errors of films thinner than FILM_FLOOR are relative to it.
 """
 
 from __future__ import annotations
@@ -19,15 +19,18 @@ from .contact_map import FILMS, Array, ContactAxes, ContactMap, film_formula
 
 Mask = NDArray[np.bool_]
 
-#: film [m] below which its error matters no more than there: about the roughness height of the friction sets, under
-#: which a film carries little friction
+#: film [m] below which errors are relative to this one: about the roughness height of the friction sets, below which
+#: films contribute little friction; lower, heavily loaded slow contacts are refined that hardly change the torque
 FILM_FLOOR = 20e-9
-#: films that are watched; the minimum film of side lobes scatters with the grid of the solver
-WATCHED = FILMS[:2]
-#: what is left of the error of a spline when its cells are halved
+#: films that are refined for; the minimum film of side lobes scatters with the grid of the solver
+REFINED = FILMS[:2]
+#: remaining share of the error of a spline when its cells are halved; 1/16 where it is smooth: the larger the more
+#: nodes are solved for a tolerance
 LEFT = 1.0 / 8.0
-#: share of an estimated error that counts for the cells beside
+#: share of an estimated error that counts for the neighbouring cells; 0: features between the nodes left out are missed
 SPREAD = 0.5
+#: quantile of the errors that stands for an axis: a few contacts near a change of regime are left to the rest
+QUANTILE = 0.95
 
 
 def halvable(axes: ContactAxes, axis: int) -> bool:
@@ -36,9 +39,9 @@ def halvable(axes: ContactAxes, axis: int) -> bool:
 
 
 def axis_errors(contact_map: ContactMap) -> tuple[float, float, float]:
-    """Estimated error of ln(film) between the nodes of each axis (load, speed, temperature); 0: cannot be told.
+    """Estimated error of ln(film) between the nodes of each axis (load, speed, temperature); 0: no estimate.
 
-    The 95 % quantile over the solved nodes of both raceways: a few contacts near a change of regime must not rule.
+    The quantile QUANTILE over the solved nodes of both raceways.
     """
     found = []
     for axis in range(3):
@@ -48,7 +51,7 @@ def axis_errors(contact_map: ContactMap) -> tuple[float, float, float]:
             if halvable(contact_map.axes, axis)
         ]
         errors = np.concatenate(known) if known else np.zeros(0)
-        found.append(LEFT * float(np.quantile(errors, 0.95)) if errors.size else 0.0)
+        found.append(LEFT * float(np.quantile(errors, QUANTILE)) if errors.size else 0.0)
     return found[0], found[1], found[2]
 
 
@@ -58,7 +61,7 @@ def unknown_middles(contact_map: ContactMap, axis: int, tolerance: float) -> dic
 
 
 def halved(contact_map: ContactMap, axis: int) -> ContactMap:
-    """The map on axes with twice as many cells along one of them: what the samples foretell, nothing new solved."""
+    """The map on axes with twice as many cells along one of them; new nodes are interpolated, none is solved."""
     axes = contact_map.axes.refined(axis)
     loads, speeds, temperatures = axes.nodes
     samples: dict[str, dict[str, Array]] = {}
@@ -71,7 +74,7 @@ def halved(contact_map: ContactMap, axis: int) -> ContactMap:
             name: np.exp(_with_middles(contact_map.ln_ratios[raceway, name], axis)) * formula
             for name in FILMS
         }
-        # the minimum film is not watched: what is foretold of it may be above the central one
+        # the interpolated minimum film may exceed the central one: bounded by it
         lowest = np.minimum(samples[raceway][FILMS[2]], samples[raceway][FILMS[1]])
         samples[raceway][FILMS[2]] = np.where(
             _old_nodes(axes.shape, axis), samples[raceway][FILMS[2]], lowest
@@ -120,7 +123,7 @@ def _odd(values: NDArray, axis: int) -> NDArray:
 def _left_out(contact_map: ContactMap, raceway: str, axis: int) -> Array:
     """Error at every other node along an axis, which comes first, when it is left out."""
     worst = np.zeros(_odd(contact_map.samples[raceway][FILMS[0]], axis).shape)
-    for name in WATCHED:
+    for name in REFINED:
         lines = np.moveaxis(contact_map.ln_ratios[raceway, name], axis, 0)
         film = _odd(contact_map.samples[raceway][name], axis)
         error = np.abs(_predicted(lines[::2]) - lines[1::2]) * film / np.maximum(film, FILM_FLOOR)
@@ -129,9 +132,9 @@ def _left_out(contact_map: ContactMap, raceway: str, axis: int) -> Array:
 
 
 def _middle_errors(contact_map: ContactMap, raceway: str, axis: int) -> Array:
-    """Estimated error in the middle of every cell of an axis: the greater one of the nodes beside and across."""
+    """Estimated error in the middle of every cell of an axis: the greatest of the nodes around it."""
     left_out = _left_out(contact_map, raceway, axis)
-    # each node left out speaks for the two cells beside it and for the next one on either side
+    # each node left out counts for the two cells at it and for the next one on either side
     cells = np.repeat(left_out, 2, axis=0)
     wide = cells.copy()
     wide[1:] = np.maximum(wide[1:], cells[:-1])
@@ -146,7 +149,7 @@ def _middle_errors(contact_map: ContactMap, raceway: str, axis: int) -> Array:
 
 
 def _with_middles(values: Array, axis: int) -> Array:
-    """Values on a halved axis: the old ones and what the spline through them says in between."""
+    """Values on a halved axis: the old ones, and the spline through them in between."""
     lines = np.moveaxis(values, axis, 0)
     middles = _predicted(lines.reshape(len(lines), -1)).reshape(len(lines) - 1, *lines.shape[1:])
     return np.asarray(_merged(lines, middles, axis))

@@ -15,7 +15,7 @@ Progress = Callable[[int, int, str], None]
 
 
 def _leave_with_parent() -> None:
-    """A worker whose build was killed stops instead of working on for nobody."""
+    """Exit the worker when its parent process has died."""
     parent = os.getppid()
 
     def watch() -> None:
@@ -28,7 +28,7 @@ def _leave_with_parent() -> None:
 
 @contextmanager
 def worker_pool(workers: int | None) -> Iterator[Executor]:
-    """Processes, None: one per core; one BLAS thread each: matrices are small, two pools of threads would fight."""
+    """Processes, None: one per core; one BLAS thread each, for matrices are small."""
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
     before = {name: os.environ.get(name) for name in names}
     os.environ.update(dict.fromkeys(names, "1"))
@@ -50,7 +50,7 @@ def build_executor(workers: int | None, dask: str | None) -> Iterator[Executor]:
 
     Parameters   workers: processes of this machine, None = one per core;  dask: address of the scheduler of a Dask
                  cluster, which is used instead
-    Raises       ValueError: dask.distributed is not installed, or no scheduler answers
+    Raises       ValueError: dask.distributed is not installed, or no scheduler at the address
     """
     if dask is None:
         with worker_pool(workers) as pool:
@@ -69,5 +69,5 @@ def build_executor(workers: int | None, dask: str | None) -> Iterator[Executor]:
             f"--dask = {dask}: no scheduler answers there ({error}); allowed: tcp://HOST:PORT"
         ) from error
     with client:
-        # a dead worker is the cluster's business: its contacts go to another one
+        # contacts of a dead worker go to another one
         yield client.get_executor(retries=3)

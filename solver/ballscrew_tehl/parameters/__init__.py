@@ -1,1 +1,1 @@
-"""What a screw file says: screw, oil, friction choices, units; checked once, here."""
+"""Content of a screw file: screw, oil, friction choices and units, checked once on reading."""

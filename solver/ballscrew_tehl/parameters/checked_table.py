@@ -1,4 +1,4 @@
-"""A checked table of a screw file, and what is said when its fields do not go together."""
+"""A checked table of a screw file, and the errors for fields that contradict each other."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class FieldError(ValueError):
-    """Several fields of a table do not go together."""
+    """Fields of a table that contradict each other."""
 
     def __init__(self, field: str, allowed: str, remedy: str) -> None:
         super().__init__(f"{field}; allowed: {allowed}; {remedy}")
@@ -16,14 +16,14 @@ class FieldError(ValueError):
 
 
 class MissingFieldError(FieldError):
-    """A field that the file must give, because nothing else in it does."""
+    """A required field that is missing."""
 
     def __init__(self, field: str) -> None:
         super().__init__(field, "a value", "add the key")
 
 
 def quantity(dimension: str, description: str, **bounds: Any) -> Any:
-    """A field with a dimension (key of UNITS), bounds in SI and perhaps a default."""
+    """A field with a dimension (key of UNITS), bounds in SI and an optional default."""
     return Field(json_schema_extra={"dimension": dimension}, description=description, **bounds)
 
 

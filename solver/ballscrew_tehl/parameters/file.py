@@ -78,7 +78,7 @@ def _allowed(model: type[Table], field: str, entry: Entry | None, error: dict[st
 def _explain(
     where: str, table: str, model: type[Table], entries: dict[str, Entry], error: dict[str, Any]
 ) -> ParameterError:
-    """The first complaint of pydantic as one line about the file."""
+    """The first error of pydantic as one line about the file."""
     cause = error.get("ctx", {}).get("error")
     field = cause.field if isinstance(cause, FieldError) else str(error["loc"][0])
     forms = key_forms(field, _dimensions(model)[field])
@@ -139,7 +139,7 @@ def load_parameters(path: Path | str | None = None) -> Parameters:
 
 
 def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = None) -> LubricantParameters:
-    """A mineral oil by its ISO viscosity grade and viscosity index; what is assumed: module mineral_oil.
+    """A mineral oil by its ISO viscosity grade and viscosity index; assumptions: module mineral_oil.
 
     Parameters   iso_vg : grade of ISO 3448;  viscosity_index : ASTM D2270
                  density_15c : at 15 C [kg/m3]; None = that of a paraffinic oil
@@ -159,7 +159,7 @@ def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = 
 
 
 def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:
-    """A checked copy with some values (SI) changed; defaults that depend on them are taken anew.
+    """A checked copy with some values (SI) changed; defaults that depend on them are computed again.
 
     Parameters   tables : table name -> field -> value
     Raises       pydantic.ValidationError (a ValueError)

@@ -27,17 +27,17 @@ NOT_IN_MAP = (
     "raceway_rq",
     "ball_rq",
 )
-#: how other parameters are given: the map knows what follows from them
+#: other ways to give parameters; the values that follow from them are part of the identity instead
 GIVEN_BY = {"lubricant": ("iso_vg", "viscosity_index", "density_15c"), "screw": ("return_ball_count",)}
-#: fields younger than the first maps; they enter only where they differ from this
+#: fields added after the first maps; they enter only where they differ from this
 LATER = {"screw": {"preload_kind": "double_nut"}}
 
 
 def map_parameters_json(parameters: Parameters) -> str:
     """Canonical text of the parameters that a map depends on.
 
-    A field that came later enters only where it differs from what all screws were before it; a field that only says
-    how others are given never does. So every map stays valid for its screw.
+    A field of LATER enters only where it differs from the value that all earlier screws had, a field of GIVEN_BY never.
+    So every map stays valid for its screw.
     """
     content = json.loads(parameters_json(parameters))
     for name in NOT_IN_MAP:

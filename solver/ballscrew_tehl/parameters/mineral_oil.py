@@ -1,7 +1,7 @@
 """A mineral oil from its ISO viscosity grade and viscosity index: one published rule, one small function.
 
-SI and kelvin; the letters of a source inside a function. What a rule is good for stands in its docstring; the oil of
-one bottle may be measured instead, and every value may be given in the screw file.
+SI and kelvin; the letters of a source inside a function. Every docstring states the accuracy of its rule. Measured
+values of an oil may be given in the screw file instead.
 """
 
 from __future__ import annotations
@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from typing import Any
+
+from .units import CELSIUS
 
 #: temperatures of the viscosity index and of the density on a data sheet [K]
 T_40C, T_100C, T_15C = 313.15, 373.15, 288.15
@@ -18,12 +20,16 @@ ISO_GRADES = (7, 10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 150
 GRADE_TOLERANCE = 0.10
 #: least viscosity at 100 C that has an index (ASTM D2270) [mm2/s]
 LEAST_AT_100C = 2.0
-#: viscosity-gravity constant of paraffinic oils, 0.80 to 0.84: chosen in the middle, and how far an oil may be from it
+#: viscosity-gravity constant of paraffinic oils, 0.80 to 0.84: its middle, and the largest deviation from it
 PARAFFINIC_VGC, VGC_TOLERANCE = 0.82, 0.02
 #: rms and largest relative error of the pressure-viscosity coefficient by roelands_z
 Z_ERROR_RMS, Z_ERROR_MAX = 0.11, 0.24
-#: largest index of conventional mineral oils; above are synthetic oils and improvers, which roelands_z does not know
+#: largest index of conventional mineral oils; roelands_z is not fitted for the synthetic oils and improvers above
 MINERAL_INDEX = 120.0
+#: added to the viscosity [mm2/s] under the double logarithm of ASTM D341
+D341_SHIFT = 0.7
+#: density of water at 15 C [kg/m3], of relative densities
+WATER_DENSITY = 999.1
 #: K_1 of lubricating oils [kg/(m3 K)]: 0.34878 per degree F
 EXPANSION_K1 = 0.34878 * 1.8
 
@@ -62,7 +68,7 @@ def kinematic_viscosity_d341(nu_1: float, T_1: float, nu_2: float, T_2: float, T
     """
     y_1, _ = _double_logarithms(nu_1, nu_2)
     n = slope_d341(nu_1, T_1, nu_2, T_2)
-    return 1e-6 * (10.0 ** (10.0**y_1 * (T / T_1) ** -n) - 0.7)
+    return 1e-6 * (10.0 ** (10.0**y_1 * (T / T_1) ** -n) - D341_SHIFT)
 
 
 def slope_d341(nu_1: float, T_1: float, nu_2: float, T_2: float) -> float:
@@ -72,7 +78,7 @@ def slope_d341(nu_1: float, T_1: float, nu_2: float, T_2: float) -> float:
 
 
 def _double_logarithms(*nu: float) -> tuple[float, ...]:
-    return tuple(math.log10(math.log10(1e6 * value + 0.7)) for value in nu)
+    return tuple(math.log10(math.log10(1e6 * value + D341_SHIFT)) for value in nu)
 
 
 def _reference_oils(Y: float) -> tuple[float, float]:
@@ -169,9 +175,9 @@ def specific_heat(rho_15: float, T: float) -> float:
     """Specific heat capacity of a petroleum oil [J/(kg K)], rho_15 in kg/m3, T in K; good to some 5 %.
 
     Source       Cragoe, Thermal properties of petroleum products, NBS Misc. Publ. 97 (1929):
-                 c = (0.403 + 0.00081 t) / sqrt(s) cal/(g K), t in C, s relative density
+                 c = (0.4024 + 0.00081 t) / sqrt(s) cal/(g K), t in C, s relative density
     """
-    return 4186.8 * (0.4024 + 0.00081 * (T - 273.15)) / math.sqrt(rho_15 / 999.1)
+    return 4186.8 * (0.4024 + 0.00081 * (T - CELSIUS)) / math.sqrt(rho_15 / WATER_DENSITY)
 
 
 def thermal_conductivity(rho_15: float, T: float) -> float:
@@ -179,7 +185,7 @@ def thermal_conductivity(rho_15: float, T: float) -> float:
 
     Source       Cragoe, NBS Misc. Publ. 97 (1929): k = 0.1172 (1 - 0.00054 t)/s, t in C, s relative density
     """
-    return 0.1172 * (1.0 - 0.00054 * (T - 273.15)) / (rho_15 / 999.1)
+    return 0.1172 * (1.0 - 0.00054 * (T - CELSIUS)) / (rho_15 / WATER_DENSITY)
 
 
 def roelands_z(eta_40: float, eta_100: float) -> float:
@@ -202,7 +208,7 @@ def roelands_z(eta_40: float, eta_100: float) -> float:
 
 
 def so_klaus(nu: float, rho: float, slope: float) -> float:
-    """Pressure-viscosity coefficient at low pressure [1/Pa], to compare with: 10 % above measured ones, 17 % rms.
+    """Pressure-viscosity coefficient at low pressure [1/Pa], for comparison: 10 % above measured ones, 17 % rms.
 
     Parameters   nu [m2/s] and rho [kg/m3] at the temperature;  slope : n of ASTM D341 (its chart's slope over 0.2)
     Source       So & Klaus, ASLE Trans. 23 (1980) 409: 1e8 alpha = 1.216 + 4.143 x^3.0627 + 2.848e-4 n^5.1903 x^1.5976
@@ -214,7 +220,7 @@ def so_klaus(nu: float, rho: float, slope: float) -> float:
 
 
 def agma_925(eta: float) -> float:
-    """Pressure-viscosity coefficient of gear design [1/Pa], to compare with: 24 % below measured ones, 25 % rms.
+    """Pressure-viscosity coefficient of gear design [1/Pa], for comparison: 24 % below measured ones, 25 % rms.
 
     Parameters   eta : dynamic viscosity at the temperature [Pa s]
     Source       AGMA 925-A03, mineral oil: alpha = 0.010471 eta^0.1348 mm2/N, eta in mPa s

@@ -8,11 +8,11 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from . import mineral_oil as oil_grade
+from . import mineral_oil
 from .checked_table import FieldError, MissingFieldError, Table, quantity
 
-#: p_r of Roelands [Pa]
-ROELANDS_PRESSURE = 1 / 5.1e-9
+#: p_r of Roelands [Pa]; ln of his reference viscosity 6.315e-5 Pa s, with changed sign
+ROELANDS_PRESSURE, ROELANDS_LN = 1 / 5.1e-9, 9.67
 #: fields of an oil that the file must give unless it gives a grade
 _BY_GRADE = (
     "viscosity_law",
@@ -27,7 +27,7 @@ _BY_GRADE = (
 def _of_grade(
     rule: Callable[[dict[str, Any]], Any], otherwise: Any = None
 ) -> Callable[[dict[str, Any]], Any]:
-    """Default of a field: by a rule of oil_grade if the oil is given by its grade."""
+    """Default of a field: by a rule of mineral_oil if the oil is given by its grade."""
     return lambda d: rule(d) if _is_graded(d) else otherwise
 
 
@@ -36,14 +36,14 @@ def _is_graded(lub: dict[str, Any]) -> bool:
 
 
 class LubricantParameters(Table):
-    """Oil data and the names of its laws; the laws themselves are in `lubricant`.
+    """Oil data and the names of its laws; the laws themselves are in `physics.lubricant`.
 
     A mineral oil may be given by iso_vg and viscosity_index: laws, densities, thermal data and pressure-viscosity
-    coefficient then follow by the rules of `oil_grade`, as far as they are not given.
+    coefficient then follow by the rules of `mineral_oil`, as far as they are not given.
     """
 
     name: str = Field(min_length=1, description="name of the oil or grease")
-    iso_vg: Literal[oil_grade.ISO_GRADES] | None = Field(  # type: ignore[valid-type]
+    iso_vg: Literal[mineral_oil.ISO_GRADES] | None = Field(  # type: ignore[valid-type]
         default=None,
         description="ISO 3448 grade of a mineral oil, with viscosity_index",
     )
@@ -52,7 +52,7 @@ class LubricantParameters(Table):
     )
     density_15c: float | None = quantity(
         "density", "its density at 15 C; default: a paraffinic oil, +-2 %",
-        default_factory=_of_grade(lambda d: oil_grade.density_15c(1e-6 * d["iso_vg"])), ge=600, le=1300,
+        default_factory=_of_grade(lambda d: mineral_oil.density_15c(1e-6 * d["iso_vg"])), ge=600, le=1300,
     )  # fmt: skip
     viscosity_law: Literal["section_2_3", "roelands_printed", "astm_d341", "constant"] = Field(
         default_factory=_of_grade(lambda d: "astm_d341"),
@@ -66,29 +66,29 @@ class LubricantParameters(Table):
     )
     reference_temperature: float = quantity(
         "temperature", "temperature of viscosity and density",
-        default_factory=_of_grade(lambda d: oil_grade.T_40C), ge=200, le=500,
+        default_factory=_of_grade(lambda d: mineral_oil.T_40C), ge=200, le=500,
     )  # fmt: skip
     density: float = quantity(
         "density", "density at the reference temperature",
-        default_factory=_of_grade(lambda d: oil_grade.density_at(d["density_15c"], d["reference_temperature"])),
+        default_factory=_of_grade(lambda d: mineral_oil.density_at(d["density_15c"], d["reference_temperature"])),
         ge=100, le=3e3,
     )  # fmt: skip
     density_temperature: float = quantity(
         "temperature_coefficient", "relative fall of density per kelvin, >= 0",
         default_factory=_of_grade(
-            lambda d: oil_grade.density_slope(d["density_15c"], d["reference_temperature"]), 6.5e-4
+            lambda d: mineral_oil.density_slope(d["density_15c"], d["reference_temperature"]), 6.5e-4
         ), ge=0, le=5e-3,
     )  # fmt: skip
     specific_heat: float = quantity(
         "specific_heat", "specific heat capacity",
         default_factory=_of_grade(
-            lambda d: oil_grade.specific_heat(d["density_15c"], d["reference_temperature"])
+            lambda d: mineral_oil.specific_heat(d["density_15c"], d["reference_temperature"])
         ), ge=10, le=1e4,
     )  # fmt: skip
     thermal_conductivity: float = quantity(
         "thermal_conductivity", "thermal conductivity",
         default_factory=_of_grade(
-            lambda d: oil_grade.thermal_conductivity(d["density_15c"], d["reference_temperature"])
+            lambda d: mineral_oil.thermal_conductivity(d["density_15c"], d["reference_temperature"])
         ), gt=0, le=1e2,
     )  # fmt: skip
     astm_viscosity_1: float | None = quantity(
@@ -96,17 +96,21 @@ class LubricantParameters(Table):
         default_factory=_of_grade(lambda d: 1e-6 * d["iso_vg"]), gt=3e-7, le=1,
     )  # fmt: skip
     astm_temperature_1: float | None = quantity(
-        "temperature", "its temperature", default_factory=_of_grade(lambda d: oil_grade.T_40C), ge=200, le=500
+        "temperature",
+        "its temperature",
+        default_factory=_of_grade(lambda d: mineral_oil.T_40C),
+        ge=200,
+        le=500,
     )
     astm_viscosity_2: float | None = quantity(
         "kinematic_viscosity", "second point of D341",
-        default_factory=_of_grade(lambda d: oil_grade.viscosity_at_100c(1e-6 * d["iso_vg"], d["viscosity_index"])),
+        default_factory=_of_grade(lambda d: mineral_oil.viscosity_at_100c(1e-6 * d["iso_vg"], d["viscosity_index"])),
         gt=3e-7, le=1,
     )  # fmt: skip
     astm_temperature_2: float | None = quantity(
         "temperature",
         "its temperature",
-        default_factory=_of_grade(lambda d: oil_grade.T_100C),
+        default_factory=_of_grade(lambda d: mineral_oil.T_100C),
         ge=200,
         le=500,
     )
@@ -149,7 +153,7 @@ class LubricantParameters(Table):
         grade = info.data.get("iso_vg")
         if index is not None and grade is not None:
             try:
-                oil_grade.viscosity_at_100c(1e-6 * grade, index)
+                mineral_oil.viscosity_at_100c(1e-6 * grade, index)
             except ValueError as error:
                 allowed = str(error).split("allowed: ")[1]
                 raise FieldError("viscosity_index", allowed, "check grade and index") from None
@@ -169,9 +173,9 @@ class LubricantParameters(Table):
                 if getattr(self, name) is None:
                     raise MissingFieldError(name)
         elif self.viscosity_law != "astm_d341":
-            raise FieldError("viscosity_law", '"astm_d341" or no entry beside iso_vg', "drop one of both")
+            raise FieldError("viscosity_law", '"astm_d341" or no entry with iso_vg', "remove one of them")
         elif twice := [name for name in points if name in self.model_fields_set]:
-            raise FieldError(twice[0], "no entry beside iso_vg", "drop the points or iso_vg")
+            raise FieldError(twice[0], "no entry with iso_vg", "remove the points or iso_vg")
         given = [name for name in points if getattr(self, name) is not None]
         if self.viscosity_law == "astm_d341":
             for name in points:
@@ -187,7 +191,9 @@ class LubricantParameters(Table):
         else:
             if given:
                 raise FieldError(
-                    given[0], 'no entry unless viscosity_law = "astm_d341"', "name that law or drop it"
+                    given[0],
+                    'no entry unless viscosity_law = "astm_d341"',
+                    "choose that law or remove the entry",
                 )
             if "viscosity" not in self.model_fields_set:
                 raise FieldError("viscosity", "a value", "give the viscosity at the reference temperature")
@@ -197,7 +203,7 @@ class LubricantParameters(Table):
 
 
 def _roelands_level(lub: dict[str, Any]) -> float:
-    return math.log(lub["viscosity"]) + 9.67
+    return math.log(lub["viscosity"]) + ROELANDS_LN
 
 
 def _z_roelands(lub: dict[str, Any]) -> float:
@@ -209,10 +215,10 @@ def _z_roelands(lub: dict[str, Any]) -> float:
 def _pressure_viscosity(lub: dict[str, Any]) -> float:
     """alpha of a mineral oil at its reference temperature by Roelands' Z."""
     eta_40, eta_100 = (
-        lub[f"astm_viscosity_{i}"] * oil_grade.density_at(lub["density_15c"], lub[f"astm_temperature_{i}"])
+        lub[f"astm_viscosity_{i}"] * mineral_oil.density_at(lub["density_15c"], lub[f"astm_temperature_{i}"])
         for i in (1, 2)
     )
-    return oil_grade.roelands_z(eta_40, eta_100) * _roelands_level(lub) / ROELANDS_PRESSURE
+    return mineral_oil.roelands_z(eta_40, eta_100) * _roelands_level(lub) / ROELANDS_PRESSURE
 
 
 def _reference_viscosity(lub: dict[str, Any]) -> float:
@@ -222,4 +228,4 @@ def _reference_viscosity(lub: dict[str, Any]) -> float:
     rho, T = lub["density"], lub["reference_temperature"]
     if None in (nu_1, T_1, nu_2, T_2, rho, T) or not (nu_1 - nu_2) * (T_2 - T_1) > 0.0:
         return math.nan
-    return float(oil_grade.kinematic_viscosity_d341(nu_1, T_1, nu_2, T_2, T) * rho)
+    return float(mineral_oil.kinematic_viscosity_d341(nu_1, T_1, nu_2, T_2, T) * rho)

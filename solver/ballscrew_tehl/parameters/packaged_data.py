@@ -1,4 +1,4 @@
-"""Where the data of this package are: the screw of the paper, its measurements, fitted sets and maps."""
+"""Folder of the packaged data: the screw of the paper, its measurements, fitted sets and maps."""
 
 from pathlib import Path
 

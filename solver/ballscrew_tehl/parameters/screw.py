@@ -1,8 +1,8 @@
-"""Tables of a screw file: every field with dimension, bounds and meaning; contradictions are refused.
+"""Tables of a screw file: every field with dimension, bounds and meaning; contradictory entries raise.
 
 Attributes are SI, kelvin, radians. A field that a file leaves out takes the default stated here;
-`model_fields_set` of a table tells which ones the file gave. Source of the packaged values: Zhao et al.,
-Int J Adv Manuf Technol 124 (2023) 4231, Table 1; what that table does not print is called a default here.
+`model_fields_set` of a table holds the fields that the file gave. Source of the packaged values: Zhao et al.,
+Int J Adv Manuf Technol 124 (2023) 4231, Table 1; values that it does not print are marked as defaults.
 """
 
 from __future__ import annotations
@@ -102,7 +102,9 @@ class ScrewParameters(Table):
                 )
             if self.loaded_ball_count != carrying:
                 raise FieldError(
-                    "loaded_ball_count", f"{carrying}, or no entry", "ball_count and return_ball_count say it"
+                    "loaded_ball_count",
+                    f"{carrying}, or no entry",
+                    "it follows from ball_count and return_ball_count",
                 )
         most = min(self.ball_count, _touching_balls(self.__dict__))
         if not self.loaded_ball_count <= most:
@@ -123,7 +125,7 @@ def _loaded_balls(screw: dict[str, Any]) -> int:
 
 
 def _touching_balls(screw: dict[str, Any]) -> int:
-    """Most balls that fit the turns side by side."""
+    """Largest number of touching balls in the turns."""
     helix = screw["turns"] * 2.0 * math.pi * screw["nominal_radius"] / math.cos(screw["lead_angle"])
     return int(helix / screw["ball_diameter"])
 
@@ -172,7 +174,7 @@ class FrictionParameters(Table):
     )  # fmt: skip
 
     @model_validator(mode="after")
-    def _roughness_is_said_once(self) -> FrictionParameters:
+    def _roughness_is_given_once(self) -> FrictionParameters:
         for name, other in (("raceway_rq", "ball_rq"), ("ball_rq", "raceway_rq")):
             if getattr(self, name) is None and getattr(self, other) is not None:
                 raise FieldError(
@@ -184,7 +186,7 @@ class FrictionParameters(Table):
 
 
 def _composite_roughness(friction: dict[str, Any]) -> float | None:
-    """rms roughness of both surfaces together [m], sqrt(Rq_1^2 + Rq_2^2); None = as the set says."""
+    """rms roughness of both surfaces together [m], sqrt(Rq_1^2 + Rq_2^2); None = that of the set."""
     both = friction["raceway_rq"], friction["ball_rq"]
     return None if None in both else math.hypot(*both)
 
@@ -198,7 +200,7 @@ class PublishedSpeeds(Table):
 
 
 class Parameters(Table):
-    """All that describes one screw."""
+    """Parameters of one screw."""
 
     name: str = Field(min_length=1, description="name of the screw")
     screw: ScrewParameters

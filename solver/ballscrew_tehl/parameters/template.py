@@ -26,31 +26,31 @@ SHEET_UNITS = {
     "pressure_coefficient": "per_GPa",
     "angular_velocity": "rpm",
 }
-#: fields whose size asks for another
+#: fields that have another unit than others of their dimension
 FIELD_UNITS = {"youngs_modulus": "GPa", "carreau_modulus": "MPa"}
 FIELD_UNITS |= dict.fromkeys(("roughness_height", "raceway_rq", "ball_rq"), "um")
-#: what a table wants to be known before its keys
+#: notes above the keys of a table
 NOTES = {
     "screw": (
         "Turns and balls are those of one nut; with single_nut_offset of one half, with single_nut_oversize_ball of",
         "the whole nut, whose ball_diameter is that of the oversize balls. Balls in the return tubes carry no load.",
     ),
     "lubricant": (
-        "A mineral oil in two numbers: iso_vg and viscosity_index. The rest but name may then stay out, it follows by",
+        "A mineral oil in two numbers: iso_vg and viscosity_index. All others but name may be omitted; they follow by",
         "published rules (python -m ballscrew_tehl oil; init --oil iso_vg writes that form). Or laws and numbers.",
     ),
     "friction": (
         "Roughness: rms of raceways and balls make the composite height; without them that of the fitted set is taken.",
     ),
 }
-#: what an oil by its grade may not give as well
+#: fields that an oil given by its grade must not have
 FROM_GRADE = ("viscosity_law", "viscosity", "temperature_viscosity", "astm_")
 _SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 _HEAD = """\
-# Screw file: put in the values of your own screw and oil; those below are of {name}.
-# Every key carries its unit; one may choose among
+# Screw file: replace the values by those of your screw and oil; those below are of {name}.
+# Every key ends with its unit, one of
 #   {units}
-# A key behind # may stay out: it then takes the value shown. How to go on:
+# A key after # may be omitted and then has the value shown. Next steps:
 #   python -m ballscrew_tehl torque --screw THIS.toml --preload-n 1000 --speed-rpm 500 --temperature-c 30 --direct
 #   python -m ballscrew_tehl map build --screw THIS.toml --output my_map.nc
 #   python build_fmu.py --screw THIS.toml --map my_map.nc
@@ -123,7 +123,7 @@ def _converted(si_value: float, dimension: Any, unit: str) -> float:
 
 
 def _range(info: Any, dimension: Any, unit: str) -> str:
-    """What the field allows, in the unit of the key."""
+    """Allowed values of a field, in the unit of the key."""
     words = [
         f"{sign} {_converted(getattr(rule, name), dimension, unit):.6g}"
         for rule in info.metadata
@@ -135,7 +135,7 @@ def _range(info: Any, dimension: Any, unit: str) -> str:
 
 
 def _choices(annotation: Any) -> tuple[Any, ...]:
-    """The words or numbers that an annotation allows; none where it allows any."""
+    """Allowed words or numbers of an annotation; empty if it allows any."""
     inside = get_args(annotation)
     if get_origin(annotation) is Literal:
         return inside
@@ -146,7 +146,7 @@ def write_template(path: Path | str, oil: str = "viscosities") -> None:
     """Write the template to a file that does not exist yet.
 
     Parameters   oil : as example_parameters
-    Raises       ValueError: the file exists, or its folder cannot be written; nothing is left half-written
+    Raises       ValueError: the file exists, or its folder cannot be written; no partial file is left
     """
     path = Path(path)
     text = screw_template(example_parameters(oil))
@@ -158,9 +158,9 @@ def write_template(path: Path | str, oil: str = "viscosities") -> None:
         with os.fdopen(handle, "w", encoding="utf-8") as stream:
             stream.write(text)
         os.chmod(scratch, 0o644)
-        # unlike a rename, a link never replaces what somebody has filled in
+        # unlike a rename, a link never replaces an existing file
         os.link(scratch, path)
     except FileExistsError as error:
-        raise ValueError(f"{path}: exists already; allowed: a new file; name another one") from error
+        raise ValueError(f"{path}: exists already; allowed: a new file; choose another name") from error
     finally:
         os.unlink(scratch)

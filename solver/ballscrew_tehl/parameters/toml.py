@@ -35,7 +35,7 @@ class ParameterError(ValueError):
 
 @dataclass(frozen=True)
 class Entry:
-    """Key and value as they stand in the file, for messages."""
+    """Key and value as written in the file, for messages."""
 
     key: str
     value: Any
@@ -55,7 +55,7 @@ def key_forms(field: str, dimension: str | None) -> list[str]:
 
 
 def message(where: str, key: str, value: Any, allowed: str, remedy: str) -> ParameterError:
-    """The one line of every complaint about a file."""
+    """The one line of every error in a file."""
     shown = "(missing)" if value is None else repr(value)
     return ParameterError(f"{where}: {key} = {shown}; allowed: {allowed}; {remedy}")
 
@@ -66,7 +66,10 @@ def _nearest(word: str, known: list[str]) -> str:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Content of a TOML file; what cannot be read or parsed is a ParameterError."""
+    """Content of a TOML file.
+
+    Raises       ParameterError: it cannot be read or parsed
+    """
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as err:
@@ -74,11 +77,11 @@ def read_toml(path: Path) -> dict[str, Any]:
             f"{path}: cannot be read ({err.strerror}); give the path of a screw file"
         ) from err
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as err:
-        raise ParameterError(f"{path}: no valid TOML ({err}); mend the file at that place") from err
+        raise ParameterError(f"{path}: no valid TOML ({err}); correct the file there") from err
 
 
 def check_tables(where: str, found: dict[str, Any], known: list[str]) -> None:
-    """Refuse a table that is not known and say which known one is nearest."""
+    """Refuse an unknown table and name the nearest known one."""
     for name, value in found.items():
         if name not in known:
             key = f"[{name}]" if isinstance(value, dict) else name
@@ -87,7 +90,7 @@ def check_tables(where: str, found: dict[str, Any], known: list[str]) -> None:
 
 
 def si_value(value: Any, dimension: str | None, unit: str) -> Any:
-    """A number, or a list of numbers as a tuple, in SI; anything else stays for the type check."""
+    """A number, or a list of numbers as a tuple, in SI; anything else unchanged for the type check."""
     if isinstance(value, list):
         return tuple(si_value(v, dimension, unit) for v in value)
     if dimension is None or isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -121,7 +124,7 @@ def read_table(
             )
         if field in values:
             raise message(
-                where, f"{table}.{key}", value, "one entry", f"{entries[field].key} says it already"
+                where, f"{table}.{key}", value, "one entry", f"{entries[field].key} is given as well"
             )
         unit = key[len(field) + 1 :]
         values[field] = si_value(value, dimensions[field], unit)

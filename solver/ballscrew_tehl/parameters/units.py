@@ -1,4 +1,4 @@
-"""Units at the border: inside everything is SI, radians and kelvin."""
+"""Factors of other units; inside the package all quantities are SI, radians and kelvin."""
 
 import math
 

@@ -8,7 +8,7 @@ N_j/(E A_nut)], becomes
     d_(k+1) - 2 d_k + d_(k-1) = K f(d_k),    d_2 - d_1 = K f(d_1) + end slope,
 
 for both nuts alike. Newton's method on the whole chain has a banded matrix and needs no case for a free nut.
-scipy is imported where it is used: an answer from a stored map needs no load distribution.
+scipy is imported in the functions: evaluation of a stored map needs no load distribution.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ class BallChain:
             residual[-1] = residual[:-1].sum() + self.K * (f.sum() - force)
             bands[1, -1], bands[2, -2] = 1.0 + self.K * slope[-1], -1.0
 
-        # at least one ball carries: the slope must not lift all of them off at the start
+        # at least one ball carries: the slope must not separate all of them at the start
         lift = max(0.0, -end_slope) * (self.n - 1)
         scale = max(start + lift, self.least_scale)
         return self.newton(np.full(self.n, start + lift), (end_slope, 0.0), close, scale)
@@ -144,7 +144,7 @@ class BallChain:
 def ball_oversize(
     screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None = None
 ) -> float:
-    """How much thicker than their room the balls of a single nut are under a preload.
+    """Oversize of the balls of a single nut for a preload.
 
     Parameters   preload : float [N], >= 0;  ball_count : balls of the nut, >= 2
                  contact_angle : float [rad]; None = that of the screw
@@ -176,10 +176,10 @@ class FourPointChain(BallChain):
         return f - f_back, slope + slope_back, Q
 
     def rigid_approach(self, force: float) -> float:
-        """Way of n equal balls under a force by their stiffness under preload: a start for Newton."""
+        """Displacement of n equal balls under a force by their stiffness under preload: a start for Newton."""
         stiffness = self.n * float(self.law(np.zeros(1))[1][0])
         return force / stiffness if stiffness > 0.0 else super().rigid_approach(force)
 
     def ways(self, axial_load: float) -> Array:
-        """Axial ways at the balls, left to right [m], under a load > 0 on the right end, screw held there."""
+        """Axial displacements at the balls, left to right [m], under a load > 0 on the right end, screw held there."""
         return self.nut(axial_load, -self.K * axial_load)[::-1]

@@ -35,14 +35,14 @@ def groove_distance(screw: ScrewParameters) -> float:
 
 
 def check_force(name: str, value: Any, allow_negative: bool = False) -> None:
-    """Refuse a force that is not finite or has the wrong sign."""
+    """Raise ValueError for a force that is not finite or has the wrong sign."""
     if not np.all(np.isfinite(value) & (allow_negative | (np.asarray(value) >= 0.0))):
         needs = "finite" if allow_negative else "finite, >= 0"
         raise ValueError(f"{name} = {value} N; needs {needs}: check the sign and the preload")
 
 
 def check_count(ball_count: int) -> None:
-    """Refuse fewer than two balls or a fraction of one."""
+    """Raise ValueError for fewer than two balls or a fraction of one."""
     if not (int(ball_count) == ball_count and ball_count >= 2):
         raise ValueError(f"ball_count = {ball_count}; needs a whole number >= 2")
 
@@ -148,12 +148,13 @@ def preload_ball_load(screw: ScrewParameters, force: Any, ball_count: int, angle
 
 
 def flank_law(screw: ScrewParameters, oversize: float, angle: float | None = None) -> BallLaw:
-    """One of the two pairs of flanks of an oversize ball, over the axial way of the nut towards it.
+    """One of the two pairs of flanks of an oversize ball, over the axial displacement of the nut towards it.
 
     Parameters   oversize : diameter of the ball over that which just touches all four flanks [m], >= 0
-                 angle : contact angle [rad] that is kept; None = it follows the way
+                 angle : contact angle [rad] that is kept; None = it follows the displacement
     Source       the two contacts of a pair lie on one line through the ball's centre: they are in series, and their
-                 approach is oversize plus the way along that line, wherever the ball settles between the other two.
+                 approach is oversize plus the displacement along that line, for any position of the ball between
+                 the other two.
                  None: the line joins the groove centres, A0 + oversize apart at the angle without load
     """
     cos_lead, a_0 = math.cos(screw.lead_angle), groove_distance(screw)
@@ -182,9 +183,9 @@ def flank_law(screw: ScrewParameters, oversize: float, angle: float | None = Non
 
 
 def flank_travel(screw: ScrewParameters, oversize: float, angle: float | None = None) -> float:
-    """Axial way [m] after which the relieved pair of flanks no longer touches its ball; arguments as flank_law.
+    """Axial displacement [m] at which the relieved flanks leave the ball; arguments as flank_law.
 
-    Raises       ValueError: an oversize so large that the way does not free it
+    Raises       ValueError: an oversize so large that no displacement frees it
     """
     beta = screw.contact_angle if angle is None else angle
     if angle is not None:

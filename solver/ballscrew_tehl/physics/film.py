@@ -1,4 +1,4 @@
-"""Closed formulas of the film thickness and its thermal reduction: first guess and yardstick of the solver.
+"""Closed formulas of the film thickness and its thermal reduction: start and reference of the solver.
 
 x is the rolling direction; R_x <= R_y; u_e = (u_1 + u_2)/2; E_prime = 2/sum((1-nu^2)/E).
 """

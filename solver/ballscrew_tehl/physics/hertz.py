@@ -10,7 +10,7 @@ import numpy as np
 
 from ..parameters.file import ScrewParameters
 
-#: scipy.special is imported where it is used: an answer from a stored map needs no elliptic integral
+#: scipy.special is imported in the functions: evaluation of a stored map needs no elliptic integral
 
 RACEWAYS = ("screw", "nut")
 

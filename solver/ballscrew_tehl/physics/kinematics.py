@@ -76,7 +76,10 @@ KINEMATICS: dict[str, Callable[[Parameters, str, Any], SurfaceSpeeds]] = {
 
 
 def _checked_name(parameters: Parameters, speed: Any, kinematics: str | None) -> str:
-    """Name of the model; refuses an unknown one and a speed that is not finite."""
+    """Name of the model.
+
+    Raises       ValueError: unknown name, speed not finite
+    """
     name = parameters.friction.kinematics if kinematics is None else kinematics
     if name not in KINEMATICS:
         raise ValueError(f"kinematics = {name!r}; allowed: {', '.join(KINEMATICS)}")
@@ -171,7 +174,7 @@ def heathcote_slip(screw: ScrewParameters, raceway: str, a: Any) -> Any:
 
 
 def _uniform(parameters: Parameters, raceway: str, speed: Any, contact_angle: Any) -> SlipField:
-    reduced_radii(parameters.screw, contact_angle, raceway)  # refuses what it refuses
+    reduced_radii(parameters.screw, contact_angle, raceway)  # raises for the same arguments
     zero = 0.0 * speed * contact_angle
     return SlipField(zero, zero, zero, zero)
 

@@ -6,20 +6,20 @@ double_nut                two nuts pressed apart by a spacer; each ball touches 
 single_nut_offset         one nut whose thread is shifted by a little in its middle: the balls of one half push to one
                           side, those of the other half to the other, each on two flanks. It is a double nut in one
                           piece and computed as such; turns and ball counts are those of one half, the nut between the
-                          halves is the spacer. Assumed: the halves press apart.
+                          halves is the spacer. Assumed: the halves are pressed apart.
 single_nut_oversize_ball  balls a few micrometres thicker than their room between grooves of gothic arch, so that each
                           touches four flanks. Two lines of contact cross in the ball: two opposed sets of flanks, each
-                          with all the balls. At rest they press alike; an axial load adds to one and relieves the
-                          other. Assumed: bodies stiff in radial direction, flanks symmetric, balls of one size.
+                          with all the balls. Without axial load their forces are equal; it adds to one and relieves
+                          the other. Assumed: bodies stiff in radial direction, flanks symmetric, balls of one size.
 
-What this module says of nut A and B holds, with oversize balls, for the two sets of flanks. Both sit on the same balls:
-preload alone stretches neither screw nor nut, and all balls carry alike; an axial load stretches both. The force of
-a set then comes from the chain of all balls, each with f(d) - f(-d); the loads that `nut_loads` gives for it are
+With oversize balls, nut A and B of this module are the two sets of flanks. Both act on the same balls: preload
+alone stretches neither screw nor nut, and all balls have the same load; an axial load stretches both. The force of a
+set then comes from the chain of all balls, each with f(d) - f(-d); the loads that `nut_loads` gives for it are
 equal ones: exact under preload, under an axial load the heaviest ball of the loaded set carries up to 6 % more
 (GD4008-3, 1 to 6 kN, up to the separation load; `double_nut_loads` has it).
 
 The equations are in `ball_chain`.
-scipy is imported where it is used: an answer from a stored map needs no load distribution.
+scipy is imported in the functions: evaluation of a stored map needs no load distribution.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def _chain(screw: ScrewParameters, ball_count: int, contact_angle: float | None)
 def _preload_gap(
     screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None
 ) -> float:
-    """What the spacer is longer than the room for it [m]."""
+    """Excess length of the spacer over the gap between the nuts [m]."""
     chain = _chain(screw, ball_count, contact_angle)
     return 2.0 * float(chain.nut(preload)[-1]) + chain.spacer_stretch * preload
 
@@ -102,7 +102,7 @@ def _four_point_loads(
     d = chain.ways(abs(axial_load)) if axial_load != 0.0 else np.zeros(chain.n)
     (f_on, _, Q_on), (f_off, _, Q_off) = chain.flank(d), chain.flank(-d)
     loaded, relieved = (Q_on, float(f_on.sum())), (Q_off, float(f_off.sum()))
-    # a load to the left loads the other flanks; the balls stay where they are
+    # a load to the left acts on the other flanks; the order of the balls is the same
     a, b = (relieved, loaded) if axial_load >= 0.0 else (loaded, relieved)
     return DoubleNutLoads(a[0], b[0], a[1], b[1], 0.0)
 

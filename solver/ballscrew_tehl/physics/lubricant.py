@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ..parameters.file import LubricantParameters, kinematic_viscosity_d341
+from ..parameters.mineral_oil import D341_SHIFT, slope_d341
+from ..parameters.oil import ROELANDS_LN
 
-#: ln of Roelands' reference viscosity 6.315e-5 Pa s, with changed sign
-ROELANDS_LN = 9.67
 #: temperature below which no law of this module is used [K]; the law of section 2.3 is singular at 183.19 K
 T_MIN = 200.0
 #: Roelands' temperature constant [K]
@@ -78,10 +78,9 @@ def _eta0_astm_d341(lub: LubricantParameters, T: Any) -> Any:
 def _slope_astm_d341(lub: LubricantParameters, T: Any) -> Any:
     # nu = Z - 0.7, Z = 10^(10^(m - n log10 T)): d nu/dT = -n Z ln Z/T
     nu_1, T_1, nu_2, T_2 = _d341_points(lub)
-    y_1, y_2 = (math.log10(math.log10(1e6 * nu + 0.7)) for nu in (nu_1, nu_2))
-    n = (y_1 - y_2) / math.log10(T_2 / T_1)
+    n = slope_d341(nu_1, T_1, nu_2, T_2)
     nu = 1e6 * kinematic_viscosity_d341(nu_1, T_1, nu_2, T_2, T)
-    rate = -n * (nu + 0.7) * np.log(nu + 0.7) / (T * nu)
+    rate = -n * (nu + D341_SHIFT) * np.log(nu + D341_SHIFT) / (T * nu)
     return rate - lub.density_temperature * lub.density / ambient_density(lub, T)
 
 

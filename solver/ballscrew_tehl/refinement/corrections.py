@@ -1,7 +1,7 @@
-"""Memory of corrections of a map at solved points, bounded, and their interpolation by simple kriging.
+"""Corrections of a map at solved points and their interpolation by simple kriging.
 
-Of all fields that vary as the solved ones do, kriging gives the most likely value and how far the true one may be from
-it. The solved values follow a smooth field and scatter around it; the smooth one is what may be trusted between points.
+Kriging gives the most likely value and its standard deviation for fields with the covariance of the solved values.
+These are a smooth field with scatter around it; only the smooth part is interpolated.
 
 Source       simple kriging, covariances Matern 3/2 and, for the scatter, exponential: Rasmussen & Williams, Gaussian
              Processes for Machine Learning, 2006, Eqs. (2.25), (2.26), (4.17), (4.18)
@@ -18,15 +18,19 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: scatter of solved films between neighbouring points, relative, and the distance [cells] over which it goes on: grids
-#: change in steps. It is followed near solved points and not chased elsewhere
+#: scatter of solved films between neighbouring points, relative, and its correlation length [cells]: grids change in
+#: steps. Without it contacts are solved again and again where neighbours scatter
 SCATTER, SCATTER_LENGTH = 1.5e-3, 0.05
 #: keeps the matrix of points that nearly coincide invertible
 JITTER = 1e-9
-#: distance [cells] from an unsolvable contact within which none is tried again
+#: distance [cells] from a contact without a solution within which none is tried again
 UNSOLVABLE_RADIUS = 0.1
-#: how many solved points the expected size of corrections is worth
+#: weight of the expected size of corrections in solved points: larger, the data count later
 EXPECTED_WEIGHT = 1.0
+#: correlation with a point above which a look-up counts as its use
+USED_ABOVE = 0.5
+#: iterations between the deviation and the share of scatter in it
+DEVIATION_STEPS = 4
 
 
 class Known(NamedTuple):
@@ -34,15 +38,15 @@ class Known(NamedTuple):
 
     values: list[float]  # of the logarithms, five columns
     deviation: float  # standard deviation of the first column, scatter left out
-    #: to the nearest solved point [cells]; 0 where it makes no sense to solve
+    #: to the nearest solved point [cells]; 0 near a contact without a solution
     distance: float
 
 
 class CorrectionStore:
-    """Bounded memory of the corrections of one raceway, interpolated by kriging.
+    """Corrections of one raceway, a bounded number, interpolated by kriging.
 
-    Parameters   capacity : solved points that are kept;  expected : standard deviation that a correction has before any
-                 is known; the solved ones soon outweigh it
+    Parameters   capacity : solved points that are kept;  expected : standard deviation of a correction before any is
+                 known
     """
 
     COLUMNS = 5
@@ -65,7 +69,7 @@ class CorrectionStore:
         distances = np.sqrt(((self._points - point) ** 2).sum(axis=1))
         nearness = _covariance(distances)
         self._clock += 1
-        self._used[nearness > 0.5] = self._clock
+        self._used[nearness > USED_ABOVE] = self._clock
         unknown = 1.0 - float(nearness @ self._inverse @ nearness)
         scatter = (SCATTER / self._sigma) ** 2 * np.exp(-distances / SCATTER_LENGTH)
         values = ((nearness + scatter) @ self._weights).tolist()
@@ -73,7 +77,7 @@ class CorrectionStore:
         return Known(values, self._sigma * math.sqrt(max(unknown, 0.0)), distance)
 
     def insert(self, point: Array, values: Array) -> None:
-        """Remember the correction (5,) at a point (3,) [cells]; the least recently used one gives way."""
+        """Store the correction (5,) at a point (3,) [cells]; the least recently used one is dropped."""
         if not np.isfinite(values).all():
             raise ValueError(f"correction = {values}; needs finite")
         keep = np.ones(len(self._points), dtype=bool)
@@ -86,7 +90,7 @@ class CorrectionStore:
         )
 
     def insert_unsolvable(self, point: Array) -> None:
-        """Remember that there is no solution at a point (3,) [cells]; the oldest one gives way."""
+        """Store that there is no solution at a point (3,) [cells]; the oldest one is dropped."""
         self._unsolvable = np.vstack([self._unsolvable, point])[-self.capacity :]
 
     def _set(self, points: Array, values: Array, used: NDArray[np.int_]) -> None:
@@ -97,7 +101,7 @@ class CorrectionStore:
         distances = np.sqrt(((points[:, None] - points) ** 2).sum(axis=-1))
         smooth, rough = _covariance(distances), np.exp(-distances / SCATTER_LENGTH)
         first = values[:, 0]
-        for _ in range(4):  # deviation and share of scatter in it settle together
+        for _ in range(DEVIATION_STEPS):
             covariance = smooth + (SCATTER / self._sigma) ** 2 * rough
             self._weights = np.linalg.solve(covariance, values)
             misfit = EXPECTED_WEIGHT * self.expected**2 + float(first @ self._weights[:, 0])

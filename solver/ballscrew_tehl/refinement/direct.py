@@ -1,4 +1,4 @@
-"""Films of the balls straight from the contact solver, without a map."""
+"""Films of the balls from the contact solver, without a map."""
 
 from __future__ import annotations
 
@@ -20,15 +20,16 @@ from ..physics.load import nut_loads
 
 Array = NDArray[np.float64]
 
-#: Chebyshev nodes over the loads of one nut; they differ by a few percent, so three leave an error below 1e-6
-LOAD_NODES = 3
+#: Chebyshev nodes over the loads of one nut, which differ by a few percent: three leave an error below 1e-6; and more
+#: per unit of ln(load). Range of ln(load) below which all loads are one
+LOAD_NODES, NODES_PER_LN, EQUAL_LOADS = 3, 4.0, 1e-9
 
 
 class DirectFilm:
     """Film model that solves the contacts at each call: thermal ("solved_thermal") or isothermal ("solved").
 
     The loads of the balls of a nut form a narrow range; the film is solved at Chebyshev nodes of ln(load) over it and
-    interpolated by the polynomial through them, more nodes where the range is wide. Solutions are remembered.
+    interpolated by the polynomial through them, more nodes where the range is wide. Solutions are cached.
     """
 
     def __init__(self, parameters: Parameters, thermal: bool) -> None:
@@ -40,13 +41,13 @@ class DirectFilm:
     def central_film(self, raceway: str, load: Array, speed: float, temperature: float) -> Array:
         """Central film [m] of balls with load (n,) [N] at speed [rad/s] and temperature [K].
 
-        Raises       UnconvergedContactError: a contact that the solver could not finish
+        Raises       UnconvergedContactError: a contact that did not converge
         """
         x = np.log(np.asarray(load, dtype=float))
         lo, hi = float(x.min()), float(x.max())
-        if hi - lo < 1e-9:
+        if hi - lo < EQUAL_LOADS:
             return np.full(x.shape, self._film(raceway, float(np.exp(lo)), speed, temperature))
-        count = LOAD_NODES + int(4.0 * (hi - lo))
+        count = LOAD_NODES + int(NODES_PER_LN * (hi - lo))
         nodes = 0.5 * (lo + hi) + 0.5 * (hi - lo) * np.cos(np.pi * (np.arange(count) + 0.5) / count)
         films = [np.log(self._film(raceway, float(np.exp(node)), speed, temperature)) for node in nodes]
         polynomial = np.polynomial.Chebyshev.fit(nodes, films, count - 1, domain=[lo, hi])
@@ -103,7 +104,7 @@ class RacewayValues(NamedTuple):
 
 
 def mean_load(loads: Array) -> float:
-    """Ball load [N] whose film stands for those of a nut: ln(load) averaged as viscous force grows, load^(2/3).
+    """Ball load [N] that represents those of a nut: ln(load) averaged as viscous force grows, load^(2/3).
 
     With film = film(mean) (load/mean)^slope the sum over the balls has no error of first order in the slope; what is
     left is half of the square of its error times the variance of ln(load), below 1e-5 up to 9000 N on 40 mm.
@@ -213,7 +214,7 @@ def direct_state(
             )
             own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
             wide = math.log(ends[1] / ends[0])
-            films[raceway] = own.h_c, math.log(heavy.h_c / light.h_c) / wide if wide > 1e-9 else 0.0
+            films[raceway] = own.h_c, math.log(heavy.h_c / light.h_c) / wide if wide > EQUAL_LOADS else 0.0
             least[raceway] = min(least[raceway], light.h_c, heavy.h_c)
             rise = max(rise, light.temperature_rise, heavy.temperature_rise)
         sums = nut_sums(parameters, loads, speed, temperature, _PowerFilm(mean, films))

@@ -1,15 +1,14 @@
-"""Run-time refinement: contacts are solved where the map is used, and what they say about it is remembered.
+"""Run-time refinement: contacts are solved at the points of use, and the map is corrected by them.
 
-A solved contact says by how much the logarithms of the map (packed.SURFACES) are wrong at its raceway and at one
-(force of a nut, speed, temperature). Between the solved points these corrections are interpolated (corrections.py),
-which also tells how far the true one may be off. Around every solved point this makes a radius of trust, which is wide
-where neighbours agree and narrow where they do not. A contact is solved
-- where none is known within REACH, if its viscous torque counts at all, or
-- where the corrections that are not known well enough may change the torque by more than `tolerance`.
+A solved contact gives the errors of the logarithms of the map (packed.SURFACES) at its raceway and one point (force of
+a nut, speed, temperature). Between solved points these corrections are interpolated by kriging (corrections.py), with
+a standard deviation that is small where neighbours agree. A contact is solved
+- where none is known within REACH, if its viscous torque exceeds the tolerance, or
+- where uncertain corrections may change the torque by more than `tolerance`.
 
-Every solve begins cold, so that it hangs on its point alone: a warm start (solve_contact(start=...)) keeps the
+Every solve begins cold, so that it depends on its point alone: a warm start (solve_contact(start=...)) keeps the
 extrapolation of its start and moves a film by up to 2e-3, and saves nothing from a distance of 15 % on, where new
-points lie. Hence same calls, same results; a state that is restored goes on exactly as the original.
+points lie. Hence same calls give same results, and a restored state continues exactly as the original.
 """
 
 from __future__ import annotations
@@ -33,16 +32,21 @@ from .direct import NutContacts
 if TYPE_CHECKING:
     from ..runtime.evaluate import DoubleNutState, NutMap
 
-#: contacts that are remembered, both raceways together
+#: contacts that are stored, both raceways together: a look-up takes time with its square
 CAPACITY = 256
-#: distance [cells] beyond which a solved point says nothing
+#: distance [cells] beyond which a solved point is not used: larger, fewer solves and larger errors between points
 REACH = 1.0
-#: relative correction that is expected of a map without certificate, and the least one of a map with
+#: relative correction that is expected of a map without certificate, and the least one of a map with: larger, more
+#: contacts are solved before the first results count
 EXPECTED, LEAST_EXPECTED = 0.02, 1e-4
-#: a cell: ln(force), ln(speed), temperature [K] over which a correction varies, if the map does not say
+#: a cell: ln(force), ln(speed), temperature [K] over which a correction varies, if the map has no axes of contacts
 CELL = (0.75, 0.9, 17.5)
-#: standard deviations that the true correction may be off
+#: standard deviations of a correction that the tolerance must cover: 2 is 95 of 100 cases
 SURE = 2.0
+#: change of ln(force) over which the slopes of the map are taken: a small part of a cell
+SLOPE_STEP = 0.1
+#: evaluations of a point at most: two nuts with two raceways
+MOST_SOLVES = 4
 
 
 class Solve(NamedTuple):
@@ -60,12 +64,12 @@ class Solve(NamedTuple):
         where = f"force {self.force:.6g} N, speed {self.speed:.6g} rad/s, {self.temperature:.6g} K"
         result = f"solved: {self.reason}"
         if self.failure:
-            result = f"not solved, the map goes on there: {self.failure}"
+            result = f"not solved, uncorrected map used: {self.failure}"
         return f"contact of the {self.raceway} at {where} {result}"
 
 
 class _LookUp(NamedTuple):
-    """What was asked of one nut and raceway during an evaluation."""
+    """One look-up of a correction during an evaluation."""
 
     raceway: int
     force: float
@@ -92,14 +96,14 @@ class Refinement:
     Parameters   nut_map : of film model solved or solved_thermal
                  parameters : None = those of the map's header
                  tolerance : relative error of the friction torque, > 0
-                 capacity : contacts that are remembered; the least recently used one is dropped
+                 capacity : contacts that are stored; the least recently used one is dropped
                  report : called with every Solve; None = logging, a failure as a warning
     Attributes   solves : the last of them
     Raises       ValueError: a map of other films, without parameters, or a bad tolerance or capacity
     Validity     within the axes of the map. Beyond them, where values are clamped, known corrections apply and nothing
                  is solved; below the least speed and force the correction is that of the end of the axis. Torque
                  follows direct per-ball solves within the tolerance (in 95 of 100 cases, the rest up to three times
-                 as much); films and temperature rise are corrected by what the mean ball shows, without a bound. Share
+                 as much); films and temperature rise are corrected as for the mean ball, without a bound. Share
                  of force between the nuts, hysteresis and sliding torque stay those of the map
     """
 
@@ -137,11 +141,11 @@ class Refinement:
         self._tolerance = float(value)
 
     def __len__(self) -> int:
-        """Contacts that are remembered."""
+        """Number of stored contacts."""
         return sum(len(store) for store in self._known)
 
     def prepare(self) -> None:
-        """Compile or load the solver now, by a contact in the middle of the map that is not remembered."""
+        """Compile or load the solver now, by a contact in the middle of the map that is not stored."""
         axes = (self.nut_map.force, self.nut_map.speed)
         force, speed = (math.sqrt(axis.lo * axis.hi) for axis in axes)
         temperature = 0.5 * (self.nut_map.temperature.lo + self.nut_map.temperature.hi)
@@ -197,13 +201,13 @@ class Refinement:
             for raceway, store in enumerate(self._known):
                 found = store.look_up(self._place(force, *point))
                 corrected[raceway::2] = [v + c for v, c in zip(values[raceway::2], found.values, strict=True)]
-                smooth = 1.0 + (roughness / math.exp(corrected[2 + raceway])) ** 2
-                viscous = share * math.exp(corrected[raceway]) / smooth
+                torque, film = corrected[raceway:4:2]  # logarithms of this raceway
+                viscous = share * math.exp(torque) / (1.0 + (roughness / math.exp(film)) ** 2)
                 asked.append(_LookUp(raceway, force, viscous, found.deviation, found.distance))
             return corrected
 
-        # two nuts with two raceways: after four solves every correction is known
-        for _ in range(4):
+        # after as many solves every correction is known
+        for _ in range(MOST_SOLVES):
             asked.clear()
             state = self.nut_map.evaluate_point(
                 preload, speed, temperature, axial_load, ratio, net, roughness, correction
@@ -223,7 +227,7 @@ class Refinement:
         total = viscous + float(state.hysteresis_torque) + float(state.sliding_torque)
         sum_of_parts = sum(one.viscous for one in asked)
         if not (viscous > 0.0 and sum_of_parts > 0.0):
-            return None  # nothing turns, or nothing presses
+            return None  # no speed or no load
         part = viscous / (total * sum_of_parts)
         unknown = [one for one in asked if one.distance > 0.0]
         far = [one for one in unknown if one.distance > REACH and part * one.viscous > self.tolerance]
@@ -242,7 +246,7 @@ class Refinement:
         return np.array([math.log(force), math.log(speed), temperature]) / self._cell
 
     def _solve(self, raceway: int, force: float, reason: str, speed: float, temperature: float) -> None:
-        """Solve one contact and remember what it says; one that fails is remembered as such."""
+        """Solve one contact and store its correction; one that fails is stored as such."""
         place, begun = self._place(force, speed, temperature), time.perf_counter()
         failure = ""
         try:
@@ -257,7 +261,7 @@ class Refinement:
 
     def _correction(self, raceway: int, force: float, speed: float, temperature: float) -> Array:
         """Solved contact minus map, in logarithms: columns of packed.SURFACES of this raceway (5,)."""
-        wide = np.array([force * math.exp(-0.1), force, force * math.exp(0.1)])
+        wide = np.array([force * math.exp(-SLOPE_STEP), force, force * math.exp(SLOPE_STEP)])
         surfaces = self.nut_map.surfaces(wide, speed, temperature)[raceway::2]
         reached = np.log(np.clip(wide, self.nut_map.force.lo, self.nut_map.force.hi))
         slopes = (surfaces[:, 2] - surfaces[:, 0]) / (reached[2] - reached[0])
@@ -279,11 +283,11 @@ class Refinement:
         return np.log(found) - expected
 
     def state(self) -> dict[str, Any]:
-        """All that later results depend on, besides map and tolerance; JSON can hold it exactly."""
+        """All that later results depend on except map and tolerance; exact in JSON."""
         return {name: store.state() for name, store in zip(RACEWAYS, self._known, strict=True)}
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Go on from a state() of a refinement of the same map."""
+        """Continue from a state() of a refinement of the same map."""
         for name, store in zip(RACEWAYS, self._known, strict=True):
             store.restore(state[name])
 
@@ -309,6 +313,6 @@ def _cell(header: Mapping[str, Any]) -> tuple[float, float, float]:
 
 
 def _expected_correction(header: Mapping[str, Any]) -> float:
-    """Standard deviation of the corrections that the certificate of the map lets expect."""
+    """Expected standard deviation of the corrections, from the certificate of the map."""
     largest = header["certificate"].get("torque_error_max", 2.0 * EXPECTED)
     return min(max(0.5 * float(largest), LEAST_EXPECTED), EXPECTED)

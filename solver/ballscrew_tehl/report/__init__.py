@@ -1,5 +1,5 @@
-"""The report: one HTML page that holds everything it shows.
+"""The report: one HTML page without external files.
 
-material gathers the numbers, claims and errata hold them against the paper, figures draws them, sections and page
-write them down. matplotlib is imported when a figure is made.
+material gathers the numbers, claims and errata compare them with the paper, figures draws them, sections and page
+write the HTML. matplotlib is imported when a figure is made.
 """

@@ -1,4 +1,4 @@
-"""Statements in the text of the paper beside what this model gives, each with a verdict by a stated rule."""
+"""Statements in the text of the paper compared with this model, each with a verdict by a stated rule."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ REPRODUCED_WITHIN, NEAR_WITHIN = 0.05, 0.20
 #: largest share of the torque that counts as small
 SMALL_SHARE = 0.05
 VERDICTS = ("reproduced", "near", "not reproduced")
-#: preloads [N] and speeds [rad/s] that the statements range over
+#: preloads [N] and speeds [rad/s] of the statements
 PRELOADS = np.arange(1000.0, 6001.0, 1000.0)
 SLOW, FAST = 100.0 * RPM, 2500.0 * RPM
 SPEEDS = np.array([100.0, 500.0, 1000.0, 1500.0, 2000.0, 2500.0]) * RPM
@@ -38,16 +38,16 @@ MORE_VISCOSITY, MORE_SLIDING = 0.025, 0.001
 
 
 class Found(NamedTuple):
-    """What a model or the measurement gives: numbers to hold against the printed ones, and as text."""
+    """Result of a model or of the measurement: numbers to compare with the printed ones, and text."""
 
     values: tuple[float, ...]
     text: str
 
 
 class Claim(NamedTuple):
-    """One line of the file with ours beside it; found, verdicts: in the order of the friction sets.
+    """One line of the file with the results of this model; found, verdicts: in the order of the friction sets.
 
-    measured: the same from the measured torques alone, None where they do not hold it
+    measured: the same from the measured torques alone, None where they do not give it
     """
 
     id: str
@@ -72,14 +72,14 @@ def numbers(text: str) -> tuple[float, ...]:
     return tuple(float(part) for part in text.split("..")) if text else ()
 
 
-def judged(printed: Sequence[float], found: Sequence[float]) -> str:
+def verdict_on(printed: Sequence[float], found: Sequence[float]) -> str:
     """Verdict on numbers: by the largest relative difference; NaN is not reproduced.
 
     Example
-        >>> judged((186.0,), (190.0,)), judged((186.0,), (202.0,)), judged((186.0,), (math.nan,))
+        >>> verdict_on((186.0,), (190.0,)), verdict_on((186.0,), (202.0,)), verdict_on((186.0,), (math.nan,))
         ('reproduced', 'near', 'not reproduced')
     """
-    # of NumPy: NaN stays NaN
+    # np.max: NaN stays NaN
     worst = np.max([abs(ours / theirs - 1.0) for ours, theirs in zip(found, printed, strict=True)])
     if worst <= REPRODUCED_WITHIN:
         return VERDICTS[0]
@@ -87,7 +87,7 @@ def judged(printed: Sequence[float], found: Sequence[float]) -> str:
 
 
 def friction_coefficient(screw: ScrewParameters, torque: Any, preload: Any) -> Any:
-    """T sin(beta)/(2 F (r_m + r_b cos(beta))), beta without load: what the paper calls friction coefficient."""
+    """T sin(beta)/(2 F (r_m + r_b cos(beta))), beta without load: the friction coefficient of the paper."""
     beta = screw.contact_angle
     radius = screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(beta)
     return torque * math.sin(beta) / (2.0 * radius * preload)
@@ -112,7 +112,7 @@ def _coefficient(speed: float) -> Callable[[Friction, Parameters], Found]:
 
 
 def crossover_speed(friction: Friction, preload: float) -> float:
-    """Speed [rad/s] at which viscous and sliding torque are equal; NaN if they are nowhere within the map."""
+    """Speed [rad/s] at which viscous and sliding torque are equal; NaN if they are not equal within the map."""
     slowest, fastest = friction.nut_map.header["axes"]["speed"][:2]
     speed = np.geomspace(slowest, fastest, 2001)
     viscous, _, sliding = friction.parts(preload, speed, ASSUMED_TEMPERATURE)
@@ -128,7 +128,7 @@ def _crossover(friction: Friction, parameters: Parameters) -> Found:
 
 
 def film_factor(parameters: Parameters, viscosity_factor: float) -> float:
-    """By how much the film grows with the viscosity: closed formula, mean of both raceways, at POINT."""
+    """Factor of the film for a factor of the viscosity: closed formula, mean of both raceways, at POINT."""
     screw, oil = parameters.screw, parameters.lubricant
     load = POINT[0] / (screw.ball_count * math.sin(screw.contact_angle) * math.cos(screw.lead_angle))
     temperature = oil.reference_temperature
@@ -188,12 +188,12 @@ def _hysteresis(friction: Friction, parameters: Parameters) -> Found:
 
 
 class Rule(NamedTuple):
-    """How a line of the file is computed; trend: None = numbers by `judged`, else whether ours agrees."""
+    """How a line of the file is computed; trend: None = numbers by `verdict_on`, else whether the result agrees."""
 
     compute: Callable[[Friction, Parameters], Found]
     remark: str
     trend: Callable[[Found], bool] | None = None
-    says: str = "by the numbers"
+    text: str = "by the numbers"
 
 
 RULES: dict[str, Rule] = {
@@ -201,24 +201,24 @@ RULES: dict[str, Rule] = {
         _coefficient(SLOW), "T sin(beta)/(2 F R) with the arm R of the balls and the contact angle without load."
     ),
     "friction_coefficient_high_speed": Rule(
-        _coefficient(FAST), "The measured torque at 1 kN itself gives more than the text says."
+        _coefficient(FAST), "The measured torque at 1 kN itself gives more than stated in the text."
     ),
     "crossover_speed": Rule(
         _crossover,
-        "Measured totals do not tell how the torque is split: the two friction sets differ here although "
+        "Measured totals do not identify the split of the torque: the two friction sets differ here although "
         "both fit the tables.",
     ),
     "sensitivity_viscosity": Rule(
         _more_viscosity,
-        "At 1800 N, 1000 r/min, as a share of the viscosity of section 2.3. Judged: only the shear "
-        "viscosity changes. If the oil itself is more viscous its film is thicker too, which takes back "
-        "most of it.",
+        "At 1800 N, 1000 r/min, as a share of the viscosity of section 2.3. The verdict is on a "
+        "change of the shear viscosity only. With a more viscous oil the film is thicker too, which compensates "
+        "most of the change.",
     ),
     "sensitivity_sliding": Rule(_more_sliding, "At 1800 N, 1000 r/min; on the net coefficient."),
     "temperature_trend": Rule(
         _warmer,
-        "At 1800 N, 1000 r/min. Warmer oil is thinner: it shears more easily, and its thinner film takes "
-        "back only a part.",
+        "At 1800 N, 1000 r/min. Warmer oil has less viscosity. Its thinner film compensates only "
+        "a part of the change.",
         lambda found: found.values[0] > 0.0,
         "reproduced if the torque rises",
     ),
@@ -238,7 +238,7 @@ RULES: dict[str, Rule] = {
 
 
 def _measured(screw: ScrewParameters, tables: Sequence[ValidationTable]) -> dict[str, Found]:
-    """What the measured torques say by themselves; Table 2 at 100 r/min, Table 4 at 1000 N."""
+    """Results of the measured torques alone; Table 2 at 100 r/min, Table 4 at 1000 N."""
     by_name = {table.name: table.rows for table in tables}
     by_preload, by_speed = by_name["table2"], by_name["table4"]
     low = [friction_coefficient(screw, row.measured, row.preload) for row in by_preload]
@@ -263,8 +263,8 @@ def claims(
 ) -> list[Claim]:
     """Every line of the file, in its order.
 
-    Parameters   frictions: each is judged;  tables: of validation_tables, for the measured torques
-    Raises       ValueError: a line that no rule here computes
+    Parameters   frictions: one verdict each;  tables: of validation_tables, for the measured torques
+    Raises       ValueError: a line without a rule
     """
     measured = _measured(parameters.screw, tables)
     result = []
@@ -274,11 +274,11 @@ def claims(
         rule = RULES[row["id"]]
         found = tuple(rule.compute(friction, parameters) for friction in frictions)
         if rule.trend is None:
-            verdicts = tuple(judged(numbers(row["value"]), one.values) for one in found)
+            verdicts = tuple(verdict_on(numbers(row["value"]), one.values) for one in found)
         else:
             verdicts = tuple(VERDICTS[0 if rule.trend(one) else 2] for one in found)
         result.append(
             Claim(row["id"], row["where"], row["statement"], row["value"].replace("..", " to "), row["unit"], found,
-                  measured.get(row["id"]), verdicts, rule.says, rule.remark)
+                  measured.get(row["id"]), verdicts, rule.text, rule.remark)
         )  # fmt: skip
     return result

@@ -1,4 +1,4 @@
-"""Errata of the paper: what is printed, what is used here, and what the difference makes in numbers."""
+"""Errata of the paper: what is printed, what is used here, and the effect in numbers."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from ..physics.lubricant import eta0, relative_density, section_2_3, temperature
 from ..validation.tables import ASSUMED_TEMPERATURE
 from .material import Material
 
-#: operating point of the torques below: preload [N], speed [rad/s]; both fall into the measured range
+#: operating point of the torques below: preload [N], speed [rad/s]; both in the measured range
 POINT = (1000.0, 1000.0 * RPM)
 #: printed by Eq. 4 at 3000 r/min [m/s]
 EQUATION_4 = 0.3997
-#: what Table 1 prints beside the symbols: pressure coefficient [1/Pa] and temperature coefficient [1/K], swapped
+#: printed in Table 1 with the symbols: pressure coefficient [1/Pa] and temperature coefficient [1/K], swapped
 SWAPPED = (0.032, 1.85e-8)
 
 
@@ -99,7 +99,7 @@ def _speeds(material: Material) -> list[Erratum]:
         Erratum(
             "Eqs. 1 to 4",
             "surface speeds in the fixed frame",
-            "kept as the named kinematics published; rolling_frame beside it",
+            "available as kinematics published; rolling_frame as the alternative",
             f"entrainment of screw over nut {screw.u_e / nut.u_e:.2f}; seen from the ball both are "
             f"{true.u_e:.3f} m/s and there is no mean sliding",
         ),
@@ -113,7 +113,7 @@ def _contact(material: Material) -> list[Erratum]:
         if s is None or s.temperature is None:
             continue
         shares.append(f"{s.hertz.delta / s.h_c:.0f}")
-        # where the film is hottest: viscosity over the height of the film
+        # viscosity over the height of the film at the hottest place
         j, i, _ = np.unravel_index(int(np.argmax(s.temperature)), s.temperature.shape)
         column = s.temperature[j, i]
         across = viscosity(material.parameters.lubricant, float(s.pressure[j, i]), column)
@@ -177,7 +177,7 @@ def _oil(material: Material) -> list[Erratum]:
         ),
         Erratum(
             "Eq. 8",
-            "sign that lets density rise with temperature",
+            "sign for a density that rises with temperature",
             "density falls with temperature",
             f"at 1 GPa and {hot:.0f} K above the inlet: {dense + thermal:.3f} as printed, "
             f"{dense - thermal:.3f} as used",
@@ -214,12 +214,12 @@ def _heat(material: Material) -> list[Erratum]:
             "Eq. 13, second line",
             "heat flux into the upper wall without its minus",
             "-k dT/dz at the upper wall",
-            "with the printed sign that wall would be cooled by the heat that the film gives it",
+            "with the printed sign heat from the film would cool that wall",
         ),
         Erratum(
             "Eq. 13",
             "fast moving source at every speed",
-            "moving point source, any speed (standing surface included)",
+            "moving point source, any speed (surface at rest included)",
             f"largest rise of the wall too high by {examples}; in section 5.1: {'; '.join(parts)}",
         ),
     ]

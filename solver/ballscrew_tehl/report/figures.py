@@ -1,4 +1,4 @@
-"""Figures of the report, each as the address of an image that the page holds itself (data:...;base64,...).
+"""Figures of the report, each as a data address (data:...;base64,...).
 
 One figure per statement, narrow enough to be read on a phone. matplotlib is imported when a figure is made.
 """
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 MARKERS = ("o", "s", "^", "v")
 WIDTH, DOTS = 5.4, 150
-#: films beyond this many central ones are not drawn, have one colour in a field; domain shown, in Hertz half-widths
+#: films above this number of central films are not drawn, or have one colour in a field; drawn domain in half-widths
 MOST_FILMS, MOST_FILMS_FIELD = 2.5, 1.6
-#: share of the contact whose rise the scale holds: a spike of few nodes would leave the rest dark
+#: share of the contact within the colour scale of the rise: a spike of few nodes would leave the rest dark
 HELD, ABOVE_HELD = 0.98, 1.5
 SHOWN_X, SHOWN_Y = (-2.2, 1.6), 1.25
 #: field -> title, unit, factor from SI, colours
@@ -74,7 +74,7 @@ def _finish(axes: Axes, xlabel: str, ylabel: str, title: str = "") -> None:
 
 
 def measured_against_computed(material: Material) -> str:
-    """Every measured torque of Tables 2 and 4 with what the models say; the chosen friction set."""
+    """Every measured torque of Tables 2 and 4 with the torques of the models; the chosen friction set."""
     figure, axes = _figure(4.6)
     tables = [t for t in material.tables[material.chosen.entry.name] if t.unit == "N.m"]
     highest = 1.08 * max(row.measured for table in tables for row in table.rows)
@@ -147,7 +147,7 @@ def torque_over_speed(material: Material) -> str:
 
 
 def torque_over_preload(material: Material) -> str:
-    """One line per speed, the two formulas without speed beside."""
+    """One line per speed, and the two formulas without speed."""
     figure, axes = _figure()
     lines, screw = material.over_preload, material.parameters.screw
     for name, formula, colour in (("Zhou", zhou_torque, COLOURS[2]), ("NSK", nsk_torque, COLOURS[3])):
@@ -205,14 +205,14 @@ def load_distribution(balls: BallLoads) -> str:
 
 
 def nut_forces(balls: BallLoads) -> str:
-    """Axial forces of both nuts over the axial load, with the load at which the relieved nut comes free."""
+    """Axial forces of both nuts over the axial load, with the load at which the relieved nut is unloaded."""
     figure, axes = _figure()
     side = balls.words.side
     for force, label, colour in zip(
         balls.forces, (f"relieved {side}", f"loaded {side}"), COLOURS, strict=False
     ):
         axes.plot(balls.axial_loads / 1000.0, force / 1000.0, color=colour, linewidth=2, label=label)
-    axes.axvline(balls.separation / 1000.0, color="0.4", linestyle=":", label=f"relieved {side} comes free")
+    axes.axvline(balls.separation / 1000.0, color="0.4", linestyle=":", label=f"relieved {side} unloaded")
     axes.set_ylim(bottom=0.0)
     _finish(
         axes, "axial load [kN]", f"axial force of the {side} [kN]", f"preload {balls.preload / 1000:.3g} kN"
@@ -235,7 +235,7 @@ def _whole(solution: ContactSolution, name: str) -> tuple[np.ndarray, np.ndarray
 
 
 def _held_rise(solution: ContactSolution) -> float:
-    """Rise [K] that the share HELD of the Hertz ellipse does not exceed."""
+    """Rise [K] not exceeded in the share HELD of the Hertz ellipse."""
     x, y, field = _whole(solution, "rise")
     a, b = 1e6 * solution.hertz.a, 1e6 * solution.hertz.b
     return float(np.quantile(field[(y[:, None] / a) ** 2 + (x / b) ** 2 < 1.0], HELD))
@@ -297,14 +297,14 @@ def central_lines(solutions: Sequence[ContactSolution | None]) -> str:
             color="0.4",
             label="Hertz",
         )
-        beside = axes.twinx()
-        beside.plot(x, 1e9 * s.film[row], color=COLOURS[1], linewidth=2, label="film")
-        beside.set_ylim(0.0, 1e9 * MOST_FILMS * s.h_c)
-        beside.set_ylabel("film [nm]", color=COLOURS[1])
+        right = axes.twinx()
+        right.plot(x, 1e9 * s.film[row], color=COLOURS[1], linewidth=2, label="film")
+        right.set_ylim(0.0, 1e9 * MOST_FILMS * s.h_c)
+        right.set_ylabel("film [nm]", color=COLOURS[1])
         axes.set_xlim(SHOWN_X[0] * 1e6 * s.hertz.b, SHOWN_X[1] * 1e6 * s.hertz.b)
         axes.set_ylim(bottom=0.0)
-        handles = [*axes.get_legend_handles_labels()[0], *beside.get_legend_handles_labels()[0]]
-        beside.legend(handles=handles, loc="upper left", fontsize=9)
+        handles = [*axes.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]]
+        right.legend(handles=handles, loc="upper left", fontsize=9)
     panels[-1].set_xlabel("along rolling [um], oil enters from the left")
     return figure_address(figure, "svg")
 

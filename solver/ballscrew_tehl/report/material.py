@@ -26,7 +26,7 @@ from ..validation.tables import ValidationTable, validation_tables
 if TYPE_CHECKING:
     from ..contact.solve import ContactSolution
 
-#: speeds of lines over preload and temperature [rad/s]; of them those that the map holds
+#: speeds of lines over preload and temperature [rad/s]; only those within the map are drawn
 LINE_SPEEDS = tuple(rpm * RPM for rpm in (100.0, 500.0, 1000.0, 2500.0))
 #: preloads of the lines of the measured screw [N] and end of its speeds [rad/s]
 MEASURED_PRELOADS, MEASURED_TOP = (1000.0, 2000.0, 4000.0, 6000.0), 3000.0 * RPM
@@ -35,12 +35,12 @@ POINTS = 161
 #: axial load over the separation load: of the load distributions, and the end of the forces over axial load
 AXIAL_SHARES, AXIAL_END = (0.0, 0.5, 1.0), 1.2
 
-#: is told what is done next
+#: called with the name of the next step
 Progress = Callable[[str], None]
 
 
 class Friction(NamedTuple):
-    """A friction set and the map with the film that it was fitted with."""
+    """A friction set and the map with the film of its fit."""
 
     entry: FrictionSet
     nut_map: NutMap
@@ -65,31 +65,31 @@ class Lines(NamedTuple):
 
 
 class PreloadWords(NamedTuple):
-    """What a kind of preload is called on the page."""
+    """Names of a kind of preload on the page."""
 
     screw: str  # the whole
     nut: str
-    side: str  # what an axial load relieves or loads
+    side: str  # relieved or loaded by an axial load
     middle: str  # between both sides
-    loads: str  # how the balls carry; {count} balls
+    loads: str  # distribution of the loads; {count} balls
 
 
 PRELOAD_WORDS = {
     "double_nut": PreloadWords(
         "double-nut ball screw", "double nut", "nut", "spacer",
         "Each nut has {count} load-carrying balls. Screw, nuts and spacer stretch, so the balls next to the spacer "
-        "carry most under preload alone.",
+        "have the highest loads under preload alone.",
     ),
     "single_nut_offset": PreloadWords(
         "single-nut ball screw with offset lead", "single nut", "half", "middle",
         "Each half of the nut has {count} load-carrying balls. Screw and nut stretch, so the balls next to the middle "
-        "carry most under preload alone.",
+        "have the highest loads under preload alone.",
     ),
     "single_nut_oversize_ball": PreloadWords(
         "single-nut ball screw with oversize balls", "single nut", "set of flanks", "same balls, other flanks",
         "The nut has {count} load-carrying balls, each between four flanks: two opposed sets of them. Under preload "
-        "alone all carry alike. Torques here leave out that such a ball spins on its flanks: the command torque says "
-        "what that may add at most.",
+        "alone all loads are equal. Torques here do not include the spin of such a ball on its flanks: the command "
+        "torque gives an upper bound of it.",
     ),
 }  # fmt: skip
 
@@ -142,7 +142,7 @@ class Material:
 
     @property
     def chosen(self) -> Friction:
-        """The friction set that the parameters name."""
+        """The friction set selected by the parameters."""
         return self.frictions[0]
 
     def contact(self, kinematics: str, raceway: str) -> ContactSolution | None:
@@ -154,7 +154,7 @@ class Material:
 
 
 def is_measured_screw(parameters: Parameters) -> bool:
-    """Whether screw, steel, oil and surface speeds are those that the paper measured and printed."""
+    """Whether screw, steel, oil and surface speeds are those of the paper."""
     own = load_parameters()
     tables = ("screw", "solid", "lubricant", "published_speeds")
     return all(getattr(parameters, name) == getattr(own, name) for name in tables)
@@ -163,7 +163,7 @@ def is_measured_screw(parameters: Parameters) -> bool:
 def gather(parameters: Parameters, map_file: Path | str | None, progress: Progress) -> Material:
     """Load the map, evaluate it, solve the contacts.
 
-    Parameters   map_file: None = the packaged map of the kinematics;  progress: is told of every contact to come
+    Parameters   map_file: None = the packaged map of the kinematics;  progress: called before every contact
     Raises       MapError (a ValueError): map missing, damaged or of another screw
     """
     frictions = friction_sets(parameters, map_file)
@@ -189,7 +189,7 @@ def gather(parameters: Parameters, map_file: Path | str | None, progress: Progre
 
 
 def friction_sets(parameters: Parameters, map_file: Path | str | None) -> tuple[Friction, ...]:
-    """The set that the parameters name, then the other packaged ones of their kinematics, each with its own film."""
+    """The set selected by the parameters, then the other packaged ones of their kinematics, each with its own film."""
     chosen = default_friction_set(parameters)
     others = [
         entry
@@ -239,7 +239,7 @@ def ball_loads(parameters: Parameters, preload: float) -> BallLoads:
 def solved_contacts(
     parameters: Parameters, point: tuple[float, float, float], progress: Progress
 ) -> tuple[SolvedContact, ...]:
-    """Thermal solves of both raceways with every kinematics that the screw has data for."""
+    """Thermal solves of both raceways with every kinematics for which the screw has data."""
     from ..contact.ball_contact import ball_contact
     from ..contact.solve import solve_contact
 

@@ -1,4 +1,4 @@
-"""The page: a few HTML elements, everything that is not Html is escaped; style for screens, phones and paper."""
+"""HTML elements of a page, text is escaped unless it is Html; style for screens, phones and paper."""
 
 from __future__ import annotations
 
@@ -106,13 +106,18 @@ def paragraph(*content: Any, class_: str = "") -> Html:
     return element("p", *content, **({"class_": class_} if class_ else {}))
 
 
+def bullets(*items: Any) -> Html:
+    """A list."""
+    return element("ul", *(element("li", item) for item in items))
+
+
 def section(name: str, title: str, *content: Html) -> Html:
     """A numbered part of the page."""
     return element("section", element("h2", title), *(Html(part + "\n") for part in content), id=name)
 
 
 def figure(address: str, caption: str, wide: bool = False) -> Html:
-    """An image with its caption, which is its description too."""
+    """An image with its caption, which is also its description."""
     image = Html(f'<img src="{address}" alt="{html.escape(caption)}">')
     return element("figure", image, element("figcaption", caption), **({"class_": "wide"} if wide else {}))
 
@@ -130,7 +135,7 @@ def table(
     total: Sequence[Any] | None = None,
     text: bool = False,
 ) -> Html:
-    """A table that scrolls by itself where it is too wide; total: a last row; text: words, not numbers."""
+    """A table that scrolls if it is too wide; total: a last row; text: words, not numbers."""
 
     def row(cells: Sequence[Any], cell: str = "td", **attributes: str) -> Html:
         made = (element(cell, c, **({"class_": "long"} if text and len(str(c)) > 40 else {})) for c in cells)
@@ -140,13 +145,13 @@ def table(
     attributes = {"id": name, "aria-label": caption} | ({"class_": "text"} if text else {})
     top = [element("thead", row(head, "th"))] if any(map(str, head)) else []
     inner = element("table", *top, element("tbody", *(Html("\n" + line) for line in body)), **attributes)
-    # the caption stays where it is when the table scrolls
+    # the caption does not scroll with the table
     title = paragraph(caption, class_="caption")
     return element("div", title, element("div", inner, class_="scroll"))
 
 
 def tiles(entries: Sequence[tuple[str, str]]) -> Html:
-    """Numbers that stand out, each with what it is."""
+    """Highlighted numbers with their meaning."""
     made = (
         element("div", element("b", number), element("span", what), class_="tile") for number, what in entries
     )

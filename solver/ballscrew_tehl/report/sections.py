@@ -1,26 +1,28 @@
-"""What the page says, part by part."""
+"""The parts of the page."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..friction.sets import FITTED, SETS
-from ..nut_map.plot import ERRORS, TOTALS, percent
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from ..physics.hertz import RACEWAYS
-from ..validation.tables import MODELS, ValidationTable
 from . import figures
 from .claims import VERDICTS, Claim
 from .errata import Erratum
 from .figures import FIELDS
 from .material import Friction, Material
 from .page import Html, element, figure, page, paragraph, section, table, tiles
-from .page import figures as beside
-from .paper import UNMEASURED, paper, percent_of, words
+from .page import figures as side_by_side
+from .paper import UNMEASURED, paper
+from .tables import certificate_table, percent_of, validation_table, words
+
+if TYPE_CHECKING:
+    from ..contact.solve import ContactSolution
 
 PAPER = "https://doi.org/10.1007/s00170-022-09524-2"
 NAMES = {
@@ -31,7 +33,7 @@ NAMES = {
 
 
 def intro(material: Material, claimed: Sequence[Claim]) -> list[Html]:
-    """What it is, and the most important numbers."""
+    """Summary with the most important numbers."""
     parameters, header = material.parameters, material.picture.nut_map.header
     content = [
         paragraph(
@@ -54,7 +56,7 @@ def intro(material: Material, claimed: Sequence[Claim]) -> list[Html]:
         errors = material.chosen.entry.errors
         if "leave_one_out_mean" in errors:
             shown.append(
-                (percent_of(errors["leave_one_out_mean"]), "mean miss of a point left out of the fit")
+                (percent_of(errors["leave_one_out_mean"]), "mean deviation of a point left out of the fit")
             )
         reproduced = sum(claim.verdicts[0] == VERDICTS[0] for claim in claimed)
         shown.append(
@@ -75,24 +77,6 @@ def intro(material: Material, claimed: Sequence[Claim]) -> list[Html]:
         ("map", element("code", str(header["file_hash"]))),
     ]
     return [*content, table("identity", "What this report is about", ("", ""), contents, text=True)]
-
-
-def _comparison(shown: ValidationTable, others: Mapping[str, ValidationTable], chosen: str) -> Html:
-    """One table with a column per friction set and published model; a last row with the mean deviations."""
-    digits = 4 if shown.unit == "N.m" else 1
-    sets = {name: found for name, found in others.items() if name != chosen}
-    head = ["preload [N]", "speed [r/min]", "measured", f"this model, {words(chosen)}"]
-    head += [f"this model, {words(name)}" for name in sets] + list(MODELS[1:])
-    rows = []
-    for i, row in enumerate(shown.rows):
-        values = [row.models[0], *(found.rows[i].models[0] for found in sets.values()), *row.models[1:]]
-        rows.append(
-            [f"{row.preload:.0f}", f"{row.speed / RPM:.0f}", f"{row.measured:.{digits - 1}f}"]
-            + [f"{value:.{digits}f}" for value in values]
-        )
-    means = [shown.deviations[0], *(found.deviations[0] for found in sets.values()), *shown.deviations[1:]]
-    total = ["mean deviation", "", "", *map(percent_of, means)]
-    return table(shown.name, f"{shown.title} [{shown.unit.replace('.', ' ')}]", head, rows, total)
 
 
 def _sets(frictions: Sequence[Friction]) -> Html:
@@ -120,20 +104,22 @@ def _sets(frictions: Sequence[Friction]) -> Html:
         add(f"{NAMES[key]}, calibrated", fitted(key))
     for key, what in (
         ("mean", "mean deviation of the points of the fit"),
-        ("leave_one_out_mean", "each point left out of the fit in turn: missed on average"),
-        ("leave_one_out_max", "each point left out of the fit in turn: missed at most"),
+        ("leave_one_out_mean", "mean deviation of points left out of the fit one at a time"),
+        ("leave_one_out_max", "largest deviation of points left out of the fit one at a time"),
     ):
         add(what, error(key))
     for name in dict.fromkeys(name for f in frictions for name in f.entry.leave_one_table_out):
         add(
-            f"{name.replace('table', 'Table ')} left out of the fit: missed on average, at most",
+            f"{name.replace('table', 'Table ')} left out of the fit: mean and largest deviation",
             lambda entry, name=name: ", ".join(
                 percent_of(entry.leave_one_table_out.get(name, {}).get(key, math.nan))
                 for key in ("mean", "max")
             ),
         )
     head = ["", *(f"{words(f.entry.name)} (film: {words(f.entry.film_model)})" for f in frictions)]
-    caption = "Calibrated numbers (+-: half width of the 95 % interval) and how well they do on what they have not seen"
+    caption = (
+        "Calibrated numbers (+-: half width of the 95 % interval), deviations of points in and out of the fit"
+    )
     return table("calibration", caption, head, rows)
 
 
@@ -157,9 +143,9 @@ def validation(material: Material) -> Html:
             _sets(material.frictions),
         )
     chosen = material.chosen.entry.name
-    by_name = {name: {t.name: t for t in found} for name, found in material.tables.items()}
+    others = {name: {t.name: t for t in found} for name, found in material.tables.items() if name != chosen}
     tables = [
-        _comparison(one, {name: found[one.name] for name, found in by_name.items()}, chosen)
+        validation_table(one, chosen, {name: found[one.name] for name, found in others.items()})
         for one in material.tables[chosen]
     ]
     return section(
@@ -171,7 +157,7 @@ def validation(material: Material) -> Html:
             "; the mean deviation is that of the magnitudes.",
         ),
         calibrated,
-        beside(
+        side_by_side(
             figure(
                 figures.measured_against_computed(material),
                 f"Computed against measured torque, Tables 2 and 4, set {words(chosen)}. Grey band: 5 %.",
@@ -202,11 +188,11 @@ def torque(material: Material) -> Html:
     return section(
         "torque",
         "2 Torque over speed, preload and temperature",
-        beside(
+        side_by_side(
             figure(figures.torque_over_speed(material), f"Friction torque over screw speed.{circles}"),
             figure(
                 figures.torque_over_preload(material),
-                f"Friction torque over preload; the formulas of Zhou and NSK know no speed.{circles}",
+                f"Friction torque over preload; the formulas of Zhou and NSK have no speed.{circles}",
             ),
             figure(figures.torque_over_temperature(material), "Friction torque over oil temperature."),
             table(
@@ -240,10 +226,10 @@ def balls(material: Material) -> Html:
         paragraph(
             words.loads.format(count=material.parameters.screw.loaded_ball_count)
             + f" An axial load adds to one {words.side} and relieves the "
-            f"other, which comes free at {found.separation:.0f} N, {found.separation / found.preload:.2f} "
+            f"other, which is unloaded at {found.separation:.0f} N, {found.separation / found.preload:.2f} "
             f"times the preload (rigid bodies: {2.0**1.5:.2f} times)."
         ),
-        beside(
+        side_by_side(
             figure(
                 figures.load_distribution(found),
                 f"Load of every ball: relieved {words.side} left, loaded {words.side} right.",
@@ -267,57 +253,51 @@ def balls(material: Material) -> Html:
     )
 
 
+#: column of the table of solved contacts -> its value
+CONTACT_COLUMNS: dict[str, Callable[[ContactSolution], str]] = {
+    "entrainment [m/s]": lambda s: f"{s.conditions.u_e:.3f}",
+    # + 0: no sign on zeros
+    "slide-to-roll ratio": lambda s: (
+        f"{round((s.conditions.u_1 - s.conditions.u_2) / s.conditions.u_e, 4) + 0.0:.4f}"
+    ),
+    "central film [nm]": lambda s: f"{1e9 * s.h_c:.1f}",
+    "minimum film [nm]": lambda s: f"{1e9 * s.h_m:.1f}",
+    "Hertz pressure [GPa]": lambda s: f"{1e-9 * s.hertz.p_max:.3f}",
+    "largest pressure [GPa]": lambda s: f"{1e-9 * s.p_max:.3f}",
+    "largest rise [K]": lambda s: f"{s.temperature_rise:.1f}",
+    "traction [N]": lambda s: f"{round(s.traction_force, 3) + 0.0:.3f}",
+}
+
+
 def contacts(material: Material) -> Html:
     """Part 4."""
     load, speed, temperature = material.contact_point
     rows = []
     for kinematics, raceway, s in material.contacts:
-        c = s.conditions
-        # + 0: no sign on zeros
-        slide = round((c.u_1 - c.u_2) / c.u_e, 4) + 0.0
-        values = (
-            [
-                f"{c.u_e:.3f}",
-                f"{slide:.4f}",
-                f"{1e9 * s.h_c:.1f}",
-                f"{1e9 * s.h_m:.1f}",
-                f"{1e-9 * s.hertz.p_max:.3f}",
-                f"{1e-9 * s.p_max:.3f}",
-                f"{s.temperature_rise:.1f}",
-                f"{round(s.traction_force, 3) + 0.0:.3f}",
-            ]
-            if s.converged
-            else ["not converged: " + s.reason, *[""] * 7]
-        )
+        values = [value(s) for value in CONTACT_COLUMNS.values()]
+        if not s.converged:
+            values = ["not converged: " + s.reason, *[""] * (len(values) - 1)]
         rows.append([words(kinematics), raceway, *values])
     where = "the contact of section 5.1 of the paper" if material.measured else "the heaviest ball"
-    parts = [
-        paragraph(
-            f"One ball, {where}: {load:.1f} N, {speed / RPM:.0f} r/min, oil and bodies at {temperature:g} "
-            "K; pressure, film and temperature solved together when this report was made, Newtonian oil, "
-            "smooth surfaces. The kinematics published has the surface speeds of the paper, in the fixed "
-            "frame; rolling frame travels with the ball: there is no mean sliding, and its film and "
-            "temperatures are the ones to trust. Its largest rise is that of compression in the narrow "
-            "pressure spike and hangs on the grid."
-        ),
-        table(
-            "solved_contacts",
-            "Solved contacts",
-            [
-                "kinematics",
-                "raceway",
-                "entrainment [m/s]",
-                "slide-to-roll ratio",
-                "central film [nm]",
-                "minimum film [nm]",
-                "Hertz pressure [GPa]",
-                "largest pressure [GPa]",
-                "largest rise [K]",
-                "traction [N]",
-            ],
-            rows,
-        ),
-    ]
+    text = (
+        f"One ball, {where}: {load:.1f} N, {speed / RPM:.0f} r/min, oil and bodies at {temperature:g} K. Pressure, "
+        "film and temperature are solved together when this report is made, for Newtonian oil and smooth surfaces. "
+        "The kinematics published has the surface speeds of the paper, in the fixed frame. The frame of rolling "
+        "frame moves with the ball: there is no mean sliding. Use its film and temperatures. Its largest rise is due "
+        "to compression in the narrow pressure spike and depends on the grid."
+    )
+    return section(
+        "contacts",
+        "4 Film, pressure and temperature of one contact",
+        paragraph(text),
+        table("solved_contacts", "Solved contacts", ["kinematics", "raceway", *CONTACT_COLUMNS], rows),
+        *_contact_figures(material),
+    )
+
+
+def _contact_figures(material: Material) -> list[Html]:
+    """Fields and central lines of each kinematics with a converged contact."""
+    parts = []
     for kinematics in dict.fromkeys(found.kinematics for found in material.contacts):
         solutions = [material.contact(kinematics, raceway) for raceway in RACEWAYS]
         if not any(solutions):
@@ -326,34 +306,20 @@ def contacts(material: Material) -> Html:
         drawn = [
             figure(
                 figures.contact_field(solutions, field),
-                f"{title}, kinematics {name}. Dashed: Hertz ellipse; the oil enters from below; the scale "
-                "along rolling is stretched.",
+                f"{title}, kinematics {name}. Dashed: Hertz ellipse. The oil enters from below. The scale along "
+                "rolling is stretched.",
             )
             for field, (title, *_) in FIELDS.items()
         ]
-        drawn.append(
-            figure(
-                figures.central_lines(solutions), f"Pressure and film along the middle, kinematics {name}."
-            )
-        )
-        parts += [element("h3", f"Kinematics {name}"), beside(*drawn)]
-    return section("contacts", "4 Film, pressure and temperature of one contact", *parts)
+        lines = figures.central_lines(solutions)
+        drawn.append(figure(lines, f"Pressure and film along the middle, kinematics {name}."))
+        parts += [element("h3", f"Kinematics {name}"), side_by_side(*drawn)]
+    return parts
 
 
 def nut_map(material: Material) -> Html:
     """Part 5."""
     header = material.picture.nut_map.header
-    certificate = header["certificate"]
-    rows = [
-        [
-            words,
-            *(
-                percent(certificate[f"{name}_error_{key}"]) if f"{name}_error_{key}" in certificate else "-"
-                for key, _ in TOTALS
-            ),
-        ]
-        for name, words in ERRORS.items()
-    ]
     axes = header["axes"]
     scales = {
         "force": (1.0, 0.0, "N"),
@@ -369,27 +335,20 @@ def nut_map(material: Material) -> Html:
         ]
         for name, (scale, shift, unit) in scales.items()
     ]
-    checked = paragraph("The map has no certificate.", class_="note")
-    if "points" in certificate:
-        caption = (
-            f"Certificate: error of the map at {certificate['points']} random points that it was not built "
-            "from, against direct solves of the balls"
-        )
-        checked = table("certificate", caption, ["", *(words for _, words in TOTALS)], rows)
     return section(
         "map",
         "5 The map and its certificate",
         paragraph(
-            "The contacts were solved once for many loads, speeds and temperatures; torques, films and "
-            "temperatures come from this map. Films and temperatures of part 5 are extremes over all balls."
+            "The contacts were solved once for many loads, speeds and temperatures. Torques, films and "
+            "temperatures are interpolated in this map. Films and temperatures of part 5 are extremes over all balls."
         ),
         figure(
             figures.map_picture_address(material),
-            "The map: what it answers, where it was sampled, where its certificate compared it with direct "
-            "solves.",
+            "The map: its results, its samples, and the points of its certificate, where it was compared with "
+            "direct solves.",
             wide=True,
         ),
-        checked,
+        certificate_table(header["certificate"]),
         table("axes", "Range of the map", ["axis (force: of one nut)", "from", "to", "nodes"], span),
     )
 

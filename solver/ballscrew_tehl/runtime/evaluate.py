@@ -21,46 +21,37 @@ import math
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ballscrew_tehl.runtime.bspline import Axis, cubic_slopes, cubic_weights, weighted
-from ballscrew_tehl.runtime.constants import (
-    FILM_SPEED_EXPONENT,
-    LAMBDA_RATIO_MAX,
-    SMOOTH,
-    SPEED_EXPONENT_MAX,
+from ballscrew_tehl.runtime.nut_law import (
+    ARRAYS,
+    FLOATS,
+    DoubleNutState,
+    Numbers,
+    double_nut,
+    nut_extremes,
+    nut_forces,
+    nut_torques,
 )
-from ballscrew_tehl.runtime.packed import DEFAULTS, check, npz_bytes, read_npz
+from ballscrew_tehl.runtime.packed import (
+    DEFAULTS,
+    FrictionParameters,
+    check,
+    npz_bytes,
+    read_npz,
+)
 
 PIECE = 2048  # points of an array that are evaluated at a time
 GATHERED = 256  # points whose coefficients are collected at a time
 
+Array = NDArray[np.float64]
+Operand = float | Array  # arrays broadcast
 #: called with the force of a nut [N] and its ten logarithms (packed.SURFACES); returns them corrected
 Correction = Callable[[float, list[float]], list[float]]
-
-_SCALARS = SimpleNamespace(exp=math.exp, least=min, most=max)
-_ARRAYS = SimpleNamespace(exp=np.exp, least=np.minimum, most=np.maximum)
-
-
-class DoubleNutState(NamedTuple):
-    """Operating point of the double nut; torques are magnitudes >= 0, floats or arrays."""
-
-    viscous_torque: Any  # [N.m]
-    hysteresis_torque: Any  # [N.m]
-    sliding_torque: Any  # [N.m]
-    film_thickness_min: Any  # [m]
-    film_thickness_central_screw: Any  # [m]
-    film_thickness_central_nut: Any  # [m]
-    film_temperature_rise: Any  # [K]
-    contact_pressure_max: Any  # [Pa]
-    ball_load_max: Any  # [N]
-    lambda_ratio: Any  # minimum film over roughness height, at most LAMBDA_RATIO_MAX
-    in_range: Any  # bool
-    clamped: tuple[str, ...]  # names of the inputs beyond the map, at any point
 
 
 class NutMap:
@@ -69,13 +60,13 @@ class NutMap:
     Example      NutMap.from_npz(path).evaluate(2000.0, 104.7, 303.15).viscous_torque
     """
 
-    def __init__(self, header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> None:
+    def __init__(self, header: Mapping[str, Any], arrays: Mapping[str, Array]) -> None:
         """Checked: MapError if the header or an array is not what the format says."""
         arrays = {name: np.ascontiguousarray(array, dtype=np.float64) for name, array in arrays.items()}
         check(header, arrays)
         self.header: Mapping[str, Any] = header
         self.arrays = arrays
-        self.defaults = tuple(float(header["defaults"][name]) for name in DEFAULTS)
+        self.defaults = FrictionParameters(*(float(header["defaults"][name]) for name in DEFAULTS))
         axes = header["axes"]
         self.force = Axis(axes["force"], logarithmic=True)
         self.speed = Axis(axes["speed"], logarithmic=True)
@@ -93,7 +84,7 @@ class NutMap:
         self._columns = self._surfaces.shape[-1]
 
     @classmethod
-    def from_arrays(cls, header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> "NutMap":
+    def from_arrays(cls, header: Mapping[str, Any], arrays: Mapping[str, Array]) -> "NutMap":
         """Map of a header (with the content_hash of packed.sealed) and its coefficient arrays."""
         return cls(header, arrays)
 
@@ -108,13 +99,13 @@ class NutMap:
 
     def evaluate(
         self,
-        preload,
-        speed,
-        temperature,
-        axial_load=0.0,
-        apparent_viscosity_ratio=None,
-        net_sliding_coefficient=None,
-        roughness_height=None,
+        preload: Operand,
+        speed: Operand,
+        temperature: Operand,
+        axial_load: Operand = 0.0,
+        apparent_viscosity_ratio: Operand | None = None,
+        net_sliding_coefficient: Operand | None = None,
+        roughness_height: Operand | None = None,
     ) -> DoubleNutState:
         """State of the double nut at one operating point or at many (arrays broadcast; same numbers).
 
@@ -131,13 +122,20 @@ class NutMap:
             return self.evaluate_point(*arguments)
         return self._evaluate_array(*arguments)
 
-    def checked_arguments(self, preload, speed, temperature, axial_load, *friction) -> list[Any]:
+    def checked_arguments(
+        self,
+        preload: Operand,
+        speed: Operand,
+        temperature: Operand,
+        axial_load: Operand,
+        *friction: Operand | None,
+    ) -> list[Any]:
         """Arguments of evaluate() with defaults filled in: all numbers, or all arrays of one shape.
 
         Raises       ValueError as evaluate()
         """
         ratio, net, roughness = (d if g is None else g for g, d in zip(friction, self.defaults, strict=True))
-        arguments = [preload, speed, temperature, axial_load, ratio, net, roughness]
+        arguments: list[Any] = [preload, speed, temperature, axial_load, ratio, net, roughness]
         if all(isinstance(a, (float, int)) for a in arguments):
             for name, value in zip(_ARGUMENTS, arguments, strict=True):
                 if not math.isfinite(value) or (value < 0.0 and name in _NOT_NEGATIVE):
@@ -150,7 +148,7 @@ class NutMap:
                 raise _bad_argument(name, float(column[bad].flat[0]))
         return list(np.broadcast_arrays(*columns))
 
-    def surfaces(self, force, speed, temperature) -> NDArray[np.float64]:
+    def surfaces(self, force: Operand, speed: Operand, temperature: Operand) -> Array:
         """The ten logarithms of one nut, packed.SURFACES first: (10, ...), clamped to the axes; arguments broadcast."""
         force, speed, temperature = np.broadcast_arrays(
             *(np.asarray(x, dtype=np.float64) for x in (force, speed, temperature))
@@ -158,15 +156,31 @@ class NutMap:
         found = self._splines_array(force.ravel(), speed.ravel(), temperature.ravel(), False)[0]
         return found.reshape(-1, *force.shape)
 
+    def surface_block(self, j: int, k: int) -> Array:
+        """Coefficients of the surfaces at four neighbours over speed and temperature: (4, 4, force, column)."""
+        return self._surfaces[j : j + 4, k : k + 4]
+
+    def force_curves(self, cell: int) -> Array:
+        """Coefficients of the force curves at four neighbours over force: (4, column)."""
+        return self._curves[cell : cell + 4]
+
+    def separation_row(self, side: int) -> list[float]:
+        """Coefficients of ln(separation load over preload) over preload; side 0: axial load > 0, 1: < 0."""
+        return self._separation_lists[side]
+
+    def sharing_rows(self, side: int) -> list[list[float]]:
+        """Coefficients of (force of the relieved nut over preload)^(2/3) over preload and share; side as above."""
+        return self._sharing_lists[side]
+
     def evaluate_point(
         self,
-        preload,
-        speed,
-        temperature,
-        axial_load,
-        ratio,
-        net,
-        roughness,
+        preload: float,
+        speed: float,
+        temperature: float,
+        axial_load: float,
+        ratio: float,
+        net: float,
+        roughness: float,
         correction: Correction | None = None,
     ) -> DoubleNutState:
         """evaluate() for floats that the caller has checked: the step of the FMU.
@@ -185,62 +199,72 @@ class NutMap:
             clamped.append("temperature")
         j, tj = speed_axis.place(speed)
         k, tk = temperature_axis.place(temperature)
-        s = min(speed / speed_axis.lo, 1.0)
+        s = speed / speed_axis.lo if speed < speed_axis.lo else 1.0
         w_k = cubic_weights(tk)
         rows = [[a * b for a in cubic_weights(tj) for b in w_k]]
         if s < 1.0:
-            rows.append([a * speed_axis.scale * b for a in cubic_slopes(tj) for b in w_k])
+            scale = speed_axis.scale
+            rows.append([a * b for a in [scale * a for a in cubic_slopes(tj)] for b in w_k])
         weights = np.array(rows)
-        block = self._surfaces[j : j + 4, k : k + 4]
+        nuts = (j, k, weights, s, ratio, net, roughness, correction)
         if axial_load == 0.0:
-            nut = self._nut_point(preload, block, weights, s, ratio, net, roughness, correction)
-            return _double_nut(nut, nut, roughness, not clamped, tuple(clamped), _SCALARS)
+            nut = self._nut_point(preload, *nuts)
+            return double_nut(nut, nut, roughness, not clamped, tuple(clamped), FLOATS)
         relieved, loaded = self._forces_point(preload, axial_load)
         if loaded > force_axis.hi:
             clamped.append("axial_load")
             loaded = force_axis.hi
-        first = self._nut_point(relieved, block, weights, s, ratio, net, roughness, correction)
-        second = self._nut_point(loaded, block, weights, s, ratio, net, roughness, correction)
-        return _double_nut(first, second, roughness, not clamped, tuple(clamped), _SCALARS)
+        first, second = self._nut_point(relieved, *nuts), self._nut_point(loaded, *nuts)
+        return double_nut(first, second, roughness, not clamped, tuple(clamped), FLOATS)
 
-    def _nut_point(self, force, block, weights, s, ratio, net, roughness, correction):
+    def _nut_point(
+        self,
+        force: float,
+        j: int,
+        k: int,
+        weights: Array,
+        s: float,
+        ratio: float,
+        net: float,
+        roughness: float,
+        correction: Correction | None,
+    ) -> tuple[Numbers, Numbers]:
         i, ti = self.force.place(force)
         w_i = np.array(cubic_weights(ti))
-        contracted = weights @ block[:, :, i : i + 4].reshape(16, -1)
-        values = (w_i @ contracted.reshape(len(weights), 4, self._columns)).tolist()
-        curves = (w_i @ self._curves[i : i + 4]).tolist()
+        contracted = weights.dot(self._surfaces[j : j + 4, k : k + 4, i : i + 4].reshape(16, -1))
+        # dot takes less time than @ on arrays of this size, for the same digits
+        values = [w_i.dot(row.reshape(4, -1)).tolist() for row in contracted]
+        curves = w_i.dot(self._curves[i : i + 4]).tolist()
         if correction is not None:
             values[0] = correction(force, values[0])
-        f = min(force / self.force.lo, 1.0)
-        return _nut(values[0], values[1] if s < 1.0 else None, curves, f, s, ratio, net, roughness, _SCALARS)
+        f = force / self.force.lo if force < self.force.lo else 1.0
+        slopes = values[1] if s < 1.0 else None
+        torques = nut_torques(values[0], slopes, curves, f, s, ratio, net, roughness, FLOATS)
+        return torques, nut_extremes(values[0], curves, f, s, FLOATS)
 
     def _forces_point(self, preload: float, axial_load: float) -> tuple[float, float]:
         """Forces of the relieved and of the loaded nut under an axial load."""
         load = abs(axial_load)
-        side = 0 if axial_load > 0.0 else 1
         if preload <= 0.0:
             return 0.0, load
+        side = 0 if axial_load > 0.0 else 1
         p, tp = self.preload.place(preload)
         w_p = cubic_weights(tp)
-        share = load / (preload * math.exp(weighted(w_p, self._separation_lists[side], p)))
-        if share >= 1.0:
-            return 0.0, load
-        q, tq = self.share.place(share)
-        w_q = cubic_weights(tq)
-        y = weighted(w_p, [weighted(w_q, row, q) for row in self._sharing_lists[side][p : p + 4]], 0)
-        relieved = preload * max(y, 0.0) ** 1.5
-        return relieved, relieved + load
 
-    def _evaluate_array(
-        self, preload, speed, temperature, axial_load, ratio, net, roughness
-    ) -> DoubleNutState:
+        def sharing(share: float) -> float:
+            q, tq = self.share.place(share)
+            w_q = cubic_weights(tq)
+            return weighted(w_p, [weighted(w_q, row, q) for row in self._sharing_lists[side][p : p + 4]], 0)
+
+        return nut_forces(preload, load, weighted(w_p, self._separation_lists[side], p), sharing, FLOATS)
+
+    def _evaluate_array(self, *arguments: Array) -> DoubleNutState:
         """evaluate() for arrays of one shape, piece by piece: a piece stays in the cache of the processor."""
-        shape = preload.shape
-        arguments = [a.ravel() for a in (preload, speed, temperature, axial_load, ratio, net, roughness)]
+        shape, columns_given = arguments[0].shape, [a.ravel() for a in arguments]
         size = max(arguments[0].size, 1)
         found, clamped = [], dict.fromkeys(_CLAMPED, False)
         for first in range(0, size, PIECE):
-            state, outside = self._evaluate_piece(*(a[first : first + PIECE] for a in arguments))
+            state, outside = self._evaluate_piece(*(a[first : first + PIECE] for a in columns_given))
             found.append(state)
             for name in _CLAMPED:
                 clamped[name] |= bool(outside[name].any())
@@ -248,7 +272,16 @@ class NutMap:
         columns.append(tuple(name for name in _CLAMPED if clamped[name]))
         return DoubleNutState(*columns)
 
-    def _evaluate_piece(self, preload, speed, temperature, axial_load, ratio, net, roughness):
+    def _evaluate_piece(
+        self,
+        preload: Array,
+        speed: Array,
+        temperature: Array,
+        axial_load: Array,
+        ratio: Array,
+        net: Array,
+        roughness: Array,
+    ) -> tuple[tuple[Any, ...], dict[str, NDArray[np.bool_]]]:
         """State without the names of what is clamped, and where each of _CLAMPED is."""
         outside = {"preload": (preload < self.preload.lo) | (preload > self.force.hi)}
         preload = np.clip(preload, 0.0, self.force.hi)
@@ -267,18 +300,21 @@ class NutMap:
             slow = bool((s < 1.0).any())
             values, slopes, curves = self._splines_array(force, speed, temperature, with_slopes=slow)
             f = np.minimum(force / self.force.lo, 1.0)
-            nuts.append(_nut(values, slopes, curves, f, s, ratio, net, roughness, _ARRAYS))
+            torques = nut_torques(values, slopes, curves, f, s, ratio, net, roughness, ARRAYS)
+            nuts.append((torques, nut_extremes(values, curves, f, s, ARRAYS)))
         in_range = ~np.logical_or.reduce(list(outside.values()))
-        return _double_nut(nuts[0], nuts[-1], roughness, in_range, (), _ARRAYS)[:-1], outside
+        return double_nut(nuts[0], nuts[-1], roughness, in_range, (), ARRAYS)[:-1], outside
 
     @cached_property
-    def _runs(self) -> NDArray[np.float64]:
+    def _runs(self) -> Array:
         """Coefficients of four neighbours along force side by side, one row per first neighbour."""
         columns = self._surfaces.shape[-1]
         windows = np.lib.stride_tricks.sliding_window_view(self._surfaces.reshape(-1), 4 * columns)
         return np.ascontiguousarray(windows[::columns])
 
-    def _splines_array(self, force, speed, temperature, with_slopes: bool):
+    def _splines_array(
+        self, force: Array, speed: Array, temperature: Array, with_slopes: bool
+    ) -> tuple[Array, Array | None, Array]:
         """Surfaces, their slopes over ln speed (or None) and force curves of points (n,): (columns, n)."""
         (i, ti), (j, tj) = self.force.place_array(force), self.speed.place_array(speed)
         k, tk = self.temperature.place_array(temperature)
@@ -307,21 +343,26 @@ class NutMap:
             curves += w_i[:, a, None] * self._curves[i + a]
         return values[0], values[1] if with_slopes else None, np.moveaxis(curves, -1, 0)
 
-    def _forces_array(self, preload, axial_load):
+    def _forces_array(self, preload: Array, axial_load: Array) -> tuple[Array, Array]:
         """_forces_point for arrays."""
         load = np.abs(axial_load)
         side = np.where(axial_load > 0.0, 0, 1)
         p, tp = self.preload.place_array(preload)
         w_p = cubic_weights(tp)
-        ratio = np.exp(sum(w * self._separation[p + a, side] for a, w in enumerate(w_p)))
-        share = np.where(preload > 0.0, load / np.where(preload > 0.0, preload * ratio, 1.0), 1.0)
-        q, tq = self.share.place_array(share)
-        w_q = cubic_weights(tq)
-        y = sum(
-            v * w * self._sharing[p + a, q + b, side] for a, v in enumerate(w_p) for b, w in enumerate(w_q)
-        )
-        relieved = np.where(share < 1.0, preload * np.maximum(y, 0.0) ** 1.5, 0.0)
-        relieved = np.where(axial_load == 0.0, preload, relieved)
+        separation = sum(w * self._separation[p + a, side] for a, w in enumerate(w_p))
+
+        def sharing(share: Array) -> Any:
+            q, tq = self.share.place_array(share)
+            w_q = cubic_weights(tq)
+            return sum(
+                v * w * self._sharing[p + a, q + b, side]
+                for a, v in enumerate(w_p)
+                for b, w in enumerate(w_q)
+            )
+
+        pressed = preload > 0.0
+        relieved, _ = nut_forces(np.where(pressed, preload, 1.0), load, separation, sharing, ARRAYS)
+        relieved = np.where(axial_load == 0.0, preload, np.where(pressed, relieved, 0.0))
         return relieved, relieved + load
 
 
@@ -332,54 +373,3 @@ _NOT_NEGATIVE = DEFAULTS
 
 def _bad_argument(name: str, value: float) -> ValueError:
     return ValueError(f"{name} = {value}; needs a finite number" + (" >= 0" if name in _NOT_NEGATIVE else ""))
-
-
-def _nut(values, slopes, curves, f, s, ratio, net, roughness, ops):
-    """One nut from its splines: f and s are force and speed over the ends of their axes, at most 1."""
-    exp = ops.exp
-    viscous = 0.0
-    for raceway in (0, 1):
-        x = (roughness / exp(values[2 + raceway])) ** 2
-        share = 1.0 / (1.0 + x)
-        torque = exp(values[raceway]) * share
-        if slopes is not None:
-            # exponent of speed of the viscous torque at the end of the axis; below 3 the law is monotone
-            n = ops.least(
-                ops.most(slopes[raceway] + 2.0 * x * share * slopes[2 + raceway], 0.0), SPEED_EXPONENT_MAX
-            )
-            c = 0.5 * (n - 1.0)
-            torque = torque * (s * (1.0 - c + c * s * s))
-        viscous = viscous + torque
-    third = f ** (1.0 / 3.0)
-    film = s**FILM_SPEED_EXPONENT
-    return (
-        ratio * viscous * third * third,
-        exp(curves[0]) * f * third,
-        net * exp(curves[1]) * f,
-        # a spline through nearly equal films may cross another
-        film * exp(ops.least(ops.least(values[4], values[5]), ops.least(values[6], values[7]))),
-        film * exp(values[6]),
-        film * exp(values[7]),
-        s * third * exp(ops.most(values[8], values[9])),
-        third * exp(curves[2]),
-        f * exp(curves[3]),
-    )
-
-
-def _double_nut(first, second, roughness, in_range, clamped, ops) -> DoubleNutState:
-    """Torques added, extremes over both nuts."""
-    film = ops.least(first[3], second[3])
-    return DoubleNutState(
-        first[0] + second[0],
-        first[1] + second[1],
-        first[2] + second[2],
-        film,
-        ops.least(first[4], second[4]),
-        ops.least(first[5], second[5]),
-        ops.most(first[6], second[6]),
-        ops.most(first[7], second[7]),
-        ops.most(first[8], second[8]),
-        ops.least(film / ops.most(roughness, SMOOTH), LAMBDA_RATIO_MAX),
-        in_range,
-        clamped,
-    )

@@ -9,7 +9,7 @@ import json
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,10 +33,21 @@ FORCE_CURVES = (  # logarithms over ln force of one nut
     "contact_pressure_max",  # [Pa]
     "ball_load_max",  # [N]
 )
+TORQUE_SURFACES, TORQUE_CURVES = 4, 2  # columns that a torque needs; they come first
 AXES = ("force", "speed", "temperature", "preload", "share")  # [N], [rad/s], [K], [N], 1; each lo, hi, nodes
 POINT = ("preload", "speed", "temperature", "axial_load")  # [N], [rad/s], [K], [N]; of a certificate
-DEFAULTS = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
 _EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+class FrictionParameters(NamedTuple):
+    """Parameters of the friction law whose start values a map carries."""
+
+    apparent_viscosity_ratio: float
+    net_sliding_coefficient: float
+    roughness_height: float  # [m]
+
+
+DEFAULTS = FrictionParameters._fields
 
 
 class MapError(ValueError):

@@ -38,6 +38,42 @@ def regularised_sign(speed: float, regularization_speed: float) -> float:
     return math.tanh(speed / regularization_speed)
 
 
+class CoulombFriction(NamedTuple):
+    """What the Coulomb torque becomes near standstill."""
+
+    sign: float  # of the torque, -1 to 1; in between near standstill, beyond it with damping
+    power: float  # [W] heat
+    deflection: float  # [rad] of the bristle at the end of the step
+
+
+def coulomb_friction(
+    coulomb_torque: float,
+    speed: float,
+    step: float | None,
+    deflection: float,
+    regularization_speed: float,
+    stiffness: float,
+    damping: float,
+) -> CoulombFriction:
+    """Standstill law of the FMU: the bristle where its stiffness is positive, else the regularised sign.
+
+    Parameters   coulomb_torque : hysteresis and sliding part at full motion [N.m], >= 0
+                 step : [s]; None or 0: at an instant, which leaves the deflection
+                 the rest : as in regularised_sign and presliding_step
+    """
+    if stiffness > 0.0:
+        bristle = presliding_step(deflection, speed, step or 0.0, coulomb_torque, stiffness, damping)
+        sign = bristle.torque / coulomb_torque if coulomb_torque > 0.0 else 0.0
+        if step:
+            return CoulombFriction(sign, bristle.heat / step, bristle.deflection)
+        return CoulombFriction(
+            sign, presliding_power(deflection, speed, coulomb_torque, stiffness), deflection
+        )
+    sign = regularised_sign(speed, regularization_speed)
+    # a bristle that is switched off is unwound
+    return CoulombFriction(sign, coulomb_torque * sign * speed, 0.0 if step else deflection)
+
+
 def presliding_power(deflection: float, speed: float, coulomb_torque: float, stiffness: float) -> float:
     """Heat per time of the sliding share of the bristle at an instant (no damping).
 

@@ -1,4 +1,4 @@
-"""The contact of section 5.1 of the paper: converged values of this solver beside the printed ones."""
+"""The contact of section 5.1 of the paper: converged values of this solver and the printed ones."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from ..contact.ball_contact import ball_contact
 from ..contact.solve import EXTRAPOLATED_BELOW, ContactSolution, SolverOptions, solve_contact
 from ..parameters.file import Parameters, changed
 from ..parameters.packaged_data import PACKAGED_DATA
+from ..parameters.units import RPM
 from ..physics.hertz import RACEWAYS
 from ..physics.kinematics import KINEMATICS
 
 #: operating point of the section: 2000 N on the load-carrying balls, 3000 r/min, oil at the reference temperature
-PRELOAD, SPEED = 2000.0, 3000.0 * math.pi / 30.0
+PRELOAD, SPEED = 2000.0, 3000.0 * RPM
 LOAD = 39.5
 #: nodes along, lines across the half width and layers, all refined by this ratio
 REFINEMENT = math.sqrt(2.0)
@@ -29,12 +30,12 @@ LAWS = ("section_2_3", "roelands_printed")
 
 
 class ContactRow(NamedTuple):
-    """One contact, SI: values of the fine grid, and how they hang on the grid.
+    """One contact, SI: values of the fine grid, and their dependence on the grid.
 
     film_changes, rise_changes: relative change from the coarse to the middle and from the middle to the fine grid, of
     the film the larger one of h_c and h_m; film_limit, rise_limit: h_c and rise extrapolated from the three grids, NaN
-    where they do not settle. h_c is extrapolated by the solver from two grids; film_limit begins with the films as on
-    the grids and so is a check of it. converged: on all three.
+    where they do not converge. h_c is extrapolated by the solver from two grids. film_limit is extrapolated from the
+    films on the grids and so is a check of h_c. converged: on all three.
     """
 
     kinematics: str
@@ -68,7 +69,7 @@ def _solve(parameters: Parameters, raceway: str, options: SolverOptions) -> Cont
 def extrapolated(coarse: float, middle: float, fine: float) -> float:
     """Limit of a value on three grids of constant ratio REFINEMENT.
 
-    Returns      limit by the order that the values show; NaN unless they are monotone, of first order at least and the
+    Returns      limit by the observed order; NaN unless they are monotone, of first order at least and the
                  last change is below SETTLED_BELOW
     Source       Roache, J Fluids Eng 116 (1994) 405: f_fine + (f_fine - f_middle)/(REFINEMENT^order - 1)
     Example
@@ -139,9 +140,9 @@ def section5_text(rows: list[ContactRow]) -> str:
     lines = [
         "Section 5.1: one ball, 39.5 N, 3000 r/min, oil at 303 K",
         f"Values of the last of three grids ({grids}: along, across the half width, layers).",
-        "change: from the first to the second and on to the last grid; of the film the larger one of h_c and h_m.",
-        "limit: extrapolated from the three grids, - where the values do not settle. The largest rise of pure",
-        "rolling is that of the narrow pressure spike, which these grids do not resolve; its film does not hang on it.",
+        "change: from the first to the second and from the second to the last grid, of the film the larger one.",
+        "limit: extrapolated from the three grids, - where the values do not converge. The largest rise of pure",
+        "rolling is that of the narrow pressure spike, not resolved by these grids. Its film does not depend on it.",
         "",
         f"{'':26} | {'film':^40} | {'largest rise':^30} |",
         "raceway  u_e m/s       srr |  h_c um   h_m um     change %   limit um |      K     change %    limit K "

@@ -1,4 +1,4 @@
-"""The model beside the measurement and beside three published models: Tables 2, 3 and 4 of Zhao et al. (2023)."""
+"""The model compared with the measurement and three published models: Tables 2, 3 and 4 of Zhao et al. (2023)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MODELS = ("this model", "Zhao", "Zhou", "NSK")
 
 
 class ValidationRow(NamedTuple):
-    """One operating point: measured value and what the models say (N.m, in Table 3 N), in the order of MODELS."""
+    """One operating point: measured value and values of the models (N.m, in Table 3 N), in the order of MODELS."""
 
     preload: float
     speed: float
@@ -48,10 +48,10 @@ def validation_tables(
     temperature: float = ASSUMED_TEMPERATURE,
     preload_range: tuple[float, float] = (100.0, 12000.0),
 ) -> list[ValidationTable]:
-    """Tables 2, 4 and 3 with this model beside the printed columns.
+    """Tables 2, 4 and 3 with this model and the printed columns.
 
     Parameters   evaluate : the model, rising with the preload (the map, the direct solve, an FMU)
-                 preload_range : [N] in which the preload of Table 3 is looked for
+                 preload_range : [N] range of the search for the preload of Table 3
     Returns      table2, table4 (torque), table3 (preload recovered from the measured torque)
     Source       measured, Zhao, Zhou, NSK: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, as printed
     """

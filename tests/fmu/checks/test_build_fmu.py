@@ -17,6 +17,9 @@ from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 from paths import ROOT
 
+from ballscrew_fmu import build
+from ballscrew_fmu.__main__ import main
+from ballscrew_fmu.checks import check, reference
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, BuildError
 from ballscrew_tehl.friction.sets import FrictionSet, load_friction_sets, write_friction_sets
 from ballscrew_tehl.parameters.file import load_parameters
@@ -33,7 +36,7 @@ def script():
 
 @pytest.fixture
 def with_synthetic_map(script, monkeypatch, synthetic_nut_map):
-    monkeypatch.setattr(script, "read_inputs", lambda *_: (load_parameters(), synthetic_nut_map))
+    monkeypatch.setattr(build, "read_inputs", lambda *_: (load_parameters(), synthetic_nut_map))
 
 
 @pytest.fixture
@@ -88,7 +91,7 @@ def test_it_delivers_the_native_fmus_as_well(
         results = files["extra/org.fmi-standard.fmi-ls-ref/BallScrewFrictionNative_out.csv"].decode()
         rows = list(csv.DictReader(io.StringIO(results)))
         assert len(rows) == 240
-        inputs = list(script.reference_input(synthetic_nut_map.header))
+        inputs = list(reference.reference_input(synthetic_nut_map.header))
         state = synthetic_nut_map.evaluate(**inputs[-1])
         assert float(rows[-1]["film_thickness_min"]) == state.film_thickness_min
         assert float(rows[-1]["time"]) == pytest.approx(0.24)
@@ -132,7 +135,7 @@ def test_friction_parameters_of_a_file_start_the_fmu_and_stand_in_its_documentat
     [
         (
             {"kinematics": "rolling_frame"},
-            "kinematics = rolling_frame; allowed: published, as the screw says",
+            "kinematics = rolling_frame; allowed: published, as in the screw file",
         ),
         ({"film_model": "hamrock_dowson"}, "fitted with the film hamrock_dowson; expected one of solved"),
         ({"net_sliding_coefficient": 1.5}, "net_sliding_coefficient = 1.5; allowed: less than or equal to 1"),
@@ -163,14 +166,14 @@ def test_the_packaged_friction_parameters_stand_in_the_documentation(script, tmp
 def test_a_native_fmu_that_differs_delivers_nothing(
     script, with_synthetic_map, for_this_machine, tmp_path, monkeypatch, capsys
 ):
-    original = script.check_replay
+    original = check.check_replay
 
     def differs(fmu, *arguments):
         if fmu.name == NATIVE[1]:
-            raise script.CheckError("replay step 3: another torque")
+            raise reference.CheckError("replay step 3: another torque")
         return original(fmu, *arguments)
 
-    monkeypatch.setattr(script, "check_replay", differs)
+    monkeypatch.setattr(check, "check_replay", differs)
     assert script.main(["--output", str(tmp_path)]) == 1
     assert f"no FMU delivered: {NATIVE[1]}: replay step 3: another torque" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
@@ -192,7 +195,7 @@ def test_without_a_compiler_one_line_names_the_remedy(
 
 
 def test_the_tables_show_the_torque_of_the_fmu(script, fmu, synthetic_nut_map):
-    text = script.torque_tables(fmu, load_parameters(), synthetic_nut_map)
+    text = check.torque_tables(fmu, load_parameters(), synthetic_nut_map)
     state = synthetic_nut_map.evaluate(1000.0, 104.71975511965978, 303.0)
     assert f"{sum(state[:3]):.4f}" in text
 
@@ -200,7 +203,7 @@ def test_the_tables_show_the_torque_of_the_fmu(script, fmu, synthetic_nut_map):
 def test_a_monitor_that_loses_the_preload_delivers_nothing(
     script, with_synthetic_map, tmp_path, monkeypatch, capsys
 ):
-    monkeypatch.setattr("ballscrew_fmu.checks.monitor_check.lost_preload", lambda *_: 2e-6)
+    monkeypatch.setattr("ballscrew_fmu.checks.reference.lost_preload", lambda *_: 2e-6)
     assert script.main(["--python-only", "--output", str(tmp_path)]) == 1
     error = capsys.readouterr().err
     assert (
@@ -215,7 +218,7 @@ def test_a_table_that_is_beyond_the_map_delivers_nothing(
     def beyond(_):
         raise RuntimeError("no preload in range for 0.4 N.m")
 
-    monkeypatch.setattr("ballscrew_fmu.checks.monitor_check.table3", beyond)
+    monkeypatch.setattr("ballscrew_fmu.checks.check.table3", beyond)
     assert script.main(["--python-only", "--output", str(tmp_path)]) == 1
     assert "BallScrewPreloadMonitor.fmu: no preload in range for 0.4 N.m" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
@@ -230,7 +233,7 @@ def test_two_runs_deliver_the_same_bytes(script, with_synthetic_map, tmp_path):
 
 
 def test_the_reference_input_visits_both_directions_standstill_and_the_outside(script, synthetic_nut_map):
-    rows = list(script.reference_input(synthetic_nut_map.header))
+    rows = list(reference.reference_input(synthetic_nut_map.header))
     states = [synthetic_nut_map.evaluate(**row) for row in rows]
     assert any(row["speed"] == 0.0 for row in rows)
     speeds = sorted(row["speed"] for row in rows)
@@ -241,9 +244,9 @@ def test_the_reference_input_visits_both_directions_standstill_and_the_outside(s
 
 
 def test_a_replay_that_differs_delivers_nothing(script, with_synthetic_map, tmp_path, monkeypatch, capsys):
-    original = script.expected_outputs
+    original = reference.expected_outputs
     monkeypatch.setattr(
-        script, "expected_outputs", lambda *a: {n: v * (1.0 + 1e-8) for n, v in original(*a).items()}
+        reference, "expected_outputs", lambda *a: {n: v * (1.0 + 1e-8) for n, v in original(*a).items()}
     )
     assert script.main(["--output", str(tmp_path)]) == 1
     error = capsys.readouterr().err
@@ -265,9 +268,22 @@ def test_a_finding_of_the_validation_delivers_nothing(
 
 def test_another_screw_is_compared_with_the_formulas_only(script, fmu, synthetic_nut_map):
     other = load_parameters(ROOT / "solver" / "ballscrew_tehl" / "data" / "example_25x10.toml")
-    text = script.torque_tables(fmu, other, synthetic_nut_map)
+    text = check.torque_tables(fmu, other, synthetic_nut_map)
     assert text.startswith("No measurement of this screw")
     assert "Zhao" not in text
+
+
+def test_the_package_builds_the_same_from_its_own_command(with_synthetic_map, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["build", "--python-only"]) == 0
+    assert sorted(path.name for path in (tmp_path / "dist").iterdir()) == PYTHON
+    (tmp_path / "file").write_text("kept")
+    capsys.readouterr()
+    assert main(["build", "--output", "file"]) == 2
+    assert one_line(capsys).startswith("python -m ballscrew_fmu build: --output file: ")
+    with pytest.raises(SystemExit) as end:
+        main([])
+    assert end.value.code == 2
 
 
 def one_line(capsys):
@@ -280,7 +296,7 @@ def test_a_map_that_cannot_be_used_is_one_line(script, tmp_path, monkeypatch, ca
     def refuse(*_):
         raise MapError("map of another screw: found a,\n expected b")
 
-    monkeypatch.setattr(script, "read_inputs", refuse)
+    monkeypatch.setattr(build, "read_inputs", refuse)
     assert script.main(["--output", str(tmp_path / "dist")]) == 2
     assert one_line(capsys) == "build_fmu.py: map of another screw: found a, expected b"
     assert not (tmp_path / "dist").exists()

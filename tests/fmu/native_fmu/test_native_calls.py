@@ -336,9 +336,7 @@ def test_memory_comes_from_the_importer_and_never_in_a_step():
 
 def expected_torque(preload=2000.0, speed=0.0, temperature=303.15, axial_load=0.0):
     state = NUT_MAP.evaluate(preload, speed, temperature, axial_load)
-    return math.copysign(state.viscous_torque, speed) + math.tanh(speed / 0.1) * (
-        state.hysteresis_torque + state.sliding_torque
-    )
+    return math.copysign(state.viscous_torque, speed) + math.tanh(speed / 0.1) * (state.coulomb_torque)
 
 
 @both_versions

@@ -92,7 +92,7 @@ def test_bristle_is_that_of_python(model, nut_map):
             step = 10.0 ** rng.uniform(-6.0, 0.0) if n % 11 else 0.0
             model.step(step, preload=preload, speed=speed)
             nut = nut_map.evaluate(preload, speed, 303.15)
-            coulomb = nut.hysteresis_torque + nut.sliding_torque
+            coulomb = nut.coulomb_torque
             law = presliding_step(deflection, speed, step, coulomb, stiffness, damping)
             viscous = math.copysign(nut.viscous_torque, speed)
             scale = max(coulomb, abs(viscous), abs(law.torque), 1e-300)
@@ -200,7 +200,7 @@ def test_slip_begins_at_the_sliding_deflection_and_ends_at_reversal(model, nut_m
     model.reset(True)
     stiffness, preload = 400.0, 2000.0
     nut = nut_map.evaluate(preload, 0.0, 303.15)
-    coulomb = nut.hysteresis_torque + nut.sliding_torque
+    coulomb = nut.coulomb_torque
     sliding = coulomb / stiffness
     model.latch(preload=preload, presliding_stiffness=stiffness, presliding_damping=0.5, speed=0.01)
     model.initial_event()

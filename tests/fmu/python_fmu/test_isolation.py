@@ -16,9 +16,9 @@ from ballscrew_fmu.python_fmu.package import build_fmu, runtime_sources
 FOREIGN = """
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 
-import evaluate
+import runtime_evaluate as evaluate
 import lubricant
-import slave
+import python_fmu_slave as slave
 
 
 class Foreign(Fmi2Slave):
@@ -90,17 +90,16 @@ def scenario(tmp_path_factory):
     build_fmu(make_map(), folder / "one.fmu")
     build_fmu(make_map(viscous_scale=3.0), folder / "map.fmu")
     sources = runtime_sources()
-    changed = sources["slave"].replace(
-        "viscous + hysteresis + sliding, viscous", "2.0 * (viscous + hysteresis + sliding), viscous"
-    )
-    assert changed != sources["slave"]
-    build_fmu(make_map(), folder / "doubled.fmu", sources | {"slave": changed})
+    whole = "= viscous + hysteresis + sliding"
+    changed = sources["runtime_outputs"].replace(whole, "= 2.0 * (viscous + hysteresis + sliding)")
+    assert changed != sources["runtime_outputs"]
+    build_fmu(make_map(), folder / "doubled.fmu", sources | {"runtime_outputs": changed})
     foreign = folder / "source"
     foreign.mkdir()
     (foreign / "foreign.py").write_text(textwrap.dedent(FOREIGN))
-    for name, value in (("lubricant", 202.0), ("slave", 0.0), ("evaluate", 0.0)):
+    for name, value in (("lubricant", 202.0), ("python_fmu_slave", 0.0), ("runtime_evaluate", 0.0)):
         (foreign / f"{name}.py").write_text(f"VALUE = {value}\n")
-    helpers = [str(foreign / f"{name}.py") for name in ("lubricant", "slave", "evaluate")]
+    helpers = [str(foreign / f"{name}.py") for name in ("lubricant", "python_fmu_slave", "runtime_evaluate")]
     command = [
         sys.executable,
         "-m",
@@ -120,7 +119,7 @@ def scenario(tmp_path_factory):
 
 def torque(preload=2000.0, scale=1.0):
     state = make_map(scale).evaluate(preload, 30.0, 303.15)
-    return pytest.approx(state.viscous_torque + state.hysteresis_torque + state.sliding_torque, rel=1e-12)
+    return pytest.approx(state.friction_torque, rel=1e-12)
 
 
 @pytest.fixture(scope="module")

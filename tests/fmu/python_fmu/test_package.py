@@ -70,10 +70,11 @@ def test_an_import_that_does_not_travel_is_refused():
     for line in ("import scipy\n", "from ballscrew_tehl import hertz\n", "from . import sibling\n"):
         with pytest.raises(PackageError, match="does not travel"):
             package._relocated(f"def f():\n    {line}", "ballscrew_fmu.python_fmu.slave")
-    moved = package._relocated(
+    moved, imported = package._relocated(
         "from ballscrew_tehl.runtime.standstill import regularised_sign\n", "ballscrew_fmu.python_fmu.slave"
     )
-    assert moved == "from .standstill import regularised_sign\n"
+    assert moved == "from .runtime_standstill import regularised_sign\n"
+    assert imported == ["ballscrew_tehl.runtime.standstill"]
 
 
 def test_a_failed_write_leaves_nothing_and_keeps_the_old_file(tmp_path, monkeypatch):

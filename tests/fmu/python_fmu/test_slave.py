@@ -258,7 +258,7 @@ def test_presliding_follows_the_bristle_and_keeps_the_viscous_part(unpacked, syn
         for speed in (0.02, 0.3, -0.01, 0.0, -5.0, 0.0):
             one.step(step, speed=speed)
             state = synthetic_nut_map.evaluate(2000.0, speed, 303.15)
-            coulomb = state.hysteresis_torque + state.sliding_torque
+            coulomb = state.coulomb_torque
             bristle = presliding_step(z, speed, step, coulomb, stiffness, damping)
             z = bristle.deflection
             viscous = math.copysign(state.viscous_torque, speed)
@@ -346,7 +346,7 @@ def test_a_failure_inside_the_step_discards_it_and_the_host_lives(unpacked, slav
         one.step(speed=30.0)
         before = one.outputs()
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(slave_module(unpacked), "presliding_step", None)
+            patch.setattr(slave_module(unpacked), "coulomb_friction", None)
             assert one.step(presliding_stiffness=1.0) is False
         assert one.messages[-1][1].startswith("step failed: TypeError")
         assert one.outputs() == before

@@ -15,10 +15,14 @@ from numba import njit
 from ..half_space.grid import Array
 from .oil import NEWTONIAN, ln_viscosity, pressure_density, pressure_factor, shear_thinning, thinned_stress
 
-#: bound of ln(eta) for stresses: Barus oils at pressures far beyond any oil
+#: bound of ln(eta) for stresses, which a Barus oil exceeds at high pressure: exp would overflow
 LARGEST_LN_ETA = 300.0
-#: largest change of temperature by a change of pressure between two energy solves [K]
+#: largest change of temperature by a change of pressure between two energy solves [K]: bounds a start far away
 FOLLOW_LIMIT = 40.0
+
+#: residual of the sliding speed at which the stress of a column is converged, relative; slip [m/s] below which it is
+#: relative to this one; most Newton steps
+STRESS_TOLERANCE, LEAST_SLIP, STRESS_STEPS = 1e-9, 1e-12, 60
 
 
 class SurfaceSpeeds(NamedTuple):
@@ -138,25 +142,8 @@ def follow(t, t_p, d_p, out):
 
 @njit(cache=True, error_model="numpy")
 def film_coefficients(
-    oil,
-    p_max,
-    p,
-    p_at,
-    t,
-    t_p,
-    thinning,
-    ln_eta_at,
-    share,
-    speeds,
-    u_e,
-    scale,
-    ln_phi,
-    dln_phi,
-    g,
-    dg,
-    g_y,
-    dg_y,
-):
+    oil, p_max, p, p_at, t, t_p, thinning, ln_eta_at, share, speeds, u_e, scale, ln_phi, dln_phi, g, dg, g_y, dg_y
+):  # fmt: skip
     """Coefficients of the generalised Reynolds equation and their derivatives to P = p/p_max.
 
     phi = scale * 12 (r1 e0/e1 - r2) [uniform film: scale * rho/eta]; g = [u_a r0 + (u_b-u_a) e0 r1]/u_e, g_y the same
@@ -171,19 +158,9 @@ def film_coefficients(
         for i in range(nx):
             follow(t[j, i], t_p[j, i], (p[j, i] - p_at[j, i]) * p_max, warm)
             inv0, inv1, r0, r1, r2, d_inv0, d_inv1, d_r0, d_r1, d_r2 = column_integrals(
-                oil,
-                p[j, i] * p_max,
-                warm,
-                t_p[j, i],
-                thinning[j, i],
-                ln_eta_at[j, i],
-                share[j, i],
-                weights,
-                rho,
-                above,
-                d_rho,
-                d_above,
-            )
+                oil, p[j, i] * p_max, warm, t_p[j, i], thinning[j, i], ln_eta_at[j, i], share[j, i], weights, rho,
+                above, d_rho, d_above,
+            )  # fmt: skip
             c = inv1 / inv0
             d_c = (d_inv1 - c * d_inv0) / inv0
             phi = r1 * c - r2
@@ -242,8 +219,8 @@ def wall_stress(oil, p, h, p_x, p_y, du, dv, viscosity, weights, thinning):
     if size > 0.0:
         share = thinned_stress(oil, p, size) / size
         t_x, t_y = share * m_x - 0.5 * h * p_x, share * m_y - 0.5 * h * p_y
-    scale = abs(du) + abs(dv) + 1e-12
-    for _ in range(60):
+    scale = abs(du) + abs(dv) + LEAST_SLIP
+    for _ in range(STRESS_STEPS):
         r_x, r_y = -du / h, -dv / h
         j_xx = j_xy = j_yy = 0.0
         for k in range(n + 1):
@@ -259,7 +236,7 @@ def wall_stress(oil, p, h, p_x, p_y, du, dv, viscosity, weights, thinning):
             j_xx += f * thin + extra * s_x * s_x
             j_xy += extra * s_x * s_y
             j_yy += f * thin + extra * s_y * s_y
-        if not (abs(r_x) + abs(r_y)) * h > 1e-9 * scale:
+        if not (abs(r_x) + abs(r_y)) * h > STRESS_TOLERANCE * scale:
             break
         det = j_xx * j_yy - j_xy * j_xy
         d_x = -(j_yy * r_x - j_xy * r_y) / det
@@ -278,8 +255,9 @@ def wall_stress(oil, p, h, p_x, p_y, du, dv, viscosity, weights, thinning):
 def film_flow(oil, x, y, mirror, p, h, t, speeds, flow):
     """Velocities, stresses and heat sources of pressure p [Pa], gap h [m], temperature t [K] on nodes x, y [m].
 
-    Fills flow; its thinning is where a shear-thinning column starts from. mirror: line 0 is a line of symmetry.
+    Fills flow; its thinning is the start for a shear-thinning column. mirror: line 0 is a line of symmetry.
     """
+    # one function: pressure gradients in a function of their own cost 5 %
     ny, nx = p.shape
     n = t.shape[2] - 1
     dz = 1.0 / n

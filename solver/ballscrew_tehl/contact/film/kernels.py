@@ -1,6 +1,6 @@
 """Compiled loops of the Reynolds equation: residual, Jacobian times vector, Jacobian of one line.
 
-Know numpy and numba only; they neither check nor allocate per point. Fields are (n_y, n_x); line 0 is the mirror
+They use numpy and numba only, and neither check nor allocate per point. Fields are (n_y, n_x); line 0 is the mirror
 line Y = 0; the last line and the first and last column carry P = 0.
 
 Poiseuille flux at a face: e dP/dX with e = H_f^3 phi_f, H_f the mean gap and phi_f the logarithmic mean of the
@@ -17,8 +17,8 @@ from numba import njit
 
 #: power of the gap with which pressure falls beyond the last line: 3/2 on a long ellipse, 2 on a circle
 FAR_POWER = 1.75
-#: over-relaxation of settle_edge
-EDGE_RELAXATION = 1.5
+#: over-relaxation of settle_edge, and the change of pressure [p_max] that ends it
+EDGE_RELAXATION, EDGE_TOLERANCE = 1.5, 1e-9
 
 
 @njit(cache=True, error_model="numpy")
@@ -37,7 +37,7 @@ def log_mean(s_left, s_right):
 def lifted_gap(h, floor):
     """Gap for the flow and its derivative: h above the floor, floor*exp(h/floor - 1) below (C1, positive).
 
-    Keeps Newton alive while an iterate overlaps; a converged gap stays above the floor, where nothing is changed.
+    Lets Newton's method pass iterates that overlap; a converged gap is above the floor, where it is unchanged.
     """
     if h >= floor:
         return h, 1.0
@@ -47,26 +47,31 @@ def lifted_gap(h, floor):
 
 
 @njit(cache=True, error_model="numpy")
+def cube_across(h_0, h_1):
+    """Cube of the gap between two lines and its logarithmic derivatives to both gaps.
+
+    Harmonic mean: outside the ellipse the gap grows by much more than itself from line to line.
+    """
+    h = 2.0 * h_0 * h_1 / (h_0 + h_1)
+    return h * h * h, 3.0 * h_1 / ((h_0 + h_1) * h_0), 3.0 * h_0 / ((h_0 + h_1) * h_1)
+
+
+@njit(cache=True, error_model="numpy")
+def towards_open_side(cube, d_near, d_beyond, near, beyond):
+    """cube_across at an open side: pressure falls with a power of the gap instead of to zero within one cell."""
+    far = min(near / beyond, 1.0) ** FAR_POWER
+    share = 1.0 - far
+    cube *= share
+    if share > 0.0:
+        d_near += -FAR_POWER * far / (share * near)
+        d_beyond += FAR_POWER * far / (share * beyond)
+    return cube, d_near, d_beyond
+
+
+@njit(cache=True, error_model="numpy")
 def face_fluxes(
-    x,
-    kappa_h,
-    mirror,
-    open_side,
-    p,
-    gap,
-    ln_phi,
-    dln_phi,
-    g,
-    dg,
-    g_y,
-    dg_y,
-    flow_x,
-    flow_y,
-    c_x,
-    c_y,
-    wedge,
-    floor,
-):
+    x, kappa_h, mirror, open_side, p, gap, ln_phi, dln_phi, g, dg, g_y, dg_y, flow_x, flow_y, c_x, c_y, wedge, floor
+):  # fmt: skip
     """Fluxes at faces and their derivatives.
 
     kappa_h : kappa/h_y, scales the flow across. mirror, open_side : of the grid. dln_phi, dg : derivatives to P.
@@ -112,22 +117,11 @@ def face_fluxes(
         for i in range(nx):
             h_0, dh_0 = lifted_gap(gap[j, i], floor)
             h_1, dh_1 = lifted_gap(gap[j + 1, i], floor)
-            # harmonic mean: the gap opens by much more than itself from line to line beside the ellipse
-            h = 2.0 * h_0 * h_1 / (h_0 + h_1)
-            cube = h * h * h
-            # logarithmic derivatives of the conductance to the gaps
-            d_0 = 3.0 * h_1 / ((h_0 + h_1) * h_0)
-            d_1 = 3.0 * h_0 / ((h_0 + h_1) * h_1)
-            if open_side and (j == ny - 2 or (j == 0 and not mirror)):
-                # beyond an open side pressure falls with a power of the gap instead of to zero within one cell
-                near, beyond = (h_0, h_1) if j == ny - 2 else (h_1, h_0)
-                far = min(near / beyond, 1.0) ** FAR_POWER
-                share = 1.0 - far
-                cube *= share
-                if share > 0.0:
-                    by_near, by_beyond = -FAR_POWER * far / (share * near), FAR_POWER * far / (share * beyond)
-                    d_0 += by_near if j == ny - 2 else by_beyond
-                    d_1 += by_beyond if j == ny - 2 else by_near
+            cube, d_0, d_1 = cube_across(h_0, h_1)
+            if open_side and j == ny - 2:
+                cube, d_0, d_1 = towards_open_side(cube, d_0, d_1, h_0, h_1)
+            elif open_side and j == 0 and not mirror:
+                cube, d_1, d_0 = towards_open_side(cube, d_1, d_0, h_1, h_0)
             phi, w_l, w_r = log_mean(ln_phi[j, i], ln_phi[j + 1, i])
             e = cube * phi * kappa_h
             f = e * (p[j + 1, i] - p[j, i])
@@ -266,10 +260,10 @@ def line_jacobian(j, width, kappa_h, mirror, c_x, c_y, wedge, gap, g, dg, penalt
 
 @njit(cache=True, error_model="numpy")
 def settle_edge(width, kappa_h, mirror, c_x, c_y, low, sweeps, p, r):
-    """Move the edge of cavitation to where the linear flow equation has it; p and r change in place.
+    """Move the edge of cavitation to its place by the linear flow equation; p and r change in place.
 
-    Projected relaxation (Cryer 1971) of p >= 0, r <= 0, p r = 0 over the nodes `low`, whose gaps stay. r (ny, nx): net
-    inflow that the linear step leaves. Ends after `sweeps`, or when none moves by 1e-9.
+    Projected relaxation (Cryer 1971) of p >= 0, r <= 0, p r = 0 over the nodes `low` at fixed gaps. r (ny, nx): net
+    inflow that the linear step leaves. Ends after `sweeps`, or when no node changes by EDGE_TOLERANCE.
     """
     ny, nx = p.shape
     for _ in range(sweeps):
@@ -291,5 +285,5 @@ def settle_edge(width, kappa_h, mirror, c_x, c_y, low, sweeps, p, r):
                 r[j + 1, i] -= kappa_h * c_y[j, i, 0] * d
                 if j > 0:
                     r[j - 1, i] += (2.0 if mirror and j == 1 else 1.0) * kappa_h * c_y[j - 1, i, 1] * d
-        if not moved > 1e-9:
+        if not moved > EDGE_TOLERANCE:
             break

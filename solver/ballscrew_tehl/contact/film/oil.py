@@ -1,4 +1,4 @@
-"""What the compiled loops know of the oil: ambient viscosity on a table, pressure laws, density, shear thinning."""
+"""The oil in the compiled loops: ambient viscosity from a table, pressure laws, density, shear thinning."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 from numba import njit
 
 from ...parameters.file import LubricantParameters
+from ...parameters.oil import ROELANDS_LN
 from ...physics import lubricant as lubricant_laws
 from ..half_space.grid import Array
 
-TABLE_SPAN = 640.0  # K
-ROELANDS_LN = lubricant_laws.ROELANDS_LN  # ln of 1/(6.3e-5 Pa s)
-TABLE_STEP = 0.25  # K; linear interpolation of ln eta0 is then good to 1e-5
+#: table of ln eta0: below the inlet temperature, range, step [K]; linear interpolation is then accurate to 1e-5
+TABLE_BELOW, TABLE_SPAN, TABLE_STEP = 40.0, 640.0, 0.25
 #: codes of the rheologies in the kernels
 NEWTONIAN, EYRING, CARREAU, LIMITING = range(4)
-#: closest that a stress comes to the limiting stress; the rest of the sliding is slip
+#: least distance of a stress to the limiting stress, relative; further sliding is slip at constant stress
 NEAREST_TO_LIMIT = 1e-9
 
 
@@ -47,10 +47,10 @@ class OilTable(NamedTuple):
 
 def oil_table(oil: LubricantParameters, temperature: float) -> OilTable:
     """Tabulate the oil's ambient viscosity from 40 K below to 600 K above the inlet temperature [K]."""
-    start = max(temperature - 40.0, lubricant_laws.T_MIN)
+    start = max(temperature - TABLE_BELOW, lubricant_laws.T_MIN)
     t = start + TABLE_STEP * np.arange(int(TABLE_SPAN / TABLE_STEP) + 1)
-    # bounded where the Roelands pressure term would change its sign, 6.3e-5 Pa s: thinner than any oil film gets
-    ln_eta0 = np.maximum(np.log(lubricant_laws.eta0(oil, t)), -lubricant_laws.ROELANDS_LN)
+    # bounded where the Roelands pressure term changes its sign, 6.3e-5 Pa s: below the viscosity of any oil film
+    ln_eta0 = np.maximum(np.log(lubricant_laws.eta0(oil, t)), -ROELANDS_LN)
     rise, fade = lubricant_laws.DENSITY_LAWS[oil.density_law]
     rheology = {
         "newtonian": (NEWTONIAN, 1.0, 1.0),
@@ -118,7 +118,7 @@ def shear_thinning(oil, p, eta, tau):
             return 1.0 + t / 2.0 + t * t / 3.0, t / 2.0 + 2.0 * t * t / 3.0
         last = 1.0 - NEAREST_TO_LIMIT
         if t > last:
-            # beyond, the rate goes on along its tangent: stress stays, sliding concentrates
+            # beyond, the rate is continued along its tangent
             rate, slope = (t - last) / NEAREST_TO_LIMIT - np.log(NEAREST_TO_LIMIT), 1.0 / NEAREST_TO_LIMIT
             return rate / t, slope - rate / t
         s = -np.log1p(-t) / t

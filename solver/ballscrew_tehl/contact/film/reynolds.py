@@ -19,38 +19,51 @@ from scipy.linalg import lapack
 from ...physics.hertz import ratio_of_axes
 from ..half_space.deflection import LineConvolution, deflection_operator
 from ..half_space.dry import dry_contact
-from ..half_space.grid import Array, Grid, graded_grid, uniform_grid
+from ..half_space.grid import TINY, Array, Grid, graded_grid, uniform_grid
 from . import kernels
 from .krylov import gmres
 
 TARGET_LOAD = 2.0 * np.pi / 3.0
-#: deepest pressure of an iterate, below its largest: a node at the edge of cavitation may change sides for ever
+#: deepest pressure of an iterate, as a share of its largest: deeper, the penalty that holds cavitated nodes gets softer
+#: and the load error larger; less deep, a node at the edge of cavitation may change sides without end
 LEAST_PRESSURE = 1e-6
+#: factor of the penalty over the wedge flux and the conductance of a cavitated node
+PENALTY = 10.0
 #: largest pressure change of one Newton step, relative to p_max or to the largest pressure if that is lower
 STEP_LIMIT = 0.3
-#: iterations of GMRES above which a preconditioner of a former state is renewed
+#: relative residual at which GMRES ends, and its most iterations
+KRYLOV_TOLERANCE, MOST_KRYLOV = 0.02, 60
+#: iterations of GMRES above which a preconditioner of an earlier state is renewed
 KEEP_BELOW = 4
 #: pressure change [p_max] above which it is renewed at once
 RENEW_ABOVE = 3e-3
 #: largest change of the approach of one Newton step, relative to film and flattening
 APPROACH_LIMIT = 0.5
-#: Newton steps without progress after which the steps are halved
+#: Newton steps without progress after which the steps are halved, and their least share by this rule
 STALL_AFTER = 6
 LEAST_SHARE = 0.125
+#: reduction of the changes over STALL_AFTER steps that counts as progress
+STALL_REDUCTION = 0.5
+#: a step turns back if its projection on the last one is below -TURN of it; steps alternate if two of the last four
+#: turned back and the last is above ALTERNATING times the least of three
+TURN, ALTERNATING = 0.5, 0.5
+#: share of the steps below which the tolerance is no longer reduced with them: a smaller one would never be reached
+SHARE_IN_TOLERANCE = 0.1
 #: smallest share of its fluidity that a node keeps in one Newton step
 LEAST_FLUIDITY = 0.05
-#: pressure, relative to the largest, below which the edge of cavitation is settled, and sweeps for it
-EDGE_PRESSURE, EDGE_SWEEPS = 0.02, 100
-#: share of the expected film below which the flow sees a lifted gap while iterating
+#: least d ln(viscosity)/dP for a step in fluidity: below, fluidity and pressure are linear in each other
+LEAST_THICKENING = 1e-3
+#: the edge of cavitation is settled at nodes below this pressure, relative to the largest, and above this share of the
+#: flow in the diagonal of the node; sweeps for it
+EDGE_PRESSURE, EDGE_FLOW_SHARE, EDGE_SWEEPS = 0.02, 0.9, 100
+#: share of the expected film below which the flow is that of a lifted gap while iterating
 FLOOR_SHARE = 0.2
-
-
 #: film [b^2/R_x] above which it is thicker than the flattening of the bodies
 THICK_FILM = 2.0
 #: load error, relative, that a converged solution may have
 LOAD_TOLERANCE = 1e-4
-#: fewest nodes along rolling that a coarser grid may have
-LEAST_NODES = 33
+#: fewest nodes along and across rolling that a coarser grid may have
+LEAST_NODES, LEAST_LINES = 33, 5
 
 
 @dataclass(frozen=True)
@@ -82,7 +95,7 @@ class GridChoice:
     def halved(self) -> GridChoice | None:
         """Every other node of the same grid, None where too few are left."""
         n_x, n_y = (self.n_x + 1) // 2, (self.n_y + 1) // 2
-        return replace(self, n_x=n_x, n_y=n_y) if n_x >= LEAST_NODES and n_y >= 5 else None
+        return replace(self, n_x=n_x, n_y=n_y) if n_x >= LEAST_NODES and n_y >= LEAST_LINES else None
 
 
 #: nodal film coefficients of P >= 0: ln phi, d ln phi/dP, g, dg/dP, g_y, dg_y/dP, each (n_y, n_x)
@@ -145,21 +158,21 @@ class _Linearisation:
         conductance = np.zeros_like(p)
         conductance[:, 1:-1] = (np.abs(self.c_x[:, 1:, 0]) + np.abs(self.c_x[:, :-1, 1])) / grid.width_x[1:-1]
         # stiff enough that the wedge holds a cavitated node well above the deepest pressure allowed
-        stiffness = 10.0 * (1.0 + grid.x[-1]) / (LEAST_PRESSURE * float(p.max()))
-        self.penalty = np.where(p < 0.0, stiffness + 10.0 * conductance, 0.0)
+        stiffness = PENALTY * (1.0 + grid.x[-1]) / (LEAST_PRESSURE * float(p.max()))
+        self.penalty = np.where(p < 0.0, stiffness + PENALTY * conductance, 0.0)
         self.residual = (res - self.penalty * p)[grid.inner]
         elastic = np.abs(self.g * np.diagonal(geometry.deflection.same_line) / grid.width_x)
-        self.flow_share = conductance / (conductance + elastic + 1e-300)
+        self.flow_share = conductance / (conductance + elastic + TINY)
         #: size of the diagonal: turns residuals into changes of pressure, the load balance last
         self.scale = np.append((conductance + elastic + self.penalty)[grid.inner], TARGET_LOAD)
 
     def update(self, d_p: Array) -> Array:
         """Change of pressure for a linear step d_p.
 
-        Where pressure flow rules, the equation is linear in the fluidity rather than in the pressure: there the step is
-        taken in the fluidity, which a pressure that rises by the logarithm of it reaches in few steps.
+        Where pressure flow dominates, the equation is linear in the fluidity rather than in the pressure: the step is
+        taken in the fluidity there, with whose logarithm the pressure rises in few steps.
         """
-        thickening = np.maximum(self.thickening, 1e-3)
+        thickening = np.maximum(self.thickening, LEAST_THICKENING)
         in_fluidity = -np.log(np.maximum(1.0 - thickening * d_p, LEAST_FLUIDITY)) / thickening
         return d_p + self.flow_share * (in_fluidity - d_p)
 
@@ -212,7 +225,7 @@ class LinePreconditioner:
 
 
 class ContactGeometry:
-    """Everything that depends on the grid and on the ratio of radii only; shared by all operating points."""
+    """What depends on the grid and on the ratio of radii only; shared by all operating points."""
 
     def __init__(self, choice: GridChoice, radius_ratio: float) -> None:
         self.grid = choice.build()
@@ -264,7 +277,7 @@ class ContactGeometry:
         h_0 = h_c - float(self.gap(p, 0.0)[self.axis, np.argmin(np.abs(self.grid.x))])
         return ReynoldsState(p, h_0, self.gap(p, h_0))
 
-    # an iterate that runs away is told by numbers that are not finite
+    # a diverging iterate is detected by values that are not finite
     @np.errstate(over="ignore", invalid="ignore")
     def solve(
         self,
@@ -273,95 +286,61 @@ class ContactGeometry:
         film_estimate: float,
         tolerance: float = 1e-5,
         max_steps: int = 60,
-        krylov_tolerance: float = 0.02,
-        max_krylov: int = 60,
         preconditioner: LinePreconditioner | None = None,
     ) -> tuple[ReynoldsState, NewtonHistory, LinePreconditioner | None]:
         """Newton's method from a state; film_estimate [b^2/R_x] scales the safeguard of the gap.
 
-        preconditioner: that of a former state, kept while GMRES needs few iterations with it.
-        Ends when an undamped step changes the pressure by less than tolerance [p_max], or says why not.
+        preconditioner: that of an earlier state, kept while GMRES needs few iterations with it.
+        Ends when a step within the limit changes the pressure by less than tolerance [p_max], or with another `reason`.
         """
-        history = NewtonHistory()
+        history = NewtonHistory(reason=f"no convergence in {max_steps} Newton steps")
         p, h_0, gap = state.p, state.h_0, state.gap
-        floor, share, most = FLOOR_SHARE * film_estimate, 1.0, 1.0
-        full_steps: list[float] = []
-        last = np.zeros_like(p)
-        turns: list[bool] = []
-        history.reason = f"no convergence in {max_steps} Newton steps"
+        length = _StepLength(p)
         for _ in range(max_steps):
-            linear = _Linearisation(self, p, gap, film, floor)
+            linear = _Linearisation(self, p, gap, film, FLOOR_SHARE * film_estimate)
             load_error = float(np.sum(self.weights * p)) - TARGET_LOAD
             history.residual.append(float(np.sqrt(np.mean(linear.residual**2))))
             history.load_error.append(load_error)
             if not np.isfinite(history.residual[-1]):
                 history.finite, history.reason = False, "residual not finite"
                 break
-            rhs = -np.append(linear.residual, load_error) / linear.scale
-            used = 0
             if history.change and history.change[-1] > RENEW_ABOVE:
                 preconditioner = None
-            if preconditioner is not None:
-                delta, used, left = gmres(
-                    linear.apply, preconditioner.scaled(linear.scale), rhs, krylov_tolerance, KEEP_BELOW
-                )
-                if not left <= krylov_tolerance:
-                    preconditioner = None
-            if preconditioner is None:
-                preconditioner = LinePreconditioner(linear)
-                history.factorisations += 1
-                delta, again, _ = gmres(
-                    linear.apply, preconditioner.scaled(linear.scale), rhs, krylov_tolerance, max_krylov
-                )
-                used += again
+            rhs = -np.append(linear.residual, load_error) / linear.scale
+            delta, preconditioner = _linear_step(linear, rhs, preconditioner, history)
             d_p = linear.update(self.embed(delta[:-1]))
-            # limited node by node: a moving pressure spike must not hold up the rest
+            length.adapt(d_p)
+            # limited node by node: a moving pressure spike must not shorten the step of the others
             limit = STEP_LIMIT * min(1.0, float(p.max()))
-            damped = bool(np.abs(d_p).max() > limit)
-            full_steps.append(float(np.abs(d_p).max()))
-            turns.append(float(np.sum(d_p * last)) < -0.5 * float(np.sum(last * last)))
-            turned = turns[-1]
-            if turned and sum(turns[-4:]) > 1 and full_steps[-1] > 0.5 * min(full_steps[-3:]):
-                # to and fro: a node at the edge of cavitation; half steps bring it to rest there
-                share *= 0.5
-                most = share
-            elif stalled(full_steps, STALL_AFTER):
-                share = max(0.5 * share, LEAST_SHARE)
-            elif share < 1.0 and not turned and _shrinking(full_steps, 1.0 - 0.5 * share):
-                share = min(2.0 * share, most)
-            last = d_p
-            p_new = p + share * np.clip(d_p, -limit, limit)
+            p_new = p + length.share * np.clip(d_p, -limit, limit)
             if film_estimate < THICK_FILM:
-                # a wedge that bears the load alone has steps too long for it
-                self._settle_edge(linear, p_new, full_steps[-1])
+                # the long steps of a wedge that carries the load alone would overshoot its edge
+                self._settle_edge(linear, p_new, length.sizes[-1])
             p_new = np.maximum(p_new, -LEAST_PRESSURE * float(p_new.max()))
             # a film thicker than the flattening must not be overshot
             approach = APPROACH_LIMIT * (1.0 + max(float(gap[self.axis].min()), 0.0))
-            h_0 += share * min(max(float(delta[-1]), -approach), approach)
+            h_0 += length.share * min(max(float(delta[-1]), -approach), approach)
             change = float(np.abs(p_new - p).max())
-            p = p_new
-            gap = self.gap(p, h_0)
+            p, gap = p_new, self.gap(p_new, h_0)
             history.change.append(change)
-            history.krylov.append(used)
-            history.deflections += used + 1
             if not np.isfinite(change):
                 history.finite, history.reason = False, "pressure not finite"
                 break
             balanced = abs(load_error) <= LOAD_TOLERANCE * TARGET_LOAD
-            close = (1.0 if most < 0.1 else share) * tolerance * min(1.0, float(p.max()))
-            if change <= close and balanced and not damped:
+            close = change <= length.tolerance_share * tolerance * min(1.0, float(p.max()))
+            if close and balanced and length.sizes[-1] <= limit:
                 history.converged, history.reason = True, "pressure change below tolerance"
                 break
         return ReynoldsState(p, h_0, gap), history, preconditioner
 
     def _settle_edge(self, linear: _Linearisation, p: Array, step: float) -> None:
-        """Let the edge of cavitation follow a step to the pressure p at once; Newton moves it one node in a step.
+        """Move the edge of cavitation with a step to the pressure p; Newton alone moves it by one node per step.
 
-        step: largest change by the step; the edge changes no more, for the inflow is known to the digits of GMRES only.
+        step: bounds the change of the edge, for the inflow is accurate to KRYLOV_TOLERANCE only.
         """
         grid = self.grid
-        low = (p < EDGE_PRESSURE * float(p.max())) & (linear.flow_share > 0.9) & (grid.x > 0.0)
-        # the penalty is what holds a cavitated node against the flow
+        low = (p < EDGE_PRESSURE * float(p.max())) & (linear.flow_share > EDGE_FLOW_SHARE) & (grid.x > 0.0)
+        # the penalty balances the flow into a cavitated node
         inflow = linear.penalty * p
         before = np.where(low, np.maximum(p, 0.0), p)
         settled = before.copy()
@@ -378,16 +357,70 @@ class ContactGeometry:
         return -linear.flow_x, -linear.flow_y
 
 
+def _linear_step(
+    linear: _Linearisation, rhs: Array, preconditioner: LinePreconditioner | None, history: NewtonHistory
+) -> tuple[Array, LinePreconditioner]:
+    """Solve one linearised system by GMRES; a preconditioner that needs too many iterations is replaced."""
+    used = 0
+    if preconditioner is not None:
+        delta, used, left = gmres(
+            linear.apply, preconditioner.scaled(linear.scale), rhs, KRYLOV_TOLERANCE, KEEP_BELOW
+        )
+        if not left <= KRYLOV_TOLERANCE:
+            preconditioner = None
+    if preconditioner is None:
+        preconditioner = LinePreconditioner(linear)
+        history.factorisations += 1
+        delta, again, _ = gmres(
+            linear.apply, preconditioner.scaled(linear.scale), rhs, KRYLOV_TOLERANCE, MOST_KRYLOV
+        )
+        used += again
+    history.krylov.append(used)
+    history.deflections += used + 1
+    return delta, preconditioner
+
+
+class _StepLength:
+    """Share of the Newton steps to take: halved where they alternate or do not shrink, doubled where they do."""
+
+    def __init__(self, p: Array) -> None:
+        self.share = self._most = 1.0
+        #: largest pressure change of every full step
+        self.sizes: list[float] = []
+        self._turned: list[bool] = []
+        self._last = np.zeros_like(p)
+
+    @property
+    def tolerance_share(self) -> float:
+        """Share of the tolerance that a shortened step must meet."""
+        return 1.0 if self._most < SHARE_IN_TOLERANCE else self.share
+
+    def adapt(self, d_p: Array) -> None:
+        """Choose the share of a full step."""
+        self.sizes.append(float(np.abs(d_p).max()))
+        turned = float(np.sum(d_p * self._last)) < -TURN * float(np.sum(self._last * self._last))
+        self._turned.append(turned)
+        if turned and sum(self._turned[-4:]) > 1 and self.sizes[-1] > ALTERNATING * min(self.sizes[-3:]):
+            # a node at the edge of cavitation alternates; half steps bring it to rest there
+            self.share *= 0.5
+            self._most = self.share
+        elif stalled(self.sizes, STALL_AFTER):
+            self.share = max(0.5 * self.share, LEAST_SHARE)
+        elif self.share < 1.0 and not turned and _shrinking(self.sizes, 1.0 - 0.5 * self.share):
+            self.share = min(2.0 * self.share, self._most)
+        self._last = d_p
+
+
 def _shrinking(steps: list[float], factor: float) -> bool:
-    """Whether the last two steps each came down by a factor."""
+    """Whether each of the last two steps is smaller than the one before by a factor."""
     return len(steps) > 2 and steps[-1] < factor * steps[-2] < factor * factor * steps[-3]
 
 
 def stalled(changes: list[float], after: int) -> bool:
-    """Whether the last `after` changes are no smaller than the ones before; asked once per `after`."""
+    """Whether the last `after` changes are no smaller than the ones before; True once per `after` at most."""
     if len(changes) % after or len(changes) < 2 * after:
         return False
-    return not min(changes[-after:]) < 0.5 * min(changes[-2 * after : -after])
+    return not min(changes[-after:]) < STALL_REDUCTION * min(changes[-2 * after : -after])
 
 
 def _hertz_factor(kappa: float) -> float:
@@ -403,5 +436,5 @@ def _hertz_factor(kappa: float) -> float:
 
 @lru_cache(maxsize=8)
 def contact_geometry(choice: GridChoice, radius_ratio: float) -> ContactGeometry:
-    """Cached geometry; a map visits all speeds and temperatures of one ball load with the same one."""
+    """Cached geometry; all speeds and temperatures of one ball load of a map share it."""
     return ContactGeometry(choice, radius_ratio)

@@ -92,8 +92,8 @@ class LineConvolution:
         self._hat, self.same_line = hat, same_line
         self._forward, self._backward = line_modes(n_y, mirror)
 
-    def give_up(self, shape: tuple[int, int, int]) -> Array:
-        """Hand the memory of the modes to a successor; this operator cannot be applied any more."""
+    def release(self, shape: tuple[int, int, int]) -> Array:
+        """Release the memory of the modes for another operator; this one can no longer be applied."""
         if self._hat.shape != shape:
             raise ValueError(
                 f"modes of shape {self._hat.shape} cannot hold {shape}: reuse on the same grid size"
@@ -136,13 +136,13 @@ def mode_operator(
 ) -> LineConvolution:
     """Operator of densities (panels, points, distances) at panel_nodes(breaks) for distances 1, 2, ...
 
-    Those that are left out are zero. sign = -1 turns s round; own: the influence of a line on itself. reuse: an
-    operator of a grid of this size whose memory the new one takes over (fresh pages cost as much as the rest).
+    Distances beyond those are zero. sign = -1 reverses s; own: the influence of a line on itself. reuse: an
+    operator of a grid of this size whose memory is used (new pages cost as much as all the rest).
     """
     kernel = distance_modes(grid.y.size, grid.mirror)
     table = panel_primitive(breaks, density @ kernel[:, 1 : density.shape[2] + 1].T)
     shape = (len(kernel), grid.x.size, grid.x.size)
-    hat = reuse.give_up(shape) if reuse is not None else np.empty(shape)
+    hat = reuse.release(shape) if reuse is not None else np.empty(shape)
     cell_integrals(grid.x, grid.cell_edges_x, sign, breaks, table, own, hat)
     return LineConvolution.from_modes(hat, own, grid.y.size, grid.mirror)
 

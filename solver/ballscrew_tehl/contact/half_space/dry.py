@@ -9,6 +9,8 @@ from .grid import Array, Grid
 
 #: nodes under pressure below which the dry contact is not resolved
 LEAST_NODES = 40
+#: growth of the width until that many nodes are under pressure
+WIDENING = 1.5
 
 
 def dry_contact(
@@ -33,10 +35,10 @@ def dry_contact(
         p = np.sqrt(np.maximum(0.0, shape)) * inside
         if np.count_nonzero(p) >= LEAST_NODES:
             break
-        width *= 1.5
+        width *= WIDENING
     p *= load / np.sum(weights * p)
     if width > 1.0:
-        # a grid for films far thicker than the flattening: the dry contact is a point on it, and no good start either
+        # a grid for films far thicker than the flattening: the dry contact is a point on it
         gap = undeformed + deflection(p)
         return p, -float(np.sum(weights * p * gap) / load)
     direction = np.zeros_like(p)

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+#: keeps a divisor from zero where everything else in it vanishes
+TINY = 1e-300
 #: film over the gap at unit distance outside the edge of a Hertz line [b^2/R_x]: (2 sqrt(2)/3) s^(3/2)
 INLET_SHAPE = 1.06
 
@@ -68,9 +70,9 @@ class Grid:
 
     @cached_property
     def load_weights(self) -> Array:
-        """(ny, nx) area weights for the load [a b]: the last lines under an open side stand for what is beyond as well.
+        """(ny, nx) area weights for the load [a b]: the last lines at an open side include the load beyond.
 
-        The load of a line falls with the square of its distance where it is borne by the wedge alone, so that the rest
+        Where the wedge alone carries the load, that of a line falls with the square of its distance: the load beyond
         is that of the line times its distance.
         """
         weights = self.weights.copy()
@@ -120,7 +122,7 @@ def graded_grid(
     is a sum of plateaus (inlet of all lines, edge X = -1 of the central lines, outlet, side lobes); it is integrated
     and inverted, so that the spacing varies smoothly and second-order formulas keep their order.
     """
-    # fine in the core, however long the domain
+    # fine in the core for any length of the domain
     fine = np.sinh(np.linspace(math.asinh(x_in), math.asinh(x_out), 20001))
     density = 1.0 + 3.0 * _bump(fine, -0.9, 0.3) + 2.0 * _bump(fine, 0.95, 0.25)
     # side lobes of a wide ellipse: the outlets of its outer lines
@@ -128,8 +130,8 @@ def graded_grid(
     # the central lines: more nodes the shorter the inlet
     extra = min(max(0.3 / inlet - 2.0, 0.0), 20.0)
     density += extra * (_bump(fine, -0.985, 0.05 + inlet) + 0.5 * _bump(fine, 0.98, 0.06 + inlet))
-    # a thin tail of pressure far away needs few nodes; a film thicker than the flattening is borne by its wedge, which
-    # wants a spacing in proportion to the distance
+    # a thin tail of pressure far away needs few nodes; the wedge of a film thicker than the flattening needs a spacing
+    # in proportion to the distance
     wedge = max(1.0, math.sqrt(2.0 * inlet**1.5 / INLET_SHAPE))
     density /= (1.0 + np.maximum(0.0, np.abs(fine) - 1.6) / wedge) ** (1.25 if inlet < 1.0 else 1.0)
     return Grid(_nodes(fine, density, n_x), _lines(y_max, n_y, mirror), mirror, open_side)

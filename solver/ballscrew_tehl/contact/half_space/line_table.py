@@ -2,7 +2,7 @@
 
 The integral over cell k is P(x_i - edge_k) - P(x_i - edge_k+1) with one primitive P per distance between lines; P is
 a polynomial on each panel of s. Tables are linear in the density, so the transform across is done on them and the
-cells come out mode by mode: nobody forms, or transforms, a matrix per distance.
+cells are integrated mode by mode; no matrix per distance is formed or transformed.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .grid import Array
 POINTS = 10
 #: length of a panel in units of its distance from the singular point
 SHARE = 0.4
-#: exponents below -CUT count as nothing
+#: exponentials of less than -CUT are taken as zero
 CUT = 40.0
 
 

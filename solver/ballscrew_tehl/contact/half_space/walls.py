@@ -1,7 +1,7 @@
 """Surface temperature of a half-space under a steady heat flux that it moves past (moving point source).
 
 T - T0 = 1/(2 pi k) double integral of q exp[-(|u| r - u (x-x'))/(2 chi)]/r: Carslaw & Jaeger 1959, section 10.7; any
-speed, standing surface included. The printed fast-source integral of the paper is its limit for large u b/chi.
+speed, zero included. The printed fast-source integral of the paper is its limit for large u b/chi.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from .deflection import LineConvolution, mode_operator
-from .grid import Array, Grid
+from .grid import TINY, Array, Grid
 from .line_table import (
     CUT,
     NODES,
@@ -24,6 +24,8 @@ from .line_table import (
 
 #: rule for one piece of a strip
 STRIP_NODES, STRIP_WEIGHTS = (np.array(v) for v in np.polynomial.legendre.leggauss(6))
+#: length of a piece in the exponent, and pieces per unit of t: with them the error is that of wall_influence
+PIECE_DECAY, PIECES_PER_T = 3.0, 0.7
 #: panels of a line's own strip begin at this share of the shortest distance
 INNERMOST = 1e-3
 
@@ -50,7 +52,7 @@ def strips(s, y, beta, nodes, weights, out):
                 half = np.sinh(0.5 * t_1)
                 span = min(2.0 * decay * half * half, CUT) - nearest
                 end = min(t_1, 2.0 * np.arcsinh(np.sqrt(0.5 * CUT / decay)))
-            pieces = 1 + int(span / 3.0 + 0.7 * (end - t_0))
+            pieces = 1 + int(span / PIECE_DECAY + PIECES_PER_T * (end - t_0))
             width = (end - t_0) / pieces
             total = 0.0
             for piece in range(pieces):
@@ -78,7 +80,7 @@ def own_line(x: Array, edges: Array, h_y: float, beta: float) -> Array:
     Panels in a geometric series down to a small epsilon, within which a strip is exp(beta s) (constant - 2 ln|s|).
     """
     speed, strip = abs(float(beta)), np.array([0.0, 0.5 * h_y])
-    first = INNERMOST * min(float(np.min(np.diff(x))), h_y, 1.0 / max(speed, 1e-300))
+    first = INNERMOST * min(float(np.min(np.diff(x))), h_y, 1.0 / max(speed, TINY))
     half = panel_breaks(first, float(x[-1] - x[0]), 0.0, 1.5 * SHARE, 2.0 * speed)
     s = panel_nodes(half)
     down = 2.0 * _strips(s, strip, speed)
@@ -131,7 +133,7 @@ def wall_operator(
     """Operator from heat flux [W/m2] on the grid to surface temperature rise [K].
 
     semi_axis b [m], kappa = b/a, speed of the surface along X [m/s], conductivity [W/mK], diffusivity chi [m2/s].
-    reuse: an operator that is no longer needed, of a grid of this size; the new one takes over its memory.
+    reuse: an operator of a grid of this size that is no longer needed; its memory is used.
     """
     beta = speed * semi_axis / (2.0 * diffusivity)
     scale, h_y = semi_axis / (2.0 * np.pi * conductivity), grid.h_y / kappa

@@ -1,0 +1,169 @@
+"""Command line of the FMUs: python -m ballscrew_fmu build; build_fmu.py calls the same."""
+
+import argparse
+import hashlib
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from ballscrew_fmu import build
+from ballscrew_fmu.checks.reference import CheckError
+from ballscrew_fmu.native_fmu.compile import BuildError
+from ballscrew_fmu.native_fmu.sources import SourceError
+
+DESCRIPTION = """\
+Build the FMUs of a screw from its map - friction and preload monitor, for Python hosts and native - check them in
+fmpy, show their torque."""
+EPILOG = """\
+what is done
+  1. read the screw file (checked: a wrong key or value is one line and exit code 2)
+  2. load the map of this screw; a map of another screw or version is refused
+  3. pack map and Python code into BallScrewFriction.fmu (torque from preload) and BallScrewPreloadMonitor.fmu
+     (preload from torque): FMI 2.0 co-simulation for Python hosts
+  4. compile the C runtime for Linux, Windows and macOS with ziglang, and pack it with the map into
+     BallScrewFrictionNative_fmi2.fmu and _fmi3.fmu, BallScrewPreloadMonitorNative_fmi2.fmu and _fmi3.fmu:
+     co-simulation and model exchange for every host
+     (first time: some minutes, for the C libraries of these systems; then about a minute)
+  5. validate each with fmpy: any finding stops the build
+  6. replay a reference input in fmpy and compare every output with the map (1e-9); the monitors must also
+     find the preload again that the torque was made from (1e-6)
+  7. print measured torque compared with this model, Zhao, Zhou and NSK (for the packaged screw),
+     and path, size and SHA-256 of each FMU
+Same input, same bytes. The FMUs appear in the output folder after all checks have passed, or not at all.
+
+examples
+  {prog}                                  the screw GD4008-3 with its packaged map
+  {prog} --kinematics rolling_frame       its other kinematics: films to trust
+  {prog} --python-only                    no compiler: the FMUs for Python hosts only
+  python -m ballscrew_tehl map build --screw my.toml --output my_map.nc
+  {prog} --screw my.toml --map my_map.nc --output my_fmus
+  python -m ballscrew_tehl calibrate measurements.csv --screw my.toml --map my_map.nc --output friction.toml
+  {prog} --screw my.toml --map my_map.nc --friction friction.toml
+
+exit codes: 0 done, 1 a check failed, 2 bad input
+"""
+
+
+class Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message} (see --help)\n")
+
+
+def parser(prog: str, subcommands: bool, folder: Path) -> Parser:
+    """Options of all subcommands; without subcommands those of build alone.
+
+    Parameters   prog : name of the program in messages;  folder : where FMUs go unless --output names another
+    """
+    if not subcommands:
+        options = Parser(
+            prog=prog,
+            description=DESCRIPTION,
+            epilog=EPILOG.format(prog=f"python {prog}"),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        _add_build(options, folder)
+        return options
+    options = Parser(prog=prog, description="FMUs of a ball screw.")
+    commands = options.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=Parser)
+    _add_build(
+        commands.add_parser(
+            "build",
+            help="build and check the FMUs of a screw from its map",
+            description=DESCRIPTION,
+            epilog=EPILOG.format(prog="python -m ballscrew_fmu build"),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        ),
+        folder,
+    )
+    return options
+
+
+def _add_build(options: argparse.ArgumentParser, folder: Path) -> None:
+    options.add_argument("--screw", metavar="FILE.toml", help="screw file; default: the packaged GD4008-3")
+    options.add_argument(
+        "--map",
+        metavar="FILE",
+        help="map file of this screw; default: the packaged map of screw and kinematics",
+    )
+    options.add_argument(
+        "--kinematics",
+        choices=("published", "rolling_frame"),
+        help="surface speeds: published reproduces the paper, rolling_frame has the trustworthy films; "
+        "default: as the screw file says",
+    )
+    options.add_argument(
+        "--friction",
+        metavar="FILE.toml",
+        help="friction parameters that `calibrate --output` has written for this screw; default: the packaged set that "
+        "the screw file selects",
+    )
+    options.add_argument(
+        "--output",
+        metavar="FOLDER",
+        type=Path,
+        default=folder,
+        help="where the FMUs go; default: %(default)s",
+    )
+    options.add_argument(
+        "--python-only",
+        action="store_true",
+        help="build the FMUs for Python hosts only, without the native ones, which need ziglang",
+    )
+    options.set_defaults(run=_build, prog=options.prog)
+
+
+def main(
+    arguments: Sequence[str] | None = None,
+    prog: str = "python -m ballscrew_fmu",
+    subcommands: bool = True,
+    folder: Path = Path("dist"),
+) -> int:
+    """Run a command; returns the exit code: 0 done, 1 a check failed, 2 bad input. Arguments as parser."""
+    args = parser(prog, subcommands, folder).parse_args(arguments)
+    code: int = args.run(args)
+    return code
+
+
+def _build(args: argparse.Namespace) -> int:
+    columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("reading screw and map", total=5 if args.python_only else 13)
+        try:
+            parameters, nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
+        except (ValueError, OSError) as error:
+            return _complain(args, str(error))
+        try:
+            paths, text = build.build(
+                parameters,
+                nut_map,
+                args.output,
+                lambda text: progress.update(task, description=text, advance=1),
+                args.python_only,
+            )
+        except OSError as error:
+            reason = error.strerror or error
+            return _complain(args, f"--output {args.output}: {reason}; needs a folder that can be written")
+        except CheckError as error:
+            return _complain(args, f"check failed, no FMU delivered: {error}", code=1)
+        except (BuildError, SourceError) as error:
+            return _complain(args, f"no FMU delivered: {error}", code=1)
+    print(text)
+    if friction := nut_map.header.get("friction"):
+        print(f"friction: {friction['set']}, {friction['loss'] or 'not fitted'}; {friction['provenance']}")
+    for path in paths:
+        content = path.read_bytes()
+        print(f"{path}  {len(content) / 1024:.0f} kB\nsha256 {hashlib.sha256(content).hexdigest()}")
+    return 0
+
+
+def _complain(args: argparse.Namespace, message: str, code: int = 2) -> int:
+    print(f"{args.prog}: {' '.join(message.split())}", file=sys.stderr)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,91 @@
+"""Builds all FMUs of a screw: reads screw, map and friction parameters, packs, checks, delivers."""
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from ballscrew_fmu.checks.check import check, recovered_preload, torque_tables
+from ballscrew_fmu.checks.reference import STEP, reference_results
+from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
+from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, FmuModel
+from ballscrew_fmu.native_fmu import compile as native_compile
+from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu, native_file_name
+from ballscrew_fmu.pages.validation import validation_report
+from ballscrew_fmu.python_fmu.package import build_fmu
+from ballscrew_tehl.friction.sets import friction_set_of_file
+from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.parameters.file import Parameters, changed, load_parameters
+from ballscrew_tehl.runtime.evaluate import NutMap
+
+Advance = Callable[[str], None]  # called with what is done next
+
+
+def read_inputs(
+    screw: str | None, map_file: str | None, kinematics: str | None, friction: str | None = None
+) -> tuple[Parameters, NutMap]:
+    """Parameters and their nut map, whose header carries start values and provenance of the friction parameters.
+
+    Raises       ValueError or OSError: bad input, one line
+    """
+    parameters = load_parameters(screw)
+    if kinematics not in (None, parameters.friction.kinematics):
+        parameters = changed(parameters, friction={"kinematics": kinematics})
+    friction_set = None if friction is None else friction_set_of_file(friction, parameters)
+    return parameters, load_map(map_file, parameters, friction_set)
+
+
+def build(
+    parameters: Parameters,
+    nut_map: NutMap,
+    folder: Path,
+    advance: Advance = lambda text: None,
+    python_only: bool = False,
+) -> tuple[list[Path], str]:
+    """Pack, check and deliver the FMUs; returns their paths and the text of tables and checks.
+
+    Raises       CheckError, BuildError, SourceError: nothing is delivered; OSError: the folder cannot be written
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder, prefix=".build_") as scratch:
+        built, text = [], ""
+        for model in MODELS:
+            advance(f"packing {model.name}")
+            fmu = build_fmu(nut_map, Path(scratch) / f"{model.name}.fmu", model=model).path
+            advance(f"checking {model.name}")
+            built.append((fmu, _checked(fmu, parameters, nut_map, FmuInstance, model)))
+            if model is FRICTION:
+                text = torque_tables(fmu, parameters, nut_map)
+        for model in () if python_only else MODELS:
+            built += _build_native(parameters, nut_map, Path(scratch), advance, model)
+        text += "\n\n" + "\n".join(f"{made.name}: {line}" for made, line in built)
+        for made, _ in built:
+            os.replace(made, folder / made.name)
+    return [folder / made.name for made, _ in built], text
+
+
+def _build_native(
+    parameters: Parameters, nut_map: NutMap, folder: Path, advance: Advance, model: FmuModel
+) -> list[tuple[Path, str]]:
+    """The native FMUs of a model in a folder, each with the line about its checks."""
+    reference = Reference(STEP, *reference_results(nut_map, model))
+    report = validation_report(parameters, nut_map)
+    kinds: tuple[tuple[int, type[FmuInstance]], ...] = ((2, FmuInstance), (3, Fmu3Instance))
+    built = []
+    for version, kind in kinds:
+        target = folder / native_file_name(version, model)
+        advance(f"compiling {model.name}, FMI {version}")
+        platforms = tuple(native_compile.PLATFORMS)
+        fmu = build_native_fmu(nut_map, version, target, reference, report, platforms, model=model).path
+        advance(f"checking {model.name}, FMI {version}")
+        built.append((fmu, _checked(fmu, parameters, nut_map, kind, model)))
+    return built
+
+
+def _checked(
+    fmu: Path, parameters: Parameters, nut_map: NutMap, kind: type[FmuInstance], model: FmuModel
+) -> str:
+    """Line about the checks of one FMU."""
+    line = check(fmu, nut_map, kind, model)
+    return line + (recovered_preload(fmu, parameters, kind) if model is MONITOR else "")

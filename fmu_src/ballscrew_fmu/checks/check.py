@@ -1,0 +1,97 @@
+"""Checks of a built FMU: validation in fmpy, replay against the map, torque compared with measurement."""
+
+import math
+from pathlib import Path
+
+from fmpy import validation
+
+from ballscrew_fmu.checks.monitor_check import table3
+from ballscrew_fmu.checks.reference import STEP, CheckError, reference_results
+from ballscrew_fmu.checks.replay import FmuInstance, replay
+from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_tehl.friction.baselines import nsk_torque, zhou_torque
+from ballscrew_tehl.parameters.file import Parameters, load_parameters
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.validation.tables import mean_deviations, table_text, validation_tables
+
+AGREEMENT = 1e-9  # relative, FMU against the map itself
+
+
+def check(
+    fmu: Path, nut_map: NutMap, kind: type[FmuInstance] = FmuInstance, model: FmuModel = FRICTION
+) -> str:
+    """Validation and replay of one FMU; returns the line that reports them.
+
+    Parameters   kind : of instance, as replay
+    Raises       CheckError
+    """
+    findings = validation.validate_fmu(str(fmu))
+    if findings:
+        raise CheckError(f"fmpy validation of {fmu.name}: {' | '.join(findings)}")
+    try:
+        worst = check_replay(fmu, nut_map, kind, model)
+    except CheckError as error:
+        raise CheckError(f"{fmu.name}: {error}") from error
+    return f"fmpy: no finding; replay against the map: largest difference {worst:.1e} (limit {AGREEMENT:g})"
+
+
+def check_replay(
+    fmu: Path, nut_map: NutMap, kind: type[FmuInstance] = FmuInstance, model: FmuModel = FRICTION
+) -> float:
+    """Largest relative difference between the FMU in fmpy and the map over the reference input.
+
+    Raises       CheckError: an output differs by more than AGREEMENT
+    """
+    rows, wanted = reference_results(nut_map, model)
+    worst = 0.0
+    results = replay(fmu, rows, STEP, kind)
+    for n, (outputs, expected) in enumerate(zip(results, wanted, strict=True)):
+        if outputs.keys() != expected.keys():
+            raise CheckError(f"replay: outputs {sorted(outputs)}; expected {sorted(expected)}")
+        for name, value in outputs.items():
+            difference = abs(value - expected[name]) / max(abs(expected[name]), 1e-300)
+            if not difference <= AGREEMENT:
+                raise CheckError(f"replay step {n}: {name} = {value!r}; the map says {expected[name]!r}")
+            worst = max(worst, difference)
+    return worst
+
+
+def torque_tables(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
+    """Torque of the FMU compared with measurement and published models; for another screw with NSK and Zhou.
+
+    Raises       CheckError: the FMU discards a step
+    """
+    with FmuInstance(fmu) as instance:
+
+        def torque(preload: float, speed: float, temperature: float) -> float:
+            if not instance.step(STEP, preload=preload, speed=speed, temperature=temperature):
+                raise CheckError(f"the FMU discards a step: {instance.messages[-1][1]}")
+            return float(instance.get("friction_torque"))
+
+        screw, (lowest, highest) = parameters.screw, nut_map.header["axes"]["force"][:2]
+        if screw == load_parameters().screw:
+            tables = validation_tables(torque, preload_range=(lowest, highest))
+            return "\n\n".join(table_text(table) for table in tables)
+        lines = ["No measurement of this screw is packaged. Torque [N.m] at 303.15 K"]
+        lines.append(" preload     r/min  this model   Zhou      NSK")
+        for preload in (0.05 * highest, 0.1 * highest, 0.2 * highest, 0.4 * highest):
+            for rpm in (100.0, 1000.0):
+                ours = torque(preload, rpm * math.pi / 30.0, 303.15)
+                values = (ours, float(zhou_torque(screw, preload)), float(nsk_torque(screw, preload)))
+                lines.append(f"{preload:8.0f} N{rpm:8.0f}" + "".join(f"{value:10.4f}" for value in values))
+        return "\n".join(lines)
+
+
+def recovered_preload(fmu: Path, parameters: Parameters, kind: type[FmuInstance] = FmuInstance) -> str:
+    """How far the preload of a monitor is off Table 3, as the end of its line; nothing for another screw.
+
+    Raises       CheckError: a torque of the table is beyond what the map gives
+    """
+    if parameters.screw != load_parameters().screw:
+        return ""
+    with kind(fmu) as instance:
+        try:
+            deviation = mean_deviations(table3(instance))[0]
+        except RuntimeError as error:
+            raise CheckError(f"{fmu.name}: {error}") from error
+    return f"; preload of Table 3: {100.0 * deviation:.2f} % off on average"

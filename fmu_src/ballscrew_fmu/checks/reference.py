@@ -1,0 +1,69 @@
+"""Reference input of the checks, and what the map gives for it: the results that a built FMU must repeat."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ballscrew_fmu.checks.monitor_check import lost_preload, monitor_outputs
+from ballscrew_fmu.models import FRICTION, MONITOR, FmuModel
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.outputs import friction_outputs
+from ballscrew_tehl.runtime.standstill import coulomb_friction
+
+STEP = 1e-3  # [s] communication step of the replay
+RECOVERY = 1e-6  # relative, preload of the monitor against the one that the torque is made from
+
+
+class CheckError(RuntimeError):
+    """A built FMU fails a check; none is delivered."""
+
+
+def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
+    """Runs in both directions through standstill, with loads and temperatures, and visits beyond the map."""
+    axes = header["axes"]
+    force_hi, fastest = axes["force"][1], axes["speed"][1]
+    cold, hot = axes["temperature"][:2]
+    steps = 240
+    for n in range(steps):
+        phase = n / steps
+        swing = math.sin(6.0 * math.pi * phase)
+        yield {
+            "preload": force_hi * (0.02 + 0.5 * phase),
+            "speed": 1.05 * fastest * swing**3,
+            "temperature": cold + (hot - cold) * (1.1 * phase - 0.05),
+            "axial_load": 0.3 * force_hi * math.sin(20.0 * math.pi * phase) if n % 4 else 0.0,
+        }
+
+
+def expected_outputs(
+    nut_map: NutMap, regularization_speed: float, row: Mapping[str, float]
+) -> dict[str, Any]:
+    """Outputs of the FMU without presliding after a step with this input, from the map."""
+    state, speed = nut_map.evaluate(**row), row["speed"]
+    coulomb = coulomb_friction(state.coulomb_torque, speed, STEP, 0.0, regularization_speed, 0.0, 0.0)
+    outputs = friction_outputs(state, speed, coulomb)
+    return {v.name: outputs[v.name] for v in FRICTION.variables(nut_map.header) if v.causality == "output"}
+
+
+def reference_results(
+    nut_map: NutMap, model: FmuModel = FRICTION
+) -> tuple[list[dict[str, float]], list[dict[str, Any]]]:
+    """Reference input, and what the map gives for it with the start values of the parameters.
+
+    Raises       CheckError: the monitor does not find the preload that its reference torque is made from
+    """
+    starts = {v.name: v.start or 0.0 for v in FRICTION.variables(nut_map.header)}
+    rows = list(reference_input(nut_map.header))
+    results = [expected_outputs(nut_map, starts["regularization_speed"], row) for row in rows]
+    if model is not MONITOR:
+        return rows, results
+    inputs = [
+        {"torque": result["friction_torque"]}
+        | {name: row[name] for name in ("speed", "temperature", "axial_load")}
+        for row, result in zip(rows, results, strict=True)
+    ]
+    outputs = monitor_outputs(nut_map, inputs)
+    lost = lost_preload([row["preload"] for row in rows], outputs)
+    if not lost <= RECOVERY:
+        raise CheckError(f"preload from torque is off by {lost:.1e}, relative; allowed {RECOVERY:g}")
+    return inputs, outputs

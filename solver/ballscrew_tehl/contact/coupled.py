@@ -1,0 +1,366 @@
+"""Thermal or shear-thinning film: pressure, rheology, energy equation and surface temperatures solved in turn.
+
+One iteration: Newton steps of the generalised Reynolds equation at given temperatures, the flow that follows, one
+sweep of the energy equation each way with the temperatures of both surfaces, and a step towards the new temperatures
+by Aitken's rule. Undamped, it converges in about ten iterations; a hot inlet of a thick film needs the damped form.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from .film import energy
+from .film import flow as film_flow
+from .film.reynolds import NewtonHistory, stalled
+from .half_space.deflection import LineConvolution
+from .half_space.grid import TINY, Array
+from .half_space.walls import wall_operator
+from .problem import ContactProblem, Iteration
+
+# "moved to": measured on ten contacts (rolling, sliding, spin, shear thinning; two with hot inlets of thick films at
+# 6000 rpm), 321 iterations in all. Films of those that converge change by less than 5e-4 unless stated.
+#: share of the change of one iteration that is taken at first, undamped and damped; moved to 0.3 or 0.8, one of the hot
+#: inlets does not converge
+UNDAMPED_STEP, DAMPED_STEP = 0.6, 0.5
+#: bounds of the share by Aitken's rule and of the reduction in its denominator, against single bad estimates; moved by
+#: a factor of 3 to 5: no effect
+LEAST_STEP, LEAST_REDUCTION = 0.05, 0.1
+#: relative change above which Aitken's rule only shortens steps; moved to 0.02, a hot inlet does not converge, to 1:
+#: no effect
+AITKEN_BELOW = 0.1
+#: growth of the share from one iteration to the next, near the solution and above AITKEN_BELOW; the latter moved to
+#: 1.05 or 2, a hot inlet does not converge
+GROWTH, FAR_GROWTH = 1.5, 1.2
+#: growth of the change, after a step longer than UNDAMPED_STEP, that forbids such steps; moved to 1 or 5: no effect
+REBOUND = 1.2
+#: relative change below which damping ends, moved to 0.1: a hot inlet does not converge; it returns when the change has
+#: grown by RETURN, and then ends at the share 1/RETURN of this bound
+UNDAMPED_BELOW, RETURN = 0.02, 5.0
+#: iterations without progress that end a solve (LOST_SLOWLY with damping), moved to 4 or 16: 3 % fewer iterations at
+#: best; change below which it continues all the same; share to which the least change must fall to count as progress
+LOST_AFTER, LOST_SLOWLY, LOST_ABOVE, PROGRESS = 8, 96, 0.1, 0.7
+#: iterations without progress after which the share is halved; moved to 6, a hot inlet does not converge
+STALL_AFTER = 15
+#: share of the change of ln(viscosity) by shear thinning, moved to 0.25: 10 % more iterations; and the bound of that
+#: change, moved to 0.5: 7 % more
+THINNING_STEP, THINNING_LIMIT = 0.5, 2.0
+#: Newton steps per iteration at most, moved to 4 or 30: a hot inlet does not converge; and where the last ones failed
+NEWTON_STEPS, MORE_NEWTON_STEPS = 10, 60
+#: pressure change that ends the Newton steps, as a share of the last relative change, moved to 0.01: a third more
+#: Newton steps, to 1: a hot inlet does not converge; changes above LARGE_CHANGE count as it
+PRESSURE_SHARE, LARGE_CHANGE = 0.1, 0.1
+#: Newton steps in failed solves that end the whole solve: few converge later, on grids too coarse for them, in minutes
+WASTED_STEPS = 600
+#: least film that scales the safeguard of the gap, as a share of the isothermal one; moved to 0.1 or 0.001: no effect
+LEAST_FILM_SHARE = 1e-2
+#: a solution is converged at changes below this multiple of the tolerance of pressure: bounds the error of the film
+CONVERGED_AT = 10.0
+#: iterations over which the film must be constant, and largest relative change of temperature in them, for a solution
+#: whose pressure spike oscillates between nodes to count as converged; moved to 30 or 0.003, such a one does not
+#: converge, to 0.3 the films change by 8e-4
+SETTLED_OVER, SETTLED_BELOW = 15, 0.03
+#: temperature rise [K] below which the relative change is that over this rise: bounds the error of small rises
+LEAST_RISE = 10.0
+#: largest temperature change of one iteration [K]; moved to 300, a hot inlet does not converge, to 20: 12 % fewer
+#: iterations
+TEMPERATURE_LIMIT = 60.0
+#: iterations between surfaces and separately sheared columns for the first temperatures, moved to 1: a heavy contact
+#: and one with shear thinning do not converge, to 10: no effect; and the share of the change in each
+START_ITERATIONS, START_STEP = 4, 0.6
+
+
+# a diverging iterate is detected by values that are not finite
+@np.errstate(over="ignore", invalid="ignore")
+def solve_coupled(
+    problem: ContactProblem,
+    it: Iteration,
+    temperature: Array | None,
+    tolerance: float,
+    limit: int,
+    damped: bool = False,
+) -> Iteration:
+    """Alternate pressure and temperature until both converge.
+
+    Parameters   it: start, changed in place;  temperature (n_y, n_x, n_z+1) [K]: None = an estimate
+                 limit: most iterations;  damped: until the changes are small, dissipation is linearised as if it fell
+                 with temperature, temperatures do not follow the pressure, and steps stay short
+    Returns      it, with `converged` and `reason`
+    """
+    run = _CoupledRun(problem, it, temperature, tolerance, damped)
+    it.damped, it.converged = damped, False
+    it.reason = f"no convergence in {limit} thermal iterations"
+    for _ in range(limit):
+        newton = run.step_pressure()
+        change = run.step_rheology()
+        if failure := run.pressure_failure(newton):
+            it.reason = failure
+            break
+        if run.equation is not None:
+            change = run.step_temperature(run.equation, change)
+        it.temperature_history.append(change)
+        it.iterations += 1
+        if failure := run.failure():
+            it.reason = failure
+            break
+        if reached := run.reached(newton):
+            it.converged, it.reason = True, reached
+            break
+    if run.equation is not None:
+        it.temperature, it.heat = run.temperature, run.equation.balance(it, run.new)
+    return it
+
+
+class _CoupledRun:
+    """State of one solve: iterate, temperatures and records."""
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        it: Iteration,
+        temperature: Array | None,
+        tolerance: float,
+        damped: bool,
+    ) -> None:
+        self.problem, self.it, self.tolerance = problem, it, tolerance
+        self.relaxation = Relaxation(damped)
+        self.equation = EnergyEquation(problem) if problem.options.thermal else None
+        if self.equation is not None:
+            if temperature is None:
+                temperature = self.equation.estimate(it)
+            self.equation.set_outside(temperature)
+        elif temperature is None:
+            temperature = problem.uniform_temperature()
+        #: temperatures of the iterate; those of the last energy solve; dT/dp that the pressure step assumes [K/Pa]
+        self.temperature = self.new = temperature
+        self.t_p = np.zeros(temperature.shape)
+        self.gap = problem.update_flow(it, temperature)
+        self.films: list[float] = []
+        self.wasted = 0
+
+    def step_pressure(self) -> NewtonHistory:
+        """Newton steps of the pressure, as close as the temperatures are known; temperatures follow by t_p."""
+        problem, it = self.problem, self.it
+        last_change = it.temperature_history[-1] if it.temperature_history else 1.0
+        aim = max(self.tolerance, PRESSURE_SHARE * min(last_change, LARGE_CHANGE))
+        # a node at the edge of cavitation may take many short steps
+        steps = NEWTON_STEPS if it.history.converged or not it.temperature_history else MORE_NEWTON_STEPS
+        p_at = np.maximum(it.state.p, 0.0)
+        film = partial(problem.general_film, self.temperature, self.t_p, p_at, it.flow)
+        with problem.timed("reynolds"):
+            it.state, newton, it.preconditioner = problem.geometry.solve(
+                it.state, film, problem.film_scale, aim, steps, preconditioner=it.preconditioner
+            )
+        estimate = problem.scales.film_estimate
+        self.films.append(problem.central_film(it))
+        problem.film_scale = min(max(self.films[-1], LEAST_FILM_SHARE * estimate), estimate)
+        it.history.extend(newton)
+        d_p = (np.maximum(it.state.p, 0.0) - p_at) * problem.scales.hertz.p_max
+        self.temperature = self.temperature + np.clip(
+            self.t_p * d_p[..., None], -film_flow.FOLLOW_LIMIT, film_flow.FOLLOW_LIMIT
+        )
+        return newton
+
+    def step_rheology(self) -> float:
+        """Flow at the new pressure; the largest change of ln(viscosity) by shear thinning that was taken."""
+        flow = self.it.flow
+        if self.problem.oil.rheology == "newtonian":
+            self.gap = self.problem.update_flow(self.it, self.temperature)
+            return 0.0
+        before = np.log(flow.thinning) - flow.ln_eta
+        self.gap = self.problem.update_flow(self.it, self.temperature)
+        step = np.log(flow.thinning) - flow.ln_eta - before
+        step = THINNING_STEP * np.clip(step, -THINNING_LIMIT, THINNING_LIMIT)
+        flow.thinning[:] = np.exp(flow.ln_eta + before + step)
+        return float(np.abs(step).max())
+
+    def step_temperature(self, equation: EnergyEquation, change: float) -> float:
+        """Solve the energy equation and step towards it.
+
+        change: that of the rheology; returns the larger of it and of temperature over largest rise, NaN if one is NaN
+        """
+        it, damped = self.it, self.relaxation.damped
+        self.new = equation.solve(it, self.temperature, self.gap, self.t_p, damped)
+        if damped:
+            self.t_p[:] = 0.0
+        residual = self.new - self.temperature
+        largest = float(np.abs(residual).max())
+        rise = max(float(self.new.max()) - self.problem.conditions.temperature, LEAST_RISE)
+        change = float(np.maximum(change, largest / rise))
+        step = self.relaxation.step(residual, change, it.temperature_history)
+        step = min(step, TEMPERATURE_LIMIT / max(largest, TINY))
+        self.temperature = self.temperature + step * residual
+        return change
+
+    def pressure_failure(self, newton: NewtonHistory) -> str:
+        """Why the Newton steps end the solve; empty if they do not."""
+        if not newton.finite:
+            return newton.reason
+        self.wasted += 0 if newton.converged else len(newton.change)
+        return f"pressure not found in {self.wasted} Newton steps" if self.wasted > WASTED_STEPS else ""
+
+    def failure(self) -> str:
+        """Why the last change ends the solve; empty if it does not."""
+        changes = self.it.temperature_history
+        if not np.isfinite(changes[-1]):
+            return "temperature not finite"
+        patience = LOST_SLOWLY if self.relaxation.ever_damped else LOST_AFTER
+        return f"no progress in {patience} thermal iterations" if _lost(changes, patience) else ""
+
+    def reached(self, newton: NewtonHistory) -> str:
+        """Which criterion of convergence holds; empty if none does."""
+        changes, tolerance = self.it.temperature_history, CONVERGED_AT * self.tolerance
+        if not newton.converged:
+            return ""
+        if newton.change[-1] <= tolerance and changes[-1] <= tolerance:
+            return "pressure and temperature changes below tolerance"
+        if _settled(self.films, changes, tolerance):
+            return f"film within tolerance, temperature moves by {changes[-1]:.0e} of the rise"
+        return ""
+
+
+def _lost(changes: list[float], patience: int) -> bool:
+    """Whether the last `patience` changes are large and no smaller than those before."""
+    before, lately = changes[:-patience], changes[-patience:]
+    return len(before) > 2 and min(lately) > LOST_ABOVE and not min(lately) < PROGRESS * min(before)
+
+
+def _settled(films: list[float], changes: list[float], tolerance: float) -> bool:
+    """Whether the film has been constant for SETTLED_OVER iterations while temperatures still move a little."""
+    if len(films) <= SETTLED_OVER or not max(changes[-SETTLED_OVER:]) < SETTLED_BELOW:
+        return False
+    lately = films[-SETTLED_OVER:]
+    return max(lately) - min(lately) <= tolerance * abs(films[-1])
+
+
+class Relaxation:
+    """Share of the change of an iteration that is taken: Aitken's rule within bounds (Kuttler & Wall 2008)."""
+
+    def __init__(self, damped: bool) -> None:
+        self.damped = self.ever_damped = damped
+        self.share = DAMPED_STEP if damped else UNDAMPED_STEP
+        self._longest, self._undamped_below = 1.0, UNDAMPED_BELOW
+        self._residual: Array | None = None
+
+    def step(self, residual: Array, change: float, history: list[float]) -> float:
+        """Share of a residual to take; change: its relative size, history: those before."""
+        if self._residual is not None:
+            self._aitken(residual, self._residual, change, history[-1])
+        self._residual = residual
+        self._switch_damping(change)
+        share = self.share
+        if stalled(history, STALL_AFTER):
+            # a pressure spike that oscillates between nodes needs shorter steps
+            self.share = 0.5 * self.share
+        return share
+
+    def _aitken(self, residual: Array, before: Array, change: float, last_change: float) -> None:
+        """The share that would have removed the residual before, between bounds."""
+        overlap = float(np.sum(residual * before)) / max(float(np.sum(before * before)), TINY)
+        if self.share > UNDAMPED_STEP and change > REBOUND * last_change:
+            # some parts of the field do not converge with long steps
+            self._longest = UNDAMPED_STEP
+        longest = min(GROWTH * self.share, self._longest)
+        if self.damped or change > AITKEN_BELOW:
+            longest = min(FAR_GROWTH * self.share, DAMPED_STEP if self.damped else UNDAMPED_STEP)
+        self.share = min(max(self.share / max(1.0 - overlap, LEAST_REDUCTION), LEAST_STEP), longest)
+
+    def _switch_damping(self, change: float) -> None:
+        """End damping at small changes; resume it where they grow again."""
+        if self.damped and change < self._undamped_below:
+            self.damped, self.share, self._residual = False, UNDAMPED_STEP, None
+        elif self.ever_damped and not self.damped and change > RETURN * self._undamped_below:
+            self.damped, self.share = True, DAMPED_STEP
+            self._undamped_below /= RETURN
+
+
+class EnergyEquation:
+    """Energy equation of the film of one problem with both surfaces: fluxes, responses and one solve."""
+
+    def __init__(self, problem: ContactProblem) -> None:
+        grid, hertz = problem.geometry.grid, problem.scales.hertz
+        self.problem, self.mirror = problem, grid.mirror
+        self.x, self.width, self.h_y = grid.x * hertz.b, grid.width_x * hertz.b, grid.h_y * hertz.a
+        self.T_0 = problem.conditions.temperature
+        #: unit of the Reynolds fluxes [kg/(m s)]
+        self.flux_unit = problem.conditions.u_e * problem.scales.h_unit * problem.oil.density
+        shape = problem.geometry.undeformed.shape
+        self.face = energy.FaceFlow.empty(*warm_columns(problem), shape[1], problem.options.n_z)
+        self.q_a, self.q_b, self.response = np.zeros(shape), np.zeros(shape), np.zeros((*shape, 4))
+        with problem.timed("wall kernels"):
+            self.walls = wall_operators(problem)
+
+    def estimate(self, it: Iteration) -> Array:
+        """First temperatures: every column sheared by itself, surfaces warmed by the heat that they take up."""
+        problem, T_0, k_oil = self.problem, self.T_0, self.problem.oil.thermal_conductivity
+        temperature = problem.uniform_temperature()
+        h = problem.update_flow(it, temperature)
+        p, _ = problem.physical(it.state)
+        slip = problem.speeds.u_b - problem.speeds.u_a
+        wall_a = np.full(p.shape, float(T_0))
+        wall_b, q = wall_a.copy(), np.zeros(p.shape)
+        for _ in range(START_ITERATIONS):
+            energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature, q)
+            wall_a += START_STEP * (T_0 + self.walls[0](q) - wall_a)
+            wall_b += START_STEP * (T_0 + self.walls[1](q) - wall_b)
+        energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature, q)
+        temperature[:, 0], temperature[:, -1] = T_0, T_0
+        return temperature
+
+    def set_outside(self, temperature: Array) -> None:
+        """Inlet temperature in the film where the energy equation is not solved."""
+        columns = np.arange(temperature.shape[1])
+        outside = (columns < self.face.start[:, None]) | (columns >= self.face.end[:, None])
+        temperature[..., 1:-1][outside] = self.T_0
+
+    def solve(self, it: Iteration, temperature: Array, gap: Array, t_p: Array, damped: bool) -> Array:
+        """Temperatures by the energy equation at a pressure and flow; fills t_p and the fluxes into the surfaces."""
+        problem, oil = self.problem, self.problem.oil
+        with problem.timed("energy"):
+            film = partial(problem.general_film, temperature, t_p, np.maximum(it.state.p, 0.0), it.flow)
+            flux_x, flux_y = problem.geometry.fluxes(it.state, film, problem.film_scale)
+            energy.face_flow(
+                self.width, self.h_y, self.mirror, oil.specific_heat, flux_x * self.flux_unit,
+                flux_y * self.flux_unit, it.flow, self.face,
+            )  # fmt: skip
+            new = temperature.copy()
+            # backward first: oil flows both ways in the inlet
+            for forward in (False, True):
+                energy.sweep(
+                    self.x, self.width, self.h_y, self.mirror, gap, oil.thermal_conductivity, self.T_0, it.flow,
+                    self.face, temperature, damped, forward, new, t_p, self.q_a, self.q_b, self.response,
+                )  # fmt: skip
+        with problem.timed("walls"):
+            energy.update_walls(self.walls, new, self.q_a, self.q_b, self.response, self.T_0)
+        return new
+
+    def balance(self, it: Iteration, new: Array) -> energy.HeatBalance:
+        """Heat balance of the last solve."""
+        return energy.heat_balance(
+            self.x, self.width, self.h_y, self.mirror, it.flow, self.face, new, self.T_0, self.q_a, self.q_b
+        )
+
+
+def wall_operators(problem: ContactProblem) -> tuple[LineConvolution, LineConvolution]:
+    """Heat flux to surface temperature, of body 1 (z = 0) and body 2 (z = h); one operator where speeds are equal."""
+    c, solid, geometry = problem.conditions, problem.solid, problem.geometry
+    chi = solid.thermal_conductivity / (solid.density * solid.specific_heat)
+
+    def operator(speed: float) -> LineConvolution:
+        b = problem.scales.hertz.b
+        return wall_operator(geometry.grid, geometry.kappa, b, speed, solid.thermal_conductivity, chi)
+
+    wall_a = operator(c.u_1)
+    return wall_a, wall_a if c.u_2 == c.u_1 else operator(c.u_2)
+
+
+def warm_columns(problem: ContactProblem) -> tuple[Array, Array]:
+    """First column of every line where the energy equation is solved, and the one behind the last."""
+    film, nodes = problem.scales.warm_film, problem.geometry.grid.x.size
+    near = problem.geometry.undeformed <= energy.INLET_GAPS * film + 1.0
+    near[:, [0, -1]] = False
+    some = near.any(axis=1)
+    start = np.where(some, near.argmax(axis=1), 1)
+    end = np.where(some, nodes - near[:, ::-1].argmax(axis=1), 1)
+    return start.astype(np.int64), end.astype(np.int64)

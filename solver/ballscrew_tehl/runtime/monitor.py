@@ -1,0 +1,74 @@
+"""Outputs of the FMU BallScrewPreloadMonitor by name: one step from measured torque to preload.
+
+Standard library only besides the modules of the map: this module travels inside the FMU. Twin: native/monitor/model.c.
+"""
+
+from typing import Any, NamedTuple
+
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.over_preload import OverPreload
+from ballscrew_tehl.runtime.preload import estimate_preload
+
+
+class MonitorInputs(NamedTuple):
+    """Inputs of the FMU, under their names."""
+
+    torque: float  # [N.m] measured, positive when it opposes a positive speed
+    speed: float  # [rad/s]
+    temperature: float  # [K]
+    axial_load: float  # [N]
+
+
+class MonitorParameters(NamedTuple):
+    """Parameters of the FMU, under their names."""
+
+    apparent_viscosity_ratio: float
+    net_sliding_coefficient: float
+    roughness_height: float  # [m]
+    regularization_speed: float  # [rad/s]
+    speed_min: float  # [rad/s] below it the torque does not determine the preload
+    torque_uncertainty: float  # [N.m]
+    initial_preload: float  # [N]
+
+
+class MonitorStep(NamedTuple):
+    """Outputs of a step, and what the next one needs."""
+
+    outputs: dict[str, Any]
+    preload: float | None  # [N] of the last step that was in range, this one included; None: none yet
+    clamped: tuple[str, ...]  # inputs beyond the map
+
+
+def monitor_step(
+    nut_map: NutMap, inputs: MonitorInputs, parameters: MonitorParameters, held: float | None
+) -> MonitorStep:
+    """Preload, its half-width and sensitivity, film over roughness height, and whether they are in range.
+
+    Parameters   held : [N] preload of the last step that was in range, None before the first
+    Validity     the caller has checked that all are finite numbers
+    """
+    given, speed, slowest = parameters, inputs.speed, parameters.speed_min
+    friction = given.apparent_viscosity_ratio, given.net_sliding_coefficient, given.roughness_height
+    point, highest = (inputs.temperature, inputs.axial_load, *friction), nut_map.force.hi
+    uncertainty = given.torque_uncertainty
+    moving = abs(speed) >= slowest and speed != 0.0
+    if moving:
+        found = estimate_preload(nut_map, inputs.torque, speed, *point, given.regularization_speed)
+        preload, slope, clamped = found.preload, found.torque_sensitivity, found.clamped
+    else:
+        preload = given.initial_preload if held is None else held
+        over = OverPreload(nut_map, max(abs(speed), slowest), *point, given.regularization_speed)
+        slope = max(over.torque(min(preload, highest)).slope, 0.0)
+    # films at this preload, and what else is beyond the map
+    nut = nut_map.evaluate_point(preload, speed, *point)
+    if not moving:
+        clamped = tuple(name for name in nut.clamped if name != "preload")
+    in_range = moving and not clamped
+    outputs = {
+        **nut._asdict(),
+        "preload": preload,
+        "preload_half_width": uncertainty / slope if uncertainty < slope * highest else highest,
+        "torque_sensitivity": slope,
+        "in_range": in_range,
+    }
+    return MonitorStep(outputs, preload if in_range else held, clamped)

@@ -1,0 +1,175 @@
+"""Law of the double nut, written once for floats, arrays and numbers with a derivative (dual.py).
+
+Every function takes its operations as `ops`: FLOATS, ARRAYS or dual.DUALS. Look-ups and clamps are those of evaluate.py
+and over_preload.py, which call it.
+
+Assumptions: below the force axis the power laws of Hertz continue from its end, below the speed axis the standstill
+law does (evaluate.py). Torques of the double nut are sums over both nuts, films the least, the others the
+largest value.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ballscrew_tehl.runtime.constants import (
+    FILM_SPEED_EXPONENT,
+    LAMBDA_RATIO_MAX,
+    SMOOTH,
+    SPEED_EXPONENT_MAX,
+)
+from ballscrew_tehl.runtime.packed import TORQUE_CURVES, TORQUE_SURFACES
+
+
+@dataclass(frozen=True, slots=True)
+class Ops:
+    """Operations on one kind of number; + - * / ** and < are those of Python."""
+
+    exp: Callable[[Any], Any]
+    least: Callable[[Any, Any], Any]
+    most: Callable[[Any, Any], Any]
+    where: Callable[[Any, Any, Any], Any]
+
+
+FLOATS = Ops(math.exp, min, max, lambda condition, yes, no: yes if condition else no)
+ARRAYS = Ops(np.exp, np.minimum, np.maximum, np.where)
+
+
+Numbers = Sequence[Any] | NDArray[Any]  # one number, array or Dual per column
+
+
+class DoubleNutState(NamedTuple):
+    """Operating point of the double nut; torques are magnitudes >= 0, floats or arrays."""
+
+    viscous_torque: Any  # [N.m]
+    hysteresis_torque: Any  # [N.m]
+    sliding_torque: Any  # [N.m]
+    film_thickness_min: Any  # [m]
+    film_thickness_central_screw: Any  # [m]
+    film_thickness_central_nut: Any  # [m]
+    film_temperature_rise: Any  # [K]
+    contact_pressure_max: Any  # [Pa]
+    ball_load_max: Any  # [N]
+    lambda_ratio: Any  # minimum film over roughness height, at most LAMBDA_RATIO_MAX
+    in_range: Any  # bool
+    clamped: tuple[str, ...]  # names of the inputs beyond the map, at any point
+
+    @property
+    def coulomb_torque(self) -> Any:
+        """Hysteresis and sliding part [N.m]: what does not vanish with the speed."""
+        return self.hysteresis_torque + self.sliding_torque
+
+    @property
+    def friction_torque(self) -> Any:
+        """Sum of the three parts [N.m]."""
+        return self.viscous_torque + self.hysteresis_torque + self.sliding_torque
+
+
+def nut_torques(
+    surfaces: Numbers,
+    slopes: Numbers | None,
+    curves: Numbers,
+    f: Any,
+    s: Any,
+    ratio: Any,
+    net: Any,
+    roughness: Any,
+    ops: Ops,
+) -> tuple[Any, Any, Any]:
+    """Viscous, hysteresis and sliding torque of one nut [N.m].
+
+    Parameters   surfaces, curves : logarithms, columns as packed.SURFACES and FORCE_CURVES, at least those of torque
+                 slopes : of the surfaces over ln speed; None: s is 1 everywhere
+                 f, s : force and speed over the low ends of their axes, at most 1
+                 ratio, net, roughness : apparent viscosity ratio, net sliding coefficient, roughness height [m]
+    """
+    torque_screw, torque_nut, film_screw, film_nut = surfaces[:TORQUE_SURFACES]
+    hysteresis, sliding = curves[:TORQUE_CURVES]
+    screw = nut = None
+    if slopes is not None:
+        slope_screw, slope_nut, film_slope_screw, film_slope_nut = slopes[:TORQUE_SURFACES]
+        screw, nut = (slope_screw, film_slope_screw), (slope_nut, film_slope_nut)
+    viscous = _raceway(torque_screw, film_screw, screw, s, roughness, ops)
+    viscous = viscous + _raceway(torque_nut, film_nut, nut, s, roughness, ops)
+    third = f ** (1.0 / 3.0)
+    return ratio * viscous * third * third, ops.exp(hysteresis) * f * third, net * ops.exp(sliding) * f
+
+
+def _raceway(torque: Any, film: Any, slopes: Any, s: Any, roughness: Any, ops: Ops) -> Any:
+    """Viscous torque of a raceway from the logarithms of torque and film; slopes: of both over ln speed, or None."""
+    exp = ops.exp
+    x = (roughness / exp(film)) ** 2
+    share = 1.0 / (1.0 + x)
+    viscous = exp(torque) * share
+    if slopes is None:
+        return viscous
+    # standstill law from the exponent of speed at the end of the axis; below 3 it is monotone
+    slope, film_slope = slopes
+    n = ops.least(ops.most(slope + 2.0 * x * share * film_slope, 0.0), SPEED_EXPONENT_MAX)
+    c = 0.5 * (n - 1.0)
+    return viscous * (s * (1.0 - c + c * s * s))
+
+
+def nut_extremes(surfaces: Numbers, curves: Numbers, f: Any, s: Any, ops: Ops) -> tuple[Any, ...]:
+    """Least film, central films [m], temperature rise [K], pressure [Pa] and ball load [N] of one nut."""
+    least_screw, least_nut, film_screw, film_nut, rise_screw, rise_nut = surfaces[TORQUE_SURFACES:]
+    pressure, load = curves[TORQUE_CURVES:]
+    exp, least = ops.exp, ops.least
+    third = f ** (1.0 / 3.0)
+    slow = s**FILM_SPEED_EXPONENT
+    return (
+        # a spline through nearly equal films may cross another
+        slow * exp(least(least(least_screw, least_nut), least(film_screw, film_nut))),
+        slow * exp(film_screw),
+        slow * exp(film_nut),
+        s * third * exp(ops.most(rise_screw, rise_nut)),
+        third * exp(pressure),
+        f * exp(load),
+    )
+
+
+def double_nut(
+    first: tuple[Numbers, Numbers],
+    second: tuple[Numbers, Numbers],
+    roughness: Any,
+    in_range: Any,
+    clamped: tuple[str, ...],
+    ops: Ops,
+) -> DoubleNutState:
+    """State from nut_torques and nut_extremes of both nuts: torques added, extremes over both."""
+    ((viscous, hysteresis, sliding), (film, screw, nut, rise, pressure, load)) = first
+    ((viscous_2, hysteresis_2, sliding_2), (film_2, screw_2, nut_2, rise_2, pressure_2, load_2)) = second
+    least, most = ops.least, ops.most
+    film = least(film, film_2)
+    return DoubleNutState(
+        viscous + viscous_2,
+        hysteresis + hysteresis_2,
+        sliding + sliding_2,
+        film,
+        least(screw, screw_2),
+        least(nut, nut_2),
+        most(rise, rise_2),
+        most(pressure, pressure_2),
+        most(load, load_2),
+        least(film / most(roughness, SMOOTH), LAMBDA_RATIO_MAX),
+        in_range,
+        clamped,
+    )
+
+
+def nut_forces(
+    preload: Any, load: Any, separation: Any, sharing: Callable[[Any], Any], ops: Ops
+) -> tuple[Any, Any]:
+    """Forces of the relieved and of the loaded nut [N] under an axial load.
+
+    Parameters   preload : [N], > 0;  load : magnitude of the axial load [N]
+                 separation : ln(load that parts the nuts over preload) at this preload
+                 sharing : (force of the relieved nut over preload)^(2/3) at a share of the separation load
+    """
+    share = load / (preload * ops.exp(separation))
+    relieved = ops.where(share < 1.0, preload * ops.most(sharing(share), 0.0) ** 1.5, 0.0)
+    return relieved, relieved + load

@@ -1,0 +1,75 @@
+"""Numbers with a derivative against differences, and the law of the nut computed with them."""
+
+import math
+
+import pytest
+
+from ballscrew_tehl.runtime.dual import DUALS, Dual
+from ballscrew_tehl.runtime.nut_law import FLOATS, nut_forces, nut_torques
+
+WIDTH = 1e-6
+AGREEMENT = 1e-8  # of central differences: WIDTH^2 and rounding over WIDTH
+
+
+def slope_of(function, x):
+    return (function(x + WIDTH) - function(x - WIDTH)) / (2.0 * WIDTH)
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda x: x + 2.0 * x - x * x,
+        lambda x: 3.0 - x / 2.0 + 1.0 / x,
+        lambda x: (x * x + 1.0) / (2.0 + x),
+        lambda x: x**1.5 + x**2 + (1.0 + x) ** (1.0 / 3.0),
+        lambda x: 1.0 - x - (x - 1.0),
+    ],
+)
+def test_value_and_slope_of_an_expression(function):
+    for x in (0.3, 1.0, 2.7):
+        found = function(Dual(x, 1.0))
+        assert found.value == function(x)
+        assert found.slope == pytest.approx(slope_of(function, x), rel=AGREEMENT, abs=AGREEMENT)
+
+
+def test_a_power_at_zero_has_no_slope():
+    assert (Dual(0.0, 1.0) ** 1.5).slope == 0.0
+    assert (Dual(0.0, 1.0) ** (1.0 / 3.0)).slope == 0.0
+
+
+@pytest.mark.parametrize("s", [0.3, 1.0])
+@pytest.mark.parametrize("f", [0.2, 1.0])
+def test_torques_of_a_nut_with_their_slopes(s, f):
+    """Surfaces that are linear in x; below the axis the force over its low end changes as well."""
+    surfaces, rates = (-3.0, -2.5, -17.0, -17.2), (0.9, 0.7, -0.06, -0.05)
+    slopes, curves = (0.4, 0.5, 0.65, 0.66), (-5.0, 4.0)
+    friction = (7.6, 0.0051, 24e-9)
+
+    def along(x, number):
+        at = [number(v + r * x, r) for v, r in zip(surfaces, rates, strict=True)]
+        over_speed = None if s == 1.0 else [number(v + 0.1 * x, 0.1) for v in slopes]
+        force = f if f == 1.0 else number(f * math.exp(x), f * math.exp(x))
+        lines = [number(v + 1.2 * x, 1.2) for v in curves]
+        return nut_torques(at, over_speed, lines, force, s, *friction, DUALS if number is Dual else FLOATS)
+
+    found = along(0.0, Dual)
+    for n, part in enumerate(found):
+        assert part.value == along(0.0, lambda v, _: v)[n]
+        expected = slope_of(lambda x, n=n: along(x, lambda v, _: v)[n], 0.0)
+        assert part.slope == pytest.approx(expected, rel=AGREEMENT)
+
+
+@pytest.mark.parametrize("load", [100.0, 5000.0])
+def test_forces_of_the_nuts_with_their_slopes(load):
+    """At 5000 N the nuts are parted: one carries the load, the preload changes nothing."""
+
+    def forces(preload, ops):
+        separation = Dual(0.7, 0.0) if ops is DUALS else 0.7
+        return nut_forces(preload, load, separation, lambda share: 1.0 - share, ops)
+
+    relieved, loaded = forces(Dual(1000.0, 1.0), DUALS)
+    for n, found in enumerate((relieved, loaded)):
+        assert found.value == forces(1000.0, FLOATS)[n]
+        expected = (forces(1000.1, FLOATS)[n] - forces(999.9, FLOATS)[n]) / 0.2
+        assert found.slope == pytest.approx(expected, rel=1e-7)
+    assert (relieved.value == 0.0) == (load == 5000.0)
