@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.optimize import minimize
 from scipy.stats import binom, f
 from section7 import BASIS, MEASURED, RPM, basis_of
@@ -132,6 +133,19 @@ def test_deleted_studentised_residuals_against_fits_without_the_point():
         variance = float(error @ error) / 8 * (1.0 + own @ np.linalg.inv(J.T @ J) @ own)
         assert points.studentised[i] == pytest.approx(BASIS.errors(values)[i] / math.sqrt(variance), rel=1e-8)
     assert points.leverage.sum() == pytest.approx(2.0)
+
+
+def test_a_point_beyond_either_limit_is_an_outlier():
+    """Eleven points, two parameters: 5 % two-sided over 11 tests with 8 degrees of freedom, quantile by integration."""
+    points = point_diagnostics(BASIS, fit_values(BASIS, 2, "least_squares"), 2)
+    density = 35.0 / (64.0 * math.sqrt(2.0))  # of Student's t with 8 degrees of freedom at 0
+    tail = quad(lambda t: density * (1.0 + t * t / 8.0) ** -4.5, points.limit, math.inf)[0]
+    assert tail == pytest.approx(0.05 / 22.0, rel=1e-6)
+    inside, outside = np.zeros(11), np.zeros(11)
+    inside[3], outside[3], outside[6] = 0.99, -1.01, 1.01
+    for share, found in ((inside, []), (outside, [3, 6])):
+        assert replace(points, studentised=share * points.limit, robust=0.0 * share).outliers == found
+        assert replace(points, studentised=0.0 * share, robust=6.0 * share).outliers == found
 
 
 @pytest.mark.parametrize("stray", [{4: 1.15}, {2: 1.3, 7: 1.25, 12: 1.3}, {0: 0.85}])

@@ -85,7 +85,7 @@ def small_form(command: str) -> str | None:
         return f"{bare} --python-only"
     if "calibrate --packaged" in bare:
         return f"{bare} --film hamrock_dowson"
-    if bare == "python -m pytest" or re.match(r"python -m pytest .*(tests/(fmu|project)|not slow)", bare):
+    if re.match(r"python -m pytest( -n auto .*|.*(tests/(fmu|project)|not slow).*)$", bare):
         return f"{bare} --collect-only -q" + ("" if "tests/" in bare else " tests/published")
     if bare.startswith(("python tests/benchmarks/", "python tests/fmu/")):
         script, *options = shlex.split(bare)[1:]
