@@ -8,7 +8,6 @@ from xml.etree.ElementTree import Element, SubElement
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.variables.friction import UNITS, Variable
 
-MODEL_NAME = FRICTION.name
 LOG_CATEGORIES = {
     "logStatusWarning": "An input lies beyond the map and is clamped",
     "logStatusDiscard": "A step was discarded, with the variable and the value that are the reason",

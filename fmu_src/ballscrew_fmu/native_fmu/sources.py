@@ -20,7 +20,6 @@ from ballscrew_tehl.runtime import constants
 from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, FORCE_CURVES, SURFACES
 
 NATIVE_NAME = FRICTION.native_name
-FMI_VERSIONS = (2, 3)
 FMI_HEADERS = {
     2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
     3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),

@@ -46,16 +46,6 @@ def nsk_torque(screw: ScrewParameters, preload: Any) -> np.ndarray:
     return np.asarray(preload) * nsk_slope(screw)
 
 
-def nsk_preload(screw: ScrewParameters, torque: Any) -> np.ndarray:
-    """Preload [N] that NSK's formula reads from a drag torque [N.m], see nsk_slope."""
-    return np.asarray(torque) / nsk_slope(screw)
-
-
 def zhou_torque(screw: ScrewParameters, preload: Any) -> np.ndarray:
     """Drag torque of the double nut after Zhou [N.m]; preload [N], see zhou_slope."""
     return np.asarray(preload) * zhou_slope(screw)
-
-
-def zhou_preload(screw: ScrewParameters, torque: Any) -> np.ndarray:
-    """Preload [N] that Zhou's formula reads from a drag torque [N.m], see zhou_slope."""
-    return np.asarray(torque) / zhou_slope(screw)

@@ -146,18 +146,6 @@ def _needs_not_negative(**values: Any) -> None:
             raise ValueError(f"{name} = {value}; needs finite, >= 0")
 
 
-def murch_wilson(N: Any) -> Any:
-    """Thermal reduction of the film in pure rolling: 1/(1 + 0.254 N^0.62).
-
-    Parameters   N : float or array, >= 0
-    Returns      factor, 0 to 1
-    Raises       ValueError: negative or not finite
-    Source       Murch & Wilson, J Lubr Technol 97 (1975) 212
-    """
-    _needs_not_negative(N=N)
-    return 1.0 / (1.0 + 0.254 * np.asarray(N) ** 0.62)
-
-
 def wilson_sheu(N: Any, srr: Any) -> Any:
     """Thermal reduction of the film with sliding: 1/(1 + 0.241 (1 + 14.8 Z^0.83) N^0.64), Z = |srr|/2.
 
@@ -168,21 +156,3 @@ def wilson_sheu(N: Any, srr: Any) -> Any:
     """
     _needs_not_negative(N=N, slide=np.abs(srr))
     return 1.0 / (1.0 + 0.241 * (1.0 + 14.8 * (0.5 * np.abs(srr)) ** 0.83) * np.asarray(N) ** 0.64)
-
-
-def gupta(N: Any, srr: Any, p_max: Any, E_prime: float) -> Any:
-    """Thermal reduction of the film with sliding and pressure.
-
-    Parameters   N : float or array, >= 0;  srr : float or array, (u_1-u_2)/u_e;  p_max, E_prime [Pa], > 0
-    Returns      factor, 0 to 1
-    Raises       ValueError: out of range, or so large an N that the formula turns negative
-    Source       Gupta, Cheng, Zhu, Forster & Schrand, Tribol Trans 35 (1992) 269:
-                 (1 - 13.2 (p_max/E') N^0.42)/(1 + 0.213 (1 + 2.23 S^0.83) N^0.64), S = |srr|; coefficients
-                 as later papers quote them, not compared with the original
-    """
-    _needs_not_negative(N=N, slide=np.abs(srr))
-    _needs_positive(p_max=p_max, E_prime=E_prime)
-    top = 1.0 - 13.2 * (p_max / E_prime) * np.asarray(N) ** 0.42
-    if not np.all(top > 0.0):
-        raise ValueError(f"N = {N}; too large for the formula at p_max = {p_max} Pa: use wilson_sheu")
-    return top / (1.0 + 0.213 * (1.0 + 2.23 * np.abs(srr) ** 0.83) * np.asarray(N) ** 0.64)

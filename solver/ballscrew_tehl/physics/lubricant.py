@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -213,37 +212,3 @@ def density(lub: LubricantParameters, p: Any, T: Any) -> Any:
     """
     thermal = lub.density_temperature * (_checked_temperature(T) - lub.reference_temperature)
     return lub.density * (relative_density(lub.density_law, p) - thermal)
-
-
-@dataclass(frozen=True)
-class Lubricant:
-    """The functions of this module bound to one set of parameters.
-
-    Example
-        >>> from ballscrew_tehl.parameters.file import load_parameters
-        >>> oil = Lubricant(load_parameters().lubricant)
-        >>> round(float(oil.viscosity(1e9, 303.0)), 1)
-        3619.2
-    """
-
-    parameters: LubricantParameters
-
-    def eta0(self, T: Any) -> Any:
-        """See `eta0`."""
-        return eta0(self.parameters, T)
-
-    def viscosity(self, p: Any, T: Any) -> Any:
-        """See `viscosity`."""
-        return viscosity(self.parameters, p, T)
-
-    def density(self, p: Any, T: Any) -> Any:
-        """See `density`."""
-        return density(self.parameters, p, T)
-
-    def temperature_slope(self, T: Any) -> Any:
-        """See `temperature_slope`."""
-        return temperature_slope(self.parameters, T)
-
-    def pressure_viscosity(self, T: Any) -> Any:
-        """See `pressure_viscosity`."""
-        return pressure_viscosity(self.parameters, T)

@@ -12,7 +12,8 @@ from fmpy.validation import validate_fmu
 
 from ballscrew_fmu.archive import NAMESPACE
 from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.description.fmi2 import CAPABILITIES, MODEL_NAME
+from ballscrew_fmu.description.fmi2 import CAPABILITIES
+from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.python_fmu.solver_cache import digest
 
 INPUTS = {
@@ -182,9 +183,9 @@ def test_the_file_carries_no_date_and_names_its_maker(root):
 
 def test_capability_flags(root, files, fmu):
     node = root.find("CoSimulation")
-    assert node.get("modelIdentifier") == MODEL_NAME
-    assert f"binaries/linux64/{MODEL_NAME}.so" in files
-    assert f"binaries/win64/{MODEL_NAME}.dll" in files
+    assert node.get("modelIdentifier") == FRICTION.name
+    assert f"binaries/linux64/{FRICTION.name}.so" in files
+    assert f"binaries/win64/{FRICTION.name}.dll" in files
     flags = {name: node.get(name) for name in CAPABILITIES}
     assert flags["needsExecutionTool"] == "false"
     # what is claimed is tested elsewhere (state, variable steps, many instances); what is not claimed must
