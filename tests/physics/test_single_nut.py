@@ -365,7 +365,7 @@ def test_command_line_says_what_spin_may_add(tmp_path, capsys, four_point_map):
         (OFFSET, ["Ball loads of the single nut", "Each half", "relieved half"], "spacer"),
         (
             FOUR,
-            ["Ball loads of the single nut", "between four flanks", "relieved set of flanks", "spins"],
+            ["Ball loads of the single nut", "between four flanks", "relieved set of flanks", "the spin of such a ball"],
             "spacer",
         ),
     ],
@@ -381,7 +381,7 @@ def test_report_names_the_kind_of_preload(parameters, words, not_said):
     for word in words:
         assert word in text
     assert not_said not in text
-    assert f"comes free at {balls.separation:.0f} N" in text
+    assert f"unloaded at {balls.separation:.0f} N" in text
 
 
 def test_double_nut_says_nothing_of_spin(capsys):
