@@ -6,6 +6,7 @@ from contact_cases import CHI, OIL, STEEL, conditions, options
 from scipy.integrate import quad
 from scipy.special import k0e
 
+from ballscrew_tehl.contact.coupled import wall_operators
 from ballscrew_tehl.contact.half_space.grid import Grid
 from ballscrew_tehl.contact.half_space.walls import uniform_strip_rise, wall_operator
 from ballscrew_tehl.contact.problem import ContactProblem
@@ -52,7 +53,7 @@ def test_walls_of_a_contact_are_those_of_a_half_space_of_the_printed_steel():
     problem = ContactProblem(at, OIL, STEEL, options(n_x=257, n_y=33))
     grid, b = problem.geometry.grid, problem.scales.hertz.b
     inside = (grid.x**2 + grid.y[:, None] ** 2 <= 1.0).astype(float)
-    for wall, speed in zip(problem.walls(), (at.u_1, at.u_2), strict=True):
+    for wall, speed in zip(wall_operators(problem), (at.u_1, at.u_2), strict=True):
         found = np.interp(0.9, grid.x, wall(FLUX * inside)[0])
         strip = 2.0 * FLUX * np.sqrt(1.9 * b / (np.pi * 46.0 * 7870.0 * 450.0 * speed))
         assert found == pytest.approx(strip, rel=0.01)

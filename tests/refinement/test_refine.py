@@ -62,10 +62,15 @@ def wrong(film):
     return moved(with_parameters(nut_map_of(small_map(), film, *FITTED)))
 
 
+@pytest.fixture
+def solved_contacts():
+    """Contacts are solved in a test with this fixture."""
+
+
 @pytest.fixture(autouse=True)
 def closed_contacts(request, monkeypatch):
-    """Contacts in closed form in place of solved ones, unless a test is marked slow."""
-    if request.node.get_closest_marker("slow"):
+    """Contacts in closed form in place of solved ones, unless a test asks for those."""
+    if "solved_contacts" in request.fixturenames:
         return
 
     def solve_ball(parameters, raceway, load, speed, temperature, thermal):
@@ -152,7 +157,6 @@ def run_of(refinement, count=600, back=False):
     ]), speeds, loads  # fmt: skip
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("certificate", [{}, {"torque_error_max": 1e-3}], ids=["without", "too good"])
 def test_torque_along_a_run_is_direct_within_the_tolerance_from_few_solves(film, certificate):
     """A certificate that promises too much is soon outweighed by what is solved."""
@@ -440,7 +444,7 @@ def test_points_of_the_tests_lie_within_reach():
 
 
 @pytest.mark.slow
-def test_refined_torque_is_that_of_the_direct_command():
+def test_refined_torque_is_that_of_the_direct_command(solved_contacts):
     """Map moved by percents; films scatter by 1e-3 over the balls of a nut, and with them the viscous torque."""
     parameters = load_parameters()
     packaged = load_map(None, parameters)
@@ -455,7 +459,7 @@ def test_refined_torque_is_that_of_the_direct_command():
 
 
 @pytest.mark.slow
-def test_the_mean_ball_says_what_all_balls_say():
+def test_the_mean_ball_says_what_all_balls_say(solved_contacts):
     contacts = NutContacts(GD4008, thermal=False)
     found = contacts.solve("screw", 2000.0, 60.0, 303.15, slope=-0.07)
     film = DirectFilm(GD4008, thermal=False)
