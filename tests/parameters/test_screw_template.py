@@ -99,7 +99,7 @@ def test_init_writes_the_oil_that_is_asked_for(tmp_path, capsys):
     path = tmp_path / "mine.toml"
     assert cli.main(["init", str(path), "--oil", "iso_vg"]) == 0
     assert_same(load_parameters(path), example_parameters("iso_vg"))
-    assert "put in the values" in capsys.readouterr().out
+    assert "enter the values" in capsys.readouterr().out
 
 
 def test_init_writes_a_file_and_never_replaces_one(tmp_path, capsys):
