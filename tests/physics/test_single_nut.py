@@ -365,7 +365,12 @@ def test_command_line_says_what_spin_may_add(tmp_path, capsys, four_point_map):
         (OFFSET, ["Ball loads of the single nut", "Each half", "relieved half"], "spacer"),
         (
             FOUR,
-            ["Ball loads of the single nut", "between four flanks", "relieved set of flanks", "the spin of such a ball"],
+            [
+                "Ball loads of the single nut",
+                "between four flanks",
+                "relieved set of flanks",
+                "the spin of such a ball",
+            ],
             "spacer",
         ),
     ],

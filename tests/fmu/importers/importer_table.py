@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TextIO
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "support"))
+sys.path[:0] = [str(Path(__file__).parents[2] / folder) for folder in ("support", "support/fmu")]
 
 import fmpy
 import numpy as np

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import servo_axis
 from modelica_host import build, call, externals
-from paths import SUPPORT
+from paths import FMU_SUPPORT
 from rotor_fmu import RUNS_HERE
 
 from ballscrew_fmu.checks.replay import FmuInstance
@@ -21,7 +21,7 @@ from ballscrew_tehl.runtime.standstill import presliding_step
 
 pytestmark = pytest.mark.skipif(not RUNS_HERE, reason="library and FMU of the test are for x86_64 Linux")
 TEXT = (modelica_package.SOURCE / "package.mo").read_text().replace("within ;", "", 1)
-STAND_INS = SUPPORT / "modelica" / "standard_library.mo"
+STAND_INS = FMU_SUPPORT / "modelica" / "standard_library.mo"
 LIBRARY = STAND_INS.read_text().replace("within ;", "", 1)
 DEFAULTS = ("apparentViscosityRatio", "netSlidingCoefficient", "roughnessHeight")
 

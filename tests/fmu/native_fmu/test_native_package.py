@@ -107,7 +107,7 @@ def test_size_of_the_fmus(native_fmus):
 
 BUILD_AGAIN = """
 import sys
-sys.path.insert(0, sys.argv[1])
+sys.path[:0] = [sys.argv[1], sys.argv[1] + "/fmu"]
 from native_reference import REFERENCE, VALIDATION
 from synthetic_map import make_map
 from ballscrew_fmu.native_fmu.package import build_native_fmu
