@@ -16,9 +16,8 @@ import time
 from ctypes import c_double, c_size_t, c_uint
 from pathlib import Path
 
-sys.path[:0] = [
-    str(Path(__file__).parents[1] / folder) for folder in ("support", "support/fmu")
-]  # run as a script
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
+sys.path.insert(0, str(Path(__file__).parents[1] / "support" / "fmu"))
 from native_host import TOKEN, build, c_host
 from paths import NATIVE_HOSTS
 
