@@ -296,6 +296,7 @@ def test_moderate_load_is_resolved():
         assert moes(M, 10.0, ratio, "roelands", n_y=17).solution.branch == "resolved"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("u_e", [1e-8, 1e-12])
 def test_hardly_moving_contact_is_answered_or_reported(u_e):
     """Beyond any film: no exception, and no film that claims to have converged to nonsense."""

@@ -25,6 +25,8 @@ from ballscrew_tehl.friction.sets import FrictionSet, load_friction_sets, write_
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.runtime.packed import MapError
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def script():
@@ -64,7 +66,6 @@ def test_it_delivers_a_checked_fmu_and_says_what_it_is(script, with_synthetic_ma
         assert word in printed
 
 
-@pytest.mark.slow
 def test_it_delivers_the_native_fmus_as_well(
     script, with_synthetic_map, for_this_machine, tmp_path, capsys, synthetic_nut_map
 ):
@@ -107,7 +108,6 @@ FITTED_HERE = FrictionSet(
 )  # fmt: skip
 
 
-@pytest.mark.slow
 def test_friction_parameters_of_a_file_start_the_fmu_and_stand_in_its_documentation(
     script, for_this_machine, tmp_path, capsys
 ):
@@ -162,7 +162,6 @@ def test_the_packaged_friction_parameters_stand_in_the_documentation(script, tmp
     assert "identify their sum, not the split" in page
 
 
-@pytest.mark.slow
 def test_a_native_fmu_that_differs_delivers_nothing(
     script, with_synthetic_map, for_this_machine, tmp_path, monkeypatch, capsys
 ):

@@ -18,6 +18,8 @@ from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import changed, load_parameters
 from ballscrew_tehl.validation.tables import mean_deviations
 
+pytestmark = pytest.mark.slow
+
 SUBJECT = pytest.mark.parametrize("subject", SUBJECTS)
 ERROR, DISCARD, WARNING = 3, 2, 1
 ZHAO = 0.0219  # mean deviation of Table 3 as published
@@ -71,7 +73,6 @@ def replayed(folders, subject, rows):
     return replay(folders[subject], rows, 1e-3, Fmu3Instance if subject == "native 3" else FmuInstance)
 
 
-@pytest.mark.slow
 @SUBJECT
 def test_table_3_of_the_paper(packaged, subject):
     with opened(packaged[1], subject) as one:

@@ -12,6 +12,8 @@ from synthetic_map import make_map
 
 from ballscrew_fmu.native_fmu.map_file import checksum, map_bytes
 
+pytestmark = pytest.mark.slow
+
 NUT_MAP = make_map()
 HASH = NUT_MAP.header["content_hash"]
 GOOD = map_bytes(NUT_MAP)
@@ -94,7 +96,6 @@ def test_every_flipped_bit_of_the_head_is_found(reader):
         assert reader(bytes(flipped)) is not None, bit
 
 
-@pytest.mark.slow
 def test_fuzzed_files_leave_the_sanitizers_silent(tmp_path):
     try:
         program = sanitized_host(tmp_path, NUT_MAP, NATIVE_HOSTS / "fuzz_map.c")

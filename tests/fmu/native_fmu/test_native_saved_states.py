@@ -26,6 +26,8 @@ from native_model import compiler
 from ballscrew_fmu.models import MODELS
 from ballscrew_fmu.native_fmu.sources import native_sources
 
+pytestmark = pytest.mark.slow
+
 both_versions = pytest.mark.parametrize("version", [2, 3])
 both_kinds = pytest.mark.parametrize("kind", [CS, ME])
 START = {"presliding_stiffness": 400.0, "presliding_damping": 0.5, "preload": 1500.0, "axial_load": 200.0}
@@ -368,7 +370,6 @@ def test_no_getter_changes_what_a_state_holds(version):
         assert go_on(one) == first
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(len(compiler()) > 1, reason="sanitizers need a compiler of the system")
 @both_versions
 def test_a_host_under_sanitizers(version):

@@ -359,6 +359,7 @@ def packaged(tmp_path_factory):
     return fmpy.extract(str(fmu), unzipdir=str(folder / "unpacked"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("missing", ["numba", "scipy", "pydantic"])
 def test_without_the_solvers_packages_the_map_goes_on(packaged, tmp_path, missing):
     found = of_process(REFINED_RUN, tmp_path, packaged, missing)
