@@ -203,12 +203,10 @@ def test_the_tables_show_the_torque_of_the_fmu(script, fmu, synthetic_nut_map):
 def test_a_monitor_that_loses_the_preload_delivers_nothing(
     script, with_synthetic_map, tmp_path, monkeypatch, capsys
 ):
-    monkeypatch.setattr("ballscrew_fmu.checks.reference.lost_preload", lambda *_: 2e-6)
+    monkeypatch.setattr("ballscrew_fmu.checks.reference.preload_error", lambda *_: 2e-6)
     assert script.main(["--python-only", "--output", str(tmp_path)]) == 1
     error = capsys.readouterr().err
-    assert (
-        "BallScrewPreloadMonitor.fmu: preload from torque is off by 2.0e-06, relative; allowed 1e-06" in error
-    )
+    assert "BallScrewPreloadMonitor.fmu: preload from torque: relative error 2.0e-06; allowed 1e-06" in error
     assert list(tmp_path.iterdir()) == []
 
 
