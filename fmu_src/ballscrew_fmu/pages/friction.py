@@ -87,9 +87,9 @@ def _python_behaviour(header: Mapping[str, Any]) -> Part:
         "refine: contacts are solved at the operating point to correct the map, so that friction_torque agrees with "
         "direct per-ball solutions within refine_tolerance (relative). Corrections are stored and interpolated. The "
         f"last {CAPACITY} contacts used are kept. A step with new contacts takes 0.1 to 0.6 s, other steps 0.1 ms "
-        "more. Hysteresis and sliding torque, pressure and ball load are those of the map. Outside the map no contact is "
-        "solved. The log lists solved contacts with the reason, and contacts without a solution, where the results are "
-        "those of the map.",
+        "more. Hysteresis and sliding torque, pressure and ball load are those of the map. Outside the map no contact "
+        "is solved. The log lists solved contacts with the reason, and contacts without a solution, where the results "
+        "are those of the map.",
         "The state of the FMU can be saved, restored and serialized, bristle and solved contacts included. A state of "
         "another version or map is rejected: an error is logged and doStep returns Discard until a state of this FMU "
         "is restored.",

@@ -37,8 +37,8 @@ def monitor_parts(header: Mapping[str, Any], invalid: str, step: str) -> list[Pa
         "torque is the friction torque alone: subtract the torque of inertia, of the motor and of the axial load "
         "(load times lead/(2 pi)) first.",
         "preload_half_width is torque_uncertainty divided by torque_sensitivity, valid for small intervals. Noise of "
-        "speed and temperature and errors of the calibration are not included. The start value of torque_uncertainty is "
-        "an example: set it to that of your sensor.",
+        "speed and temperature and errors of the calibration are not included. The start value of torque_uncertainty "
+        "is an example: set it to that of your sensor.",
     )
     behaviour = bullets(
         "in_range is true while the torque determines the preload: the speed is at least speed_min; speed, temperature "
