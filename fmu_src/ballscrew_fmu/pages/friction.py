@@ -46,9 +46,7 @@ def validity(header: Mapping[str, Any]) -> Part:
     """Which results are reliable. A calibration with own measurements has its own list of unidentified parameters."""
     split = "Fitted parameters: measured torques identify their sum, not the split into viscous and sliding torque."
     if header.get("friction", {}).get("not_identified") is not None:
-        split = (
-            "See Friction parameters for those that the measured torques of the calibration do not identify."
-        )
+        split = "Friction parameters: the part above lists those that the calibration does not identify."
     content = bullets(
         split,
         "With the published kinematics the torque reproduces the publication, but film thickness and temperature rise "

@@ -41,8 +41,8 @@ def monitor_parts(header: Mapping[str, Any], invalid: str, step: str) -> list[Pa
         "is an example: set it to that of your sensor.",
     )
     behaviour = bullets(
-        "in_range is true while the torque determines the preload: the speed is at least speed_min; speed, temperature "
-        "and axial load are within the map; and a preload within the map gives the torque.",
+        "in_range is true while the torque determines the preload: the speed is at least speed_min, all inputs are "
+        "within the map, and a preload within the map gives the torque.",
         "Below speed_min and at speed 0, preload is the last value that was in range, or initial_preload before the "
         "first one. Half-width and sensitivity are those of that preload at speed_min. The start value of speed_min, "
         "1 rad/s, is ten times that of regularization_speed: torque measured at lower speeds includes breakaway and "
