@@ -75,7 +75,7 @@ def test_it_delivers_the_native_fmus_as_well(
     for name in MONITOR:
         assert validate_fmu(str(tmp_path / name)) == []
         assert re.search(
-            rf"{name}: fmpy: no finding; replay .*; preload of Table 3: \d+\.\d\d % off", printed
+            rf"{name}: fmpy: no finding; replay .*; preload of Table 3: \d+\.\d\d % mean deviation", printed
         )
         with zipfile.ZipFile(tmp_path / name) as archive:
             results = archive.read(f"extra/org.fmi-standard.fmi-ls-ref/{name[:-9]}_out.csv").decode()
@@ -202,12 +202,10 @@ def test_the_tables_show_the_torque_of_the_fmu(script, fmu, synthetic_nut_map):
 def test_a_monitor_that_loses_the_preload_delivers_nothing(
     script, with_synthetic_map, tmp_path, monkeypatch, capsys
 ):
-    monkeypatch.setattr("ballscrew_fmu.checks.reference.lost_preload", lambda *_: 2e-6)
+    monkeypatch.setattr("ballscrew_fmu.checks.reference.preload_error", lambda *_: 2e-6)
     assert script.main(["--python-only", "--output", str(tmp_path)]) == 1
     error = capsys.readouterr().err
-    assert (
-        "BallScrewPreloadMonitor.fmu: preload from torque is off by 2.0e-06, relative; allowed 1e-06" in error
-    )
+    assert "BallScrewPreloadMonitor.fmu: preload from torque: relative error 2.0e-06; allowed 1e-06" in error
     assert list(tmp_path.iterdir()) == []
 
 

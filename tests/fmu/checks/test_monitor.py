@@ -9,7 +9,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 from monitors import SUBJECTS, monitor_folders, opened
 
-from ballscrew_fmu.checks.monitor_check import lost_preload, monitor_outputs, table3
+from ballscrew_fmu.checks.monitor_check import monitor_outputs, preload_error, table3
 from ballscrew_fmu.checks.replay import FmuInstance, replay
 from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
 from ballscrew_fmu.models import MONITOR
@@ -94,7 +94,7 @@ def test_the_fmu_is_the_map_and_finds_the_preload_again(packaged, subject):
     for found, wanted in zip(results, expected, strict=True):
         assert found == pytest.approx(wanted, rel=AGREEMENT)
     assert sum(o["in_range"] for o in results) > 350
-    assert lost_preload([row["preload"] for row in rows], results) <= 1e-6
+    assert preload_error([row["preload"] for row in rows], results) <= 1e-6
 
 
 def test_python_and_native_agree(packaged):

@@ -62,8 +62,8 @@ def test_good_file_is_taken(reader, tmp_path):
 @pytest.mark.parametrize(
     ("damage", "found"),
     [
-        (lambda b: b[:50], "no nut map"),
-        (lambda b: b"X" + b[1:], "no nut map"),
+        (lambda b: b[:50], "not a nut map"),
+        (lambda b: b"X" + b[1:], "not a nut map"),
         (lambda b: b[:-8], "truncated"),
         (lambda b: b + bytes(8), "truncated"),
         (lambda b: b[:500] + bytes([b[500] ^ 16]) + b[501:], "checksum"),

@@ -111,7 +111,7 @@ def test_no_map_no_instance(tmp_path, version, kind):
         "cannot be opened": tmp_path / "none",
         "another FMU": put_map(tmp_path / "other", other),
         "truncated": put_map(tmp_path / "short", good[:-8]),
-        "no nut map": put_map(tmp_path / "empty", b""),
+        "not a nut map": put_map(tmp_path / "empty", b""),
         "checksum": put_map(tmp_path / "damaged", good[:-1] + bytes([good[-1] ^ 1])),
     }
     folder = tmp_path / "folder"

@@ -347,7 +347,7 @@ def test_every_field_of_the_model_is_serialized_or_computed_again(model):
     declared = set(re.findall(r"\b(\w+)(?:\[\w+\])?\s*[,;]", re.sub(r"/\*.*?\*/", "", structure, flags=re.S)))
     listed = set(re.findall(r"X\((\w+)\)", state)) - {"X"}
     forgotten = set(
-        re.findall(r"model->(\w+)", code[code.index("void model_forget") :].partition("\n}\n")[0])
+        re.findall(r"model->(\w+)", code[code.index("void model_clear_computed") :].partition("\n}\n")[0])
     )
     body = walk[walk.index("static void pass_model") : walk.index("static void pass_situation")]
     passed = set(re.findall(r"model->(\w+)", body)) - {"field"}

@@ -136,7 +136,7 @@ def test_a_contact_without_solution_is_said_once(refinable):
         run(one, (10.0,))
         for _ in range(3):
             assert one.step(preload=stub_solver.UNSOLVED)
-        assert of_status(one, WARNING) == ["refine: no convergence (said once)"]
+        assert of_status(one, WARNING) == ["refine: no convergence (logged once)"]
 
 
 def test_a_refinement_that_breaks_leaves_the_map(refinable, unpacked):
