@@ -1,4 +1,4 @@
-"""calibrate on files: rows accounted for, known parameters found again, refusals, picture, friction file."""
+"""calibrate on files: used and dropped rows, recovered parameters, bad input, picture, friction file."""
 
 import json
 from dataclasses import replace
@@ -95,7 +95,7 @@ def test_torque_basis_under_axial_load_is_the_double_nut(films):
     film = HamrockDowsonFilm(GD4008)
     points = [replace(MEASURED[1], axial_load=load) for load in (0.0, 1500.0, -8000.0)]
     basis = torque_basis(GD4008, film, points)
-    assert np.isinf(basis.film[2]).sum() == 2  # one nut has come free
+    assert np.isinf(basis.film[2]).sum() == 2  # one nut has separated
     entry = load_friction_sets()["published", "three_parameter"]
     for m, torque in zip(points, basis.torque(entry.values), strict=True):
         direct = double_nut_torque(GD4008, entry, film, m.preload, m.speed, m.temperature, m.axial_load)
@@ -106,8 +106,8 @@ def test_torque_basis_under_axial_load_is_the_double_nut(films):
     np.testing.assert_allclose(basis.jacobian(values)[:, 2], numeric, rtol=1e-6)
 
 
-def test_torque_basis_with_the_films_of_the_map_is_what_the_map_answers(films):
-    """Map and basis interpolate differently: 0.2 %, twice what a map is certified for."""
+def test_torque_basis_with_the_films_of_the_map_is_the_torque_of_the_map(films):
+    """Map and basis interpolate differently: 0.2 %, twice the certified error of a map."""
     loads = (0.0, 1500.0, -2500.0)
     points = [replace(MEASURED[1], speed=400.0 * RPM, axial_load=load) for load in loads]
     found = torque_basis(GD4008, films["solved_thermal"], points).torque(TRUTH)
@@ -265,7 +265,7 @@ def test_bad_options_are_one_line(capsys, measured, arguments, message):
     assert message in refused(capsys, measured(), *arguments)
 
 
-def test_options_that_mean_nothing_for_the_packaged_sets(capsys):
+def test_options_without_effect_on_the_packaged_sets(capsys):
     assert "--map with --packaged; allowed: with MEASUREMENTS.csv only" in refused(
         capsys, "--packaged", "--map", MAP
     )
@@ -281,7 +281,7 @@ def test_temperature_of_rows_without_one(capsys, tmp_path, measured):
     assert "all rows: no oil temperature given, 298.15 K assumed" in calibration["notes"]
 
 
-def test_text_names_points_limits_and_what_is_assumed(capsys):
+def test_text_names_points_limits_and_assumptions(capsys):
     assert cli.main(["calibrate", str(PACKAGED_TORQUE), "--map", MAP]) == 0
     out = capsys.readouterr().out
     assert "Not identified by these data:\n" in out
@@ -297,7 +297,7 @@ def test_text_names_points_limits_and_what_is_assumed(capsys):
     assert "Only the total torque is identified" not in out
 
 
-def test_friction_file_carries_values_and_provenance(capsys, measured, tmp_path):
+def test_friction_file_contains_values_and_provenance(capsys, measured, tmp_path):
     output = tmp_path / "friction.toml"
     found, err = run(
         capsys, measured(), "--map", MAP, "--output", str(output), "--plot", str(tmp_path / "p.png")
@@ -353,7 +353,7 @@ def test_a_friction_file_of_another_screw_or_kinematics_is_refused(capsys, measu
         friction_set_of_file(tmp_path / "none.toml", GD4008)
 
 
-def test_a_file_name_with_quotes_survives_in_the_friction_file(capsys, measured, tmp_path):
+def test_a_file_name_with_quotes_is_kept_in_the_friction_file(capsys, measured, tmp_path):
     output = tmp_path / "friction.toml"
     path = measured(name='bench "3" \\ morning.csv')
     run(capsys, path, "--map", MAP, "--output", str(output))
