@@ -4,8 +4,10 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
+from command_line import refused
 from reference_screw import GD4008
 from section7 import MEASURED
 
@@ -77,18 +79,9 @@ def measured(tmp_path, torques):
 
 
 def run(capsys, *arguments):
-    code = cli.main(["calibrate", *arguments, "--json"])
-    out, err = capsys.readouterr()
+    code, out, err = command_line.run(capsys, "calibrate", *arguments, "--json")
     assert code == 0, err
     return json.loads(out), err
-
-
-def refused(capsys, *arguments):
-    assert cli.main(["calibrate", *arguments]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    (line,) = [line for line in err.splitlines() if "error" in line]
-    return line
 
 
 def test_torque_basis_under_axial_load_is_the_double_nut(films):
@@ -165,7 +158,7 @@ def test_direct_solves_give_the_packaged_set_to_its_digits():
 def test_impossible_rows_stop_the_fit_unless_dropped(capsys, measured):
     bad = {3: "-1,30,20,0.3,0", 7: "1,0,20,0.3,0", 12: "3,30,300,1.0,0", 20: "5,100,20,1500,0"}
     path = measured(bad)
-    line = refused(capsys, path, "--map", MAP)
+    line = refused(capsys, "calibrate", path, "--map", MAP)
     for part in ("4 impossible row(s)", "row 3 (line 4): preload = -1 kN", "row 7 (line 8): speed = 0 1/min",
                  "row 12 (line 13): temperature = 300 degC", "probably K, not degC", "row 20 (line 21): torque = 1500",
                  "--drop impossible"):  # fmt: skip
@@ -181,7 +174,7 @@ def test_impossible_rows_stop_the_fit_unless_dropped(capsys, measured):
 
 def test_rows_outside_the_map_stop_the_fit_unless_dropped(capsys, measured):
     path = measured({5: "1,30,95,0.3,0", 6: "20,30,20,7,0"})
-    line = refused(capsys, path, "--map", MAP)
+    line = refused(capsys, "calibrate", path, "--map", MAP)
     assert (
         "2 row(s) outside the map: row 5 (line 6): temperature = 368.15 K; allowed: 283.15 to 353.15 K"
         in line
@@ -220,13 +213,15 @@ def test_few_points_are_refused_or_warned_of(capsys, tmp_path, measured):
         path.write_text("\n".join([HEAD] + [lines[number] for number in numbers]))
         return str(path)
 
-    line = refused(capsys, few([1, 3, 5]), "--map", MAP)
+    line = refused(capsys, "calibrate", few([1, 3, 5]), "--map", MAP)
     assert (
         "3 usable rows at 3 operating points; the 3 parameters of three_parameter need at least 4 rows"
         in line
     )
     assert "or fit --set two_parameter" in line
-    assert "2 operating points; the 3 parameters" in refused(capsys, few([1, 1, 3, 3]), "--map", MAP)
+    assert "2 operating points; the 3 parameters" in refused(
+        capsys, "calibrate", few([1, 1, 3, 3]), "--map", MAP
+    )
     found, _ = run(capsys, few([1, 3, 7]), "--map", MAP, "--set", "two_parameter")
     entry = found["published.two_parameter"]
     assert any(
@@ -262,12 +257,12 @@ def test_stated_uncertainties_are_compared_with_the_errors(capsys, tmp_path, tor
     ],
 )
 def test_bad_options_are_one_line(capsys, measured, arguments, message):
-    assert message in refused(capsys, measured(), *arguments)
+    assert message in refused(capsys, "calibrate", measured(), *arguments)
 
 
 def test_options_without_effect_on_the_packaged_sets(capsys):
     assert "--map with --packaged; allowed: with MEASUREMENTS.csv only" in refused(
-        capsys, "--packaged", "--map", MAP
+        capsys, "calibrate", "--packaged", "--map", MAP
     )
 
 

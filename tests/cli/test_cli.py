@@ -7,8 +7,10 @@ import re
 import subprocess
 import sys
 
+import command_line
 import numpy as np
 import pytest
+from command_line import refused
 from paths import PUBLISHED, ROOT
 from reference_screw import GD4008
 
@@ -21,24 +23,8 @@ POINT = ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")
 
 def run(capsys, *arguments):
     """Exit code, parsed JSON, stderr."""
-    code = cli.main([*arguments, "--json"])
-    out, err = capsys.readouterr()
+    code, out, err = command_line.run(capsys, *arguments, "--json")
     return code, json.loads(out) if out else None, err
-
-
-def refused(capsys, *arguments):
-    """The line of the error message."""
-    try:
-        code = cli.main(list(arguments))
-    except SystemExit as leave:
-        code = leave.code
-    out, err = capsys.readouterr()
-    assert code == 2
-    assert out == ""
-    lines = [line for line in err.splitlines() if "error" in line]
-    assert len(lines) == 1
-    assert "Traceback" not in err
-    return lines[0]
 
 
 def test_torque_is_that_of_the_map(capsys):

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import run
 from reference_screw import GD4008
 from synthetic_contacts import GRID, closed_build, closed_row, small_map
 
@@ -84,12 +85,6 @@ def panel(figure, name):
 def lines(axes):
     """Coordinates of the lines that hold data (entries of a legend hold none)."""
     return [line.get_xydata().T for line in axes.lines if line.get_xydata().size]
-
-
-def run(capsys, *arguments):
-    """Exit code, stdout, stderr."""
-    code = cli.main([*map(str, arguments)])
-    return code, *capsys.readouterr()
 
 
 # --- lines ---
@@ -334,13 +329,8 @@ def test_bad_output_is_refused_in_one_line_before_anything_is_read(tmp_path, cap
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.png").mkdir()
     before = sorted(tmp_path.rglob("*"))
-    arguments = ["map", "plot", str(tmp_path / "none.nc")]
-    arguments += [] if output is None else ["--output", f"{tmp_path}/{output}"]
-    try:
-        code = cli.main(arguments)
-    except SystemExit as leave:
-        code = leave.code
-    out, err = capsys.readouterr()
+    target = [] if output is None else ["--output", tmp_path / output]
+    code, out, err = run(capsys, "map", "plot", tmp_path / "none.nc", *target)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert named in err
     assert sorted(tmp_path.rglob("*")) == before

@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 import pytest
+from command_line import run
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.parameters import mineral_oil as oil_grade
 from ballscrew_tehl.parameters.file import graded_oil
 from ballscrew_tehl.parameters.mineral_oil import (
@@ -160,14 +160,8 @@ def test_given_values_take_precedence():
     assert cooler.z_roelands == pytest.approx(as_such.z_roelands, rel=1e-12)
 
 
-def run(capsys, *arguments):
-    code = cli.main(["oil", *arguments])
-    out, err = capsys.readouterr()
-    return code, out, err
-
-
 def test_command_prints_the_oil_and_what_is_assumed(capsys):
-    code, out, _ = run(capsys, "--iso-vg", "68", "--viscosity-index", "95", "--json")
+    code, out, _ = run(capsys, "oil", "--iso-vg", "68", "--viscosity-index", "95", "--json")
     found, oil = json.loads(out), graded_oil(68, 95.0)
     assert code == 0
     assert [row["temperature_c"] for row in found["rows"]] == [20.0, 40.0, 60.0, 80.0, 100.0]
@@ -191,7 +185,7 @@ def test_command_prints_the_oil_and_what_is_assumed(capsys):
 
 
 def test_command_assumes_less_of_what_is_given(capsys):
-    _, out, _ = run(capsys, "--iso-vg", "68", "--viscosity-index", "150", "--density-15c-kg-m3", "850")
+    _, out, _ = run(capsys, "oil", "--iso-vg", "68", "--viscosity-index", "150", "--density-15c-kg-m3", "850")
     assert "paraffinic" not in out
     assert "an index above 120" in out
     assert "density_15c_kg_m3 = 850" in out
@@ -202,13 +196,13 @@ def test_printed_lines_for_the_screw_file_describe_that_oil(capsys, tmp_path):
 
     from ballscrew_tehl.parameters.file import load_parameters
 
-    _, out, _ = run(capsys, "--iso-vg", "32", "--viscosity-index", "104.5")
+    _, out, _ = run(capsys, "oil", "--iso-vg", "32", "--viscosity-index", "104.5")
     lubricant = out.split("For the screw file:\n")[1]
     before, rest = EXAMPLE.split("[lubricant]")
     path = tmp_path / "screw.toml"
     path.write_text(before + lubricant + "\n[friction]" + rest.split("[friction]")[1])
     assert load_parameters(path).lubricant == graded_oil(32, 104.5)
-    code, out, _ = run(capsys, "--screw", str(path), "--json")
+    code, out, _ = run(capsys, "oil", "--screw", str(path), "--json")
     assert (code, json.loads(out)["oil"]) == (0, "mineral oil ISO VG 32, viscosity index 104.5")
 
 
@@ -217,7 +211,7 @@ def test_command_shows_the_oil_of_a_screw_that_gives_numbers(capsys, tmp_path):
 
     path = tmp_path / "screw.toml"
     path.write_text(EXAMPLE)
-    code, out, _ = run(capsys, "--screw", str(path))
+    code, out, _ = run(capsys, "oil", "--screw", str(path))
     assert code == 0
     assert "example grease" in out
     assert "assumed" not in out
@@ -240,7 +234,7 @@ def test_command_shows_the_oil_of_a_screw_that_gives_numbers(capsys, tmp_path):
     ],
 )
 def test_bad_input_is_one_line(capsys, arguments, parts):
-    code, out, err = run(capsys, *arguments)
+    code, out, err = run(capsys, "oil", *arguments)
     assert (code, out, err.count("\n")) == (2, "", 1)
     for part in parts:
         assert part in err

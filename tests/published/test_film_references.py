@@ -67,7 +67,7 @@ def test_films(row):
 
 
 def test_extrapolation_and_its_error_estimate_hold_over_the_table():
-    """Rows up to M = 1000 together: the reported film is better than that of the grid, the estimate covers the error."""
+    """Rows up to M = 1000: the reported film is better than that of the grid, its estimate covers its error."""
     rows = [row for row in ROWS if not high(row)]
     films = [film_of(row) for row in rows]
     table = np.array([float(row["Hc"]) for row in rows])

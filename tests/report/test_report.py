@@ -10,6 +10,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from command_line import run
 from reference_screw import GD4008, published_rows
 from synthetic_contacts import closed_build, small_map
 
@@ -78,15 +79,6 @@ class Page(HTMLParser):
             self.text += data
         if self._cell:
             self._table[-1][-1] += data
-
-
-def run(capsys, *arguments):
-    """Exit code, stdout, stderr."""
-    try:
-        code = cli.main([*map(str, arguments)])
-    except SystemExit as leave:
-        code = leave.code
-    return code, *capsys.readouterr()
 
 
 @pytest.fixture(scope="module")
@@ -517,10 +509,8 @@ def test_bad_output_is_refused_in_one_line_before_anything_is_read(tmp_path, cap
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.html").mkdir()
     before = sorted(tmp_path.rglob("*"))
-    arguments = ["--map", tmp_path / "none.nc"] + (
-        [] if output is None else ["--output", f"{tmp_path}/{output}"]
-    )
-    code, out, err = run(capsys, "report", *arguments)
+    target = [] if output is None else ["--output", tmp_path / output]
+    code, out, err = run(capsys, "report", "--map", tmp_path / "none.nc", *target)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert named in err
     assert sorted(tmp_path.rglob("*")) == before

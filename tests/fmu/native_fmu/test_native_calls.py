@@ -277,7 +277,7 @@ def test_unknown_kinds(version):
 def test_event_mode_and_intermediate_variables_are_refused(requested):
     with NativeInstance(3, CS, **requested) as one:
         assert one.handle is None
-        assert "requested for" in one.last
+        assert "asked for" in one.last
 
 
 @both_kinds
