@@ -1,1 +1,1 @@
-"""The FMU of the ball screw: variables, slave, model description and package. No physics lives here."""
+"""The FMUs of the ball screw: variables, slaves, model descriptions and packages. The physics is in ballscrew_tehl."""

@@ -1,4 +1,4 @@
-"""Command line of the FMUs: python -m ballscrew_fmu build; build_fmu.py calls the same."""
+"""Command line of the FMUs: python -m ballscrew_fmu build, also called by build_fmu.py."""
 
 import argparse
 import hashlib
@@ -16,35 +16,35 @@ from ballscrew_fmu.native_fmu.compile import BuildError
 from ballscrew_fmu.native_fmu.sources import SourceError
 
 DESCRIPTION = """\
-Build the FMUs of a screw from its map - friction and preload monitor, for Python hosts and native - check them in
-fmpy, show their torque."""
+Build the FMUs of a screw from its map (friction and preload monitor, for Python hosts and native), check them in
+fmpy and print their torque."""
 EPILOG = """\
-what is done
-  1. read the screw file (checked: a wrong key or value is one line and exit code 2)
-  2. load the map of this screw; a map of another screw or version is refused
+steps
+  1. read and check the screw file (a wrong key or value: message of one line, exit code 2)
+  2. load the map of this screw; a map of another screw or version is rejected
   3. pack map and Python code into BallScrewFriction.fmu (torque from preload) and BallScrewPreloadMonitor.fmu
      (preload from torque): FMI 2.0 co-simulation for Python hosts
   4. compile the C runtime for Linux, Windows and macOS with ziglang, and pack it with the map into
      BallScrewFrictionNative_fmi2.fmu and _fmi3.fmu, BallScrewPreloadMonitorNative_fmi2.fmu and _fmi3.fmu:
      co-simulation and model exchange for every host
-     (first time: some minutes, for the C libraries of these systems; then about a minute)
-  5. validate each with fmpy: any finding stops the build
-  6. replay a reference input in fmpy and compare every output with the map (1e-9); the monitors must also
-     find the preload again that the torque was made from (1e-6)
-  7. print measured torque compared with this model, Zhao, Zhou and NSK (for the packaged screw),
+     (the first time some minutes for the C libraries of these systems, then about a minute)
+  5. validate each FMU with fmpy: any finding stops the build
+  6. replay a reference input in fmpy and compare every output with the map (1e-9); the preload of the
+     monitors must also agree with the one the torque was computed from (1e-6)
+  7. print the measured torque compared with this model, Zhao, Zhou and NSK (packaged screw only),
      and path, size and SHA-256 of each FMU
-Same input, same bytes. The FMUs appear in the output folder after all checks have passed, or not at all.
+Same input gives the same bytes. The FMUs are delivered only if all checks pass.
 
 examples
   {prog}                                  the screw GD4008-3 with its packaged map
-  {prog} --kinematics rolling_frame       its other kinematics: films to trust
-  {prog} --python-only                    no compiler: the FMUs for Python hosts only
+  {prog} --kinematics rolling_frame       its other kinematics, with reliable films
+  {prog} --python-only                    only the FMUs for Python hosts, without compiler
   python -m ballscrew_tehl map build --screw my.toml --output my_map.nc
   {prog} --screw my.toml --map my_map.nc --output my_fmus
   python -m ballscrew_tehl calibrate measurements.csv --screw my.toml --map my_map.nc --output friction.toml
   {prog} --screw my.toml --map my_map.nc --friction friction.toml
 
-exit codes: 0 done, 1 a check failed, 2 bad input
+exit codes: 0 done, 1 a check or the compiler failed, 2 invalid input
 """
 
 
@@ -54,9 +54,10 @@ class Parser(argparse.ArgumentParser):
 
 
 def parser(prog: str, subcommands: bool, folder: Path) -> Parser:
-    """Options of all subcommands; without subcommands those of build alone.
+    """Options of all subcommands, or of build alone.
 
-    Parameters   prog : name of the program in messages;  folder : where FMUs go unless --output names another
+    Parameters   prog : name of the program in messages;  subcommands : False: options of build
+                 folder : default of --output
     """
     if not subcommands:
         options = Parser(
@@ -92,26 +93,26 @@ def _add_build(options: argparse.ArgumentParser, folder: Path) -> None:
     options.add_argument(
         "--kinematics",
         choices=("published", "rolling_frame"),
-        help="surface speeds: published reproduces the paper, rolling_frame has the trustworthy films; "
-        "default: as the screw file says",
+        help="surface speeds: published reproduces the paper, rolling_frame gives reliable films; "
+        "default: from the screw file",
     )
     options.add_argument(
         "--friction",
         metavar="FILE.toml",
-        help="friction parameters that `calibrate --output` has written for this screw; default: the packaged set that "
-        "the screw file selects",
+        help="friction parameters of this screw, written by `calibrate --output`; default: the packaged set of the "
+        "screw file",
     )
     options.add_argument(
         "--output",
         metavar="FOLDER",
         type=Path,
         default=folder,
-        help="where the FMUs go; default: %(default)s",
+        help="folder for the FMUs; default: %(default)s",
     )
     options.add_argument(
         "--python-only",
         action="store_true",
-        help="build the FMUs for Python hosts only, without the native ones, which need ziglang",
+        help="build the FMUs for Python hosts only; the native ones need ziglang",
     )
     options.set_defaults(run=_build, prog=options.prog)
 
@@ -122,7 +123,7 @@ def main(
     subcommands: bool = True,
     folder: Path = Path("dist"),
 ) -> int:
-    """Run a command; returns the exit code: 0 done, 1 a check failed, 2 bad input. Arguments as parser."""
+    """Run a command. Returns the exit code: 0 done, 1 a check or the compiler failed, 2 invalid input."""
     args = parser(prog, subcommands, folder).parse_args(arguments)
     code: int = args.run(args)
     return code
@@ -135,7 +136,7 @@ def _build(args: argparse.Namespace) -> int:
         try:
             parameters, nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
         except (ValueError, OSError) as error:
-            return _complain(args, str(error))
+            return _print_error(args, str(error))
         try:
             paths, text = build.build(
                 parameters,
@@ -146,11 +147,11 @@ def _build(args: argparse.Namespace) -> int:
             )
         except OSError as error:
             reason = error.strerror or error
-            return _complain(args, f"--output {args.output}: {reason}; needs a folder that can be written")
+            return _print_error(args, f"--output {args.output}: {reason}; needs a folder that can be written")
         except CheckError as error:
-            return _complain(args, f"check failed, no FMU delivered: {error}", code=1)
+            return _print_error(args, f"check failed, no FMU delivered: {error}", code=1)
         except (BuildError, SourceError) as error:
-            return _complain(args, f"no FMU delivered: {error}", code=1)
+            return _print_error(args, f"no FMU delivered: {error}", code=1)
     print(text)
     if friction := nut_map.header.get("friction"):
         print(f"friction: {friction['set']}, {friction['loss'] or 'not fitted'}; {friction['provenance']}")
@@ -160,7 +161,7 @@ def _build(args: argparse.Namespace) -> int:
     return 0
 
 
-def _complain(args: argparse.Namespace, message: str, code: int = 2) -> int:
+def _print_error(args: argparse.Namespace, message: str, code: int = 2) -> int:
     print(f"{args.prog}: {' '.join(message.split())}", file=sys.stderr)
     return code
 

@@ -1,4 +1,4 @@
-"""FMU archives in reproducible bytes: what the packages of Python and native FMUs share."""
+"""Reproducible FMU archives, for the FMUs for Python hosts and the native FMUs."""
 
 import io
 import os
@@ -21,7 +21,7 @@ class BuiltFmu(NamedTuple):
 
 
 def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> None:
-    """One zip with fixed dates and order; the file appears complete or not at all.
+    """Write a zip archive with fixed dates and order, atomically.
 
     Raises       OSError: the folder cannot be written
     """
@@ -30,7 +30,7 @@ def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> None:
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files, key=lambda n: (n != "modelDescription.xml", n)):
             member = zipfile.ZipInfo(name, _EPOCH)
-            member.create_system = 3  # unix on every builder
+            member.create_system = 3  # unix, whatever the build system
             member.external_attr = 0o644 << 16
             archive.writestr(member, files[name], zipfile.ZIP_DEFLATED, 9)
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Builds all FMUs of a screw: reads screw, map and friction parameters, packs, checks, delivers."""
+"""Builds all FMUs of a screw: reads screw, map and friction parameters, then packs, checks and delivers the FMUs."""
 
 import os
 import tempfile
@@ -19,15 +19,15 @@ from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import Parameters, changed, load_parameters
 from ballscrew_tehl.runtime.evaluate import NutMap
 
-Advance = Callable[[str], None]  # called with what is done next
+Advance = Callable[[str], None]  # called with the name of the next step
 
 
 def read_inputs(
     screw: str | None, map_file: str | None, kinematics: str | None, friction: str | None = None
 ) -> tuple[Parameters, NutMap]:
-    """Parameters and their nut map, whose header carries start values and provenance of the friction parameters.
+    """Parameters and their nut map. Its header has start values and provenance of the friction parameters.
 
-    Raises       ValueError or OSError: bad input, one line
+    Raises       ValueError or OSError: invalid input, with a message of one line
     """
     parameters = load_parameters(screw)
     if kinematics not in (None, parameters.friction.kinematics):
@@ -43,9 +43,9 @@ def build(
     advance: Advance = lambda text: None,
     python_only: bool = False,
 ) -> tuple[list[Path], str]:
-    """Pack, check and deliver the FMUs; returns their paths and the text of tables and checks.
+    """Pack, check and deliver the FMUs. Returns their paths and the text of tables and checks.
 
-    Raises       CheckError, BuildError, SourceError: nothing is delivered; OSError: the folder cannot be written
+    Raises       CheckError, BuildError, SourceError: no FMU is delivered; OSError: the folder cannot be written
     """
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".build_") as scratch:
@@ -68,7 +68,7 @@ def build(
 def _build_native(
     parameters: Parameters, nut_map: NutMap, folder: Path, advance: Advance, model: FmuModel
 ) -> list[tuple[Path, str]]:
-    """The native FMUs of a model in a folder, each with the line about its checks."""
+    """The native FMUs of a model in a folder, each with the result of its checks."""
     reference = Reference(STEP, *reference_results(nut_map, model))
     report = validation_report(parameters, nut_map)
     kinds: tuple[tuple[int, type[FmuInstance]], ...] = ((2, FmuInstance), (3, Fmu3Instance))
@@ -86,6 +86,6 @@ def _build_native(
 def _checked(
     fmu: Path, parameters: Parameters, nut_map: NutMap, kind: type[FmuInstance], model: FmuModel
 ) -> str:
-    """Line about the checks of one FMU."""
+    """Result of the checks of one FMU, one line."""
     line = check(fmu, nut_map, kind, model)
     return line + (recovered_preload(fmu, parameters, kind) if model is MONITOR else "")

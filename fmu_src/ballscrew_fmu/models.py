@@ -1,4 +1,4 @@
-"""The models that are built as FMUs: what differs between them. Everything else is shared."""
+"""The models that are built as FMUs, with all that differs between them."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -16,11 +16,11 @@ class FmuModel(NamedTuple):
     summary: str  # first words of the description
     variables: Table
     native_variables: Table
-    slave: str  # module of the base class, which is named by name
-    refines: bool  # the contact solver travels
-    layer: str  # folder of native/ that holds the model layer
-    derivatives: bool  # directional and adjoint ones
-    terminal: tuple[str, str, tuple[str, ...]] | None = None  # kind, description, variables
+    slave: str  # module of the base class {name}Base
+    refines: bool  # the FMU contains the contact solver
+    layer: str  # folder of the model in native/models
+    derivatives: bool  # directional and adjoint derivatives
+    terminal: tuple[str, str, tuple[str, ...]] | None = None  # name, description, variables
 
     @property
     def native_name(self) -> str:
@@ -39,8 +39,8 @@ FRICTION = FmuModel(
     derivatives=True,
     terminal=(
         "shaft",
-        "Shaft of the screw: its speed comes in, the friction torque goes out and acts against the speed; "
-        "no angle, so no Modelica flange",
+        "Shaft of the screw: speed as input, friction torque as output, acting against the speed. "
+        "Without an angle, so not a Modelica flange",
         ("speed", "friction_torque"),
     ),
 )

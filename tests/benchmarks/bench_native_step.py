@@ -17,6 +17,7 @@ from ctypes import c_double, c_size_t, c_uint
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
+sys.path.insert(0, str(Path(__file__).parents[1] / "support" / "fmu"))
 from native_host import TOKEN, build, c_host
 from paths import NATIVE_HOSTS
 

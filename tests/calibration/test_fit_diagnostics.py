@@ -88,6 +88,7 @@ def test_profile_limits_of_two_parameters_are_the_linear_intervals():
         assert ends["high"] == pytest.approx(values[i] + half[name], rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [2, 3])
 def test_limits_cover_the_truth(count):
     """Forty noisy repetitions of the eleven points, 2 %: 95 % intervals. Bound: 0.1 % quantile of the binomial law."""
@@ -157,6 +158,7 @@ def test_outliers_are_found_also_when_they_mask_each_other(wide, stray):
     assert found.outliers == sorted(stray)
 
 
+@pytest.mark.slow
 def test_good_points_are_rarely_outliers(wide):
     """One false alarm among 20 files by the studentised residuals, few more by the robust guard; binomial bound."""
     files = 60

@@ -184,6 +184,7 @@ def test_rows_outside_the_map_stop_the_fit_unless_dropped(capsys, measured):
     assert [p["row"] for p in found["published.three_parameter"]["calibration"]["dropped"]] == [5, 6]
 
 
+@pytest.mark.slow
 def test_outliers_are_reported_and_kept_unless_dropped(capsys, measured, torques):
     rows = {}
     for number, factor in ((4, 1.2), (18, 1.25)):

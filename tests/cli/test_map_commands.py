@@ -58,6 +58,7 @@ def closed(monkeypatch):
     monkeypatch.setattr(certificate, "deviation_at", certificate_row)
 
 
+@pytest.mark.slow
 def test_family_gets_a_map_for_every_screw(closed, tmp_path, capsys):
     folder, maps = tmp_path / "screws", tmp_path / "maps"
     folder.mkdir()
@@ -81,6 +82,7 @@ def test_family_gets_a_map_for_every_screw(closed, tmp_path, capsys):
         assert stored["film_error_max"] == pytest.approx(10.0 * stored["torque_error_max"])
 
 
+@pytest.mark.slow
 def test_tolerance_reaches_the_sampling(closed, tmp_path, monkeypatch):
     grid = dataclasses.replace(GRID, contact_nodes=(5, 5, 5), contact_most=(9, 9, 9))
     monkeypatch.setattr(map_commands, "MapGrid", lambda: grid)
@@ -111,6 +113,7 @@ def test_plain_progress_shows_every_stage_of_a_build_that_adds_work(capsys):
     assert 15 <= sum("of 1200 " in line for line in lines) <= 22
 
 
+@pytest.mark.slow
 def test_certificate_holds_mean_quantile_and_largest(closed, tmp_path, monkeypatch, capsys):
     path = tmp_path / "map.nc"
     assert main(["map", "build", "--output", str(path), "--count", "7", "--json"]) == 0
@@ -125,6 +128,7 @@ def test_certificate_holds_mean_quantile_and_largest(closed, tmp_path, monkeypat
     assert deviation_from_direct(nut_map, GD4008, 7)["torque_error_max"] == result["torque_error_max"]
 
 
+@pytest.mark.slow
 def test_deviation_is_that_of_the_map(closed, tmp_path, monkeypatch, capsys):
     """Direct films 3 % above the map's own: film off by 3 %, torque by less."""
     path = tmp_path / "map.nc"
@@ -155,6 +159,7 @@ def test_deviation_is_that_of_the_map(closed, tmp_path, monkeypatch, capsys):
     assert 0.003 < deviation.torque < 0.03
 
 
+@pytest.mark.slow
 def test_points_without_direct_solution_are_counted_and_left_out(closed, tmp_path, monkeypatch):
     path = tmp_path / "map.nc"
     assert main(["map", "build", "--output", str(path), "--count", "1"]) == 0

@@ -296,6 +296,7 @@ def test_moderate_load_is_resolved():
         assert moes(M, 10.0, ratio, "roelands", n_y=17).solution.branch == "resolved"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("u_e", [1e-8, 1e-12])
 def test_very_slow_contact_is_solved_or_reported(u_e):
     """Practically no film: no exception, and no converged result without physical meaning."""

@@ -1,9 +1,11 @@
 """The example that draws the picture of the README."""
 
 import numpy as np
+import pytest
 import torque_over_speed
 
 
+@pytest.mark.slow
 def test_torque_rises_with_preload_and_speed_and_passes_the_measured_points(tmp_path):
     result = torque_over_speed.main()
     torque = result["torque"]

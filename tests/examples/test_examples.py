@@ -155,7 +155,7 @@ def test_leaving_the_map_is_reported(servo_axis, fmu, capfd):
     start = servo_axis.Motion(*(column[:10] for column in motion))
     with servo_axis.FrictionFmu(fmu, hot) as friction:
         assert servo_axis.simulate(hot, start, friction).in_range is False
-    assert "temperature = 400.0 lies beyond the map" in capfd.readouterr().out
+    assert "temperature = 400.0 is outside the map" in capfd.readouterr().out
 
 
 # picture and command line

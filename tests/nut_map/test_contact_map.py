@@ -51,6 +51,7 @@ def test_map_equals_samples_at_the_nodes():
     assert_nodes_come_back(MAP)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kinematics", PACKAGED)
 def test_packaged_map_equals_samples_at_the_nodes(kinematics):
     contact_map = load_contact_map(None, changed(GD4008, friction={"kinematics": kinematics}))
@@ -203,6 +204,7 @@ def test_thermal_film_of_a_nanometre_is_continued_from_lower_loads():
     assert rises[2] / rises[1] == pytest.approx(rises[1] / rises[0], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_continued_film_lies_near_the_solved_one():
     at = (2.0, 283.15)
     known = solve_ball(GD4008, "nut", 124.3, *at, True)
@@ -300,6 +302,7 @@ def test_direct_extremes_are_those_of_all_balls_of_both_nuts(monkeypatch, share)
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kinematics", PACKAGED)
 def test_packaged_map_agrees_with_direct_solves(monkeypatch, kinematics):
     """Within 1 % of the torque, at two points in the middle of the range, by the isothermal film."""

@@ -142,6 +142,7 @@ def test_interrupted_build_continues_where_it_stopped(tmp_path, monkeypatch):
     same_map(resumed, small_map())
 
 
+@pytest.mark.slow
 def test_killed_process_loses_no_finished_contact(tmp_path):
     journal = tmp_path / "x.contacts"
     script = f"""
@@ -166,6 +167,7 @@ closed_build(progress=slow, journal=Path({str(journal)!r}))
     same_map(closed_build(journal=journal), small_map())
 
 
+@pytest.mark.slow
 def test_workers_of_a_killed_build_stop():
     script = """
 import os, time

@@ -280,6 +280,7 @@ def largest_error(grid, film="solved"):
     return max(errors)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("film", ["solved", "solved_thermal"])
 def test_error_between_the_nodes_falls_with_the_fourth_power_of_their_distance(film):
     errors = [

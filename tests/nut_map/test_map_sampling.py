@@ -130,6 +130,7 @@ def test_smaller_tolerance_gives_more_solves_and_smaller_errors():
     assert errors[2] < errors[0]
 
 
+@pytest.mark.slow
 def test_error_of_thin_films_counts_less(monkeypatch):
     row = rough_along(1)
     many = sampled(row=row).solved["screw"].sum()

@@ -89,6 +89,7 @@ def test_packaged_map_is_finite_over_its_whole_range(kinematics):
 # --- writing and reading ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("film", store.FILM_MODELS)
 def test_map_of_the_film_model_of_the_friction_set_is_read_back(saved, monkeypatch, film):
     """Both film models are in the file; extremes and force curves are common to both."""
@@ -163,6 +164,7 @@ def test_contact_map_is_read_back(saved):
     assert "lubricant.viscosity" in refusal(saved, other, load_contact_map)
 
 
+@pytest.mark.slow
 def test_same_map_same_bytes(saved, tmp_path):
     again = save_map(tmp_path / "again.nc", closed_build(), CERTIFICATE)
     other = save_map(tmp_path / "other.nc", small_map(), {**CERTIFICATE, "points": 4})
@@ -215,6 +217,7 @@ def flipped(path: Path, whole: bytes, place: int, bit: int) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_flipped_bits_are_refused_or_change_nothing(saved, tmp_path):
     """Titles, names of dimensions, padding and the axes of the samples may change: no number comes from them."""
     whole, good = saved.read_bytes(), load_map(saved, GD4008)
@@ -418,6 +421,7 @@ def test_save_makes_the_folder_and_replaces_the_old_file(tmp_path):
     assert list(path.parent.iterdir()) == [path]
 
 
+@pytest.mark.slow
 def test_reading_needs_neither_writer_nor_solver(saved):
     code = (
         "import sys; from ballscrew_tehl.nut_map.file import load_map, load_contact_map;"

@@ -398,6 +398,7 @@ def test_output_for_a_double_nut_does_not_mention_spin(capsys):
     assert not {"preload_kind", "spin_torque_not_included_at_most_nm"} & set(found)
 
 
+@pytest.mark.slow
 def test_direct_solve_of_a_user_screw_with_graded_oil(tmp_path, capsys):
     """The whole chain without a map: single nut, ISO VG 68, measured roughness."""
     parameters = changed(

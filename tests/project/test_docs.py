@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from paths import ROOT, SUPPORT
+from paths import FMU_SUPPORT, ROOT
 
 from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
@@ -146,7 +146,7 @@ def clone(tmp_path_factory):
     for version, model in ((2, FRICTION), (3, FRICTION)):
         target = dist / native_file_name(version, model)
         build_native_fmu(screw, version, target, platforms=("x86_64-linux",), model=model)
-    stub = runpy.run_path(str(SUPPORT / "stub_solver.py"))
+    stub = runpy.run_path(str(FMU_SUPPORT / "stub_solver.py"))
     build_fmu(screw, dist / "stub" / "BallScrewFriction.fmu", solver=stub["SOURCES"])
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     return Clone(folder, os.environ | {"PATH": path, "MPLBACKEND": "Agg"})

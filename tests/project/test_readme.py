@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 
+import pytest
 from paths import ROOT
 
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -14,11 +15,13 @@ def run(*arguments):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_first_example_runs_and_prints_four_speeds():
     code = re.search(r"```python\n(import math.*?)```", TEXT, re.DOTALL).group(1)
     assert len(re.findall(r"r/min  0\.\d{3} N m", run("-c", code))) == 4
 
 
+@pytest.mark.slow
 def test_validation_table_is_that_of_the_command():
     shown = re.findall(r"^\| Table (\d)[^|]*\|([^|]*)\|([^|]*)\|([^|]*)\|([^|]*)\|$", TEXT, re.MULTILINE)
     assert [row[0] for row in shown] == ["2", "4", "3"]
@@ -27,6 +30,7 @@ def test_validation_table_is_that_of_the_command():
         assert [cell.strip() for cell in cells] == re.findall(r"[\d.]+ %", line)
 
 
+@pytest.mark.slow
 def test_pictures_exist_and_commands_are_known():
     for picture in re.findall(r"!\[[^]]*\]\((docs/[^)]*)\)", TEXT):
         assert (ROOT / picture).stat().st_size > 10_000

@@ -305,6 +305,7 @@ THINNING = ("eyring", "carreau", "limiting_shear_stress")
 CASES = [(r, at) for r in THINNING for at in (LIGHT, HEAVY) if (r, at) != ("limiting_shear_stress", HEAVY)]
 
 
+@pytest.mark.slow
 @pytest.mark.xfail(
     strict=True, reason="at the limiting stress the thinning flips between 1 and 1e9: two-cycle"
 )

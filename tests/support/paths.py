@@ -7,4 +7,5 @@ TESTS = SUPPORT.parent
 ROOT = TESTS.parent
 EXAMPLES = ROOT / "examples"
 PUBLISHED = TESTS / "published" / "data"
-NATIVE_HOSTS = SUPPORT / "native"  # C programs that load a native FMU
+FMU_SUPPORT = SUPPORT / "fmu"
+NATIVE_HOSTS = FMU_SUPPORT / "native"  # C programs that load a native FMU

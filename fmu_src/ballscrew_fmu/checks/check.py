@@ -14,15 +14,15 @@ from ballscrew_tehl.parameters.file import Parameters, load_parameters
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.validation.tables import mean_deviations, table_text, validation_tables
 
-AGREEMENT = 1e-9  # relative, FMU against the map itself
+AGREEMENT = 1e-9  # relative difference between FMU and map
 
 
 def check(
     fmu: Path, nut_map: NutMap, kind: type[FmuInstance] = FmuInstance, model: FmuModel = FRICTION
 ) -> str:
-    """Validation and replay of one FMU; returns the line that reports them.
+    """Validation and replay of one FMU. Returns one line with the results.
 
-    Parameters   kind : of instance, as replay
+    Parameters   kind : class of the instance, as in replay
     Raises       CheckError
     """
     findings = validation.validate_fmu(str(fmu))
@@ -51,13 +51,13 @@ def check_replay(
         for name, value in outputs.items():
             difference = abs(value - expected[name]) / max(abs(expected[name]), 1e-300)
             if not difference <= AGREEMENT:
-                raise CheckError(f"replay step {n}: {name} = {value!r}; the map says {expected[name]!r}")
+                raise CheckError(f"replay step {n}: {name} = {value!r}; the map gives {expected[name]!r}")
             worst = max(worst, difference)
     return worst
 
 
 def torque_tables(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
-    """Torque of the FMU compared with measurement and published models; for another screw with NSK and Zhou.
+    """Torque of the FMU compared with measurement and published models, for other screws with NSK and Zhou only.
 
     Raises       CheckError: the FMU discards a step
     """
@@ -83,9 +83,9 @@ def torque_tables(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
 
 
 def recovered_preload(fmu: Path, parameters: Parameters, kind: type[FmuInstance] = FmuInstance) -> str:
-    """How far the preload of a monitor is off Table 3, as the end of its line; nothing for another screw.
+    """Mean deviation of the preload of a monitor from Table 3, as text. Empty for other screws.
 
-    Raises       CheckError: a torque of the table is beyond what the map gives
+    Raises       CheckError: a torque of the table is outside the range of the map
     """
     if parameters.screw != load_parameters().screw:
         return ""
@@ -94,4 +94,4 @@ def recovered_preload(fmu: Path, parameters: Parameters, kind: type[FmuInstance]
             deviation = mean_deviations(table3(instance))[0]
         except RuntimeError as error:
             raise CheckError(f"{fmu.name}: {error}") from error
-    return f"; preload of Table 3: {100.0 * deviation:.2f} % off on average"
+    return f"; preload of Table 3: {100.0 * deviation:.2f} % mean deviation"

@@ -1,4 +1,4 @@
-"""What BallScrewPreloadMonitor must answer: from the map for a sequence of inputs, and from the paper's Table 3."""
+"""Expected results of BallScrewPreloadMonitor: from the map for an input sequence, and from Table 3 of the paper."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -13,10 +13,10 @@ from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, ValidationRow
 def monitor_outputs(
     nut_map: NutMap, inputs: Iterable[Mapping[str, float]], **parameters: float
 ) -> list[dict[str, Any]]:
-    """Outputs after each step of an input sequence, from a fresh instance.
+    """Outputs after each step of an input sequence, from a new instance.
 
     Parameters   inputs : torque [N.m], speed [rad/s], temperature [K], axial_load [N]
-                 parameters : by name; the others have their start values
+                 parameters : by name; the others keep their start values
     """
     table = monitor_variables(nut_map.header)
     starts = {v.name: v.start for v in table if v.causality == "parameter"} | parameters
@@ -30,17 +30,17 @@ def monitor_outputs(
     return results
 
 
-def lost_preload(true: Sequence[float], outputs: Sequence[Mapping[str, Any]]) -> float:
-    """Largest relative difference of preload from the true one [N] among the outputs in range; nan without any."""
+def preload_error(true: Sequence[float], outputs: Sequence[Mapping[str, Any]]) -> float:
+    """Largest relative error of the preload, over the outputs in range. NaN if none is in range."""
     found = [abs(o["preload"] / p - 1.0) for p, o in zip(true, outputs, strict=True) if o["in_range"]]
     return max(found) if found else float("nan")
 
 
 def table3(instance: Any) -> list[ValidationRow]:
-    """Table 3 of Zhao et al. (2023) through an FMU: preload from the measured torque at 100 r/min.
+    """Table 3 of Zhao et al. (2023) with an FMU: preload from the measured torque at 100 r/min.
 
     Parameters   instance : of replay.FmuInstance or replay_fmi3.Fmu3Instance
-    Raises       RuntimeError: it discards a step, or a point is not in range
+    Raises       RuntimeError: a step is discarded, or a point is not in range
     """
     rows, speed = [], 100.0 * RPM
     for line in read_rows(PACKAGED_PRELOAD):

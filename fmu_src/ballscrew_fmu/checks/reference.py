@@ -1,25 +1,25 @@
-"""Reference input of the checks, and what the map gives for it: the results that a built FMU must repeat."""
+"""Reference input of the checks and the outputs of the map for it, which a built FMU must reproduce."""
 
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ballscrew_fmu.checks.monitor_check import lost_preload, monitor_outputs
+from ballscrew_fmu.checks.monitor_check import monitor_outputs, preload_error
 from ballscrew_fmu.models import FRICTION, MONITOR, FmuModel
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.standstill import coulomb_friction
 
 STEP = 1e-3  # [s] communication step of the replay
-RECOVERY = 1e-6  # relative, preload of the monitor against the one that the torque is made from
+RECOVERY = 1e-6  # relative error of the preload of the monitor for a torque computed from a known preload
 
 
 class CheckError(RuntimeError):
-    """A built FMU fails a check; none is delivered."""
+    """A built FMU fails a check. No FMU is delivered."""
 
 
 def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
-    """Runs in both directions through standstill, with loads and temperatures, and visits beyond the map."""
+    """Motion in both directions through standstill at varying load and temperature, partly outside the map."""
     axes = header["axes"]
     force_hi, fastest = axes["force"][1], axes["speed"][1]
     cold, hot = axes["temperature"][:2]
@@ -48,9 +48,9 @@ def expected_outputs(
 def reference_results(
     nut_map: NutMap, model: FmuModel = FRICTION
 ) -> tuple[list[dict[str, float]], list[dict[str, Any]]]:
-    """Reference input, and what the map gives for it with the start values of the parameters.
+    """Reference input and the outputs of the map for it, with the start values of the parameters.
 
-    Raises       CheckError: the monitor does not find the preload that its reference torque is made from
+    Raises       CheckError: the preload of the monitor differs from the one its reference torque is computed from
     """
     starts = {v.name: v.start or 0.0 for v in FRICTION.variables(nut_map.header)}
     rows = list(reference_input(nut_map.header))
@@ -63,7 +63,7 @@ def reference_results(
         for row, result in zip(rows, results, strict=True)
     ]
     outputs = monitor_outputs(nut_map, inputs)
-    lost = lost_preload([row["preload"] for row in rows], outputs)
-    if not lost <= RECOVERY:
-        raise CheckError(f"preload from torque is off by {lost:.1e}, relative; allowed {RECOVERY:g}")
+    error = preload_error([row["preload"] for row in rows], outputs)
+    if not error <= RECOVERY:
+        raise CheckError(f"preload from torque: relative error {error:.1e}; allowed {RECOVERY:g}")
     return inputs, outputs

@@ -1,4 +1,4 @@
-"""Steps an FMI 2.0 FMU in fmpy by variable names, for the replay of the checks and for tests."""
+"""An FMI 2.0 FMU stepped in fmpy, with variables by name, for the checks and the tests."""
 
 import shutil
 import tempfile
@@ -22,13 +22,12 @@ FMI2_DISCARD = 2
 
 
 class FmuInstance:
-    """One instance of an FMI 2.0 co-simulation FMU, initialized unless `initialize` is False; use it in a `with`
-    block.
+    """One instance of an FMI 2.0 co-simulation FMU, for use in a `with` block.
 
-    Parameters   fmu : the FMU, or a folder where it is unpacked
+    Parameters   fmu : the FMU, or the folder of an unpacked FMU
                  start : values set before initialization
-                 initialize : False leaves it instantiated
-    Attributes   messages : (status, text) of everything the FMU logged
+                 initialize : False: instantiate only
+    Attributes   messages : (status, text) of each log message
                  time : of the last successful step [s]
     """
 
@@ -89,7 +88,7 @@ class FmuInstance:
         return dict(zip(names, self.get(*names), strict=True))
 
     def step(self, step_size: float = 1e-3, **inputs: float) -> bool:
-        """Set inputs and step; False if the FMU discards it. Raises FMICallException for other failures."""
+        """Set inputs and step. False if the step is discarded; FMICallException for other failures."""
         self.set(**inputs)
         try:
             self.slave.doStep(currentCommunicationPoint=self.time, communicationStepSize=step_size)
@@ -121,9 +120,9 @@ def replay(
     step_size: float = 1e-3,
     kind: type[FmuInstance] = FmuInstance,
 ) -> list[dict[str, Any]]:
-    """Outputs after each step of an input sequence; a row sets only what changes.
+    """Outputs after each step of an input sequence. A row may be limited to the inputs that change.
 
-    Parameters   kind : of instance; Fmu3Instance (replay_fmi3) for FMI 3.0
+    Parameters   kind : class of the instance; Fmu3Instance (replay_fmi3) for FMI 3.0
     Raises       RuntimeError: the FMU discards a step
     """
     results = []

@@ -1,4 +1,4 @@
-"""Steps an FMI 3.0 FMU in fmpy by variable names: the sibling of replay.py."""
+"""An FMI 3.0 FMU stepped in fmpy, with variables by name, as replay.py does for FMI 2.0."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,7 +9,7 @@ from ballscrew_fmu.checks.replay import FmuInstance
 
 
 class Fmu3Instance(FmuInstance):
-    """One instance of an FMI 3.0 co-simulation FMU; arguments and attributes as FmuInstance."""
+    """One instance of an FMI 3.0 co-simulation FMU; arguments and attributes as in FmuInstance."""
 
     def _instantiated(self, folder: str, name: str) -> Any:
         slave = FMU3Slave(guid=self.description.guid, **self._identity(folder, name))

@@ -1,4 +1,4 @@
-"""modelDescription.xml from the table of variables: units, bounds, dependencies, honest capability flags."""
+"""modelDescription.xml from the table of variables: units, bounds, dependencies, capability flags."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -9,14 +9,14 @@ from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.variables.friction import UNITS, Variable
 
 LOG_CATEGORIES = {
-    "logStatusWarning": "An input lies beyond the map and is clamped",
-    "logStatusDiscard": "A step was discarded, with the variable and the value that are the reason",
+    "logStatusWarning": "An input is outside the map and is clamped",
+    "logStatusDiscard": "A step is discarded, with the variable and the value that are the reason",
     "logStatusError": "A call that has no effect",
     "logStatusFatal": "Failures of the Python interpreter",
     "logAll": "All messages",
 }
 CAPABILITIES = {
-    "needsExecutionTool": "false",  # what the host must have stands in documentation/externalDependencies.txt
+    "needsExecutionTool": "false",  # requirements on the host: documentation/externalDependencies.txt
     "canHandleVariableCommunicationStepSize": "true",
     "canInterpolateInputs": "false",
     "maxOutputDerivativeOrder": "0",
@@ -32,7 +32,7 @@ CAPABILITIES = {
 def model_description(
     header: Mapping[str, Any], guid: str, generation_tool: str, model: FmuModel = FRICTION
 ) -> bytes:
-    """The XML, UTF-8: same arguments, same bytes (no date).
+    """The XML in UTF-8. Same arguments give the same bytes (no date).
 
     Parameters   header : of the map (bounds, start values, screw and kinematics for the description)
     """

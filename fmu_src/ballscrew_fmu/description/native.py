@@ -12,9 +12,9 @@ from ballscrew_fmu.variables.friction import TIME, Variable
 
 LOG_CATEGORIES = {
     "logStatusWarning": PYTHON_CATEGORIES["logStatusWarning"],
-    "logStatusDiscard": "A value that cannot be used: it is not stored",
-    "logStatusError": "A call that is not allowed now or whose arguments cannot be used, with the reason",
-    "logStatusFatal": "Failures that end the simulation; this FMU has none",
+    "logStatusDiscard": "An invalid value, which is not stored",
+    "logStatusError": "A call that is illegal in the current state or has invalid arguments, with the reason",
+    "logStatusFatal": "Failures that end the simulation (not used)",
     "logAll": PYTHON_CATEGORIES["logAll"],
 }
 _ALWAYS = {"modelIdentifier": FRICTION.native_name, "needsExecutionTool": "false"}
@@ -22,7 +22,7 @@ _ONCE = {"canBeInstantiatedOnlyOncePerProcess": "false"}
 _FMI2 = {
     **_ALWAYS,
     **_ONCE,
-    "canNotUseMemoryManagementFunctions": "false",  # instances lie in memory of the importer
+    "canNotUseMemoryManagementFunctions": "false",  # instances are in memory of the importer
     "canGetAndSetFMUstate": "true",
     "canSerializeFMUstate": "true",
     "providesDirectionalDerivative": "true",
@@ -109,7 +109,7 @@ def native_description(
     sources: Sequence[str],
     model: FmuModel = FRICTION,
 ) -> bytes:
-    """modelDescription.xml, UTF-8: same arguments, same bytes (no date).
+    """modelDescription.xml in UTF-8. Same arguments give the same bytes (no date).
 
     Parameters   header : of the map;  fmi_version : 2 or 3;  token : guid or instantiationToken
                  sources : names of the C files in the sources folder
@@ -154,7 +154,7 @@ def native_description(
 
 
 def build_description(sources: Sequence[str], model: FmuModel = FRICTION) -> bytes:
-    """sources/buildDescription.xml, of FMI 3.0 and for FMI 2.0 as well (from 2.0.4 on)."""
+    """sources/buildDescription.xml of FMI 3.0, used in FMI 2.0 too (from 2.0.4 on)."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = SubElement(root, "BuildConfiguration", modelIdentifier=model.native_name)
     files = SubElement(configuration, "SourceFileSet", language="C99")
@@ -164,7 +164,7 @@ def build_description(sources: Sequence[str], model: FmuModel = FRICTION) -> byt
 
 
 def terminals(model: FmuModel = FRICTION) -> bytes:
-    """terminalsAndIcons/terminalsAndIcons.xml, of FMI 3.0 and for FMI 2.0 as well (from 2.0.4 on)."""
+    """terminalsAndIcons/terminalsAndIcons.xml of FMI 3.0, used in FMI 2.0 too (from 2.0.4 on)."""
     shown = ""
     if model.terminal is not None:
         name, description, variables = model.terminal
@@ -190,7 +190,7 @@ def _fmi2_variables(parent: Element, variables: Sequence[Variable]) -> None:
         node = parent[-1]
         if v.name in _states(variables):
             node.set("initial", "exact")
-            node[0].set("reinit", "true")  # when it starts to slip
+            node[0].set("reinit", "true")  # at the start of slip
         if v.derivative_of:
             node[0].set("derivative", str(place[v.derivative_of]))
 
@@ -227,7 +227,7 @@ def _fmi3_variables(parent: Element, variables: Sequence[Variable]) -> None:
 
 
 def _unknowns(variables: Sequence[Variable]) -> dict[str, list[tuple[Variable, tuple[str, ...]]]]:
-    """Unknowns of the model structure with what they depend on, by kind."""
+    """Unknowns of the model structure with their dependencies, by kind."""
     groups = {
         "Output": [v for v in variables if v.causality == "output"],
         "Derivative": [v for v in variables if v.derivative_of],
@@ -259,7 +259,7 @@ def _fmi2_structure(parent: Element, variables: Sequence[Variable]) -> None:
     unknowns = _unknowns(variables)
     for group, kind in (("Outputs", "Output"), ("Derivatives", "Derivative"), ("InitialUnknowns", "Initial")):
         if not unknowns[kind]:
-            continue  # the schema does not want an empty group
+            continue  # the schema forbids an empty group
         node = SubElement(parent, group)
         for v, names in unknowns[kind]:
             _unknown(node, "Unknown", "index", place, v, names)

@@ -1,7 +1,7 @@
-"""Compiles the native FMUs for five platforms through ziglang: same sources and same ziglang, same bytes.
+"""Compiles the native FMUs for five platforms with ziglang. Same sources and same ziglang give the same bytes.
 
-No path, date or debug information gets into a binary: the compiler runs in the folder of the sources and sees
-file names only.
+A binary contains no path, date or debug information: the compiler runs in the folder of the sources with relative file
+names.
 """
 
 import importlib.util
@@ -40,13 +40,13 @@ TIME_LIMIT = 1800.0  # [s] for one platform; the first use of a target builds it
 # fat header of macOS, big-endian: magic, count; then per slice cpu type, cpu subtype, offset, size, alignment
 _FAT_MAGIC = 0xCAFEBABE
 _FAT_ALIGNMENT = 14  # 2^14 bytes, the page of arm64
-_CPU_TYPES = {0x01000007: 3, 0x0100000C: 0}  # x86_64, arm64: subtype of all their processors
+_CPU_TYPES = {0x01000007: 3, 0x0100000C: 0}  # x86_64, arm64: cpu subtype "all"
 _MACH_MAGIC_64 = 0xFEEDFACF
 _ZIG = (sys.executable, "-m", "ziglang")
 
 
 class BuildError(RuntimeError):
-    """A library cannot be built; the message is one line."""
+    """A library cannot be built. The message is one line."""
 
 
 def compiler_version() -> str:
@@ -56,7 +56,7 @@ def compiler_version() -> str:
     """
     if importlib.util.find_spec("ziglang") is None:
         raise BuildError(
-            "ziglang is not installed, which compiles the native FMUs: python -m pip install ziglang, "
+            "ziglang is not installed; needed to compile the native FMUs: python -m pip install ziglang, "
             "or build with --python-only"
         )
     return _run([*_ZIG, "version"], Path.cwd(), "ziglang").strip()
@@ -71,7 +71,7 @@ def build_libraries(
     """Shared libraries by platform tuple.
 
     Parameters   sources : C files and headers by name;  name : of the library, without suffix
-                 advance : called with each platform that is done
+                 advance : called with each platform that is finished
     Raises       BuildError: ziglang is missing, or the first error of the compiler
     """
     compiler_version()
@@ -89,16 +89,16 @@ def build_libraries(
 
 
 def universal_library(slices: Sequence[bytes]) -> bytes:
-    """One fat Mach-O of several thin ones, as lipo makes it.
+    """One fat Mach-O from several thin ones, as written by lipo.
 
-    Raises       BuildError: a slice is no 64-bit Mach-O of a known processor
+    Raises       BuildError: a slice is not a 64-bit Mach-O of a known processor
     """
     page = 1 << _FAT_ALIGNMENT
     table, body = struct.pack(">II", _FAT_MAGIC, len(slices)), b""
     for content in slices:
         magic, cpu_type = struct.unpack_from("<II", content)
         if magic != _MACH_MAGIC_64 or cpu_type not in _CPU_TYPES:
-            raise BuildError(f"slice with magic {magic:#x} and processor {cpu_type:#x} is no known Mach-O")
+            raise BuildError(f"slice with magic {magic:#x} and processor {cpu_type:#x} is not a known Mach-O")
         body += bytes(-len(body) % page)
         place = (page + len(body), len(content), _FAT_ALIGNMENT)
         table += struct.pack(">IIIII", cpu_type, _CPU_TYPES[cpu_type], *place)
@@ -117,7 +117,7 @@ def _build(sources: Mapping[str, bytes], name: str, platform: str) -> bytes:
             (folder / ("fmi" if is_fmi_header(file) else ".") / file).write_bytes(content)
         units = sorted(file for file in sources if file.endswith(".c"))
         library = f"{name}{suffix}"
-        # FMI 3.0 headers do not pass the warnings: they count as those of the system
+        # FMI 3.0 headers cause warnings, which -isystem suppresses
         command = [
             *_ZIG,
             "cc",

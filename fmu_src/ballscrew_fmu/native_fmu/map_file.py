@@ -1,4 +1,4 @@
-"""The nut map as the file that the native FMUs read: resources/nut_map.bin."""
+"""The nut map as file of the native FMUs: resources/nut_map.bin."""
 
 import struct
 
@@ -9,14 +9,14 @@ from ballscrew_tehl.runtime.packed import AXES, DEFAULTS
 
 MAP_FILE = "nut_map.bin"
 MAGIC = b"BSFMAP01"
-TORQUE_COLUMNS = 4  # surfaces that a torque needs; they come first in packed.SURFACES
+TORQUE_COLUMNS = 4  # number of surfaces needed for a torque, the first ones in packed.SURFACES
 
 
 def map_bytes(nut_map: NutMap) -> bytes:
-    """Magic, size, checksum, content hash; then little-endian doubles: axes, defaults, coefficients.
+    """Magic, size, checksum and content hash, then little-endian doubles: axes, defaults, coefficients.
 
-    The surfaces that a torque needs stand apart from the others, speed first and force last: the runtime reads
-    sixteen runs of neighbours (map.c).
+    The surfaces needed for a torque are stored apart from the others, speed first and force last: an evaluation reads
+    sixteen contiguous rows (native/core/nut_law.h).
     """
     header, arrays = nut_map.header, nut_map.arrays
     numbers = [float(x) for name in AXES for x in header["axes"][name]]
@@ -37,7 +37,7 @@ def map_bytes(nut_map: NutMap) -> bytes:
 
 
 def checksum(data: bytes) -> int:
-    """64-bit FNV-1a hash (Fowler, Noll, Vo) over little-endian words of eight bytes."""
+    """64-bit FNV-1a hash (Fowler, Noll, Vo) of little-endian words of eight bytes."""
     value = 14695981039346656037
     for word in np.frombuffer(data, dtype="<u8").tolist():
         value = (value ^ word) * 1099511628211 & 0xFFFFFFFFFFFFFFFF

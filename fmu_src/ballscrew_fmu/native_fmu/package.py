@@ -1,7 +1,7 @@
 """Packs the native FMUs, FMI 2.0 and FMI 3.0: libraries, sources, map, documentation, icon, reference results.
 
-Same map, code and ziglang: same bytes. The token in description and libraries is a hash of all content that the
-libraries are made from or that travels beside them.
+Same map, code and ziglang give the same bytes. The token in description and libraries is a hash of the files of the FMU
+and of the sources and options that the libraries are compiled from.
 """
 
 import csv
@@ -36,7 +36,7 @@ FMI2_FOLDERS = {
     "x86_64-windows": "win64",
     "aarch64-linux": "aarch64-linux",
     "aarch64-darwin": "aarch64-darwin",
-}  # and darwin64, a universal library
+}  # in addition darwin64, a universal library
 UNIVERSAL = ("x86_64-darwin", "aarch64-darwin")
 REFERENCE_FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 REFERENCE_MANIFEST = """\
@@ -54,7 +54,7 @@ REFERENCE_MANIFEST = """\
 
 
 class Reference(NamedTuple):
-    """Inputs held over equal steps from time 0, and the outputs at the end of each step."""
+    """Inputs, held over equal steps from time 0, and outputs at the end of each step."""
 
     step: float  # [s]
     inputs: Sequence[Mapping[str, Any]]
@@ -70,11 +70,11 @@ def native_files(
     advance: Callable[[str], None] = lambda platform: None,
     model: FmuModel = FRICTION,
 ) -> dict[str, bytes]:
-    """Members of one native FMU by path, complete with token.
+    """Files of one native FMU by path, with its token.
 
-    Parameters   fmi_version : 2 or 3;  platforms : to build for, of native_build.PLATFORMS
-                 advance : called with each platform that is built
-    Raises       BuildError or SourceError: one line
+    Parameters   fmi_version : 2 or 3;  platforms : names from compile.PLATFORMS
+                 advance : called with each platform that is finished
+    Raises       BuildError or SourceError, with a message of one line
     """
     header = nut_map.header
     zig = compiler_version()
@@ -96,7 +96,7 @@ def native_files(
         }
 
     def complete(token: str) -> tuple[dict[str, bytes], dict[str, bytes]]:
-        """All sources; and what travels of them, with the descriptions."""
+        """All sources; the files of the FMU among them, with the descriptions."""
         sources = native_sources(header, fmi_version, token, model)
         units = sorted(name for name in sources if name.endswith(".c"))
         shown = {f"sources/{name}": text for name, text in sources.items() if not is_fmi_header(name)}
@@ -127,7 +127,7 @@ def _binaries(libraries: Mapping[str, bytes], fmi_version: int, name: str) -> di
 
 
 def reference_files(reference: Reference, model: FmuModel = FRICTION) -> dict[str, bytes]:
-    """Manifest, inputs and outputs after the layered standard FMI-LS-REF, numbers with all their digits."""
+    """Manifest, inputs and outputs as in the layered standard FMI-LS-REF, numbers with all digits."""
     texts = {"fmi-ls-manifest.xml": REFERENCE_MANIFEST.format(name=model.native_name, step=reference.step)}
     for name, rows, shift in (("in", reference.inputs, 0), ("out", reference.outputs, 1)):
         out = io.StringIO()
@@ -156,7 +156,7 @@ def build_native_fmu(
     advance: Callable[[str], None] = lambda platform: None,
     model: FmuModel = FRICTION,
 ) -> BuiltFmu:
-    """Build one native FMU of a map; arguments as native_files, path of the FMU to write."""
+    """Build one native FMU of a map, written to path. Other arguments as in native_files."""
     files = native_files(nut_map, fmi_version, reference, validation, platforms, advance, model)
     write_fmu(path, files)
     content = Path(path).read_bytes()

@@ -1,8 +1,8 @@
 """C sources of the native FMUs: the hand-written runtime, the table of variables as C, the FMI headers of fmpy.
 
-The runtime lies in folders (native/core, models, runtime, fmi); in an FMU its files lie in sources/ without folders, as
-importers compile them without include paths. constants.h is written from the tables that the Python twin reads.
-The FMI headers are needed to compile and stay out of the FMU, as the standard asks (is_fmi_header).
+The runtime is in folders (native/core, models, runtime, fmi). In an FMU its files are in sources/ without folders, as
+importers compile them without include paths. constants.h is generated from the constants of the Python law. The FMI
+headers are needed to compile but, as the standard requires, are not in the FMU (is_fmi_header).
 """
 
 import importlib.resources
@@ -25,7 +25,7 @@ FMI_HEADERS = {
     3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
 }
 _HERE = importlib.resources.files("ballscrew_fmu") / "native"
-_SHARED = ("core", "models", "runtime", "fmi")  # folders; the layer of a model is a folder of models
+_SHARED = ("core", "models", "runtime", "fmi")  # folders; in addition one folder of models
 
 _HEADER = """\
 /* GENERATED from the table of variables: do not edit. */
@@ -57,7 +57,7 @@ enum Causality {{
     CAUSALITY_INDICATOR
 }};
 
-/* what an output is computed with */
+/* evaluation of the map for an output */
 enum Needs {{ NEEDS_TORQUE, NEEDS_FILMS }};
 
 typedef struct {{
@@ -66,7 +66,7 @@ typedef struct {{
     enum Needs needs;
     bool boolean;
     double start;   /* of inputs, parameters and the state, else 0 */
-    double lowest;  /* of what may be set */
+    double lowest;  /* lower bound of inputs, parameters and the state */
     double nominal; /* 1 for booleans */
 }} Variable;
 
@@ -93,7 +93,7 @@ _CONSTANTS = """\
 #define MAP_MAGIC "{magic}"
 #define MAP_AXES {axes}
 
-/* columns of the surfaces: what a torque needs, then the rest; raceway screw before nut */
+/* columns of the surfaces: those needed for a torque, then the others; raceway of the screw before that of the nut */
 enum {{ {torque}, TORQUE_COLUMNS }};
 enum {{ {films}, FILM_COLUMNS }};
 enum {{ {curves}, CURVE_COLUMNS }};
@@ -105,17 +105,17 @@ enum {{ {defaults}, MAP_DEFAULTS }};
 
 
 class SourceError(RuntimeError):
-    """The sources of the native FMU are not complete."""
+    """A source of the native FMU is missing."""
 
 
 def native_sources(
     header: Mapping[str, Any], fmi_version: int, token: str, model: FmuModel = FRICTION
 ) -> dict[str, bytes]:
-    """All C sources and headers of one native FMU by file name: those shared and the layer of the model.
+    """All C sources and headers of one native FMU by file name: shared files and those of the model.
 
     Parameters   header : of the map (start values, content hash);  fmi_version : 2 or 3
                  token : guid or instantiationToken that the binary expects
-    Raises       SourceError: fmpy or this package lacks a file
+    Raises       SourceError: a file of fmpy or of this package is missing
     """
     other = "fmi3" if fmi_version == 2 else "fmi2"
     folders = [_HERE / name for name in _SHARED] + [_HERE / "models" / model.layer]
@@ -137,14 +137,14 @@ def native_sources(
 
 
 def is_fmi_header(name: str) -> bool:
-    """Whether a source is an FMI header, which every importer that compiles sources brings itself."""
+    """Whether a source is an FMI header. Importers that compile sources use their own."""
     return any(name in names for names in FMI_HEADERS.values())
 
 
 def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FRICTION) -> dict[str, str]:
-    """variables.h and variables.c, the table of variables as C, and constants.h.
+    """variables.h and variables.c (the table of variables as C) and constants.h.
 
-    Raises       ValueError: a token that is no plain text
+    Raises       ValueError: the token has characters that are not allowed
     """
     if not re.fullmatch(r"[{}\w.-]*", token):
         raise ValueError(f"token = {token!r}; needs letters, digits, braces, dots and dashes only")

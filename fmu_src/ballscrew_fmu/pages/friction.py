@@ -11,8 +11,8 @@ from ballscrew_tehl.report.page import bullets, paragraph
 from ballscrew_tehl.runtime.constants import TOO_LARGE
 
 EXTERNAL_DEPENDENCIES = """\
-The binaries of this FMU (pythonfmu) run Python code inside the importing process. They need:
-- a host that runs Python 3.11 or later itself, for instance fmpy, OMSimulator's Python interface or libcosim
+The binaries of this FMU (pythonfmu) run Python code inside the importing process. Requirements:
+- a host that runs Python 3.11 or later, for instance fmpy, OMSimulator's Python interface or libcosim
   from Python. In a host without Python the library does not load. Platforms: x86_64 Linux and x86_64 Windows.
 - numpy in that Python.
 {refine}Unpack the FMU to a folder whose path has no special characters other than blanks.
@@ -27,43 +27,43 @@ LEAD = (
     "solutions. "
 )
 HOST = "FMI 2.0 co-simulation for hosts that run Python (see externalDependencies.txt)."
-REFUSAL = (
-    f"NaN, infinity, a number of {TOO_LARGE:g} or more, a negative parameter or step size: doStep returns Discard, no "
-    "state changes, the log names the variable (if logging is on: in fmpy instantiate(loggingOn=True)). The next valid "
-    "value is accepted."
+INVALID = (
+    f"With NaN, infinity, a magnitude of {TOO_LARGE:g} or more, a negative parameter or a negative step size, doStep "
+    "returns Discard, no state changes, and the variable is logged (if logging is on: in fmpy "
+    "instantiate(loggingOn=True)). The next valid value is accepted."
 )
 STEP = (
-    "Outputs belong to the last step: inputs that are set afterwards act in the next step. While initializing, "
-    "outputs follow the inputs."
+    "Outputs are those of the last step. Inputs that are set afterwards act in the next step. In initialization mode "
+    "the outputs are those of the current inputs."
 )
 TANH = (
-    "follow tanh(speed/regularization_speed). They cannot hold an axis at rest, and in explicit coupling with an "
-    "inertia J they ripple unless the step is shorter than 2 J regularization_speed/torque."
+    "are multiplied by tanh(speed/regularization_speed). They cannot hold an axis at rest. In explicit coupling with "
+    "an inertia J they oscillate unless the step is shorter than 2 J regularization_speed/torque."
 )
 
 
 def validity(header: Mapping[str, Any]) -> Part:
-    """Which results are reliable. A calibration on own measurements has its own list of what is not identified."""
+    """Which results are reliable. A calibration with own measurements has its own list of unidentified parameters."""
     split = "Fitted parameters: measured torques identify their sum, not the split into viscous and sliding torque."
     if header.get("friction", {}).get("not_identified") is not None:
-        split = "Friction parameters lists what the measured torques of the calibration do not identify."
+        split = "Friction parameters: the part above lists those that the calibration does not identify."
     content = bullets(
         split,
-        "With the published kinematics the torque reproduces the publication. Film thickness and temperature rise "
-        "follow its speeds in a fixed frame. Use rolling_frame kinematics for film and temperature.",
+        "With the published kinematics the torque reproduces the publication, but film thickness and temperature rise "
+        "are computed with its surface speeds in a fixed frame. Use rolling_frame kinematics for film and temperature.",
         "Films are those of smooth surfaces fully supplied with oil.",
     )
     return part("Validity", content)
 
 
 def behaviour(header: Mapping[str, Any], *more: str) -> Part:
-    """What holds for all hosts, then more."""
+    """Behaviour in all hosts, then more."""
     content = bullets(
         "friction_torque opposes motion: J dw/dt = motor torque - friction_torque. It is the sum of its parts.",
-        "Inputs beyond the map are clamped, in_range is false, one warning per input is logged. Preload 0 without "
+        "Inputs outside the map are clamped: in_range is false and one warning per input is logged. Preload 0 without "
         "axial load gives torque 0. All parameters may change between steps.",
-        f"Below {header['axes']['speed'][0]:.3g} rad/s the viscous torque goes linearly to 0 at rest, the film "
-        "follows speed^0.67.",
+        f"Below {header['axes']['speed'][0]:.3g} rad/s the viscous torque falls linearly to 0 at rest, and "
+        "the film is proportional to speed^0.67.",
         *more,
     )
     return part("Behaviour", content)
@@ -75,22 +75,22 @@ def _python_behaviour(header: Mapping[str, Any]) -> Part:
     return behaviour(
         header,
         STEP,
-        REFUSAL,
+        INVALID,
         f"Standstill: the Coulomb parts {TANH}",
-        "presliding_stiffness > 0 replaces the tanh by an elasto-plastic bristle: the axis holds, stores energy and "
-        "springs back, so friction_torque may point along the motion and power_loss differs from torque times speed. "
-        "Explicit coupling with step h needs damping: presliding_stiffness < (presliding_damping/h)"
+        "presliding_stiffness > 0 replaces the tanh by an elasto-plastic bristle, which holds the axis, stores energy "
+        "and springs back. So friction_torque may act along the motion, and power_loss differs from torque times "
+        "speed. Explicit coupling with step h needs damping, with presliding_stiffness < (presliding_damping/h)"
         "(1 - h presliding_damping/J). The damping adds its own torque while the bristle yields: keep "
         "presliding_damping times speed well below the Coulomb torque.",
-        "refine: contacts are solved at the operating point and correct the map, so that friction_torque follows "
-        "direct per-ball solves within refine_tolerance (relative). Corrections are stored and interpolated. The last "
-        f"{CAPACITY} contacts used are kept. A step that needs new contacts takes 0.1 to 0.6 s, the others 0.1 ms "
-        "more. Hysteresis and sliding torque, pressure and ball load stay those of the map. Beyond the map no contact "
-        "is solved. The log lists solved contacts, with the reason, and contacts that cannot be solved, where the "
-        "results are those of the map.",
+        "refine: contacts are solved at the operating point to correct the map, so that friction_torque agrees with "
+        "direct per-ball solutions within refine_tolerance (relative). Corrections are stored and interpolated. The "
+        f"last {CAPACITY} contacts used are kept. A step with new contacts takes 0.1 to 0.6 s, other steps 0.1 ms "
+        "more. Hysteresis and sliding torque, pressure and ball load are those of the map. Outside the map no contact "
+        "is solved. The log lists solved contacts with the reason, and contacts without a solution, where the results "
+        "are those of the map.",
         "The state of the FMU can be saved, restored and serialized, bristle and solved contacts included. A state of "
-        "another version or map is refused: an error is logged and steps are discarded until a state of this FMU is "
-        "restored.",
+        "another version or map is rejected: an error is logged and doStep returns Discard until a state of this FMU "
+        "is restored.",
     )
 
 
@@ -100,7 +100,7 @@ def documentation_files(header: Mapping[str, Any], model: FmuModel = FRICTION) -
         lead, parts = paragraph(LEAD, HOST), [validity(header), _python_behaviour(header)]
     else:
         lead = paragraph(monitor.LEAD, HOST)
-        parts = monitor.monitor_parts(header, REFUSAL, f"{STEP} {monitor.ZERO_STEP[2]}")
+        parts = monitor.monitor_parts(header, INVALID, f"{STEP} {monitor.ZERO_STEP[2]}")
     licence = distribution("pythonfmu").read_text("licenses/LICENSE")
     return {
         "index.html": documentation_page(model.name, [lead], header, parts, model.variables(header)),

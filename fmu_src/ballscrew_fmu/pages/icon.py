@@ -1,9 +1,9 @@
-"""Icon of the FMUs: a ball screw with its double nut cut open; one list of shapes, drawn as SVG and as PNG."""
+"""Icon of the FMUs: a ball screw with its double nut in section. One list of shapes is drawn as SVG and as PNG."""
 
 import io
 from typing import Any, NamedTuple
 
-SIZE = 100.0  # shapes lie in -SIZE..SIZE, y up
+SIZE = 100.0  # coordinates from -SIZE to SIZE, y up
 PIXELS = 256
 
 
@@ -28,7 +28,7 @@ def _groove(x: float, core: float, lean: float) -> Shape:
 def shapes() -> list[Shape]:
     """From back to front."""
     steel, nut, dark, inside, ball = "#c3cbd2", "#3b7db4", "#2f6591", "#e9eef2", "#f0b429"
-    core, lean = 15.0, 3.0  # radius of the screw, half the slope of a groove over it
+    core, lean = 15.0, 3.0  # radius of the screw, half the offset of a groove
     drawn = [_box(-92.0, -core, 184.0, 2.0 * core, steel)]
     drawn += [_groove(x, core, lean) for x in (-76.0, 64.0, 76.0)]
     drawn += [_box(-92.0, -9.0, 8.0, 18.0, steel), _box(84.0, -9.0, 8.0, 18.0, steel)]
@@ -44,7 +44,7 @@ def shapes() -> list[Shape]:
 
 
 def icon_svg() -> bytes:
-    """The icon as SVG, y down as SVG has it."""
+    """The icon as SVG (y down)."""
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{PIXELS}" height="{PIXELS}" '
         f'viewBox="{-SIZE:g} {-SIZE:g} {2 * SIZE:g} {2 * SIZE:g}">'
@@ -62,7 +62,7 @@ def icon_svg() -> bytes:
 
 
 def icon_png() -> bytes:
-    """The icon as PNG with a transparent ground."""
+    """The icon as PNG with a transparent background."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D

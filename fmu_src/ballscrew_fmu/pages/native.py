@@ -1,4 +1,4 @@
-"""Documentation inside the native FMUs: index.html with validation, licences of embedded parts."""
+"""Documentation in the native FMUs: index.html with validation, licences of linked parts."""
 
 from collections.abc import Mapping
 from importlib.metadata import distribution
@@ -13,7 +13,7 @@ from ballscrew_tehl.runtime.constants import TOO_LARGE
 
 
 class Validation(NamedTuple):
-    """Result of the validation: tables as HTML, plots as PNG by file name."""
+    """Results of the validation: tables as HTML, plots as PNG by file name."""
 
     tables: str = ""
     plots: Mapping[str, bytes] = {}
@@ -30,23 +30,26 @@ Parts that are linked into the libraries
 Windows: start-up code and C library stubs of mingw-w64, public domain or Zope Public License 2.1,
 https://www.mingw-w64.org. All: compiler-rt of LLVM or of Zig, MIT licence or Apache 2.0 with LLVM exceptions.
 
-FMI headers the sources are compiled with
------------------------------------------
+FMI headers that the sources are compiled with
+----------------------------------------------
 Copyright MODELISAR consortium and Modelica Association Project "FMI", 2-clause BSD licence,
 https://fmi-standard.org.
 """
 ICON = Html('<p><img src="../terminalsAndIcons/icon.png" alt="ball screw with nut" style="width: 8rem"></p>')
-REFUSAL = (
-    f"NaN, infinity, a number of {TOO_LARGE:g} or more or a negative parameter is refused when it is set, with a "
-    "message that names the variable: Error in co-simulation, Discard in model exchange, where the value before is "
-    "kept."
+INVALID = (
+    f"NaN, infinity, a magnitude of {TOO_LARGE:g} or more and a negative parameter are rejected when they are set, "
+    "with a message that gives the variable: Error in co-simulation, Discard in model exchange, where the previous "
+    "value is kept."
 )
-ZERO_STEP = {2: "A step of size 0 only takes the inputs.", 3: "A step of size 0 is an Error."}
-DERIVATIVES = "Directional derivatives are those of the last step at its end."
+ZERO_STEP = {
+    2: "A step of size 0 computes the outputs of the current inputs.",
+    3: "A step of size 0 is an Error.",
+}
+DERIVATIVES = "Directional derivatives are those at the end of the last step."
 SOURCES = part(
     "Reference results and sources",
-    "extra/org.fmi-standard.fmi-ls-ref has an input sequence and the outputs that the map gives for it. sources has "
-    "all C code: compile it with the FMI headers of your version, C99 and the mathematics library. Without "
+    "extra/org.fmi-standard.fmi-ls-ref contains an input sequence and the outputs of the map for it. sources contains "
+    "all C code. Compile it as C99 with the FMI headers of your version and link the mathematics library. Without "
     "-ffp-contract=off results may differ in the last digits.",
 )
 HOSTS = part(
@@ -72,9 +75,9 @@ HOSTS = part(
 STANDSTILL = part(
     "Standstill",
     f"With presliding_stiffness = 0 the Coulomb parts {friction.TANH}",
-    "presliding_stiffness > 0 replaces the tanh by an elasto-plastic bristle: elastic up to 0.7 of the Coulomb torque "
-    "over the stiffness, then yielding, then slipping at the Coulomb torque. The axis holds, stores energy and springs "
-    "back, so friction_torque may point along the motion and power_loss differs from torque times speed.",
+    "presliding_stiffness > 0 replaces the tanh by an elasto-plastic bristle: elastic up to a deflection of 0.7 times "
+    "Coulomb torque/stiffness, then yielding, then slipping at the Coulomb torque. It holds the axis, stores energy "
+    "and springs back. So friction_torque may act along the motion, and power_loss differs from torque times speed.",
     table(
         "coupling",
         "Stable explicit coupling: stiffness s0, damping s1 (presliding_damping), step h, inertia J",
@@ -95,16 +98,16 @@ STANDSTILL = part(
 )
 MODEL_EXCHANGE = part(
     "Model exchange",
-    "One continuous state, presliding_deflection, also where the bristle is switched off (its rate is 0 then). Two "
-    "modes that change at events only: the bristle follows the motion, or it slips and the torque is the Coulomb "
-    "torque at constant deflection. slip_indicator passes 0 where the bristle reaches 0.999 of its sliding "
-    "deflection, and where the speed reverses while it slips. in_range_indicator passes 0 where an input leaves the "
-    "map or returns. Both have hysteresis, so that no event repeats at once. The tanh law needs no event.",
+    "One continuous state, presliding_deflection, also without a bristle (its rate is then 0). Two modes, which change "
+    "at events only: the bristle follows the motion, or it slips and the torque is the Coulomb torque at constant "
+    "deflection. slip_indicator crosses 0 where the bristle reaches 0.999 of its sliding deflection, and where the "
+    "speed reverses while it slips. in_range_indicator crosses 0 where an input leaves the map or returns. Both have "
+    "hysteresis, so that an event does not repeat at once. The tanh law needs no event.",
 )
 TERMINAL = part(
     "Terminal",
-    "shaft: speed (in) and friction_torque (out, against the speed). It has no angle, so it is not a flange of "
-    "Modelica: put the torque on a flange with a torque source of opposite sign.",
+    "shaft: speed (input) and friction_torque (output, against the speed). It has no angle, so it is not a Modelica "
+    "flange: apply the torque to a flange with a torque source of opposite sign.",
 )
 
 
@@ -117,7 +120,7 @@ def native_documentation(
 ) -> dict[str, bytes]:
     """Files of the documentation folder by path.
 
-    Parameters   platforms : platforms of the included binaries, as text
+    Parameters   platforms : platforms of the binaries, as text
     """
     variables = model.native_variables(header)
     variables = variables if fmi_version == 2 else (*variables, TIME)
@@ -132,9 +135,9 @@ def native_documentation(
         state = "The state can be saved, restored and serialized, bristle included. "
         behaviour = friction.behaviour(
             header,
-            REFUSAL,
-            f"{state}A serialized state of another version or map is refused.",
-            "No memory is allocated in a step. The map is read once per instance, from the resources.",
+            INVALID,
+            f"{state}A serialized state of another version or map is rejected.",
+            "A step allocates no memory. Each instance reads the map once, from the resources.",
         )
         parts = [
             HOSTS,
@@ -149,7 +152,7 @@ def native_documentation(
     else:
         lead = [ICON, paragraph(monitor.LEAD, host)]
         step = f"Co-simulation: {friction.STEP} {monitor.ZERO_STEP[fmi_version]} {monitor.NATIVE_STEP}"
-        parts = [*monitor.monitor_parts(header, REFUSAL, step), monitor.MODEL_EXCHANGE, validated]
+        parts = [*monitor.monitor_parts(header, INVALID, step), monitor.MODEL_EXCHANGE, validated]
     page = documentation_page(model.native_name, lead, header, [*parts, SOURCES], variables)
     texts = {"index.html": page, "licenses/license.txt": LICENSE.format(project=_project_license())}
     return {name: text.encode() for name, text in texts.items()} | dict(validation.plots)

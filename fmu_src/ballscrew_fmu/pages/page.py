@@ -16,7 +16,7 @@ class Part(NamedTuple):
 
 
 def part(title: str, *content: str) -> Part:
-    """A part of texts, one paragraph each, and of Html."""
+    """A part of the page from texts (one paragraph each) and Html."""
     return Part(title, [entry if isinstance(entry, Html) else paragraph(entry) for entry in content])
 
 
@@ -27,9 +27,9 @@ def documentation_page(
     parts: Iterable[Part],
     variables: Sequence[Variable],
 ) -> str:
-    """The page of the FMU of this name.
+    """The page of the FMU with this name.
 
-    Parameters   lead : what it is;  header : of its map;  variables : rows of the last part
+    Parameters   lead : introduction;  header : of its map;  variables : rows of the last part
     """
     shown = (
         Part("Map", map_provenance(header)),
@@ -73,7 +73,7 @@ def friction_provenance(header: Mapping[str, Any]) -> list[Html]:
         content.append(paragraph("Not identified by the measured torques:"))
         content.append(bullets(*(f"{name}: {why}" for name, why in found["not_identified"].items())))
     elif found["not_identified"] is not None:
-        content.append(paragraph("The measured torques identify all of them."))
+        content.append(paragraph("The measured torques identify all parameters."))
     return content
 
 

@@ -1,4 +1,4 @@
-"""Validation in the documentation of an FMU: tables with the measured torques, a plot of the torque."""
+"""Validation in the documentation of an FMU: tables of measured torques, plot of the torque."""
 
 import io
 from typing import Any
@@ -17,7 +17,7 @@ PLOT = "torque_over_speed.png"
 
 
 def validation_report(parameters: Any, nut_map: NutMap) -> Validation:
-    """Tables 2, 3 and 4 for the packaged screw, the only one with measured torques; a plot for every screw."""
+    """Tables 2, 3 and 4 for the packaged screw, the only one with measured torques, and a plot for every screw."""
     measured = parameters.screw == load_parameters().screw
     tables = "<p>No measurement of this screw is packaged.</p>"
     if measured:

@@ -1,7 +1,7 @@
-"""BallScrewPreloadMonitor for Python hosts: the preload at which the map shows the measured torque.
+"""BallScrewPreloadMonitor for Python hosts: the preload at which the map gives the measured torque.
 
-Below speed_min the torque does not determine the preload: the output is then the last preload that was in range. A
-step of size 0 is not remembered.
+Below speed_min the torque does not determine the preload, and the output is the last preload that was in range. A
+step of size 0 does not change that preload.
 """
 
 from collections.abc import Mapping
@@ -24,14 +24,14 @@ class BallScrewPreloadMonitorBase(MapSlave):
     def _memory(self) -> dict[str, Any]:
         return {"held": self._held}
 
-    def _recall(self, state: Mapping[str, Any]) -> None:
+    def _restore_memory(self, state: Mapping[str, Any]) -> None:
         self._held = state["held"]
 
     def _evaluate(self, step: float | None) -> bool:
         inputs = MonitorInputs(*self._inputs(self._values))
         parameters = MonitorParameters(*self._parameters(self._values))
         done = monitor_step(self._map, inputs, parameters, self._held)
-        self._show(done.outputs)
+        self._set_outputs(done.outputs)
         if step:
             self._held = done.preload
         if done.clamped:

@@ -1,9 +1,10 @@
-"""Packs the FMU in reproducible bytes: isolated Python code, map, binaries of pythonfmu, description.
+"""Packs the FMU for Python hosts reproducibly: isolated Python code, map, binaries of pythonfmu, description.
 
-Every pythonfmu FMU of a process shares one interpreter and one sys.modules. Nothing in this FMU has a name
-that another FMU, or another version of this one, could have: all code, with the few modules of pythonfmu that
-it needs, stands in one package named by the hash of its files, and the entry script carries the same hash. The
-contact solver for run-time refinement travels as sources in a folder of that package (solver_cache.py).
+All pythonfmu FMUs of a process share one interpreter and one sys.modules. Module names must therefore differ between
+FMUs and between versions of this one: all code, with the few modules of pythonfmu that it needs, is in one package
+named by the hash of its files, and the name of the entry script has the same hash. Modules that are copied into the
+FMU are said to travel. The sources of the contact solver, for refinement at run time, are in a folder of that package
+(solver_cache.py).
 """
 
 import ast
@@ -26,18 +27,17 @@ from ballscrew_fmu.python_fmu.solver_cache import SOLVER_FOLDER, digest, solver_
 from ballscrew_tehl import __version__
 from ballscrew_tehl.runtime.evaluate import NutMap
 
-#: packages below which modules travel: those that the slave of a model imports, with all that they import
+#: packages whose modules travel if the slave of a model imports them, directly or indirectly
 TRAVELLING = ("ballscrew_fmu.python_fmu", "ballscrew_fmu.variables", "ballscrew_tehl.runtime", "pythonfmu")
-#: what refinement needs: this module and all that it imports from its package
+#: refinement needs this module and all that it imports from its package
 SOLVER_MODULE = "ballscrew_tehl.refinement.refine"
-#: packages besides the standard library that it needs in the host
+#: packages that it needs in the host, in addition to the standard library
 SOLVER_NEEDS = ("numba", "numpy", "pydantic", "scipy")
 BINARIES = {
     "linux64/libpythonfmu-export.so": "linux64/{model}.so",
     "win64/pythonfmu-export.dll": "win64/{model}.dll",
 }
-SCRIPT = '''"""Entry of the FMU; the class must be defined here and own a method (see python_fmu_slave_base.py
-of the package)."""
+SCRIPT = '''"""Entry script of the FMU: pythonfmu needs a class that is defined here and has a method of its own."""
 
 from {package}.{slave} import {model}Base
 
@@ -54,9 +54,9 @@ class PackageError(RuntimeError):
 
 
 def runtime_sources(model: FmuModel = FRICTION) -> dict[str, str]:
-    """Source of each module that travels, by its name inside the package, with imports made relative.
+    """Sources of the modules that travel, by their names inside the package, with relative imports.
 
-    Raises       PackageError: a module imports something that does not travel
+    Raises       PackageError: a module imports one that does not travel
     """
     found: dict[str, str] = {}
     wanted = [model.slave]
@@ -82,7 +82,7 @@ def _file_of(module: str) -> Path:
 
 
 def _relocated(source: str, module: str) -> tuple[str, list[str]]:
-    """The source with imports of travelling modules made relative to the one package of the FMU, and these modules."""
+    """The source with imports of modules that travel made relative to the package of the FMU, and these modules."""
     parent = module.rpartition(".")[0]
     imported = []
 
@@ -111,10 +111,9 @@ def _relocated(source: str, module: str) -> tuple[str, list[str]]:
 
 
 def solver_sources() -> dict[str, str]:
-    """Source of each module that refinement needs, by its path below the package `ballscrew_tehl`.
+    """Sources of the modules that refinement needs, by their paths below the package `ballscrew_tehl`.
 
-    Raises       PackageError: a module imports what is neither below that package, by a relative import, nor in
-                 SOLVER_NEEDS
+    Raises       PackageError: an import is neither relative, nor of the standard library, nor in SOLVER_NEEDS
     """
     root = SOLVER_MODULE.partition(".")[0]
     found: dict[str, str] = {}
@@ -135,7 +134,7 @@ def solver_sources() -> dict[str, str]:
 
 
 def _imported(tree: ast.AST, module: str, package: str) -> list[str]:
-    """Modules of the same package that a module imports when it runs."""
+    """Modules of the same package that a module imports at run time (not under TYPE_CHECKING)."""
     found = []
     nodes: list[ast.AST] = [tree]
     while nodes:
@@ -165,9 +164,9 @@ def fmu_files(
     solver: Mapping[str, str] | None = None,
     model: FmuModel = FRICTION,
 ) -> dict[str, bytes]:
-    """Members of the FMU by path, complete with GUID.
+    """Files of the FMU by path, with its GUID.
 
-    Parameters   sources, solver : as runtime_sources(), solver_sources(); None takes these
+    Parameters   sources, solver : None: runtime_sources(), solver_sources()
     """
     code = {f"{name}.py": text.encode() for name, text in (sources or runtime_sources(model)).items()}
     code["__init__.py"] = b'"""Code of one FMU, named by its content."""\n'
@@ -202,9 +201,9 @@ def build_fmu(
     solver: Mapping[str, str] | None = None,
     model: FmuModel = FRICTION,
 ) -> BuiltFmu:
-    """Build the FMU of a map: same map and same code, same bytes and same GUID.
+    """Build the FMU of a map. Same map and same code give the same bytes and GUID.
 
-    Parameters   path : of the FMU to write; an existing one is replaced;  sources, solver : as fmu_files
+    Parameters   path : of the FMU; an existing file is replaced;  sources, solver : as in fmu_files
     Returns      BuiltFmu
     """
     files = fmu_files(nut_map, sources, solver, model)

@@ -1,11 +1,11 @@
-"""End of the process on Linux: what the binary of pythonfmu does too late is done in time.
+"""End of the process on Linux: workaround for a use after free at exit in the binary of pythonfmu 0.7.
 
-pythonfmu 0.7 keeps a static std::shared_ptr in each copy of its library and resets it in a destructor of the library.
-The library is never unloaded (it has unique symbols), so that this destructor runs at exit, after the pointer: it
-counts down in memory that is free again, mostly the links of a free block. A library that was loaded after the FMU,
-as those of scipy and numba are by refine, has its turn even later. If it allocates or frees memory then, the process
-may die with "free(): corrupted unsorted chunks" or the like, however well the simulation went. Reset by the end of
-Python, while it lives, the pointer is empty and the destructor has nothing to do. Standard library only.
+Each copy of its library has a static std::shared_ptr, which a destructor of the library resets. The library is never
+unloaded (it has unique symbols), so this destructor runs at exit, after the pointer has been destroyed, and decrements
+a counter in freed memory. Libraries loaded after the FMU (by refine those of scipy and numba) are finalized later. If
+one of them then allocates or frees memory, the process may abort with "free(): corrupted unsorted chunks" after a
+correct simulation. Here the pointer is reset when Python exits, while it is valid, so that the destructor has no
+effect. Standard library only.
 """
 
 import atexit
@@ -14,14 +14,16 @@ import os
 import sys
 from pathlib import Path
 
-BINARIES = "binaries/linux64"  # beside the resources
-RESET = "finalizePythonInterpreter"  # what the destructor calls; a second call has no effect
+BINARIES = "binaries/linux64"  # in the parent folder of the resources
+RESET = "finalizePythonInterpreter"  # called by the destructor; a second call has no effect
 
-_libraries: dict[str, ctypes.CDLL] = {}  # by path; held, so that the function to call stays where it is
+_libraries: dict[
+    str, ctypes.CDLL
+] = {}  # by path; a reference is kept so that the registered function stays valid
 
 
 def reset_at_exit(resources: str) -> None:
-    """Arrange, once per library, that the library of the FMU with these resources is reset when Python ends."""
+    """Register the reset of the library of the FMU with these resources at exit of Python, once per library."""
     if not sys.platform.startswith("linux"):
         return
     for file in map(str, Path(resources).parent.glob(f"{BINARIES}/*.so")):
@@ -30,7 +32,7 @@ def reset_at_exit(resources: str) -> None:
         try:
             library = ctypes.CDLL(file, mode=os.RTLD_NOW | os.RTLD_NOLOAD)
             reset = getattr(library, RESET)
-        except (OSError, AttributeError):  # not loaded from here, or of another pythonfmu
+        except (OSError, AttributeError):  # not loaded from this folder, or another version of pythonfmu
             continue
         reset.argtypes, reset.restype = (), None
         _libraries[file] = library

@@ -1,7 +1,7 @@
-"""BallScrewFriction for Python hosts: inputs to the map, signs and standstill law to the outputs.
+"""BallScrewFriction for Python hosts: outputs from the map and the law of friction at standstill.
 
-All imports are at the top (slave_base.py). Only the contact solver is imported later, and only with refine = true,
-from a folder that stays (solver_cache.py).
+All imports are at the top (slave_base.py), except for the contact solver: with refine = true it is imported from the
+cache folder (solver_cache.py).
 """
 
 import time
@@ -31,17 +31,17 @@ class BallScrewFrictionBase(MapSlave):
         )
         self._refining = self._getter("refine", "refine_tolerance")
         self._deflection = 0.0  # of the presliding bristle [rad]
-        self._refinement: Any = None  # made at the first refined step
-        self._remembered: Any = None  # state of a refinement that is not made yet
-        self._solver_fails = False
+        self._refinement: Any = None  # created at the first refined step
+        self._refinement_state: Any = None  # state for a refinement that is not created yet
+        self._solver_failed = False
 
     def _memory(self) -> dict[str, Any]:
-        remembered = self._remembered if self._refinement is None else self._refinement.state()
-        return {"deflection": self._deflection, "refinement": remembered}
+        refinement = self._refinement_state if self._refinement is None else self._refinement.state()
+        return {"deflection": self._deflection, "refinement": refinement}
 
-    def _recall(self, state: Mapping[str, Any]) -> None:
+    def _restore_memory(self, state: Mapping[str, Any]) -> None:
         self._deflection = state["deflection"]
-        self._refinement, self._remembered = None, state["refinement"]
+        self._refinement, self._refinement_state = None, state["refinement"]
 
     def _evaluate(self, step: float | None) -> bool:
         values = self._values
@@ -52,46 +52,46 @@ class BallScrewFrictionBase(MapSlave):
             nut = self._map.evaluate_point(*point)
         speed, *bristle = self._standstill(values)
         coulomb = coulomb_friction(nut.coulomb_torque, speed, step, self._deflection, *bristle)
-        self._show(friction_outputs(nut, speed, coulomb))
+        self._set_outputs(friction_outputs(nut, speed, coulomb))
         self._deflection = coulomb.deflection
         if nut.clamped:
             self._warn(nut.clamped)
         return True
 
     def _refined(self, tolerance: float, point: tuple[float, ...]) -> DoubleNutState | None:
-        """The refined map at a point; None if the solver cannot be used here, which is logged once."""
-        if self._solver_fails:
+        """The refined map at a point. None if the solver cannot be used, which is logged once."""
+        if self._solver_failed:
             return None
         try:
             if self._refinement is None:
                 self._refinement = self._make_refinement()
             self._refinement.tolerance = tolerance
             return self._refinement.evaluate_point(*point)
-        except Exception as error:  # the map must go on
-            self._solver_fails = True
+        except Exception as error:  # the step continues with the map
+            self._solver_failed = True
             if self._refinement is not None:
-                self._remembered, self._refinement = self._refinement.state(), None
+                self._refinement_state, self._refinement = self._refinement.state(), None
             reason = str(error) if isinstance(error, SolverError) else f"{type(error).__name__}: {error}"
-            self._say_once("refine", f"refine: {reason}; results are those of the map", Fmi2Status.error)
+            self._log_once("refine", f"refine: {reason}; results are those of the map", Fmi2Status.error)
             return None
 
     def _make_refinement(self) -> Any:
-        """Refinement of this map with what is remembered; imports the solver and compiles it where that is new."""
+        """Refinement of this map with its saved state. Imports the solver, and compiles it if that was not done yet."""
         solver, remark = load_solver(Path(self.resources, str(__package__)))
         if remark:
-            self._say_once("cache", f"refine: {remark}", Fmi2Status.warning)
+            self._log_once("cache", f"refine: {remark}", Fmi2Status.warning)
         refinement = solver.Refinement(self._map, report=self._report)
         before, begun = compiled_files(solver), time.monotonic()
         refinement.prepare()
         if compiled_files(solver) > before:
             seconds = time.monotonic() - begun
             self.log(f"refine: contact solver compiled in {seconds:.0f} s, once per machine", Fmi2Status.ok)
-        if self._remembered is not None:
-            refinement.restore(self._remembered)
+        if self._refinement_state is not None:
+            refinement.restore(self._refinement_state)
         return refinement
 
     def _report(self, solve: Any) -> None:
         if solve.failure:
-            self._say_once("unsolved", f"refine: {solve} (said once)", Fmi2Status.warning)
+            self._log_once("unsolved", f"refine: {solve} (logged once)", Fmi2Status.warning)
         else:
             self.log(f"refine: {solve}", Fmi2Status.ok)

@@ -1,11 +1,11 @@
-"""What the slaves of all models have in common: FMI 2.0 co-simulation of a table of variables over a nut map.
+"""Base class of the slaves: FMI 2.0 co-simulation of a table of variables with a nut map.
 
-Inside the FMU this module lives in a package named by its content (package.py), next to copies of everything
-it imports. All imports are at the top, so that a deleted folder of another copy of the FMU can never break a
-step.
+Inside the FMU this module is in a package named by its content (package.py), with copies of all modules that it
+imports. All imports are at the top: an import during a step would fail if the folder of the FMU copy that was loaded
+first has been deleted.
 
-No call may raise once the instance exists: pythonfmu 0.7 then releases its objects at once and again when the
-instance is freed, and the host process dies. Wrong calls are logged as errors, steps that cannot be done are
+No call may raise once the instance exists: pythonfmu 0.7 then releases its objects twice, at the exception and when
+the instance is freed, which crashes the host process. Illegal calls are logged as errors. Steps that fail are
 discarded.
 """
 
@@ -31,15 +31,15 @@ INITIALIZING, STEPPING, TERMINATED, UNUSABLE = range(4)
 
 
 class MapSlave(Fmi2Slave):
-    """Inputs, parameters and outputs of a table by value reference; a model adds _evaluate and what it remembers.
+    """Inputs, parameters and outputs of a table by value reference. A model adds _evaluate and its memory.
 
-    Outputs are those of the last successful step; before the first step those of the inputs as they are set.
-    An input or parameter that is not a usable number makes doStep return Discard and changes nothing.
+    Outputs are those of the last successful step; before the first step, those of the current inputs.
+    With an invalid input or parameter doStep returns Discard and changes nothing.
     """
 
     def __init__(self, table: Callable[[Mapping[str, Any]], tuple[Variable, ...]], **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        _settle_imports(self.resources)
+        _restore_imports(self.resources)
         reset_at_exit(self.resources)
         self._map = NutMap.from_npz(os.path.join(self.resources, MAP_FILE))
         self._table = table(self._map.header)
@@ -56,32 +56,32 @@ class MapSlave(Fmi2Slave):
         # by value reference
         self._values: list[Any] = [0.0 if v.start is None else v.start for v in self._table]
         self._phase = INITIALIZING
-        self._stale = True  # outputs do not belong to the inputs yet; of interest while initializing
+        self._stale = True  # outputs are older than the inputs; used while initializing
         self._warned: list[str] = []
 
     # of a model
 
     def _evaluate(self, step: float | None) -> bool:
-        """Outputs, and with a step what is remembered, for usable inputs."""
+        """Compute the outputs for valid inputs and, with a step, update the memory."""
         raise NotImplementedError
 
     def _memory(self) -> dict[str, Any]:
-        """What the model remembers beside the values, as a saved state holds it."""
+        """Data of the model other than the values, for a saved state."""
         raise NotImplementedError
 
-    def _recall(self, state: Mapping[str, Any]) -> None:
-        """Take it back from a saved state."""
+    def _restore_memory(self, state: Mapping[str, Any]) -> None:
+        """Restore this data from a saved state."""
         raise NotImplementedError
 
     # for a model
 
     def _getter(self, *names: str) -> Callable[[list[Any]], Any]:
-        """Function that takes these variables from the list of values; a tuple unless it is one name."""
+        """Function that gets these variables from the list of values; a tuple unless one name is given."""
         place = {v.name: n for n, v in enumerate(self._table)}
         return operator.itemgetter(*(place[name] for name in names))
 
-    def _show(self, outputs: Mapping[str, Any]) -> None:
-        """Take the outputs of the table by name; other entries are ignored."""
+    def _set_outputs(self, outputs: Mapping[str, Any]) -> None:
+        """Store the outputs of the table by name. Other entries are ignored."""
         self._values[self._outputs] = self._named(outputs)
 
     # FMI calls
@@ -92,11 +92,11 @@ class MapSlave(Fmi2Slave):
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         if self._phase != STEPPING:
-            return self._refuse(
-                "doStep outside of a simulation: needs exitInitializationMode or a state of this FMU"
+            return self._discard(
+                "doStep in a wrong state: needs exitInitializationMode or a restored state of this FMU"
             )
         if not 0.0 <= step_size < TOO_LARGE:
-            return self._refuse(f"step size = {step_size} s; needs a finite number >= 0")
+            return self._discard(f"step size = {step_size} s; needs a finite number >= 0")
         return self._update(step_size)
 
     def terminate(self) -> None:
@@ -119,7 +119,7 @@ class MapSlave(Fmi2Slave):
             if vr in self._settable:
                 self._values[vr] = value
             else:
-                self.log(f"{self._name(vr)} is no Real input or parameter: not set", Fmi2Status.error)
+                self.log(f"{self._name(vr)} is not a Real input or parameter: not set", Fmi2Status.error)
         self._stale = True
 
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
@@ -127,7 +127,7 @@ class MapSlave(Fmi2Slave):
             if vr in self._switches:
                 self._values[vr] = bool(value)
             else:
-                self.log(f"{self._name(vr)} is no Boolean parameter: not set", Fmi2Status.error)
+                self.log(f"{self._name(vr)} is not a Boolean parameter: not set", Fmi2Status.error)
         self._stale = True
 
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
@@ -151,8 +151,8 @@ class MapSlave(Fmi2Slave):
         if (state.get("code"), state.get("map")) != (__name__, self._map.header["content_hash"]):
             self._phase = UNUSABLE
             self.log(
-                "FMU state that is damaged or of another version or map: not restored; "
-                "doStep is discarded until a state of this FMU is restored",
+                "FMU state is damaged or of another version or map: not restored. "
+                "doStep returns Discard until a state of this FMU is restored",
                 Fmi2Status.error,
             )
             return
@@ -160,7 +160,7 @@ class MapSlave(Fmi2Slave):
         self._phase = state["phase"]
         self._stale = state["stale"]
         self._warned = list(state["warned"])
-        self._recall(state)
+        self._restore_memory(state)
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
@@ -177,7 +177,7 @@ class MapSlave(Fmi2Slave):
     # evaluation
 
     def _refresh(self) -> None:
-        """In initialization mode outputs follow the inputs as soon as they are read."""
+        """In initialization mode, update the outputs when they are read."""
         if self._stale and self._phase == INITIALIZING:
             self._stale = False
             self._update(None)
@@ -190,7 +190,7 @@ class MapSlave(Fmi2Slave):
         ]
 
     def _none(self, vrs: list[int], kind: str, value: Any) -> list[Any]:
-        """Answer to a call about variables that do not exist."""
+        """Default values and a log message for variables that do not exist."""
         for vr in vrs:
             self.log(f"no {kind} variable has value reference {vr}", Fmi2Status.error)
         return [value] * len(vrs)
@@ -198,27 +198,27 @@ class MapSlave(Fmi2Slave):
     def _name(self, vr: int) -> str:
         return self._table[vr].name if vr in self._known else f"value reference {vr}"
 
-    def _refuse(self, message: str) -> bool:
+    def _discard(self, message: str) -> bool:
         self.log(message, Fmi2Status.discard)
         return False
 
-    def _usable(self) -> bool:
-        """Whether every input and parameter is a usable number; the log names the first one that is not."""
+    def _valid(self) -> bool:
+        """Whether all inputs and parameters are valid. The first invalid one is logged."""
         for place, least in self._bounds:
             value = self._values[place]
             if not least <= value < TOO_LARGE:
                 needs = "a finite number" if least < 0.0 else f"a finite number {'>' if least else '>='} 0"
-                return self._refuse(f"{self._table[place].name} = {value}; needs {needs}")
+                return self._discard(f"{self._table[place].name} = {value}; needs {needs}")
         return True
 
     def _update(self, step: float | None) -> bool:
-        """Outputs, and with a step the bristle, for the inputs as set; False and no change if unusable."""
+        """Outputs and, with a step, memory for the current inputs. False and no change if they are invalid."""
         try:
-            return self._usable() and self._evaluate(step)
-        except Exception as error:  # see the head of this module: raising would kill the host
-            return self._refuse(f"step failed: {type(error).__name__}: {error}")
+            return self._valid() and self._evaluate(step)
+        except Exception as error:  # an exception would crash the host (see the module docstring)
+            return self._discard(f"step failed: {type(error).__name__}: {error}")
 
-    def _say_once(self, key: str, message: str, status: Fmi2Status) -> None:
+    def _log_once(self, key: str, message: str, status: Fmi2Status) -> None:
         if key not in self._warned:
             self._warned.append(key)
             self.log(message, status)
@@ -227,20 +227,20 @@ class MapSlave(Fmi2Slave):
         for name in clamped:
             if name not in self._warned:
                 value = self._values[next(i for i, v in enumerate(self._table) if v.name == name)]
-                message = f"{name} = {value} lies beyond the map and is clamped (said once)"
-                self._say_once(name, message, Fmi2Status.warning)
+                message = f"{name} = {value} is outside the map and is clamped (logged once)"
+                self._log_once(name, message, Fmi2Status.warning)
 
 
 def _least(variable: Variable) -> float:
-    """Least value of a Real parameter: all may be 0 but the tolerance."""
+    """Lower bound of a Real parameter: 0, except for the tolerance, which must be positive."""
     return math.ulp(0.0) if variable.name == "refine_tolerance" else 0.0
 
 
-def _settle_imports(resources: str) -> None:
-    """Leave the interpreter as an FMU should: the package found here, the search path without this folder.
+def _restore_imports(resources: str) -> None:
+    """Make this package importable from these resources and remove them from sys.path.
 
     pythonfmu puts the resources of every instance first on sys.path and leaves them there. The modules of
-    this package were loaded from the first copy of the FMU, whose folder may be gone by now.
+    this package were loaded from the first copy of the FMU, whose folder may have been deleted since.
     """
     package = sys.modules[__package__]
     here = os.path.join(resources, __package__)

@@ -1,8 +1,8 @@
-"""The contact solver that travels in the FMU as sources: put into a cache of the user once and imported from there.
+"""The contact solver of the FMU: its sources are copied once to a cache folder of the user and imported from there.
 
-The FMU is unpacked to a new folder each time, and code that numba compiled is kept beside its source: imported from
-the FMU it would be compiled at every start. The folder in the cache is named by the hash of the sources, so that every
-version has its own, and it appears complete or not at all. Standard library only.
+An importer unpacks the FMU to a new folder each time, and numba stores compiled code in the folder of the source.
+Imported from the FMU, the solver would be compiled at every start. The folder in the cache is named by the hash of the
+sources, one for each version, and is created atomically. Standard library only.
 """
 
 import hashlib
@@ -21,11 +21,11 @@ ENTRY = "refinement.refine"
 
 
 class SolverError(RuntimeError):
-    """The solver cannot be used in this host; the message says why and what helps."""
+    """The solver cannot be used in this host. The message gives reason and remedy."""
 
 
 def digest(files: Mapping[str, bytes]) -> str:
-    """Hash over names and contents."""
+    """Hash of names and contents."""
     found = hashlib.sha256()
     for name in sorted(files):
         found.update(f"{name}\0{len(files[name])}\0".encode())
@@ -39,7 +39,7 @@ def solver_name(files: Mapping[str, bytes]) -> str:
 
 
 def user_cache() -> Path:
-    """Folder where this user's programs keep what they can make again."""
+    """Cache folder of the user, below the folder of the operating system for caches."""
     if sys.platform == "win32":
         root = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
     elif sys.platform == "darwin":
@@ -50,7 +50,7 @@ def user_cache() -> Path:
 
 
 def installed(shipped: Path, cache: Path) -> Path:
-    """The folder of the solver in the cache, copied there unless it is there already, unchanged.
+    """Folder of the solver in the cache. It is copied there if it is missing or changed.
 
     Parameters   shipped : folder of the sources, named by solver_name
     Raises       OSError: the cache cannot be written
@@ -70,7 +70,7 @@ def installed(shipped: Path, cache: Path) -> Path:
         try:
             fresh.rename(target)
         except OSError:
-            if not _intact(target):  # else another process was faster
+            if not _intact(target):  # otherwise another process has created it
                 raise
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
@@ -83,7 +83,7 @@ def _intact(folder: Path) -> bool:
 
 
 def load_solver(package: Path, cache: Path | None = None) -> tuple[ModuleType, str]:
-    """Module `refinement.refine` of the solver, and a remark: empty, or why its compiled code is not kept.
+    """Module `refinement.refine` of the solver, and a remark: the reason if its compiled code is not kept, else empty.
 
     Parameters   package : folder of this FMU's code;  cache : None = user_cache()
     Raises       SolverError: the FMU has no solver, or the host lacks a package that it needs
@@ -97,7 +97,7 @@ def load_solver(package: Path, cache: Path | None = None) -> tuple[ModuleType, s
             folder = installed(folders[0], user_cache() if cache is None else cache)
         except (OSError, RuntimeError) as error:  # RuntimeError: no home folder
             folder = folders[0]
-            remark = f"compiled code of the solver is not kept: {error}; name a folder in XDG_CACHE_HOME"
+            remark = f"compiled code of the solver is not kept: {error}; set XDG_CACHE_HOME to another folder"
         specification = importlib.util.spec_from_file_location(
             name, folder / "__init__.py", submodule_search_locations=[str(folder)]
         )
@@ -116,6 +116,6 @@ def load_solver(package: Path, cache: Path | None = None) -> tuple[ModuleType, s
 
 
 def compiled_files(module: ModuleType) -> int:
-    """Number of compiled functions kept beside the sources of the solver."""
+    """Number of compiled functions stored with the sources of the solver."""
     folder = Path(module.__file__ or "").parents[1]
     return sum(1 for _ in folder.rglob("*.nbc"))

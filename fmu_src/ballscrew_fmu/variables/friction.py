@@ -1,8 +1,8 @@
-"""The one table of the variables of BallScrewFriction: names, units, bounds, start values and dependencies; what
-a table is made of (monitor.py has that of BallScrewPreloadMonitor).
+"""Table of the variables of BallScrewFriction: names, units, bounds, start values, dependencies; the types of a table.
 
-Model description, slave and C sources are made from this table; nothing else lists variables. The value reference of a
-variable is its place in the table. Bounds and start values that belong to a map come from the map's header (of_map).
+Model description, slave, documentation and C sources are generated from this table. The value reference of a variable
+is its index in the table. Bounds and start values that depend on the map come from its header (of_map). The table of
+BallScrewPreloadMonitor is in monitor.py.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,8 +19,7 @@ class Unit(NamedTuple):
     displays: tuple[tuple[str, float, float], ...] = ()
 
 
-# Factors and offsets: display value = factor * SI value + offset, digits as the FMI standard and Modelica
-# write them.
+# display value = factor * SI value + offset; digits as in the FMI standard and in Modelica
 UNITS: Mapping[str, Unit] = {
     "N": Unit({"kg": 1, "m": 1, "s": -2}),
     "rad/s": Unit({"rad": 1, "s": -1}, (("rev/min", 9.549296585513721, 0.0),)),
@@ -51,14 +50,14 @@ class Variable(NamedTuple):
     nominal: float | None = None
     display_unit: str | None = None
     quantity: str | None = None
-    relative: bool = False  # a difference: display offsets do not apply
-    depends_on: tuple[str, ...] = ()  # inputs an output depends on
-    initially_depends_on: tuple[str, ...] = ()  # parameters it depends on in initialization mode as well
-    derivative_of: str | None = None  # the continuous state that this is the time derivative of
+    relative: bool = False  # a difference: the offset of the display unit does not apply
+    depends_on: tuple[str, ...] = ()  # inputs that an output depends on
+    initially_depends_on: tuple[str, ...] = ()  # parameters that it depends on too in initialization mode
+    derivative_of: str | None = None  # the continuous state of which this is the time derivative
     indicates: bool = False  # its change of sign is an event
     python_only: bool = False  # not in the native FMUs
-    needs: str = "torque"  # what an output is computed with: torque or films
-    of_map: Mapping[str, OfMap] = {}  # fields above that come from the header of the map
+    needs: str = "torque"  # evaluation of the map for an output: torque or films
+    of_map: Mapping[str, OfMap] = {}  # fields above whose values come from the header of the map
 
     @property
     def variability(self) -> str:
@@ -99,7 +98,7 @@ def _default(name: str) -> OfMap:
 
 
 def of_map(rows: Sequence[Variable], header: Header) -> tuple[Variable, ...]:
-    """The rows with bounds and start values of the map with this header."""
+    """The rows with the bounds and start values of the map with this header."""
     table = []
     for v in rows:
         values: dict[str, Any] = {field: value(header) for field, value in v.of_map.items()}
@@ -124,7 +123,7 @@ INPUTS = (
         of_map={"minimum": _minus(highest("speed")), "maximum": highest("speed")},
     ),
     Variable(
-        "temperature", "input", "Temperature of the oil at the inlet", "K", nominal=300.0,
+        "temperature", "input", "Oil temperature at the contact inlet", "K", nominal=300.0,
         display_unit="degC", quantity="ThermodynamicTemperature",
         of_map={
             "start": _nearest(303.15, lowest("temperature"), highest("temperature")),
@@ -132,7 +131,7 @@ INPUTS = (
         },
     ),
     Variable(
-        "axial_load", "input", "Axial load on the nut body; positive loads the nut at whose flange it acts",
+        "axial_load", "input", "Axial load on the nut body, positive if it loads the nut at whose flange it acts",
         "N", 0.0, nominal=1000.0, quantity="Force",
         of_map={"minimum": _minus(highest("force")), "maximum": highest("force")},
     ),
@@ -140,7 +139,7 @@ INPUTS = (
 OUTPUTS = (
     Variable(
         "friction_torque", "output",
-        "Friction torque; opposes motion: J dw/dt = motor torque - friction_torque",
+        "Friction torque, opposes the motion: J dw/dt = motor torque - friction_torque",
         nominal=1.0, depends_on=_ALL, initially_depends_on=(*_VISCOUS, *_SLIDING), **_TORQUE,
     ),
     Variable(
@@ -157,7 +156,7 @@ OUTPUTS = (
     ),
     Variable(
         "power_loss", "output",
-        "Dissipated power; less than torque times speed while presliding stores energy",
+        "Dissipated power, less than torque times speed while the bristle stores energy",
         "W", minimum=0.0, nominal=100.0, quantity="Power", depends_on=_ALL,
         initially_depends_on=(*_VISCOUS, *_SLIDING),
     ),
@@ -169,30 +168,30 @@ OUTPUTS = (
         "film_thickness_central_nut", "output", "Least central film thickness on the nut raceway", **_FILM
     ),
     Variable(
-        "film_temperature_rise", "output", "Highest temperature rise in a film over the oil at its inlet",
+        "film_temperature_rise", "output", "Highest temperature rise in a film above the inlet temperature",
         "K", minimum=0.0, nominal=10.0, quantity="TemperatureDifference", relative=True, depends_on=_ALL,
         initially_depends_on=_REFINED, needs="films",
     ),
     Variable(
-        "contact_pressure_max", "output", "Hertz pressure of the heaviest loaded ball", "Pa", minimum=0.0,
+        "contact_pressure_max", "output", "Maximum Hertz pressure of the most loaded ball", "Pa", minimum=0.0,
         nominal=1e9, display_unit="GPa", quantity="Pressure", depends_on=_FORCES, needs="films",
     ),
     Variable(
-        "ball_load_max", "output", "Load of the heaviest loaded ball", "N", minimum=0.0, nominal=10.0,
+        "ball_load_max", "output", "Load of the most loaded ball", "N", minimum=0.0, nominal=10.0,
         quantity="Force", depends_on=_FORCES, needs="films",
     ),
     Variable(
-        "lambda_ratio", "output", "Minimum film thickness over roughness_height, at most 1000", "1",
+        "lambda_ratio", "output", "Minimum film thickness divided by roughness_height, at most 1000", "1",
         minimum=0.0, maximum=1000.0, nominal=1.0, depends_on=_ALL,
         initially_depends_on=("roughness_height", *_REFINED), needs="films",
     ),
     Variable(
-        "in_range", "output", "False while an input lies beyond the map and is clamped", depends_on=_ALL
+        "in_range", "output", "False while an input is outside the map and clamped", depends_on=_ALL
     ),
 )  # fmt: skip
 PARAMETERS = (
     Variable(
-        "apparent_viscosity_ratio", "parameter", "Apparent shear viscosity over film viscosity (fitted)",
+        "apparent_viscosity_ratio", "parameter", "Apparent shear viscosity divided by film viscosity (fitted)",
         "1", minimum=0.0, nominal=10.0, of_map={"start": _default("apparent_viscosity_ratio")},
     ),
     Variable(
@@ -201,32 +200,32 @@ PARAMETERS = (
     ),
     Variable(
         "roughness_height", "parameter",
-        "Film height at which half of the viscous part is left (fitted); 0: all",
+        "Film thickness at which the viscous part is halved (fitted). 0: no reduction",
         "m", minimum=0.0, nominal=1e-8, display_unit="nm", quantity="Length",
         of_map={"start": _default("roughness_height")},
     ),
     Variable(
         "regularization_speed", "parameter",
-        "Coulomb parts follow tanh(speed/regularization_speed); 0: sign",
+        "Coulomb parts are multiplied by tanh(speed/regularization_speed). 0: by sign(speed)",
         "rad/s", 0.1, 0.0, nominal=0.1, display_unit="rev/min", quantity="AngularVelocity",
     ),
     Variable(
         "presliding_stiffness", "parameter",
-        "Stiffness of the bristle that replaces the tanh; 0: no bristle",
+        "Stiffness of the presliding bristle, which replaces the tanh. 0: no bristle",
         "N.m/rad", 0.0, 0.0, nominal=100.0,
     ),
     Variable(
         "presliding_damping", "parameter",
-        "Damping of the bristle; explicit coupling with an inertia needs it",
+        "Damping of the presliding bristle, needed in explicit coupling with an inertia",
         "N.m.s/rad", 1.0, 0.0, nominal=1.0,
     ),
     Variable(
         "refine", "parameter",
-        "Solve contacts at the operating point and correct the map; needs scipy, numba and pydantic",
+        "Solve contacts at the operating point and correct the map. Needs numba, scipy and pydantic",
         start=False, python_only=True,
     ),
     Variable(
-        "refine_tolerance", "parameter", "Relative error of friction_torque that refine allows, > 0", "1",
+        "refine_tolerance", "parameter", "Allowed relative error of friction_torque with refine, > 0", "1",
         1e-3, 0.0, nominal=1e-3, python_only=True,
     ),
 )  # fmt: skip
@@ -239,7 +238,7 @@ def fmu_variables(header: Header) -> tuple[Variable, ...]:
 
 _BRISTLE = ("presliding_deflection",)
 _SLIPPING = ("net_sliding_coefficient", "presliding_stiffness")
-STATES = (  # of the native FMUs only
+STATES = (  # native FMUs only
     Variable(
         "presliding_deflection", "local", "Deflection of the presliding bristle, a continuous state", "rad",
         0.0, nominal=1e-3, display_unit="deg", quantity="Angle",
@@ -254,7 +253,7 @@ STATES = (  # of the native FMUs only
         indicates=True,
     ),
     Variable(
-        "slip_indicator", "local", "Event indicator of the bristle: it starts or stops to slip", "1",
+        "slip_indicator", "local", "Event indicator of the bristle: start or end of slip", "1",
         nominal=1.0, depends_on=(*_COULOMB, *_BRISTLE), initially_depends_on=_SLIPPING, indicates=True,
     ),
 )  # fmt: skip
@@ -263,8 +262,8 @@ STATES = (  # of the native FMUs only
 def native_variables(header: Header) -> tuple[Variable, ...]:
     """The table of the native FMUs: inputs, outputs and parameters as above, then the bristle as a state.
 
-    In model exchange the importer integrates the bristle, so that outputs depend on it; in co-simulation it is
-    the bristle at the end of the step. The sign of the event indicators carries their meaning, not their size.
+    In model exchange the importer integrates the bristle, and outputs depend on it. In co-simulation its value is
+    that at the end of the step. Of an event indicator only the sign has a meaning.
     """
     shared = [v for v in fmu_variables(header) if not v.python_only]
     names = {v.name for v in shared}
@@ -279,7 +278,7 @@ def native_variables(header: Header) -> tuple[Variable, ...]:
     return (*table, *STATES)
 
 
-TIME = Variable("time", "independent", "Time", "s", quantity="Time")  # FMI 3 lists it, after the table
+TIME = Variable("time", "independent", "Time", "s", quantity="Time")  # FMI 3 only, after the table
 
 
 def places(variables: tuple[Variable, ...], causality: str) -> tuple[int, ...]:

@@ -1,4 +1,4 @@
-"""The table of variables of BallScrewPreloadMonitor; friction parameters are those of BallScrewFriction."""
+"""Table of the variables of BallScrewPreloadMonitor. Its friction parameters are those of BallScrewFriction."""
 
 from ballscrew_fmu.variables.friction import INPUTS, PARAMETERS, Header, Variable, highest, of_map
 
@@ -16,35 +16,35 @@ _ROWS = {v.name: v for v in (*INPUTS, *PARAMETERS)}  # shared with BallScrewFric
 ROWS = (
     Variable(
         "torque", "input",
-        "Measured friction torque, positive when it opposes positive speed; without torque of inertia",
+        "Measured friction torque without inertia torque, positive if it opposes positive speed",
         "N.m", 0.0, nominal=1.0, quantity="Torque",
     ),
     _ROWS["speed"],
     _ROWS["temperature"],
     _ROWS["axial_load"],
     Variable(
-        "preload", "output", "Preload of the double nut; below speed_min the last one that was in range",
+        "preload", "output", "Preload of the double nut. Below speed_min: the last one that was in range",
         "N", minimum=0.0, nominal=1000.0, quantity="Force", depends_on=_ALL, initially_depends_on=_PRELOAD,
     ),
     Variable(
         "preload_half_width", "output",
-        "What torque_uncertainty means for preload: over torque_sensitivity; at most the end of the map",
+        "Half-width of the preload interval: torque_uncertainty/torque_sensitivity, at most the end of the map",
         "N", minimum=0.0, nominal=100.0, quantity="Force", depends_on=_ALL,
         initially_depends_on=(*_PRELOAD, "torque_uncertainty"), of_map={"maximum": highest("force")},
     ),
     Variable(
         "torque_sensitivity", "output",
-        "Derivative of the friction torque over preload, at speed_min if the screw is slower",
+        "Derivative of friction torque with respect to preload, at speed_min if the speed is lower",
         "N.m/N", minimum=0.0, nominal=1e-4, depends_on=_ALL, initially_depends_on=_PRELOAD,
     ),
     Variable(
-        "lambda_ratio", "output", "Minimum film thickness at this preload over roughness_height, at most 1000",
+        "lambda_ratio", "output", "Minimum film thickness at this preload divided by roughness_height, at most 1000",
         "1", minimum=0.0, maximum=1000.0, nominal=1.0, depends_on=_ALL, initially_depends_on=_PRELOAD,
         needs="films",
     ),
     Variable(
         "in_range", "output",
-        "True while the torque determines the preload: fast enough, all inputs and the preload within the map",
+        "True while the torque determines the preload: speed >= speed_min, inputs and preload within the map",
         depends_on=_ALL, initially_depends_on=(*_FRICTION, "speed_min"),
     ),
     *(_ROWS[name] for name in _FRICTION),
@@ -53,7 +53,7 @@ ROWS = (
         "rad/s", 1.0, 0.0, nominal=1.0, display_unit="rev/min", quantity="AngularVelocity",
     ),
     Variable(
-        "torque_uncertainty", "parameter", "Half-width of the interval of torque; of your sensor", "N.m",
+        "torque_uncertainty", "parameter", "Half-width of the uncertainty interval of the measured torque", "N.m",
         0.02, 0.0, nominal=0.01, quantity="Torque",
     ),
     Variable(
@@ -61,13 +61,13 @@ ROWS = (
         nominal=1000.0, quantity="Force", of_map=_ROWS["preload"].of_map,
     ),
 )  # fmt: skip
-INDICATORS = (  # of the native FMUs only
+INDICATORS = (  # native FMUs only
     Variable(
-        "in_range_indicator", "local", "Event indicator of in_range, motion aside", "1", nominal=1.0,
+        "in_range_indicator", "local", "Event indicator of in_range, without its condition on speed", "1", nominal=1.0,
         depends_on=_ALL, initially_depends_on=(*_FRICTION, "speed_min"), indicates=True,
     ),
     Variable(
-        "motion_indicator", "local", "Event indicator of motion: the speed reaches or leaves speed_min",
+        "motion_indicator", "local", "Event indicator of motion: the speed crosses speed_min",
         "rad/s", nominal=1.0, depends_on=("speed",), initially_depends_on=("speed_min",), indicates=True,
     ),
 )  # fmt: skip
@@ -79,5 +79,5 @@ def monitor_variables(header: Header) -> tuple[Variable, ...]:
 
 
 def native_monitor_variables(header: Header) -> tuple[Variable, ...]:
-    """The table of the native FMUs: as above, then the event indicators. There is no continuous state."""
+    """The table of the native FMUs: the rows above, then the event indicators. There is no continuous state."""
     return of_map((*ROWS, *INDICATORS), header)

@@ -284,7 +284,7 @@ def _draw_film(axes: Axes, picture: MapPicture) -> None:
     )
     low, high = axes.get_ylim()
     axes.set_ylim(low * (low / high) ** 0.25, high)  # room for the legend
-    axes.legend(title="colours: oil temperature, as beside", loc="lower right")
+    axes.legend(title="colours: oil temperature", loc="lower right")
 
 
 def _draw_rise(axes: Axes, picture: MapPicture) -> None:

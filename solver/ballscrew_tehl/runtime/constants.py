@@ -20,9 +20,9 @@ ELASTIC_SHARE = (
 # preload from torque (preload.py)
 LEAST_ELASTICITY = 0.01  # (preload/torque) d torque/d preload; below it 1 % of torque is all of the preload
 ACCURACY = 1e-11  # relative, of the last step in preload
-JUMP = 1e-9  # relative; torques this near that of parted nuts do not determine the preload: it may jump there
+JUMP = 1e-9  # relative; torques this near that of an unloaded nut do not determine the preload: it may jump there
 SEPARATION_STEPS = 6  # of Newton; load over preload at separation hardly changes with preload, 3 suffice
 MOST_ITERATIONS = 200  # each halves the error in torque or the bracket: it takes 3 to 10, and cannot take all
 
 # inputs
-TOO_LARGE = 1e30  # a value of this size or more is refused like infinity, so that no product overflows
+TOO_LARGE = 1e30  # a value of this size or more is rejected like infinity, so that no product overflows

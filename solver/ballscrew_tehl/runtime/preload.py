@@ -1,11 +1,11 @@
 """Preload of the double nut from a measured friction torque: the nut map followed over the preload.
 
-Numpy and the standard library only: this module travels inside the FMU BallScrewPreloadMonitor; native/nut.c and
-native/monitor/model.c are its twins. Unlike torque.preload_from_torque, which brackets any model, it has the
-derivative of the map and takes a few evaluations.
+Numpy and the standard library only: this module is copied into the FMU BallScrewPreloadMonitor. Its twin is
+native/models/monitor/search.c. friction.torque.preload_from_torque brackets any model. This search uses the derivative
+of the map and needs a few evaluations.
 
-Torque rises with the preload while both nuts are loaded. Where an axial load parts them, the torque is that of one
-nut and tells nothing: such a point is not in range.
+Torque rises with the preload while both nuts are loaded. Where an axial load unloads one nut, the torque is that of
+the other nut and does not depend on the preload: such a point is not in range.
 """
 
 import math
@@ -43,14 +43,14 @@ def estimate_preload(
     roughness: float,
     regularization_speed: float,
 ) -> PreloadEstimate:
-    """Preload at which the map shows a torque while the screw turns.
+    """Preload at which the map gives a torque while the screw turns.
 
     Parameters   torque : measured friction torque [N.m], positive when it opposes a positive speed
                  speed : [rad/s], not 0;  temperature : [K];  axial_load : [N];  the rest: as OverPreload
-    Returns      PreloadEstimate; clamped: a torque against the motion gives 0, one at or below that of parted nuts the
-                 preload at which they part, one above all that the map gives the end of the map; a preload below
-                 force of the map its power laws go on, flagged
-    Validity     the caller has checked that all are finite numbers
+    Returns      PreloadEstimate. Clamped and flagged: a torque along the motion gives 0, a torque at or below that of
+                 an unloaded nut the preload at which it is unloaded, a torque above that at the end of the map the end
+                 of the map. Below the preload axis the power laws of the map are used, flagged
+    Validity     all arguments are finite: the caller has checked them
     Source       Newton's method for ln(torque) over ln(preload), safeguarded by bisection
     """
     axis = nut_map.force

@@ -14,6 +14,8 @@ from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
 
+pytestmark = pytest.mark.slow
+
 DATA = PUBLISHED / "zhao2023"
 
 

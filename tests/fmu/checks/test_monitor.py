@@ -9,7 +9,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 from monitors import SUBJECTS, monitor_folders, opened
 
-from ballscrew_fmu.checks.monitor_check import lost_preload, monitor_outputs, table3
+from ballscrew_fmu.checks.monitor_check import monitor_outputs, preload_error, table3
 from ballscrew_fmu.checks.replay import FmuInstance, replay
 from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
 from ballscrew_fmu.models import MONITOR
@@ -17,6 +17,8 @@ from ballscrew_fmu.python_fmu.package import build_fmu, fmu_files
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import changed, load_parameters
 from ballscrew_tehl.validation.tables import mean_deviations
+
+pytestmark = pytest.mark.slow
 
 SUBJECT = pytest.mark.parametrize("subject", SUBJECTS)
 ERROR, DISCARD, WARNING = 3, 2, 1
@@ -71,7 +73,6 @@ def replayed(folders, subject, rows):
     return replay(folders[subject], rows, 1e-3, Fmu3Instance if subject == "native 3" else FmuInstance)
 
 
-@pytest.mark.slow
 @SUBJECT
 def test_table_3_of_the_paper(packaged, subject):
     with opened(packaged[1], subject) as one:
@@ -93,7 +94,7 @@ def test_the_fmu_equals_the_map_and_recovers_the_preload(packaged, subject):
     for found, wanted in zip(results, expected, strict=True):
         assert found == pytest.approx(wanted, rel=AGREEMENT)
     assert sum(o["in_range"] for o in results) > 350
-    assert lost_preload([row["preload"] for row in rows], results) <= 1e-6
+    assert preload_error([row["preload"] for row in rows], results) <= 1e-6
 
 
 def test_python_and_native_agree(packaged):

@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TextIO
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "support"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "support"))  # run as a script
+sys.path.insert(0, str(Path(__file__).parents[2] / "support" / "fmu"))
 
 import fmpy
 import numpy as np

@@ -8,7 +8,10 @@ from importer_cases import NAMES, START_SPEED, STEP, Stop, coulomb_torque, diffe
 from rotor_fmu import RUNS_HERE
 from synthetic_map import make_map
 
-pytestmark = pytest.mark.skipif(not RUNS_HERE, reason="rotor and importers run on x86_64 Linux only")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not RUNS_HERE, reason="rotor and importers run on x86_64 Linux only"),
+]
 FRICTION_FIRST = pytest.mark.parametrize(
     "friction_first", [pytest.param(False, id="parallel"), pytest.param(True, id="sequential")]
 )
@@ -20,7 +23,6 @@ def stop(name, friction_first, step=STEP):
     return Stop(subject(name).friction, subject(name).rotor, coulomb_torque(make_map()), friction_first, step)
 
 
-@pytest.mark.slow
 @FRICTION_FIRST
 @pytest.mark.parametrize("name", NAMES)
 def test_it_holds_half_the_coulomb_torque_without_drift_and_moves_at_more_than_all(name, friction_first):

@@ -29,7 +29,10 @@ from rotor_fmu import RUNS_HERE
 
 from ballscrew_tehl.runtime.standstill import presliding_step
 
-pytestmark = pytest.mark.skipif(not RUNS_HERE, reason="rotor and importers run on x86_64 Linux only")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not RUNS_HERE, reason="rotor and importers run on x86_64 Linux only"),
+]
 
 
 def cases(table):
@@ -76,7 +79,6 @@ def test_inputs_left_at_zero_give_no_torque_and_no_nan(case, name):
     assert zero_findings(case, subject(name).friction) == []
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("coupling", [pytest.param(SMOOTH, id="tanh"), pytest.param(HELD, id="bristle")])
 @pytest.mark.parametrize(("case", "name"), cases(MASTERS))
 def test_masters_that_step_all_at_once_agree(case, name, coupling, tmp_path):

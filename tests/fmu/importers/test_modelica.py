@@ -13,15 +13,18 @@ import numpy as np
 import pytest
 import servo_axis
 from modelica_host import build, call, externals
-from paths import SUPPORT
+from paths import FMU_SUPPORT
 from rotor_fmu import RUNS_HERE
 
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_tehl.runtime.standstill import presliding_step
 
-pytestmark = pytest.mark.skipif(not RUNS_HERE, reason="library and FMU of the test are for x86_64 Linux")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not RUNS_HERE, reason="library and FMU of the test are for x86_64 Linux"),
+]
 TEXT = (modelica_package.SOURCE / "package.mo").read_text().replace("within ;", "", 1)
-STAND_INS = SUPPORT / "modelica" / "standard_library.mo"
+STAND_INS = FMU_SUPPORT / "modelica" / "standard_library.mo"
 LIBRARY = STAND_INS.read_text().replace("within ;", "", 1)
 DEFAULTS = ("apparentViscosityRatio", "netSlidingCoefficient", "roughnessHeight")
 
@@ -145,7 +148,6 @@ def test_bad_files_and_values_stop_with_a_message(program, package, tmp_path):
         call(program, map_of(package), [("coulombTorque", 2000.0, 0.0, -0.1)])
 
 
-@pytest.mark.slow
 def test_sanitizers_find_nothing(package, program, tmp_path, synthetic_nut_map, defaults):
     try:
         sanitized = build(tmp_path / "sanitized", package, sanitized=True)
@@ -173,7 +175,6 @@ def test_header_and_declarations_are_compared(package, tmp_path):
     assert re.search(r"conflicting types.*ballScrewMap_covered", failed.value.stderr)
 
 
-@pytest.mark.slow
 def test_command_line_writes_the_packaged_screw(tmp_path, capsys):
     assert modelica_package.main(["--output", str(tmp_path)]) == 0
     assert "win64/libBallScrewFriction.a" in capsys.readouterr().out

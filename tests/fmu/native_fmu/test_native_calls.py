@@ -277,7 +277,7 @@ def test_unknown_kinds(version):
 def test_event_mode_and_intermediate_variables_are_refused(requested):
     with NativeInstance(3, CS, **requested) as one:
         assert one.handle is None
-        assert "asked for" in one.last
+        assert "not supported" in one.last
 
 
 @both_kinds
@@ -777,7 +777,7 @@ def test_clamped_inputs_are_reported_once(version, kind):
     with NativeInstance(version, kind).start(preload=0.0, temperature=0.0) as one:
         assert [m.text.split()[0] for m in one.messages] == ["preload", "temperature"]
         assert {m[:2] for m in one.messages} == {(WARNING, "logStatusWarning")}
-        assert one.last == "temperature = 0 lies beyond the map and is clamped (said once)"
+        assert one.last == "temperature = 0 is outside the map and is clamped (logged once)"
         one.messages.clear()
         for speed in (1e4, 2e4):
             if kind == CS:

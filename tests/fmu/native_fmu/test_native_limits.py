@@ -8,6 +8,8 @@ from synthetic_map import make_map
 from ballscrew_fmu.models import MONITOR
 from ballscrew_tehl.runtime.preload import estimate_preload
 
+pytestmark = pytest.mark.slow
+
 
 def test_bristle_at_rest_beyond_the_slip_limit_holds_by_its_spring(tmp_path, synthetic_nut_map):
     """Slip has the direction of the speed: at rest there is none, so the torque is stiffness times deflection."""

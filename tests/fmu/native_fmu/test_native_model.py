@@ -79,6 +79,7 @@ def test_model_is_the_map(model, nut_map):
     assert any(error > 0.0 for error in worst.values())  # C and Python differ by rounding
 
 
+@pytest.mark.slow
 def test_bristle_is_that_of_python(model, nut_map):
     rng = np.random.default_rng(2)
     deflection = 0.0
@@ -128,6 +129,7 @@ def random_state(rng, n):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("continuous", [False, True])
 def test_derivatives_are_those_of_the_outputs(model, continuous):
     """Values of both programs agree; derivatives against central differences of two widths, where these agree."""
@@ -224,6 +226,7 @@ def test_slip_begins_at_the_sliding_deflection_and_ends_at_reversal(model, nut_m
     assert model.get("slip_indicator") > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [1e-4, 1e-5])
 def test_modes_of_model_exchange_tend_to_the_exact_step(library, nut_map, step):
     """A swinging speed, integrated by Euler with events; the torque of co-simulation is exact for its steps."""

@@ -25,6 +25,8 @@ from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu, native
 from ballscrew_fmu.native_fmu.sources import native_sources
 from ballscrew_tehl.runtime.preload import estimate_preload
 
+pytestmark = pytest.mark.slow
+
 VERSIONS = pytest.mark.parametrize("version", [2, 3])
 PLATFORMS = ("x86_64-linux", "aarch64-linux")
 INPUTS = [{"torque": 0.2 * n, "speed": 10.0 * n, "temperature": 303.15, "axial_load": 0.0} for n in range(5)]
@@ -62,7 +64,6 @@ def members(path):
 # --- packing ---
 
 
-@pytest.mark.slow
 @VERSIONS
 def test_no_checker_finds_anything(fmus, tmp_path, version):
     path = fmus[version].path
@@ -72,7 +73,6 @@ def test_no_checker_finds_anything(fmus, tmp_path, version):
     assert capability_findings(fmpy.extract(str(path), unzipdir=str(tmp_path / "fmu"))) == []
 
 
-@pytest.mark.slow
 def test_the_bytes_are_the_same_again(fmus, synthetic_nut_map, tmp_path):
     version = 2
     again = build(synthetic_nut_map, version, tmp_path / "again.fmu")
@@ -301,7 +301,6 @@ def test_threads_under_sanitizer(tmp_path, synthetic_nut_map):
     assert ": 0 differ" in run(program, 10, 500)
 
 
-@pytest.mark.slow
 def test_random_calls_give_no_sanitizer_report(tmp_path, synthetic_nut_map):
     program = sanitized(tmp_path, synthetic_nut_map, "walk", "-fsanitize=address,undefined")
     *never, summary = run(program, CALLS, env={"ASAN_OPTIONS": "detect_leaks=1"}).splitlines()
@@ -312,7 +311,6 @@ def test_random_calls_give_no_sanitizer_report(tmp_path, synthetic_nut_map):
     assert int(re.match(r"\d+ calls, (\d+) succeeded", summary)[1]) > CALLS // 2
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(len(compiler()) > 1, reason="sanitizers need a compiler of the system")
 @VERSIONS
 def test_a_host_with_damaged_states_under_sanitizers(version):

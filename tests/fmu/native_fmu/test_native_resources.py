@@ -11,6 +11,8 @@ from synthetic_map import make_map
 
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
 
+pytestmark = pytest.mark.slow
+
 NAMES = [
     "with space", "m\u00fc\u00df \u00c4\u00d6\u00dc", "a+b", "sharp#1", "[brackets]", "per%20cent", "100%",
     "%41", "a&b;c=d", "semi'quote\"", "query?x", "back\\slash", "\u6ede\u73e0\u4e1d\u6760", "emoji\U0001f529",
@@ -109,7 +111,7 @@ def test_without_map_there_is_no_instance(tmp_path, version, kind):
         "cannot be opened": tmp_path / "none",
         "another FMU": put_map(tmp_path / "other", other),
         "truncated": put_map(tmp_path / "short", good[:-8]),
-        "no nut map": put_map(tmp_path / "empty", b""),
+        "not a nut map": put_map(tmp_path / "empty", b""),
         "checksum": put_map(tmp_path / "damaged", good[:-1] + bytes([good[-1] ^ 1])),
     }
     folder = tmp_path / "folder"

@@ -16,6 +16,8 @@ from native_library import ERROR, OUTPUTS, PARAMETERS, NativeInstance, c_size_t,
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.python_fmu.package import build_fmu
 
+pytestmark = pytest.mark.slow
+
 AGREEMENT = 1e-12  # of a value, or of a thousandth of the largest of its kind in the sequence
 LEGAL_SEQUENCES, ILLEGAL_SEQUENCES = 150, 1000
 QUIET = [HealthCheck.function_scoped_fixture, HealthCheck.too_slow, HealthCheck.data_too_large]
@@ -409,7 +411,6 @@ def check(version, sequence, counts):
         assert another.start(speed=20.0).go(1e-3) == fresh
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
 def test_any_sequence_gives_the_status_of_the_state_machine(version):
     counts = {"accepted": 0, "refused": 0}

@@ -9,6 +9,8 @@ import pytest
 from native_host import c_host, sanitized_c_host
 from synthetic_map import make_map
 
+pytestmark = pytest.mark.slow
+
 STEPS = 2_000_000
 COUNTED = ("-Wl,--wrap=malloc", "-Wl,--wrap=calloc", "-Wl,--wrap=realloc")
 
@@ -31,7 +33,6 @@ def run(program, *arguments):
     return done.stdout
 
 
-@pytest.mark.slow
 def test_millions_of_steps_allocate_nothing_and_change_no_result(soak):
     report = run(soak, STEPS)
     assert report.count("random steps: 0 allocations, heap +0 bytes") == 2
@@ -45,13 +46,11 @@ def test_an_allocation_in_a_step_is_found(soak):
     assert "not so: allocations == before" in done.stdout
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("threads", "steps"), [(2, 20000), (100, 2000)])
 def test_instances_in_threads_equal_a_serial_run(threads_host, threads, steps):
     assert ": 0 differ" in run(threads_host, threads, steps)
 
 
-@pytest.mark.slow
 def test_thread_sanitizer_reports_nothing(tmp_path):
     try:
         program = sanitized_c_host(tmp_path, make_map(), "threads", "-fsanitize=thread")

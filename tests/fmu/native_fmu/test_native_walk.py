@@ -6,6 +6,8 @@ import pytest
 from native_host import sanitized_c_host
 from synthetic_map import make_map
 
+pytestmark = pytest.mark.slow
+
 CALLS = 300_000
 # not supported by the FMU: no call may succeed
 CANNOT = {
@@ -16,7 +18,6 @@ CANNOT = {
 }  # fmt: skip
 
 
-@pytest.mark.slow
 def test_random_calls_give_no_sanitizer_report(tmp_path):
     try:
         program = sanitized_c_host(tmp_path, make_map(), "walk", "-fsanitize=address,undefined")

@@ -13,6 +13,8 @@ from synthetic_map import make_map
 
 from ballscrew_fmu.python_fmu.package import build_fmu, runtime_sources
 
+pytestmark = pytest.mark.slow
+
 FOREIGN = """
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 

@@ -27,6 +27,7 @@ def test_two_builds_give_the_same_bytes_and_guid(fmu, tmp_path):
     assert again.size == fmu.stat().st_size
 
 
+@pytest.mark.slow
 def test_another_process_builds_the_same_bytes(fmu, tmp_path):
     """The bytes do not depend on hash seed and state of the interpreter."""
     script = (
@@ -40,6 +41,7 @@ def test_another_process_builds_the_same_bytes(fmu, tmp_path):
     assert (tmp_path / "b.fmu").read_bytes() == fmu.read_bytes()
 
 
+@pytest.mark.slow
 def test_another_map_or_other_code_gives_another_guid_and_other_code_another_package(fmu, tmp_path):
     sources = runtime_sources()
     sources["variables"] += "\n# changed\n"

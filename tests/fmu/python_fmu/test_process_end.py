@@ -11,7 +11,10 @@ import pytest
 
 from ballscrew_fmu.python_fmu import process_end
 
-pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the fault is one on Linux")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the fault is one on Linux"),
+]
 
 # Blocks of many sizes, half of them freed: memory freed by the binary then has neighbours in the lists of malloc.
 # scipy.linalg brings libgfortran, which frees memory when the process ends, after the library of the FMU.

@@ -136,7 +136,7 @@ def test_a_contact_without_solution_is_reported_once(refinable):
         run(one, (10.0,))
         for _ in range(3):
             assert one.step(preload=stub_solver.UNSOLVED)
-        assert of_status(one, WARNING) == ["refine: no convergence (said once)"]
+        assert of_status(one, WARNING) == ["refine: no convergence (logged once)"]
 
 
 def test_an_error_of_the_refinement_leaves_the_map_in_use(refinable, unpacked):
@@ -359,6 +359,7 @@ def packaged(tmp_path_factory):
     return fmpy.extract(str(fmu), unzipdir=str(folder / "unpacked"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("missing", ["numba", "scipy", "pydantic"])
 def test_without_the_packages_of_the_solver_the_map_is_used(packaged, tmp_path, missing):
     found = of_process(REFINED_RUN, tmp_path, packaged, missing)

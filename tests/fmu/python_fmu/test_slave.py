@@ -221,7 +221,7 @@ def test_setting_an_output_is_logged_and_has_no_effect(instance):
     instance.step(speed=30.0)
     before = instance.outputs()
     instance.set(friction_torque=99.0)
-    assert instance.messages[-1] == (ERROR, "friction_torque is no Real input or parameter: not set")
+    assert instance.messages[-1] == (ERROR, "friction_torque is not a Real input or parameter: not set")
     assert instance.outputs() == before
 
 

@@ -78,6 +78,7 @@ def test_a_warning_is_not_repeated_after_restoring(unpacked):
         assert [status for status, _ in one.messages] == [1]
 
 
+@pytest.mark.slow
 def test_a_state_of_another_map_or_damaged_is_refused_and_the_steps_after_it_too(unpacked, tmp_path):
     other = build_fmu(make_map(viscous_scale=2.0), tmp_path / "other.fmu").path
     with FmuInstance(unpacked) as one, FmuInstance(other) as two:

@@ -1,4 +1,4 @@
-/* Friction at and near standstill. Twin of standstill.py, where the laws are derived. Numbers: number.h.
+/* Friction at and near standstill. Twin of runtime/standstill.py, where the laws are derived. Numbers: number.h.
    Source: Dupont, Hayward, Armstrong, Altpeter, IEEE Trans. Automat. Contr. 47 (2002) 787. */
 #ifndef BALLSCREW_BRISTLE_LAW_H
 #define BALLSCREW_BRISTLE_LAW_H
@@ -13,7 +13,7 @@ typedef struct {
     Number power;      /* [W] dissipated, mean of the step */
 } Bristle;
 
-/* Sign of the speed that passes smoothly through zero; the sign itself for a regularization speed of 0. */
+/* Smoothed sign of the speed. Regularization speed 0: the sign itself. */
 static inline Number regularised_sign(Number speed, Number regularization_speed)
 {
     Number ratio;
@@ -27,13 +27,13 @@ static inline Number regularised_sign(Number speed, Number regularization_speed)
     return function(ratio, sign, 1.0 - sign * sign);
 }
 
-/* limit: of the deflection, at which the bristle slides */
+/* limit: deflection at which the bristle slides */
 static inline Number bristle_within(Number deflection, Number limit)
 {
     return lesser(greater(deflection, negative(limit)), limit);
 }
 
-/* Share of the motion that slides, 0 to 1, for a motion in the direction of the speed. */
+/* Share of the motion that slides, 0 to 1, for motion in the direction of the speed. */
 static inline Number bristle_yielding(Number wound, Number speed, Number limit)
 {
     const Number beyond = subtract(with_sign_of(wound, speed), times(ELASTIC_SHARE, limit));
@@ -58,7 +58,7 @@ static inline Bristle bristle_at_instant(Number deflection, Number speed, Number
     return out;
 }
 
-/* As a continuous state. slip: 0 the bristle follows, +1 or -1 it slips that way and the deflection is held. */
+/* As a continuous state. slip: 0 the bristle follows, +1 or -1 direction of slip, with constant deflection. */
 static inline Bristle bristle_continuous(Number deflection, Number speed, Number coulomb, Number stiffness,
                                          Number damping, int slip)
 {
@@ -76,7 +76,7 @@ static inline Bristle bristle_continuous(Number deflection, Number speed, Number
     return out;
 }
 
-/* Exact step of length > 0 with the speed held, stiffness > 0. */
+/* Exact step of length > 0 at constant speed, stiffness > 0. */
 static inline Bristle bristle_after_step(Number before, Number speed, double step, Number coulomb, Number stiffness,
                                          Number damping)
 {
@@ -85,7 +85,7 @@ static inline Bristle bristle_after_step(Number before, Number speed, double ste
     const Number elastic_to = times(ELASTIC_SHARE, limit), travel = times(step, absolute(speed));
     const Number elastic = lesser(travel, greater(subtract(elastic_to, q_0), zero));
     const Number sliding = subtract(travel, elastic);
-    /* what the bristle stored beyond a Coulomb level that sank is lost */
+    /* energy stored above the present limit, which is lower if the Coulomb torque has decreased, is lost */
     const Number lost = multiply(half, subtract(multiply(before, before), multiply(z, z)));
     Number q = add(q_0, elastic), rate, heat;
     Number integral = add(multiply(q_0, elastic), times(0.5, multiply(elastic, elastic))); /* of q over the travel */

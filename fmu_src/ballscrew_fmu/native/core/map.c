@@ -15,7 +15,7 @@
 #define MAGIC_SIZE (sizeof MAP_MAGIC - 1)
 #define HASH_SIZE 64 /* sha256 in hexadecimal */
 #define HEAD_SIZE (MAGIC_SIZE + 16 + HASH_SIZE)
-#define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS) /* that come before the coefficients */
+#define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS) /* before the coefficients */
 #define MOST_NODES 4096
 #define LARGEST_FILE 268435456
 
@@ -36,7 +36,7 @@ static double number_at(const unsigned char *bytes, size_t index)
     return value;
 }
 
-/* FNV-1a over words of eight bytes; a rest of fewer bytes is left out: the size covers it */
+/* FNV-1a of words of eight bytes. A remainder of fewer bytes is omitted: the check of the size finds it. */
 static uint64_t checksum(const unsigned char *bytes, size_t size)
 {
     uint64_t sum = UINT64_C(14695981039346656037);
@@ -62,19 +62,19 @@ static bool axis_from(Axis *axis, const unsigned char *bytes, size_t index, bool
     return isfinite(axis->scale);
 }
 
-/* Reason why a file cannot be the map with this content hash, or false. */
+/* True, with the reason in message, if a file is not the map with this content hash. */
 static bool head_fails(const unsigned char *bytes, size_t size, const char *content_hash, const char *name,
                        char *message, size_t message_size)
 {
     const unsigned char *body = bytes + MAGIC_SIZE + 16;
 
     if (size < HEAD_SIZE + 8 * NUMBERS || memcmp(bytes, MAP_MAGIC, MAGIC_SIZE) != 0) {
-        (void)snprintf(message, message_size, "%s: no nut map of this format (" MAP_MAGIC ")", name);
+        (void)snprintf(message, message_size, "%s: not a nut map of this format (" MAP_MAGIC ")", name);
     } else if (little_endian(bytes + MAGIC_SIZE) != size) {
         (void)snprintf(message, message_size, "%s: %.0f bytes, expected %.0f: truncated or damaged", name, (double)size,
                        (double)little_endian(bytes + MAGIC_SIZE));
     } else if (little_endian(bytes + MAGIC_SIZE + 8) != checksum(body, size - MAGIC_SIZE - 16)) {
-        (void)snprintf(message, message_size, "%s: checksum wrong: damaged", name);
+        (void)snprintf(message, message_size, "%s: wrong checksum: damaged", name);
     } else if (strlen(content_hash) != HASH_SIZE || memcmp(body, content_hash, HASH_SIZE) != 0) {
         (void)snprintf(message, message_size, "%s: map %.12s, expected %.12s: file of another FMU", name,
                        (const char *)body, content_hash);
@@ -84,7 +84,7 @@ static bool head_fails(const unsigned char *bytes, size_t size, const char *cont
     return true;
 }
 
-/* Axes and defaults; NULL, or the name of an axis that is none. */
+/* Axes and defaults. NULL, or the name of an invalid axis. */
 static const char *axes_from(Map *head, const unsigned char *numbers)
 {
     const struct {
@@ -122,7 +122,7 @@ Map *map_from_bytes(const unsigned char *bytes, size_t size, const char *content
     memset(&head, 0, sizeof head);
     wrong = axes_from(&head, numbers);
     if (wrong != NULL) {
-        (void)snprintf(message, message_size, "%s: axis %s is no axis", name, wrong);
+        (void)snprintf(message, message_size, "%s: axis %s is invalid", name, wrong);
         return NULL;
     }
     curves = (size_t)axis_coefficients(&head.force);

@@ -1,5 +1,5 @@
 /* The nut map: tricubic B-splines of the logarithms of torque, film and temperature over (ln force, ln speed,
-   temperature), read once from a file and constant from then on. Order of columns and of the file: constants.h. */
+   temperature), read once from a file and constant. Order of columns and of the file: constants.h. */
 #ifndef BALLSCREW_MAP_H
 #define BALLSCREW_MAP_H
 
@@ -31,7 +31,7 @@ typedef struct {
     double data[1];           /* all coefficients */
 } Map;
 
-/* Map of a file; path in UTF-8. NULL if it cannot be used, with the reason in message. */
+/* Map from a file; path in UTF-8. NULL if it cannot be used, with the reason in message. */
 Map *map_read(const char *path, const char *content_hash, char *message, size_t message_size);
 
 /* The same from the bytes of a file; name for messages. */
@@ -43,7 +43,7 @@ void map_free(Map *map);
 /* Cell and position of a value, clamped to the axis. */
 Place axis_place(const Axis *axis, double value);
 
-/* Weights of the four B-splines of a cell, and their first and second derivatives over t. */
+/* Weights of the four B-splines of a cell, and their first and second derivatives with respect to t. */
 static inline void cubic_weights(double t, double weights[4])
 {
     const double sixth = 1.0 / 6.0, u = 1.0 - t;
@@ -70,7 +70,7 @@ static inline void cubic_bends(double t, double bends[4])
     bends[3] = t;
 }
 
-/* Coefficients over an axis. */
+/* Number of coefficients along an axis. */
 static inline ptrdiff_t axis_coefficients(const Axis *axis)
 {
     return (ptrdiff_t)axis->last + 4;

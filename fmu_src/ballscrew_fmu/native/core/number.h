@@ -1,6 +1,5 @@
-/* Numbers of the laws. A file that includes a law has plain doubles or, with DUAL_NUMBERS defined first, dual numbers:
-   a value and its derivative along one direction. So each law is written once. Doubles compile to what their operators
-   would give. */
+/* Numbers of the laws: doubles or, in a file that defines DUAL_NUMBERS before it includes a law, dual numbers (a value
+   and its derivative along one direction). So each law is written once. Doubles compile to plain operators. */
 #ifndef BALLSCREW_NUMBER_H
 #define BALLSCREW_NUMBER_H
 
@@ -27,7 +26,7 @@ static inline Number multiply(Number a, Number b) { return number(a.v * b.v, a.d
 
 static inline Number divide(Number a, Number b)
 {
-    const double ratio = a.v / b.v, inverse = 1.0 / b.v; /* two divisions at a time, not one after the other */
+    const double ratio = a.v / b.v, inverse = 1.0 / b.v; /* two independent divisions run in parallel */
     return number(ratio, (a.d - ratio * b.d) * inverse);
 }
 
@@ -94,7 +93,7 @@ static inline Number root(Number a)
 static inline Number lesser(Number a, Number b) { return value_of(a) < value_of(b) ? a : b; }
 static inline Number greater(Number a, Number b) { return value_of(a) > value_of(b) ? a : b; }
 
-/* At either end it is a constant. */
+/* At lo and hi the derivative is 0. */
 static inline Number clamped(Number a, double lo, double hi)
 {
     return lesser(greater(a, constant(lo)), constant(hi));

@@ -1,2 +1,2 @@
-/* The law of a nut for doubles. */
+/* The law of a nut in doubles. */
 #include "nut_law.h"

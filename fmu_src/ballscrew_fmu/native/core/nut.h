@@ -1,5 +1,5 @@
-/* Torque and films of the double nut from the map. Knows neither variables nor FMI. Numbers: number.h. A file with dual
-   numbers includes nut_law.h too and has functions of its own; those for doubles are in nut.c. */
+/* Torque and films of the double nut from the map, independent of variables and FMI. Numbers: number.h. The functions
+   in doubles are compiled in nut.c. A file with dual numbers also includes nut_law.h and has its own copies. */
 #ifndef BALLSCREW_NUT_H
 #define BALLSCREW_NUT_H
 
@@ -8,43 +8,43 @@
 #include "map.h"
 #include "number.h"
 
-/* Weights of the neighbours over speed and temperature (sixteen, speed first), or what they add up to in the columns at
-   four neighbours over force. Derivatives apart from the values, so that both run through the same loops. */
+/* Weights of the sixteen neighbours in speed and temperature (speed first), or the weighted sums of the columns at four
+   neighbours in force. Values and derivatives are separate arrays, so that the same loops serve both. */
 typedef struct {
     double v[4 * FILM_COLUMNS];
 #ifdef DUAL_NUMBERS
     double d[4 * FILM_COLUMNS];
-    bool still; /* no derivative: d is not filled */
+    bool still; /* all derivatives are 0: d is not set */
 #endif
 } Row;
 
 /* One nut at its force. */
 typedef struct {
     int cell;            /* of the force */
-    Number weight[4];    /* of the neighbours over force */
-    Number share, third; /* force over the lowest of the axis, at most 1; its cube root */
+    Number weight[4];    /* of the neighbours in force */
+    Number share, third; /* force divided by the lowest of the axis, at most 1; its cube root */
 } LoadedNut;
 
-/* What follows from preload and axial load alone. */
+/* Results of preload and axial load alone. */
 typedef struct {
     LoadedNut nut[2];    /* relieved first */
-    int nuts;            /* 1: both carry the same */
+    int nuts;            /* 1: both have the same force */
     double highest;      /* [N] force of the loaded nut under an axial load, clamped; else 0 */
     Number hysteresis;   /* [N.m] magnitude, sum over both nuts */
-    Number sliding_load; /* [N.m] sliding part over its coefficient, sum over both nuts */
+    Number sliding_load; /* [N.m] sliding part divided by its coefficient, sum over both nuts */
     bool preload_clamped, axial_load_clamped;
 } Loads;
 
-/* Where a speed and a temperature lie in the map. */
+/* Position of a speed and a temperature in the map. */
 typedef struct {
     int speed_cell, temperature_cell;
-    Number at_speed, at_temperature; /* in the cell */
+    Number at_speed, at_temperature; /* positions in the cells */
     Row plane;                       /* weights of the neighbours */
-    Number share;                    /* speed over the lowest of the axis, at most 1 */
+    Number share;                    /* speed divided by the lowest of the axis, at most 1 */
     bool speed_clamped, temperature_clamped;
 } Conditions;
 
-/* Surfaces contracted over speed and temperature: kept for the cell of a nut, they serve all preloads of the cell. */
+/* Surfaces contracted over speed and temperature, for the cell of a nut: valid for all forces in the cell. */
 typedef struct {
     int cell; /* -1: none yet */
     Row sums, slope_sums;
@@ -69,7 +69,7 @@ NUT_FUNCTION void nut_conditions(const Map *map, Number speed, Number temperatur
 /* Force of the relieved and the loaded nut [N] at a preload of 0 or more and an axial load that is not 0. */
 NUT_FUNCTION void nut_forces(const Map *map, Number preload, Number axial_load, Number force[2]);
 
-/* Viscous torque of both nuts [N.m]. ratio: of the apparent viscosity; roughness [m]; columns: of each nut, or NULL */
+/* Viscous torque of both nuts [N.m]. ratio: apparent viscosity ratio; roughness: [m]; columns: of each nut, or NULL */
 NUT_FUNCTION Number nut_viscous_torque(const Map *map, const Loads *loads, const Conditions *now, Columns columns[2],
                                        Number ratio, Number roughness);
 

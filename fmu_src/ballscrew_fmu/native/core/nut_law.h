@@ -1,5 +1,5 @@
-/* The law of a nut, once for doubles (nut.c) and once for dual numbers, in each file that follows a derivative. Twin of
-   NutMap.evaluate_point; with dual numbers also of preload.py. */
+/* The law of a nut, compiled for doubles (nut.c) and for dual numbers (each file with derivatives). Twin of
+   runtime/nut_law.py. */
 #ifndef BALLSCREW_NUT_LAW_H
 #define BALLSCREW_NUT_LAW_H
 
@@ -46,7 +46,7 @@ static inline Number weighted(const Number w[4], const double *values, int strid
                times(values[3 * stride], w[3]));
 }
 
-/* Sum of the sixteen rows of neighbours. columns: as many as stay in registers, a constant where it is called */
+/* Weighted sum of the sixteen rows of neighbours. columns: a constant at each call, few enough for registers */
 static inline void add_rows(const double *block, ptrdiff_t by_speed, ptrdiff_t by_temperature, const double plane[16],
                             double sums[], int columns)
 {
@@ -66,7 +66,7 @@ static inline void add_rows(const double *block, ptrdiff_t by_speed, ptrdiff_t b
     }
 }
 
-/* Columns of a surface at four neighbours over force, contracted over speed and temperature. at_once: in one run */
+/* Columns of a surface at four neighbours in force, contracted over speed and temperature. at_once: columns per sum */
 static inline void contract(const Map *map, const double *surfaces, int columns, const Conditions *now, int force_cell,
                             const Row *plane, int at_once, Row *sums)
 {
@@ -126,7 +126,7 @@ static inline void over_force(const Number w[4], const Row *sums, int columns, N
 #endif
 }
 
-/* --- from inputs to places in the map ---------------------------------------------------------------------------- */
+/* --- from inputs to positions in the map ------------------------------------------------------------------------- */
 
 NUT_FUNCTION void nut_forces(const Map *map, Number preload, Number axial_load, Number force[2])
 {
@@ -144,7 +144,7 @@ NUT_FUNCTION void nut_forces(const Map *map, Number preload, Number axial_load, 
     spline_weights(axis_position(&map->preload, clamped(preload, map->preload.lo, map->preload.hi), &p), w_p);
     share = divide(load, multiply(preload, exponential(weighted(w_p, map->separation + side * n_p + p, 1))));
     if (value_of(share) >= 1.0) {
-        return; /* the nuts part: the relieved one carries nothing */
+        return; /* the nuts are separated: the relieved one is unloaded */
     }
     spline_weights(axis_position(&map->share, share, &q), w_q);
     for (int a = 0; a < 4; ++a) {
@@ -163,7 +163,7 @@ NUT_FUNCTION void nut_loads(const Map *map, Number preload, Number axial_load, L
     loads->axial_load_clamped = false;
     loads->nuts = 1;
     loads->highest = 0.0;
-    /* derivatives: one-sided at the end of the map, none at preload 0, where that of the viscous part has no bound */
+    /* derivatives: one-sided at the end of the map, 0 at preload 0, where that of the viscous part is infinite */
     force[0] = force[1] =
         value_of(preload) > map->force.hi ? constant(map->force.hi) : greater(preload, constant(0.0));
     if (value_of(axial_load) != 0.0) {
@@ -215,8 +215,8 @@ NUT_FUNCTION void nut_conditions(const Map *map, Number speed, Number temperatur
 
 /* --- torque and films at a point --------------------------------------------------------------------------------- */
 
-/* Share of the viscous torque that is left below the lowest speed of the map. The exponent of speed at the end of the
-   axis follows from the slopes of torque and film; x: roughness over film, squared. */
+/* Viscous torque below the lowest speed of the map, as a share of that at the lowest speed. The exponent of speed at
+   the end of the axis follows from the slopes of torque and film. x: (roughness / film)^2 */
 static inline Number slow_share(const Map *map, Number s, Number torque_slope, Number film_slope, Number x)
 {
     const Number one = constant(1.0), rough = divide(times(2.0, x), add(one, x));
@@ -226,8 +226,8 @@ static inline Number slow_share(const Map *map, Number s, Number torque_slope, N
     return multiply(s, add(subtract(one, c), multiply(multiply(c, s), s)));
 }
 
-/* Viscous torque of a nut at apparent viscosity ratio 1. slope_plane: weights of the slopes over speed, where it is
-   below the axis. columns: of these conditions, filled on the way; NULL: nothing is kept. */
+/* Viscous torque of a nut at apparent viscosity ratio 1. slope_plane: weights of the derivatives with respect to speed,
+   used below the speed axis. columns: cache for these conditions, updated here; NULL: no cache. */
 static inline Number viscous_torque_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now,
                                            const Row *slope_plane, Columns *columns, Number roughness)
 {
@@ -289,7 +289,7 @@ static inline Films films_of_nut(const Map *map, const LoadedNut *nut, const Con
 
     contract(map, map->films, FILM_COLUMNS, now, nut->cell, &now->plane, 2 * FILM_COLUMNS, &sums);
     over_force(nut->weight, &sums, FILM_COLUMNS, values);
-    /* a spline through nearly equal films may cross another */
+    /* splines of nearly equal films may cross each other */
     least = lesser(lesser(values[MINIMUM_FILM_SCREW], values[MINIMUM_FILM_NUT]),
                    lesser(values[CENTRAL_FILM_SCREW], values[CENTRAL_FILM_NUT]));
     out.minimum = multiply(film_share, exponential(least));

@@ -1,4 +1,4 @@
-/* FMI 2.0 for co-simulation and model exchange: translates to instance.h. */
+/* FMI 2.0 for co-simulation and model exchange: translates the calls to instance.h. */
 #include "fmi2Functions.h"
 
 #include <stdio.h>
@@ -8,8 +8,8 @@
 #include "instance.h"
 
 /* States in which each call is legal: tables of sections 3.2.3 and 4.2.4 of FMI 2.0.5. Conditions on the variable are
-   in settable_in of values.c. Differs: the table has setTime in Event Mode for discrete-time FMUs only, but
-   importers call it there for others too. */
+   in settable_in of values.c. Differs from the standard: setTime in Event Mode is accepted for all FMUs, not only for
+   discrete-time ones, as importers call it there. */
 #define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
 #define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
 #define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)
@@ -68,7 +68,7 @@ static const Call calls[CALL_COUNT] = {CALLS(AS_ENTRY)};
     }
 #define RETURN(status) return (fmi2Status)(status)
 
-/* A function that is one call. */
+/* A function with one call. */
 #define FORWARD(name, arguments, call) \
     fmi2Status fmi2##name arguments    \
     {                                  \
@@ -78,8 +78,8 @@ static const Call calls[CALL_COUNT] = {CALLS(AS_ENTRY)};
 
 /* --- importer ---------------------------------------------------------------------------------------------------- */
 
-/* The logger takes a printf format, in which # marks a value reference. Nothing but the message is passed: many
-   importers print the format as it is. */
+/* The logger takes a printf format, in which # marks a value reference. The message is passed as the format,
+   without arguments: many importers print the format unchanged. */
 static void log_fmi2(const Importer *importer, const char *instance_name, Status status, const char *category,
                  const char *message)
 {
@@ -123,7 +123,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         }
     }
     if (fmuType != fmi2CoSimulation && fmuType != fmi2ModelExchange) {
-        importer_refuse(&importer, instanceName, "type %d of FMU; needs co-simulation or model exchange", (int)fmuType);
+        importer_error(&importer, instanceName, "FMU type = %d; needs co-simulation or model exchange", (int)fmuType);
         return NULL;
     }
     return instance_create(&importer, fmuType == fmi2CoSimulation ? CO_SIMULATION : MODEL_EXCHANGE, instanceName,
@@ -138,7 +138,7 @@ void fmi2FreeInstance(fmi2Component c)
 FORWARD(SetDebugLogging, (fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[]),
         instance_set_logging(instance, loggingOn != fmi2False, nCategories, categories))
 
-/* --- life -------------------------------------------------------------------------------------------------------- */
+/* --- life cycle -------------------------------------------------------------------------------------------------- */
 
 FORWARD(SetupExperiment, (fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
                           fmi2Boolean stopTimeDefined, fmi2Real stopTime),
@@ -192,7 +192,7 @@ FORWARD(GetDirectionalDerivative, (fmi2Component c, const fmi2ValueReference vUn
 
 FORWARD(GetFMUstate, (fmi2Component c, fmi2FMUstate *FMUstate), instance_save(instance, FMUstate))
 FORWARD(SetFMUstate, (fmi2Component c, fmi2FMUstate FMUstate), instance_restore(instance, FMUstate))
-FORWARD(FreeFMUstate, (fmi2Component c, fmi2FMUstate *FMUstate), instance_forget(instance, FMUstate))
+FORWARD(FreeFMUstate, (fmi2Component c, fmi2FMUstate *FMUstate), instance_free_state(instance, FMUstate))
 FORWARD(SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate FMUstate, size_t *size),
         instance_serialized_size(instance, FMUstate, size))
 FORWARD(SerializeFMUstate, (fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size),
@@ -256,7 +256,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
 {
     BEGIN(DoStep)
     (void)noSetFMUStatePriorToCurrentPoint;
-    /* the standard wants step sizes above 0, but importers probe for feedthrough with 0 */
+    /* the standard requires step sizes > 0, but importers use 0 to detect feedthrough */
     RETURN(instance_step(instance, currentCommunicationPoint, communicationStepSize, true, false));
 }
 
@@ -264,13 +264,13 @@ FORWARD(CancelStep, (fmi2Component c), STATUS_ERROR)
 FORWARD(SetRealInputDerivatives, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
                                   const fmi2Real value[]),
         ((void)vr, (void)nvr, (void)order, (void)value,
-         instance_fail(instance, "inputs are held over a step: no derivatives of inputs")))
+         instance_fail(instance, "no derivatives of inputs: inputs are constant over a step")))
 FORWARD(GetRealOutputDerivatives, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                                    const fmi2Integer order[], fmi2Real value[]),
         ((void)vr, (void)nvr, (void)order, (void)value,
          instance_fail(instance, "no derivatives of outputs over time")))
 
-/* All but the last successful time is for steps in the background. */
+/* Other status kinds are for asynchronous steps. */
 static Status no_status(Instance *instance, fmi2StatusKind kind)
 {
     return instance_discard(instance, "status %d of a step is not available", (int)kind);

@@ -1,5 +1,5 @@
-/* FMI 3.0 for co-simulation and model exchange: translates to instance.h. No clocks, no event mode in co-simulation, no
-   intermediate update, no structural parameters, no scheduled execution. */
+/* FMI 3.0 for co-simulation and model exchange: translates the calls to instance.h. No clocks, no event mode in
+   co-simulation, no intermediate update, no structural parameters, no scheduled execution. */
 #ifdef __clang__
 #pragma clang diagnostic push
 #pragma clang diagnostic ignored "-Wstrict-prototypes" /* two callbacks of the standard's header have none */
@@ -14,7 +14,8 @@
 #include "instance.h"
 
 /* States in which each call is legal: sections 2.3, 3.2 and 4.2 of FMI 3.0.2. Conditions on the variable are in
-   settable_in of values.c. Differs: setTime in Event Mode is accepted, as importers call it there. */
+   settable_in of values.c. Differs from the standard: setTime in Event Mode is accepted, as importers call it
+   there. */
 #define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
 #define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
 #define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)
@@ -103,7 +104,7 @@ static const Call calls[CALL_COUNT] = {CALLS(AS_ENTRY)};
     }
 #define RETURN(status) return (fmi3Status)(status)
 
-/* A function that is one call. */
+/* A function with one call. */
 #define FORWARD(name, arguments, call) \
     fmi3Status fmi3##name arguments  \
     {                                  \
@@ -122,7 +123,7 @@ static void log_fmi3(const Importer *importer, const char *instance_name, Status
 {
     const fmi3LogMessageCallback log_message = (fmi3LogMessageCallback)importer->logger;
 
-    (void)instance_name; /* FMI 3 tells instances apart by their environment */
+    (void)instance_name; /* FMI 3 identifies instances by their environment */
     log_message(importer->environment, (fmi3Status)status, category, message);
 }
 
@@ -178,11 +179,11 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
     (void)requiredIntermediateVariables;
     (void)intermediateUpdate;
     if (eventModeUsed) {
-        importer_refuse(&importer, instanceName, "event mode asked for; there is none in co-simulation");
+        importer_error(&importer, instanceName, "eventModeUsed = true; event mode in co-simulation is not supported");
         return NULL;
     }
     if (nRequiredIntermediateVariables > 0) {
-        importer_refuse(&importer, instanceName, "intermediate variables asked for; there are none");
+        importer_error(&importer, instanceName, "intermediate variables are not supported; needs none");
         return NULL;
     }
     return create(&importer, CO_SIMULATION, instanceName, instantiationToken, resourcePath, loggingOn);
@@ -204,7 +205,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3Stri
     (void)clockUpdate;
     (void)lockPreemption;
     (void)unlockPreemption;
-    importer_refuse(&importer, instanceName, "no scheduled execution; use co-simulation or model exchange");
+    importer_error(&importer, instanceName, "no scheduled execution; needs co-simulation or model exchange");
     return NULL;
 }
 
@@ -217,7 +218,7 @@ FORWARD(SetDebugLogging, (fmi3Instance instance, fmi3Boolean loggingOn, size_t n
                           const fmi3String categories[]),
         instance_set_logging(self, loggingOn, nCategories, categories))
 
-/* --- life -------------------------------------------------------------------------------------------------------- */
+/* --- life cycle -------------------------------------------------------------------------------------------------- */
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean toleranceDefined, fmi3Float64 tolerance,
                                        fmi3Float64 startTime, fmi3Boolean stopTimeDefined, fmi3Float64 stopTime)
@@ -237,7 +238,7 @@ FORWARD(Reset, (fmi3Instance instance), instance_reset(self))
 
 static Status no_structure(Instance *self)
 {
-    return instance_fail(self, "no structural parameters, hence no configuration mode");
+    return instance_fail(self, "no configuration mode: there are no structural parameters");
 }
 
 FORWARD(EnterConfigurationMode, (fmi3Instance instance), no_structure(self))
@@ -278,7 +279,7 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueR
     RETURN(status);
 }
 
-/* Types of which there are no variables, or none to set. */
+/* Types without variables, or without settable ones. */
 #define NO_GET(type) \
     FORWARD(Get##type, (VARIABLES, fmi3##type values[], size_t nValues), NONE_OF(#type, ((void)values, (void)nValues)))
 #define NO_SET(type, named)                                                    \
@@ -312,7 +313,7 @@ FORWARD(GetBinary, (VARIABLES, size_t valueSizes[], fmi3Binary values[], size_t 
 FORWARD(SetBinary, (VARIABLES, const size_t valueSizes[], const fmi3Binary values[], size_t nValues),
         NONE_OF("Binary", ((void)valueSizes, (void)values, (void)nValues)))
 
-/* --- clocks: there are none -------------------------------------------------------------------------------------- */
+/* --- clocks (not supported) -------------------------------------------------------------------------------------- */
 
 #define NO_CLOCK(name, values) FORWARD(name, (VARIABLES, values), NONE_OF("Clock", (void)first))
 #define NO_CLOCK_2(name, values, more) \
@@ -369,7 +370,7 @@ FORWARD(GetAdjointDerivative, (SENSITIVITIES),
 
 FORWARD(GetFMUState, (fmi3Instance instance, fmi3FMUState *FMUState), instance_save(self, FMUState))
 FORWARD(SetFMUState, (fmi3Instance instance, fmi3FMUState FMUState), instance_restore(self, FMUState))
-FORWARD(FreeFMUState, (fmi3Instance instance, fmi3FMUState *FMUState), instance_forget(self, FMUState))
+FORWARD(FreeFMUState, (fmi3Instance instance, fmi3FMUState *FMUState), instance_free_state(self, FMUState))
 FORWARD(SerializedFMUStateSize, (fmi3Instance instance, fmi3FMUState FMUState, size_t *size),
         instance_serialized_size(self, FMUState, size))
 FORWARD(SerializeFMUState, (fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size),

@@ -1,9 +1,9 @@
-/* The model behind both FMI versions: its interface to the FMI layer. Knows no FMI. friction/model.c is the ball
-   screw as friction, monitor/model.c the monitor of its preload; each FMU has one of them.
+/* Interface of a model, independent of FMI. friction/model.c is the friction of the ball screw, monitor/model.c the
+   monitor of its preload. Each FMU has one of them.
 
-   All state lives in Model, which is plain data: copying it saves it. Nothing is allocated, nothing is global but
-   constant tables. Variables are addressed by the references of variables.h, made from the table of variables of the
-   model. Every Model has map, value, latched, continuous. */
+   All state is in Model, which is plain data and is saved by copying it. A model allocates no memory and has no global
+   data except constant tables. The latched values are those that the outputs belong to. References of variables are
+   defined in variables.h, generated from the table of variables. Every Model has map, value, latched, continuous. */
 #ifndef BALLSCREW_MODEL_H
 #define BALLSCREW_MODEL_H
 
@@ -16,53 +16,53 @@ typedef struct Model Model;
 
 #include "model_state.h"
 
-/* Start values. continuous: for model exchange. */
+/* Set the start values. continuous: model exchange. */
 void model_reset(Model *model, const Map *map, bool continuous);
 
-/* Whether a value may be stored in an input, a parameter or the state: finite, below TOO_LARGE, not below its bound. */
+/* Whether an input, a parameter or the state may have this value: finite, >= lower bound, < TOO_LARGE. */
 inline bool model_accepts(int reference, double value)
 {
     return value >= model_variables[reference].lowest && value < TOO_LARGE;
 }
 
-/* Value as set for inputs and parameters, as computed for everything else (booleans 0 or 1). */
+/* Value of a variable: as set for inputs and parameters, computed for all others (booleans 0 or 1). */
 double model_get(Model *model, int reference);
 
-/* Store a value that model_accepts; inputs, parameters and continuous states only. */
+/* Store a value that model_accepts. Inputs, parameters and continuous states only. */
 inline void model_set(Model *model, int reference, double value)
 {
     model->value[reference] = value;
 }
 
-/* Outputs belong from now on to the inputs as they are set, at an instant. */
+/* From now on the outputs are those of the current values, at an instant. */
 void model_latch(Model *model);
 
-/* Co-simulation: advance by step > 0 with the inputs held; outputs belong to the end of the step. step = 0: nothing
-   but a latch. */
+/* Co-simulation: advance by step > 0 with constant inputs. Outputs are those at the end of the step. step = 0: latch
+   only. */
 void model_step(Model *model, double step);
 
-/* Bit per input, in their order, that the latched point clamps. */
+/* One bit per input, in their order: clamped at the latched point. */
 unsigned model_clamped(Model *model);
 
-/* Whether the fields that a saved state holds beside value and latched can be those of a model. */
+/* Whether the fields of a saved state other than value and latched are valid. */
 bool model_possible(const Model *model);
 
-/* Drop the map and everything that is computed again from the rest. */
-void model_forget(Model *model);
+/* Clear the map and all fields that are computed from the others. */
+void model_clear_computed(Model *model);
 
-/* Model exchange, at the latched point: mode at the start; the change of mode at an event, which returns whether a
-   continuous state was changed; indicators are left in their places of value. */
+/* Model exchange, at the latched point: initial mode; change of mode at an event, true if a continuous state has
+   changed; event indicators, which are stored in value. */
 void model_initial_event(Model *model);
 bool model_event(Model *model);
 void model_indicators(Model *model);
 
-/* Directional derivative of outputs and rates at the latched point and step: sensitivity[i] of unknowns[i] along
-   seed[k] of knowns[k], which are inputs, parameters or continuous states. What does not change smoothly has 0. Not in
+/* Directional derivative of outputs and rates at the latched point and step: sensitivity[i] of unknowns[i] for seed[k]
+   of knowns[k], which are inputs, parameters or continuous states. 0 where the unknown does not change smoothly. Not in
    every model. */
 void model_directional_derivative(Model *model, const int unknowns[], size_t unknown_count, const int knowns[],
                                   size_t known_count, const double seed[], double sensitivity[]);
 
-/* Outputs as the derivative computes them, for tests: equal to model_get. */
+/* Outputs computed with the derivative, for tests: equal to model_get. */
 void model_values_with_derivatives(const Model *model, double values[VARIABLE_COUNT]);
 
 #endif

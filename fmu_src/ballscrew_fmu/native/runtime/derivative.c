@@ -1,9 +1,9 @@
-/* Directional and adjoint derivatives, from the directional derivative of the model. */
+/* Directional and adjoint derivatives from the directional derivative of the model. */
 #include "instance.h"
 
 #if MODEL_DERIVATIVES
 
-/* One entry for each variable, however often the importer names it: the model needs no more room than this. */
+/* One entry per variable, even if the importer gives it repeatedly, so that the size is bounded. */
 typedef struct {
     int references[VARIABLE_COUNT];
     double seeds[VARIABLE_COUNT];
@@ -24,7 +24,7 @@ static void add_seed(Seeded *seeded, int reference, double seed)
     seeded->seeds[i] += seed;
 }
 
-/* Seeds of the unknowns times their slopes along one known. */
+/* Sum over the unknowns: seed times derivative along one known. */
 static double along(Model *model, const Seeded *seeded, int known)
 {
     const double one = 1.0;
@@ -118,7 +118,7 @@ Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t
     (void)seed;
     (void)sensitivity;
     (void)adjoint;
-    return instance_fail(instance, "no directional derivatives, as the model description says");
+    return instance_fail(instance, "no directional derivatives, see the model description");
 }
 
 #endif

@@ -6,7 +6,7 @@
 const char *const log_categories[CATEGORIES] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
                                                 "logStatusFatal"};
 
-void importer_refuse(const Importer *importer, const char *name, const char *format, ...)
+void importer_error(const Importer *importer, const char *name, const char *format, ...)
 {
     char message[MESSAGE_SIZE];
     va_list arguments;

@@ -1,4 +1,4 @@
-/* What the importer hands over when it instantiates, and messages to it that need no instance. */
+/* Arguments of the importer at instantiation, and messages to it without an instance. */
 #ifndef BALLSCREW_IMPORTER_H
 #define BALLSCREW_IMPORTER_H
 
@@ -17,17 +17,17 @@ extern const char *const log_categories[CATEGORIES]; /* by status */
 typedef struct Importer Importer;
 struct Importer {
     void (*emit)(const Importer *importer, const char *instance_name, Status status, const char *category,
-                 const char *message); /* calls the logger as this FMI version wants it */
+                 const char *message); /* calls the logger as in this FMI version */
     void (*logger)(void);              /* of the importer, cast back by emit; NULL: none */
     void *environment;
     void *(*allocate)(size_t count, size_t size); /* zeroed, as calloc */
     void (*release)(void *memory);
 };
 
-/* Message about an instance that is not made; no setting of the log can hold it back. */
-void importer_refuse(const Importer *importer, const char *name, const char *format, ...);
+/* Message if no instance can be created. Logged whatever the log settings. */
+void importer_error(const Importer *importer, const char *name, const char *format, ...);
 
-/* The map in the resources (resources.c); NULL with a message. */
+/* The map in the resources (resources.c). NULL with a message if it cannot be used. */
 Map *importer_map(const Importer *importer, const char *name, const char *resources, bool is_uri);
 
 /* Text of a number, the same on every platform. */

@@ -19,7 +19,7 @@ static bool logs(const Instance *instance, Status status)
     return instance->logging && instance->importer.logger != NULL && (instance->categories >> status & 1U) != 0U;
 }
 
-static void say(const Instance *instance, Status status, const char *format, va_list arguments)
+static void log_message(const Instance *instance, Status status, const char *format, va_list arguments)
 {
     char message[MESSAGE_SIZE];
     int used;
@@ -38,7 +38,7 @@ Status instance_fail(Instance *instance, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    say(instance, STATUS_ERROR, format, arguments);
+    log_message(instance, STATUS_ERROR, format, arguments);
     va_end(arguments);
     instance->now.state = FAILED;
     return STATUS_ERROR;
@@ -48,7 +48,7 @@ Status instance_discard(Instance *instance, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    say(instance, STATUS_DISCARD, format, arguments);
+    log_message(instance, STATUS_DISCARD, format, arguments);
     va_end(arguments);
     return STATUS_DISCARD;
 }
@@ -57,7 +57,7 @@ static void warn(const Instance *instance, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    say(instance, STATUS_WARNING, format, arguments);
+    log_message(instance, STATUS_WARNING, format, arguments);
     va_end(arguments);
 }
 
@@ -66,7 +66,7 @@ Status instance_set_logging(Instance *instance, bool on, size_t count, const cha
     unsigned mask = count == 0 ? ALL_CATEGORIES : 0U;
 
     if (count > 0 && wanted == NULL) {
-        return instance_fail(instance, "%lu log categories, but no array of them", (unsigned long)count);
+        return instance_fail(instance, "%lu log categories, but the array is NULL", (unsigned long)count);
     }
     for (size_t i = 0; i < count; ++i) {
         size_t known = 0;
@@ -74,7 +74,7 @@ Status instance_set_logging(Instance *instance, bool on, size_t count, const cha
             ++known;
         }
         if (known == CATEGORIES) {
-            return instance_fail(instance, "log category %.80s is not known; known are %s, %s, %s, %s, %s",
+            return instance_fail(instance, "log category %.80s is unknown; needs one of %s, %s, %s, %s, %s",
                                  wanted[i] != NULL ? wanted[i] : "NULL", log_categories[0], log_categories[1],
                                  log_categories[2], log_categories[3], log_categories[4]);
         }
@@ -85,7 +85,7 @@ Status instance_set_logging(Instance *instance, bool on, size_t count, const cha
     return STATUS_OK;
 }
 
-/* --- making and freeing ------------------------------------------------------------------------------------------ */
+/* --- create and free --------------------------------------------------------------------------------------------- */
 
 Instance *instance_create(const Importer *importer, unsigned kind, const char *name, const char *token,
                           const char *resources, bool is_uri, bool logging)
@@ -94,14 +94,14 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
     Map *map;
 
     if (name == NULL || name[strspn(name, " \t\r\n\f\v")] == '\0') {
-        importer_refuse(importer, name, "instance name is empty; needs a name");
+        importer_error(importer, name, "instance name is empty; needs a name");
         return NULL;
     }
     if (token == NULL || strcmp(token, MODEL_TOKEN) != 0) {
-        importer_refuse(importer, name,
-                        "GUID or instantiation token is %.100s, this binary has %s: model description and binary "
-                        "belong to different FMUs",
-                        token != NULL ? token : "NULL", MODEL_TOKEN);
+        importer_error(importer, name,
+                       "GUID or instantiation token is %.100s, this binary has %s: model description and binary "
+                       "belong to different FMUs",
+                       token != NULL ? token : "NULL", MODEL_TOKEN);
         return NULL;
     }
     map = importer_map(importer, name, resources, is_uri);
@@ -110,7 +110,7 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
     }
     instance = importer->allocate(1, sizeof *instance + strlen(name));
     if (instance == NULL) {
-        importer_refuse(importer, name, "not enough memory");
+        importer_error(importer, name, "not enough memory");
         map_free(map);
         return NULL;
     }
@@ -129,7 +129,7 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
 void instance_free(Instance *instance)
 {
     if (instance != NULL) {
-        /* the standards have freeInstance free everything, states that the importer kept too */
+        /* the standards require that freeInstance frees all memory, including saved states */
         while (instance->saved.next != &instance->saved) {
             saved_release(instance->saved.next, &instance->importer);
         }
@@ -182,7 +182,7 @@ Instance *instance_begin(void *handle, const Call *call)
     return NULL;
 }
 
-/* --- following what was set -------------------------------------------------------------------------------------- */
+/* --- update after values were set -------------------------------------------------------------------------------- */
 
 void instance_follow(Instance *instance)
 {
@@ -193,7 +193,7 @@ void instance_follow(Instance *instance)
     }
 }
 
-/* Once for each input that is clamped. */
+/* One warning for each input that is clamped. */
 static void warn_of_clamping(Instance *instance)
 {
     unsigned beyond;
@@ -207,13 +207,13 @@ static void warn_of_clamping(Instance *instance)
     for (int input = 0; beyond != 0U; ++input, beyond >>= 1) {
         if ((beyond & 1U) != 0U) {
             const int reference = (int)INPUT_FIRST + input;
-            warn(instance, "%s = %s lies beyond the map and is clamped (said once)", model_variables[reference].name,
+            warn(instance, "%s = %s is outside the map and is clamped (logged once)", model_variables[reference].name,
                  number_text(model_get(&instance->now.model, reference), text));
         }
     }
 }
 
-/* --- life -------------------------------------------------------------------------------------------------------- */
+/* --- life cycle -------------------------------------------------------------------------------------------------- */
 
 static bool is_time(double value)
 {
@@ -266,7 +266,7 @@ Status instance_reset(Instance *instance)
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
-#define TIME_SHARE 1e-3 /* of a step: communication points may differ by that and by rounding */
+#define TIME_SHARE 1e-3 /* of a step: allowed difference of communication points, in addition to rounding */
 
 Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
@@ -283,11 +283,11 @@ Status instance_step(Instance *instance, double time, double step, bool zero_all
         return instance_fail(instance, "step ends at %s s, beyond the stop time %s s", number_text(time + step, text),
                              number_text(now->stop, other));
     }
-    /* no reason to refuse: only the length of a step enters the model */
+    /* a warning is enough: the model depends on the length of a step only */
     if (check_time && (now->warned & WARNED_TIME) == 0U && fabs(time - now->time) > tolerance
         && logs(instance, STATUS_WARNING)) {
         now->warned |= WARNED_TIME;
-        warn(instance, "communication point = %s s, but the last step ended at %s s; the new time is taken (said once)",
+        warn(instance, "communication point = %s s, end of the last step = %s s; the new time is used (logged once)",
              number_text(time, text), number_text(now->time, other));
     }
     model_step(&now->model, step);
@@ -303,7 +303,7 @@ Status instance_set_time(Instance *instance, double time)
 {
     char text[32];
 
-    /* the stop time is not checked: integrators look ahead of it */
+    /* the stop time is not checked: integrators evaluate beyond it */
     if (!is_time(time)) {
         return instance_discard(instance, "time = %s s; needs a finite number: not set", number_text(time, text));
     }
@@ -326,8 +326,8 @@ static Status missing(Instance *instance)
     return instance_fail(instance, "FMU state or an argument is a NULL pointer");
 }
 
-/* A state that the importer has, or a new one. */
-static Status put(Instance *instance, const Situation *situation, void **state)
+/* Stores in an existing state of the importer or in a new one. */
+static Status store(Instance *instance, const Situation *situation, void **state)
 {
     Saved *saved = *state != NULL ? *state : saved_new(&instance->saved, &instance->importer);
 
@@ -341,7 +341,7 @@ static Status put(Instance *instance, const Situation *situation, void **state)
 
 Status instance_save(Instance *instance, void **state)
 {
-    return state == NULL ? missing(instance) : put(instance, &instance->now, state);
+    return state == NULL ? missing(instance) : store(instance, &instance->now, state);
 }
 
 Status instance_restore(Instance *instance, const void *state)
@@ -360,7 +360,7 @@ Status instance_restore(Instance *instance, const void *state)
     return STATUS_OK;
 }
 
-Status instance_forget(Instance *instance, void **state)
+Status instance_free_state(Instance *instance, void **state)
 {
     if (state != NULL && *state != NULL) {
         saved_release(*state, &instance->importer);
@@ -405,7 +405,7 @@ Status instance_deserialize(Instance *instance, const unsigned char *bytes, size
     if (!situation_read(&situation, bytes, size, reason, sizeof reason)) {
         return instance_fail(instance, "serialized FMU state %s", reason);
     }
-    if (put(instance, &situation, &fresh) != STATUS_OK) {
+    if (store(instance, &situation, &fresh) != STATUS_OK) {
         return STATUS_ERROR;
     }
     *state = fresh;

@@ -1,5 +1,5 @@
-/* One instance behind both FMI versions: which call is legal when, messages, time, values, saved states.
-   Knows no FMI header; fmi2.c and fmi3.c translate. */
+/* One instance for both FMI versions: legal calls by state, messages, time, values, saved states. Independent of the
+   FMI headers: fmi2.c and fmi3.c translate the calls. */
 #ifndef BALLSCREW_INSTANCE_H
 #define BALLSCREW_INSTANCE_H
 
@@ -13,7 +13,7 @@ enum { CO_SIMULATION = 1, MODEL_EXCHANGE = 2, BOTH_KINDS = 3 };
 
 typedef struct {
     const char *name;
-    unsigned kinds, states; /* where the call is legal */
+    unsigned kinds, states; /* in which the call is legal */
 } Call;
 
 typedef struct {
@@ -22,37 +22,37 @@ typedef struct {
     bool time_variable; /* FMI 3: time has a value reference */
     bool logging;
     unsigned categories; /* bit per status */
-    const char *call;    /* under way, for messages */
+    const char *call;    /* current call, for messages */
     Map *map;
-    Saved saved; /* head of the ring of the states that the importer holds */
+    Saved saved; /* head of the ring of states saved by the importer */
     Importer importer;
     char name[1];
 } Instance;
 
-/* NULL, with a message, if the instance cannot be made. resources: folder of the map, as URI or as path. */
+/* NULL, with a message, if the instance cannot be created. resources: folder of the map, as URI or as path. */
 Instance *instance_create(const Importer *importer, unsigned kind, const char *name, const char *token,
                           const char *resources, bool is_uri, bool logging);
 void instance_free(Instance *instance);
 
-/* Every FMI call starts here. NULL: refused with a message, and the instance has failed. */
+/* Start of every FMI call. NULL: the call is illegal, which is logged, and the instance has failed. */
 Instance *instance_begin(void *handle, const Call *call);
 
-/* Log, and return STATUS_ERROR from an instance that has failed by it; or STATUS_DISCARD, nothing changed. */
+/* Log and return: STATUS_ERROR, the instance has failed; or STATUS_DISCARD, nothing has changed. */
 Status instance_fail(Instance *instance, const char *format, ...);
 Status instance_discard(Instance *instance, const char *format, ...);
 
-/* "Event Mode, Terminated" */
+/* Names of a set of states, e.g. "Event Mode, Terminated". */
 void instance_list_states(unsigned states, char *text, size_t size);
 
 Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const categories[]);
 
-/* Life. */
+/* Life cycle. */
 Status instance_setup(Instance *instance, double start, bool stop_defined, double stop);
 Status instance_enter(Instance *instance, unsigned state);
 Status instance_exit_initialization(Instance *instance);
 Status instance_reset(Instance *instance);
 
-/* Bring the outputs to what was set, where they follow it: in co-simulation only steps do, once it is initialized. */
+/* Update the outputs after values were set. In co-simulation after initialization only a step updates them. */
 void instance_follow(Instance *instance);
 
 /* Values (values.c). A call that fails or is discarded stores nothing. */
@@ -64,9 +64,9 @@ Status instance_get_boolean(Instance *instance, unsigned reference, bool *value)
 Status instance_set_boolean(Instance *instance, unsigned reference);
 Status instance_no_variables(Instance *instance, const char *type, const unsigned references[], size_t count);
 
-/* Derivatives of outputs and rates along inputs, continuous states and, while initializing, parameters (derivative.c);
-   forward: sensitivity of each unknown along the seed of the knowns; adjoint: of each known along that of the
-   unknowns. */
+/* Derivatives of outputs and rates with respect to inputs, continuous states and, in initialization mode, parameters
+   (derivative.c). Forward: sensitivity of each unknown for the seed of the knowns. Adjoint: sensitivity of each known
+   for the seed of the unknowns. */
 Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t unknown_count,
                            const unsigned knowns[], size_t known_count, const double seed[], double sensitivity[],
                            bool adjoint);
@@ -77,7 +77,7 @@ Status instance_step(Instance *instance, double time, double step, bool zero_all
 /* Number of variables of a causality. */
 size_t instance_count(enum Causality causality);
 
-/* Model exchange; vectors in values.c, their length is that of the importer's array. */
+/* Model exchange. Vectors are in values.c; length is that of the array of the importer. */
 Status instance_set_time(Instance *instance, double time);
 Status instance_event(Instance *instance, bool *state_changed);
 Status instance_set_states(Instance *instance, const double states[], size_t length);
@@ -89,7 +89,7 @@ Status instance_get_indicators(Instance *instance, double indicators[], size_t l
 /* Saved states. */
 Status instance_save(Instance *instance, void **state);
 Status instance_restore(Instance *instance, const void *state);
-Status instance_forget(Instance *instance, void **state);
+Status instance_free_state(Instance *instance, void **state);
 Status instance_serialized_size(Instance *instance, const void *state, size_t *size);
 Status instance_serialize(Instance *instance, const void *state, unsigned char *bytes, size_t size);
 Status instance_deserialize(Instance *instance, const unsigned char *bytes, size_t size, void **state);

@@ -1,4 +1,4 @@
-/* The map in the resources of the FMU, found by URI (FMI 2) or by path (FMI 3). */
+/* The map in the resources of the FMU, located by URI (FMI 2) or path (FMI 3). */
 #include <string.h>
 
 #include "importer.h"
@@ -23,7 +23,7 @@ static bool starts_with(const char *text, const char *beginning)
     return true;
 }
 
-/* Path of a file URI, or the text itself where it is no URI; path has room for the text. */
+/* Path of a file URI, or the text itself if it is not a URI. path has room for the text. */
 static void path_of_uri(const char *uri, char *path)
 {
     const char *from = uri;
@@ -38,7 +38,7 @@ static void path_of_uri(const char *uri, char *path)
     } else if (starts_with(from, "///")) {
         from += 2;
     }
-    /* what else has two slashes is a share of another host, as it stands: //host/share */
+    /* other URIs with two slashes are shares of another host and remain unchanged: //host/share */
     if (from[0] == '/' && from[1] != '\0' && (from[2] == ':' || from[2] == '|')) {
         ++from; /* /C:/folder */
     }
@@ -62,12 +62,12 @@ Map *importer_map(const Importer *importer, const char *name, const char *resour
     size_t length;
 
     if (resources == NULL) {
-        importer_refuse(importer, name, "no location of the resources; " MAP_FILE " is needed from there");
+        importer_error(importer, name, "location of the resources is NULL; needed to read " MAP_FILE);
         return NULL;
     }
     path = importer->allocate(1, strlen(resources) + sizeof "/" MAP_FILE);
     if (path == NULL) {
-        importer_refuse(importer, name, "not enough memory");
+        importer_error(importer, name, "not enough memory");
         return NULL;
     }
     if (is_uri) {
@@ -83,7 +83,7 @@ Map *importer_map(const Importer *importer, const char *name, const char *resour
     map = map_read(path, MODEL_MAP, message, sizeof message);
     importer->release(path);
     if (map == NULL) {
-        importer_refuse(importer, name, "%s", message);
+        importer_error(importer, name, "%s", message);
     }
     return map;
 }

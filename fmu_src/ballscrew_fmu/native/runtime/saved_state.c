@@ -1,4 +1,4 @@
-/* Saved states of an instance: in memory, and as bytes that every platform reads. */
+/* Saved states of an instance, in memory and as bytes that are the same on every platform. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -6,8 +6,8 @@
 
 #include "saved_state.h"
 
-/* Layout, little-endian: magic, checksum of all that follows, version of this layout, size of all, then the token and
-   the map that the state belongs to, each with its length, then the fields in the order of pass_situation. */
+/* Layout, little-endian: magic, checksum of all that follows, layout version, total size, then token and map of the
+   FMU, each with its length, then the fields in the order of pass_situation. */
 #define MAGIC "BSFSTATE"
 #define MAGIC_SIZE 8
 #define CHECKED_FROM (MAGIC_SIZE + 8)
@@ -36,14 +36,14 @@ void saved_release(Saved *saved, const Importer *importer)
 
 /* --- as bytes ---------------------------------------------------------------------------------------------------- */
 
-/* One walk over the fields measures, writes and reads, so that the three cannot differ. */
+/* One function per field type measures, writes and reads, so that the three cannot differ. */
 typedef struct {
     enum { MEASURE, WRITE, READ } way;
     unsigned char *to;
     const unsigned char *from;
     size_t at;
-    size_t size; /* READ: of what is there */
-    bool good;   /* READ: nothing missing, nothing impossible */
+    size_t size; /* READ: of the bytes */
+    bool good;   /* READ: complete and valid so far */
 } Walk;
 
 static void pass_bytes(Walk *walk, uint64_t *value, size_t count)
@@ -92,7 +92,7 @@ static void pass_bool(Walk *walk, bool *value)
     *value = number != 0U;
 }
 
-/* A text that must be this one. */
+/* When read, the text must be equal to this one. */
 static void pass_text(Walk *walk, const char *text)
 {
     const size_t length = strlen(text);
@@ -107,7 +107,7 @@ static void pass_text(Walk *walk, const char *text)
     }
 }
 
-/* Every field of the model but the map, which is the instance's, and what is computed from the latched point again. */
+/* All fields of the model except the map, which belongs to the instance, and those computed from the latched point. */
 static void pass_model(Walk *walk, Model *model)
 {
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
@@ -126,7 +126,7 @@ static void pass_model(Walk *walk, Model *model)
     MODEL_FLAGS(PASS_FLAG)
     MODEL_SIGNS(PASS_SIGN)
     if (walk->way == READ) {
-        model_forget(model);
+        model_clear_computed(model);
     }
 }
 
@@ -140,7 +140,7 @@ static void pass_situation(Walk *walk, Situation *situation)
     pass_model(walk, &situation->model);
 }
 
-/* Head and fields; *sum and *size are written as they are and read as they are found. */
+/* Head and fields. *sum and *size are not checked here. */
 static void pass_all(Walk *walk, Situation *situation, uint64_t *sum, unsigned *version, unsigned *size)
 {
     const char *const magic = MAGIC;
@@ -228,7 +228,7 @@ bool situation_read(Situation *situation, const unsigned char *bytes, size_t siz
     pass_all(&walk, situation, &sum, &version, &written);
     if (size <= CHECKED_FROM || memcmp(bytes, MAGIC, MAGIC_SIZE) != 0 || written != size
         || sum != hash_of_bytes(bytes + CHECKED_FROM, size - CHECKED_FROM)) {
-        (void)snprintf(reason, reason_size, "of %lu bytes is damaged or none of this FMU", (unsigned long)size);
+        (void)snprintf(reason, reason_size, "of %lu bytes is damaged or not of this FMU", (unsigned long)size);
     } else if (version != LAYOUT_VERSION) {
         (void)snprintf(reason, reason_size, "has layout %u, this FMU reads layout %u", version, LAYOUT_VERSION);
     } else if (!walk.good || walk.at != size || !possible(situation)) {

@@ -1,12 +1,12 @@
-/* Saved states: a ring of them in the memory of the importer, and their bytes, which every platform reads. */
+/* Saved states: a ring in the memory of the importer, and their bytes, the same on every platform. */
 #ifndef BALLSCREW_SAVED_STATE_H
 #define BALLSCREW_SAVED_STATE_H
 
 #include "importer.h"
 #include "model.h"
 
-/* States of the standards' state machines; bits, so that a set of states is a number. FAILED is "error" of FMI 2; FMI 3
-   says Terminated, which allows the same calls. */
+/* States of the state machines of the standards, as bits of a set. FAILED is "error" of FMI 2 and Terminated of FMI 3,
+   where the same calls are allowed. */
 enum {
     INSTANTIATED = 1,
     INITIALIZATION_MODE = 2,
@@ -18,29 +18,29 @@ enum {
     ANY_STATE = 127
 };
 
-/* All that a saved state holds. */
+/* Content of a saved state. */
 typedef struct {
     Model model;
     double time; /* [s] last communication point, or as set in model exchange */
     double stop; /* [s] infinity: not defined */
     unsigned state;
-    unsigned warned; /* what was said once: bit per clamped input, then WARNED_TIME */
-    bool stale;      /* something was set that the outputs do not follow yet */
+    unsigned warned; /* warnings already logged: bit per clamped input, then WARNED_TIME */
+    bool stale;      /* a value was set after the outputs were computed */
 } Situation;
 
 #define WARNED_TIME (1U << INPUT_COUNT)
 
 typedef struct Saved Saved;
 struct Saved {
-    Saved *next, *previous; /* ring, with a head that holds no state */
+    Saved *next, *previous; /* ring, with a head that has no state */
     Situation situation;
 };
 
-/* New in the ring of this head; NULL: no memory. */
+/* New state in the ring of this head. NULL: no memory. */
 Saved *saved_new(Saved *head, const Importer *importer);
 void saved_release(Saved *saved, const Importer *importer);
 
-/* Bytes: their number; written to room for so many; read. False: they are refused, for this reason. */
+/* Number of bytes; write that many bytes; read. False: the bytes are rejected, with the reason. */
 size_t situation_size(const Situation *situation);
 void situation_write(const Situation *situation, unsigned char *bytes);
 bool situation_read(Situation *situation, const unsigned char *bytes, size_t size, char *reason, size_t reason_size);

@@ -1,7 +1,7 @@
-/* Values of the variables of an instance, one by one and as the vectors of model exchange. */
+/* Values of the variables of an instance, by value reference and as vectors of model exchange. */
 #include "instance.h"
 
-/* States in which a variable may be set; what is not listed may never. */
+/* States in which a variable may be set; 0: never. */
 static unsigned settable_in(enum Causality causality)
 {
     switch (causality) {
@@ -31,14 +31,14 @@ static Status unknown(Instance *instance, const char *type, unsigned reference)
     return instance_fail(instance, "no %s variable has value reference %u", type, reference);
 }
 
-static Status unusable(Instance *instance, unsigned reference, double value)
+static Status invalid(Instance *instance, unsigned reference, double value)
 {
     const Variable *variable = &model_variables[reference];
     char text[32], lowest[32], highest[32];
-    Status (*const refuse)(Instance *, const char *, ...) =
+    Status (*const reject)(Instance *, const char *, ...) =
         instance->kind == CO_SIMULATION ? instance_fail : instance_discard;
 
-    return refuse(instance, "%s = %s; needs a finite number >= %s and < %s: not set", variable->name,
+    return reject(instance, "%s = %s; needs a finite number >= %s and < %s: not set", variable->name,
                   number_text(value, text), number_text(variable->lowest, lowest),
                   number_text(TOO_LARGE, highest));
 }
@@ -78,7 +78,7 @@ Status instance_set_reals(Instance *instance, const unsigned references[], size_
     }
     for (size_t i = 0; i < count; ++i) {
         if (!model_accepts((int)references[i], values[i])) {
-            return unusable(instance, references[i], values[i]);
+            return invalid(instance, references[i], values[i]);
         }
     }
     for (size_t i = 0; i < count; ++i) {
@@ -113,7 +113,7 @@ Status instance_no_variables(Instance *instance, const char *type, const unsigne
 
 /* --- vectors of model exchange ----------------------------------------------------------------------------------- */
 
-/* Whether the importer's array is there and has the length that it should have. */
+/* Checks that the array of the importer is not NULL and has the expected length. */
 static Status check_length(Instance *instance, const double array[], size_t length, size_t expected)
 {
     if (length != expected) {
@@ -153,7 +153,7 @@ Status instance_set_states(Instance *instance, const double states[], size_t len
 
     for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
         if (model_variables[i].causality == CAUSALITY_STATE && !model_accepts(i, *state++)) {
-            status = unusable(instance, (unsigned)i, state[-1]);
+            status = invalid(instance, (unsigned)i, state[-1]);
         }
     }
     for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {

@@ -1,5 +1,5 @@
-/* What the friction FMU puts out, by name. Twin of slave.py. Numbers: number.h. A new output is assigned here, in the
-   function of the group that its row in the table of variables needs. */
+/* Outputs of the friction FMU by name. Twin of runtime/outputs.py. Numbers: number.h. A new output is assigned here, in
+   torque_outputs or film_outputs, according to `needs` in its row of the table of variables. */
 #ifndef BALLSCREW_FRICTION_LAW_H
 #define BALLSCREW_FRICTION_LAW_H
 
@@ -12,7 +12,7 @@ static inline Number coulomb_magnitude(const Loads *loads, const Number at[])
     return add(loads->hysteresis, multiply(at[NET_SLIDING_COEFFICIENT], loads->sliding_load));
 }
 
-/* step [s] that the outputs belong to, 0: an instant; slip: of a continuous bristle */
+/* step: [s] that the outputs belong to, 0: an instant; slip: mode of a continuous bristle */
 static inline Bristle bristle_at(const Number at[], Number coulomb, double step, bool continuous, int slip)
 {
     const Number deflection = at[PRESLIDING_DEFLECTION], speed = at[SPEED], stiffness = at[PRESLIDING_STIFFNESS];
@@ -24,7 +24,7 @@ static inline Bristle bristle_at(const Number at[], Number coulomb, double step,
                       : bristle_at_instant(deflection, speed, coulomb, stiffness);
 }
 
-/* viscous: magnitude */
+/* viscous: magnitude of the viscous torque [N.m] */
 static inline void torque_outputs(const Loads *loads, Number viscous, const Bristle *bristle, const Number at[],
                                   Number out[])
 {

@@ -20,7 +20,7 @@ static void compute_loads(Model *model)
     }
 }
 
-/* Everything that the outputs of the latched point start from. */
+/* Loads and conditions of the latched point. */
 static void locate(Model *model)
 {
     if (!model->conditions_known) {
@@ -30,7 +30,7 @@ static void locate(Model *model)
     }
 }
 
-/* The bristle at the latched point; what advances is left in the model. */
+/* The bristle at the latched point. Its deflection, torque and power are stored in the model. */
 static void compute_bristle(Model *model)
 {
     const Bristle bristle = bristle_at(model->latched, coulomb_magnitude(&model->loads, model->latched), model->step,
@@ -112,14 +112,14 @@ void model_step(Model *model, double step)
         compute_loads(model);
         compute_bristle(model);
     } else if (step > 0.0) {
-        /* a bristle that is switched off is unwound */
+        /* a bristle that is switched off has no deflection */
         model->value[PRESLIDING_DEFLECTION] = model->latched[PRESLIDING_DEFLECTION] = 0.0;
         model->value[PRESLIDING_DEFLECTION_RATE] = 0.0;
         model->bristle_torque = model->bristle_power = 0.0;
     }
 }
 
-/* in model exchange it changes at events only, once they have begun */
+/* after the initial event of model exchange it changes at events only */
 static bool in_range(Model *model)
 {
     return model->continuous && model->events_began ? model->in_range : model_clamped(model) == 0U;
@@ -161,7 +161,7 @@ bool model_possible(const Model *model)
     return model->step >= 0.0;
 }
 
-void model_forget(Model *model)
+void model_clear_computed(Model *model)
 {
     model->map = NULL;
     model->loads_known = false;
@@ -173,17 +173,17 @@ void model_forget(Model *model)
 
 /* --- model exchange --- */
 
-#define RANGE_HYSTERESIS 1e-6 /* of an axis: in_range does not storm on the edge of the map */
+#define RANGE_HYSTERESIS 1e-6 /* of an axis: avoids repeated events at the limit of the map */
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
-#define SLIP_FROM 0.999       /* of the sliding deflection, which the bristle reaches in infinite travel only */
+#define SLIP_FROM 0.999       /* of the sliding deflection, which the bristle reaches after infinite travel only */
 
-/* distance to the ends of an axis over its length, negative beyond */
+/* distance from the ends of an axis divided by its length, negative outside */
 static double margin_within(double value, double lo, double hi)
 {
     return lesser(value - lo, hi - value) / (hi - lo);
 }
 
-/* least distance of the latched point to the ends of the map, negative beyond */
+/* smallest distance of the latched point from the limits of the map, negative outside */
 static double margin(const Model *model)
 {
     const Map *map = model->map;

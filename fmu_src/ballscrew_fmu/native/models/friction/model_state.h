@@ -9,24 +9,24 @@
 
 struct Model {
     const Map *map;
-    double value[VARIABLE_COUNT];   /* inputs, parameters and the bristle as they are set; outputs when computed */
+    double value[VARIABLE_COUNT];   /* inputs, parameters and bristle as set; outputs when computed */
     double latched[VARIABLE_COUNT]; /* inputs and parameters that the outputs belong to */
     double step;                    /* [s] that the outputs belong to; 0: an instant */
     double deflection_before;       /* [rad] of the bristle at the start of that step */
     double bristle_torque;          /* [N.m] of the latched point */
     double bristle_power;           /* [W] */
     bool continuous;                /* model exchange: the bristle is a state of the importer */
-    bool in_range;                  /* model exchange: as of the last event */
-    bool events_began;              /* model exchange: the initial event has been */
-    int slip;                       /* model exchange: 0 the bristle follows, +1 or -1 it slips that way */
+    bool in_range;                  /* model exchange: at the last event */
+    bool events_began;              /* model exchange: the initial event is done */
+    int slip;                       /* model exchange: 0 the bristle follows, +1 or -1 direction of slip */
     bool conditions_known, torque_known, films_known;
-    bool loads_known;                       /* kept while neither preload nor axial load changes: */
+    bool loads_known;                       /* valid while preload and axial load do not change: */
     double loads_preload, loads_axial_load; /* [N] that loads belong to */
     Loads loads;
     Conditions conditions;
 };
 
-/* What a saved state holds beside value and latched: numbers, flags, signs. */
+/* Fields of a saved state other than value and latched: numbers, flags, signs. */
 #define MODEL_NUMBERS(X) X(step) X(deflection_before) X(bristle_torque) X(bristle_power)
 #define MODEL_FLAGS(X) X(continuous) X(in_range) X(events_began)
 #define MODEL_SIGNS(X) X(slip)

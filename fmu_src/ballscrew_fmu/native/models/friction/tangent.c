@@ -1,5 +1,5 @@
-/* The law of the friction FMU in dual numbers. The tests compare its values with those of model.c and its derivatives
-   with differences. */
+/* Outputs of the friction FMU in dual numbers. Tests compare the values with model.c and the derivatives with
+   differences. */
 #define DUAL_NUMBERS
 #include "tangent.h"
 

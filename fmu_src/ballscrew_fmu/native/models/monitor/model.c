@@ -1,4 +1,4 @@
-/* Monitor of the preload: the preload at which the map shows the measured torque. Twin of monitor_slave.py. */
+/* Preload monitor: the preload at which the map gives the measured torque. Twin of runtime/monitor.py. */
 #include "model.h"
 
 #include <math.h>
@@ -24,7 +24,7 @@ static unsigned bit_of(int reference)
     return 1U << (reference - (int)INPUT_FIRST);
 }
 
-/* Speed that determines the preload: speed_min at least. */
+/* Speed at which the preload is evaluated: at least speed_min. */
 static double motion(const Model *model)
 {
     return greater(fabs(model->latched[SPEED]), model->latched[SPEED_MIN]);
@@ -52,7 +52,7 @@ static void estimate(Model *model, Estimate *found)
     }
 }
 
-/* All outputs that need no films. */
+/* All outputs except those of the films. */
 static void compute(Model *model)
 {
     const bool rests = at_rest(model);
@@ -63,7 +63,7 @@ static void compute(Model *model)
     if (model->solved) {
         return;
     }
-    if (!rests || model->continuous) { /* event indicators follow the torque at rest, too */
+    if (!rests || model->continuous) { /* event indicators depend on the torque at rest too */
         estimate(model, &found);
     }
     out[PRELOAD] = model->estimate;
@@ -163,7 +163,7 @@ bool model_possible(const Model *model)
     return model->held >= 0.0 && model->held < TOO_LARGE;
 }
 
-void model_forget(Model *model)
+void model_clear_computed(Model *model)
 {
     model->map = NULL;
     model->solved = model->films_known = false;
@@ -173,10 +173,10 @@ void model_forget(Model *model)
 
 /* --- model exchange ---------------------------------------------------------------------------------------------- */
 
-#define RANGE_HYSTERESIS 1e-6 /* relative: in_range does not storm on the edge */
+#define RANGE_HYSTERESIS 1e-6 /* relative: avoids repeated events at the limit of in_range */
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
 
-/* least distance of the latched point to where in_range ends, negative beyond; motion aside */
+/* smallest distance of the latched point from the limits of in_range, negative outside; without that of the speed */
 static double margin_of_estimate(const Model *model)
 {
     const Map *map = model->map;
@@ -188,7 +188,7 @@ static double margin_of_estimate(const Model *model)
     torque_of_preload(map, at, motion(model), map->force.hi, &end);
     found = lesser((end.torque - torque_along_motion(model)) / greater(end.torque, SMOOTH),
                    (model->estimate - map->preload.lo) / map->force.hi);
-    found = lesser(found, model->elasticity - LEAST_ELASTICITY); /* 0 where the nuts part */
+    found = lesser(found, model->elasticity - LEAST_ELASTICITY); /* 0 where the nuts separate */
     found = lesser(found, lesser(temperature - map->temperature.lo, map->temperature.hi - temperature)
                              / (map->temperature.hi - map->temperature.lo));
     found = lesser(found, (map->speed.hi - motion(model)) / map->speed.hi);
@@ -227,7 +227,7 @@ void model_initial_event(Model *model)
 
 bool model_event(Model *model)
 {
-    const bool was_told = model->in_range && !model->rests;
+    const bool was_determined = model->in_range && !model->rests;
     const double *out = model->value;
 
     model_indicators(model);
@@ -237,7 +237,7 @@ bool model_event(Model *model)
     if (model->rests ? out[MOTION_INDICATOR] > 0.0 : out[MOTION_INDICATOR] < 0.0) {
         model->rests = !model->rests;
     }
-    if (was_told && (model->rests || !model->in_range)) { /* the last moment at which the torque determined it */
+    if (was_determined && (model->rests || !model->in_range)) { /* last instant at which the torque determined it */
         model->held = model->estimate;
         model->holds = true;
     }

@@ -1,4 +1,4 @@
-/* State of the preload monitor: the last preload that a torque determined. No continuous state. */
+/* State of the preload monitor: the last preload that was in range. No continuous state. */
 #ifndef BALLSCREW_MODEL_STATE_H
 #define BALLSCREW_MODEL_STATE_H
 
@@ -9,21 +9,21 @@
 
 struct Model {
     const Map *map;
-    double value[VARIABLE_COUNT];   /* inputs and parameters as they are set; outputs when computed */
+    double value[VARIABLE_COUNT];   /* inputs and parameters as set; outputs when computed */
     double latched[VARIABLE_COUNT]; /* inputs and parameters that the outputs belong to */
     double held;                    /* [N] preload of the last step or, in model exchange, event that was in range */
-    bool holds;                     /* there was one */
+    bool holds;                     /* held is defined */
     bool continuous;                /* model exchange */
-    bool in_range;                  /* model exchange: as of the last event, motion aside */
-    bool rests;                     /* model exchange: as of the last event */
-    bool events_began;              /* model exchange: the initial event has been */
-    bool solved, films_known;       /* outputs of the latched point */
+    bool in_range;                  /* model exchange: at the last event, without the condition on speed */
+    bool rests;                     /* model exchange: at the last event, speed below speed_min */
+    bool events_began;              /* model exchange: the initial event is done */
+    bool solved, films_known;       /* outputs of the latched point are computed */
     unsigned clamped;               /* bit per input, of the latched point */
-    double estimate;                /* [N] preload by the torque of the latched point */
-    double elasticity;              /* relative change of torque over that of preload, there */
+    double estimate;                /* [N] preload from the torque of the latched point */
+    double elasticity;              /* relative change of torque divided by that of preload */
 };
 
-/* What a saved state holds beside value and latched: numbers, flags, signs. */
+/* Fields of a saved state other than value and latched: numbers, flags, signs. */
 #define MODEL_NUMBERS(X) X(held)
 #define MODEL_FLAGS(X) X(holds) X(continuous) X(in_range) X(rests) X(events_began)
 #define MODEL_SIGNS(X)

@@ -1,17 +1,17 @@
-/* The law of the nuts in dual numbers, along the preload. */
+/* Preload from torque, with the law of the nut in dual numbers along the preload. */
 #define DUAL_NUMBERS
 #include "search.h"
 
 #include "bristle_law.h"
 #include "nut_law.h"
 
-/* One inversion: what stays while the preload changes. */
+/* Data that do not depend on the preload. */
 typedef struct {
     const Map *map;
     const double *at;
     Conditions conditions;
     Columns columns[2];
-    double sign; /* share of the Coulomb parts at this speed */
+    double sign; /* factor of the Coulomb parts at this speed */
 } Search;
 
 static void begin_search(Search *search, const Map *map, const double at[], double speed, Estimate *out)
@@ -51,7 +51,7 @@ void torque_of_preload(const Map *map, const double at[VARIABLE_COUNT], double s
     out->found = true;
 }
 
-/* Preload at or below which the axial load parts the nuts [N]: 0 without axial load, at most the end of the map. */
+/* Preload at or below which the axial load separates the nuts [N]. 0 without axial load, at most the end of the map. */
 static double separation_preload(const Map *map, double axial_load)
 {
     const double load = fabs(axial_load);
@@ -62,7 +62,7 @@ static double separation_preload(const Map *map, double axial_load)
         Number weights[4], ratio;
         int cell;
         double step;
-        /* derivative: over the logarithm of the preload */
+        /* derivative with respect to ln preload */
         spline_weights(axis_position(&map->preload, number(preload, preload), &cell), weights);
         ratio = weighted(weights, separation + cell, 1);
         step = (log(load / preload) - value_of(ratio)) / (1.0 + slope_of(ratio));
@@ -72,8 +72,8 @@ static double separation_preload(const Map *map, double axial_load)
     return preload < map->force.hi ? preload : map->force.hi;
 }
 
-/* Newton's method for ln torque over ln preload, safeguarded by bisection. Returns whether the torque at out->preload
-   is the one wanted. */
+/* Newton's method for ln torque as a function of ln preload, safeguarded by bisection. True if the torque at
+   out->preload is the wanted one. */
 static bool solve(Search *search, double wanted, Estimate *out)
 {
     const double highest = search->map->force.hi;
@@ -81,7 +81,7 @@ static bool solve(Search *search, double wanted, Estimate *out)
     double before = HUGE_VAL, preload;
     bool high_known = false;
 
-    if (low > 0.0 || !(wanted > 0.0)) { /* without preload there is no torque */
+    if (low > 0.0 || !(wanted > 0.0)) { /* preload 0 gives torque 0 */
         try_preload(search, low, out);
         if (!(wanted > (1.0 + JUMP) * out->torque)) {
             out->slope = 0.0;
@@ -113,7 +113,7 @@ static bool solve(Search *search, double wanted, Estimate *out)
             return fabs(error) <= JUMP;
         }
         if (!high_known && next >= high) {
-            next = high; /* whether the map gives so much torque is not known yet */
+            next = high; /* the torque at the end of the map is not computed yet */
         } else if (!(low < next && next < high && fabs(error) <= 0.5 * before)) {
             next = low > 0.0 ? sqrt(low * high) : 0.5 * high;
         }

@@ -1,5 +1,5 @@
-/* Torque over preload at one speed, temperature and axial load, and the preload that gives a torque. Twin of
-   preload.py. */
+/* Torque as a function of preload at one speed, temperature and axial load, and its inverse. Twin of runtime/preload.py
+   and runtime/over_preload.py. */
 #ifndef BALLSCREW_SEARCH_H
 #define BALLSCREW_SEARCH_H
 
@@ -10,16 +10,16 @@
 
 typedef struct {
     double preload, torque; /* [N], [N.m] */
-    double slope;           /* [N.m/N] of the torque over the preload */
-    bool found;             /* the torque is the one wanted */
+    double slope;           /* [N.m/N] derivative of torque with respect to preload */
+    bool found;             /* the torque is the wanted one */
     bool speed_clamped, temperature_clamped, axial_load_clamped;
 } Estimate;
 
-/* Torque at a preload up to the end of the map. at: inputs and parameters; speed: in place of that in at. */
+/* Torque at a preload up to the end of the map. at: inputs and parameters; speed: replaces that of at. */
 void torque_of_preload(const Map *map, const double at[VARIABLE_COUNT], double speed, double preload, Estimate *out);
 
-/* Preload at which the map has this torque. If there is none: the end of the map, or 0, or the preload at which the
-   nuts part. */
+/* Preload at which the map gives this torque. If there is none: the end of the map, 0, or the preload at which the nuts
+   separate. */
 void preload_of_torque(const Map *map, const double at[VARIABLE_COUNT], double speed, double torque, Estimate *out);
 
 #endif
