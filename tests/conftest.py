@@ -1,4 +1,4 @@
-"""Fixtures shared by the tests; its place puts this folder on the import path (synthetic_map)."""
+"""Fixtures shared by all tests."""
 
 import os
 from pathlib import Path
@@ -14,7 +14,7 @@ from synthetic_map import make_map
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_tehl.runtime.evaluate import NutMap
 
-# the same examples in every run, however slow the machine: a red run must mean a changed program
+# the same examples in every run and no time limit: a failure then means that the program has changed
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("repeatable")
 
@@ -25,7 +25,7 @@ SLOW_FIXTURES = {"native_fmus", "fmus"}
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """A test is slow where one of its fixtures is."""
+    """Mark tests that use a slow fixture as slow."""
     for item in items:
         if SLOW_FIXTURES & set(getattr(item, "fixturenames", ())):
             item.add_marker(pytest.mark.slow)

@@ -158,7 +158,7 @@ def warm_start(repeat: int) -> None:
 
 
 def nodes(repeat: int) -> None:
-    """Fitted exponent of the cost over the number of nodes, beside that of N log N."""
+    """Fitted exponent of the cost over the number of nodes, and that of N log N."""
     counts, best = [], []
     for n_x in SCALING_NODES:
         options = SolverOptions(thermal=False, n_x=n_x, n_y=(n_x + 7) // 8)
@@ -168,7 +168,7 @@ def nodes(repeat: int) -> None:
         best.append(min(seconds))
     N = np.array(counts, dtype=float)
     found, ideal = (np.polyfit(np.log(N), np.log(cost), 1)[0] for cost in (best, N * np.log(N)))
-    # small grids cost what is called per step, large ones what grows: the last step says more
+    # calls per step dominate on small grids: the exponent of the largest grids is more meaningful
     last = math.log(best[-1] / best[-2]) / math.log(counts[-1] / counts[-2])
     print(
         f"    best time ~ N^{found:.2f} over N = {counts[0]} to {counts[-1]}, last step N^{last:.2f}; "

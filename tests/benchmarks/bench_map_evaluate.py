@@ -1,4 +1,4 @@
-"""Cost per point of a map evaluated for many points at once, beside scipy's RegularGridInterpolator.
+"""Cost per point of a map evaluated for many points at once, compared with scipy's RegularGridInterpolator.
 
 `python tests/benchmarks/bench_map_evaluate.py [--points N] [--repeat N]`: the interpolator gets a table over the axes
 of the map with as many columns as the map has surfaces, and as many points; linear, and cubic as the map is. In turn

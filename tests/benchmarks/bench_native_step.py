@@ -1,4 +1,4 @@
-"""Costs of the native FMU from a C host, beside a trivial table FMU in C and the Python FMU; one run, in turn.
+"""Costs of the native FMU from a C host, compared with a trivial table FMU in C and the Python FMU in one run.
 
 `python tests/benchmarks/bench_native_step.py` builds the libraries as they are delivered and the C host
 native/step_costs.c with -O2 and prints medians of many short runs, so that other work on the machine does not

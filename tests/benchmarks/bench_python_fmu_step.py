@@ -1,4 +1,4 @@
-"""Cost of a step of the Python FMU beside that of an empty pythonfmu slave, measured in turn in one run.
+"""Cost of a step of the Python FMU compared with that of an empty pythonfmu slave, measured in one run.
 
 `python tests/benchmarks/bench_python_fmu_step.py` prints the figures.
 """
@@ -15,7 +15,7 @@ from synthetic_map import make_map
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.python_fmu.package import build_fmu
 
-TARGET = 25e-6  # [s] more than the empty slave is what a step of the map may cost
+TARGET = 25e-6  # [s] allowed cost of a step above that of the empty slave
 EMPTY = """
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 

@@ -88,7 +88,7 @@ def start(folder: str, cache: str) -> dict[str, float]:
 
 
 class RefinedFmu(servo_axis.FrictionFmu):
-    """The friction of the axis, refined, with the map stepped beside it."""
+    """The refined friction of the axis, and the map stepped in parallel."""
 
     def __init__(self, fmu: Path, axis: servo_axis.Axis, log: io.StringIO) -> None:
         super().__init__(fmu, axis)
@@ -107,10 +107,10 @@ class RefinedFmu(servo_axis.FrictionFmu):
         super().advance(axis, 0.0, 0.0)
 
     def advance(self, axis, speed, axial_load):
-        said, begun = self._log.tell(), time.perf_counter()
+        log_end, begun = self._log.tell(), time.perf_counter()
         found = super().advance(axis, speed, axial_load)
         self.seconds.append(time.perf_counter() - begun)
-        self.solving.append(self._log.tell() > said)
+        self.solving.append(self._log.tell() > log_end)
         plain = self._map.advance(axis, speed, axial_load)
         self.rows.append((speed, axial_load, found[0], plain[0]))
         return found
@@ -121,7 +121,7 @@ class RefinedFmu(servo_axis.FrictionFmu):
 
 
 def to_and_fro(axis: servo_axis.Axis, duration: float) -> servo_axis.Motion:
-    """Positioning moves forth and back until `duration` [s] has passed."""
+    """Positioning moves back and forth until `duration` [s] has passed."""
     move, _ = servo_axis.positioning(axis)
     back = move._replace(position=move.position[-1] - move.position, velocity=-move.velocity)
     count = round(duration / axis.step)

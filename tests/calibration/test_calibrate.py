@@ -43,7 +43,7 @@ def percent(value, digits):
     return round(100.0 * value, digits)
 
 
-def test_two_parameter_fit_of_the_hand_check(two):
+def test_two_parameter_fit_against_hand_calculation(two):
     assert round(two.apparent_viscosity_ratio, 2) == 8.76
     assert round(two.intervals[RATIO], 2) == 0.66
     assert round(two.net_sliding_coefficient, 5) == 0.00372
@@ -54,7 +54,7 @@ def test_two_parameter_fit_of_the_hand_check(two):
     assert percent(two.errors["leave_one_out_max"], 1) == 9.5
 
 
-def test_three_parameter_fit_of_the_hand_check(three):
+def test_three_parameter_fit_against_hand_calculation(three):
     assert round(three.apparent_viscosity_ratio, 2) == 7.62
     assert round(three.intervals[RATIO], 2) == 0.58
     assert round(three.net_sliding_coefficient, 5) == 0.00506
@@ -67,13 +67,13 @@ def test_three_parameter_fit_of_the_hand_check(three):
     assert percent(three.errors["leave_one_out_max"], 1) == 7.7
 
 
-def test_table_means_of_the_hand_check(three):
+def test_table_means_against_hand_calculation(three):
     assert percent(three.errors["table2"], 1) == 1.4
     assert percent(three.errors["table4"], 1) == 1.3
 
 
-def test_one_table_alone_misses_the_other(two):
-    # 8 to 25 % stated; the points that are in the other table only
+def test_a_fit_to_one_table_deviates_from_the_other(two):
+    # 8 to 25 % stated; points of the other table only
     assert percent(two.leave_one_table_out["table2"]["mean"], 1) == 9.3
     assert percent(two.leave_one_table_out["table4"]["mean"], 1) == 21.6
     assert 0.24 < two.leave_one_table_out["table4"]["max"] < 0.25
@@ -92,7 +92,7 @@ def test_soft_l1_has_no_better_neighbour():
                 assert soft_l1(values * (1.0 + step * direction)) >= soft_l1(values) * (1.0 - 1e-9)
 
 
-def test_soft_l1_is_pulled_less_by_a_stray_point():
+def test_soft_l1_is_less_sensitive_to_an_outlier():
     stray = [replace(m, torque=m.torque * (1.2 if i == 3 else 1.0)) for i, m in enumerate(MEASURED)]
     shifts = {}
     for loss in ("least_squares", "soft_l1"):
@@ -110,7 +110,7 @@ def synthetic(values, noise=0.0):
 
 @pytest.mark.parametrize("loss", list(LOSSES))
 @pytest.mark.parametrize("values", [(7.5, 0.005, 24e-9), (9.0, 0.0037, 5e-9), (300.0, 0.004, 60e-9)])
-def test_known_parameters_are_found_again(loss, values):
+def test_known_parameters_are_recovered(loss, values):
     found = fit_values(synthetic(values), 3, loss)
     np.testing.assert_allclose(found, values, rtol=1e-5)
 
@@ -118,7 +118,7 @@ def test_known_parameters_are_found_again(loss, values):
 @pytest.mark.parametrize(
     ("seed", "noise", "rows"), [(6, 0.05, 8), (59, 0.05, 5), (27, 0.05, 8), (19, 0.05, 9)]
 )
-def test_least_squares_finds_the_lowest_of_several_valleys(seed, noise, rows):
+def test_least_squares_finds_the_lowest_of_several_minima(seed, noise, rows):
     generator = np.random.default_rng(seed)
     keep = np.sort(generator.choice(11, size=rows, replace=False))
     torques = BASIS.torque((7.5, 0.005, 2e-8)) * (1.0 + noise * generator.normal(size=11))
@@ -168,7 +168,7 @@ def test_jacobian_is_the_derivative():
     np.testing.assert_allclose(BASIS.jacobian(values), numeric, rtol=1e-7)
 
 
-def test_weights_pull_the_fit():
+def test_weights_change_the_fit():
     heavy = [replace(m, weight=100.0 if i in (3, 8) else 1.0) for i, m in enumerate(MEASURED)]
     values = fit_values(basis_of(heavy), 2, "least_squares")
     missed = np.abs(BASIS.torque(values) / BASIS.measured - 1.0)
@@ -239,7 +239,7 @@ def test_packaged_calibration_writes_what_it_returns(tmp_path):
     assert len(steps) == 8
 
 
-def test_packaged_default_set_reaches_what_the_publication_reaches():
+def test_packaged_default_set_is_as_accurate_as_the_publication():
     """Bounds: mean deviations of the published model; leave-one-out of the Hamrock-Dowson film rounded up."""
     default = load_friction_sets()["published", "three_parameter"]
     assert default.film_model == PACKAGED_FILM["three_parameter"]
@@ -252,6 +252,6 @@ def test_packaged_default_set_reaches_what_the_publication_reaches():
 def test_production_basis_is_the_double_nut():
     film = HamrockDowsonFilm(GD4008)
     basis = torque_basis(GD4008, film, MEASURED[:2])
-    # the heaviest effect of loaded angle and true loads at 2000 N is below 2 %
+    # the effect of loaded angle and true loads is largest at 2000 N, below 2 %
     np.testing.assert_allclose(basis.viscous, BASIS.viscous[:2], rtol=2e-2)
     assert not np.allclose(basis.viscous, BASIS.viscous[:2], rtol=1e-4)

@@ -1,4 +1,4 @@
-"""Profile limits, outliers, what data do not identify: against brute force, known cases, repeated noise."""
+"""Profile limits, outliers, parameters not identified: against brute force, known cases, repeated noise."""
 
 import math
 from dataclasses import replace
@@ -102,7 +102,7 @@ def test_limits_cover_the_truth(count):
             inside[i] += limits[name]["low"] <= truth[i] <= limits[name]["high"]
         widths.append([limits[name]["high"] - limits[name]["low"] for name in FITTED[:count]])
     assert np.all(inside >= least), inside
-    # intervals that hold everything would pass as well
+    # too wide intervals must fail
     assert np.all(np.median(widths, axis=0) < 2.5 * np.array(truth[:count]))
 
 
@@ -112,7 +112,7 @@ def test_limits_of_a_vanished_height_begin_at_zero():
     assert 0.0 < limits[HEIGHT]["high"] < 50e-9
 
 
-def test_limits_of_perfect_data_close_on_the_truth():
+def test_limits_of_exact_data_are_the_true_values():
     limits = profile_limits(noisy(BASIS, TRUTH, 0.0, 0), 3)
     for name, value in zip(FITTED, TRUTH, strict=True):
         assert limits[name]["low"] == pytest.approx(value, rel=1e-4)
@@ -201,7 +201,7 @@ def test_the_tables_identify_neither_height_nor_split():
     assert "correlation 0.98 with net_sliding_coefficient" in found[HEIGHT]
     assert "0 nm in the fit smooth, which predicts left-out points equally well" in found[HEIGHT]
     assert f"{100.0 * sliding_share(BASIS, two[1]):.0f} % in the fit smooth" in found[SPLIT]
-    # without the rival the interval alone shows it for the height
+    # without the second fit the interval alone shows it for the height
     assert "95 % interval" in identified(BASIS, 3)[HEIGHT]
 
 
@@ -212,7 +212,7 @@ def test_one_speed_identifies_no_split():
     assert "correlation -0.99 with apparent_viscosity_ratio" in found[NET]
 
 
-def test_equal_predictions_are_not_predicts_better():
+def test_equal_predictions_are_not_reported_as_better():
     errors = np.array([0.01, 0.02, 0.005, 0.03, 0.01, 0.02])
     assert not predicts_better(errors, errors)
     assert not predicts_better(errors, 0.5 * errors)

@@ -1,4 +1,4 @@
-"""Files of measured torques: spellings of CSV, rows that cannot be, rows that fit no screw of this size."""
+"""Files of measured torques: spellings of CSV, impossible rows, rows implausible for a screw of this size."""
 
 import math
 
@@ -87,7 +87,7 @@ def test_uncertainties_become_weights(csv_file):
         assert [m.uncertainty for m in found.measurements] == pytest.approx([0.004, 0.01, 0.04])
 
 
-def test_the_tables_of_the_paper_are_read_as_they_are():
+def test_the_tables_of_the_paper_are_read_unchanged():
     found = read_measurement_file(PACKAGED_TORQUE, 303.0)
     assert found.measurements == packaged_measurements(303.0)
     assert found.notes == [
@@ -162,13 +162,13 @@ def test_all_reasons_of_a_row_and_all_rows_are_reported(csv_file):
         (HEAD.replace("[N]", "[t]") + GOOD, "column 'preload [t]': unit 't'; allowed: N, kN"),
     ],
 )  # fmt: skip
-def test_files_that_are_not_clear_are_refused_with_the_place(csv_file, text, message):
+def test_ambiguous_files_are_refused_with_the_place(csv_file, text, message):
     with pytest.raises(ValueError, match=r"measured\.csv: ") as caught:
         read_measurement_file(csv_file(text), 300.0)
     assert message in str(caught.value)
 
 
-def test_missing_file_is_one_clear_line(tmp_path):
+def test_missing_file_is_one_line(tmp_path):
     with pytest.raises(ValueError, match=r"nowhere.csv: cannot be read \(No such file.*\); give a CSV file"):
         read_measurement_file(tmp_path / "nowhere.csv", 300.0)
 

@@ -47,7 +47,7 @@ def test_a_heading_gives_quantity_and_factor(heading, value, key, si):
     assert column.si(value) == pytest.approx(si, rel=1e-12)
 
 
-def test_a_unit_behind_a_name_has_one_meaning():
+def test_a_unit_after_a_name_has_one_meaning():
     for quantity in QUANTITIES.values():
         factors = {}
         for unit, factor in quantity.units.items():
@@ -85,7 +85,7 @@ NEEDED = ["preload [N]", "speed [r/min]", "torque [N.m]"]
         ),
     ],
 )
-def test_headings_that_are_not_clear_are_refused(headings, message):
+def test_ambiguous_headings_are_refused(headings, message):
     with pytest.raises(ValueError, match=r"allowed|write") as caught:
         columns_of(headings)
     assert message in str(caught.value)

@@ -48,6 +48,6 @@ def test_a_merged_point_names_all_its_rows():
     assert merged([a, b])[0].point == "row 1 = 7 (1000 N, 95.493 r/min)"
 
 
-def test_missing_file_is_one_clear_line(tmp_path):
+def test_missing_file_is_one_line(tmp_path):
     with pytest.raises(ValueError, match=r"nowhere.csv: cannot be read .*; give a CSV file"):
         read_rows(tmp_path / "nowhere.csv")

@@ -1,11 +1,13 @@
-"""calibrate on files: rows accounted for, known parameters found again, refusals, picture, friction file."""
+"""calibrate on files: used and dropped rows, recovered parameters, bad input, picture, friction file."""
 
 import json
 from dataclasses import replace
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
+from command_line import refused
 from reference_screw import GD4008
 from section7 import MEASURED
 
@@ -77,25 +79,16 @@ def measured(tmp_path, torques):
 
 
 def run(capsys, *arguments):
-    code = cli.main(["calibrate", *arguments, "--json"])
-    out, err = capsys.readouterr()
+    code, out, err = command_line.run(capsys, "calibrate", *arguments, "--json")
     assert code == 0, err
     return json.loads(out), err
-
-
-def refused(capsys, *arguments):
-    assert cli.main(["calibrate", *arguments]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    (line,) = [line for line in err.splitlines() if "error" in line]
-    return line
 
 
 def test_torque_basis_under_axial_load_is_the_double_nut(films):
     film = HamrockDowsonFilm(GD4008)
     points = [replace(MEASURED[1], axial_load=load) for load in (0.0, 1500.0, -8000.0)]
     basis = torque_basis(GD4008, film, points)
-    assert np.isinf(basis.film[2]).sum() == 2  # one nut has come free
+    assert np.isinf(basis.film[2]).sum() == 2  # one nut has separated
     entry = load_friction_sets()["published", "three_parameter"]
     for m, torque in zip(points, basis.torque(entry.values), strict=True):
         direct = double_nut_torque(GD4008, entry, film, m.preload, m.speed, m.temperature, m.axial_load)
@@ -106,8 +99,8 @@ def test_torque_basis_under_axial_load_is_the_double_nut(films):
     np.testing.assert_allclose(basis.jacobian(values)[:, 2], numeric, rtol=1e-6)
 
 
-def test_torque_basis_with_the_films_of_the_map_is_what_the_map_answers(films):
-    """Map and basis interpolate differently: 0.2 %, twice what a map is certified for."""
+def test_torque_basis_with_the_films_of_the_map_is_the_torque_of_the_map(films):
+    """Map and basis interpolate differently: 0.2 %, twice the certified error of a map."""
     loads = (0.0, 1500.0, -2500.0)
     points = [replace(MEASURED[1], speed=400.0 * RPM, axial_load=load) for load in loads]
     found = torque_basis(GD4008, films["solved_thermal"], points).torque(TRUTH)
@@ -165,7 +158,7 @@ def test_direct_solves_give_the_packaged_set_to_its_digits():
 def test_impossible_rows_stop_the_fit_unless_dropped(capsys, measured):
     bad = {3: "-1,30,20,0.3,0", 7: "1,0,20,0.3,0", 12: "3,30,300,1.0,0", 20: "5,100,20,1500,0"}
     path = measured(bad)
-    line = refused(capsys, path, "--map", MAP)
+    line = refused(capsys, "calibrate", path, "--map", MAP)
     for part in ("4 impossible row(s)", "row 3 (line 4): preload = -1 kN", "row 7 (line 8): speed = 0 1/min",
                  "row 12 (line 13): temperature = 300 degC", "probably K, not degC", "row 20 (line 21): torque = 1500",
                  "--drop impossible"):  # fmt: skip
@@ -181,7 +174,7 @@ def test_impossible_rows_stop_the_fit_unless_dropped(capsys, measured):
 
 def test_rows_outside_the_map_stop_the_fit_unless_dropped(capsys, measured):
     path = measured({5: "1,30,95,0.3,0", 6: "20,30,20,7,0"})
-    line = refused(capsys, path, "--map", MAP)
+    line = refused(capsys, "calibrate", path, "--map", MAP)
     assert (
         "2 row(s) outside the map: row 5 (line 6): temperature = 368.15 K; allowed: 283.15 to 353.15 K"
         in line
@@ -221,13 +214,15 @@ def test_few_points_are_refused_or_warned_of(capsys, tmp_path, measured):
         path.write_text("\n".join([HEAD] + [lines[number] for number in numbers]))
         return str(path)
 
-    line = refused(capsys, few([1, 3, 5]), "--map", MAP)
+    line = refused(capsys, "calibrate", few([1, 3, 5]), "--map", MAP)
     assert (
         "3 usable rows at 3 operating points; the 3 parameters of three_parameter need at least 4 rows"
         in line
     )
     assert "or fit --set two_parameter" in line
-    assert "2 operating points; the 3 parameters" in refused(capsys, few([1, 1, 3, 3]), "--map", MAP)
+    assert "2 operating points; the 3 parameters" in refused(
+        capsys, "calibrate", few([1, 1, 3, 3]), "--map", MAP
+    )
     found, _ = run(capsys, few([1, 3, 7]), "--map", MAP, "--set", "two_parameter")
     entry = found["published.two_parameter"]
     assert any(
@@ -263,12 +258,12 @@ def test_stated_uncertainties_are_compared_with_the_errors(capsys, tmp_path, tor
     ],
 )
 def test_bad_options_are_one_line(capsys, measured, arguments, message):
-    assert message in refused(capsys, measured(), *arguments)
+    assert message in refused(capsys, "calibrate", measured(), *arguments)
 
 
-def test_options_that_mean_nothing_for_the_packaged_sets(capsys):
+def test_options_without_effect_on_the_packaged_sets(capsys):
     assert "--map with --packaged; allowed: with MEASUREMENTS.csv only" in refused(
-        capsys, "--packaged", "--map", MAP
+        capsys, "calibrate", "--packaged", "--map", MAP
     )
 
 
@@ -282,7 +277,7 @@ def test_temperature_of_rows_without_one(capsys, tmp_path, measured):
     assert "all rows: no oil temperature given, 298.15 K assumed" in calibration["notes"]
 
 
-def test_text_names_points_limits_and_what_is_assumed(capsys):
+def test_text_names_points_limits_and_assumptions(capsys):
     assert cli.main(["calibrate", str(PACKAGED_TORQUE), "--map", MAP]) == 0
     out = capsys.readouterr().out
     assert "Not identified by these data:\n" in out
@@ -298,7 +293,7 @@ def test_text_names_points_limits_and_what_is_assumed(capsys):
     assert "Only the total torque is identified" not in out
 
 
-def test_friction_file_carries_values_and_provenance(capsys, measured, tmp_path):
+def test_friction_file_contains_values_and_provenance(capsys, measured, tmp_path):
     output = tmp_path / "friction.toml"
     found, err = run(
         capsys, measured(), "--map", MAP, "--output", str(output), "--plot", str(tmp_path / "p.png")
@@ -354,7 +349,7 @@ def test_a_friction_file_of_another_screw_or_kinematics_is_refused(capsys, measu
         friction_set_of_file(tmp_path / "none.toml", GD4008)
 
 
-def test_a_file_name_with_quotes_survives_in_the_friction_file(capsys, measured, tmp_path):
+def test_a_file_name_with_quotes_is_kept_in_the_friction_file(capsys, measured, tmp_path):
     output = tmp_path / "friction.toml"
     path = measured(name='bench "3" \\ morning.csv')
     run(capsys, path, "--map", MAP, "--output", str(output))

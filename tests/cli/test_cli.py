@@ -1,4 +1,4 @@
-"""Command line: answers equal the API, every bad input is one line and exit code 2, the map answers fast."""
+"""Command line: results equal the API, bad input gives one line and exit code 2, short imports."""
 
 import csv
 import json
@@ -7,8 +7,10 @@ import re
 import subprocess
 import sys
 
+import command_line
 import numpy as np
 import pytest
+from command_line import refused
 from paths import PUBLISHED, ROOT
 from reference_screw import GD4008
 
@@ -21,24 +23,8 @@ POINT = ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")
 
 def run(capsys, *arguments):
     """Exit code, parsed JSON, stderr."""
-    code = cli.main([*arguments, "--json"])
-    out, err = capsys.readouterr()
+    code, out, err = command_line.run(capsys, *arguments, "--json")
     return code, json.loads(out) if out else None, err
-
-
-def refused(capsys, *arguments):
-    """The one line of a refusal."""
-    try:
-        code = cli.main(list(arguments))
-    except SystemExit as leave:
-        code = leave.code
-    out, err = capsys.readouterr()
-    assert code == 2
-    assert out == ""
-    lines = [line for line in err.splitlines() if "error" in line]
-    assert len(lines) == 1
-    assert "Traceback" not in err
-    return lines[0]
 
 
 def test_torque_is_that_of_the_map(capsys):
@@ -194,7 +180,7 @@ def test_screw_file_selects_kinematics_and_overrides(capsys, tmp_path):
     assert "ball_diameter" in refused(capsys, "torque", *POINT, "--screw", str(path))
 
 
-def test_map_info_tells_axes_and_hash(capsys):
+def test_map_info_prints_axes_and_hash(capsys):
     code, found, _ = run(capsys, "map", "info")
     assert code == 0
     assert set(found["axes"]) == {"force", "speed", "temperature", "preload", "share"}
@@ -208,7 +194,7 @@ def test_map_info_tells_axes_and_hash(capsys):
     assert default_friction_set(GD4008).provenance in text
 
 
-def test_calibrate_a_file_of_ones_own(capsys, tmp_path):
+def test_calibrate_a_user_file(capsys, tmp_path):
     """Torques made from known parameters are fitted back, written, and shown as lines for the screw file."""
     from section7 import MEASURED
 
@@ -318,7 +304,7 @@ def test_contact_points_mix_moes_and_dimensions(capsys, tmp_path):
 
 @pytest.mark.slow
 def test_direct_solve_agrees_with_the_map(capsys):
-    """Within what the certificate of the map states as its largest errors."""
+    """Bounds: the largest errors of the certificate of the map."""
     certificate = load_map(None, GD4008).header["certificate"]
     _, by_map, _ = run(capsys, "torque", *POINT)
     code, direct, _ = run(capsys, "torque", *POINT, "--direct")
@@ -339,7 +325,7 @@ def test_direct_solve_agrees_with_the_map(capsys):
     [("torque", *POINT), ("preload", "--torque-nm", "0.8", "--speed-rpm", "100", "--temperature-c", "30")],
     ids=["torque", "preload"],
 )
-def test_an_answer_from_the_map_imports_nothing_slow(arguments):
+def test_commands_that_read_the_map_import_nothing_slow(arguments):
     code = (
         "import sys; from ballscrew_tehl.cli.main import main; code = main(sys.argv[1:]);"
         "heavy = {'numba', 'scipy.optimize', 'xarray', 'pandas', 'matplotlib', 'rich'} & set(sys.modules);"
@@ -350,7 +336,7 @@ def test_an_answer_from_the_map_imports_nothing_slow(arguments):
     json.loads(done.stdout)
 
 
-def test_names_offered_are_those_known():
+def test_choices_of_the_parser_are_those_of_the_modules():
     """The parser repeats names so that it does not import the modules that define them."""
     from ballscrew_tehl.calibration.fit import LOSSES
     from ballscrew_tehl.calibration.packaged import PACKAGED_FILM
@@ -377,7 +363,7 @@ def test_module_and_pipe():
     )
     assert done.returncode == 0
     assert done.stdout.startswith("ballscrew_tehl ")
-    # a reader that leaves early gets no complaint
+    # a pipe that is closed early gives no error message
     command = f"{sys.executable} -m ballscrew_tehl validate | head -n 1"
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True)
     assert "Errno" not in done.stderr

@@ -1,4 +1,4 @@
-"""The command `map build`: one screw, a family of screws, what it refuses."""
+"""The command `map build`: one screw, a family of screws, bad input."""
 
 import dataclasses
 import json
@@ -44,7 +44,7 @@ def direct_torque(friction_set, preload, speed, temperature, factor):
 
 
 def certificate_row(nut_map, parameters, point):
-    """Deviations that tell the places in the result apart."""
+    """Different deviations in every place of the result."""
     share = (point[0] % 7.0) / 7.0
     return Deviation(0.01 * share, 0.1 * share, share)
 
@@ -72,7 +72,7 @@ def test_family_gets_a_map_for_every_screw(closed, tmp_path, capsys):
     results = json.loads(shown.out)
     assert [Path(result["file"]).name for result in results] == ["a.nc", "b.nc"]
     assert "s left" in shown.err
-    # neither journals nor trials are left
+    # no journal or trial file remains
     assert sorted(path.name for path in maps.iterdir()) == ["a.nc", "b.nc"]
     for result in results:
         nut_map = load_map(result["file"], load_parameters(str(folder / "a.toml")))
@@ -95,8 +95,8 @@ def test_tolerance_reaches_the_sampling(closed, tmp_path, monkeypatch):
     assert contacts[0] == 4 * 5**3 < contacts[1]
 
 
-def test_plain_progress_tells_every_stage_of_a_build_that_adds_work(capsys):
-    """Two stages of work and the certificate: each to its end, and no line for every call."""
+def test_plain_progress_shows_every_stage_of_a_build_that_adds_work(capsys):
+    """Two stages of work and the certificate, each printed to its end, without a line for every call."""
     with progress_bar() as progress:
         for finished in range(10, 901, 10):
             progress(finished, 900, "contacts solved")

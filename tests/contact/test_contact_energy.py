@@ -83,8 +83,8 @@ def test_plug_film_warms_by_its_closed_form(n_z, u_a, u_b):
     )
 
 
-def test_softening_does_not_move_the_fixed_point():
-    """The linearised source changes the way but vanishes once the temperature no longer changes."""
+def test_linearised_source_does_not_change_the_fixed_point():
+    """The linearisation changes the iterates; its term vanishes where the temperature no longer changes."""
     channel, plain = Channel(), Channel()
     channel.flow.soft[:] = 20.0  # times the rise: a source that halves within it
     first, _ = channel.sweep(), plain.sweep()
@@ -121,7 +121,7 @@ def test_convection_and_conduction_are_of_second_order():
     assert errors[-1] <= 1e-3
 
 
-# --- start of the iteration: a film sheared by itself --------------------------------------------------------------
+# --- start of the iteration: a film heated by shear alone -------------------------------------------------------------
 
 
 @pytest.mark.parametrize("slip", [1e-3, 0.5, 4.0, 30.0])
@@ -173,7 +173,7 @@ FLOWS = {"sliding": (1.5, 0.5), "recirculating": (1.0, -0.5)}
 
 
 class Film:
-    """Pressure and gap that vary, spin, and fluxes that do not conserve mass by themselves."""
+    """Varying pressure and gap, spin, and fluxes that do not conserve mass."""
 
     def __init__(self, mirror, u_a, u_b, whole=False, seed=3):
         rng = np.random.default_rng(seed)
@@ -193,7 +193,7 @@ class Film:
         film_flow.film_flow(
             oil.oil_table(REAL_OIL, T_IN), self.x, self.y, mirror, p, self.h, self.t, self.speeds, self.flow
         )
-        # the outer lines are solved over a part of their length, or all over the whole
+        # the outer lines are solved over a part of their length, or all lines completely
         inner = whole | (np.abs(self.y) < 1.5e-3)
         start = np.where(inner, 1, 4).astype(np.int64)
         end = np.where(inner, N_X - 1, N_X - 3).astype(np.int64)
@@ -286,7 +286,7 @@ def test_repeated_sweeps_close_the_heat_balance(mirror, u_a, u_b):
     assert change <= 1e-9
     balance = film.balance()
     assert np.ptp(film.t) > 5.0
-    # every part matters, so that none can be wrong unseen
+    # every part is large enough to matter
     for part in balance:
         assert abs(part) > 1e-3 * max(abs(p) for p in balance)
     assert abs(balance.defect) <= 1e-9
@@ -303,7 +303,7 @@ def test_face_flow_conserves_mass(mirror, u_a, u_b):
     for j in range(0 if mirror else 1, N_Y - 1):
         start, end = face.start[j], face.end[j]
         assert face.x[j, start - 1] @ weights == pytest.approx(heat * film.flux_x[j, start - 1], rel=1e-12)
-        # on the axis the line below is the one above, turned round
+        # on the axis the line below is the mirror image of the one above
         below = -face.y[0] if mirror and j == 0 else face.y[j - 1]
         inner = slice(start, end)
         out = np.diff(face.x[j, start - 1 : end], axis=0) / film.width[inner, None]
@@ -315,7 +315,7 @@ def test_face_flow_conserves_mass(mirror, u_a, u_b):
 
 
 @pytest.mark.parametrize("mirror", [True, False], ids=["mirror", "both halves"])
-def test_walls_take_the_temperature_that_their_heat_gives_them(mirror):
+def test_wall_temperatures_follow_from_their_heat(mirror):
     """Film and bodies in turn: a fixed point of sweep and update_walls satisfies T = T0 + K q at both walls."""
     n_x, n_z = 25, 6
     grid = uniform_grid(-2.0, 2.0, 1.5, n_x, 5 if mirror else 9, mirror)

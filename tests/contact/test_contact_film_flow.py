@@ -59,7 +59,7 @@ def combined(integrals):
     return {"Poiseuille": integrals["r1"] * e0 / e1 - integrals["r2"], "Couette": integrals["r1"] * e0}
 
 
-def test_closed_forms_are_the_printed_numbers():
+def test_closed_forms_equal_the_printed_numbers():
     for name, value in PRINTED.items():
         assert CLOSED[name] == pytest.approx(value, abs=5e-7), name
     for name, value in PRINTED_COMBINED.items():
@@ -82,7 +82,7 @@ def test_layers_converge_with_fourth_order(name):
 
 
 def test_default_layers_hold_the_flow_within_a_thousandth():
-    """What 8 layers leave of this strongly sheared film."""
+    """Error of 8 layers for this strongly sheared film."""
     found, exact = combined(integrals(8)), combined(CLOSED)
     for name, value in exact.items():
         assert found[name] == pytest.approx(value, rel=1e-3), name
@@ -138,7 +138,7 @@ def test_flux_is_that_of_the_notes():
     weights, parts = film_flow.layer_weights(64), combined(CLOSED)
     couette = GAP * (U_A + (U_B - U_A) * parts["Couette"])
     poiseuille = -(GAP**3) * parts["Poiseuille"] * P_X
-    assert abs(poiseuille) > 0.1 * couette  # both are asked for
+    assert abs(poiseuille) > 0.1 * couette  # both parts matter
     assert flow.m_x[at] @ weights == pytest.approx(OIL.density * (couette + poiseuille), rel=1e-6)
     assert flow.m_y[at] @ weights == pytest.approx(
         OIL.density * GAP * (0.2 - 0.3 * parts["Couette"]), rel=1e-6

@@ -100,7 +100,7 @@ def test_refinement_keeps_the_places_of_the_nodes():
 
 @pytest.mark.parametrize("ratio", [1.0, 0.2, 0.0353])
 def test_dry_contact_is_that_of_hertz(ratio):
-    """Pressure on the nodes, gap closed under it and open beside it: complementarity and the known answer."""
+    """Pressure on the nodes, gap zero under it and positive outside: complementarity and the closed form."""
     geometry = ContactGeometry(GridChoice(-2.0, 1.5, 1.3, 65, 17, 0.2), ratio)
     p, approach = geometry.dry_contact
     gap = geometry.gap(p, approach)
@@ -123,7 +123,7 @@ def test_dry_contact_on_a_grid_too_coarse_for_it_still_carries_the_load():
     assert np.isfinite(approach)
 
 
-def test_dry_contact_takes_its_load():
+def test_dry_contact_uses_the_given_load():
     geometry = ContactGeometry(GridChoice(-1.5, 1.5, 1.3, 33, 9), 1.0)
     light, _ = dry_contact(geometry.grid, geometry.undeformed, geometry.deflection, TARGET_LOAD / 8.0)
     # Hertz: an eighth of the load, half the pressure and half the radius
@@ -176,7 +176,7 @@ class State:
         return _Linearisation(self.geometry, p, self.geometry.gap(p, self.h_0 + d_h), self.film, 0.7)
 
     def unbounded(self, d_p, d_h):
-        """Residual without the penalty, and the load: what the Jacobian differentiates where nothing changes side."""
+        """Residual without the penalty, and the load: the function that the Jacobian differentiates."""
         linear, inner = self.linear(d_p, d_h), self.geometry.grid.inner
         p = self.p + d_p
         residual = linear.residual + (linear.penalty * p)[inner]
@@ -193,7 +193,7 @@ def test_scaled_jacobian_is_the_derivative_of_residual_and_load(state, what):
     """Film coefficients, deflection and load together, with temperatures and thinning that follow the pressure."""
     grid, linear = state.geometry.grid, state.linear()
     assert (linear.penalty > 0.0).any()
-    assert (linear.gap < 0.7).any()  # the safeguard of the gap is at work, too
+    assert (linear.gap < 0.7).any()  # the safeguard of the gap acts as well
     d_p = np.zeros_like(state.p)
     if what != "approach":
         d_p[grid.inner] = np.random.default_rng(12).normal(size=d_p[grid.inner].shape)
@@ -250,7 +250,7 @@ def test_gmres_with_the_line_preconditioner_solves_the_newton_system(state):
     assert used < plain
 
 
-def test_newton_step_is_taken_in_the_fluidity_where_pressure_flow_rules(state):
+def test_newton_step_is_taken_in_the_fluidity_where_pressure_flow_dominates(state):
     linear = state.linear()
     assert linear.flow_share.min() >= 0.0
     assert linear.flow_share.max() <= 1.0
@@ -267,7 +267,7 @@ def test_newton_step_is_taken_in_the_fluidity_where_pressure_flow_rules(state):
 # --- GMRES, mixing ----------------------------------------------------------------------------------------------------
 
 
-def test_gmres_ends_at_once_on_nothing_and_on_an_exact_preconditioner():
+def test_gmres_ends_at_once_for_zero_right_side_and_exact_preconditioner():
     solution, used, left = gmres(lambda v: v, lambda v: v, np.zeros(5), 1e-3, 4)
     assert (used, left) == (0, 0.0)
     np.testing.assert_array_equal(solution, 0.0)

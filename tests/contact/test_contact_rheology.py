@@ -70,7 +70,7 @@ def test_stress_never_passes_the_limiting_stress(p, newtonian, gradient):
 
 
 @pytest.mark.parametrize("update", STIFF.values(), ids=STIFF)
-def test_stiff_parameters_are_the_newtonian_oil(update):
+def test_large_parameters_give_the_newtonian_oil(update):
     eta = 60.0 * np.exp(-2.0 * np.linspace(0.0, 1.0, N_Z + 1))
     flow = {"p": 1e8, "eta": eta, "du": 3e-3, "dv": -1e-3, "p_x": 2e12, "p_y": -1e12}
     newtonian, _ = column({}, **flow)

@@ -1,4 +1,4 @@
-"""Results of a contact solve: what they carry, what they refuse, how they say that they did not converge."""
+"""Results of a contact solve: fields, bad input, reasons of missing convergence."""
 
 import math
 from dataclasses import replace
@@ -123,7 +123,7 @@ def test_finer_tolerance_moves_the_film_by_less_than_the_tolerance():
 # --- no convergence ----------------------------------------------------------------------------------------------
 
 
-def test_newton_that_runs_out_of_steps_says_so():
+def test_newton_without_convergence_gives_the_reason():
     solution = solve_contact(conditions(), OIL, STEEL, replace(COARSE, thermal=False, max_newton=1))
     assert not solution.converged
     assert "1 Newton step" in solution.reason
@@ -131,14 +131,14 @@ def test_newton_that_runs_out_of_steps_says_so():
 
 
 @pytest.mark.parametrize("max_thermal", [1, 3])
-def test_thermal_iteration_that_runs_out_of_steps_says_so(max_thermal):
+def test_thermal_iteration_without_convergence_gives_the_reason(max_thermal):
     solution = solve_contact(conditions(srr=1.0), OIL, STEEL, replace(COARSE, max_thermal=max_thermal))
     assert not solution.converged
     assert f"{max_thermal} thermal iterations" in solution.reason
     assert len(solution.temperature_history) == max_thermal
 
 
-def test_oil_that_blows_up_is_not_converged_or_finite():
+def test_overflowing_viscosity_is_not_converged_or_finite():
     """Viscosity times exp(300) at the Hertz pressure."""
     stiff = reference_oil("barus").model_copy(update={"pressure_viscosity": 1e-7})
     options = replace(COARSE, thermal=False, max_newton=30)
@@ -244,7 +244,7 @@ def test_very_high_load_takes_the_flagged_branch():
     film = moes(4e5, 2.0, LONG, "roelands", n_x=65, n_y=9)
     assert film.solution.branch == "asymptotic"
     assert film.Hc > film.Hm > 0.0
-    # below the formula as all the resolved ones, and falling with load
+    # below the formula like all resolved ones, and falling with load
     resolved = moes(4e4, 2.0, LONG, "roelands", n_x=65, n_y=9)
     assert resolved.solution.branch == "resolved"
     formula = nijenbanning_venner_moes(4e5, 2.0, LONG) / nijenbanning_venner_moes(4e4, 2.0, LONG)
@@ -287,7 +287,7 @@ def test_a_contact_is_resolved_from_2_8_cells_in_its_inlet(M, n_x):
     cells = length / (solution.x[edge] - solution.x[edge - 1])
     assert (
         abs(cells / 2.8 - 1.0) >= 0.08
-    )  # else the leading term of the gap, used in the solver, could decide
+    )  # otherwise the leading term of the gap, used in the solver, would suffice
     assert solution.branch == ("resolved" if cells >= 2.8 else "asymptotic")
 
 
@@ -298,8 +298,8 @@ def test_moderate_load_is_resolved():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("u_e", [1e-8, 1e-12])
-def test_hardly_moving_contact_is_answered_or_reported(u_e):
-    """Beyond any film: no exception, and no film that claims to have converged to nonsense."""
+def test_very_slow_contact_is_solved_or_reported(u_e):
+    """Practically no film: no exception, and no converged result without physical meaning."""
     at = ContactConditions(**(GOOD | {"u_1": u_e, "u_2": u_e}))
     solution = solve_contact(at, OIL, STEEL, replace(COARSE, thermal=False, max_newton=40))
     assert not solution.converged or solution.h_c > 0.0

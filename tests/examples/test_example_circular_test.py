@@ -1,4 +1,4 @@
-"""Quadrant glitch of the circular test: its height against the answer of the loop to a step, its angles."""
+"""Quadrant glitch of the circular test: its height against the step response of the loop, its angles."""
 
 import circular_test
 import numpy as np
@@ -33,8 +33,8 @@ def test_python_fmu_gives_the_same_run(result, synthetic_nut_map, tmp_path):
     with circular_test.FrictionFmu(fmu, axis, presliding=True) as friction:
         motion, _ = circular_test.circle(axis, 10e-3, 0.02, cutting_force=0.0, after=0.1)
         run = circular_test.simulate(axis, motion, friction)
-    wanted = result["runs"]["presliding", 0.02].friction_torque[: run.friction_torque.size]
-    assert run.friction_torque == pytest.approx(wanted, abs=1e-10)
+    expected = result["runs"]["presliding", 0.02].friction_torque[: run.friction_torque.size]
+    assert run.friction_torque == pytest.approx(expected, abs=1e-10)
 
 
 def test_picture_and_command_line(result, native_fmu, tmp_path, monkeypatch, capsys):

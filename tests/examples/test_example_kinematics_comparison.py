@@ -28,7 +28,7 @@ def test_rolling_frame_rolls_alike_on_both_raceways_published_does_not(result):
         (film[ROLLING, NUT] > film[ROLLING, SCREW]) & (film[ROLLING, NUT] < 1.1 * film[ROLLING, SCREW])
     )
     assert np.all(film[PUBLISHED, NUT] < 0.5 * film[PUBLISHED, SCREW])
-    # slip is too little to heat the inlet
+    # the slip is too small to heat the inlet
     assert film[SLIP] == pytest.approx(film[ROLLING], rel=5e-3)
 
 

@@ -26,7 +26,7 @@ def test_each_reversal_has_its_two_events(result):
     assert all(a.time < b.time for a, b in pairwise(result["events"]))
 
 
-def test_the_way_from_stick_to_slip_is_that_of_the_law(result, synthetic_nut_map):
+def test_transition_from_stick_to_slip_is_that_of_the_law(result, synthetic_nut_map):
     """From -1 to 0.7 of the sliding deflection one to one, then exponentially to 0.999 of it."""
     state = synthetic_nut_map.evaluate(2000.0, 0.0, 303.15)
     deflection = state.coulomb_torque / 100.0
@@ -54,7 +54,7 @@ def test_co_simulation_converges_to_it_in_first_order(result):
     assert result["tolerance_error"] < 1e-5
     assert 0.95 < result["order"] < 1.05
     assert result["errors"][-1] < 2e-3 < result["errors"][0] < 0.02
-    # what is left at steps of 0, see the head of the example, is still small compared with the last error
+    # the error at steps of 0, see the docstring of the example, is small compared with the last error
     slip = result["events"][0]
     coulomb = float(np.abs(result["exchange"][:, 3]).max())
     assert result["errors"][-1] > 3.0 * 0.001 * coulomb * (0.3 * coulomb / 100.0) / (slip.speed * 0.01)

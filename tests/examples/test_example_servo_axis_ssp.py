@@ -132,11 +132,11 @@ def test_an_axis_that_is_unstable_in_such_masters_is_refused(native_fmu, tmp_pat
 def test_each_master_agrees_with_the_script_that_steps_both_at_once(result, master):
     series, run = series_of(result, master), result["parallel"]
     for field, name in servo_axis_ssp.OBSERVED.items():
-        wanted = getattr(run, field)
-        assert series[name].size == wanted.size
-        gap = np.abs(series[name][:-1] - wanted[1:]).max()
-        assert gap <= AGREEMENT * np.abs(wanted).max(), name
-        assert gap <= 1.001 * result[f"from_parallel_{master}"] * np.abs(wanted).max(), name
+        expected = getattr(run, field)
+        assert series[name].size == expected.size
+        gap = np.abs(series[name][:-1] - expected[1:]).max()
+        assert gap <= AGREEMENT * np.abs(expected).max(), name
+        assert gap <= 1.001 * result[f"from_parallel_{master}"] * np.abs(expected).max(), name
     assert result[f"in_range_{master}"] is True
     assert result[f"spike_um_{master}"] == pytest.approx(result["spike_um_parallel"], rel=1e-6)
 
@@ -188,7 +188,7 @@ def test_the_axis_fmu_steps_as_the_drive_does(axis_fmu):
         ({"radius": 0.0}, AXIS.step, "radius and feed above 0"),
     ],
 )
-def test_the_axis_fmu_discards_what_it_cannot_do(axis_fmu, values, step, message):
+def test_the_axis_fmu_discards_unsupported_steps(axis_fmu, values, step, message):
     with FmuInstance(axis_fmu, **values) as instance:
         before = instance.outputs()
         assert instance.step(step) is False

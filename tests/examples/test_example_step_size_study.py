@@ -1,4 +1,4 @@
-"""Explicit coupling: first order in the step, and the borders of stability where the closed forms say."""
+"""Explicit coupling: first order in the step, stability limits against closed forms."""
 
 import numpy as np
 import pytest
@@ -18,12 +18,12 @@ def test_all_couplings_are_of_first_order(result):
         assert 0.9 < order < 1.2, key
         halved = result["errors"][key][1:] / result["errors"][key][:-1]
         assert np.all((halved > 0.4) & (halved < 0.6)), key
-    for law in study.LAWS:  # the older torque costs accuracy
+    for law in study.LAWS:  # the delayed torque reduces accuracy
         assert np.all(result["errors"][law, "parallel"] > 2.0 * result["errors"][law, "sequential"])
 
 
 @pytest.mark.parametrize("master", study.MASTERS)
-def test_borders_of_stability_are_the_closed_forms(result, master):
+def test_stability_limits_are_the_closed_forms(result, master):
     assert result["limits"]["parallel"] == pytest.approx([0.16, 0.25, 0.16])
     assert result["limits"]["sequential"] == pytest.approx([3.6, 3.0, 2.4])
     assert result["borders"][master] == pytest.approx(result["limits"][master], rel=0.03)

@@ -16,7 +16,7 @@ def result():
     return thermal_reduction.main((1000.0,), RATIOS)
 
 
-def test_film_hardly_heats_in_pure_rolling_and_falls_with_sliding(result):
+def test_film_is_nearly_isothermal_in_pure_rolling_and_falls_with_sliding(result):
     film, flow = result["film"][0], result["flow"][0]
     # inlet heating alone: formula 2.8 %, solve 2.0 %
     assert film[0] == pytest.approx(result["formula"][0, 0], abs=0.015)
@@ -24,10 +24,10 @@ def test_film_hardly_heats_in_pure_rolling_and_falls_with_sliding(result):
     # from some sliding on; before, the oil of the hot contact expands a little more than the inlet loses
     assert np.all(np.diff(film[2:]) < 0.0)
     assert np.all(np.abs(film[:3] - film[0]) < 0.006)
-    # the oil runs with the faster, colder surface: the film loses more than the flow
+    # the oil moves with the faster, colder surface: film thickness falls more than flow
     assert flow[0] == pytest.approx(film[0], rel=1e-6)
     assert np.all(np.diff(flow - film)[2:] > 0.0)
-    # no faster than that surface
+    # its speed is at most that of this surface
     assert np.all(flow < film * (1.0 + 0.5 * result["srr"]) * (1.0 + 1e-12))
 
 
@@ -45,7 +45,7 @@ def test_deviation_of_the_formula_is_the_one_that_was_found(result):
     deviation = result["deviation"][0]
     assert result["formula"] == pytest.approx(wilson_sheu(result["N"][0], result["srr"])[None, :], rel=1e-12)
     assert deviation == pytest.approx(result["formula"][0] / result["film"][0] - 1.0, rel=1e-12)
-    # too much off the film at moderate sliding, too little where one surface is at rest
+    # reduction too large at moderate sliding, too small where one surface is at rest
     moderate = np.array(RATIOS) <= 1.5
     assert np.all((deviation[moderate] > -0.12) & (deviation[moderate] < 0.02))
     assert 0.30 < deviation[-1] < 0.40

@@ -1,4 +1,4 @@
-"""The example behind the README's picture."""
+"""The example that draws the picture of the README."""
 
 import numpy as np
 import pytest

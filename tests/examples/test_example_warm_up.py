@@ -41,7 +41,7 @@ def test_the_end_is_the_steady_balance_with_the_torque_of_the_map(result, synthe
     assert result["in_range"]
 
 
-def test_torque_falls_all_the_way_and_preload_follows_the_temperatures(result):
+def test_torque_falls_steadily_and_preload_follows_the_temperatures(result):
     drive, rows = result["drive"], result["coupled"]
     _, nut, screw, preload, torque, power = rows.T
     assert np.all(np.diff(nut) > -1e-6)
@@ -50,7 +50,7 @@ def test_torque_falls_all_the_way_and_preload_follows_the_temperatures(result):
     # 0.5 * 4e8 N/m * 11.5e-6 1/K * (2 * 20 mm * cot 45 deg - 80 mm)
     assert drive.preload_slope == pytest.approx(-92.0)
     assert preload == pytest.approx(2000.0 - 92.0 * (screw - nut), rel=1e-12)
-    assert result["preload_extreme_N"] > result["preload_warm_N"] > drive.preload  # the nut is ahead
+    assert result["preload_extreme_N"] > result["preload_warm_N"] > drive.preload  # the nut is warmer
 
 
 def test_picture_and_command_line(result, native_fmu, tmp_path, monkeypatch, capsys):

@@ -99,7 +99,7 @@ def test_torque_with_presliding_opposes_sliding_and_springs_back_after_the_rever
     assert np.any(run.friction_torque * run.speed < 0.0)
 
 
-def test_the_bristle_unwinds_with_its_stiffness_after_the_reversal(result, axis, synthetic_nut_map):
+def test_the_bristle_unloads_with_its_stiffness_after_the_reversal(result, axis, synthetic_nut_map):
     run = result["runs"]["circle_presliding"]
     turn = int(np.argmax(run.angle))
     _, coulomb = map_torques(synthetic_nut_map, axis, run, slice(turn, turn + 1))
@@ -172,15 +172,15 @@ def test_plot_writes_a_picture(servo_axis, result, tmp_path):
         drawn = [
             half.any() for column in np.array_split(near, 2, axis=1) for half in np.array_split(column, 3)
         ]
-        assert sum(drawn) == panels  # curves in the panels where this run belongs
+        assert sum(drawn) == panels  # one curve per panel of this run
 
 
 def test_command_line_prints_the_numbers_and_draws(servo_axis, fmu, result, tmp_path, monkeypatch, capsys):
-    asked = []
-    monkeypatch.setattr(servo_axis, "main", lambda path: asked.append(path) or result)
+    called = []
+    monkeypatch.setattr(servo_axis, "main", lambda path: called.append(path) or result)
     picture = tmp_path / "a.png"
     assert servo_axis.command_line(["--fmu", str(fmu), "--plot", str(picture)]) == 0
-    assert asked == [fmu]
+    assert called == [fmu]
     assert picture.exists()
     printed, errors = capsys.readouterr()
     spike = next(line for line in printed.splitlines() if line.startswith("circle_spike_um")).split()

@@ -30,7 +30,7 @@ def cache_folder(tmp_path_factory):
     return tmp_path_factory.mktemp("cache")
 
 
-#: of the C compiler, as it is without the environment of the tests: an empty one compiles the stubs of five C libraries
+#: of the C compiler, outside the environment of the tests: an empty cache costs compiling the stubs of five libraries
 COMPILER_CACHE = os.environ.get("ZIG_GLOBAL_CACHE_DIR") or os.path.join(
     os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "zig"
 )
@@ -38,7 +38,7 @@ COMPILER_CACHE = os.environ.get("ZIG_GLOBAL_CACHE_DIR") or os.path.join(
 
 @pytest.fixture(autouse=True)
 def user_cache(monkeypatch, cache_folder):
-    """A cache of the tests' own, for all FMUs that refine."""
+    """A cache folder of the tests for all FMUs that refine."""
     monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", COMPILER_CACHE)
     for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
         monkeypatch.setenv(name, str(cache_folder))

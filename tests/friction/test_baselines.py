@@ -17,7 +17,7 @@ def test_slopes():
 
 @pytest.mark.parametrize(("preload", "printed"), [(4000.0, 1.594), (5000.0, 1.993), (6000.0, 2.392)])
 def test_zhou_reproduces_the_printed_torques_to_all_digits(preload, printed):
-    # 1.9933 and 2.3919 round to the print; 1.5946 stands there as 1.594
+    # 1.9933 and 2.3919 round to the printed digits; 1.5946 is printed as 1.594
     assert float(baselines.zhou_torque(SCREW, preload)) == pytest.approx(printed, abs=1e-3)
 
 

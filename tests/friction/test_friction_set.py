@@ -31,7 +31,7 @@ FULL = FrictionSet(
 )  # fmt: skip
 
 
-def test_a_set_survives_its_file(tmp_path):
+def test_a_set_is_the_same_after_writing_and_reading(tmp_path):
     path = tmp_path / "sets.toml"
     bare = FrictionSet("two_parameter", "published", "solved", 8.0, 0.004)
     sets = {("published", "three_parameter"): FULL, ("published", "two_parameter"): bare}
@@ -79,7 +79,7 @@ def test_parameters_select_the_set(kinematics, name):
     assert found == load_friction_sets()[kinematics, name]
 
 
-def test_overrides_replace_values_and_drop_what_was_known_of_the_fit():
+def test_overrides_replace_values_and_drop_the_data_of_the_fit():
     found = default_friction_set(
         changed(GD4008, friction={"net_sliding_coefficient": 0.0, "roughness_height": 1e-9})
     )

@@ -23,13 +23,13 @@ PUBLISHED_VALUES = (0.297 / 0.033, 0.0037, 0.0)
 SET = FrictionSet("by hand", "published", "hamrock_dowson", *PUBLISHED_VALUES)
 
 
-def test_films_of_the_hand_check():
+def test_films_against_hand_calculation():
     sums = uniform_sums(1000.0, 100 * RPM)
     assert round(1e9 * sums.film_screw, 1) == 42.9
     assert round(1e9 * sums.film_nut, 1) == 23.1
 
 
-def test_eleven_torques_of_the_hand_check():
+def test_eleven_torques_against_hand_calculation():
     # eta_i = 0.297 Pa s, mu = 0.0037, without hysteresis; four digits stated
     stated = [0.4442, 0.8152, 1.1673, 1.5085, 1.8423, 2.1705, 0.5965, 0.6915, 0.7580, 0.8108, 0.8555]
     found = BASIS.torque(PUBLISHED_VALUES) - BASIS.hysteresis
@@ -70,7 +70,7 @@ def test_speed_at_which_viscous_equals_sliding(values, stated, within):
     assert rpm == pytest.approx(stated, abs=within)
 
 
-def test_production_chain_stays_near_the_uniform_one():
+def test_production_model_is_close_to_uniform_loads():
     # loaded angle and true loads shift the torque by 1 to 3 %, more at high preload
     film = HamrockDowsonFilm(GD4008)
     for preload, least, most in ((1000.0, 0.002, 0.02), (6000.0, 0.01, 0.04)):
@@ -95,7 +95,7 @@ def test_axial_load_adds_to_one_nut_and_relieves_the_other():
         for f in (shared.force_a, shared.force_b)
     ]
     assert found.total == pytest.approx(sum(alone), rel=1e-12)
-    # the sums over the loads as they are under the axial load differ by the bodies' stretch only
+    # the sums over the loads under the axial load differ only by the elongation of the bodies
     exact = sum(
         nut_sums(GD4008, loads, 50.0, 303.0, film).torque(*PUBLISHED_VALUES).total
         for loads in (shared.Q_a, shared.Q_b)
@@ -170,8 +170,8 @@ def test_preload_is_found_in_few_steps(power, target):
         calls.append(preload)
         return 0.4 * (preload / 1000.0) ** power
 
-    wanted = 1000.0 * (target / 0.4) ** (1.0 / power)
-    assert preload_from_torque(torque, target, 0.0, 2.0 * wanted + 1e5) == pytest.approx(wanted, rel=1e-10)
+    preload = 1000.0 * (target / 0.4) ** (1.0 / power)
+    assert preload_from_torque(torque, target, 0.0, 2.0 * preload + 1e5) == pytest.approx(preload, rel=1e-10)
     assert len(calls) <= (60 if power > 1.0 else 20)
 
 
@@ -187,7 +187,7 @@ def test_preload_and_torque_are_inverse():
     assert found == pytest.approx(2345.0, rel=1e-9)
 
 
-def test_torque_out_of_reach_says_what_is_reached():
+def test_error_for_an_unreachable_torque_names_the_range():
     with pytest.raises(ValueError, match=r"torque = 5 N.m; allowed .* 0 to 2 N.m"):
         preload_from_torque(lambda preload: 2e-3 * preload, 5.0, 0.0, 1000.0)
     for bad in (-1.0, math.nan):

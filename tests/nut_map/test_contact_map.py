@@ -29,7 +29,7 @@ SCREW = GD4008.screw
 MAP = small_map().contact_map
 INTERPOLATED = (*FILMS, "temperature_rise")
 PACKAGED = [name for name in KINEMATICS if packaged_map(name).exists()]
-#: the closed formula takes the mean radii of the balls that are asked for together: a ball alone differs by 6e-5
+#: the closed formula takes the mean radii of the balls of one call: a ball alone differs by 6e-5
 ALONE = 1e-4
 POINT = (30.0, 30.0, 303.0)
 
@@ -47,13 +47,13 @@ def assert_nodes_come_back(contact_map):
                     np.testing.assert_allclose(found, contact_map.samples[raceway][name][:, j, k], rtol=1e-11)
 
 
-def test_nodes_come_back():
+def test_map_equals_samples_at_the_nodes():
     assert_nodes_come_back(MAP)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kinematics", PACKAGED)
-def test_nodes_of_a_packaged_map_come_back(kinematics):
+def test_packaged_map_equals_samples_at_the_nodes(kinematics):
     contact_map = load_contact_map(None, changed(GD4008, friction={"kinematics": kinematics}))
     assert_nodes_come_back(contact_map)
     for raceway in RACEWAYS:
@@ -89,7 +89,7 @@ def test_one_load_and_many_give_the_same():
             np.testing.assert_allclose(many, alone, rtol=ALONE)
 
 
-def test_ends_of_the_range_belong_to_it():
+def test_ends_of_the_range_are_included():
     for ends in zip(MAP.axes.load[:2], MAP.axes.speed[:2], MAP.axes.temperature[:2], strict=True):
         load, speed, temperature = (value * (1.0 + 1e-12) for value in ends)
         assert np.isfinite(MAP.evaluate("nut", FILMS[0], np.array([load]), speed, temperature)).all()
@@ -162,7 +162,7 @@ def test_impossible_contact_is_refused(arguments, named):
 
 
 @pytest.mark.parametrize("thermal", [False, True])
-def test_unconverged_contact_is_tried_on_other_grids_and_named(monkeypatch, thermal):
+def test_unconverged_contact_is_solved_on_other_grids_and_named(monkeypatch, thermal):
     calls = []
 
     def solve(conditions, oil, solid, options):
@@ -190,7 +190,7 @@ def test_unconverged_contact_is_tried_on_other_grids_and_named(monkeypatch, ther
 
 @pytest.mark.slow
 def test_thermal_film_of_a_nanometre_is_continued_from_lower_loads():
-    """The published nut contact slides nearly purely: heat leaves a twentieth of the cold film, the bodies touch."""
+    """The published nut contact is nearly pure sliding: the hot film is 1/20 of the cold one, the bodies touch."""
     at = (2.0, 283.15, True)
     solution = solve_ball(GD4008, "nut", 248.6, *at)
     assert solution.converged
@@ -243,7 +243,7 @@ def test_direct_film_is_that_of_each_ball_solved():
 
 @pytest.mark.parametrize("thermal", [False, True])
 @pytest.mark.parametrize(("width", "nodes"), [(1.05, LOAD_NODES), (1.29, LOAD_NODES + 1), (20.0, 14)])
-def test_direct_film_remembers_and_takes_more_nodes_over_a_wide_range(monkeypatch, thermal, width, nodes):
+def test_direct_film_caches_solves_and_takes_more_nodes_over_a_wide_range(monkeypatch, thermal, width, nodes):
     calls = []
 
     def solve(*arguments):
@@ -260,7 +260,7 @@ def test_direct_film_remembers_and_takes_more_nodes_over_a_wide_range(monkeypatc
     assert {call[-1] for call in calls} == {thermal}
     np.testing.assert_array_equal(first, again[::-1])
     expected = [closed_ball(GD4008, "nut", load, 30.0, 303.0, thermal).h_c for load in loads]
-    # three nodes do not hold the cubic
+    # three nodes do not reproduce the cubic
     np.testing.assert_allclose(first, expected, rtol=1e-10 if nodes > LOAD_NODES else 1e-7)
     film.central_film("screw", loads, 30.0, 303.0)
     film.central_film("screw", loads, 31.0, 303.0)

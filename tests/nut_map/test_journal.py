@@ -1,4 +1,4 @@
-"""Contacts that outlive an interrupted build, sampling that refines itself, builds on a cluster."""
+"""The journal of solved contacts after interrupts and kills, and builds on a cluster."""
 
 import json
 import os
@@ -29,7 +29,7 @@ def piece(shift=0.0):
     return {name: SPEEDS * np.pi + k + shift for k, name in enumerate(QUANTITIES)}
 
 
-def test_numbers_come_back_to_the_last_bit(tmp_path):
+def test_numbers_are_read_back_to_the_last_bit(tmp_path):
     path = tmp_path / "a" / "x.contacts"
     with journal_of(path) as journal:
         journal.add("nut", 0.1, SPEEDS, 303.15, piece())
@@ -44,7 +44,7 @@ def test_numbers_come_back_to_the_last_bit(tmp_path):
 
 
 @pytest.mark.parametrize("cut", [1, 7, 200])
-def test_line_that_is_not_whole_is_cut_off(tmp_path, cut):
+def test_incomplete_line_is_cut_off(tmp_path, cut):
     path = tmp_path / "x.contacts"
     with journal_of(path) as journal:
         journal.add("nut", 0.1, SPEEDS, 303.15, piece())
@@ -57,7 +57,7 @@ def test_line_that_is_not_whole_is_cut_off(tmp_path, cut):
 
 
 @pytest.mark.parametrize("bytes_", [b"", b'{"format": 1, "ver'])
-def test_file_that_never_got_its_first_line_is_begun_anew(tmp_path, bytes_):
+def test_file_without_complete_first_line_is_started_again(tmp_path, bytes_):
     path = tmp_path / "x.contacts"
     path.write_bytes(bytes_)
     with journal_of(path) as journal:
@@ -66,7 +66,7 @@ def test_file_that_never_got_its_first_line_is_begun_anew(tmp_path, bytes_):
 
 
 @pytest.mark.parametrize("other", [{"parameters": '{"a": 1}'}, {"version": "2"}])
-def test_journal_of_something_else_is_refused(tmp_path, other):
+def test_journal_of_another_map_is_refused(tmp_path, other):
     path = tmp_path / "x.contacts"
     with journal_of(path):
         pass
@@ -82,13 +82,13 @@ def test_journal_of_something_else_is_refused(tmp_path, other):
     assert before.startswith(b'{"format"')
 
 
-def test_closed_journal_takes_nothing(tmp_path):
+def test_closed_journal_accepts_nothing(tmp_path):
     journal = journal_of(tmp_path / "x.contacts")
     with pytest.raises(ValueError, match="not open"):
         journal.add("nut", 0.1, SPEEDS, 303.15, piece())
 
 
-def test_solved_knows_what_is_missing():
+def test_solved_contains_only_what_is_in_the_journal():
     solved = Solved()
     solved.add("nut", 3.0, SPEEDS[:2], 303.15, {name: v[:2] for name, v in piece().items()})
     assert solved.missing("nut", 3.0, SPEEDS, 303.15).tolist() == [1.0 / 3.0]
@@ -97,7 +97,7 @@ def test_solved_knows_what_is_missing():
     assert solved.missing("nut", 3.0 * (1.0 + 1e-15), SPEEDS, 303.15).size == 1
 
 
-def test_second_build_of_the_same_map_is_refused_while_the_first_one_works(tmp_path):
+def test_second_build_of_the_same_map_is_refused_while_the_first_one_runs(tmp_path):
     path = tmp_path / "x.contacts"
     with journal_of(path) as journal:
         journal.add("nut", 0.1, SPEEDS, 303.15, piece())
@@ -118,7 +118,7 @@ class InterruptError(Exception):
     pass
 
 
-def test_interrupted_build_goes_on_where_it_stopped(tmp_path, monkeypatch):
+def test_interrupted_build_continues_where_it_stopped(tmp_path, monkeypatch):
     journal, solved = tmp_path / "x.contacts", []
 
     def row(*arguments):
@@ -188,12 +188,12 @@ if __name__ == "__main__":
             os.kill(worker, 0)
         except ProcessLookupError:
             break
-        # a stopped worker may wait for whoever takes over its parent's children
+        # a stopped worker stays a zombie until the new parent process reaps it
         if Path(f"/proc/{worker}/stat").read_text().split()[2] == "Z":
             break
         time.sleep(0.1)
     else:
-        pytest.fail("the worker goes on")
+        pytest.fail("the worker is still running")
 
 
 # --- a cluster ---
@@ -223,7 +223,7 @@ def test_cluster_that_loses_a_worker_builds_the_same_map(tmp_path):
 
 
 def slow_row(*arguments):
-    """closed_row that takes a while: a worker dies in the middle of one."""
+    """Slow closed_row, so that a worker is killed during a call."""
     time.sleep(0.05)
     return closed_row(*arguments)
 

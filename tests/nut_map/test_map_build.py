@@ -39,8 +39,8 @@ from ballscrew_tehl.physics.load import double_nut_loads, nut_loads, separation_
 SCREW = GD4008.screw
 FRICTION = FrictionSet("test", "published", "solved", 7.0, 0.005, 3e-8)
 MAP = nut_map_of(small_map())
-#: what the few nodes of GRID leave, and the closed formula of the contact map: it takes the mean radii of the balls
-#: that are asked for together, so that a ball among others differs from the same ball alone by 6e-5
+#: error of the few nodes of GRID and of the closed formula of the contact map: it takes the mean radii of the balls
+#: of one call, so that a ball among others differs from the same ball alone by 6e-5
 CLOSED = 4e-4
 
 
@@ -64,7 +64,7 @@ def direct_torque(preload, speed, temperature, axial_load=0.0, film=FILM_MODELS[
 
 
 @pytest.mark.parametrize("grid", [GRID, MapGrid()], ids=["small", "default"])
-def test_sampling_axes_hold_the_loads_of_all_balls(grid):
+def test_sampling_axes_cover_the_loads_of_all_balls(grid):
     axes = contact_axes(GD4008, grid)
     assert axes.shape == grid.contact_nodes
     assert (axes.speed[:2], axes.temperature[:2]) == (grid.speed[:2], grid.temperature[:2])
@@ -77,7 +77,7 @@ def test_sampling_axes_hold_the_loads_of_all_balls(grid):
     assert axes.load[1] < 1.05 * nut_loads(SCREW, grid.force[1], SCREW.loaded_ball_count).max()
 
 
-def test_every_sample_stands_at_its_node():
+def test_every_sample_is_stored_at_its_node():
     """Four threads finish out of order."""
     with ThreadPoolExecutor(4) as executor:
         contact_map = closed_build(executor=executor).contact_map
@@ -116,7 +116,7 @@ def test_progress_rises_to_the_end():
     assert all(texts)
 
 
-def test_row_keeps_its_columns_apart(monkeypatch):
+def test_row_keeps_its_columns_in_order(monkeypatch):
     """Isothermal film from the isothermal solve, all else but the branch from the thermal one."""
 
     def solve(parameters, raceway, load, speed, temperature, thermal):
@@ -172,7 +172,7 @@ JOBS = 2 * len(RACEWAYS) * GRID.contact_nodes[0] * GRID.contact_nodes[2]
 
 
 class Reluctant(Executor):
-    """Runs the first jobs when they are handed in, never the others."""
+    """Runs the first jobs when they are submitted, never the others."""
 
     def __init__(self, run: int) -> None:
         self.run, self.futures = run, []
@@ -225,7 +225,7 @@ def test_interrupt_cancels_the_rest(monkeypatch):
     assert all(future.cancelled() for future in executor.futures[2:])
 
 
-def test_error_of_a_worker_survives_the_way_home():
+def test_error_of_a_worker_is_unpickled_unchanged():
     error = pickle.loads(pickle.dumps(UnconvergedContactError("contact not solved: nut")))
     assert isinstance(error, UnconvergedContactError)
     assert str(error) == "contact not solved: nut"
@@ -362,7 +362,7 @@ def test_extremes_are_those_of_all_balls_that_carry():
 
 
 def test_columns_of_the_extremes_are_those_of_their_raceway():
-    """The answer of the map is the extreme of both raceways: exchanged columns do not show in it."""
+    """The map returns the extreme of both raceways, which does not change with exchanged columns."""
     columns = extreme_values(GD4008, small_map().contact_map, GRID)
     for i, force in enumerate(nodes("force")):
         loads = nut_loads(SCREW, force, SCREW.loaded_ball_count)
@@ -379,7 +379,7 @@ def test_columns_of_the_extremes_are_those_of_their_raceway():
 # --- sharing of the axial load ---
 
 
-def test_relieved_nut_goes_from_the_preload_to_nothing():
+def test_relieved_nut_goes_from_the_preload_to_zero():
     ratio, relieved = sharing_values(GD4008, GRID)
     assert relieved.shape == (GRID.preload[2], GRID.share_nodes, 2)
     assert (relieved[:, 0] == 1.0).all()
@@ -397,14 +397,14 @@ def test_relieved_nut_goes_from_the_preload_to_nothing():
 
 @pytest.mark.parametrize("share", [-1.2, -0.99, -0.6, -0.1, 0.05, 0.35, 0.8, 0.97, 1.1])
 def test_forces_of_the_nuts_are_those_of_the_load_distribution(share):
-    """Which nut is relieved does not show in a sum over both, how much each carries does."""
+    """A sum over both nuts does not depend on which one is relieved, only on the two forces."""
     for preload in (450.0, 1100.0, 3000.0):
         sign = 1 if share > 0.0 else -1
         axial = share * separation_load(SCREW, preload, SCREW.ball_count, sign)
         loads = double_nut_loads(SCREW, preload, axial, SCREW.ball_count)
         relieved, loaded = sorted((loads.force_a, loads.force_b))
         found = MAP._forces_point(preload, axial)
-        # the spline over the share leaves 3e-5 near the end where the nut comes free
+        # error of the spline over the share 3e-5, near the end where the nut separates
         assert found == pytest.approx((relieved, loaded), abs=1e-4 * preload)
         assert found[1] - found[0] == pytest.approx(abs(axial), rel=1e-12)
         assert (relieved == 0.0) == (abs(share) > 1.0)

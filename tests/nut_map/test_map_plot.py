@@ -1,4 +1,4 @@
-"""The picture of a map: what is drawn is what the map answers, where it was sampled and what its certificate found."""
+"""The picture of a map: curves, samples and points of the certificate are those of the map."""
 
 import json
 import os
@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import run
 from reference_screw import GD4008
 from synthetic_contacts import GRID, closed_build, closed_row, small_map
 
@@ -48,7 +49,7 @@ def certified(nut_map, count=9):
 
 
 def saved(folder, certificate=None, built=None) -> Path:
-    """A map file; without a certificate of its own it gets one with points."""
+    """A map file; without a certificate one with points is added."""
     path = folder / "small.nc"
     if certificate is None:
         save_map(path, built or small_map(), {})
@@ -82,24 +83,18 @@ def panel(figure, name):
 
 
 def lines(axes):
-    """Coordinates of the lines that hold numbers (an entry of a legend alone holds none)."""
+    """Coordinates of the lines that hold data (entries of a legend hold none)."""
     return [line.get_xydata().T for line in axes.lines if line.get_xydata().size]
-
-
-def run(capsys, *arguments):
-    """Exit code, output, complaints."""
-    code = cli.main([*map(str, arguments)])
-    return code, *capsys.readouterr()
 
 
 # --- lines ---
 
 
-def test_lines_are_the_answers_of_the_map_point_by_point(picture, figure):
+def test_lines_are_the_values_of_the_map_point_by_point(picture, figure):
     nut_map, speeds = picture.nut_map, picture.speed
 
     def answers(preload, temperature):
-        # one point at a time: not the way the picture takes
+        # one point at a time, other than the picture
         return [nut_map.evaluate(float(preload), float(w), float(temperature)) for w in speeds[::40]]
 
     assert (speeds[0], speeds[-1]) == tuple(GRID.speed[:2])
@@ -154,7 +149,7 @@ def test_asymptotic_samples_are_marked_on_their_raceway(tmp_path):
 # --- certificate ---
 
 
-def test_certificate_holds_each_point_and_what_was_found_there(path):
+def test_certificate_holds_each_point_and_its_deviations(path):
     nut_map = load_map(path, GD4008)
     each, points = nut_map.header["certificate"]["each"], operating_points(nut_map, 9)
     assert list(POINT) == ["preload", "speed", "temperature", "axial_load"]
@@ -170,7 +165,7 @@ def test_certificate_holds_each_point_and_what_was_found_there(path):
 
 
 @pytest.mark.parametrize("error", ERRORS)
-def test_points_of_the_certificate_stand_at_their_heaviest_ball_and_show_their_error(picture, error):
+def test_points_of_the_certificate_are_drawn_at_their_heaviest_ball_with_their_error(picture, error):
     each = picture.nut_map.header["certificate"]["each"]
     figure = map_figure(picture, error)
     columns = [each[name] for name in POINT]
@@ -235,7 +230,7 @@ def test_map_without_points_is_drawn_without_them(tmp_path, capsys, certificate,
     assert [found[f"{name}_error"] for name in ERRORS] == [None] * 3
 
 
-def test_caption_tells_sampling_errors_and_certificate(picture, figure):
+def test_caption_states_sampling_errors_and_certificate(picture, figure):
     text = figure.get_supxlabel()
     assert text == caption(picture)
     speed = picture.nut_map.header["sampling_errors"]["speed"]
@@ -271,7 +266,7 @@ def test_points_of_the_certificate_stay_out_of_tables_and_documentation(path, ca
 
 
 @pytest.mark.slow
-def test_json_tells_file_and_extremes_of_what_is_drawn(path, picture, figure, tmp_path, capsys):
+def test_json_holds_file_and_extremes_of_the_curves(path, picture, figure, tmp_path, capsys):
     target = tmp_path / "picture.png"
     code, out, err = run(capsys, "map", "plot", path, "--output", target, "--json")
     assert (code, err) == (0, "")
@@ -334,13 +329,8 @@ def test_bad_output_is_refused_in_one_line_before_anything_is_read(tmp_path, cap
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.png").mkdir()
     before = sorted(tmp_path.rglob("*"))
-    arguments = ["map", "plot", str(tmp_path / "none.nc")]
-    arguments += [] if output is None else ["--output", f"{tmp_path}/{output}"]
-    try:
-        code = cli.main(arguments)
-    except SystemExit as leave:
-        code = leave.code
-    out, err = capsys.readouterr()
+    target = [] if output is None else ["--output", tmp_path / output]
+    code, out, err = run(capsys, "map", "plot", tmp_path / "none.nc", *target)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert named in err
     assert sorted(tmp_path.rglob("*")) == before
@@ -356,7 +346,7 @@ def test_bad_map_and_unknown_error_are_refused(path, picture, tmp_path, capsys):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_picture_that_cannot_be_written_leaves_the_old_one(path, figure, tmp_path, monkeypatch, capsys):
+def test_a_failed_write_keeps_the_old_picture(path, figure, tmp_path, monkeypatch, capsys):
     from matplotlib.figure import Figure
 
     def full(self, target, **settings):

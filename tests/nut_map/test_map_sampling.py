@@ -1,4 +1,4 @@
-"""Sampling of a map by its error: which nodes are solved, what the others are taken to be."""
+"""Sampling of a map by its error: solved and interpolated nodes."""
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -32,8 +32,8 @@ def solves(contact_map):
 
 
 @pytest.fixture(autouse=True)
-def films_count_as_they_are(monkeypatch):
-    """The closed films are thinner than what the errors are measured by."""
+def negligible_film_floor(monkeypatch):
+    """Lower FILM_FLOOR: the closed films are thinner than it."""
     monkeypatch.setattr(sampling, "FILM_FLOOR", 1e-12)
 
 
@@ -55,7 +55,7 @@ def rough_along(axis, raceways=RACEWAYS, sharpness=2.0):
 
 
 def true_samples(contact_map, row):
-    """What the row function says at all nodes, by raceway and quantity."""
+    """Values of the row function at all nodes, by raceway and quantity."""
     loads, speeds, temperatures = contact_map.axes.nodes
     found = {}
     for raceway in RACEWAYS:
@@ -70,7 +70,7 @@ def true_samples(contact_map, row):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_axis_that_needs_it_gets_more_nodes(axis):
+def test_axis_with_the_larger_error_gets_more_nodes(axis):
     contact_map = sampled(row=rough_along(axis))
     shape = contact_map.axes.shape
     assert shape[axis] > 9
@@ -81,9 +81,9 @@ def test_axis_that_needs_it_gets_more_nodes(axis):
 
 
 @pytest.mark.slow
-def test_nodes_that_the_others_foretell_are_not_solved():
-    """A film that bends at 30 N only: the finest nodes crowd there, and what is not solved is right."""
-    # nine loads to begin with: fewer do not see the bend
+def test_nodes_interpolated_within_the_tolerance_are_not_solved():
+    """A film with a sharp bend at 30 N only: the finest nodes lie there, interpolated nodes are accurate."""
+    # nine initial loads: fewer do not resolve the bend
     grid = replace(ODD, contact_nodes=(9, 5, 5), contact_tolerance=1e-2)
     row = rough_along(0, sharpness=4.0)
     contact_map = sampled(grid, row)
@@ -98,7 +98,7 @@ def test_nodes_that_the_others_foretell_are_not_solved():
         for name in FILMS[:2]:
             error = np.abs(contact_map.samples[raceway][name] / true[raceway][name] - 1.0)
             assert error[solved].max() < 1e-12
-            assert error[~solved].max() > 1e-9  # foretold indeed
+            assert error[~solved].max() > 1e-9  # interpolated
             assert error[~solved].max() < 4.0 * grid.contact_tolerance
         for name in ("temperature_rise", "pressure_max"):
             np.testing.assert_allclose(contact_map.samples[raceway][name], true[raceway][name], rtol=1e-3)
@@ -111,7 +111,7 @@ def test_raceways_are_sampled_each_by_its_own_error():
 
 
 @pytest.mark.slow
-def test_smaller_tolerance_solves_more_and_errs_less():
+def test_smaller_tolerance_gives_more_solves_and_smaller_errors():
     """The error at the nodes that were not solved follows the tolerance."""
     row = rough_along(1)
     counts, errors = [], []
@@ -139,7 +139,7 @@ def test_error_of_thin_films_counts_less(monkeypatch):
     assert sampled(row=row).solved["screw"].sum() < 0.8 * many
 
 
-def test_most_nodes_end_the_refinement():
+def test_refinement_ends_at_the_largest_number_of_nodes():
     grid = replace(ODD, contact_most=(5, 9, 5), contact_tolerance=1e-9)
     contact_map = sampled(grid, row=rough_along(1))
     assert contact_map.axes.shape == (5, 9, 5)
@@ -154,7 +154,7 @@ def test_refined_build_is_the_same_with_one_and_four_threads(tmp_path):
 
 
 @pytest.mark.slow
-def test_refined_build_goes_on_from_its_journal(tmp_path):
+def test_refined_build_continues_from_its_journal(tmp_path):
     """Stopped in the second stage of refinement; the nodes of former stages are not solved again."""
     journal, solved, row = tmp_path / "x.contacts", [], rough_along(0)
 
@@ -175,7 +175,7 @@ def test_refined_build_goes_on_from_its_journal(tmp_path):
     resumed = sampled(row=counted, journal=journal)
     whole = sampled(row=row)
     same_samples(resumed, whole)
-    # what was solved but not yet taken up when the first build stopped is lost
+    # contacts solved but not yet stored when the first build stopped are lost
     assert 2 * len(solved) < solves(whole) - 4 * 5 * 5 * 5
 
 
@@ -196,7 +196,7 @@ def test_estimated_error_is_that_between_the_nodes():
     assert 0.2 < np.quantile(errors, 0.95) / sampling.axis_errors(contact_map)[1] < 2.0
 
 
-def test_even_number_of_nodes_is_left_alone():
+def test_axis_with_an_even_number_of_nodes_is_not_halved():
     contact_map = sampled(replace(GRID, contact_most=(33, 5, 33), contact_tolerance=1e-12))
     assert contact_map.axes.shape == (4, 5, 4)
     assert sampling.axis_errors(contact_map)[0] == 0.0 == sampling.axis_errors(contact_map)[2]

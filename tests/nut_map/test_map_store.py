@@ -1,4 +1,4 @@
-"""The map file: complete or refused in one line, written whole or not at all, readable without this package."""
+"""The map file: complete or refused in one line, written completely or not at all, readable by xarray."""
 
 import hashlib
 import json
@@ -41,7 +41,7 @@ def saved(tmp_path_factory) -> Path:
 
 
 def refusal(path, parameters=GD4008, load=load_map) -> str:
-    """The one line of a refusal, without the file name that it starts with."""
+    """The line of the error message, without the file name at its start."""
     with pytest.raises(MapError) as caught:
         load(path, parameters)
     text = str(caught.value)
@@ -86,13 +86,13 @@ def test_packaged_map_is_finite_over_its_whole_range(kinematics):
     assert (state.film_thickness_min <= state.film_thickness_central_nut).all()
 
 
-# --- what is stored comes back ---
+# --- writing and reading ---
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("film", store.FILM_MODELS)
-def test_map_of_the_film_model_of_the_friction_set_comes_back(saved, monkeypatch, film):
-    """Both film models are in the file; extremes and force curves belong to both."""
+def test_map_of_the_film_model_of_the_friction_set_is_read_back(saved, monkeypatch, film):
+    """Both film models are in the file; extremes and force curves are common to both."""
     friction = next(entry for entry in load_friction_sets().values() if entry.film_model == film)
     monkeypatch.setattr(store, "default_friction_set", lambda parameters: friction)
     nut_map = load_map(saved, GD4008)
@@ -104,7 +104,7 @@ def test_map_of_the_film_model_of_the_friction_set_comes_back(saved, monkeypatch
     assert (np.abs(thermal - isothermal)[..., : store.VISCOUS_COLUMNS].max(axis=(0, 1, 2)) > 0.01).all()
 
 
-def test_header_says_what_the_map_was_made_of(saved):
+def test_header_holds_the_input_of_the_map(saved):
     header = load_map(saved, GD4008).header
     text = header["parameters_json"]
     assert header["certificate"] == CERTIFICATE
@@ -115,7 +115,7 @@ def test_header_says_what_the_map_was_made_of(saved):
         assert header["version"] in data.attrs["source"]
 
 
-def test_fields_that_came_later_do_not_disown_old_maps():
+def test_later_fields_keep_old_maps_valid():
     """The text for GD4008 is that of the packaged maps; a new field enters only where it differs."""
     content = json.loads(identity.map_parameters_json(GD4008))
     for table, names in {
@@ -133,7 +133,7 @@ def test_fields_that_came_later_do_not_disown_old_maps():
     assert json.loads(identity.map_parameters_json(offset))["screw"]["preload_kind"] == "single_nut_offset"
 
 
-def test_how_parameters_are_given_is_not_part_of_a_map():
+def test_spelling_of_parameters_is_not_part_of_a_map():
     content = GD4008.model_dump(exclude_unset=True)
     content["lubricant"] = graded_oil(68, 95.0).model_dump(exclude_unset=True)
     by_grade = type(GD4008).model_validate(content)
@@ -151,7 +151,7 @@ def test_how_parameters_are_given_is_not_part_of_a_map():
     assert identity.map_parameters_json(by_returns) == store.map_parameters_json(GD4008)
 
 
-def test_contact_map_comes_back(saved):
+def test_contact_map_is_read_back(saved):
     found, given = load_contact_map(saved, GD4008), small_map().contact_map
     assert found.axes == given.axes
     for raceway in RACEWAYS:
@@ -172,7 +172,7 @@ def test_same_map_same_bytes(saved, tmp_path):
     assert again == load_map(saved, GD4008).header["file_hash"] != other
 
 
-def test_file_explains_itself_to_xarray(saved):
+def test_file_is_self_describing_in_xarray(saved):
     with xr.open_dataset(saved) as data:
         assert data.attrs["title"] == "Nut map of GD4008-3, kinematics published"
         assert json.loads(data.attrs["header"])["kinematics"] == "published"
@@ -332,7 +332,7 @@ def test_map_of_another_name_or_without_a_table_is_refused(saved):
     ids=lambda friction: "+".join(friction),
 )
 def test_map_holds_for_every_friction_set(saved, friction):
-    """Fitted friction parameters are defaults of the header, nothing that was built."""
+    """Fitted friction parameters are only defaults in the header; the build does not use them."""
     parameters = changed(GD4008, friction=friction)
     found, usual = load_map(saved, parameters), load_map(saved, GD4008)
     assert found.defaults == default_friction_set(parameters).values
@@ -341,7 +341,7 @@ def test_map_holds_for_every_friction_set(saved, friction):
     )
     for name, value in friction.items():
         assert found.header["defaults"].get(name, value) == value
-    # a set may belong to the other film model: both are in the file
+    # a set may be fitted with the other film model: both are in the file
     for name, array in small_map().arrays[found.header["film_model"]].items():
         np.testing.assert_array_equal(found.arrays[name], array)
     if "set" not in friction:
@@ -358,7 +358,7 @@ def test_friction_set_of_another_film_is_refused(saved, monkeypatch):
 
 
 class Harmful:
-    """Leaves a trace when it is unpickled."""
+    """Creates a file when it is unpickled."""
 
     done = False
 
@@ -382,7 +382,7 @@ def test_nothing_is_unpickled(saved, tmp_path, monkeypatch):
     assert load_map(saved, GD4008).header["certificate"] == CERTIFICATE
 
 
-# --- written whole or not at all ---
+# --- written completely or not at all ---
 
 
 def failing_write(self, path, **_):
@@ -401,7 +401,7 @@ def failing_rename(source, target):
     ids=["write", "rename"],
 )
 @pytest.mark.parametrize("old", [b"the old map", None], ids=["over_old", "new"])
-def test_failing_write_leaves_what_was_there(tmp_path, monkeypatch, place, name, failure, old):
+def test_failed_write_keeps_the_old_file(tmp_path, monkeypatch, place, name, failure, old):
     path = tmp_path / "map.nc"
     if old is not None:
         path.write_bytes(old)

@@ -32,7 +32,7 @@ ISOTHERMAL_CASES = {
     "thick film": (5.0, 2.0, CIRCLE, "roelands", {}),
     "given domain": (200.0, 10.0, 0.2, "roelands", GIVEN),
 }
-#: points that the heat balance must close at, whatever is easy or hard about them
+#: points at which the heat balance must close, easy and hard ones
 HOT_CASES = {
     "rolling": conditions(srr=0.0),
     "sliding": conditions(srr=0.5),
@@ -53,7 +53,7 @@ def small(case, **more):
 
 
 def carried(solution):
-    """Load by the trapezoidal rule, and beyond an open side what falls with the square of the distance."""
+    """Load by the trapezoidal rule. Beyond an open side pressure falls with the square of the distance."""
     grid, choice = grid_of(solution), solution.choice
     lines = trapezoid(solution.pressure, grid.x, axis=1)
     load = (2.0 if choice.mirror else 1.0) * trapezoid(lines, grid.y)
@@ -68,7 +68,7 @@ def carried(solution):
 def test_pressure_carries_the_load(case):
     solution = small(case)
     assert solution.choice.open_side == ("y_max" not in case[-1])
-    # the solver asks for 1e-4; tiny negative pressures of the cavitated part are reported as zero
+    # tolerance of the solver 1e-4; tiny negative pressures of the cavitated part are reported as zero
     assert carried(solution) == pytest.approx(solution.conditions.load, rel=1e-4)
     weights = grid_of(solution).load_weights
     assert np.sum(weights * solution.pressure) == pytest.approx(carried(solution), rel=1e-9)
@@ -87,7 +87,7 @@ def gain(solution, fluxes, kappa):
     grid = Grid(solution.x, solution.y, solution.choice.mirror)
     flux_x, flux_y = fluxes
     along = np.diff(flux_x, axis=1)[grid.inner[0]] / grid.width_x[1:-1]
-    # through the mirror line flows what flows through its neighbour, turned round
+    # the flux through the mirror line is that of its neighbour with opposite sign
     across = np.concatenate([-flux_y[:1], flux_y]) if grid.mirror else flux_y
     return along + kappa / grid.h_y * np.diff(across, axis=0)[:, 1:-1], grid.inner
 
@@ -100,7 +100,7 @@ def test_no_mass_is_lost_under_pressure(case):
     out, inner = gain(solution, fluxes, solution.hertz.b / solution.hertz.a)
     p, relative = solution.state.p[inner], out / solution.state.gap[inner]
     assert np.count_nonzero(p > 1e-5) > 250
-    # what Newton's method leaves at a change of 1e-8 p_max; 2e-9 to 1e-5 found
+    # residual of Newton's method at a change of 1e-8 p_max; 2e-9 to 1e-5 found
     assert np.abs(relative[p > 1e-5]).max() <= 5e-5
     # where it cavitates the flux of the full gap grows, and nowhere else
     assert out[p <= 0.0].min() > 0.0
@@ -118,13 +118,13 @@ def test_no_mass_is_lost_when_hot(name):
     fluxes = problem.geometry.fluxes(solution.state, film, problem.scales.film_estimate)
     out, inner = gain(solution, fluxes, solution.hertz.b / solution.hertz.a)
     wet = solution.state.p[inner] > 1e-4
-    # 6e-6 sliding, 6e-5 with spin found: temperatures of the last change but one
+    # 6e-6 sliding, 6e-5 with spin found: temperatures of the last but one iteration
     assert np.abs(out / solution.state.gap[inner])[wet].max() <= 2e-4
 
 
 @pytest.mark.parametrize("n_x", [129, 257])
 def test_flux_stays_on_its_line_through_the_middle(n_x):
-    """Flux along rolling by central differences of the result: the contact is too stiff a place to leak sideways."""
+    """Flux along rolling by central differences of the result; side flow is small in a stiff contact."""
     solution = moes(1000.0, 10.0, LONG, "roelands", n_x=n_x, n_y=9).solution
     oil, t = reference_oil("roelands"), solution.conditions.temperature
     p, h = solution.pressure[0], solution.film[0]
@@ -146,7 +146,7 @@ def test_heat_balance_closes(at, n_z):
     balance = solved(at, n_z=n_z).heat_balance
     assert balance.generated > 0.0
     assert balance.conducted > 0.0
-    # conservative: what is left is the last change of the iteration, at most 3e-5 found at a tolerance of 1e-5
+    # conservative scheme: the rest is the last change of the iteration, 3e-5 found at a tolerance of 1e-5
     assert abs(balance.defect) <= 2e-4
     size = max(balance.generated, balance.conducted)
     assert balance.defect == pytest.approx(
@@ -167,7 +167,7 @@ def test_heat_balance_closes_with_the_iteration(name):
 
 @pytest.mark.parametrize("srr", [0.5, 1.0, 1.5])
 def test_heat_is_mostly_the_work_of_traction(srr):
-    """Shear heat is traction times sliding plus what drives the pressure flow and compresses the oil: never less."""
+    """Generated heat is at least traction times sliding; pressure flow and compression add to it."""
     solution = solved(conditions(srr=srr), n_z=20)
     c = solution.conditions
     work = solution.traction_force * (c.u_1 - c.u_2)

@@ -51,7 +51,7 @@ def test_hertz_pressure_bends_the_surfaces_into_the_parabola(ratio, inlet):
         mean = float(np.average(gap[inside], weights=grid.weights[inside]))
         flatness.append(weighted_rms(gap[inside] - mean, grid.weights[inside]))
         approach.append(mean)
-    # 2.2 to 2.4 found: single grids scatter with the place of the edge between nodes, the root alone would give 3/2
+    # 2.2 to 2.4 found: grids scatter with the position of the edge between nodes; the root alone gives 3/2
     assert 1.5 < fitted_order([n for n, _ in SIZES], flatness) < 2.7
     assert flatness[-1] <= 2e-4  # of an approach of 1.0 to 1.8 b^2/R_x
     hertz = ellipse(1.0, ratio, 1.0, 1.0)
@@ -110,7 +110,7 @@ HALVINGS = {
 
 
 def family(case, grids):
-    """Solutions on grids that were not doubled behind our back."""
+    """Solutions on exactly these grids; the solver has doubled none."""
     solutions = [moes(*case, n_x=n_x, n_y=n_y, tolerance=1e-6).solution for n_x, n_y in grids]
     assert [(s.choice.n_x, s.choice.n_y) for s in solutions] == grids
     return solutions
@@ -144,7 +144,7 @@ def test_extrapolated_film_is_closer_and_its_estimate_covers_the_error(case, gri
     assert abs(plain) > 2e-3
     # an eighth at most found
     assert abs(reported) <= 0.25 * abs(plain)
-    # covers what is left of the error, and is the error of the grid's own film: no empty bound
+    # covers the remaining error, and equals the error of the film of the grid: not an empty bound
     assert abs(reported) < middle.error_estimate
     assert 0.8 < middle.error_estimate / abs(plain) < 1.25
     assert solutions[2].error_estimate < 0.35 * middle.error_estimate
@@ -175,7 +175,7 @@ def test_without_a_coarse_grid_there_is_no_extrapolation():
 
 @pytest.mark.slow
 def test_traction_is_of_second_order():
-    """Light load: at high load it hangs on the pressure spike, which no such grid resolves."""
+    """Light load: at high load traction depends on the pressure spike, which no such grid resolves."""
     sizes = [(65, 9), (129, 17), (257, 33)]
     at = conditions(load=3.0, u_e=4.0, srr=1.0)
     solutions = [solved(at, n_x=n_x, n_y=n_y, tolerance=1e-6) for n_x, n_y in sizes]
@@ -200,7 +200,7 @@ def test_traction_settles_at_high_load():
 
 @pytest.mark.slow
 def test_thermal_results_are_of_second_order_or_better_in_the_layers():
-    """Integrals of fourth order, energy equation of second: 1.9 to 3.2 found, as the one or the other rules."""
+    """Integrals of fourth order, energy equation of second: 1.9 to 3.2 found, depending on which dominates."""
     layers = (8, 16, 32)
     solutions = [solved(conditions(srr=1.0), n_z=n_z, tolerance=1e-6) for n_z in layers]
     for values, bound in (

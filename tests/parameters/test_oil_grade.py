@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 import pytest
+from command_line import run
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.parameters import mineral_oil as oil_grade
 from ballscrew_tehl.parameters.file import graded_oil
 from ballscrew_tehl.parameters.mineral_oil import (
@@ -60,7 +60,7 @@ def test_procedures_meet_at_100():
         assert (below, above) == (pytest.approx(100.0, abs=1e-5), pytest.approx(100.0, abs=1e-5))
 
 
-def test_more_index_means_less_change_with_temperature():
+def test_higher_index_means_less_change_with_temperature():
     nu = [viscosity_at_100c(68e-6, index) for index in range(0, 400, 10)]
     assert np.all(np.diff(nu) > 0.0)
 
@@ -74,14 +74,14 @@ def test_no_index_is_defined(nu_40, nu_100):
         viscosity_index(nu_40, nu_100)
 
 
-def test_index_that_no_oil_of_the_grade_has():
+def test_index_outside_the_range_of_the_grade():
     with pytest.raises(ValueError, match=r"viscosity_index = 5; allowed: 62\.08 to .* for 7 mm2/s"):
         viscosity_at_100c(7e-6, 5.0)
     with pytest.raises(ValueError, match="viscosity_index = 1e\\+06; allowed"):
         viscosity_at_100c(68e-6, 1e6)
     with pytest.raises(ValueError, match="viscosity_index = nan; allowed"):
         viscosity_at_100c(68e-6, math.nan)
-    # what is said to be allowed is
+    # the limits in the message are allowed
     assert viscosity_at_100c(7e-6, 62.09) == pytest.approx(2e-6, rel=1e-4)
 
 
@@ -91,8 +91,8 @@ def test_density_has_its_viscosity_gravity_constant(nu, vgc):
     assert (G - 0.0664 - 0.1154 * lg) / (0.94 - 0.109 * lg) == pytest.approx(vgc, rel=1e-12)
 
 
-def test_what_the_constant_does_to_the_density():
-    """As the docstring of density_15c says."""
+def test_effect_of_the_constant_on_the_density():
+    """As stated in the docstring of density_15c."""
     heavier = oil_grade.PARAFFINIC_VGC + oil_grade.VGC_TOLERANCE
     change = [density_15c(1e-6 * grade, heavier) / density_15c(1e-6 * grade) - 1.0 for grade in ISO_GRADES]
     assert np.all(np.diff(change) < 0.0)
@@ -121,7 +121,7 @@ def test_bad_viscosities():
 
 @pytest.mark.parametrize("grade", ISO_GRADES)
 @pytest.mark.parametrize("index", [0.0, 95.0, 150.0, 250.0])
-def test_every_grade_makes_an_oil(grade, index):
+def test_every_grade_gives_an_oil(grade, index):
     try:
         oil = graded_oil(grade, index)
     except ParameterError:
@@ -142,7 +142,7 @@ def test_every_grade_makes_an_oil(grade, index):
     np.testing.assert_allclose(ambient_density(oil, T), density_at(rho_15, T), rtol=1e-3)
 
 
-def test_what_is_given_wins():
+def test_given_values_take_precedence():
     given = {
         "density": 900.0,
         "specific_heat": 2000.0,
@@ -160,14 +160,8 @@ def test_what_is_given_wins():
     assert cooler.z_roelands == pytest.approx(as_such.z_roelands, rel=1e-12)
 
 
-def run(capsys, *arguments):
-    code = cli.main(["oil", *arguments])
-    out, err = capsys.readouterr()
-    return code, out, err
-
-
-def test_command_says_what_the_oil_is_and_what_is_assumed(capsys):
-    code, out, _ = run(capsys, "--iso-vg", "68", "--viscosity-index", "95", "--json")
+def test_command_prints_the_oil_and_what_is_assumed(capsys):
+    code, out, _ = run(capsys, "oil", "--iso-vg", "68", "--viscosity-index", "95", "--json")
     found, oil = json.loads(out), graded_oil(68, 95.0)
     assert code == 0
     assert [row["temperature_c"] for row in found["rows"]] == [20.0, 40.0, 60.0, 80.0, 100.0]
@@ -191,24 +185,24 @@ def test_command_says_what_the_oil_is_and_what_is_assumed(capsys):
 
 
 def test_command_assumes_less_of_what_is_given(capsys):
-    _, out, _ = run(capsys, "--iso-vg", "68", "--viscosity-index", "150", "--density-15c-kg-m3", "850")
+    _, out, _ = run(capsys, "oil", "--iso-vg", "68", "--viscosity-index", "150", "--density-15c-kg-m3", "850")
     assert "paraffinic" not in out
     assert "an index above 120" in out
     assert "density_15c_kg_m3 = 850" in out
 
 
-def test_what_the_command_prints_for_the_screw_file_is_that_oil(capsys, tmp_path):
+def test_printed_lines_for_the_screw_file_describe_that_oil(capsys, tmp_path):
     from test_parameters import EXAMPLE
 
     from ballscrew_tehl.parameters.file import load_parameters
 
-    _, out, _ = run(capsys, "--iso-vg", "32", "--viscosity-index", "104.5")
+    _, out, _ = run(capsys, "oil", "--iso-vg", "32", "--viscosity-index", "104.5")
     lubricant = out.split("For the screw file:\n")[1]
     before, rest = EXAMPLE.split("[lubricant]")
     path = tmp_path / "screw.toml"
     path.write_text(before + lubricant + "\n[friction]" + rest.split("[friction]")[1])
     assert load_parameters(path).lubricant == graded_oil(32, 104.5)
-    code, out, _ = run(capsys, "--screw", str(path), "--json")
+    code, out, _ = run(capsys, "oil", "--screw", str(path), "--json")
     assert (code, json.loads(out)["oil"]) == (0, "mineral oil ISO VG 32, viscosity index 104.5")
 
 
@@ -217,7 +211,7 @@ def test_command_shows_the_oil_of_a_screw_that_gives_numbers(capsys, tmp_path):
 
     path = tmp_path / "screw.toml"
     path.write_text(EXAMPLE)
-    code, out, _ = run(capsys, "--screw", str(path))
+    code, out, _ = run(capsys, "oil", "--screw", str(path))
     assert code == 0
     assert "example grease" in out
     assert "assumed" not in out
@@ -240,7 +234,7 @@ def test_command_shows_the_oil_of_a_screw_that_gives_numbers(capsys, tmp_path):
     ],
 )
 def test_bad_input_is_one_line(capsys, arguments, parts):
-    code, out, err = run(capsys, *arguments)
+    code, out, err = run(capsys, "oil", *arguments)
     assert (code, out, err.count("\n")) == (2, "", 1)
     for part in parts:
         assert part in err

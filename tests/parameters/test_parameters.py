@@ -200,7 +200,7 @@ MISTAKES = {
         edited("astm_viscosity_2_mm2_s = 11.1", "astm_viscosity_2_mm2_s = 111", EXAMPLE),
         ["lubricant.astm_viscosity_2_mm2_s = 111", "below point 1"],
     ),
-    "viscosity given twice over": (
+    "viscosity given twice, by points": (
         edited("astm_viscosity_1_mm2_s", "viscosity_Pas = 0.1\nastm_viscosity_1_mm2_s", EXAMPLE),
         ["lubricant.viscosity_Pas = 0.1", "no entry"],
     ),
@@ -279,7 +279,7 @@ MISTAKES = {
         edited("spin_split = 0.5 ", "raceway_rq_um = 0.05\nspin_split = 0.5 "),
         ["friction.ball_rq_m = (missing)", "the composite with raceway_rq needs it"],
     ),
-    "roughness said twice": (
+    "roughness given twice": (
         edited(
             "spin_split = 0.5 ",
             "raceway_rq_um = 0.05\nball_rq_um = 0\nroughness_height_um = 0.05\nspin_split = 0",
@@ -301,7 +301,7 @@ def test_a_mistake_gives_one_line_with_file_key_value_and_remedy(read, name):
         assert part in line
 
 
-def test_a_file_that_is_not_there(tmp_path):
+def test_a_missing_file(tmp_path):
     with pytest.raises(ParameterError, match=r"none\.toml: cannot be read"):
         load_parameters(tmp_path / "none.toml")
     with pytest.raises(ParameterError, match="cannot be read"):
@@ -314,7 +314,7 @@ def test_parameters_are_frozen_and_hashable():
     assert hash(GD4008) == hash(load_parameters())
 
 
-def test_changed_checks_and_derives_anew():
+def test_changed_parameters_are_checked_and_derived_again():
     wider = changed(GD4008, screw={"nominal_radius": 0.0201})
     assert wider.screw.spacer_length == 0.0201
     assert wider.lubricant == GD4008.lubricant
@@ -324,14 +324,14 @@ def test_changed_checks_and_derives_anew():
         changed(GD4008, screw={"nominal_radii": 1.0})
 
 
-def test_balls_in_the_returns_are_those_that_do_not_carry(read):
+def test_balls_in_the_returns_carry_no_load(read):
     screw = read(edited("loaded_ball_count = 72 ", "return_ball_count = 14 ")).screw
     assert (screw.ball_count, screw.loaded_ball_count) == (86, 72)
     assert changed(GD4008, screw={"ball_count": 80}).screw.loaded_ball_count == 72
     assert read(edited("loaded_ball_count = 72 ", "# ")).screw.loaded_ball_count == 79
 
 
-def test_roughness_of_both_surfaces_makes_the_height(read):
+def test_roughness_height_is_the_composite_of_both_surfaces(read):
     text = edited("spin_split = 0.5 ", "raceway_rq_um = 0.04\nball_rq_nm = 0\nspin_split = 0.5 ")
     with pytest.raises(ParameterError, match="bad unit"):
         read(text)
@@ -341,7 +341,7 @@ def test_roughness_of_both_surfaces_makes_the_height(read):
     assert GD4008.friction.roughness_height is None
 
 
-def test_an_oil_by_its_grade_is_derived_anew_when_it_is_changed(read):
+def test_an_oil_by_its_grade_is_derived_again_when_changed(read):
     oil = read(graded())
     thicker = changed(oil, lubricant={"iso_vg": 100})
     assert thicker.lubricant.astm_viscosity_1 == pytest.approx(1e-4, rel=1e-12)

@@ -52,7 +52,7 @@ def test_nijenbanning_venner_moes_against_solutions(row):
 
 @pytest.mark.parametrize("row", ROELANDS, ids=name)
 def test_compressible_estimate_against_solutions(row):
-    """The oil of the references, scaled by load and speed to the wanted M and L."""
+    """The oil of the references, scaled by load and speed to the given M and L."""
     M, L, ratio, Hc = (float(row[key]) for key in ("M", "L", "lambda", "Hc"))
     modulus, eta, alpha, R_x = 226e9, 0.04, 2.2e-8, 0.01
     U = 0.5 * (L / (alpha * modulus)) ** 4
@@ -102,7 +102,7 @@ def test_groups_are_consistent():
 
 
 @pytest.mark.parametrize(("raceway", "film"), [("screw", 42.9e-9), ("nut", 23.1e-9)])
-def test_hamrock_dowson_film_behind_the_printed_torques(raceway, film):
+def test_hamrock_dowson_film_of_the_printed_torques(raceway, film):
     """1000 N over 86 balls, 100 r/min, published speeds, viscosity and coefficient of the printed table."""
     screw = GD4008.screw
     load = 1000.0 / (86 * math.sin(screw.contact_angle) * math.cos(screw.lead_angle))
@@ -127,7 +127,7 @@ def test_hamrock_dowson_exponents_and_order():
 
 @pytest.mark.parametrize("row", ROELANDS, ids=name)
 def test_hamrock_dowson_against_compressible_solutions(row):
-    """The bounds that the docstring states."""
+    """Bounds: those of the docstring."""
     M, L, ratio, Hc, Hm = (float(row[key]) for key in ("M", "L", "lambda", "Hc", "Hm"))
     modulus, alpha = 226e9, 2.2e-8
     U = 0.5 * (L / (alpha * modulus)) ** 4

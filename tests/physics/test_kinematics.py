@@ -48,7 +48,7 @@ def test_published_pairs_and_their_slip():
     assert nut.srr < 0.0 < nut.friction_slip
 
 
-def test_published_is_what_the_packaged_parameters_name():
+def test_packaged_parameters_select_published():
     assert surface_speeds(GD4008, "nut", 7.0) == surface_speeds(GD4008, "nut", 7.0, "published")
     other = changed(GD4008, friction={"kinematics": "rolling_frame"})
     assert surface_speeds(other, "nut", 7.0) == surface_speeds(GD4008, "nut", 7.0, "rolling_frame")
@@ -68,7 +68,7 @@ def test_rolling_facts():
     screw, w = GD4008.screw, 1000 * RPM
     assert entrainment_speed(screw, 1.0) == pytest.approx(9.92911e-3, abs=0.5e-8)
     assert cage_speed(screw, 1.0, "nut") == pytest.approx(0.45790, abs=0.5e-5)
-    # with the other part fixed the balls do the other share of the turn
+    # with the other part fixed the balls make the rest of the turn
     assert cage_speed(screw, 1.0, "nut") + cage_speed(screw, 1.0, "screw") == pytest.approx(1.0, rel=1e-15)
     assert roll_rate(screw, 1.0) == pytest.approx(4.16927, abs=0.5e-5)
     assert roll_rate(screw, w) == pytest.approx(436.60, abs=0.01)
@@ -241,7 +241,7 @@ def test_slip_field_is_that_of_rigid_bodies_in_space(raceway, parameters, split)
 
 
 @pytest.mark.parametrize("raceway", RACEWAYS)
-def test_field_does_not_ask_which_part_turns_and_is_mirrored_on_the_other_flank(raceway):
+def test_field_is_independent_of_the_turning_part_and_mirrored_on_the_other_flank(raceway):
     screw, y = GD4008.screw, 2.5e-4
     for split in SPLITS:
         usual = RigidBodies(screw, split).velocities(raceway, 1e-5, y)
@@ -253,7 +253,7 @@ def test_field_does_not_ask_which_part_turns_and_is_mirrored_on_the_other_flank(
 
 @pytest.mark.parametrize("raceway", RACEWAYS)
 def test_bend_of_the_contact_along_rolling_is_small(raceway):
-    """What the field leaves out: (b/a)^2 of the Heathcote slip, times curvature along over curvature across."""
+    """The field neglects (b/a)^2 of the Heathcote slip, times curvature along over curvature across."""
     screw, contact = GD4008.screw, at_1000_N(GD4008.screw, raceway)
     bodies = RigidBodies(screw, 0.5)
     (flat_1, flat_2), (bent_1, bent_2) = (bodies.velocities(raceway, contact.b, 0.0, bent) for bent in (0, 1))

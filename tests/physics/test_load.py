@@ -22,7 +22,7 @@ from ballscrew_tehl.physics.load import double_nut_loads, nut_loads, separation_
 SCREW = GD4008.screw
 BETA = SCREW.contact_angle
 SB = math.sin(BETA) * math.cos(SCREW.lead_angle)
-#: bodies without stretch, as far as the parameters allow: a section of 1e6 m2
+#: nearly rigid bodies: sections of 1e6 m2
 RIGID = changed(
     GD4008,
     screw={"screw_section_area": 1e6, "nut_section_area": 1e6, "spacer_section_area": 1e6},
@@ -64,7 +64,7 @@ def test_ball_load_and_approach_at_the_loaded_angle():
 
 
 def test_the_printed_angle_needs_a_smaller_approach_than_the_load_gives():
-    # 45.2 degrees belong to 0.67 um, a quarter of the approach at 2000 N
+    # 45.2 degrees correspond to 0.67 um, a quarter of the approach at 2000 N
     dn = groove_distance(SCREW) * (math.cos(BETA) / math.cos(math.radians(45.2)) - 1.0)
     assert dn == pytest.approx(0.67e-6, abs=0.005e-6)
 
@@ -156,7 +156,7 @@ def test_separation_with_the_load_on_the_outer_flange(spacer, ratios):
 @pytest.mark.parametrize("angle", [BETA, None])
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("preload", [1.0, 100.0, 2000.0, 12000.0])
-def test_the_relieved_nut_comes_free_at_the_separation_load(preload, sign, angle):
+def test_the_relieved_nut_separates_at_the_separation_load(preload, sign, angle):
     limit = separation_load(SCREW, preload, 86, sign, angle)
     just_before = double_nut_loads(SCREW, preload, 0.999 * sign * limit, 86, angle)
     just_after = double_nut_loads(SCREW, preload, 1.001 * sign * limit, 86, angle)
@@ -182,7 +182,7 @@ def test_double_nut_balances_and_keeps_the_gap(angle, preload, share):
 
 
 def test_gap_equation_from_the_loads():
-    """Approach of the spacer-side balls and stretch of the spacer give the same gap under every load."""
+    """Approach of the balls at the spacer and its elongation give the same gap under every load."""
     c = contact_compliance(SCREW, BETA)
     stretch = SCREW.spacer_length / SCREW.youngs_modulus
     stretch *= 1 / SCREW.screw_section_area + 1 / SCREW.spacer_section_area
@@ -209,7 +209,7 @@ def test_relieved_force_falls_steadily():
     assert forces[-1] == 0.0
 
 
-def test_no_preload_leaves_one_nut_with_the_load():
+def test_without_preload_one_nut_carries_the_load():
     state = double_nut_loads(SCREW, 0.0, 500.0, 86)
     assert (state.force_a, state.force_b) == (0.0, pytest.approx(500.0, rel=1e-9))
     nothing = double_nut_loads(SCREW, 0.0, 0.0, 86)

@@ -78,7 +78,7 @@ def test_astm_d341_through_two_points_gives_those_between(celsius):
     fall = (rho_1 - rho_2) / 60.0 / ISO_VG_100[40][2]
     lub = oil("astm_d341", density=ISO_VG_100[40][2], density_temperature=fall, **ends)
     eta, beta, _ = ISO_VG_100[celsius]
-    # the last digits of the ends are worth 0.3 %, of the slope 0.2 %
+    # rounding of the printed end values gives 0.3 %, of the slope 0.2 %
     assert eta0(lub, celsius + 273.15) == pytest.approx(eta, rel=0.006)
     assert -temperature_slope(lub, celsius + 273.15) == pytest.approx(beta, rel=0.02)
 
@@ -125,7 +125,7 @@ def test_pressure_coefficient_of_the_table():
     assert pressure_viscosity(oil("section_2_3"), 303.0) == pytest.approx(1.85e-8, rel=1e-3)
 
 
-def test_very_hot_oil_ignores_pressure():
+def test_viscosity_of_very_hot_oil_is_independent_of_pressure():
     lub = oil("section_2_3")
     assert eta0(lub, 900.0) < math.exp(-9.67)
     assert viscosity(lub, 1e9, 900.0) == eta0(lub, 900.0)

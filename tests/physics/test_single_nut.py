@@ -71,7 +71,7 @@ def test_offset_lead_is_the_double_nut_of_the_same_turns_per_side(axial_load):
 def test_from_half_to_half_is_one_lead():
     assert OFFSET.screw.spacer_length == OFFSET.screw.lead
     assert GD4008.screw.spacer_length == GD4008.screw.nominal_radius
-    # a shorter way between the balls: stiffer, nearer to rigid bodies
+    # shorter sections between the balls are stiffer
     rigid = 2.0**1.5
     offset, double = (separation_load(s, 2000.0, 86, 1, BETA) / 2000.0 for s in (OFFSET.screw, GD4008.screw))
     assert rigid < offset < double
@@ -81,7 +81,7 @@ def test_from_half_to_half_is_one_lead():
 
 
 @pytest.mark.parametrize("preload", [500.0, 2000.0])
-def test_relieved_flanks_come_free_at_2_to_the_3_halves_of_the_preload(preload):
+def test_relieved_flanks_separate_at_2_to_the_3_halves_of_the_preload(preload):
     """Equal springs Q ~ delta^1.5 on both sides: the other side then has twice the approach."""
     oversize = ball_oversize(SCREW, preload, 86)
     law = flank_law(SCREW, oversize, BETA)
@@ -103,7 +103,7 @@ def test_oversize_of_a_ball():
 
 @pytest.mark.parametrize("angle", [None, BETA])
 @pytest.mark.parametrize("way", [-2e-6, 0.0, 1e-6, 5e-6])
-def test_flank_law_has_the_slope_it_says(angle, way):
+def test_slope_of_the_flank_law_is_its_derivative(angle, way):
     law = flank_law(SCREW, 3e-6, angle)
     f, slope, Q = (float(x[0]) for x in law(np.array([way])))
     step = 1e-10
@@ -124,7 +124,7 @@ def test_flank_law_without_oversize_is_the_ball_of_a_double_nut():
             np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-15)
 
 
-def test_the_line_of_contact_turns_with_the_way():
+def test_the_line_of_contact_turns_with_axial_displacement():
     """Geometry by hand: groove centres A0 + oversize apart, one moved along the axis."""
     oversize, way = 3e-6, 4e-6
     length = groove_distance(SCREW) + oversize
@@ -187,11 +187,11 @@ def test_chain_of_balls_obeys_the_recurrence():
 
 
 @pytest.mark.parametrize("preload", [100.0, 2000.0, 9000.0])
-def test_stiff_bodies_come_free_at_2_to_the_3_halves_of_the_preload(preload):
+def test_stiff_bodies_separate_at_2_to_the_3_halves_of_the_preload(preload):
     def excess(factor):
         return separation_load(stiffer(SCREW, factor), preload, 86, 1, BETA) / preload - 2.0**1.5
 
-    # what the stretch of the bodies adds goes with their compliance
+    # the part of the elongation of the bodies is proportional to their compliance
     assert excess(1.0) > 0.0
     assert excess(10.0) == pytest.approx(0.1 * excess(1.0), rel=0.05)
 
@@ -207,7 +207,7 @@ def test_relieved_flanks_are_free_beyond_the_separation_load(sign, angle):
 
 @pytest.mark.parametrize("axial_load", [20.0, 3000.0])
 def test_shares_an_axial_load_like_a_double_nut_with_as_many_balls_per_nut(axial_load):
-    """Between stiff bodies: what the two kinds differ by goes with the compliance of the bodies."""
+    """The difference of the two kinds is proportional to the compliance of the bodies."""
 
     def difference(factor):
         four, double = stiffer(SCREW, factor), stiffer(GD4008.screw, factor)
@@ -241,7 +241,7 @@ def test_bad_input():
         flank_travel(SCREW, groove_distance(SCREW))
 
 
-# --- motion and what it costs ---
+# --- kinematics and friction ---
 
 
 def test_spin_of_a_ball_that_rolls_on_four_flanks():
@@ -332,7 +332,7 @@ def test_map_of_oversize_balls_follows_the_sum_over_the_balls(four_point_map):
     assert GRID.force[0] < 2000.0 < GRID.force[1]
 
 
-def test_a_map_belongs_to_its_kind_of_preload(four_point_map, tmp_path):
+def test_a_map_of_another_kind_of_preload_is_refused(four_point_map, tmp_path):
     from ballscrew_tehl.nut_map.file import load_map, save_map
     from ballscrew_tehl.parameters.identity import map_parameters_json
     from ballscrew_tehl.runtime.packed import MapError
@@ -343,7 +343,7 @@ def test_a_map_belongs_to_its_kind_of_preload(four_point_map, tmp_path):
         load_map(tmp_path / "four.nc", GD4008)
 
 
-def test_command_line_says_what_spin_may_add(tmp_path, capsys, four_point_map):
+def test_command_line_prints_the_bound_of_the_spin_torque(tmp_path, capsys, four_point_map):
     from ballscrew_tehl.nut_map.file import save_map
 
     save_map(tmp_path / "four.nc", four_point_map, {"points": 0})
@@ -381,7 +381,7 @@ def test_report_names_the_kind_of_preload(parameters, words, not_said):
 
     balls = material.ball_loads(parameters, 2000.0)
     text = str(sections.balls(SimpleNamespace(parameters=parameters, balls=balls)))
-    # pictures hold their own words
+    # text inside pictures is not counted
     text = re.sub(r"src=\S+", "", text)
     for word in words:
         assert word in text
@@ -389,7 +389,7 @@ def test_report_names_the_kind_of_preload(parameters, words, not_said):
     assert f"unloaded at {balls.separation:.0f} N" in text
 
 
-def test_double_nut_says_nothing_of_spin(capsys):
+def test_output_for_a_double_nut_does_not_mention_spin(capsys):
     assert (
         cli.main(["torque", "--preload-n", "2000", "--speed-rpm", "400", "--temperature-c", "25", "--json"])
         == 0
@@ -399,7 +399,7 @@ def test_double_nut_says_nothing_of_spin(capsys):
 
 
 @pytest.mark.slow
-def test_direct_solve_of_an_own_screw_with_graded_oil(tmp_path, capsys):
+def test_direct_solve_of_a_user_screw_with_graded_oil(tmp_path, capsys):
     """The whole chain without a map: single nut, ISO VG 68, measured roughness."""
     parameters = changed(
         example_parameters("iso_vg"),

@@ -1,6 +1,6 @@
 """Every command of the docs runs, in a copy of the project, in the order of the page.
 
-The rules are those that the pages tell: blocks `sh` and `python` are run, a block `csv NAME` is written to that
+The rules are those of the pages: blocks `sh` and `python` are run, a block `csv NAME` is written to that
 file, a block `text` is what the block before it prints, a command with the comment `# minutes` runs in a small form
 (small_form below). Commands that set up an environment (venv, pip) are not run; their extras must be those of
 pyproject.toml.
@@ -36,7 +36,7 @@ MINUTES = re.compile(r"#\s*minutes\b")
 
 
 class Block(NamedTuple):
-    """One fenced block: words behind the fence, its text, its first line in the page."""
+    """One fenced block: words after the fence, its text, its first line in the page."""
 
     info: list[str]
     text: str
@@ -96,7 +96,7 @@ def small_form(command: str) -> str | None:
 
 
 class Clone:
-    """A copy of the project, as a reader of the docs has it, in which the pages are run."""
+    """A copy of the project in which the commands of the pages run."""
 
     def __init__(self, folder: Path, environment: dict[str, str]) -> None:
         self.folder, self.environment = folder, environment
@@ -106,8 +106,8 @@ class Clone:
         done = subprocess.run(
             arguments, cwd=self.folder, env=variables, capture_output=True, text=True, check=False
         )
-        told = f"{where}: {shlex.join(arguments)}\n{done.stdout[-2000:]}\n{done.stderr[-3000:]}"
-        assert (done.returncode != 0) == refused, told
+        report = f"{where}: {shlex.join(arguments)}\n{done.stdout[-2000:]}\n{done.stderr[-3000:]}"
+        assert (done.returncode != 0) == refused, report
         return done.stdout
 
     def shell(self, block: Block, page: str) -> str:
@@ -133,7 +133,7 @@ class Clone:
 
 @pytest.fixture(scope="module")
 def clone(tmp_path_factory):
-    """The project without hidden folders; in `dist` native FMUs of this machine, and one that refines by a stand-in."""
+    """The project without hidden folders; in `dist` native FMUs of this machine and one with a stub solver."""
     folder = tmp_path_factory.mktemp("docs") / "clone"
     shutil.copytree(
         ROOT,
@@ -179,7 +179,7 @@ def test_set_up_names_extras_that_exist(page):
 
 @pytest.mark.parametrize("page", PAGES, ids=IDS)
 def test_commands_in_the_prose_are_known(page):
-    """Those between backticks: the parser of the package takes them, scripts exist and examples have a test."""
+    """Commands in backticks: the parser accepts them, scripts exist, examples have a test."""
     prose = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
     for command in re.findall(r"`(python [^`]+)`", prose):
         words = shlex.split(command)[1:]
@@ -194,7 +194,7 @@ def test_commands_in_the_prose_are_known(page):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=IDS)
-def test_links_and_paths_lead_somewhere(page):
+def test_links_and_paths_exist(page):
     text = page.read_text(encoding="utf-8")
     for link in re.findall(r"\]\(([^)#]+)\)", text):
         assert re.match(r"https?://", link) or (page.parent / link).exists(), link

@@ -39,12 +39,12 @@ def test_there_are_sources():
 def test_source_is_ascii_and_its_examples_run(path):
     text = path.read_text(encoding="utf-8")
     assert text.isascii()
-    # doctest sees a prompt only at the start of a line: behind a word it never runs
+    # doctest finds a prompt only at the start of a line
     if path != Path(__file__):
         assert not re.search(r"^.*\w.*>>> ", text, re.MULTILINE)
 
 
-def test_the_physics_of_a_map_answer_imports_nothing_slow():
+def test_evaluating_a_map_imports_nothing_slow():
     modules = ["parameters.file"] + [
         f"physics.{name}" for name in ("lubricant", "hertz", "kinematics", "load", "film")
     ]
@@ -113,7 +113,7 @@ def passes_on_nan(text):
         "assert max(errors) <= tol", "assert 0.0 < min(x for x in y)", "worst = max(worst, error)",
     ],
 )  # fmt: skip
-def test_a_form_that_passes_on_nan_is_seen(statement):
+def test_a_form_that_passes_on_nan_is_found(statement):
     assert passes_on_nan(statement) == [1]
 
 
@@ -128,7 +128,7 @@ def test_a_form_that_passes_on_nan_is_seen(statement):
         "assert not a == b",
     ],
 )
-def test_other_forms_are_taken(statement):
+def test_other_forms_are_accepted(statement):
     assert passes_on_nan(statement) == []
 
 

@@ -1,4 +1,4 @@
-"""What the README shows is what the commands say."""
+"""The output shown in the README is that of the commands."""
 
 import re
 import subprocess
@@ -22,7 +22,7 @@ def test_first_example_runs_and_prints_four_speeds():
 
 
 @pytest.mark.slow
-def test_validation_table_is_what_the_command_prints():
+def test_validation_table_is_that_of_the_command():
     shown = re.findall(r"^\| Table (\d)[^|]*\|([^|]*)\|([^|]*)\|([^|]*)\|([^|]*)\|$", TEXT, re.MULTILINE)
     assert [row[0] for row in shown] == ["2", "4", "3"]
     printed = re.findall(r"mean deviation((?: +[\d.]+ %){4})", run("-m", "ballscrew_tehl", "validate"))

@@ -34,7 +34,7 @@ def test_pressure_tends_to_that_of_hertz(ratio):
 
 @pytest.mark.slow
 def test_gap_tends_to_that_of_the_dry_contact():
-    """Beside the ellipse, on the axis, the gap opens by Hertz' outer form (Johnson 1985, section 4.2, circle)."""
+    """Outside the ellipse, on the axis, the gap opens as in Johnson 1985, section 4.2 (circle)."""
     solution = moes(1e4, 5.0, CIRCLE, "roelands").solution
     x, film = solution.x[solution.x > 1.05], solution.film[0][solution.x > 1.05]
     # u_z outside / (a^2/R): [(2 - r^2) asin(1/r) + sqrt(r^2 - 1)]/pi; approach 1
@@ -51,7 +51,7 @@ def rigid_load(ratio, x_in, x_out, y_max, n=60, stretch=3.0):
     """Integral of P over the plane for div(H^3 grad P) = dH/dX, P >= 0, H = 1 + X^2 + Y^2, dY/dX scaled by ratio.
 
     X = x/sqrt(2 R_x h_0), Y = y/sqrt(2 R_y h_0); finite volumes on a graded grid, cavitation by active sets; P = 0 on
-    the edges. Shares nothing with the solver.
+    the edges. Independent of the solver.
     """
     half = np.sinh(stretch * np.linspace(0.0, 1.0, n + 1)) / math.sinh(stretch)
     x, y = np.concatenate([x_in * half[:0:-1], x_out * half]), y_max * half
@@ -112,7 +112,7 @@ GIVEN = {CIRCLE: 2.0, LONG: 5.0}  # M: thick, and within the reach of the solver
 @pytest.mark.slow
 @pytest.mark.parametrize("ratio", GIVEN)
 def test_film_is_that_of_rigid_bodies_on_the_same_closed_domain(ratio):
-    """Low load, thin oil, P = 0 on the edges that the options give: as the independent solve starves."""
+    """Low load, thin oil, P = 0 on the edges of the options: starved like the independent solution."""
     M = GIVEN[ratio]
     choice = moes(M, 0.01, ratio, "barus").solution.choice
     given = {"x_in": 0.2 * choice.x_in, "x_out": choice.x_out, "y_max": choice.y_max, "n_y": 45}
@@ -163,7 +163,7 @@ def test_larger_domain_changes_the_film_little(case):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", [(5.0, 2.0, 0.2, "barus"), (5.0, 10.0, LONG, "roelands")])
-def test_open_side_stands_for_all_that_lies_beyond(case):
+def test_open_side_represents_the_film_outside_the_domain(case):
     """A thick film: closed domains two and four times as wide starve with 1/width, their limit is the default."""
     default = moes(*case)
     c = default.solution.choice
@@ -185,13 +185,13 @@ def test_rolling_the_other_way_round_gives_the_same_film():
         assert other.h_c == pytest.approx(one.h_c, rel=1e-12)
         assert other.h_m == pytest.approx(one.h_m, rel=1e-12)
         assert other.temperature_rise == pytest.approx(one.temperature_rise, rel=1e-12, abs=1e-12)
-        # a force along x: body 1 now drags body 2 the other way
+        # a force along x: body 1 now drags body 2 in the other direction
         assert other.traction_force == pytest.approx(-one.traction_force, rel=1e-12)
 
 
-def test_result_carries_the_conditions_that_were_asked():
-    asked = replace(conditions(), u_1=-3.0, u_2=-2.0)
-    assert solved(asked, thermal=False).conditions == asked
+def test_result_contains_the_given_conditions():
+    backwards = replace(conditions(), u_1=-3.0, u_2=-2.0)
+    assert solved(backwards, thermal=False).conditions == backwards
 
 
 @pytest.mark.parametrize("spin", [0.0, 300.0])
@@ -263,7 +263,7 @@ def test_reversed_spin_is_the_mirror_image(thermal):
     other_x, other_y = traction_fields(right, other, thermal=thermal)
     np.testing.assert_allclose(other_x[::-1], one_x, atol=1e-3 * np.abs(one_x).max())
     np.testing.assert_allclose(other_y[::-1], -one_y, atol=1e-3 * np.abs(one_y).max())
-    # neither even nor odd by itself, or there would be nothing to see
+    # neither even nor odd, so that the test can fail
     assert np.abs(one_x - one_x[::-1]).max() > 0.01 * np.abs(one_x).max()
 
 
@@ -316,7 +316,7 @@ def test_limiting_shear_stress_converges_under_load():
 @pytest.mark.slow
 @pytest.mark.parametrize("thermal", [True, False], ids=["thermal", "isothermal"])
 @pytest.mark.parametrize(("rheology", "at"), CASES)
-def test_shear_thinning_takes_traction_and_heat_away(rheology, at, thermal):
+def test_shear_thinning_reduces_traction_and_heat(rheology, at, thermal):
     newtonian, thinned = (solved(at, r, thermal=thermal) for r in ("newtonian", rheology))
     assert 0.0 < thinned.traction_force < 0.9 * newtonian.traction_force
     assert thinned.sliding_heat < 0.9 * newtonian.sliding_heat
@@ -345,7 +345,7 @@ def test_traction_of_a_shear_thinning_oil_grows_slowly_with_sliding(rheology):
 
 
 @pytest.mark.parametrize("rheology", THINNING)
-def test_rheology_does_not_show_at_low_stress(rheology):
+def test_rheology_has_no_effect_at_low_stress(rheology):
     """0.02 % sliding of a thick film: the stress stays far below every constant."""
     at = conditions(load=0.5, u_e=1.0, srr=2e-4)
     newtonian, other = (solved(at, r) for r in ("newtonian", rheology))
@@ -387,11 +387,11 @@ def test_film_of_a_slow_contact_is_isothermal(n_z):
     # the trapezoidal rule takes 1/n_z^2 off the fluidity of the film, and the film follows with a power of 0.7
     assert 0.0 <= thermal.h_c / isothermal.h_c - 1.0 + 1e-5 < 0.8 / n_z**2
     np.testing.assert_allclose(thermal.pressure, isothermal.pressure, atol=0.02 * isothermal.p_max)
-    # traction is linear in the viscosity, which the heat does not touch
+    # traction is linear in the viscosity, which heat does not change here
     assert thermal.traction_force == pytest.approx(isothermal.traction_force, rel=0.02)
 
 
-def test_heat_takes_film_away_and_sliding_takes_more():
+def test_heat_reduces_the_film_and_sliding_reduces_it_further():
     isothermal = solved(conditions(srr=0.0), thermal=False).h_c
     films = [solved(conditions(srr=srr)).h_c for srr in (0.0, 0.5, 1.0)]
     assert isothermal * 1.02 > films[0] > films[1] > films[2] > 0.5 * isothermal
@@ -433,13 +433,13 @@ COLD_AND_WARM = [
 
 
 @pytest.mark.parametrize(("thermal", "start", "near"), COLD_AND_WARM)
-def test_warm_start_changes_nothing_but_the_work(thermal, start, near):
+def test_warm_start_changes_only_the_cost(thermal, start, near):
     """The grid's own film: the share that is extrapolated stays that of the start."""
     first, cold = (solved(at, thermal=thermal) for at in (start, near))
     warm = solve_contact(near, OIL, STEEL, options(thermal=thermal), start=first)
     assert warm.converged
     assert warm.choice == cold.choice
-    # the cold one has also solved the coarse grid, which its counts leave out
+    # the cold start has also solved the coarse grid, not included in its counts
     assert "coarse grid" not in warm.phases
     assert warm.iterations < (cold if thermal else first).iterations
     assert grid_film(warm) == pytest.approx(grid_film(cold), rel=1e-4)
@@ -452,7 +452,7 @@ def test_warm_start_changes_nothing_but_the_work(thermal, start, near):
     assert warm.h_c == pytest.approx(cold.h_c, rel=1e-3)
 
 
-def test_warm_start_from_the_solution_itself_comes_back_to_it():
+def test_warm_start_from_the_solution_returns_it():
     first = solved(conditions())
     again = solve_contact(conditions(), OIL, STEEL, options(), start=first)
     assert again.converged

@@ -21,7 +21,7 @@ LOBES = {
 
 
 def ends(rows):
-    """Rows of the least and of the largest M of each law, ellipse and L: what lies between them adds no regime."""
+    """Rows of the least and largest M of each law, ellipse and L; rows between them add no regime."""
     groups = {}
     for row in rows:
         groups.setdefault((row["rheology"], row["lambda"], row["L"]), []).append(row)
@@ -67,7 +67,7 @@ def test_films(row):
 
 
 def test_extrapolation_and_its_error_estimate_hold_over_the_table():
-    """Rows up to M = 1000, as one: the reported film is closer than that of the grid, and the estimate is no guess."""
+    """Rows up to M = 1000: the reported film is better than that of the grid, its estimate covers its error."""
     rows = [row for row in ROWS if not high(row)]
     films = [film_of(row) for row in rows]
     table = np.array([float(row["Hc"]) for row in rows])
@@ -76,16 +76,16 @@ def test_extrapolation_and_its_error_estimate_hold_over_the_table():
     plain = shares * (1.0 + reported) - 1.0
     estimates = np.array([film.solution.error_estimate for film in films])
     rms = lambda v: float(np.sqrt(np.mean(v**2)))  # noqa: E731
-    # 0.01 % against 0.14 % found; the table says 0.5 %
+    # 0.01 % against 0.14 % found; uncertainty of the table 0.5 %
     assert rms(reported) <= 1e-3
     assert rms(reported) <= 0.5 * rms(plain)
     assert 0.5 < rms(plain) / rms(estimates) < 2.0
-    # never further off than its estimate and what the table itself prints
+    # the error is within its estimate and the printed digits of the table
     assert np.all(np.abs(reported) <= estimates + 1e-3)
 
 
-def test_lines_across_bring_out_the_side_lobes():
-    """Hm of a circle: a couple of per cent, up or down, until the lines are narrower than the lobes."""
+def test_lines_across_resolve_the_side_lobes():
+    """Hm of a circle changes by a few percent, up or down, until the lines are narrower than the lobes."""
     row = next(row for row in TABLE if name(row) == "comp-Roelands-200-10-1.0")
     coarse, fine = (
         [abs(film_of(row, n_x=65, n_y=n_y).Hm / float(row["Hm"]) - 1.0) for n_y in lines]

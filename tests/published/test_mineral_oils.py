@@ -1,4 +1,4 @@
-"""Rules of oil_grade beside published oils: how far off they are is what their docstrings say."""
+"""Rules of oil_grade compared with published oils: the deviations are those of the docstrings."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Run-time refinement: a wrong map is corrected to what direct solves say; contacts in closed form, a few solved.
+"""Run-time refinement corrects a wrong map to direct solves; contacts in closed form, a few solved.
 
 The map is that of synthetic_contacts, moved by a few percent that vary over its axes; the contacts behind it stay.
 """
@@ -64,12 +64,12 @@ def wrong(film):
 
 @pytest.fixture
 def solved_contacts():
-    """Contacts are solved in a test with this fixture."""
+    """Tests with this fixture solve contacts."""
 
 
 @pytest.fixture(autouse=True)
 def closed_contacts(request, monkeypatch):
-    """Contacts in closed form in place of solved ones, unless a test asks for those."""
+    """Contacts in closed form instead of solved ones, unless the test uses `solved_contacts`."""
     if "solved_contacts" in request.fixturenames:
         return
 
@@ -111,7 +111,7 @@ def torque(state):
         (9000.0, 60.0, 305.0),
     ],
 )
-def test_refined_torque_is_the_direct_one_however_wrong_the_map(wrong, film, point):
+def test_refined_torque_is_the_direct_one_for_any_error_of_the_map(wrong, film, point):
     expected = direct_torque(film, *point)
     refinement = Refinement(wrong)
     assert abs(torque(wrong.evaluate(*point)) / expected - 1.0) > 3e-3
@@ -136,7 +136,7 @@ def test_pressure_and_loads_stay_those_of_the_map(wrong):
         assert getattr(refined, name) == getattr(plain, name)
 
 
-def test_one_ball_stands_for_all():
+def test_one_ball_represents_all():
     """Half of (error of the slope)^2 times the variance of ln(load)."""
     loads = nut_loads(GD4008.screw, 9000.0, GD4008.screw.ball_count)
     load = mean_load(loads)
@@ -159,7 +159,7 @@ def run_of(refinement, count=600, back=False):
 
 @pytest.mark.parametrize("certificate", [{}, {"torque_error_max": 1e-3}], ids=["without", "too good"])
 def test_torque_along_a_run_is_direct_within_the_tolerance_from_few_solves(film, certificate):
-    """A certificate that promises too much is soon outweighed by what is solved."""
+    """A certificate with too small errors loses its weight after a few solves."""
     wrong = moved(with_parameters(nut_map_of(small_map(), film, *FITTED), **certificate))
     refinement = Refinement(wrong, tolerance=2e-3)
     found, speeds, loads = run_of(refinement)
@@ -176,7 +176,7 @@ def test_torque_along_a_run_is_direct_within_the_tolerance_from_few_solves(film,
         [torque(wrong.evaluate(2000.0, w, 303.15, a)) for w, a in zip(speeds, loads, strict=True)]
     )
     assert np.abs(np.diff(np.log(found / plain))).max() <= 6e-3
-    # the way back is known
+    # the way back uses remembered corrections
     run_of(refinement, back=True)
     assert len(refinement.solves) - solved <= 0.1 * solved
 
@@ -190,7 +190,7 @@ def test_a_smaller_tolerance_solves_more(wrong):
     assert 2 * counts[0] < counts[1]
 
 
-def test_a_right_map_needs_few_solves(film):
+def test_a_correct_map_needs_few_solves(film):
     right = with_parameters(nut_map_of(small_map(), film, *FITTED), torque_error_max=1e-3)
     wrong = Refinement(moved(right))
     refinement = Refinement(right)
@@ -199,16 +199,16 @@ def test_a_right_map_needs_few_solves(film):
     assert 4 * len(refinement) < len(wrong)
 
 
-def test_every_solve_says_why(wrong, caplog):
-    said = []
-    refinement = Refinement(wrong, report=said.append)
+def test_every_solve_reports_its_reason(wrong, caplog):
+    reported = []
+    refinement = Refinement(wrong, report=reported.append)
     refinement.evaluate(2000.0, 40.0, 303.15)
     refinement.evaluate(2000.0, 48.0, 303.15)
-    assert list(refinement.solves) == said
-    assert str(said[0]).startswith(
+    assert list(refinement.solves) == reported
+    assert str(reported[0]).startswith(
         "contact of the screw at force 2000 N, speed 40 rad/s, 303.15 K solved: no solved"
     )
-    assert said[-1].reason.startswith("torque may be off by ")
+    assert reported[-1].reason.startswith("torque may be off by ")
     assert caplog.text == ""
 
 
@@ -241,7 +241,7 @@ def test_known_corrections_apply_beyond_the_map_and_below_its_axes(wrong):
     end = refinement.evaluate(2000.0, wrong.speed.lo, 303.15)
     ratio = wrong.evaluate(2000.0, 0.5 * wrong.speed.lo, 303.15).viscous_torque
     ratio /= wrong.evaluate(2000.0, wrong.speed.lo, 303.15).viscous_torque
-    # not quite: the exponent of speed belongs to the refined film
+    # approximate: the exponent of speed is that of the refined film
     assert slow.viscous_torque / end.viscous_torque == pytest.approx(ratio, rel=2e-2)
 
 
@@ -255,7 +255,7 @@ def test_a_nut_that_is_free_is_not_solved(wrong):
 # memory
 
 
-def test_same_calls_give_same_results_and_a_restored_state_goes_on_alike(wrong):
+def test_same_calls_give_same_results_also_from_a_restored_state(wrong):
     first, second = Refinement(wrong), Refinement(wrong)
     run_of(first, 100)
     run_of(second, 100)
@@ -278,7 +278,7 @@ def test_memory_is_bounded_and_keeps_what_is_used(wrong):
     assert len(refinement.solves) <= solved + 2
 
 
-def test_the_store_passes_through_its_points_and_knows_nothing_far_off():
+def test_the_store_interpolates_its_points_and_gives_nothing_far_away():
     store = CorrectionStore(10, 0.02)
     generator = np.random.default_rng(1)
     points, values = generator.uniform(0.0, 1.5, (8, 3)), generator.normal(0.0, 0.01, (8, 5))
@@ -296,7 +296,7 @@ def test_the_store_passes_through_its_points_and_knows_nothing_far_off():
     assert near.distance < 0.31 < 38.0 < far.distance
 
 
-def test_the_store_learns_how_much_corrections_vary():
+def test_the_store_estimates_how_much_corrections_vary():
     deviations = []
     for size in (0.1 * SCATTER, 0.01, 0.1):
         store = CorrectionStore(40, 0.02)
@@ -330,7 +330,7 @@ def test_scatter_between_close_points_is_followed_and_does_not_spread():
 # failures
 
 
-def test_a_contact_without_solution_keeps_the_map_and_is_not_tried_again(wrong, monkeypatch, caplog):
+def test_a_failed_contact_keeps_the_map_and_is_not_solved_again(wrong, monkeypatch, caplog):
     tried = []
 
     def fails(parameters, raceway, load, speed, *_, **__):
@@ -354,7 +354,7 @@ def test_a_contact_without_solution_keeps_the_map_and_is_not_tried_again(wrong, 
     assert len(tried) == 4
 
 
-def test_a_correction_that_is_no_number_is_no_correction(wrong, monkeypatch):
+def test_a_correction_that_is_not_finite_is_ignored(wrong, monkeypatch):
     nothing = SimpleNamespace(h_c=math.nan, h_m=math.nan, temperature_rise=math.nan)
     monkeypatch.setattr(direct, "solve_ball", lambda *_, **__: nothing)
     refinement = Refinement(wrong)
@@ -363,7 +363,7 @@ def test_a_correction_that_is_no_number_is_no_correction(wrong, monkeypatch):
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1e-3, math.nan, math.inf])
-def test_a_tolerance_that_is_none_is_refused(wrong, tolerance):
+def test_an_invalid_tolerance_is_refused(wrong, tolerance):
     with pytest.raises(ValueError, match=r"refine_tolerance = .*; needs a finite number > 0"):
         Refinement(wrong, tolerance=tolerance)
 
@@ -378,7 +378,7 @@ def test_a_map_that_cannot_be_refined_is_refused(wrong):
 # interface
 
 
-def test_arrays_give_what_scalars_give(wrong):
+def test_arrays_equal_scalars(wrong):
     speeds, preloads = np.array([[20.0, 40.0, 0.0]]), np.array([[1000.0], [2000.0]])
     one, other = Refinement(wrong), Refinement(wrong)
     found = one.evaluate(preloads, speeds, 303.15, roughness_height=1e-8)
@@ -401,7 +401,7 @@ def test_bad_arguments_are_refused_as_by_the_map(wrong):
             Refinement(wrong).evaluate(*arguments)
 
 
-def test_a_map_carries_the_parameters_it_was_built_for():
+def test_a_map_contains_the_parameters_it_was_built_for():
     for kinematics in ("published", "rolling_frame"):
         parameters = changed(load_parameters(), friction={"kinematics": kinematics})
         header = load_map(None, parameters).header
@@ -430,8 +430,8 @@ def test_preparing_solves_a_contact_that_is_not_remembered(wrong, monkeypatch):
     assert len(refinement) == len(refinement.solves) == 0
 
 
-def test_points_of_the_tests_lie_within_reach():
-    """The run above covers several cells, else it would show nothing."""
+def test_run_above_spans_several_cells():
+    """Otherwise that run would not test the interpolation."""
     cells = (
         math.log(8.0)
         / Refinement(moved(with_parameters(nut_map_of(small_map(), "solved", *FITTED))))._cell[1]
@@ -445,7 +445,7 @@ def test_points_of_the_tests_lie_within_reach():
 
 @pytest.mark.slow
 def test_refined_torque_is_that_of_the_direct_command(solved_contacts):
-    """Map moved by percents; films scatter by 1e-3 over the balls of a nut, and with them the viscous torque."""
+    """Map wrong by a few percent. Films and viscous torque scatter by 1e-3 over the balls of a nut."""
     parameters = load_parameters()
     packaged = load_map(None, parameters)
     film = packaged.header["film_model"]
@@ -459,7 +459,7 @@ def test_refined_torque_is_that_of_the_direct_command(solved_contacts):
 
 
 @pytest.mark.slow
-def test_the_mean_ball_says_what_all_balls_say(solved_contacts):
+def test_the_mean_ball_equals_the_sum_over_all_balls(solved_contacts):
     contacts = NutContacts(GD4008, thermal=False)
     found = contacts.solve("screw", 2000.0, 60.0, 303.15, slope=-0.07)
     film = DirectFilm(GD4008, thermal=False)

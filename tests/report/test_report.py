@@ -1,4 +1,4 @@
-"""The report: what the page shows is what the model computes; it holds everything itself; bad input; another screw."""
+"""The report: numbers of the page against the model, self-contained page, bad input, another screw."""
 
 import base64
 import json
@@ -10,6 +10,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from command_line import run
 from reference_screw import GD4008, published_rows
 from synthetic_contacts import closed_build, small_map
 
@@ -37,7 +38,7 @@ LOADING = {"src", "srcset", "data", "poster", "background", "action", "xlink:hre
 
 
 class Page(HTMLParser):
-    """Tables by id, images, links, text; complains about elements that are not closed."""
+    """Tables by id, images, links, text; raises on elements that are not closed."""
 
     def __init__(self, text):
         super().__init__()
@@ -80,18 +81,9 @@ class Page(HTMLParser):
             self._table[-1][-1] += data
 
 
-def run(capsys, *arguments):
-    """Exit code, output, complaints."""
-    try:
-        code = cli.main([*map(str, arguments)])
-    except SystemExit as leave:
-        code = leave.code
-    return code, *capsys.readouterr()
-
-
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
-    """File, JSON and log of the packaged screw, and the numbers behind: contacts are solved once."""
+    """File, JSON and log of the packaged screw, and their numbers; contacts are solved once."""
     path = tmp_path_factory.mktemp("report") / "report.html"
     gathered = []
 
@@ -138,7 +130,7 @@ def test_json_names_file_figures_and_deviations(written, shown):
         assert f"contact {k + 1} of 4: {kinematics}, {raceway} raceway" in err
 
 
-def test_page_holds_everything_itself(written, shown):
+def test_page_is_self_contained(written, shown):
     text = written[0].read_text(encoding="utf-8")
     assert text.isascii()
     assert len(text) < 5e6
@@ -154,7 +146,7 @@ def test_page_holds_everything_itself(written, shown):
     assert "@media print" in text
 
 
-def test_pictures_are_whole(shown):
+def test_pictures_are_complete(shown):
     for image in shown.images:
         kind, data = re.fullmatch(r"data:image/(svg\+xml|png);base64,(.+)", image["src"]).groups()
         content = base64.b64decode(data, validate=True)
@@ -218,7 +210,7 @@ def test_calibrated_numbers_with_errors_of_what_was_left_out(shown):
     assert "Calibrated, not predicted" in shown.text
 
 
-def test_torque_lines_and_table_are_answers_of_the_map(shown, found):
+def test_torque_lines_and_table_are_values_of_the_map(shown, found):
     for lines, point in (
         (found.over_speed, lambda x, row: (row, x, found.over_speed.fixed)),
         (found.over_preload, lambda x, row: (x, row, found.over_preload.fixed)),
@@ -283,7 +275,7 @@ def test_certificate_of_the_map(shown, found):
 # --- 6 ---
 
 
-def test_every_statement_of_the_file_is_there_with_a_verdict(shown, written):
+def test_every_statement_of_the_file_is_shown_with_a_verdict(shown, written):
     statements = read_rows(PACKAGED_CLAIMS)
     assert statements == published_rows("zhao2023/claims.csv")
     assert "doi 10.1007" in PACKAGED_CLAIMS.read_text(encoding="utf-8").splitlines()[0]
@@ -413,7 +405,7 @@ def test_errata_have_their_effect_in_numbers(shown, found):
 
 @pytest.fixture
 def not_drawn(found, monkeypatch):
-    """Contacts as solved already, pictures made but not written: for tests of the rest."""
+    """Reuse solved contacts and do not write pictures."""
     monkeypatch.setattr(material, "solved_contacts", lambda *arguments: found.contacts)
     monkeypatch.setattr(figures, "figure_address", lambda figure, kind: "data:image/png;base64,AAAA")
 
@@ -429,7 +421,7 @@ def another(tmp_path, name="a <b> & c"):
     return "--screw", tmp_path / "my.toml", "--map", tmp_path / "my.nc"
 
 
-def test_other_screw_leaves_measurements_and_paper_out_and_says_so(found, tmp_path, capsys, monkeypatch):
+def test_report_of_another_screw_omits_measurements_and_paper(found, tmp_path, capsys, monkeypatch):
     points = []
 
     def contacts(parameters, point, progress):
@@ -485,7 +477,7 @@ def test_contact_that_does_not_converge_is_named_and_not_drawn(
     assert {tuple(row[-2:]) for row in rows} == {("not converged", "not reproduced")}
 
 
-def test_other_kinematics_and_table_for_people(not_drawn, tmp_path, capsys):
+def test_other_kinematics_and_readable_table(not_drawn, tmp_path, capsys):
     target = tmp_path / "r.html"
     code, out, _ = run(capsys, "report", "--kinematics", "rolling_frame", "--output", target)
     assert code == 0
@@ -517,10 +509,8 @@ def test_bad_output_is_refused_in_one_line_before_anything_is_read(tmp_path, cap
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.html").mkdir()
     before = sorted(tmp_path.rglob("*"))
-    arguments = ["--map", tmp_path / "none.nc"] + (
-        [] if output is None else ["--output", f"{tmp_path}/{output}"]
-    )
-    code, out, err = run(capsys, "report", *arguments)
+    target = [] if output is None else ["--output", tmp_path / output]
+    code, out, err = run(capsys, "report", "--map", tmp_path / "none.nc", *target)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert named in err
     assert sorted(tmp_path.rglob("*")) == before
@@ -540,7 +530,7 @@ def test_bad_map_and_screw_are_refused(tmp_path, capsys):
     assert not (tmp_path / "r.html").exists()
 
 
-def test_a_page_that_cannot_be_written_leaves_the_old_one(not_drawn, tmp_path, capsys, monkeypatch):
+def test_a_failed_write_keeps_the_old_page(not_drawn, tmp_path, capsys, monkeypatch):
     from pathlib import Path
 
     (tmp_path / "r.html").write_text("old")
@@ -565,7 +555,7 @@ def test_elements_escape_what_is_not_html():
     assert found.tables["i"] == [["a"], ["<1>"]]
 
 
-def test_matplotlib_and_solver_wait_until_they_are_needed():
+def test_matplotlib_and_solver_are_imported_only_when_needed():
     code = (
         "import sys; import ballscrew_tehl.cli.report; assert 'numba' not in sys.modules;"
         "import ballscrew_tehl.report.sections; assert not {'matplotlib', 'xarray'} & set(sys.modules)"

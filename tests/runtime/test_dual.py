@@ -1,4 +1,4 @@
-"""Numbers with a derivative against differences, and the law of the nut computed with them."""
+"""Dual numbers compared with finite differences, alone and in the friction law of the nut."""
 
 import math
 
@@ -61,7 +61,7 @@ def test_torques_of_a_nut_with_their_slopes(s, f):
 
 @pytest.mark.parametrize("load", [100.0, 5000.0])
 def test_forces_of_the_nuts_with_their_slopes(load):
-    """At 5000 N the nuts are parted: one carries the load, the preload changes nothing."""
+    """At 5000 N one nut has separated: the other carries the load, independent of the preload."""
 
     def forces(preload, ops):
         separation = Dual(0.7, 0.0) if ops is DUALS else 0.7

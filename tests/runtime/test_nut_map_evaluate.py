@@ -105,7 +105,7 @@ def test_an_axial_load_that_overloads_one_nut_is_flagged():
     assert state.ball_load_max == pytest.approx(synthetic_map.force_curves(12000.0)[3], rel=1e-9)
 
 
-def test_no_preload_no_torque():
+def test_torque_is_zero_without_preload():
     state = NUT_MAP.evaluate(0.0, 30.0, T)
     assert state[:3] == (0.0, 0.0, 0.0)
     assert (state.contact_pressure_max, state.ball_load_max, state.film_temperature_rise) == (0.0, 0.0, 0.0)
@@ -123,7 +123,7 @@ def test_below_the_force_axis_the_power_laws_of_hertz_hold():
     assert low.clamped == ("preload",)
 
 
-def test_a_nut_that_comes_free_is_in_range_and_torque_is_continuous_there():
+def test_torque_is_in_range_and_continuous_where_a_nut_separates():
     separation = 2000.0 * float(synthetic_map.separation_ratio(2000.0)[0])
     before, after = (NUT_MAP.evaluate(2000.0, 30.0, T, separation * (1.0 + e)) for e in (-1e-9, 1e-9))
     assert before.in_range

@@ -1,4 +1,4 @@
-"""Preload from torque by the map: derivative, round trip, limits, parted nuts, monotone maps."""
+"""Preload from torque by the map: derivative, round trip, limits, separated nuts, monotone maps."""
 
 import math
 
@@ -28,7 +28,7 @@ def estimate(nut_map, torque, speed, temperature=303.15, axial_load=0.0, frictio
 
 
 def random_points(count, seed=7):
-    """Preload, speed, temperature, axial load, place of the friction set: in the map, slow, and beyond."""
+    """Preload, speed, temperature, axial load, index of the friction set: inside the map, slow, outside."""
     rng = np.random.default_rng(seed)
     preload = 10.0 ** rng.uniform(1.5, 4.08, count)
     speed = rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-2.0, 2.6, count)
@@ -64,14 +64,14 @@ def test_derivative_is_that_of_differences(synthetic_nut_map):
 
 
 @pytest.mark.slow
-def test_the_preload_comes_back(synthetic_nut_map):
-    told = 0
+def test_the_preload_is_recovered(synthetic_nut_map):
+    in_range_count = 0
     for preload, speed, temperature, axial, n in random_points(3000):
         state = synthetic_nut_map.evaluate(preload, speed, temperature, axial, *SETS[n])
         torque = float(torque_of(synthetic_nut_map, preload, speed, temperature, axial, SETS[n]))
         found = estimate(synthetic_nut_map, torque, speed, temperature, axial, SETS[n])
         if state.in_range and found.in_range:
-            told += 1
+            in_range_count += 1
             assert found.preload == pytest.approx(preload, rel=1e-9), (speed, temperature, axial, n)
             elasticity = found.torque_sensitivity * preload / abs(torque)
             assert elasticity >= LEAST_ELASTICITY * (1.0 - 1e-9)
@@ -80,12 +80,12 @@ def test_the_preload_comes_back(synthetic_nut_map):
                 synthetic_nut_map.force.hi
             )  # the torque of a clamped preload
         else:
-            # what the map does not cover, or the nuts part, as the state of the map says
+            # outside the map, or one nut separated: as in the state of the map
             beyond = {"torque" if name == "preload" else name for name in state.clamped}
             model = OverPreload(synthetic_nut_map, speed, temperature, axial, *SETS[n], REGULARIZATION)
-            parted = preload <= model.separation_preload() * (1.0 + 1e-6)
-            assert beyond or parted, (preload, found)
-    assert told > 2000
+            is_separated = preload <= model.separation_preload() * (1.0 + 1e-6)
+            assert beyond or is_separated, (preload, found)
+    assert in_range_count > 2000
 
 
 def test_it_agrees_with_the_bracketing_solver(synthetic_nut_map):
@@ -94,19 +94,19 @@ def test_it_agrees_with_the_bracketing_solver(synthetic_nut_map):
         def torque(preload, speed=speed):
             return abs(float(torque_of(synthetic_nut_map, preload, speed)))
 
-        for wanted in (0.05, 0.8, 3.0):
-            bracketed = preload_from_torque(torque, wanted, 0.0, synthetic_nut_map.force.hi)
-            found = estimate(synthetic_nut_map, math.copysign(wanted, speed), speed)
+        for target in (0.05, 0.8, 3.0):
+            bracketed = preload_from_torque(torque, target, 0.0, synthetic_nut_map.force.hi)
+            found = estimate(synthetic_nut_map, math.copysign(target, speed), speed)
             assert found.preload == pytest.approx(bracketed, rel=1e-11)
 
 
-def test_beyond_what_the_map_gives(synthetic_nut_map):
+def test_torque_outside_the_range_of_the_map(synthetic_nut_map):
     lowest, highest = synthetic_nut_map.force.lo, synthetic_nut_map.force.hi
     for torque in (0.0, -0.5):
         found = estimate(synthetic_nut_map, torque, 30.0)
         assert (found.preload, found.clamped) == (0.0, ("torque",))
     assert estimate(synthetic_nut_map, 1e3, 30.0)[::2] == (highest, ("torque",))
-    # below the axis the power laws of the map go on, flagged
+    # below the axis the map extrapolates by power laws and sets the flag
     small = float(torque_of(synthetic_nut_map, 0.3 * lowest, 30.0))
     found = estimate(synthetic_nut_map, small, 30.0)
     assert found.preload == pytest.approx(0.3 * lowest, rel=1e-10)
@@ -125,7 +125,7 @@ def test_an_axial_load_beyond_the_map_is_clamped(synthetic_nut_map):
 
 
 @pytest.mark.parametrize("axial", [4000.0, -4000.0])
-def test_parted_nuts_do_not_tell_the_preload(synthetic_nut_map, axial):
+def test_preload_is_not_in_range_with_a_separated_nut(synthetic_nut_map, axial):
     model = OverPreload(synthetic_nut_map, 30.0, 303.15, axial, *SETS[0], REGULARIZATION)
     parting = model.separation_preload()
     assert 0.2 * abs(axial) < parting < 0.5 * abs(axial)

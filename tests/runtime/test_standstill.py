@@ -57,7 +57,7 @@ def test_step_agrees_with_integration_of_the_bristle(seed):
     assert result.heat == pytest.approx(S0 * work - stored, abs=1e-6 * S0 * z_s**2)
 
 
-def test_elastic_range_gives_all_its_energy_back():
+def test_elastic_range_returns_all_its_energy():
     z = 0.0
     for speed in (0.01, -0.02, 0.01):
         result = presliding_step(z, speed, 0.01, TC, S0, 0.0)
@@ -75,7 +75,7 @@ def test_a_sinking_coulomb_level_turns_stored_energy_into_heat():
 
 
 @pytest.mark.parametrize("coulomb", [0.0, TC])
-def test_a_step_of_no_length_leaves_the_state(coulomb):
+def test_a_step_of_zero_length_keeps_the_state(coulomb):
     result = presliding_step(1e-4, 5.0, 0.0, coulomb, S0, 1.0)
     assert result == (1e-4, 0.0 if coulomb == 0.0 else S0 * 1e-4, 0.0)
 
@@ -114,7 +114,7 @@ def test_bristle_never_delivers_energy(run, damping):
 
 
 def rotor(stiffness, damping, load, seconds, inertia=0.01, step=1e-3, omega=0.0, parallel=True):
-    """Rotor and bristle stepped explicitly, the last torque held; speeds and angle at each step."""
+    """Rotor and bristle stepped explicitly with the torque of the previous step; speeds and angle."""
     z = torque = angle = 0.0
     speeds, angles = [], []
     for n in range(round(seconds / step)):

@@ -27,7 +27,7 @@ def conditions(load=30.0, u_e=2.0, srr=0.5, temperature=303.15, **more) -> Conta
 
 
 def options(**changed) -> SolverOptions:
-    """A coarse grid unless said otherwise."""
+    """Options of a coarse grid, with changes."""
     return SolverOptions(**({"n_x": 65, "n_y": 9, "n_z": 8} | changed))
 
 
@@ -42,7 +42,7 @@ def solved(at: ContactConditions, rheology="newtonian", **changed) -> ContactSol
 
 @lru_cache(maxsize=128)
 def moes(M, L, radius_ratio, law, **options) -> MoesFilm:
-    """Isothermal film; default grid unless said otherwise."""
+    """Isothermal film, on the default grid unless options are given."""
     film = solve_moes(M, L, radius_ratio, law, SolverOptions(thermal=False, **options))
     assert film.solution.converged, film.solution.reason
     return film

@@ -59,7 +59,7 @@ def cell_integrals(x, edges, sign, breaks, table, own):
 
 # --- Reynolds equation -------------------------------------------------------------------------------------------
 #
-# No derivatives are written down here: fields may be complex, so that a step of 1e-30 i gives them to rounding.
+# No derivatives here: fields may be complex, so that a step of 1e-30 i gives derivatives to rounding.
 
 
 def lifted_gap(h, floor):
@@ -114,7 +114,7 @@ def face_fluxes(x, kappa_h, mirror, open_side, p, gap, ln_phi, g, g_y, floor):
 
 
 def residual(width, kappa_h, mirror, flow_x, flow_y):
-    """Twin of kernels.residual: divergence; at a mirror the flow across comes back turned round."""
+    """Twin of kernels.residual: divergence; at a mirror the flow across changes sign."""
     out = np.zeros((flow_x.shape[0], flow_y.shape[1]), dtype=flow_x.dtype)
     across = np.concatenate([-flow_y[:1], flow_y])
     along = np.diff(flow_x, axis=1)[:-1] / width[1:-1]
@@ -329,7 +329,7 @@ def _mirrored(face_y, mirror):
 
 
 def face_flow(width, h_y, mirror, heat, flux_x, flux_y, m_x, m_y, start, end):
-    """Twin of energy.face_flow: x, y, z, reverse; zero where the kernel does not go."""
+    """Twin of energy.face_flow: x, y, z, reverse; zero where the kernel computes nothing."""
     ny, nx, levels = m_x.shape
     share = _layers(levels - 1)
     mean = 0.5 * (m_y[1:] + m_y[:-1])
@@ -400,7 +400,7 @@ def sweep(x, width, h_y, mirror, h, conductivity, t_in, flow, face, t_at, cautio
         for i in columns if forward else columns[columns <= face.reverse[j]][::-1]:
             lam = conductivity / (h[j, i] * dz)
             peclet = face.z[j, i] / lam
-            # cautious: hotter oil gives less heat by itself, and leaves the stress as it is
+            # conservative: hotter oil gives less heat, at unchanged stress
             sense = -1.0 if cautious else 1.0
             answer = 2.0 / flow.fluidity[j, i] if flow.fluidity[j, i] > 0.0 and not cautious else 0.0
             up, down = lam * peclet / -np.expm1(-peclet), lam * peclet / np.expm1(peclet)
@@ -408,7 +408,7 @@ def sweep(x, width, h_y, mirror, h, conductivity, t_in, flow, face, t_at, cautio
             def column_heat(own, j=j, i=i, up=up, down=down, sense=sense, answer=answer):
                 """Heat of all levels [W/m2] times their share of the film, at temperatures `own`."""
                 rising = up * own[:-1] - down * own[1:]
-                # the oil that rises keeps its own temperature: heat is counted from that of the cell
+                # oil that flows upwards has the temperature of its cell, the reference of the heat
                 lift = face.z[j, i]
                 gain = np.zeros(n_z + 1)
                 gain[1:] += rising - lift * own[1:]
@@ -436,7 +436,7 @@ def sweep(x, width, h_y, mirror, h, conductivity, t_in, flow, face, t_at, cautio
             delta = new - t[j, i, inner]
             change = np.maximum(change, np.abs(delta).max())
             t[j, i, inner] += np.clip(delta, -limit, limit)
-            # half cells at the walls: no linearisation, and what the wall alone changes
+            # half cells at the walls: no linearisation; only the effect of the wall itself
             own = t[j, i]
             sides = side_heat(x, width, h_y, mirror, t, t_in, face, j, i, own)
             still = side_heat(x, width, h_y, mirror, t, t_in, face, j, i, own + 1.0)

@@ -1,5 +1,5 @@
 """`python -m ballscrew_tehl map ...` on a small grid with contacts in closed form, for the commands of the docs
-that solve contacts for minutes: everything else of the command is the real thing.
+that solve contacts for minutes. Everything else of the command is unchanged.
 
     python tests/support/small_map_build.py map build --screw my.toml --output my_map.nc
 """

@@ -30,12 +30,12 @@ GRID = MapGrid(
     contact_nodes=(4, 5, 4),
     contact_most=(0, 0, 0),
 )
-#: the solver's own row, whatever a test puts in its place
+#: the row of the solver, also while a test replaces it
 SOLVE_ROW = build._solve_row
 SHARE = {FILMS[0]: 1.0, FILMS[1]: 0.8, FILMS[2]: 0.5}
 
 
-#: exponent of load by which the film leaves the closed formula: it falls with load on the screw and rises on the nut
+#: exponent of load in the ratio to the closed formula: the film falls with load on the screw and rises on the nut
 LOAD_EXPONENT = {"screw": -0.02, "nut": 0.12}
 
 
@@ -67,7 +67,7 @@ def values(parameters, raceway, name, load, speed, temperature):
 
 
 class ClosedFilm:
-    """Film model of the closed form, without a map between."""
+    """Film model of the closed form, without a map."""
 
     def __init__(self, parameters, thermal):
         self.parameters = parameters

@@ -1,4 +1,4 @@
-"""The contact of section 5.1: printed values, solved rows, what three grids tell, the table."""
+"""The contact of section 5.1: printed values, solved rows, extrapolation from three grids, the table."""
 
 import math
 from types import SimpleNamespace
@@ -104,7 +104,7 @@ def test_value_that_does_not_settle_has_no_limit(values):
 
 
 def test_grids_are_refined_by_one_ratio_in_every_direction():
-    """As near as whole, even numbers of cells allow."""
+    """As nearly as whole, even numbers of cells allow."""
     for coarser, finer in ((COARSE, MIDDLE), (MIDDLE, FINE)):
         assert (finer.n_x - 1) / (coarser.n_x - 1) == pytest.approx(REFINEMENT, rel=0.01)
         assert (finer.n_y - 1) / (coarser.n_y - 1) == pytest.approx(REFINEMENT, rel=0.04)

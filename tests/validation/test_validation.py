@@ -10,7 +10,7 @@ from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, table_text, va
 
 
 def measured_exactly(preload, speed, temperature):
-    """A model that hits every measured torque: piecewise linear through the printed points."""
+    """A model that equals every measured torque: piecewise linear through the printed points."""
     assert temperature == ASSUMED_TEMPERATURE
     rpm = speed * 30.0 / 3.141592653589793
     if rpm > 101.0:
@@ -32,7 +32,7 @@ def tables():
     return {table.name: table for table in validation_tables(measured_exactly)}
 
 
-def test_a_model_that_hits_the_measurement_has_no_deviation(tables):
+def test_a_model_equal_to_the_measurement_has_no_deviation(tables):
     assert [len(tables[name].rows) for name in ("table2", "table4", "table3")] == [6, 6, 6]
     for table in tables.values():
         assert table.deviations[0] == pytest.approx(0.0, abs=1e-9)

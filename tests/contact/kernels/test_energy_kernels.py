@@ -29,7 +29,7 @@ class Film:
         self.mirror = mirror
         self.h = 1e-6 * (0.3 + rng.random((NY, NX)))
         self.t = T_IN + 60.0 * rng.random((NY, NX, NZ + 1))
-        # walls and inner levels a few kelvin from those that the flow belongs to
+        # walls and inner levels a few kelvin from the temperatures of the flow
         self.t_at = self.t + 3.0 * rng.normal(size=self.t.shape)
         self.flow = flow = film_flow.FilmFlow.empty(NY, NX, NZ)
         shape = flow.shear.shape
@@ -152,9 +152,9 @@ def test_backward_sweep_visits_columns_with_reverse_flow_only():
 @pytest.mark.parametrize("mirror", MIRROR.values(), ids=MIRROR)
 @pytest.mark.parametrize(("j", "i"), [(1, 1), (2, 2), (3, 3)])
 def test_response_is_the_change_of_flux_with_the_wall_temperatures(mirror, j, i):
-    """First column of a line that a forward sweep visits: no other has seen its walls before.
+    """First column of a line that a forward sweep visits, before its walls have influenced others.
 
-    Without flow across and compression at the walls: what these carry of the wall's own warming is left out.
+    No flow across and no compression at the walls, whose response to the wall temperature is not included.
     """
     film = Film(mirror, "both")
     film.face.y[:], film.flow.compression[..., [0, -1]] = 0.0, 0.0

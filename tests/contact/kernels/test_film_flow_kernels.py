@@ -96,7 +96,7 @@ def test_column_integrals_and_their_slopes_are_the_numpy_twin(oil, n_z):
         np.testing.assert_allclose(found[:5], twin(0.0), rtol=1e-12)
         slopes = np.imag(twin(1j * STEP)) / STEP
         np.testing.assert_allclose(found[5:], slopes, rtol=1e-10, atol=1e-24)
-        assert np.abs(slopes[[0, 1, 3, 4]]).min() > 0.0  # 1/Pa: each of them is asked for
+        assert np.abs(slopes[[0, 1, 3, 4]]).min() > 0.0  # 1/Pa: each of them matters
 
 
 @pytest.mark.parametrize("oil", OILS.values(), ids=OILS)
@@ -111,7 +111,7 @@ def test_film_coefficients_and_their_slopes_are_the_numpy_twin(oil):
 
 
 def test_film_coefficients_against_differences_of_themselves():
-    """Not only of the twin: what Newton's method sees, over a pressure change that temperatures follow."""
+    """The derivatives used by Newton's method, over a pressure change that temperatures follow."""
     columns, eps = Columns(OIL), 1e-6
     at = columns.compiled()
     p = columns.p
@@ -199,7 +199,7 @@ def test_film_flow_is_the_numpy_twin(update, mirror):
     film_flow.film_flow(table, X, Y, mirror, p, h, t, speeds, flow)
     assert set(twin) == set(flow._fields)
     assert (twin["thinning"].max() > 1.3) == bool(update)
-    # Newton of the wall equations stops at 1e-9 of the sliding; what is small against the largest is a difference
+    # Newton's method of the wall equations stops at 1e-9 of the sliding; small values are differences of large ones
     for name, expected in twin.items():
         found = getattr(flow, name)
         assert np.abs(found - expected).max() <= 1e-8 * np.abs(expected).max(), name

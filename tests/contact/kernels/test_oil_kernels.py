@@ -1,4 +1,4 @@
-"""What the compiled loops know of the oil against the lubricant module, and every slope against differences."""
+"""Oil properties of the compiled kernels against the lubricant module, slopes against differences."""
 
 import contact_twins as twins
 import numpy as np
@@ -82,7 +82,7 @@ def test_shear_thinning_is_the_law_at_its_stress(update, rate):
     tau = twins.shear_stress(oil, P, eta, rate)
     limit = max(oil.limiting_stress_ambient, oil.limiting_stress_slope * P)
     if "limiting" in oil.rheology and eta * rate > 10.0 * limit:
-        pytest.skip("the stress no longer tells the rate to the digits asked for")
+        pytest.skip("the stress does not determine the rate to the required digits")
     thinning, _ = oil_kernels.shear_thinning(table_of(oil), P, eta, tau)
     # series near zero stress: t^4/120 (eyring), t^3/4 (limiting) of the next term; digits of the sum in log1p
     assert thinning == pytest.approx(eta * rate / tau, rel=1e-9)

@@ -44,7 +44,7 @@ class Case:
         self.p = np.zeros(self.shape)
         self.p[self.grid.inner] = rng.random(self.p[self.grid.inner].shape) - 0.1
         self.gap = 0.02 + 0.1 * rng.random(self.shape) + 0.2 * np.maximum(0.0, self.grid.x**2 - 1.0)
-        # a far line that opens from the one before, except for a few nodes where the power law has nothing to say
+        # the far line opens from the one before, except for a few nodes where the power law does not apply
         for near, far in ((-2, -1), (1, 0))[: 1 if mirror else 2]:
             self.gap[far, 3:] = self.gap[near, 3:] * (1.2 + rng.random(nx - 3))
             self.gap[far, :3] = 0.7 * self.gap[near, :3]
@@ -94,7 +94,7 @@ def case(request):
 
 
 def test_case_takes_every_branch(case):
-    """Cavitated nodes, lifted gaps and lines that open and close: else the twins would prove less than they say."""
+    """Cavitated nodes, lifted gaps, lines that open and close: otherwise the comparison is incomplete."""
     assert (case.p < 0.0).any()
     assert (case.gap > FLOOR).any()
     assert (case.gap < case.floor).any() == (case.floor == FLOOR)
@@ -174,7 +174,7 @@ def test_log_mean_joins_its_series():
         assert w_left + w_right == pytest.approx(1.0, abs=1e-15)
 
 
-def test_lifted_gap_is_smooth_positive_and_leaves_a_film_alone():
+def test_lifted_gap_is_smooth_positive_and_equals_a_positive_gap():
     assert kernels.lifted_gap(1.3 * FLOOR, FLOOR) == (1.3 * FLOOR, 1.0)
     gaps = FLOOR * np.linspace(-20.0, 2.0, 221)
     lifted, slope = np.array([kernels.lifted_gap(h, FLOOR) for h in gaps]).T

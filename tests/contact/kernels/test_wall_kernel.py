@@ -79,7 +79,7 @@ def test_panels_integrate_polynomials():
     np.testing.assert_allclose(values, exact, rtol=1e-11, atol=1e-12)
 
 
-def test_panel_around_the_source_takes_its_place():
+def test_panel_around_the_source_replaces_the_others():
     half = np.array([0.1, 1.0, 2.0])
     value = np.ones((2, NODES.size, 1))
     breaks, density = both_sides(half, value, 2.0 * value[:1], 3.0 * value[:1])
@@ -133,7 +133,7 @@ def test_influence_is_the_integral_over_the_cell(case, beta):
         exact = exact_cell(beta, grid.x[node] - edges[cell + 1], grid.x[node] - edges[cell], low, high)
         exact *= 2.0 if distance == 0 else 1.0
         value, largest = values[distance, node, cell], values[0, node].max()
-        # as the docstring says
+        # bound of the docstring
         assert value == pytest.approx(exact, rel=0.0, abs=1e-8 * largest)
         assert value == pytest.approx(exact, rel=1e-5, abs=1e-15 * largest)
 
@@ -166,7 +166,7 @@ def test_operator_is_the_convolution_with_the_influence(beta, mirror):
     np.testing.assert_allclose(rise, plain, rtol=1e-10, atol=1e-14 * plain.max())
 
 
-def test_operator_takes_over_the_memory_of_another():
+def test_operator_reuses_the_arrays_of_another():
     grid = graded_grid(-2.5, 1.5, 1.2, 21, 5, 0.2)
     field = np.random.default_rng(4).random((5, 21))
     field[-1] = 0.0

@@ -1,4 +1,4 @@
-"""The packaged screw end to end: the FMU in fmpy says what the command line says over the published tables."""
+"""The packaged screw end to end: FMU in fmpy equals the command line over the published tables."""
 
 import csv
 import json
@@ -65,7 +65,7 @@ def test_fmu_and_command_line_agree(torques, tmp_path):
 
 
 def test_mean_deviations_of_the_tables_are_those_of_the_publication_or_better(torques):
-    """Bounds: what the publication reaches, recomputed from its printed tables."""
+    """Bounds: deviations of the publication, recomputed from its printed tables."""
     errors = [
         abs(p["friction_torque_nm"] / float(r["measured_Nm"]) - 1.0)
         for r, p in zip(TORQUES, torques, strict=True)

@@ -43,7 +43,7 @@ def with_synthetic_map(script, monkeypatch, synthetic_nut_map):
 
 @pytest.fixture
 def for_this_machine(monkeypatch):
-    """Native FMUs without the other platforms, which take their time; they are test_native_package's."""
+    """Native FMUs for this machine only; test_native_package covers the other platforms."""
     host = "x86_64-windows" if sys.platform == "win32" else f"x86_64-{sys.platform}"
     monkeypatch.setattr("ballscrew_fmu.native_fmu.compile.PLATFORMS", {host: PLATFORMS[host]})
 
@@ -53,7 +53,7 @@ MONITOR = ["BallScrewPreloadMonitorNative_fmi2.fmu", "BallScrewPreloadMonitorNat
 PYTHON = ["BallScrewFriction.fmu", "BallScrewPreloadMonitor.fmu"]
 
 
-def test_it_delivers_a_checked_fmu_and_says_what_it_is(script, with_synthetic_map, tmp_path, capsys):
+def test_it_writes_a_checked_fmu_and_describes_it(script, with_synthetic_map, tmp_path, capsys):
     assert script.main(["--python-only", "--output", str(tmp_path / "new" / "dist")]) == 0
     folder = tmp_path / "new" / "dist"
     assert sorted(path.name for path in folder.iterdir()) == PYTHON
@@ -66,7 +66,7 @@ def test_it_delivers_a_checked_fmu_and_says_what_it_is(script, with_synthetic_ma
         assert word in printed
 
 
-def test_it_delivers_the_native_fmus_as_well(
+def test_it_writes_the_native_fmus_as_well(
     script, with_synthetic_map, for_this_machine, tmp_path, capsys, synthetic_nut_map
 ):
     assert script.main(["--output", str(tmp_path)]) == 0
@@ -79,8 +79,8 @@ def test_it_delivers_the_native_fmus_as_well(
         )
         with zipfile.ZipFile(tmp_path / name) as archive:
             results = archive.read(f"extra/org.fmi-standard.fmi-ls-ref/{name[:-9]}_out.csv").decode()
-        told = [row for row in csv.DictReader(io.StringIO(results)) if row["in_range"] == "1"]
-        assert len(told) > 100
+        rows_in_range = [row for row in csv.DictReader(io.StringIO(results)) if row["in_range"] == "1"]
+        assert len(rows_in_range) > 100
     for name in NATIVE:
         assert validate_fmu(str(tmp_path / name)) == []
         assert hashlib.sha256((tmp_path / name).read_bytes()).hexdigest() in printed
@@ -108,7 +108,7 @@ FITTED_HERE = FrictionSet(
 )  # fmt: skip
 
 
-def test_friction_parameters_of_a_file_start_the_fmu_and_stand_in_its_documentation(
+def test_friction_parameters_of_a_file_are_start_values_and_documented(
     script, for_this_machine, tmp_path, capsys
 ):
     friction = tmp_path / "friction.toml"
@@ -145,7 +145,7 @@ def test_friction_parameters_of_a_file_start_the_fmu_and_stand_in_its_documentat
         ),
     ],
 )
-def test_a_friction_file_that_does_not_suit_is_one_line(script, tmp_path, capsys, changes, message):
+def test_a_friction_file_of_another_model_is_one_line(script, tmp_path, capsys, changes, message):
     entry = replace(FITTED_HERE, **changes)
     write_friction_sets(tmp_path / "friction.toml", {(entry.kinematics, entry.name): entry})
     friction = str(tmp_path / "friction.toml")
@@ -154,7 +154,7 @@ def test_a_friction_file_that_does_not_suit_is_one_line(script, tmp_path, capsys
     assert not (tmp_path / "dist").exists()
 
 
-def test_the_packaged_friction_parameters_stand_in_the_documentation(script, tmp_path, capsys):
+def test_the_packaged_friction_parameters_are_documented(script, tmp_path, capsys):
     assert script.main(["--python-only", "--output", str(tmp_path)]) == 0
     with zipfile.ZipFile(tmp_path / "BallScrewFriction.fmu") as archive:
         page = archive.read("documentation/index.html").decode()
@@ -162,7 +162,7 @@ def test_the_packaged_friction_parameters_stand_in_the_documentation(script, tmp
     assert "identify their sum, not the split" in page
 
 
-def test_a_native_fmu_that_differs_delivers_nothing(
+def test_nothing_is_written_when_a_native_fmu_differs(
     script, with_synthetic_map, for_this_machine, tmp_path, monkeypatch, capsys
 ):
     original = check.check_replay
@@ -178,7 +178,7 @@ def test_a_native_fmu_that_differs_delivers_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_a_compiler_one_line_names_the_remedy(
+def test_a_missing_compiler_is_one_line_with_the_remedy(
     script, with_synthetic_map, tmp_path, monkeypatch, capsys
 ):
     def missing():
@@ -199,7 +199,7 @@ def test_the_tables_show_the_torque_of_the_fmu(script, fmu, synthetic_nut_map):
     assert f"{sum(state[:3]):.4f}" in text
 
 
-def test_a_monitor_that_loses_the_preload_delivers_nothing(
+def test_nothing_is_written_when_a_monitor_misses_the_preload(
     script, with_synthetic_map, tmp_path, monkeypatch, capsys
 ):
     monkeypatch.setattr("ballscrew_fmu.checks.reference.preload_error", lambda *_: 2e-6)
@@ -209,7 +209,7 @@ def test_a_monitor_that_loses_the_preload_delivers_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_table_that_is_beyond_the_map_delivers_nothing(
+def test_nothing_is_written_when_a_table_is_outside_the_map(
     script, with_synthetic_map, tmp_path, monkeypatch, capsys
 ):
     def beyond(_):
@@ -221,7 +221,7 @@ def test_a_table_that_is_beyond_the_map_delivers_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_two_runs_deliver_the_same_bytes(script, with_synthetic_map, tmp_path):
+def test_two_runs_write_the_same_bytes(script, with_synthetic_map, tmp_path):
     files = []
     for name in ("a", "b"):
         assert script.main(["--python-only", "--output", str(tmp_path / name)]) == 0
@@ -229,7 +229,7 @@ def test_two_runs_deliver_the_same_bytes(script, with_synthetic_map, tmp_path):
     assert files[0] == files[1]
 
 
-def test_the_reference_input_visits_both_directions_standstill_and_the_outside(script, synthetic_nut_map):
+def test_the_reference_input_covers_both_directions_standstill_and_the_outside(script, synthetic_nut_map):
     rows = list(reference.reference_input(synthetic_nut_map.header))
     states = [synthetic_nut_map.evaluate(**row) for row in rows]
     assert any(row["speed"] == 0.0 for row in rows)
@@ -240,7 +240,7 @@ def test_the_reference_input_visits_both_directions_standstill_and_the_outside(s
     assert any(row["axial_load"] < 0.0 for row in rows)
 
 
-def test_a_replay_that_differs_delivers_nothing(script, with_synthetic_map, tmp_path, monkeypatch, capsys):
+def test_nothing_is_written_when_a_replay_differs(script, with_synthetic_map, tmp_path, monkeypatch, capsys):
     original = reference.expected_outputs
     monkeypatch.setattr(
         reference, "expected_outputs", lambda *a: {n: v * (1.0 + 1e-8) for n, v in original(*a).items()}
@@ -251,7 +251,7 @@ def test_a_replay_that_differs_delivers_nothing(script, with_synthetic_map, tmp_
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_finding_of_the_validation_delivers_nothing(
+def test_nothing_is_written_after_a_finding_of_the_validation(
     script, with_synthetic_map, tmp_path, monkeypatch, capsys
 ):
     old = tmp_path / "BallScrewFriction.fmu"
@@ -299,7 +299,7 @@ def test_a_map_that_cannot_be_used_is_one_line(script, tmp_path, monkeypatch, ca
     assert not (tmp_path / "dist").exists()
 
 
-def test_an_output_that_is_no_folder_is_one_line(script, with_synthetic_map, tmp_path, capsys):
+def test_an_invalid_output_folder_is_one_line(script, with_synthetic_map, tmp_path, capsys):
     (tmp_path / "file").write_text("kept")
     assert script.main(["--output", str(tmp_path / "file")]) == 2
     assert "needs a folder that can be written" in one_line(capsys)

@@ -84,7 +84,7 @@ def test_table_3_of_the_paper(packaged, subject):
 
 
 @SUBJECT
-def test_the_fmu_is_the_map_and_finds_the_preload_again(packaged, subject):
+def test_the_fmu_equals_the_map_and_recovers_the_preload(packaged, subject):
     """Random points of the packaged maps: the outputs of the map to 1e-9, the true preload to 1e-6."""
     nut_map, folders = packaged
     rows, torques = friction_rows(nut_map, 600, 11)
@@ -108,7 +108,7 @@ def test_python_and_native_agree(packaged):
 
 @SUBJECT
 def test_the_friction_fmu_upstream(monitors, unpacked, synthetic_nut_map, subject):
-    """BallScrewFriction's torque, stepped beside the monitor, gives its preload back."""
+    """The monitor recovers the preload from the torque of BallScrewFriction stepped in parallel."""
     rows, _ = friction_rows(synthetic_nut_map, 200, 13)
     told = 0
     with FmuInstance(unpacked) as friction, opened(monitors, subject) as monitor:
@@ -140,9 +140,9 @@ def test_sensitivity_and_half_width(monitors, subject):
 @SUBJECT
 def test_at_rest_the_last_preload_in_range_is_held(monitors, synthetic_nut_map, subject):
     with opened(monitors, subject, initial_preload=1700.0, speed_min=2.0) as one:
-        one.step(torque=5.0, speed=1.99)  # too slow to tell
+        one.step(torque=5.0, speed=1.99)  # below speed_min
         assert one.get("preload", "in_range") == [1700.0, False]
-        one.step(torque=0.8, speed=-2.0)  # against the motion: follows, but is not trusted
+        one.step(torque=0.8, speed=-2.0)  # against the motion: estimated, but not in range
         assert one.get("preload", "in_range") == [0.0, False]
         one.step(torque=0.8, speed=0.0)
         assert one.get("preload") == 1700.0
@@ -158,7 +158,7 @@ def test_at_rest_the_last_preload_in_range_is_held(monitors, synthetic_nut_map, 
 
 
 @SUBJECT
-def test_speed_0_never_tells(monitors, subject):
+def test_speed_0_is_never_in_range(monitors, subject):
     with opened(monitors, subject, speed_min=0.0, regularization_speed=0.0) as one:
         one.step(torque=0.5, speed=1e-3)
         assert one.get("in_range")
@@ -178,7 +178,7 @@ def test_speed_0_never_tells(monitors, subject):
         ({"torque": 3.8, "axial_load": 11000.0}, "axial_load"),
     ],
 )
-def test_what_is_beyond_is_flagged_and_said_once(monitors, subject, inputs, name):
+def test_values_outside_the_map_are_flagged_and_reported_once(monitors, subject, inputs, name):
     good = {"torque": 0.8, "speed": 30.0, "temperature": 303.15, "axial_load": 0.0}
     with opened(monitors, subject) as one:
         assert one.step(**good)
@@ -207,7 +207,7 @@ def test_unconnected_inputs(monitors, subject):
     "name", ["torque", "speed", "temperature", "axial_load", "roughness_height", "speed_min"]
 )
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e30])
-def test_a_value_that_is_no_number(monitors, subject, name, bad):
+def test_a_value_that_is_not_finite(monitors, subject, name, bad):
     """Python: Discard, nothing changed. Native: Error when it is set. Each names the variable."""
     with opened(monitors, subject, torque=0.8, speed=30.0) as one:
         one.step()
@@ -225,7 +225,7 @@ def test_a_value_that_is_no_number(monitors, subject, name, bad):
 
 @SUBJECT
 def test_a_step_of_size_0(monitors, subject):
-    """FMI 2: outputs of the inputs, not remembered. FMI 3: an Error."""
+    """FMI 2: outputs follow the inputs, the preload is not stored. FMI 3: an Error."""
     with opened(monitors, subject, torque=0.8, speed=30.0) as one:
         one.step()
         told = one.get("preload")

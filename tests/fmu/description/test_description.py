@@ -1,4 +1,4 @@
-"""modelDescription.xml: fmpy's validation, and what no checker looks at."""
+"""modelDescription.xml: validation by fmpy, and properties that no checker tests."""
 
 import io
 import math
@@ -124,12 +124,12 @@ def test_units_have_the_right_dimensions_and_display_factors(root):
 
 
 def test_structure_lists_each_output_once_in_order(root, scalars):
-    wanted = [
+    expected = [
         str(place) for place, node in enumerate(scalars.values(), 1) if node.get("causality") == "output"
     ]
     for kind in ("Outputs", "InitialUnknowns"):
         unknowns = root.findall(f"ModelStructure/{kind}/Unknown")
-        assert [node.get("index") for node in unknowns] == wanted
+        assert [node.get("index") for node in unknowns] == expected
         for node in unknowns:
             dependencies = [int(d) for d in node.get("dependencies").split()]
             assert dependencies == sorted(set(dependencies))
@@ -169,13 +169,13 @@ def test_dependencies_are_those_that_a_change_of_the_value_shows(root, scalars, 
     assert seen == declared
 
 
-def test_guid_belongs_to_the_content(root, files):
+def test_guid_depends_on_the_content(root, files):
     guid = root.get("guid")
     blank = files["modelDescription.xml"].replace(guid.encode(), b"")
     assert str(uuid.uuid5(NAMESPACE, digest({**files, "modelDescription.xml": blank}))) == guid
 
 
-def test_the_file_carries_no_date_and_names_its_maker(root):
+def test_the_file_contains_no_date_and_names_its_generator(root):
     assert root.get("generationDateAndTime") is None
     assert "pythonfmu" in root.get("generationTool")
     assert root.get("fmiVersion") == "2.0"
@@ -188,7 +188,7 @@ def test_capability_flags(root, files, fmu):
     assert f"binaries/win64/{FRICTION.name}.dll" in files
     flags = {name: node.get(name) for name in CAPABILITIES}
     assert flags["needsExecutionTool"] == "false"
-    # what is claimed is tested elsewhere (state, variable steps, many instances); what is not claimed must
+    # true flags are tested elsewhere (state, variable steps, many instances); functions of false flags must
     # not work
     assert flags["canGetAndSetFMUstate"] == flags["canSerializeFMUstate"] == "true"
     assert flags["canHandleVariableCommunicationStepSize"] == "true"

@@ -1,4 +1,4 @@
-"""modelDescription.xml of the native FMUs: the checkers, what they miss, and what the libraries do."""
+"""modelDescription.xml of the native FMUs: checkers, errors they miss, behaviour of the libraries."""
 
 import io
 import re
@@ -50,7 +50,7 @@ def test_variables_are_those_of_the_python_fmu_then_the_bristle(roots, synthetic
     assert names == [*shared, *LOCALS, *(["time"] if version == 3 else [])]
 
 
-def test_what_only_the_python_fmu_has_is_left_out(synthetic_nut_map):
+def test_variables_of_the_python_fmu_only_are_left_out(synthetic_nut_map):
     table = fmu_variables(synthetic_nut_map.header)
     refined = {"refine", "refine_tolerance"}
     assert {v.name for v in table if v.python_only} == refined
@@ -62,7 +62,7 @@ def test_what_only_the_python_fmu_has_is_left_out(synthetic_nut_map):
 
 
 @VERSIONS
-def test_both_versions_say_the_same_of_a_variable(roots, version):
+def test_both_versions_describe_a_variable_alike(roots, version):
     """Causality, variability, initial and numbers, written down for the bristle and compared for the rest."""
     root = roots[version]
     nodes = {n.get("name"): n for n in root.find("ModelVariables")}
@@ -218,8 +218,8 @@ def test_what_the_checkers_miss_is_found(members, version, name):
     assert findings(files) != []
 
 
-def test_fmpy_does_miss_them(members, tmp_path):
-    """The reason for the own checks; a newer fmpy may know better, then this test may go."""
+def test_fmpy_misses_them(members, tmp_path):
+    """The reason for our own checks. Delete this test when a newer fmpy finds these errors."""
     for name in ("another guid", "start below min", "same value reference twice", "wrong exponent"):
         write_fmu(tmp_path / "mutated.fmu", mutated(members[2], *MUTATIONS[name]))
         assert validate_fmu(str(tmp_path / "mutated.fmu")) == []
@@ -250,7 +250,7 @@ def test_a_false_capability_flag_is_found(native_unpacked, tmp_path, version, in
 
 
 @VERSIONS
-def test_the_file_carries_no_date_and_names_its_maker(roots, version):
+def test_the_file_contains_no_date_and_names_its_generator(roots, version):
     assert roots[version].get("generationDateAndTime") is None
     assert "ziglang" in roots[version].get("generationTool")
     assert roots[version].get("fmiVersion") == f"{version}.0"

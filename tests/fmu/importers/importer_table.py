@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Prints which importers run the FMUs, as a Markdown table; what the tests check, with the numbers.
+"""Print which importers run the FMUs, as a Markdown table with the numbers that the tests check.
 
-python tests/fmu/importer_table.py [--no-platforms]
+python tests/fmu/importers/importer_table.py [--no-platforms]
 """
 
 import argparse
@@ -49,7 +49,7 @@ def result(case: Callable[[], str], reason: str | None) -> str:
         return f"not run: {reason}"
     try:
         return case()
-    except Exception as error:  # one importer that breaks is a line, not the end of the table
+    except Exception as error:  # a failing importer is a line of the table
         return f"**{type(error).__name__}: {error}**"
 
 
@@ -73,10 +73,10 @@ def check_result(name: str) -> str:
 
 
 def platform_result(platform: str, fmi_version: int, unpacked: Path, scratch: Path) -> str:
-    _, wanted = outputs_on(HERE, unpacked, fmi_version, scratch)
+    _, expected = outputs_on(HERE, unpacked, fmi_version, scratch)
     _, found = outputs_on(platform, unpacked, fmi_version, scratch)
-    worst = float(differences(found, wanted).max())
-    equal = float(np.mean(found == wanted))
+    worst = float(differences(found, expected).max())
+    equal = float(np.mean(found == expected))
     text = (
         f"100 points: {equal:.0%} of the numbers bit for bit as on x86_64 Linux, the rest within {worst:.0e}"
     )
@@ -133,7 +133,7 @@ def main() -> int:
 
 @contextlib.contextmanager
 def own_output() -> Iterator[TextIO]:
-    """Standard output for the table alone: what importers print goes to standard error."""
+    """Standard output contains only the table; output of the importers goes to standard error."""
     kept = os.dup(1)
     os.dup2(2, 1)
     with os.fdopen(kept, "w") as table:

@@ -1,4 +1,4 @@
-"""Explicit co-simulation of the FMUs with a rotor: it stops, holds without drift, breaks away, keeps its energy."""
+"""Explicit co-simulation of the FMUs with a rotor: stop, hold without drift, break away, energy balance."""
 
 import functools
 
@@ -10,7 +10,7 @@ from synthetic_map import make_map
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(not RUNS_HERE, reason="the rotor and these importers are run on x86_64 Linux"),
+    pytest.mark.skipif(not RUNS_HERE, reason="rotor and importers run on x86_64 Linux only"),
 ]
 FRICTION_FIRST = pytest.mark.parametrize(
     "friction_first", [pytest.param(False, id="parallel"), pytest.param(True, id="sequential")]
@@ -65,10 +65,10 @@ def test_the_energy_of_the_bristle_is_stored(name, friction_first):
 @FRICTION_FIRST
 @pytest.mark.parametrize("name", [name for name in NAMES if name != NATIVE])
 def test_all_fmus_give_the_same_run(name, friction_first):
-    found, wanted = stop(name, friction_first).run, stop(NATIVE, friction_first).run
+    found, expected = stop(name, friction_first).run, stop(NATIVE, friction_first).run
     if name.startswith("native"):
-        assert (found == wanted).all()
+        assert (found == expected).all()
     else:  # NumPy sums the splines in another order
-        moving = np.abs(wanted[:, 2]) > 1e-3 * START_SPEED
-        assert differences(found[moving], wanted[moving]).max() <= 1e-11
-        assert np.abs(found - wanted).max() <= 1e-11
+        moving = np.abs(expected[:, 2]) > 1e-3 * START_SPEED
+        assert differences(found[moving], expected[moving]).max() <= 1e-11
+        assert np.abs(found - expected).max() <= 1e-11

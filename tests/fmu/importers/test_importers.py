@@ -1,4 +1,4 @@
-"""Importers run for real: replay, zero inputs, coupling with a rotor. Prints of all: importer_table.py."""
+"""The FMUs in importers: replay, zero inputs, coupling with a rotor. importer_table.py prints all results."""
 
 import fmpy
 import numpy as np
@@ -31,12 +31,12 @@ from ballscrew_tehl.runtime.standstill import presliding_step
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(not RUNS_HERE, reason="the rotor and these importers are run on x86_64 Linux"),
+    pytest.mark.skipif(not RUNS_HERE, reason="rotor and importers run on x86_64 Linux only"),
 ]
 
 
 def cases(table):
-    """Each way with each FMU that it can read: parameters of a test."""
+    """Test parameters: each case with each FMU that it can read."""
     return [
         pytest.param(case, name, id=f"{case.tool}, {case.way}, {name}")
         for case in table
@@ -116,14 +116,14 @@ def test_the_bristle_in_cvode_follows_reversals(name, synthetic_nut_map):
     )  # fmt: skip
     state = synthetic_nut_map.evaluate(**inputs, speed=0.0)
     coulomb = float(state.coulomb_torque)
-    deflection, wanted = 0.0, [0.0]
+    deflection, expected = 0.0, [0.0]
     for speed in pieces:
         for _ in range(points):
             step = presliding_step(deflection, speed, part / points, coulomb, 400.0, 0.0)
             deflection = step.deflection
-            wanted.append(step.torque)
-    assert np.max(wanted) > 0.999 * coulomb
-    assert np.min(wanted) < -0.999 * coulomb
+            expected.append(step.torque)
+    assert np.max(expected) > 0.999 * coulomb
+    assert np.min(expected) < -0.999 * coulomb
     found = result["hysteresis_torque"] + result["sliding_torque"]
-    worst = np.abs(found - wanted).max() / coulomb
+    worst = np.abs(found - expected).max() / coulomb
     assert worst <= 2e-3, worst  # the slip mode starts at 0.999 of the Coulomb torque

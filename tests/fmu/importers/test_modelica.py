@@ -1,6 +1,6 @@
-"""The Modelica package: external functions run from C beside the native FMU; law and axis compiled and run by rumoca.
+"""The Modelica package: external functions called from C against the native FMU; law and axis run by rumoca.
 
-rumoca has no external functions and there is no standard library here, so that map and library have stand-ins.
+rumoca has no external functions, and no standard library is installed: stubs replace the map and the library.
 """
 
 import re
@@ -68,7 +68,7 @@ def points(axes, count=200):
 # external functions
 
 
-def test_the_package_holds_what_its_functions_need(package):
+def test_the_package_contains_the_files_of_its_functions(package):
     names = {str(path.relative_to(package)) for path in package.rglob("*") if path.is_file()}
     assert {"package.mo", "Resources/Include/BallScrewFriction.h", "Resources/Data/nut_map.bin"} < names
     assert "Resources/Library/linux64/libBallScrewFriction.a" in names
@@ -97,8 +97,8 @@ def test_functions_give_the_values_of_the_fmu(program, package, native_fmu, synt
             magnitude = abs(out["hysteresis_torque"]) + abs(out["sliding_torque"])
             assert coulomb[n][0] == pytest.approx(magnitude, rel=1e-12, abs=0.0)
             assert bool(covered[n][0]) is out["in_range"]
-            wanted = (out["film_thickness_min"], out["film_temperature_rise"], out["contact_pressure_max"])
-            assert films[n] == pytest.approx(wanted, rel=1e-12, abs=0.0)
+            expected = (out["film_thickness_min"], out["film_temperature_rise"], out["contact_pressure_max"])
+            assert films[n] == pytest.approx(expected, rel=1e-12, abs=0.0)
             flags.add(out["in_range"])
     assert flags == {True, False}
 
@@ -158,8 +158,8 @@ def test_sanitizers_find_nothing(package, program, tmp_path, synthetic_nut_map, 
         ("films", *row) for row in rows
     ]
     found = np.array([x for row in call(sanitized, map_of(package), calls) for x in row])
-    wanted = np.array([x for row in call(program, map_of(package), calls) for x in row])
-    assert found == pytest.approx(wanted, rel=1e-12)
+    expected = np.array([x for row in call(program, map_of(package), calls) for x in row])
+    assert found == pytest.approx(expected, rel=1e-12)
 
 
 def test_header_and_declarations_are_compared(package, tmp_path):
@@ -194,7 +194,7 @@ def test_bad_input_is_one_line_and_exit_code_2(arguments):
 
 
 def test_friction_takes_its_torque_out_of_the_flanges():
-    """A flange torque acts on the component: what both bring in, times the speed, is the power tau*w that it takes."""
+    """Flange torques act on the component: their sum times the speed is the power tau*w that it takes up."""
     balance = re.findall(r"^ *0 = (.*flange_a\.tau.*);$", TEXT, re.MULTILINE)
     assert len(balance) == 1
     expression = re.sub(r"flange_([ab])\.tau", r"flange_\1", balance[0])
@@ -223,7 +223,7 @@ def rumoca():
 
 def test_rumoca_finds_no_error_in_the_package():
     found = rumoca().validate_source(LIBRARY + TEXT)
-    # the rule does not know that constructors and destructors of external objects are impure by definition
+    # the rule reports constructors and destructors of external objects, which are impure by definition
     assert {(d.level, d.rule) for d in found} <= {("warning", "external-purity-undeclared")}
     assert [
         d.level for d in rumoca().validate_source(LIBRARY + TEXT.replace("SI.Angle z(", "SI.Angel z("))
@@ -308,7 +308,7 @@ def test_work_against_friction_is_heat_and_energy_of_the_bristle(rotor, coulomb)
     wound = 0.5 * coulomb**2 / stiffness
     slip = np.round(np.array(rotor["friction.slip"]))
     resets = np.count_nonzero(np.diff(np.abs(slip)) < 0)
-    # a bristle that follows again starts from all of the Coulomb torque, though it began to slip at 0.999
+    # a bristle that sticks again starts from the full Coulomb torque, though it began to slip at 0.999
     created = resets * (1.0 - 0.999**2) * wound
     stored = 0.5 * stiffness * rotor["friction.z"][-1] ** 2
     work, heat = rotor["work"][-1], rotor["heat"][-1]
@@ -342,13 +342,13 @@ def test_the_axis_in_modelica_is_that_of_the_script():
     # the bristle of the equations begins to slip at 0.999 of the Coulomb torque
     assert np.abs(error - limit).max() < 1e-3 * np.abs(limit).max()
     assert np.abs(error - runs[1]).max() < np.abs(error - runs[0]).max()
-    for name, wanted in (("friction.axialLoad", run.axial_load), ("motorTorque", run.motor_torque)):
-        found, wanted = np.interp(grid, modelica.time, modelica[name]), np.interp(grid, motion.time, wanted)
+    for name, values in (("friction.axialLoad", run.axial_load), ("motorTorque", run.motor_torque)):
+        found, expected = np.interp(grid, modelica.time, modelica[name]), np.interp(grid, motion.time, values)
         # of the first order in the step, whose share of the least time constant, 0.4 ms, is 0.08
-        assert np.abs(found - wanted).max() < 0.08 * np.abs(wanted).max(), name
+        assert np.abs(found - expected).max() < 0.08 * np.abs(expected).max(), name
 
 
-BODIES = {  # of the stand-ins for the external functions
+BODIES = {  # stubs of the external functions
     "coulombTorque": "coulomb := 0.8;",
     "viscousTorque": "viscous := 0.004*w;",
     "covered": "inside := if abs(w) < 600 then 1 else 0;",
@@ -374,7 +374,7 @@ def without_externals(text):
 
 
 def test_the_component_of_the_map_and_its_axis_compile_and_run():
-    """ScrewFriction in Examples.Axis as they stand, but for the bodies of the external functions."""
+    """ScrewFriction in Examples.Axis unchanged except for the bodies of the external functions."""
     tool = rumoca()
     compiled = tool.Session().loads(
         LIBRARY + without_externals(TEXT), model="BallScrewFriction.Examples.Axis"
@@ -383,6 +383,6 @@ def test_the_component_of_the_map_and_its_axis_compile_and_run():
     run = compiled.simulate(t=(0.0, 2.0), config=tool.SimConfig(rtol=1e-9, atol=1e-11, dt=1e-3))
     plain = simulated("Axis", 2.0, 1e-3, level=0.8, slope=0.004)
     for name in ("error", "friction.tau", "friction.lossPower"):
-        found, wanted = (np.interp(plain.time, x.time, x[name]) for x in (run, plain))
-        assert np.abs(found - wanted).max() < 1e-6 * np.abs(wanted).max(), name
+        found, expected = (np.interp(plain.time, x.time, x[name]) for x in (run, plain))
+        assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max(), name
     assert run["friction.covered"][-1] == 1.0

@@ -37,8 +37,8 @@ both_versions = pytest.mark.parametrize("version", [2, 3])
 both_kinds = pytest.mark.parametrize("kind", [CS, ME])
 
 # States in which a call is legal: i instantiated, n initialization mode, s step mode, e event mode,
-# c continuous-time mode, t terminated, x error. Read from the standards, apart from the tables in C; SetTime in
-# event mode is the one thing that is added.
+# c continuous-time mode, t terminated, x error. Read from the standards, independently of the tables in C. The only
+# addition is SetTime in event mode.
 LEGAL = {
     2: {
         "SetDebugLogging": "inscetx", "SetupExperiment": "i", "EnterInitializationMode": "i",
@@ -90,7 +90,7 @@ ME_ONLY = {
     "GetDerivatives", "GetContinuousStateDerivatives", "GetNominalsOfContinuousStates",
     "GetNumberOfEventIndicators", "GetNumberOfContinuousStates",
 }  # fmt: skip
-# what the FMU cannot do although the call is legal
+# legal calls that the FMU does not support
 UNSUPPORTED = {
     "SetRealInputDerivatives": ERROR, "GetRealOutputDerivatives": ERROR, "GetOutputDerivatives": ERROR,
     "GetNumberOfVariableDependencies": ERROR, "GetVariableDependencies": ERROR,
@@ -110,7 +110,7 @@ def is_legal(version, name, kind, state):
 
 
 def arguments(one, name):
-    """Good arguments of a call, beside the instance."""
+    """Valid arguments of a call, without the instance."""
     room, zero = ctypes.create_string_buffer(4096), c_size_t(0)
     experiment = (0, c_double(0.0), c_double(0.0), 0, c_double(0.0))
     if name == "SetupExperiment" or (name == "EnterInitializationMode" and one.version == 3):
@@ -166,12 +166,12 @@ def arguments(one, name):
         return c_uint(4), None, None, None, None, zero
     if name == "ActivateModelPartition":
         return c_uint(0), c_double(0.0)
-    return None, zero, None, zero, zero  # no variable of this type: none asked for
+    return None, zero, None, zero, zero  # no variable of this type
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("version", "name"), [(v, name) for v in LEGAL for name in LEGAL[v]])
-def test_a_call_is_taken_where_it_is_legal_and_refused_elsewhere(version, name):
+def test_a_call_is_accepted_where_it_is_legal_and_refused_elsewhere(version, name):
     for kind, states in STATES.items():
         for state in states:
             with NativeInstance(version, kind) as one:
@@ -206,17 +206,17 @@ def test_the_message_names_state_and_legal_states():
 @both_versions
 def test_the_library_shows_all_functions_of_the_standard_and_nothing_else(version):
     header = Path(fmpy.__file__).parent / "c-code" / f"fmi{version}Functions.h"
-    wanted = set(
+    expected = set(
         re.findall(rf"^\s*FMI{version}_Export fmi{version}\w+TYPE\s+(\w+);", header.read_text(), re.M)
     )
-    assert len(wanted) == {2: 44, 3: 75}[version]
+    assert len(expected) == {2: 44, 3: 75}[version]
     apart = {"GetVersion", "GetTypesPlatform", "FreeInstance", "Instantiate", "InstantiateCoSimulation",
              "InstantiateModelExchange", "InstantiateScheduledExecution"}  # fmt: skip
-    assert wanted - {f"fmi{version}{name}" for name in apart} == {
+    assert expected - {f"fmi{version}{name}" for name in apart} == {
         f"fmi{version}{name}" for name in LEGAL[version]
     }
     library = ctypes.CDLL(str(compiled(version)))
-    assert all(hasattr(library, name) for name in wanted)
+    assert all(hasattr(library, name) for name in expected)
     assert not any(hasattr(library, name) for name in ("instance_begin", "model_step", "map_read"))
     get_version = library[f"fmi{version}GetVersion"]
     get_version.restype = ctypes.c_char_p
@@ -257,7 +257,7 @@ def test_no_call_crashes_without_an_instance(version):
         ({"resources": "/no/such/folder"}, "/no/such/folder/nut_map.bin"),
     ],
 )
-def test_refused_instances_say_why(version, kind, logging, wrong, found):
+def test_refused_instances_report_the_reason(version, kind, logging, wrong, found):
     with NativeInstance(version, kind, logging=logging, **wrong) as one:
         assert one.handle is None
         assert [m.status for m in one.messages] == [ERROR]
@@ -267,15 +267,15 @@ def test_refused_instances_say_why(version, kind, logging, wrong, found):
 
 
 @both_versions
-def test_kinds_that_there_are_not(version):
+def test_unknown_kinds(version):
     with NativeInstance(version, "scheduled execution") as one:
         assert one.handle is None
         assert "co-simulation or model exchange" in one.last
 
 
-@pytest.mark.parametrize("asked", [{"event_mode": True}, {"intermediate": 1}])
-def test_event_mode_and_intermediate_variables_are_refused(asked):
-    with NativeInstance(3, CS, **asked) as one:
+@pytest.mark.parametrize("requested", [{"event_mode": True}, {"intermediate": 1}])
+def test_event_mode_and_intermediate_variables_are_refused(requested):
+    with NativeInstance(3, CS, **requested) as one:
         assert one.handle is None
         assert "not supported" in one.last
 
@@ -325,7 +325,7 @@ def test_memory_comes_from_the_importer_and_never_in_a_step():
             one.go(axial_load=500.0)
         one.get(*REALS)
         assert len(given) == before > 0
-        one.save()  # left to freeInstance
+        one.save()  # freed by freeInstance
         one.forget(one.save())
         assert len(given) == before + 2
     assert sorted(given) == sorted(taken)
@@ -367,7 +367,7 @@ def test_outputs_follow_inputs_in_initialization_mode(version, kind):
         assert one.get("friction_torque")[0] == pytest.approx(expected_torque(speed=7.0), rel=1e-12)
 
 
-def test_fmi2_step_of_no_length_is_a_latch():
+def test_fmi2_step_of_zero_length_is_a_latch():
     with NativeInstance(2).start(presliding_stiffness=400.0, speed=0.01) as one:
         one.go(1e-3)
         wound = one.get("presliding_deflection")
@@ -389,7 +389,7 @@ def test_impossible_step_sizes(version, size):
         assert one.step(0.0, 1e-3) == ERROR  # the state is error
 
 
-def test_fmi3_refuses_steps_of_no_length():
+def test_fmi3_refuses_steps_of_zero_length():
     with NativeInstance(3).start() as one:
         assert one.step(0.0, 0.0) == ERROR
 
@@ -416,7 +416,7 @@ def test_communication_points_may_drift_and_jump(version):
             assert one.call("GetRealStatus", 2, reached) == OK
         else:
             assert one.get_raw(references(len(VARIABLES)), reached) == OK
-        assert reached[0] == 1.001  # the time of the importer counts
+        assert reached[0] == 1.001  # the time given by the importer is used
         texts = [m.text for m in one.messages]
         assert len(texts) == (0 if version == 2 else 1)
         assert all(text.startswith("communication point = 5 s") for text in texts)
@@ -450,7 +450,7 @@ def test_output_arguments_of_an_fmi3_step():
 
 
 @both_versions
-def test_time_is_a_variable_of_fmi3_only(version):
+def test_time_is_a_variable_in_fmi3_only(version):
     time = references(len(VARIABLES))
     with NativeInstance(version, ME).start(start=1.5) as one:
         value = doubles(0.0)
@@ -509,7 +509,7 @@ def test_negative_parameters(version, name):
 @both_versions
 @both_kinds
 @pytest.mark.parametrize("name", [*OUTPUTS, "in_range", "presliding_deflection_rate", "slip_indicator", 999])
-def test_what_is_no_input_cannot_be_set(version, kind, name):
+def test_only_inputs_and_parameters_can_be_set(version, kind, name):
     with NativeInstance(version, kind).start(speed=3.0) as one:
         assert one.set_raw(references("speed", name), doubles(5.0, 1.0)) == ERROR
         assert one.get("speed") == [3.0]
@@ -517,7 +517,7 @@ def test_what_is_no_input_cannot_be_set(version, kind, name):
 
 @both_versions
 @both_kinds
-def test_types_are_kept_apart(version, kind):
+def test_variables_of_another_type_are_refused(version, kind):
     with NativeInstance(version, kind).start() as one:
         assert one.get_raw(references("in_range"), doubles(0.0)) == ERROR
         assert str(REFERENCES["in_range"]) in one.last
@@ -646,7 +646,7 @@ def test_a_bad_state_is_discarded(version, bad):
         assert one.vector("GetContinuousStates") == [2e-4]
 
 
-def test_fmi3_tells_its_sizes():
+def test_fmi3_reports_its_sizes():
     with NativeInstance(3, ME) as one:
         for name, size in (("GetNumberOfContinuousStates", 1), ("GetNumberOfEventIndicators", 2)):
             found = c_size_t()
@@ -748,7 +748,7 @@ def test_adjoint_is_the_transpose(kind):
         ("friction_torque", "in_range"), ("friction_torque", len(VARIABLES)),
     ],
 )  # fmt: skip
-def test_what_has_no_derivative(version, kind, unknown, known):
+def test_variables_without_derivative(version, kind, unknown, known):
     with NativeInstance(version, kind).start() as one:
         assert forward(one, [unknown], [known], [1.0]) == ERROR
         assert (
@@ -773,7 +773,7 @@ def test_parameters_are_knowns_while_initializing(version):
 
 @both_versions
 @both_kinds
-def test_clamped_inputs_are_told_once(version, kind):
+def test_clamped_inputs_are_reported_once(version, kind):
     with NativeInstance(version, kind).start(preload=0.0, temperature=0.0) as one:
         assert [m.text.split()[0] for m in one.messages] == ["preload", "temperature"]
         assert {m[:2] for m in one.messages} == {(WARNING, "logStatusWarning")}
@@ -792,7 +792,7 @@ def test_clamped_inputs_are_told_once(version, kind):
 
 
 @both_versions
-def test_no_logging_no_message(version):
+def test_without_logging_there_are_no_messages(version):
     with NativeInstance(version, logging=False).start(preload=0.0) as one:
         assert one.set(speed=math.nan) == ERROR
         assert one.messages == []
@@ -842,7 +842,7 @@ def test_unknown_log_categories(version, unknown):
 
 def test_fmi2_messages_are_safe_as_formats():
     with NativeInstance(2, token="%s%n#1#") as one:
-        assert "%%s%%n##1##" in one.last  # a printf of the importer makes %s%n#1# of it
+        assert "%%s%%n##1##" in one.last  # a printf of the importer turns it into %s%n#1#
 
 
 @both_versions

@@ -1,5 +1,5 @@
-"""Limits of the native models that only one value of a variable reaches: rest at the sliding deflection, and a torque
-that hardly depends on the preload (compared with the Python estimate, the numbers are those of the documentation)."""
+"""Special cases of the native models: rest at the sliding deflection, and a torque that hardly depends on the preload
+(compared with the Python estimate; numbers of the documentation)."""
 
 import pytest
 from native_model import NativeModel, compiled_model
@@ -22,7 +22,7 @@ def test_bristle_at_rest_beyond_the_slip_limit_holds_by_its_spring(tmp_path, syn
         model.latch(
             preload=2000.0, presliding_stiffness=stiffness, speed=0.0, presliding_deflection=deflection
         )
-        if share > 0.0:  # the indicator takes rest as forward motion
+        if share > 0.0:  # the indicator treats rest as forward motion
             assert model.get("slip_indicator") < 0.0
         model.initial_event()
         assert not model.event()

@@ -1,4 +1,4 @@
-"""The reader of the native map file: what it refuses, and its fuzzing under sanitizers."""
+"""The reader of the native map file: damaged files, and fuzzing under sanitizers."""
 
 import ctypes
 import struct
@@ -23,7 +23,7 @@ HEAD = 88  # [bytes] magic, size, checksum, content hash
 
 @pytest.fixture(scope="module")
 def reader(tmp_path_factory):
-    """Message of the reader about bytes, or None if it takes them."""
+    """Message of the reader for these bytes, None if they are accepted."""
     folder = tmp_path_factory.mktemp("reader")
     library = ctypes.CDLL(str(compiled_model(folder, NUT_MAP)))
     library.map_from_bytes.restype = ctypes.c_void_p
@@ -46,12 +46,12 @@ def reader(tmp_path_factory):
 
 
 def sealed(content: bytes) -> bytes:
-    """The bytes with size and checksum put right."""
+    """The bytes with correct size and checksum."""
     body = content[24:]
     return content[:8] + struct.pack("<QQ", len(content), checksum(body)) + body
 
 
-def test_good_file_is_taken(reader, tmp_path):
+def test_valid_file_is_accepted(reader, tmp_path):
     file = tmp_path / "Kugelgewinde m\u00fc+#[1] %20.bin"
     file.write_bytes(GOOD)
     assert reader(GOOD) is None
@@ -96,7 +96,7 @@ def test_every_flipped_bit_of_the_head_is_found(reader):
         assert reader(bytes(flipped)) is not None, bit
 
 
-def test_fuzzed_files_leave_the_sanitizers_silent(tmp_path):
+def test_fuzzed_files_give_no_sanitizer_report(tmp_path):
     try:
         program = sanitized_host(tmp_path, NUT_MAP, NATIVE_HOSTS / "fuzz_map.c")
     except FileNotFoundError as error:
@@ -108,4 +108,4 @@ def test_fuzzed_files_leave_the_sanitizers_silent(tmp_path):
     refused, accepted = (int(word) for word in run.stdout.split() if word.isdigit())
     assert refused + accepted == FUZZ_COUNT
     assert refused > FUZZ_COUNT // 2
-    assert accepted > FUZZ_COUNT // 10  # some damage is another valid map: it is evaluated
+    assert accepted > FUZZ_COUNT // 10  # some damaged files are other valid maps, which are evaluated

@@ -36,7 +36,7 @@ def model(library, nut_map):
 
 
 def random_points(count: int, seed: int = 1) -> np.ndarray:
-    """Preload, speed, temperature, axial load: inside the map and beyond, at rest, without load, nuts apart."""
+    """Preload, speed, temperature, axial load: inside the map and beyond, at rest, without load, one nut separated."""
     rng = np.random.default_rng(seed)
     preload = 10.0 ** rng.uniform(1.5, 4.15, count)
     speed = rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-3.0, 2.9, count)
@@ -76,7 +76,7 @@ def test_model_is_the_map(model, nut_map):
             assert error <= AGREEMENT, (name, i, preload, speed, temperature, axial)
             worst[name] = max(worst[name], error)
         assert bool(model.get("in_range")) == bool(state.in_range[i])
-    assert any(error > 0.0 for error in worst.values())  # the twins are two programs
+    assert any(error > 0.0 for error in worst.values())  # C and Python differ by rounding
 
 
 @pytest.mark.slow
@@ -100,7 +100,7 @@ def test_bristle_is_that_of_python(model, nut_map):
             assert model.get("friction_torque") == pytest.approx(viscous + law.torque, abs=1e-12 * scale)
             heat = law.heat / step if step else presliding_power(deflection, speed, coulomb, stiffness)
             power = nut.viscous_torque * abs(speed) + heat
-            # heat is what is left of two energies of the size torque times deflection
+            # heat is the difference of two energies of the size torque times deflection
             energy = scale * max(abs(deflection), abs(law.deflection))
             rounding = 1e-9 * scale * abs(speed) + (4e-16 * energy / step if step else 0.0)
             assert model.get("power_loss") == pytest.approx(power, rel=1e-9, abs=rounding)
@@ -158,7 +158,7 @@ def test_derivatives_are_those_of_the_outputs(model, continuous):
         )
         for name in widths:
             if name == "axial_load" and base[name] == 0.0:
-                continue  # a kink: the other nut gets loaded
+                continue  # a kink: the other nut takes up load
             outputs_at()
             found = np.array(model.derivative(outputs, **{name: 1.0}))
             width = 1e-5 * max(abs(base[name]), 1e-5)
@@ -186,7 +186,7 @@ def test_directions_add_up(model):
     assert together == pytest.approx(list(sum(alone)), rel=1e-12)
 
 
-def test_what_may_be_stored(model):
+def test_values_that_may_be_stored(model):
     for value in (math.nan, math.inf, -math.inf, 1e30, -1.1e30):
         assert not model.accepts("preload", value)
         assert not model.accepts("roughness_height", value)

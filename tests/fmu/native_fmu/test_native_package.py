@@ -88,7 +88,7 @@ def test_members(native_fmus, synthetic_nut_map, version):
 
 @VERSIONS
 def test_size_with_the_packaged_map(version):
-    """The map that is delivered takes most of the room: its size comes on top of the synthetic one's."""
+    """The packaged map is larger than the synthetic one, and most of the FMU."""
     from ballscrew_tehl.nut_map.file import load_map
     from ballscrew_tehl.parameters.file import load_parameters
 
@@ -147,7 +147,7 @@ def token_of(fmu):
     return re.search(rb'MODEL_TOKEN "([^"]+)"', read(fmu)["sources/variables.h"])[1].decode()
 
 
-def test_token_belongs_to_the_content(native_fmus, synthetic_nut_map):
+def test_token_depends_on_the_content(native_fmus, synthetic_nut_map):
     tokens = [token_of(path) for path in native_fmus.values()]
     assert all(re.fullmatch(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", token) for token in tokens)
     variants = [
@@ -186,8 +186,8 @@ def test_nothing_but_fmi_is_exported(native_unpacked):
         assert all(tuple(map(int, n.split("."))) <= (2, 17) for n in needed)
 
 
-def test_an_importer_that_mixes_up_two_fmus_is_refused(native_unpacked, tmp_path):
-    """A description with another token must not run this library."""
+def test_a_library_with_the_description_of_another_fmu_is_refused(native_unpacked, tmp_path):
+    """A description with another token must not start this library."""
     for name in ("binaries", "resources"):
         (tmp_path / name).symlink_to(f"{native_unpacked[2]}/{name}")
     text = Path(native_unpacked[2], "modelDescription.xml").read_text()
@@ -208,7 +208,7 @@ def test_steps_as_the_map(native_unpacked, synthetic_nut_map, version):
 
 @VERSIONS
 def test_the_sources_compile_without_ziglang(native_unpacked, synthetic_nut_map, tmp_path, version):
-    """What an importer does with sources/: its own headers, its own compiler, the listed files."""
+    """Compile sources/ as an importer does: its headers, its compiler, the listed files."""
     compiler = shutil.which("cc") or pytest.skip("no C compiler")
     folder = tmp_path / "fmu"
     shutil.copytree(native_unpacked[version], folder)
@@ -253,14 +253,14 @@ def test_arm_libraries_of_macos_are_signed(native_fmus):
     assert f"@rpath/{NATIVE_NAME}.dylib".encode() in content
 
 
-def test_windows_library_needs_the_system_only(native_fmus):
+def test_windows_library_needs_only_system_libraries(native_fmus):
     content = read(native_fmus[3])[f"binaries/x86_64-windows/{NATIVE_NAME}.dll"]
     needed = {name.lower() for name in re.findall(rb"[\w.-]+\.dll", content, re.IGNORECASE)}
     others = {n for n in needed if not n.startswith((b"api-ms-win-crt-", b"kernel32", b"ntdll"))}
     assert others == {f"{NATIVE_NAME}.dll".lower().encode()}
 
 
-def test_without_ziglang_one_line_says_what_to_do(monkeypatch):
+def test_without_ziglang_one_line_names_the_remedy(monkeypatch):
     monkeypatch.setattr(native_build.importlib.util, "find_spec", lambda _: None)
     with pytest.raises(BuildError, match=r"pip install ziglang.*--python-only") as error:
         build_libraries({}, NATIVE_NAME)
@@ -293,7 +293,7 @@ def test_sources_of_a_version(synthetic_nut_map, version):
     assert all(name.endswith((".c", ".h")) for name in sources)
 
 
-def test_a_token_that_would_break_the_source_is_refused(synthetic_nut_map):
+def test_an_invalid_token_is_refused(synthetic_nut_map):
     with pytest.raises(ValueError, match="token"):
         variable_sources(synthetic_nut_map.header, '"; int x')
 
@@ -340,7 +340,7 @@ def test_a_library_in_the_wrong_folder_or_with_a_path_in_it_is_found(native_fmus
     linux, arm = (f"binaries/{p}/{NATIVE_NAME}.so" for p in ("x86_64-linux", "aarch64-linux"))
     assert any("is made for" in f for f in findings(files | {linux: files[arm]}))
     assert any("/home/" in f for f in findings(files | {linux: files[linux] + b"/home/someone"}))
-    assert any("belongs to the importer" in f for f in findings(files | {"sources/fmi3Functions.h": b""}))
+    assert any("is a file of the importer" in f for f in findings(files | {"sources/fmi3Functions.h": b""}))
 
 
 def test_documentation(native_fmus):
@@ -378,7 +378,7 @@ def test_terminal():
 
 
 def test_hand_written_sources_are_package_data():
-    """An installed package finds them where the sources of the project have them."""
+    """The installed package contains them."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     assert "native/*/*" in project["tool"]["setuptools"]["package-data"]["ballscrew_fmu"]
     assert any(line.startswith("ziglang>=") for line in project["project"]["dependencies"])

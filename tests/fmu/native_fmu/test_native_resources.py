@@ -1,4 +1,4 @@
-"""Where the native FMUs find their map: odd folder names, long ones, as URI and as path; and when they do not."""
+"""Location of the map of the native FMUs: unusual and long folder names, URI and path, missing map."""
 
 import os
 import shutil
@@ -39,7 +39,7 @@ def put_map(folder: Path, content: bytes | None = None) -> Path:
 
 
 def loads(version, resources, kind=CS):
-    """Whether an instance is made; a refusal has one message, of status error."""
+    """Whether an instance is created; otherwise there is one message, of status error."""
     with NativeInstance(version, kind, resources=str(resources)) as one:
         if one.handle is None:
             assert [message.status for message in one.messages] == [3]
@@ -56,7 +56,7 @@ def test_uris_of_odd_folders(tmp_path, name, form):
 
 @pytest.mark.parametrize("name", NAMES, ids=range(len(NAMES)))
 def test_paths_of_odd_folders(tmp_path, name):
-    """FMI 3: nothing is decoded; FMI 2 takes a path for one where it is no URI."""
+    """FMI 3: nothing is decoded. FMI 2: a location that is not a URI is a path."""
     folder = put_map(tmp_path / name / "resources")
     assert loads(3, f"{folder}/")
     assert loads(3, folder, ME)
@@ -64,13 +64,13 @@ def test_paths_of_odd_folders(tmp_path, name):
     assert loads(3, f"{folder}/../resources")
 
 
-def test_a_uri_is_no_path_in_fmi3(tmp_path):
+def test_fmi3_does_not_accept_a_uri(tmp_path):
     assert not loads(3, FORMS["file:///"](str(put_map(tmp_path / "resources"))))
 
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_path_is_decoded_once(tmp_path, version):
-    """Folders 'a b' and 'a%20b' beside each other: each is found by its own name only."""
+    """Folders 'a b' and 'a%20b' in one place: each is found only by its own name."""
     put_map(tmp_path / "a b")
     damaged = put_map(tmp_path / "a%20b", b"nothing")
     text = str(damaged) if version == 3 else "file://" + quote(str(damaged))
@@ -104,7 +104,7 @@ def test_long_paths(tmp_path, version):
 
 @pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("kind", [CS, ME])
-def test_no_map_no_instance(tmp_path, version, kind):
+def test_without_map_there_is_no_instance(tmp_path, version, kind):
     other = map_bytes(make_map(viscous_scale=2.0))
     good = map_bytes(NUT_MAP)
     cases = {

@@ -36,7 +36,7 @@ HEAD = 24  # [bytes] magic, checksum, layout, size
 
 
 def wound(version, kind=CS):
-    """An instance whose bristle is wound up at a time when no input shows it."""
+    """An instance with a deflected bristle at inputs that do not reveal it."""
     one = NativeInstance(version, kind).start(**START)
     if kind == CS:
         one.go(speed=0.2)
@@ -51,7 +51,7 @@ def wound(version, kind=CS):
 
 
 def go_on(one):
-    """Everything that can be seen over a run from here."""
+    """All results of a run from here."""
     seen = [one.get(*REALS)]
     for speed in LATER:
         if one.kind == CS:
@@ -79,7 +79,7 @@ def disturb(one):
 
 @both_versions
 @both_kinds
-def test_a_state_restores_everything_as_often_as_one_likes(version, kind):
+def test_a_state_can_be_restored_repeatedly(version, kind):
     with wound(version, kind) as one:
         state, time = one.save(), one.time
         first = go_on(one)
@@ -141,7 +141,7 @@ def test_the_state_of_the_state_machine_is_restored(version, kind, letter):
 
 
 @both_versions
-def test_an_error_is_overcome_by_restoring(version):
+def test_restoring_ends_the_error_state(version):
     with wound(version) as one:
         state, time = one.save(), one.time
         first = go_on(one)
@@ -165,7 +165,7 @@ def test_time_and_stop_time_are_saved(version):
 
 
 @both_versions
-def test_a_warning_that_was_said_stays_said(version):
+def test_a_warning_is_not_repeated_after_restoring(version):
     with NativeInstance(version).start(temperature=0.0) as one, NativeInstance(version) as other:
         state = one.save()
         _, copy = other.deserialize(one.serialize(state))
@@ -195,7 +195,7 @@ def test_instances_are_independent(version, kind):
 
 @both_versions
 @both_kinds
-def test_reset_is_as_good_as_new(version, kind):
+def test_reset_equals_a_new_instance(version, kind):
     with wound(version, kind) as used, NativeInstance(version, kind) as fresh:
         disturb(used)
         assert used.call("Reset") == OK
@@ -241,7 +241,7 @@ def checksum(content):
 
 
 def sealed(content):
-    """The bytes with size and checksum put right."""
+    """The bytes with correct size and checksum."""
     content = content[:20] + struct.pack("<I", len(content)) + content[24:]
     return content[:8] + struct.pack("<Q", checksum(content[16:])) + content[16:]
 
@@ -340,25 +340,25 @@ def test_wrong_sizes_and_null_pointers(version):
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
 def test_every_field_of_the_model_is_serialized_or_computed_again(model):
-    """A field that is added to the model and forgotten here would be lost without a trace."""
+    """A new field of the model that is not serialized would be lost without an error."""
     sources = native_sources(NUT_MAP.header, 2, "t", model)
     state, code, walk = (sources[name].decode() for name in ("model_state.h", "model.c", "saved_state.c"))
     structure = re.search(r"struct Model \{([^}]*)\};", state)[1]
     declared = set(re.findall(r"\b(\w+)(?:\[\w+\])?\s*[,;]", re.sub(r"/\*.*?\*/", "", structure, flags=re.S)))
     listed = set(re.findall(r"X\((\w+)\)", state)) - {"X"}
-    forgotten = set(
+    computed_again = set(
         re.findall(r"model->(\w+)", code[code.index("void model_clear_computed") :].partition("\n}\n")[0])
     )
     body = walk[walk.index("static void pass_model") : walk.index("static void pass_situation")]
     passed = set(re.findall(r"model->(\w+)", body)) - {"field"}
     assert all(f"{macro}(PASS" in body for macro in re.findall(r"#define (MODEL_\w+)\(X\)", state))
     assert len(declared) > 10
-    assert declared == listed | forgotten | passed
-    assert not forgotten & (listed | passed)
+    assert declared == listed | computed_again | passed
+    assert not computed_again & (listed | passed)
 
 
 @both_versions
-def test_no_getter_changes_what_a_state_holds(version):
+def test_getters_do_not_change_a_state(version):
     with wound(version) as one:
         state = one.save()
         first = go_on(one)
@@ -376,5 +376,5 @@ def test_a_host_under_sanitizers(version):
     program = compiled(version, sanitize=True)
     run = subprocess.run([program, program.parent], capture_output=True, text=True, timeout=300, check=False)
     assert run.returncode == 0, run.stderr[-3000:]
-    told = int(run.stdout.split()[0])
-    assert 1000 < told < 100000  # every refusal, and nothing empty
+    messages = int(run.stdout.split()[0])
+    assert 1000 < messages < 100000  # one per refused call

@@ -173,7 +173,7 @@ def fmus(tmp_path_factory, synthetic_nut_map):
 
 @settings(max_examples=LEGAL_SEQUENCES, deadline=None, suppress_health_check=QUIET, derandomize=True)
 @given(LEGAL)
-def test_legal_sequences_end_equal_in_all_fmus(fmus, sequence):
+def test_legal_sequences_give_equal_results_in_all_fmus(fmus, sequence):
     python, fmi2, fmi3 = (played(one, sequence) for one in fmus)
     assert fmi2 == fmi3  # the same code: to the bit
     full = [max(abs(row[i]) for row in python) for i in range(len(python[0]))]
@@ -189,7 +189,7 @@ def test_legal_sequences_end_equal_in_all_fmus(fmus, sequence):
 
 
 class StateMachine:
-    """State of a co-simulation FMU after the standards, with what of our FMU they leave open.
+    """State of a co-simulation FMU after the standards, with the choices of our FMU where they leave one.
 
     State is one of: instantiated, initialization, step, terminated, error.
     """
@@ -201,7 +201,7 @@ class StateMachine:
         self.saved = []
 
     def expected(self, call):
-        """Whether the call is accepted; moves the state. A refusal is an error."""
+        """Whether the call is accepted; updates the state. A refused call is an error."""
         name, argument = call
         accepted = getattr(self, name)(argument)
         if not accepted:
@@ -267,7 +267,7 @@ class StateMachine:
             self.state = self.saved[number % len(self.saved)]
         return True
 
-    def event_mode(self, _):  # model exchange, or an event mode that was not asked for
+    def event_mode(self, _):  # model exchange, or an event mode that was not requested
         return False
 
     def set_time(self, _):
@@ -281,7 +281,7 @@ class StateMachine:
 
 
 class Caller:
-    """Carries the calls of StateMachine out; returns the status."""
+    """Executes the calls of StateMachine; returns the status."""
 
     def __init__(self, one):
         self.one, self.version, self.states, self.time = one, one.version, [], 0.0
@@ -400,19 +400,19 @@ def check(version, sequence, counts):
             assert status == (0 if accepted else ERROR), (n, name, argument, before)
             counts["accepted" if accepted else "refused"] += 1
             if not accepted:
-                # in error nothing goes on but what mends it, and outputs for a look
+                # in the error state only reset, restore, free and getters are accepted
                 assert caller.step(1e-3) == caller.set_inputs(1.0) == caller.terminate(None) == ERROR
                 assert caller.enter_initialization(None) == caller.exit_initialization(None) == ERROR
                 assert caller.get_outputs(None) == 0
         one.call("Reset")
-        one.start(speed=20.0)  # whatever was before: it works again
+        one.start(speed=20.0)  # works again after any sequence
         fresh = one.go(1e-3)
     with NativeInstance(version, logging=False) as another:
         assert another.start(speed=20.0).go(1e-3) == fresh
 
 
 @pytest.mark.parametrize("version", [2, 3])
-def test_any_sequence_is_answered_as_the_state_machine_says(version):
+def test_any_sequence_gives_the_status_of_the_state_machine(version):
     counts = {"accepted": 0, "refused": 0}
 
     @settings(max_examples=ILLEGAL_SEQUENCES, deadline=None, suppress_health_check=QUIET, derandomize=True)
@@ -425,6 +425,6 @@ def test_any_sequence_is_answered_as_the_state_machine_says(version):
     assert counts["refused"] > ILLEGAL_SEQUENCES
 
 
-def test_the_machine_knows_all_calls():
+def test_the_machine_covers_all_calls():
     calls = {name for name in vars(StateMachine) if not name.startswith("_")} - {"expected", "GETS"}
     assert calls == {name for name in vars(Caller) if not name.startswith("_")}

@@ -33,7 +33,7 @@ def run(program, *arguments):
     return done.stdout
 
 
-def test_millions_of_steps_allocate_nothing_and_leave_no_trace(soak):
+def test_millions_of_steps_allocate_nothing_and_change_no_result(soak):
     report = run(soak, STEPS)
     assert report.count("random steps: 0 allocations, heap +0 bytes") == 2
     assert report.count("equal to the bit") == 2
@@ -47,11 +47,11 @@ def test_an_allocation_in_a_step_is_found(soak):
 
 
 @pytest.mark.parametrize(("threads", "steps"), [(2, 20000), (100, 2000)])
-def test_instances_in_threads_are_those_of_a_serial_run(threads_host, threads, steps):
+def test_instances_in_threads_equal_a_serial_run(threads_host, threads, steps):
     assert ": 0 differ" in run(threads_host, threads, steps)
 
 
-def test_thread_sanitizer_is_silent(tmp_path):
+def test_thread_sanitizer_reports_nothing(tmp_path):
     try:
         program = sanitized_c_host(tmp_path, make_map(), "threads", "-fsanitize=thread")
     except FileNotFoundError as error:

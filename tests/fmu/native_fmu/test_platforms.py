@@ -14,7 +14,7 @@ AGREEMENT = 1e-12  # their C libraries differ in the last digits of exp, log, po
 
 @pytest.fixture(scope="module")
 def scratch(tmp_path_factory):
-    """For hosts and one prefix of wine."""
+    """Folder of the hosts and of one wine prefix."""
     return tmp_path_factory.mktemp("platforms")
 
 
@@ -25,10 +25,10 @@ def test_another_platform_gives_the_same_numbers(emulated, version, native_unpac
     if reason:
         pytest.skip(reason)
     unpacked = Path(native_unpacked[version])
-    names, wanted = outputs_on(HERE, unpacked, version, scratch)
+    names, expected = outputs_on(HERE, unpacked, version, scratch)
     _, found = outputs_on(emulated.platform, unpacked, version, scratch)
-    assert wanted.shape == found.shape == (100, len(names))
-    assert np.isfinite(wanted).all()
-    assert len(np.unique(wanted[:, names.index("in_range")])) == 2, "points within the map and beyond"
-    worst = differences(found, wanted).max(axis=0)
+    assert expected.shape == found.shape == (100, len(names))
+    assert np.isfinite(expected).all()
+    assert len(np.unique(expected[:, names.index("in_range")])) == 2, "points within the map and beyond"
+    worst = differences(found, expected).max(axis=0)
     assert (worst <= AGREEMENT).all(), dict(zip(names, worst, strict=True))

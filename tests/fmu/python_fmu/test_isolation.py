@@ -1,6 +1,6 @@
 """Many FMUs in one process: copies, versions, a foreign FMU, deleted folders, a hundred instances.
 
-The scenario runs in a process of its own, so that what it loads cannot touch the other tests.
+The scenario runs in a process of its own, so that its modules cannot affect other tests.
 """
 
 import json
@@ -134,7 +134,7 @@ def test_copies_versions_maps_and_a_foreign_fmu_side_by_side(scenario, doubled):
         assert results == [torque(), torque(), 202.0, pytest.approx(doubled), torque(scale=3.0)]
 
 
-def test_the_second_copy_steps_on_when_the_first_is_freed_and_deleted(scenario):
+def test_the_second_copy_works_after_the_first_is_freed_and_deleted(scenario):
     assert scenario["second after the first is gone"] == torque()
     assert scenario["state after the first is gone"] is True
 
@@ -160,5 +160,5 @@ def test_the_others_are_not_disturbed(scenario, doubled):
     ]
 
 
-def test_no_folder_is_left_on_the_search_path(scenario):
+def test_no_folder_remains_on_the_search_path(scenario):
     assert scenario["stale paths"] == []

@@ -29,7 +29,7 @@ def test_two_builds_give_the_same_bytes_and_guid(fmu, tmp_path):
 
 @pytest.mark.slow
 def test_another_process_builds_the_same_bytes(fmu, tmp_path):
-    """Hash seed and state of the interpreter must not show."""
+    """The bytes do not depend on hash seed and state of the interpreter."""
     script = (
         "import sys; sys.path.insert(0, sys.argv[1]); from synthetic_map import make_map;"
         "from ballscrew_fmu.python_fmu.package import build_fmu; print(build_fmu(make_map(), sys.argv[2]).sha256)"
@@ -56,19 +56,19 @@ def test_another_map_or_other_code_gives_another_guid_and_other_code_another_pac
     assert all(len(package_of(path)) == 1 for path in (fmu, other_code.path))
 
 
-def test_the_map_travels_unchanged(fmu, tmp_path, synthetic_nut_map):
+def test_the_map_in_the_fmu_is_unchanged(fmu, tmp_path, synthetic_nut_map):
     path = tmp_path / "map.npz"
     path.write_bytes(members(fmu)["resources/nut_map.npz"])
     assert NutMap.from_npz(path).header == synthetic_nut_map.header
 
 
-def test_every_name_at_the_top_of_the_resources_carries_the_hash(fmu):
+def test_every_name_at_the_top_of_the_resources_contains_the_hash(fmu):
     top = {name.split("/")[1] for name in members(fmu) if name.startswith("resources/")}
     mark = next(name for name in top if name.startswith("_ballscrew_")).removeprefix("_ballscrew_")
     assert top == {f"_ballscrew_{mark}", f"BallScrewFriction_{mark}.py", "nut_map.npz", "slavemodule.txt"}
 
 
-def test_an_import_that_does_not_travel_is_refused():
+def test_an_import_of_a_module_outside_the_fmu_is_refused():
     for line in ("import scipy\n", "from ballscrew_tehl import hertz\n", "from . import sibling\n"):
         with pytest.raises(PackageError, match="does not travel"):
             package._relocated(f"def f():\n    {line}", "ballscrew_fmu.python_fmu.slave")
@@ -79,7 +79,7 @@ def test_an_import_that_does_not_travel_is_refused():
     assert imported == ["ballscrew_tehl.runtime.standstill"]
 
 
-def test_a_failed_write_leaves_nothing_and_keeps_the_old_file(tmp_path, monkeypatch):
+def test_a_failed_write_keeps_the_old_file_and_leaves_no_other(tmp_path, monkeypatch):
     target = tmp_path / "BallScrewFriction.fmu"
     target.write_bytes(b"old")
 

@@ -1,4 +1,4 @@
-"""The process of the host ends in order, whatever it loaded after the FMU (process_end.py)."""
+"""The process of the host ends without error when it has loaded libraries after the FMU (process_end.py)."""
 
 import atexit
 import json
@@ -16,7 +16,7 @@ pytestmark = [
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the fault is one on Linux"),
 ]
 
-# Blocks of many sizes, half of them freed, so that memory the binary frees gets neighbours in the lists of malloc.
+# Blocks of many sizes, half of them freed: memory freed by the binary then has neighbours in the lists of malloc.
 # scipy.linalg brings libgfortran, which frees memory when the process ends, after the library of the FMU.
 HOST = """
 import random, sys
@@ -45,8 +45,8 @@ print(json.dumps(found))
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_libraries_that_free_memory_at_the_end_find_it_in_order(unpacked, seed):
-    """Without the reset two of three such processes die with "corrupted double-linked list"."""
+def test_libraries_can_free_memory_at_the_end(unpacked, seed):
+    """Without the reset two of three such processes abort with "corrupted double-linked list"."""
     done = subprocess.run([sys.executable, "-c", HOST, unpacked, str(seed)], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == "end of the script\n"
@@ -59,7 +59,7 @@ def test_every_library_is_reset_once(fmu, unpacked, tmp_path):
     assert json.loads(done.stdout) == [1, 1, 2, 2]
 
 
-def test_a_library_that_is_not_loaded_is_left_alone(tmp_path):
+def test_a_library_that_is_not_loaded_is_not_reset(tmp_path):
     file = tmp_path / process_end.BINARIES / "BallScrewFriction.so"
     file.parent.mkdir(parents=True)
     file.write_bytes(b"no library")

@@ -1,4 +1,4 @@
-"""refine in the FMU: what is imported when, what travels, what is kept, what happens where it cannot work."""
+"""refine in the FMU: imports, packaged solver, cache, state, and errors that leave the map in use."""
 
 import json
 import math
@@ -49,7 +49,7 @@ print(json.dumps(result))
 
 
 def of_process(script, cache, *arguments):
-    """What a script prints as JSON in its last line, with a cache folder of its own."""
+    """JSON in the last line that a script prints, with a separate cache folder."""
     environment = os.environ | {name: str(cache) for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME")}
     command = [sys.executable, "-c", script, *map(str, arguments)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
@@ -60,12 +60,12 @@ def of_process(script, cache, *arguments):
 # behaviour of the slave, with the stub
 
 
-def test_without_refine_no_solver_is_looked_for(refinable, unpacked, tmp_path):
-    """In a process of its own: what other tests loaded cannot answer for it."""
+def test_without_refine_no_solver_is_imported(refinable, unpacked, tmp_path):
+    """In a separate process without the modules of other tests."""
     found = of_process(WITH_AND_WITHOUT_REFINE, tmp_path, refinable, unpacked)
     assert found["outputs"][0] == found["outputs"][1]
     assert found["without"] == {"solvers": [], "cache": [], "messages": []}
-    assert len(found["with"]["solvers"]) == len(found["with"]["cache"]) == 1  # it would have been noticed
+    assert len(found["with"]["solvers"]) == len(found["with"]["cache"]) == 1  # with refine it is
     assert [text for _, text in found["with"]["messages"]] == ["refine: contact at 31.0 rad/s solved"]
 
 
@@ -103,7 +103,7 @@ def run(instance, speeds):
     return [(instance.step(speed=speed), instance.outputs()) for speed in speeds]
 
 
-def test_the_state_covers_the_solved_contacts(refinable):
+def test_the_state_includes_the_solved_contacts(refinable):
     later = (30.0, 40.0, 10.0, 50.0)
     with FmuInstance(refinable, refine=True) as one, FmuInstance(refinable, refine=True) as other:
         run(one, (10.0, 20.0, 30.0))
@@ -120,7 +120,7 @@ def test_the_state_covers_the_solved_contacts(refinable):
         assert one.slave.serializeFMUstate(one.slave.getFMUstate()) == content
 
 
-def test_reset_forgets_the_solved_contacts(refinable):
+def test_reset_discards_the_solved_contacts(refinable):
     with FmuInstance(refinable, refine=True) as used, FmuInstance(refinable, refine=True, speed=5.0) as fresh:
         run(used, (10.0, 20.0))
         used.slave.reset()
@@ -131,7 +131,7 @@ def test_reset_forgets_the_solved_contacts(refinable):
         assert used.outputs() == fresh.outputs()
 
 
-def test_a_contact_without_solution_is_said_once(refinable):
+def test_a_contact_without_solution_is_reported_once(refinable):
     with FmuInstance(refinable, refine=True) as one:
         run(one, (10.0,))
         for _ in range(3):
@@ -139,7 +139,7 @@ def test_a_contact_without_solution_is_said_once(refinable):
         assert of_status(one, WARNING) == ["refine: no convergence (logged once)"]
 
 
-def test_a_refinement_that_breaks_leaves_the_map(refinable, unpacked):
+def test_an_error_of_the_refinement_leaves_the_map_in_use(refinable, unpacked):
     with FmuInstance(refinable, refine=True) as one, FmuInstance(unpacked) as plain:
         run(one, (10.0, 20.0))
         for _ in range(3):
@@ -149,8 +149,8 @@ def test_a_refinement_that_breaks_leaves_the_map(refinable, unpacked):
         assert of_status(one, ERROR) == ["refine: RuntimeError: broken; results are those of the map"]
 
 
-def test_a_map_that_names_no_screw_is_not_refined(unpacked):
-    """The closed-form map carries no parameters and no solved film."""
+def test_a_map_without_screw_parameters_is_not_refined(unpacked):
+    """The closed-form map contains no parameters and no solved film."""
     with FmuInstance(unpacked, speed=30.0) as plain, FmuInstance(unpacked, speed=30.0, refine=True) as one:
         assert one.step()
         plain.step()
@@ -212,7 +212,7 @@ def test_a_damaged_copy_is_replaced(shipped, tmp_path):
     assert contents(installed(shipped, tmp_path / "cache")) == FILES
 
 
-def test_a_process_that_was_faster_is_no_failure(shipped, tmp_path, monkeypatch):
+def test_a_cache_written_by_another_process_is_used(shipped, tmp_path, monkeypatch):
     cache = tmp_path / "cache"
     original = solver_cache.shutil.copytree
 
@@ -235,7 +235,7 @@ def test_other_sources_have_another_name():
     assert len(names) == 3
 
 
-def test_the_cache_follows_the_system(monkeypatch, tmp_path):
+def test_the_cache_folder_is_that_of_the_system(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "local"))
     monkeypatch.setenv("HOME", str(tmp_path))
@@ -247,7 +247,7 @@ def test_the_cache_follows_the_system(monkeypatch, tmp_path):
     assert user_cache() == tmp_path / ".cache" / "ballscrew_tehl"
 
 
-def test_a_cache_that_cannot_be_written_is_said_and_does_no_harm(synthetic_nut_map, tmp_path, monkeypatch):
+def test_a_cache_that_cannot_be_written_is_reported_and_not_needed(synthetic_nut_map, tmp_path, monkeypatch):
     sources = stub_solver.SOURCES | {"nut_map/__init__.py": "# another\n"}
     fmu = build_fmu(synthetic_nut_map, tmp_path / "other.fmu", solver=sources).path
     (tmp_path / "file").write_text("")
@@ -259,7 +259,7 @@ def test_a_cache_that_cannot_be_written_is_said_and_does_no_harm(synthetic_nut_m
         assert of_status(one, ERROR) == []
 
 
-def test_an_fmu_without_solver_says_so(tmp_path):
+def test_an_fmu_without_solver_reports_it(tmp_path):
     with pytest.raises(SolverError, match=r"0 solvers .*; needs one: build the FMU again"):
         load_solver(tmp_path, tmp_path / "cache")
 
@@ -280,10 +280,10 @@ def test_a_missing_package_is_named(tmp_path):
         load_solver(tmp_path, tmp_path / "cache")
 
 
-# what travels
+# the solver in the FMU
 
 
-def test_the_travelling_solver_is_complete():
+def test_the_packaged_solver_is_complete():
     sources = solver_sources()
     assert {
         "refinement/refine.py",
@@ -294,7 +294,7 @@ def test_the_travelling_solver_is_complete():
     assert not any("evaluate" in name or "xarray" in text for name, text in sources.items())
 
 
-def test_a_solver_that_needs_more_is_refused(tmp_path):
+def test_a_solver_with_other_imports_is_refused(tmp_path):
     for line in (
         "import xarray",
         "from ballscrew_tehl.physics.hertz import ellipse",
@@ -320,7 +320,7 @@ def test_an_import_for_types_does_not_count():
     }
 
 
-def test_another_solver_makes_another_fmu(synthetic_nut_map, tmp_path):
+def test_another_solver_gives_another_fmu(synthetic_nut_map, tmp_path):
     sources = [stub_solver.SOURCES, stub_solver.SOURCES | {"__init__.py": "# changed\n"}]
     built = [build_fmu(synthetic_nut_map, tmp_path / f"{n}.fmu", solver=s) for n, s in enumerate(sources)]
     assert built[0].guid != built[1].guid
@@ -361,7 +361,7 @@ def packaged(tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("missing", ["numba", "scipy", "pydantic"])
-def test_without_the_solvers_packages_the_map_goes_on(packaged, tmp_path, missing):
+def test_without_the_packages_of_the_solver_the_map_is_used(packaged, tmp_path, missing):
     found = of_process(REFINED_RUN, tmp_path, packaged, missing)
     assert found["ok"]
     assert found["refined"] == found["plain"]
@@ -373,7 +373,7 @@ def test_without_the_solvers_packages_the_map_goes_on(packaged, tmp_path, missin
 
 @pytest.mark.slow
 def test_refined_torque_is_the_direct_one_and_the_second_process_does_not_compile(packaged, tmp_path):
-    """Tolerance: the solver's scatter does not enter at the solved point; what is left is the mean ball."""
+    """Tolerance: at the solved point only the error of the mean ball remains, not the scatter of the solver."""
     from ballscrew_tehl.friction.sets import default_friction_set
     from ballscrew_tehl.friction.torque import double_nut_torque
     from ballscrew_tehl.refinement.direct import DirectFilm

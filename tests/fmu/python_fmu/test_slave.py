@@ -14,7 +14,7 @@ from ballscrew_tehl.runtime.standstill import presliding_step
 
 WARNING, DISCARD, ERROR = 1, 2, 3
 PARTS = ("viscous_torque", "hysteresis_torque", "sliding_torque")
-DIRECT = DoubleNutState._fields[3:10]  # outputs that the FMU hands through
+DIRECT = DoubleNutState._fields[3:10]  # outputs taken from the map unchanged
 
 
 def expected(
@@ -64,14 +64,14 @@ def test_simulate_fmu_follows_an_input_signal(fmu, synthetic_nut_map):
     assert result["friction_torque"][0] == pytest.approx(
         expected(synthetic_nut_map, 3000.0, 30.0)["friction_torque"], rel=1e-12
     )
-    # the last row belongs to the step from 0.19 s with the input of its start
+    # the last row is that of the step from 0.19 s with the input at its start
     assert result["friction_torque"][-1] == pytest.approx(
         expected(synthetic_nut_map, 3000.0, -27.0)["friction_torque"], rel=1e-9
     )
     assert result["in_range"].all()
 
 
-def test_values_right_after_initialization_are_right(unpacked, synthetic_nut_map):
+def test_values_after_initialization_are_those_of_the_map(unpacked, synthetic_nut_map):
     with FmuInstance(unpacked, preload=1500.0, speed=-40.0, temperature=310.0) as one:
         assert one.outputs() == pytest.approx(expected(synthetic_nut_map, 1500.0, -40.0, 310.0), rel=1e-12)
 
@@ -154,7 +154,7 @@ def test_10000_rpm(instance, synthetic_nut_map):
 @pytest.mark.parametrize("stiffness", [0.0, 400.0])
 @pytest.mark.parametrize("name", ["preload", "speed", "temperature", "axial_load", "roughness_height"])
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e40])
-def test_a_value_that_is_no_number_discards_the_step_and_changes_nothing(unpacked, name, bad, stiffness):
+def test_a_value_that_is_not_finite_discards_the_step_and_changes_nothing(unpacked, name, bad, stiffness):
     with (
         FmuInstance(unpacked, presliding_stiffness=stiffness, speed=0.01) as one,
         FmuInstance(unpacked, presliding_stiffness=stiffness, speed=0.01) as undisturbed,
@@ -183,7 +183,7 @@ def test_a_refine_tolerance_of_zero_discards_the_step(instance):
     assert instance.messages[-1] == (DISCARD, "refine_tolerance = 0.0; needs a finite number > 0")
 
 
-def test_a_bad_start_value_is_logged_and_can_be_mended(unpacked, synthetic_nut_map):
+def test_a_bad_start_value_is_logged_and_can_be_replaced(unpacked, synthetic_nut_map):
     with FmuInstance(unpacked, speed=math.nan) as one:
         assert one.messages == [(DISCARD, "speed = nan; needs a finite number")]
         assert one.step() is False
@@ -225,7 +225,7 @@ def test_setting_an_output_is_logged_and_has_no_effect(instance):
     assert instance.outputs() == before
 
 
-def test_reset_brings_the_start_values_back(unpacked):
+def test_reset_restores_the_start_values(unpacked):
     with (
         FmuInstance(unpacked) as fresh,
         FmuInstance(unpacked, preload=900.0, presliding_stiffness=100.0) as used,
@@ -270,8 +270,8 @@ def test_presliding_follows_the_bristle_and_keeps_the_viscous_part(unpacked, syn
             assert one.get("power_loss") == pytest.approx(bristle.heat / step + viscous * speed)
 
 
-def test_presliding_holds_an_axis_that_the_regularisation_lets_creep(unpacked):
-    """J = 0.01 kg m2, 0.125 N.m applied, steps of 1 ms, the rotor stepped beside the FMU."""
+def test_presliding_holds_an_axis_that_creeps_with_the_regularisation(unpacked):
+    """J = 0.01 kg m2, 0.125 N.m applied, steps of 1 ms, the rotor stepped explicitly."""
 
     def run(**parameters):
         omega = torque = angle = 0.0
@@ -293,7 +293,7 @@ def test_presliding_holds_an_axis_that_the_regularisation_lets_creep(unpacked):
 
 @pytest.fixture(scope="module")
 def unwound(unpacked):
-    """One instance for all examples of a property, and the state that puts it back to its beginning."""
+    """One instance for all examples of a property, and its initial state."""
     with FmuInstance(unpacked, presliding_stiffness=400.0) as one:
         yield one, one.slave.getFMUstate()
 
@@ -325,7 +325,7 @@ def test_the_fmu_never_delivers_energy(unwound, run, damping):
         assert work >= -1e-12 * scale - 1e-18
 
 
-def test_wrong_calls_are_logged_and_do_no_harm(instance):
+def test_wrong_calls_are_logged_and_have_no_effect(instance):
     """An exception of the Python code would kill the process when the instance is freed (pythonfmu 0.7)."""
     slave = instance.slave
     assert slave.getReal([999]) == [0.0]
@@ -340,8 +340,8 @@ def test_wrong_calls_are_logged_and_do_no_harm(instance):
     assert instance.get("friction_torque") > 0.0
 
 
-def test_a_failure_inside_the_step_discards_it_and_the_host_lives(unpacked, slave_module):
-    """A failure that nothing foresees: the code of a live instance is broken from outside."""
+def test_an_exception_inside_the_step_discards_it_without_ending_the_host(unpacked, slave_module):
+    """An unexpected exception, caused by a patched function of a running instance."""
     with FmuInstance(unpacked) as one:
         one.step(speed=30.0)
         before = one.outputs()

@@ -1,4 +1,4 @@
-"""FMU state: get, set, free, serialize; nothing hidden is left out."""
+"""FMU state: get, set, free, serialize; complete including the bristle and reported warnings."""
 
 import math
 
@@ -14,7 +14,7 @@ LATER = (0.002, 0.02, -0.01, 1.0, 0.0)
 
 
 def wound(unpacked):
-    """An instance whose bristle is wound up within its elastic range, at a time when no input shows it."""
+    """An instance with a bristle deflected in its elastic range, at inputs that do not reveal it."""
     one = FmuInstance(unpacked, **START)
     one.step(1e-3, speed=0.2)
     one.step(1e-3, speed=0.0)
@@ -25,7 +25,7 @@ def go_on(instance):
     return [(instance.step(1e-3, speed=speed), instance.outputs()) for speed in LATER]
 
 
-def test_state_restores_everything_as_often_as_one_likes(unpacked):
+def test_state_can_be_restored_repeatedly(unpacked):
     with wound(unpacked) as one:
         state = one.slave.getFMUstate()
         first = go_on(one)
@@ -39,7 +39,7 @@ def test_state_restores_everything_as_often_as_one_likes(unpacked):
 
 def test_the_bristle_is_part_of_the_state(unpacked):
     with wound(unpacked) as one:
-        assert one.get("hysteresis_torque") > 0.0  # wound up at rest
+        assert one.get("hysteresis_torque") > 0.0  # deflected at rest
         state = one.slave.getFMUstate()
         one.step(1e-3, speed=-0.2)
         one.step(1e-3, speed=0.0)
@@ -59,7 +59,7 @@ def test_a_serialized_state_continues_in_a_fresh_instance(unpacked):
         assert go_on(other) == go_on(one)
 
 
-def test_values_that_are_no_numbers_survive(unpacked):
+def test_values_that_are_not_finite_are_kept(unpacked):
     with FmuInstance(unpacked) as one:
         one.set(speed=math.nan, axial_load=-math.inf)
         content = one.slave.serializeFMUstate(one.slave.getFMUstate())
@@ -69,7 +69,7 @@ def test_values_that_are_no_numbers_survive(unpacked):
         assert one.get("axial_load") == -math.inf
 
 
-def test_a_warning_that_was_said_stays_said(unpacked):
+def test_a_warning_is_not_repeated_after_restoring(unpacked):
     with FmuInstance(unpacked) as one:
         one.step(temperature=0.0)
         state = one.slave.getFMUstate()

@@ -1,4 +1,4 @@
-"""What fmpy and the schemas do not look at: an FMU against itself, its libraries and physics.
+"""Checks of an FMU that fmpy and the schemas do not make: consistency with itself, its libraries and physics.
 
 findings(files) reads the members only; capability_findings(folder) calls the library of this machine.
 """
@@ -46,7 +46,7 @@ MACHINES = {
     "darwin64": ("mach", (0x01000007, 0x0100000C)), "x86_64-darwin": ("mach", (0x01000007,)),
     "aarch64-darwin": ("mach", (0x0100000C,)),
 }  # fmt: skip
-# flags that no call can show, as the runtime is written
+# flags that no call can test, as in the C code
 DECLARED = {
     "needsExecutionTool": False, "canRunAsynchronuously": False, "completedIntegratorStepNotNeeded": True,
     "needsCompletedIntegratorStep": False, "providesEvaluateDiscreteStates": False,
@@ -71,7 +71,7 @@ def variables_of(root):
 
 
 def findings(files: dict[str, bytes]) -> list[str]:
-    """What is wrong with these members of a native FMU; empty if nothing is."""
+    """Errors in these members of a native FMU; empty if there are none."""
     root = ElementTree.parse(io.BytesIO(files["modelDescription.xml"])).getroot()
     version = int(root.get("fmiVersion")[0])
     return [
@@ -81,7 +81,7 @@ def findings(files: dict[str, bytes]) -> list[str]:
         *_identity(root, files, version),
         *_libraries(root, files),
         *_against_the_sources(root, files),
-        *_beside(root, files),
+        *_other_members(root, files),
     ]
 
 
@@ -135,11 +135,9 @@ def _units(root):
 def _identity(root, files, version):
     token = root.get("guid" if version == 2 else "instantiationToken")
     binaries = {name: content for name, content in files.items() if name.startswith("binaries/")}
-    found = [
-        f"{name} does not know the token {token}" for name, c in binaries.items() if token.encode() not in c
-    ]
+    found = [f"{name} lacks the token {token}" for name, c in binaries.items() if token.encode() not in c]
     if f'MODEL_TOKEN "{token}"'.encode() not in files["sources/variables.h"]:
-        found.append(f"the sources do not know the token {token}")
+        found.append(f"the sources lack the token {token}")
     return found if token else ["no token"]
 
 
@@ -185,7 +183,7 @@ def machine_of(content: bytes):
 
 
 def _against_the_sources(root, files):
-    """The description says what the C code has."""
+    """Description and C code agree."""
     found = []
     text = {
         name.removeprefix("sources/"): c.decode() for name, c in files.items() if name.startswith("sources/")
@@ -224,11 +222,11 @@ def _against_the_sources(root, files):
     listed_files.append([node.get("name") for node in build.iter("SourceFile")])
     units = sorted(name for name in text if name.endswith(".c"))
     found += [f"source files {names}; there are {units}" for names in listed_files if sorted(names) != units]
-    found += [f"sources/{name} belongs to the importer" for name in text if FMI_HEADER.fullmatch(name)]
+    found += [f"sources/{name} is a file of the importer" for name in text if FMI_HEADER.fullmatch(name)]
     return found
 
 
-def _beside(root, files):
+def _other_members(root, files):
     """Terminals, reference results and documentation fit the variables."""
     found = []
     nodes = {name: node for name, _, node in variables_of(root)}
@@ -270,7 +268,7 @@ def capability_findings(folder: Path | str) -> list[str]:
                 continue
             value = {"true": True, "false": False}.get(claimed, claimed)
             if flag not in actual or value != actual[flag]:
-                found.append(f"{interface}: {flag} = {claimed}; the library says {actual.get(flag)}")
+                found.append(f"{interface}: {flag} = {claimed}; the library has {actual.get(flag)}")
     return found
 
 
@@ -326,7 +324,7 @@ def _works(call) -> bool:
 
 
 def _probe(folder, description, version, interface):
-    """What the library does, by flag. References: 1 speed, 4 friction_torque."""
+    """Behaviour of the library, by flag. References: 1 speed, 4 friction_torque."""
     arguments = (folder, description, version, interface)
     state = "State" if version == 3 else "state"
     steps = interface == "CoSimulation"

@@ -1,4 +1,4 @@
-"""What the importers are asked to do, for test_importers.py and importer_table.py: inputs, expected numbers, checks."""
+"""Cases of the importers for test_importers.py and importer_table.py: inputs, expected numbers, checks."""
 
 import atexit
 import functools
@@ -68,25 +68,25 @@ def subjects_of(case: Replay | Master) -> list[str]:
 
 
 def reference(nut_map: NutMap) -> tuple[list[Row], list[Row]]:
-    """The reference input of the checks, through standstill and beyond the map, and what the map gives."""
+    """The reference input of the checks, with standstill and points outside the map, and values of the map."""
     rows = list(reference_input(nut_map.header))
     return rows, [expected_outputs(nut_map, REGULARIZATION_SPEED, row) for row in rows]
 
 
-def replayed(case: Replay, fmu: Path, rows: Sequence[Row], wanted: Sequence[Row]) -> float:
+def replayed(case: Replay, fmu: Path, rows: Sequence[Row], expected: Sequence[Row]) -> float:
     """Deviation of a replay. fmpy's Euler looks for events before it sets the inputs of the new time, so that
     in_range follows one step late: there it may be that of the row before."""
     found = case.run(fmu, rows)
     if "Euler" in case.way:
-        late = [wanted[0], *wanted[:-1]]
-        for row, now, before in zip(found, wanted, late, strict=True):
+        late = [expected[0], *expected[:-1]]
+        for row, now, before in zip(found, expected, late, strict=True):
             if row["in_range"] == before["in_range"]:
                 row["in_range"] = now["in_range"]
-    return deviation(found, wanted)
+    return deviation(found, expected)
 
 
 def zero_findings(case: Replay, fmu: Path) -> list[str]:
-    """What is wrong with the outputs while all inputs are 0, as importers leave unconnected ones."""
+    """Errors of the outputs while all inputs are 0, the value of unconnected inputs in importers."""
     row: dict[str, Any] = case.run(fmu, ZEROS)[-1]
     findings = [f"{name} = {value}" for name, value in row.items() if not np.isfinite(value)]
     findings += [f"{name} = {row[name]}" for name in ("friction_torque", "power_loss") if row[name] != 0.0]
@@ -97,15 +97,15 @@ def coupled(
     master: Master, friction: Path, rotor: Path, coupling: Coupling, folder: Path
 ) -> tuple[float, np.ndarray]:
     """Largest difference from the own loop over the largest value of each observed variable, and the run."""
-    wanted = OWN_LOOP.run(friction, rotor, coupling, folder)
+    expected = OWN_LOOP.run(friction, rotor, coupling, folder)
     found = master.run(friction, rotor, coupling, folder)
-    return float(np.max(np.abs(found - wanted) / np.abs(wanted).max(axis=0))), found
+    return float(np.max(np.abs(found - expected) / np.abs(expected).max(axis=0))), found
 
 
-def differences(found: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Element by element, over max(|wanted|, 1e-3 of full scale of the column)."""
-    scale = np.maximum(np.abs(wanted), FULL_SCALE_SHARE * np.abs(wanted).max(axis=0))
-    return np.abs(found - wanted) / np.where(scale > 0.0, scale, 1.0)
+def differences(found: np.ndarray, expected: np.ndarray) -> np.ndarray:
+    """Element by element, over max(|expected|, 1e-3 of full scale of the column)."""
+    scale = np.maximum(np.abs(expected), FULL_SCALE_SHARE * np.abs(expected).max(axis=0))
+    return np.abs(found - expected) / np.where(scale > 0.0, scale, 1.0)
 
 
 # --- standstill in explicit co-simulation ---
@@ -157,7 +157,7 @@ class Stop:
         self.still = (moving + 1) * step
         after = angle[moving : moving + 10 * steps + 1]
         self.drift = float(np.abs(after - after[0]).max())
-        # torque that the rotor felt in each step
+        # torque on the rotor in each step
         felt = torque if friction_first else np.concatenate([[first], torque[:-1]])
         travel = np.diff(angle, prepend=0.0)
         kinetic = 0.5 * INERTIA * (START_SPEED**2 - speed[-1] ** 2)

@@ -396,9 +396,9 @@ def toolbox_findings(fmu: Path) -> list[str]:
     from fmu_manipulation_toolbox.checker import OperationGenericCheck, OperationSemanticCheck
     from fmu_manipulation_toolbox.operations import FMU
 
-    said: list[str] = []
+    errors: list[str] = []
     handler = logging.Handler(logging.WARNING)
-    handler.emit = lambda record: said.append(record.getMessage())  # type: ignore[method-assign]
+    handler.emit = lambda record: errors.append(record.getMessage())  # type: ignore[method-assign]
     logger = logging.getLogger("fmu_manipulation_toolbox")
     logger.addHandler(handler)
     try:
@@ -408,9 +408,9 @@ def toolbox_findings(fmu: Path) -> list[str]:
             opened.apply_operation(check)
     finally:
         logger.removeHandler(handler)
-    if schema.compliant_with_version is None and not said:
-        said.append("the schema check did not pass")
-    return said
+    if schema.compliant_with_version is None and not errors:
+        errors.append("the schema check did not pass")
+    return errors
 
 
 # --- comparison ---
@@ -418,16 +418,16 @@ def toolbox_findings(fmu: Path) -> list[str]:
 FULL_SCALE_SHARE = 1e-3  # values below this share of full scale are compared with it
 
 
-def deviation(found: Sequence[Row], wanted: Sequence[Row]) -> float:
-    """Largest difference over max(|wanted|, 1e-3 of the largest |wanted| of that output); infinite for NaN,
+def deviation(found: Sequence[Row], expected: Sequence[Row]) -> float:
+    """Largest difference over max(|expected|, 1e-3 of the largest |expected| of that output); infinite for NaN,
     other names or another Boolean."""
-    if len(found) != len(wanted) or any(a.keys() != b.keys() for a, b in zip(found, wanted, strict=True)):
+    if len(found) != len(expected) or any(a.keys() != b.keys() for a, b in zip(found, expected, strict=True)):
         return float("inf")
     worst = 0.0
-    for name in wanted[0]:
+    for name in expected[0]:
         got = np.array([row[name] for row in found], dtype=float)
-        want = np.array([row[name] for row in wanted], dtype=float)
-        if isinstance(wanted[0][name], bool):
+        want = np.array([row[name] for row in expected], dtype=float)
+        if isinstance(expected[0][name], bool):
             difference = np.where(got == want, 0.0, np.inf)
         else:
             scale = np.maximum(np.abs(want), FULL_SCALE_SHARE * np.abs(want).max())

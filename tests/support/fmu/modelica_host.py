@@ -1,7 +1,7 @@
 """A C program around the external functions of the Modelica package, made from their declarations in package.mo.
 
-It stands in for a Modelica tool: it maps the types as the Modelica specification says (section 12.9), declares the
-functions again beside their header, so that the compiler compares both, and calls them.
+It replaces a Modelica tool: it maps the types by section 12.9 of the Modelica specification, declares the functions
+in addition to their header, so that the compiler compares both, and calls them.
 """
 
 import re
@@ -127,7 +127,7 @@ def build(folder: Path, package: Path, sanitized: bool = False) -> Path:
 def call(program: Path, map_file: Path, rows: Sequence[tuple]) -> list[tuple[float, ...]]:
     """Results of calls, each a function and its numbers.
 
-    Raises       RuntimeError: as ModelicaFormatError says it
+    Raises       RuntimeError: message of ModelicaFormatError
     """
     text = "\n".join(" ".join([row[0], *(repr(float(x)) for x in row[1:])]) for row in rows)
     run = subprocess.run(

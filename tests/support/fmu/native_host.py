@@ -46,7 +46,7 @@ def native_folder(folder: Path, nut_map, version: int, model: FmuModel = FRICTIO
 def c_host(
     folder: Path, nut_map, name: str, *options: str, runtime: bool = True, model: FmuModel = FRICTION
 ) -> Path:
-    """Program of a C file of this folder, linked with the runtime of both versions unless told otherwise."""
+    """Program of a C file of this folder, linked with the runtime of both versions if `runtime`."""
     units = fmi_sources(folder, nut_map, model=model)
     program = folder / name
     build(

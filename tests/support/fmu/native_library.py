@@ -1,6 +1,6 @@
 """The native FMUs as compiled libraries, called through ctypes as the standards declare them.
 
-Nothing stands between test and library: every call returns its status, every message is kept.
+Calls are not wrapped: every call returns its status, every message is kept.
 """
 
 import atexit
@@ -82,7 +82,7 @@ class NativeInstance:
     """One instance; use it in a `with` block.
 
     Attributes   messages : everything it logged
-                 handle : None if it was refused
+                 handle : None if instantiation failed
                  time : end of the last step that go() took [s]
     """
 
@@ -186,7 +186,7 @@ class NativeInstance:
     def outputs(self) -> list[float]:
         return [*self.get(*OUTPUTS, "presliding_deflection", "presliding_deflection_rate"), self.in_range()]
 
-    # life
+    # instantiation to reset
 
     def initialize(self, start: float = 0.0, stop: float | None = None) -> int:
         """Enter initialization mode."""

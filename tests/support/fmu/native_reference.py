@@ -1,4 +1,4 @@
-"""What the native FMUs of the tests carry beside the model: small reference results and a validation."""
+"""Small reference results and a validation for the native FMUs of the tests."""
 
 from ballscrew_fmu.native_fmu.package import Reference
 from ballscrew_fmu.pages.native import Validation

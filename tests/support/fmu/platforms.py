@@ -93,21 +93,21 @@ def outputs_on(platform: str, unpacked: Path, fmi_version: int, folder: Path) ->
     finally:
         if windows:
             stop_wine(environment)
-    printed, said = (file.read_text(errors="replace") for file in (out, errors))
-    assert run.returncode == 0, f"{' '.join(command)}: exit code {run.returncode}: {said.strip()[-500:]}"
+    printed, messages = (file.read_text(errors="replace") for file in (out, errors))
+    assert run.returncode == 0, f"{' '.join(command)}: exit code {run.returncode}: {messages.strip()[-500:]}"
     rows = [line.split() for line in printed.splitlines() if line.strip()]
     values = [[*(struct.unpack(">d", bytes.fromhex(x))[0] for x in row[:-1]), float(row[-1])] for row in rows]
     return [*names, "in_range"], np.array(values)
 
 
 def wine_environment(prefix: Path) -> dict[str, str]:
-    """A fresh prefix without a display, quiet, that asks for no add-ons."""
+    """A new prefix without display, log output and add-ons."""
     others = {key: value for key, value in os.environ.items() if key != "DISPLAY"}
     return {**others, "WINEPREFIX": str(prefix), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
 
 
 def stop_wine(environment: Mapping[str, str]) -> None:
-    """End the server of this prefix, which would go on writing to it."""
+    """Stop the server of this prefix, which would still write to it."""
     server = shutil.which("wineserver") or "/usr/lib/wine/wineserver"
     if Path(server).exists():
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "timeout": TIME_LIMIT}

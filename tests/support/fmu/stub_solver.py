@@ -1,7 +1,7 @@
-"""A refinement in place of the solver's, for tests of the FMU around it: no contact is solved.
+"""A stub of the refinement for tests of the FMU: no contact is solved.
 
 Every new speed counts as a solved contact; each lowers the viscous torque and the films by 1 %, the tolerance as well.
-Some preloads are traps.
+Two preloads raise errors.
 """
 
 UNSOLVED, BROKEN = 1111.0, 1222.0  # [N] preloads where a contact fails, where the refinement itself fails
@@ -50,5 +50,5 @@ SOURCES = {"__init__.py": "", "refinement/__init__.py": "", "refinement/refine.p
 
 
 def factor(solved: int, tolerance: float = 1e-3) -> float:
-    """By what the stub multiplies films and rise after a number of solved contacts."""
+    """Factor of the stub for films and rise after a number of solved contacts."""
     return 1.0 - tolerance - 0.01 * solved

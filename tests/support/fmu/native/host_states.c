@@ -1,6 +1,6 @@
-/* A host of the native FMU that runs under sanitizers: both kinds through their whole life, wrong arguments, saved states
-   damaged in every byte, states left to freeInstance. Prints the number of messages; ends with 0 if all answers are
-   right. argv[1]: folder of the map. Compile with FMI_VERSION 2 or 3. */
+/* A host of the native FMU that runs under sanitizers: both kinds through all states, wrong arguments, saved states
+   damaged in every byte, states freed by freeInstance. Prints the number of messages; exit code 0 if all results
+   are right. argv[1]: folder of the map. Compile with FMI_VERSION 2 or 3. */
 #if FMI_VERSION == 2
 #include "fmi2Functions.h"
 #define FMI(name) fmi2##name
@@ -53,14 +53,14 @@ enum { OK, DISCARD = 2, ERROR = 3 };
 
 static int messages;
 
-static void expect(int found, int wanted, const char *what, int line)
+static void expect(int found, int expected, const char *what, int line)
 {
-    if (found != wanted) {
-        (void)fprintf(stderr, "line %d: %s gave %d, not %d\n", line, what, found, wanted);
+    if (found != expected) {
+        (void)fprintf(stderr, "line %d: %s gave %d, not %d\n", line, what, found, expected);
         exit(1);
     }
 }
-#define EXPECT(wanted, call) expect((int)(call), wanted, #call, __LINE__)
+#define EXPECT(expected, call) expect((int)(call), expected, #call, __LINE__)
 
 #if FMI_VERSION == 2
 static void logger(void *environment, const char *name, fmi2Status status, const char *category, const char *message, ...)
@@ -115,9 +115,9 @@ static int update(Handle c)
 #define RATES fmi3GetContinuousStateDerivatives
 #endif
 
-static void set(Handle c, unsigned reference, double value, int wanted)
+static void set(Handle c, unsigned reference, double value, int expected)
 {
-    EXPECT(wanted, SET_REAL(c, &reference, 1, &value));
+    EXPECT(expected, SET_REAL(c, &reference, 1, &value));
 }
 
 static void read_all(Handle c)
@@ -188,7 +188,7 @@ static void damage(Handle c, State state)
     free(good);
 }
 
-static void live(const char *folder, bool exchange)
+static void lifecycle(const char *folder, bool exchange)
 {
     Handle c = create(folder, MODEL_TOKEN, exchange), other = create(folder, MODEL_TOKEN, exchange);
     State state = NULL;
@@ -238,7 +238,7 @@ int main(int count, char **arguments)
         EXPECT(1, create(arguments[1], "another", exchange != 0) == NULL);
         EXPECT(1, create("/no/such/folder", MODEL_TOKEN, exchange != 0) == NULL);
         EXPECT(1, create(NULL, NULL, exchange != 0) == NULL);
-        live(arguments[1], exchange != 0);
+        lifecycle(arguments[1], exchange != 0);
     }
     (void)printf("%d messages\n", messages);
     return 0;

@@ -1,4 +1,4 @@
-/* Makes an instance and loses it: LeakSanitizer must say so. */
+/* Makes an instance and does not free it: LeakSanitizer must report it. */
 #include "host.h"
 
 static void lose(const char *resources)

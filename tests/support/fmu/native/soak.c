@@ -1,8 +1,8 @@
 /* Many steps of both FMI versions: usage soak RESOURCES STEPS [allocate]. Linked with -Wl,--wrap=malloc and so on, it
    counts what is allocated while values are set, steps are made and outputs are read. Random inputs: nothing
-   allocated, no growth, and a state that a fresh instance of the same last inputs has to the bit. Periodic inputs: the
-   same outputs to the bit in every period, bristle on or resting. Prints figures; exit code 1 with a line if something is not so,
-   as it must be with `allocate`, which allocates in every step. */
+   allocated, no growth, and a state equal to the bit to that of a new instance with the same last inputs. Periodic
+   inputs: the same outputs to the bit in every period, bristle on or resting. Prints figures; exit code 1 with a line
+   if a check fails, as it must with `allocate`, which allocates in every step. */
 #define _GNU_SOURCE
 #include <malloc.h>
 #include <math.h>
@@ -181,7 +181,7 @@ static void soak_periodic(int version, const char *resources, long steps)
     ended(&fmu);
 }
 
-/* --- lives --- */
+/* --- instances --- */
 
 static void soak_lives(int version, const char *resources)
 {

@@ -95,7 +95,7 @@ static void unload(Fmu *fmu)
 static void run(Fmu *fmu, double (*points)[4], size_t inputs, size_t outputs, long calls)
 {
     static const fmi2ValueReference known[] = {PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD};
-    static const fmi2ValueReference wanted[] = {4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    static const fmi2ValueReference references[] = {4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     double values[OUTPUTS];
     fmi2Status worst = fmi2OK, status;
     for (long n = 0; n < calls; ++n) {
@@ -103,7 +103,7 @@ static void run(Fmu *fmu, double (*points)[4], size_t inputs, size_t outputs, lo
         worst = status > worst ? status : worst;
         status = fmu->step(fmu->instance, fmu->time, 1e-4, fmi2True);
         worst = status > worst ? status : worst;
-        status = fmu->get(fmu->instance, wanted, outputs, values);
+        status = fmu->get(fmu->instance, references, outputs, values);
         worst = status > worst ? status : worst;
         fmu->time += 1e-4;
         sink += values[0];

@@ -1,4 +1,4 @@
-/* The least that an FMI 2 FMU with a table does: yardstick of the benchmark. Three inputs, bilinear torque over two of
+/* A minimal FMI 2 FMU with a table, the reference of the benchmark. Three inputs, bilinear torque over two of
    them; no state machine, no checks. Value references as those of the ball screw. */
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* Random calls of all functions of both FMI versions, in legal and illegal orders, with good and bad arguments, and
-   serialized states with damaged fields: usage walk RESOURCES CALLS. Meant to be run under sanitizers, which judge; it
-   checks itself that statuses are those there are, that an error is an error until reset or restored, that what is read
-   is finite, and that every function was called and succeeded where it can. */
+   serialized states with damaged fields: usage walk RESOURCES CALLS. For sanitizers. It checks
+   that every status is valid, that an error state lasts until reset or restored, that values read are finite, and that
+   every function was called and succeeded where it can. */
 #include <float.h>
 #include <math.h>
 
@@ -26,7 +26,7 @@ static double any_number(void)
     return choose(8) == 0 ? odd[choose(sizeof odd / sizeof odd[0])] : uniform(&seed, 0.0, 400.0);
 }
 
-/* Arguments of a call: mostly as they should be. */
+/* Arguments of a call, mostly valid. */
 typedef struct {
     unsigned reference[64];
     double number[64], result[64];
@@ -65,7 +65,7 @@ static void check_finite(const Values *v)
 typedef struct {
     void *instance;
     int version, co_simulation;
-    int failed; /* the last status was an error, and nothing mended it since */
+    int failed; /* the last status was an error, without reset or restore since */
     void *state[MOST_STATES];
     unsigned char bytes[ROOM];
     size_t size;
@@ -389,7 +389,7 @@ static void call_3(World *w)
     }
 }
 
-/* Most of life is legal: brings an instance to where calls succeed. */
+/* Legal calls that bring an instance to a state where calls succeed. */
 static void start_2(World *w)
 {
     REQUIRE(fmi2Reset(w->instance) == fmi2OK);
