@@ -110,17 +110,17 @@ def test_python_and_native_agree(packaged):
 def test_the_friction_fmu_upstream(monitors, unpacked, synthetic_nut_map, subject):
     """The monitor recovers the preload from the torque of BallScrewFriction stepped in parallel."""
     rows, _ = friction_rows(synthetic_nut_map, 200, 13)
-    told = 0
+    in_range_count = 0
     with FmuInstance(unpacked) as friction, opened(monitors, subject) as monitor:
         for row in rows:
             assert friction.step(**row)
             del row["preload"]
             assert monitor.step(torque=friction.get("friction_torque"), **row)
             if monitor.get("in_range"):
-                told += 1
+                in_range_count += 1
                 assert monitor.get("preload") == pytest.approx(friction.get("preload"), rel=1e-6)
                 assert monitor.get("lambda_ratio") == pytest.approx(friction.get("lambda_ratio"), rel=1e-6)
-    assert told > 100
+    assert in_range_count > 100
 
 
 @SUBJECT
@@ -147,13 +147,13 @@ def test_at_rest_the_last_preload_in_range_is_held(monitors, synthetic_nut_map, 
         one.step(torque=0.8, speed=0.0)
         assert one.get("preload") == 1700.0
         one.step(torque=-0.8, speed=-2.0)
-        told = one.get("preload")
+        stored = one.get("preload")
         assert one.get("in_range")
         one.step(torque=500.0, speed=30.0)
         assert one.get("preload", "in_range") == [12000.0, False]
         for torque, speed in ((0.0, 0.0), (-0.7, 1.9), (3.0, -1e-9)):
             one.step(torque=torque, speed=speed)
-            assert one.get("preload", "in_range") == [told, False]
+            assert one.get("preload", "in_range") == [stored, False]
             assert one.get("torque_sensitivity") > 0.0
 
 
@@ -228,16 +228,16 @@ def test_a_step_of_size_0(monitors, subject):
     """FMI 2: outputs follow the inputs, the preload is not stored. FMI 3: an Error."""
     with opened(monitors, subject, torque=0.8, speed=30.0) as one:
         one.step()
-        told = one.get("preload")
+        stored = one.get("preload")
         one.set(torque=1.6)
         if subject == "native 3":
             with pytest.raises(FMICallException):
                 one.step(0.0)
             return
         assert one.step(0.0)
-        assert one.get("preload") > 1.5 * told
+        assert one.get("preload") > 1.5 * stored
         one.step(speed=0.0)
-        assert one.get("preload") == told
+        assert one.get("preload") == stored
 
 
 @SUBJECT
@@ -248,17 +248,17 @@ def test_saved_state_holds_the_preload(monitors, subject):
     with opened(monitors, subject) as one, opened(monitors, subject) as other:
         one.step(torque=0.8, speed=30.0)
         one.step(speed=0.0)
-        told = one.outputs()
+        stored = one.outputs()
         content = getattr(one.slave, serialize)(getattr(one.slave, get)())
         one.step(torque=2.0, speed=30.0)
         one.step(speed=0.0)
-        assert one.get("preload") != told["preload"]
+        assert one.get("preload") != stored["preload"]
         for instance in (one, other):
             getattr(instance.slave, set_)(getattr(instance.slave, restore)(content))
-            assert instance.outputs() == told
+            assert instance.outputs() == stored
             instance.time = 2e-3
             instance.step(torque=1.0)
-            assert instance.get("preload") == told["preload"]
+            assert instance.get("preload") == stored["preload"]
 
 
 @SUBJECT
