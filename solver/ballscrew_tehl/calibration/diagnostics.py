@@ -257,7 +257,7 @@ def not_identified(
         for rival in equal:
             theirs = float(rival.values[i])
             if not abs(theirs - value) <= PRECISION * max(value, theirs):
-                found.append(f"{_text(name, theirs)} in {_as_good(rival, left_out)}")
+                found.append(f"{_text(name, theirs)} in {_not_worse(rival, left_out)}")
         if found:
             reasons[name] = found
     net = FITTED[1]
@@ -267,7 +267,7 @@ def not_identified(
     if not max(all_shares) - min(all_shares) <= SPLIT_WIDTH:
         found = [f"sliding share of the torque {100.0 * within[0]:.0f} to {100.0 * within[1]:.0f} %"]
         for rival, share in zip(equal, all_shares[2:], strict=True):
-            found.append(f"{100.0 * share:.0f} % in {_as_good(rival, left_out)}")
+            found.append(f"{100.0 * share:.0f} % in {_not_worse(rival, left_out)}")
         strongest = max(correlations.items(), key=lambda entry: abs(entry[1]), default=None)
         if strongest and abs(strongest[1]) >= STRONG:
             found.append(f"correlation {strongest[0]}: {strongest[1]:.2f}")
@@ -275,9 +275,9 @@ def not_identified(
     return {name: "; ".join(found) for name, found in reasons.items()}
 
 
-def _as_good(rival: Rival, left_out: Array) -> str:
+def _not_worse(rival: Rival, left_out: Array) -> str:
     theirs, ours = 100.0 * float(rival.left_out.mean()), 100.0 * float(left_out.mean())
-    return f"the fit {rival.name}, which predicts left-out points equally well ({theirs:.1f} %, here {ours:.1f} %)"
+    return f"the fit {rival.name}, not significantly worse at left-out points ({theirs:.1f} %, here {ours:.1f} %)"
 
 
 def _text(name: str, value: float) -> str:

@@ -151,8 +151,8 @@ def calibrate_file(
 ) -> Calibration:
     """Fit one set to a file with error estimates and diagnostics.
 
-    The other set, with its film, is fitted as well. If both predict left-out points equally well, parameters in which
-    they differ are not identified.
+    The other set, with its film, is fitted as well. If its errors at left-out points are not significantly larger,
+    parameters in which both differ are not identified.
 
     Parameters   film_model : name of a film -> film model of the parameters;  films : set -> name of its film
                  name : "two_parameter" or "three_parameter";  loss : see fit
