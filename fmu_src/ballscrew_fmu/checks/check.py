@@ -1,6 +1,5 @@
 """Checks of a built FMU: validation in fmpy, replay against the map, torque compared with measurement."""
 
-import math
 from pathlib import Path
 
 from fmpy import validation
@@ -11,6 +10,7 @@ from ballscrew_fmu.checks.replay import FmuInstance, replay
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_tehl.friction.baselines import nsk_torque, zhou_torque
 from ballscrew_tehl.parameters.file import Parameters, load_parameters
+from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.validation.tables import mean_deviations, table_text, validation_tables
 
@@ -76,7 +76,7 @@ def torque_tables(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
         lines.append(" preload     r/min  this model   Zhou      NSK")
         for preload in (0.05 * highest, 0.1 * highest, 0.2 * highest, 0.4 * highest):
             for rpm in (100.0, 1000.0):
-                ours = torque(preload, rpm * math.pi / 30.0, 303.15)
+                ours = torque(preload, rpm * RPM, 303.15)
                 values = (ours, float(zhou_torque(screw, preload)), float(nsk_torque(screw, preload)))
                 lines.append(f"{preload:8.0f} N{rpm:8.0f}" + "".join(f"{value:10.4f}" for value in values))
         return "\n".join(lines)

@@ -98,7 +98,7 @@ def _direct_torques(
 ) -> list[dict[str, Any]]:
     from ..friction.torque import double_nut_torque
     from ..refinement.direct import direct_extremes
-    from ..runtime.constants import LAMBDA_RATIO_MAX
+    from ..runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
 
     for point in points:
         if point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0:
@@ -113,7 +113,7 @@ def _direct_torques(
             parameters, friction_set, film_model, preload, speed, temperature, axial_load
         )
         extremes = direct_extremes(parameters, preload, axial_load, abs(speed), temperature)
-        lambda_ratio = extremes["film_thickness_min"] / max(friction_set.roughness_height, 1e-30)
+        lambda_ratio = extremes["film_thickness_min"] / max(friction_set.roughness_height, SMOOTH)
         extremes["lambda_ratio"] = min(lambda_ratio, LAMBDA_RATIO_MAX)
         results.append({
             **point,

@@ -22,6 +22,10 @@ LEAST_ELASTICITY = 0.01  # (preload/torque) d torque/d preload; below it 1 % of 
 ACCURACY = 1e-11  # relative, of the last step in preload
 JUMP = 1e-9  # relative; torques this near that of an unloaded nut do not determine the preload: it may jump there
 SEPARATION_STEPS = 6  # of Newton; load over preload at separation hardly changes with preload, 3 suffice
+LONGEST_STEP = (
+    50.0  # of ln preload; keeps the exponential of a step finite, any larger one leaves the bracket
+)
+ROUNDING = 4e-16  # relative width of a bracket that cannot shrink any more
 MOST_ITERATIONS = 200  # each halves the error in torque or the bracket: it takes 3 to 10, and cannot take all
 
 # inputs

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ballscrew_tehl.runtime.bspline import Axis, Weights, cubic_slopes, cubic_weights, weighted
-from ballscrew_tehl.runtime.constants import SEPARATION_STEPS
+from ballscrew_tehl.runtime.constants import LONGEST_STEP, SEPARATION_STEPS
 from ballscrew_tehl.runtime.dual import DUALS, Dual
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.nut_law import nut_forces, nut_torques
@@ -137,7 +137,7 @@ class OverPreload:
         for _ in range(SEPARATION_STEPS):
             ratio = self._separation(preload)
             step = (math.log(self._load / preload) - ratio.value) / (1.0 + ratio.slope)
-            preload *= math.exp(min(max(step, -50.0), 50.0))
+            preload *= math.exp(min(max(step, -LONGEST_STEP), LONGEST_STEP))
         return min(preload, self._map.force.hi)
 
 

@@ -11,11 +11,16 @@ the other nut and does not depend on the preload: such a point is not in range.
 import math
 from typing import NamedTuple
 
-from ballscrew_tehl.runtime.constants import ACCURACY, JUMP, LEAST_ELASTICITY, MOST_ITERATIONS
+from ballscrew_tehl.runtime.constants import (
+    ACCURACY,
+    JUMP,
+    LEAST_ELASTICITY,
+    LONGEST_STEP,
+    MOST_ITERATIONS,
+    ROUNDING,
+)
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.over_preload import OverPreload, TorqueOverPreload
-
-ROUNDING = 4e-16  # relative width of a bracket that cannot shrink any more
 
 
 class PreloadEstimate(NamedTuple):
@@ -94,7 +99,7 @@ def _solve(model: OverPreload, wanted: float, highest: float) -> tuple[float, bo
         error = _log_ratio(wanted, at.torque)
         rises = at.slope * preload > LEAST_ELASTICITY * at.torque > 0.0
         step = error * at.torque / (at.slope * preload) if rises else math.inf
-        new = preload * math.exp(min(step, 50.0)) if step > -50.0 else 0.0
+        new = preload * math.exp(min(step, LONGEST_STEP)) if step > -LONGEST_STEP else 0.0
         if abs(step) <= ACCURACY:
             return min(new, highest), True, at
         if high_known and high - low <= ROUNDING * high:

@@ -330,7 +330,7 @@ def test_another_solver_gives_another_fmu(synthetic_nut_map, tmp_path):
 
 
 REFINED_RUN = """
-import json, sys, time
+import json, sys
 from pathlib import Path
 missing, folder = sys.argv[2], sys.argv[1]
 if missing:
@@ -340,11 +340,9 @@ from ballscrew_fmu.checks.replay import FmuInstance
 with FmuInstance(folder, preload=1500.0) as one:
     one.step(speed=40.0)
     plain, lean = one.get("friction_torque"), {"numba", "scipy", "pydantic"}.isdisjoint(sys.modules) or missing
-    begun = time.perf_counter()
     ok = one.step(speed=40.0, refine=True)
-    seconds = time.perf_counter() - begun
     result = {
-        "lean": bool(lean), "plain": plain, "ok": ok, "refined": one.get("friction_torque"), "seconds": seconds,
+        "lean": bool(lean), "plain": plain, "ok": ok, "refined": one.get("friction_torque"),
         "messages": one.messages, "film": one.get("film_thickness_min"),
     }
 print(json.dumps(result))
@@ -385,7 +383,6 @@ def test_refined_torque_is_the_direct_one_and_the_second_process_does_not_compil
     assert {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*.nbc")} == compiled
     assert any("compiled in" in text for _, text in first["messages"])
     assert not any("compiled in" in text for _, text in second["messages"])
-    assert second["seconds"] < 0.5 * first["seconds"]
     assert first["lean"]
     assert second["refined"] == first["refined"]
     assert {status for status, _ in first["messages"]} == {0}

@@ -66,8 +66,8 @@ static double separation_preload(const Map *map, double axial_load)
         spline_weights(axis_position(&map->preload, number(preload, preload), &cell), weights);
         ratio = weighted(weights, separation + cell, 1);
         step = (log(load / preload) - value_of(ratio)) / (1.0 + slope_of(ratio));
-        step = step > -50.0 ? step : -50.0;
-        preload *= exp(step < 50.0 ? step : 50.0);
+        step = step > -LONGEST_STEP ? step : -LONGEST_STEP;
+        preload *= exp(step < LONGEST_STEP ? step : LONGEST_STEP);
     }
     return preload < map->force.hi ? preload : map->force.hi;
 }
@@ -104,12 +104,12 @@ static bool solve(Search *search, double wanted, Estimate *out)
         error = out->torque > 0.0 ? log(wanted / out->torque) : HUGE_VAL;
         elastic = out->slope * preload;
         step = elastic > LEAST_ELASTICITY * out->torque && out->torque > 0.0 ? error * out->torque / elastic : HUGE_VAL;
-        next = step > -50.0 ? preload * exp(step < 50.0 ? step : 50.0) : 0.0;
+        next = step > -LONGEST_STEP ? preload * exp(step < LONGEST_STEP ? step : LONGEST_STEP) : 0.0;
         if (fabs(step) <= ACCURACY) {
             out->preload = next < highest ? next : highest;
             return true;
         }
-        if (high_known && high - low <= 4e-16 * high) {
+        if (high_known && high - low <= ROUNDING * high) {
             return fabs(error) <= JUMP;
         }
         if (!high_known && next >= high) {
