@@ -1,0 +1,50 @@
+"""Checks of the arguments of closed formulas; an error says what, value, unit, allowed and remedy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+#: unit and remedy by name of an argument; others are dimensionless groups
+_UNITS = {
+    "sigma": ("m", "check the roughness measurement; a smooth contact is Roughness(0, eta, beta)"),
+    "asperity_density": ("1/m2", "check the roughness measurement"),
+    "asperity_radius": ("m", "check the roughness measurement"),
+    "E_prime": ("Pa", "2/sum((1-nu^2)/E), 226e9 for steel"),
+    "h": ("m", "check the film"),
+    "load": ("N", "check preload"),
+    "load_per_length": ("N/m", "load over the length across rolling"),
+    "force": ("N", "the force on one surface"),
+    "u_e": ("m/s", "mean speed of both surfaces relative to the contact"),
+    "R": ("m", "reduced radius along rolling"),
+    "R_x": ("m", "reduced radius along rolling"),
+    "eta0": ("Pa s", "viscosity at ambient pressure"),
+    "alpha_pv": ("1/Pa", "pressure-viscosity coefficient"),
+    "p_max": ("Pa", "Hertz pressure"),
+}
+
+
+def needs(valid: Any, name: str, value: Any, allowed: str) -> None:
+    """Raise a ValueError unless every element of valid is true (a NaN compares false)."""
+    if not np.all(valid):
+        unit, remedy = _UNITS.get(name, ("", "check the quantities that form it"))
+        raise ValueError(f"{name} = {value}{' ' * bool(unit)}{unit}; needs finite, {allowed}: {remedy}")
+
+
+def needs_finite(**values: Any) -> None:
+    """Raise a ValueError for the first argument that is not finite."""
+    for name, value in values.items():
+        needs(np.isfinite(value), name, value, "any sign")
+
+
+def needs_not_negative(**values: Any) -> None:
+    """Raise a ValueError for the first argument that is negative or not finite."""
+    for name, value in values.items():
+        needs((np.asarray(value) >= 0.0) & np.isfinite(value), name, value, ">= 0")
+
+
+def needs_positive(**values: Any) -> None:
+    """Raise a ValueError for the first argument that is not positive or not finite."""
+    for name, value in values.items():
+        needs((np.asarray(value) > 0.0) & np.isfinite(value), name, value, "> 0")
