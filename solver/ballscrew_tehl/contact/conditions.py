@@ -97,7 +97,9 @@ class SolverOptions:
     thermal: couple the energy equation; n_x, n_y, n_z: nodes along, across (half; None = by film and
     ellipse, see choose_grid) and layers through the film;
     tolerance of pressure [p_max] and of temperature (relative to the largest rise). x_in, x_out [b], y_max [a]:
-    domain with P = 0 on its edges, None = wide enough for a fully flooded contact.
+    domain with P = 0 on its edges, None = wide enough for a fully flooded contact; x_in is also the meniscus of a
+    starved one. warm_films: gap, in films, up to which the energy equation is solved: oil enters there, or at x_in, with
+    the inlet temperature. Twice as many change the film by 0.3 % at most.
     """
 
     thermal: bool = True
@@ -108,6 +110,7 @@ class SolverOptions:
     x_in: float | None = None
     x_out: float | None = None
     y_max: float | None = None
+    warm_films: float = 400.0
     max_newton: int = 600
     max_thermal: int = 400
 
@@ -121,6 +124,8 @@ class SolverOptions:
             raise ValueError(
                 f"tolerance = {self.tolerance}; needs > 0, < 1: relative to the largest pressure"
             )
+        if not (self.warm_films >= 2.0 and math.isfinite(self.warm_films)):
+            raise ValueError(f"warm_films = {self.warm_films}; needs finite, >= 2 films")
         # the Hertz ellipse must lie inside
         for name, sign in (("x_in", -1.0), ("x_out", 1.0), ("y_max", 1.0)):
             value = getattr(self, name)

@@ -7,16 +7,19 @@ from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from ..parameters.file import LubricantParameters, SolidParameters
 from .conditions import ContactConditions, SolverOptions, cells_in_inlet, expected_grid, scales_of
-from .film import energy
+from .film import energy, kernels, transport
 from .film import flow as film_flow
 from .film.oil import oil_table
-from .film.reynolds import GridChoice, LinePreconditioner, NewtonHistory, ReynoldsState, contact_geometry
+from .film.linear import LineFactors, LinearSystem
+from .film.reynolds import FLOOR_SHARE, Film, GridChoice, NewtonHistory, ReynoldsState, contact_geometry
+from .film.transport import HeatTransport
 from .half_space.grid import Array
 
 #: least gap, as a share of the present film, in flow and energy equation while an iterate overlaps; moved to 0.02: no
@@ -41,12 +44,42 @@ class Iteration:
     flow: film_flow.FilmFlow
     temperature: Array | None = None
     temperature_history: list[float] = field(default_factory=list)
-    heat: energy.HeatBalance | None = None
+    balance: energy.HeatBalance | None = None
+    heat: HeatTransport | None = None
+    flux_x: Array | None = None
+    flux_y: Array | None = None
     converged: bool = False
     damped: bool = False
     reason: str = ""
     iterations: int = 0
-    preconditioner: LinePreconditioner | None = field(default=None, repr=False)
+    preconditioner: LineFactors | None = field(default=None, repr=False)
+
+
+class WarmFilm(Film):
+    """Film coefficients at temperatures that follow the pressure, and thinning that follows the viscosity."""
+
+    def __init__(self, problem: ContactProblem, temperature: Array, flow: film_flow.FilmFlow, heat: HeatTransport) -> None:
+        self.problem, self.temperature, self.flow, self.heat = problem, temperature, flow, heat
+        ny, nx, layers = temperature.shape
+        self.unit, self.unit_h, self.warm = problem.scales.hertz.p_max, problem.scales.h_unit, True
+        self.by_t, self.change = np.zeros((ny, nx, 3, layers)), np.empty_like(temperature)
+
+    def coefficients(self, p: Array) -> tuple[Array, ...]:
+        """At a pressure [p_max] and the present temperature."""
+        problem, flow = self.problem, self.flow
+        out = tuple(np.empty_like(p) for _ in range(6))
+        film_flow.film_coefficients(
+            problem.table, self.unit, p, self.temperature, flow.thinning, flow.ln_eta, flow.stress_share, problem.speeds,
+            problem.conditions.u_e, 1.0 / problem.scales.reynolds, *out, self.by_t,
+        )  # fmt: skip
+        return out
+
+    def follow(self, linear: LinearSystem, d_p: Array, d_h: Array) -> None:
+        """Temperatures after a change of pressure [p_max] and gap [b^2/R_x]."""
+        transport.follow(
+            self.heat, linear.g, linear.dg, linear.by_t, self.unit, self.unit_h, d_p, d_h, self.change
+        )  # fmt: skip
+        self.temperature += np.clip(self.change, -film_flow.FOLLOW_LIMIT, film_flow.FOLLOW_LIMIT)
 
 
 class ContactProblem:
@@ -101,27 +134,20 @@ class ContactProblem:
         """Grid cells in the inlet length of the central line for a film [b^2/R_x]."""
         return cells_in_inlet(self.geometry.grid.x, film)
 
-    def isothermal_film(self, p: Array) -> tuple[Array, ...]:
+    @cached_property
+    def isothermal_film(self) -> Film:
         """Film coefficients of a Newtonian oil at the inlet temperature."""
-        c = self.conditions
-        out = tuple(np.empty_like(p) for _ in range(6))
-        film_flow.isothermal_coefficients(
-            self.table, self.scales.hertz.p_max, p, c.temperature, self.speeds, c.u_e, 1.0 / self.scales.reynolds, *out
-        )  # fmt: skip
-        return out
+        c, shape = self.conditions, self.geometry.undeformed.shape
 
-    def general_film(
-        self, temperature: Array, t_p: Array, p_at: Array, flow: film_flow.FilmFlow, p: Array
-    ) -> tuple[Array, ...]:
-        """Film coefficients of the generalised Reynolds equation; temperature and thinning follow the pressure."""
-        c = self.conditions
-        out = tuple(np.empty_like(p) for _ in range(6))
-        film_flow.film_coefficients(
-            self.table, self.scales.hertz.p_max, p, p_at, temperature, t_p, flow.thinning, flow.ln_eta,
-            flow.stress_share,
-            self.speeds, c.u_e, 1.0 / self.scales.reynolds, *out,
-        )  # fmt: skip
-        return out
+        def coefficients(p: Array) -> tuple[Array, ...]:
+            out = tuple(np.empty_like(p) for _ in range(6))
+            film_flow.isothermal_coefficients(
+                self.table, self.scales.hertz.p_max, p, c.temperature, self.speeds, c.u_e, 1.0 / self.scales.reynolds,
+                *out,
+            )  # fmt: skip
+            return out
+
+        return Film(coefficients, shape, self.scales.hertz.p_max)
 
     def start(self, state: ReynoldsState | None = None) -> Iteration:
         """An iteration at its beginning: from a state, or from the dry contact opened by the expected film."""
@@ -139,7 +165,7 @@ class ContactProblem:
         """Newton iteration of a Newtonian oil at the inlet temperature."""
         with self.timed("reynolds"):
             it.state, history, it.preconditioner = self.geometry.solve(
-                it.state, self.isothermal_film, self.scales.film_estimate, tolerance, max_steps
+                it.state, self.isothermal_film, self.scales.film_estimate, tolerance, max_steps, patient=True
             )
         it.history.extend(history)
         it.converged, it.reason = history.converged, history.reason
@@ -153,12 +179,30 @@ class ContactProblem:
 
     def update_flow(self, it: Iteration, temperature: Array) -> Array:
         """Velocities, heat sources and shear stress at the present pressure; returns the gap [m]."""
-        hertz, grid = self.scales.hertz, self.geometry.grid
+        hertz, geometry = self.scales.hertz, self.geometry
         p, h = self.physical(it.state)
         with self.timed("film flow"):
-            film_flow.film_flow(
-                self.table, grid.x * hertz.b, grid.y * hertz.a, grid.mirror, p, h, temperature, self.speeds, it.flow
+            film: Film = self.isothermal_film
+            if not self.plain:
+                film = WarmFilm(self, temperature, it.flow, it.heat)
+            linear = geometry.linearise(it.state, film, self.film_scale)
+            it.flux_x, it.flux_y = -linear.flow_x, -linear.flow_y
+            heat, system, grid = it.heat or HeatTransport.none(p.shape), linear.system, geometry.grid
+            it.heat = heat
+            kernels.pressure_flow(
+                grid.x, grid.width_x, grid.h_y, geometry.kappa_h, grid.mirror, np.maximum(it.state.p, 0.0), it.state.gap,
+                linear.ln_phi, system.dln_phi, system.g, linear.flow_x, linear.flow_y, system.c_x, system.c_y,
+                system.wedge, geometry.deflection.same_line, FLOOR_SHARE * self.film_scale,
+                it.flow.gradient_x, it.flow.gradient_y, it.flow.power, heat.pull, heat.push,
             )  # fmt: skip
+            heat.wedge_h[:] = it.state.gap
+            # volume flux u_e b^2/R_x by p_max over b
+            watts = hertz.p_max * self.conditions.u_e * self.scales.h_unit / hertz.b
+            for field_ in (it.flow.power, heat.pull, heat.push):
+                field_[:] *= watts
+            it.flow.gradient_x[:] *= hertz.p_max / hertz.b
+            it.flow.gradient_y[:] *= hertz.p_max / hertz.a
+            film_flow.film_flow(self.table, geometry.grid.x * hertz.b, p, h, temperature, self.speeds, it.flow)
         return h
 
     def traction(self, it: Iteration) -> Traction:

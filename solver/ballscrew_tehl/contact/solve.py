@@ -402,7 +402,7 @@ def _result(
         error_estimate=abs(extrapolation[0]),
         history=it.history,
         temperature_history=it.temperature_history,
-        heat_balance=it.heat,
+        heat_balance=it.balance,
         x=grid.x,
         y=grid.y,
         pressure=np.maximum(it.state.p, 0.0) * scales.hertz.p_max,

@@ -4,7 +4,7 @@ rho c (u T_x + v T_y + w T_z) = k T_zz - (T/rho)(d rho/dT)(u p_x + v p_y) + tau 
 equation corrected). Steady, in conservative finite volumes: the mass through every face is that of the Reynolds
 equation, so the heat balance closes exactly. Upwind along the local flow, of second order where it runs forward,
 exponential scheme across the film, dissipation linearised with the stress it leaves to the rest of the column. T = T0
-only where flow enters the domain, outlet included; the domain ends where the gap is INLET_GAPS films.
+only where flow enters the domain, outlet included; the domain ends where the gap is a given number of films.
 A cavitated film is taken as full; its mass flow is that at the rupture.
 """
 
@@ -18,15 +18,16 @@ from numba import njit
 from ..half_space.grid import TINY, Array
 from ..half_space.walls import LineConvolution
 from .flow import FilmFlow
+from .kernels import line_flux
 from .krylov import gmres
 from .oil import ln_viscosity, pressure_factor
 
-#: gap, in films, at which oil enters with the inlet temperature
-INLET_GAPS = 6.0
 #: largest change of a node in one sweep [K]: the sources are exponential in temperature, longer steps overshoot
 SWEEP_LIMIT = 30.0
 #: right-hand sides of a column; a constant, so that the compiler unrolls the loops over them
-COLUMNS = 5
+COLUMNS = 4
+#: flow, over that of the cell upstream, up to which the slope of the latter counts in full
+REVERSAL = 4.0
 #: relative residual at which GMRES ends for the wall temperatures, and its most iterations
 WALL_TOLERANCE, MOST_WALL_STEPS = 1e-2, 40
 
@@ -60,15 +61,16 @@ class FaceFlow(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def face_flow(width, h_y, mirror, heat, flux_x, flux_y, flow, face):
+def face_flow(width, h_y, mirror, heat, p, flux_x, flux_y, flow, face):
     """Mass through the faces: profiles of the nodes, in sum the flux of the Reynolds equation; fills face.
 
-    width (nx,), h_y [m]; flux_x (n_y, n_x-1), flux_y (n_y-1, n_x) [kg/(m s)]. Along a line the flux follows from
+    width (nx,), h_y [m]; p (n_y, n_x) in any unit; flux_x (n_y, n_x-1), flux_y (n_y-1, n_x) [kg/(m s)]. Along a line the flux follows from
     continuity, so that it is also right where the film cavitates.
     """
     ny, nx, nz = flow.m_x.shape[0], flow.m_x.shape[1], flow.m_x.shape[2] - 1
     dz = 1.0 / nz
     first = 0 if mirror else 1
+    steady = np.empty(nx - 1)
     for j in range(ny - 1):
         for i in range(nx):
             total = 0.0
@@ -79,14 +81,10 @@ def face_flow(width, h_y, mirror, heat, flux_x, flux_y, flow, face):
             for k in range(nz + 1):
                 face.y[j, i, k] = heat * (face.y[j, i, k] + flux_y[j, i] - total)
     for j in range(first, ny - 1):
-        # from the first column of the energy equation: residuals far upstream must not add up
-        start = face.start[j] - 1
-        passing = flux_x[j, start]
+        line_flux(j, width, 1.0 / h_y, mirror, p, flux_x, flux_y, steady)
         face.reverse[j] = 0
-        for i in range(start, face.end[j]):
-            if i > start:
-                side = 2.0 * flux_y[0, i] if mirror and j == 0 else flux_y[j, i] - flux_y[j - 1, i]
-                passing -= width[i] / h_y * side
+        for i in range(face.start[j] - 1, face.end[j]):
+            passing = steady[i]
             total = 0.0
             for k in range(nz + 1):
                 m = 0.5 * (flow.m_x[j, i, k] + flow.m_x[j, i + 1, k])
@@ -124,37 +122,47 @@ def bernoulli(x):
 
 
 @njit(cache=True, error_model="numpy")
-def sideways(x, width, h_y, mirror, t, t_in, face, j, i, k):
-    """Heat that the side faces of a cell bring in, as rest - diag*T [W/m2 per unit z/h]; returns diag, rest."""
+def along(x, width, flow_x, j, i, k):
+    """Heat that the faces before and behind a cell bring in, as a sum over temperatures [W/(m2 K) per unit z/h].
+
+    Returns the weights of the own temperature (negative sign), of those one and two columns upstream and of that
+    downstream. A face takes the temperature upstream of it, continued with the slope; where the flow reverses, the
+    slope counts with REVERSAL times the flow that it comes from, so that nothing jumps.
+    """
+    w, e = flow_x[j, i - 1, k] / width[i], flow_x[j, i, k] / width[i]
+    own = up_1 = up_2 = down = 0.0
+    if w > 0.0:
+        own = up_1 = w
+        if i > 1:
+            passing = min(w, REVERSAL * max(flow_x[j, i - 2, k] / width[i], 0.0))
+            slope = 0.5 * passing * (x[i] - x[i - 1]) / (x[i - 1] - x[i - 2])
+            up_1 += slope
+            up_2 = -slope
+    if e < 0.0:
+        down = -e
+        own -= e
+    elif w > 0.0:
+        slope = 0.5 * min(e, REVERSAL * w) * (x[i + 1] - x[i]) / (x[i] - x[i - 1])
+        own += slope
+        up_1 += slope
+    return own, up_1, up_2, down
+
+
+@njit(cache=True, error_model="numpy")
+def across(h_y, mirror, t, t_in, flow_y, j, i, k):
+    """Heat that the faces to the neighbour lines bring in, as rest - diag*T [W/m2 per unit z/h]; returns diag, rest."""
     ny = t.shape[0]
     diag = rest = 0.0
-    w, e = face.x[j, i - 1, k] / width[i], face.x[j, i, k] / width[i]
-    d_w, d_e = x[i] - x[i - 1], x[i + 1] - x[i]
-    # a face takes the temperature upstream of it; where the oil runs forward for two columns, continued with the slope
-    if w > 0.0:
-        if i > 1 and face.x[j, i - 2, k] > 0.0:
-            slope = (t[j, i - 1, k] - t[j, i - 2, k]) / (x[i - 1] - x[i - 2])
-            rest += w * (t[j, i - 1, k] + 0.5 * d_w * slope)
-        else:
-            rest += w * t[j, i - 1, k]
-        diag += w
-    if e < 0.0:
-        rest -= e * t[j, i + 1, k]
-        diag -= e
-    elif w > 0.0:
-        r = 0.5 * d_e / d_w
-        diag += e * r
-        rest += e * r * t[j, i - 1, k]
     for side in range(2):
         axis = mirror and j == 0
         if side == 0:
-            m = face.y[j, i, k] / h_y * (2.0 if axis else 1.0)
+            m = flow_y[j, i, k] / h_y * (2.0 if axis else 1.0)
             near, far = j + 1, j + 2
             behind = 1 if axis else j - 1
         else:
             if axis:
                 break
-            m = -face.y[j - 1, i, k] / h_y
+            m = -flow_y[j - 1, i, k] / h_y
             near, far = j - 1, j - 2
             behind = j + 1
             if far < 0 and mirror:
@@ -174,11 +182,24 @@ def sideways(x, width, h_y, mirror, t, t_in, face, j, i, k):
 
 
 @njit(cache=True, error_model="numpy")
+def sideways(x, width, h_y, mirror, t, t_in, flow_x, flow_y, j, i, k):
+    """Heat that the side faces of a cell bring in, as rest - diag*T [W/m2 per unit z/h]; returns diag, rest."""
+    own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
+    diag, rest = across(h_y, mirror, t, t_in, flow_y, j, i, k)
+    rest += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
+    if up_2 != 0.0:
+        rest += up_2 * t[j, i - 2, k]
+    return own + diag, rest
+
+
+@njit(cache=True, error_model="numpy")
 def solve_tridiagonal(lower, diag, upper, rhs):
-    """Gaussian elimination without pivoting for the columns of rhs, in place; diag is overwritten."""
+    """Gaussian elimination without pivoting for the columns of rhs, in place; lower and diag take the factors."""
     n = diag.size
+    lower[0] = 0.0
     for r in range(1, n):
         f = lower[r] / diag[r - 1]
+        lower[r] = f
         diag[r] -= f * upper[r - 1]
         for c in range(COLUMNS):
             rhs[r, c] -= f * rhs[r - 1, c]
@@ -191,16 +212,27 @@ def solve_tridiagonal(lower, diag, upper, rhs):
 
 @njit(cache=True, error_model="numpy")
 def sweep(
-    x, width, h_y, mirror, h, conductivity, t_in, flow, face, t_at, damped, forward, t, t_p, q_a, q_b, response
+    x, width, h_y, mirror, h, conductivity, t_in, flow, face, t_at, damped, forward, whole, t, heat, q_a, q_b, response
 ):  # fmt: skip
     """One Gauss-Seidel sweep along x (forward or backward) over all columns, each solved across the film; walls held.
 
-    width (nx,), h_y [m]; t_at: temperatures that flow belongs to; damped: dissipation as if hotter oil sheared with
-    less heat everywhere, which converges slowly from far away. Fills q_a, q_b (heat flux into the walls, W/m2),
-    response (n_y, n_x, 4): -dq_a/dT_a, dq_a/dT_b, dq_b/dT_a, -dq_b/dT_b, and t_p, dT/dp [K/Pa], with the neighbour
-    columns held. Backward, only columns with reverse flow are visited. Returns the largest change [K].
+    width (nx,), h_y [m]; t_at: temperatures that flow belongs to; damped: dissipation as if hotter oil sheared with less
+    heat everywhere and temperatures did not follow the pressure, which converges slowly from far away. Else dissipation is linearised at the sliding and the flux of the column: hotter oil at the
+    same stress shears faster, and the stress falls; what the pressure flow dissipates is its flux times the gradient.
+    Fills q_a, q_b (heat flux into the walls, W/m2), response (n_y, n_x, 4): -dq_a/dT_a, dq_a/dT_b, dq_b/dT_a,
+    -dq_b/dT_b with the neighbour columns held, and heat, the factors by which temperatures follow the pressure.
+    Backward, and forward unless whole, only columns with reverse flow are visited. Returns the largest change [K].
     """
     # one function: assembly and wall fluxes called with flow and face cost half as much again (1.2 to 1.9 ms)
+    # arrays by name: a tuple of them that is passed or searched in the inner loops costs three times the rest
+    flow_x, flow_y, flow_z = face.x, face.y, face.z
+    start_at, end_at, reverse_at = face.start, face.end, face.reverse
+    f_compression, f_driven, f_fluidity, f_rate = flow.compression, flow.driven, flow.fluidity, flow.rate
+    f_shear, f_sliding, f_soft, f_squeeze = flow.shear, flow.sliding, flow.soft, flow.squeeze
+    f_stiff, f_stress_share, f_stress_x = flow.stiff, flow.stress_share, flow.stress_x
+    h_lift, h_lower, h_pivot, h_source = heat.lift, heat.lower, heat.pivot, heat.source
+    h_squeeze, h_stress, h_up_1, h_up_2 = heat.squeeze, heat.stress, heat.up_1, heat.up_2
+    h_upper, h_weight, h_widen = heat.upper, heat.weight, heat.widen
     ny, nz = h.shape[0], t.shape[2] - 1
     dz = 1.0 / nz
     n = nz - 1
@@ -209,81 +241,93 @@ def sweep(
     change = 0.0
     first = 0 if mirror else 1
     for j in range(first, ny - 1):
-        start = face.start[j] if forward else min(face.reverse[j], face.end[j] - 1)
+        start = start_at[j] if forward else min(reverse_at[j], end_at[j] - 1)
         step = 1 if forward else -1
-        end = face.end[j] if forward else face.start[j] - 1
+        end = end_at[j] if forward else start_at[j] - 1
+        if forward and not whole:
+            end = min(reverse_at[j] + 1, end)
         for i in range(start, end, step):
             cond = conductivity / (h[j, i] * dz)
-            share = 0.0
-            if flow.fluidity[j, i] > 0.0 and not damped:
-                share = 2.0 * dz / flow.fluidity[j, i]
+            eased = dz / f_fluidity[j, i] if f_fluidity[j, i] > 0.0 and not damped else 0.0
+            # change of the stress by what the walls have warmed since, and by temperatures and pressure
+            known = stiff = 0.0
+            for k in range(nz + 1):
+                rate = f_rate[j, i, k] * (0.5 if k == 0 or k == nz else 1.0)
+                warmed = t_at[j, i, k]
+                if k == 0 or k == nz:
+                    warmed -= t[j, i, k]
+                known += rate * f_soft[j, i, k] * warmed
+                stiff += rate * f_stiff[j, i, k]
+            wall_a = 0.5 * f_rate[j, i, 0] * f_soft[j, i, 0]
+            wall_b = 0.5 * f_rate[j, i, nz] * f_soft[j, i, nz]
             for r in range(n):
                 k = r + 1
-                d, b = sideways(x, width, h_y, mirror, t, t_in, face, j, i, k)
-                below, above = face.z[j, i, k - 1] / cond, face.z[j, i, k] / cond
+                own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
+                d, b = across(h_y, mirror, t, t_in, flow_y, j, i, k)
+                d += own
+                b += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
+                if up_2 != 0.0:
+                    b += up_2 * t[j, i - 2, k]
+                h_up_1[j, i, r], h_up_2[j, i, r] = up_1, up_2
+                below, above = flow_z[j, i, k - 1] / cond, flow_z[j, i, k] / cond
                 lo, hi = cond / dz * bernoulli(-below), cond / dz * bernoulli(above)
-                s, sigma = flow.shear[j, i, k], flow.soft[j, i, k]
-                # hotter oil at the same stress shears faster; the stress of the column falls in turn (rank one, below)
-                growth = -s * sigma if damped else s * sigma
+                s, sigma = f_sliding[j, i, k], f_soft[j, i, k]
+                growth = -abs(s) * sigma if damped else s * sigma
                 d += lo + hi - growth
-                b += s - growth * t_at[j, i, k]
-                c = flow.compression[j, i, k]
+                b += f_shear[j, i, k] - growth * t_at[j, i, k]
+                c = f_compression[j, i, k]
                 if c > 0.0:
                     b += c * t[j, i, k]
                 else:
                     d -= c
                 lower[r], diag[r], upper[r] = -lo, d, -hi
-                rhs[r, 0] = b
-                rhs[r, 1] = rhs[r, 2] = 0.0
-                rhs[r, 3] = share * flow.rate[j, i, k]
-                rhs[r, 4] = flow.squeeze[j, i, k] * t[j, i, k] - s * flow.stiff[j, i, k]
-            v_a = flow.rate[j, i, 0] * flow.soft[j, i, 0] * 0.5
-            v_b = flow.rate[j, i, nz] * flow.soft[j, i, nz] * 0.5
-            # change of stress by what the walls have warmed since
-            known = v_a * (t_at[j, i, 0] - t[j, i, 0]) + v_b * (t_at[j, i, nz] - t[j, i, nz])
-            stiff = 0.0
-            for k in range(1, nz):
-                known += flow.rate[j, i, k] * flow.soft[j, i, k] * t_at[j, i, k]
-                stiff += flow.rate[j, i, k] * flow.stiff[j, i, k]
-            stiff += 0.5 * flow.rate[j, i, 0] * flow.stiff[j, i, 0]
-            stiff += 0.5 * flow.rate[j, i, nz] * flow.stiff[j, i, nz]
+                # d shear/d stress
+                by_stress = f_rate[j, i, k] * (1.0 + 1.0 / f_stress_share[j, i, k])
+                u = eased * by_stress
+                rhs[r, 0] = b + u * known
+                rhs[r, 1] = -u * wall_a
+                rhs[r, 2] = -u * wall_b
+                rhs[r, 3] = u
+                squeeze = f_squeeze[j, i, k] * t[j, i, k]
+                h_squeeze[j, i, r] = squeeze
+                h_source[j, i, r] = squeeze - s * f_stiff[j, i, k] + u * stiff
+                h_weight[j, i, r] = f_rate[j, i, k] * sigma
+                h_lift[j, i, r] = f_driven[j, i, k]
+                spread = cond / dz * (2.0 * t[j, i, k] - t[j, i, k - 1] - t[j, i, k + 1])
+                h_widen[j, i, r] = (spread + s - by_stress * f_stress_x[j, i]) / h[j, i]
             rhs[0, 0] -= lower[0] * t[j, i, 0]
             rhs[n - 1, 0] -= upper[n - 1] * t[j, i, nz]
-            rhs[0, 1] = -lower[0]
-            rhs[n - 1, 2] = -upper[n - 1]
-            for r in range(n):
-                u_r = rhs[r, 3]
-                rhs[r, 0] += u_r * known
-                rhs[r, 1] -= u_r * v_a
-                rhs[r, 2] -= u_r * v_b
-                rhs[r, 4] += u_r * stiff
+            rhs[0, 1] -= lower[0]
+            rhs[n - 1, 2] -= upper[n - 1]
             solve_tridiagonal(lower, diag, upper, rhs)
             # Sherman-Morrison: the stress depends on the temperatures of the whole column
-            for c_ in (0, 1, 2, 4):
-                top = bottom = 0.0
+            bottom = 1.0
+            for r in range(n):
+                bottom += h_weight[j, i, r] * rhs[r, 3]
+                h_lower[j, i, r], h_upper[j, i, r], h_pivot[j, i, r] = lower[r], upper[r], 1.0 / diag[r]
+            for r in range(n):
+                h_stress[j, i, r] = rhs[r, 3] / bottom
+            for c_ in range(3):
+                top = 0.0
                 for r in range(n):
-                    v = flow.rate[j, i, r + 1] * flow.soft[j, i, r + 1]
-                    top += v * rhs[r, c_]
-                    bottom += v * rhs[r, 3]
-                f = top / (1.0 + bottom)
+                    top += h_weight[j, i, r] * rhs[r, c_]
                 for r in range(n):
-                    rhs[r, c_] -= f * rhs[r, 3]
+                    rhs[r, c_] -= top * h_stress[j, i, r]
             for r in range(n):
                 delta = rhs[r, 0] - t[j, i, r + 1]
                 change = max(change, abs(delta))
-                t_p[j, i, r + 1] = rhs[r, 4]
                 t[j, i, r + 1] += min(max(delta, -SWEEP_LIMIT), SWEEP_LIMIT)
-            b_a = cond * bernoulli(face.z[j, i, 0] / cond)
-            b_b = cond * bernoulli(-face.z[j, i, nz - 1] / cond)
+            b_a = cond * bernoulli(flow_z[j, i, 0] / cond)
+            b_b = cond * bernoulli(-flow_z[j, i, nz - 1] / cond)
             # half cells at the walls
-            d_a, r_a = sideways(x, width, h_y, mirror, t, t_in, face, j, i, 0)
-            d_b, r_b = sideways(x, width, h_y, mirror, t, t_in, face, j, i, nz)
+            d_a, r_a = sideways(x, width, h_y, mirror, t, t_in, flow_x, flow_y, j, i, 0)
+            d_b, r_b = sideways(x, width, h_y, mirror, t, t_in, flow_x, flow_y, j, i, nz)
             t_a, t_b = t[j, i, 0], t[j, i, nz]
             q_a[j, i] = b_a * (t[j, i, 1] - t_a) + 0.5 * dz * (
-                flow.shear[j, i, 0] + flow.compression[j, i, 0] * t_a + r_a - d_a * t_a
+                f_shear[j, i, 0] + f_compression[j, i, 0] * t_a + r_a - d_a * t_a
             )
             q_b[j, i] = b_b * (t[j, i, nz - 1] - t_b) + 0.5 * dz * (
-                flow.shear[j, i, nz] + flow.compression[j, i, nz] * t_b + r_b - d_b * t_b
+                f_shear[j, i, nz] + f_compression[j, i, nz] * t_b + r_b - d_b * t_b
             )
             response[j, i, 0] = b_a * (1.0 - rhs[0, 1]) + 0.5 * dz * d_a
             response[j, i, 1] = b_a * rhs[0, 2]
@@ -388,7 +432,7 @@ def _balance(x, width, h_y, mirror, t, t_in, flow, face, q_a, q_b):
                 w = area * (0.5 if k == 0 or k == nz else 1.0) / nz
                 rise = t[j, i, k] - t_in
                 generated += w * (flow.shear[j, i, k] + flow.compression[j, i, k] * t[j, i, k])
-                diag, rest = sideways(x, width, h_y, mirror, t, t_in, face, j, i, k)
+                diag, rest = sideways(x, width, h_y, mirror, t, t_in, face.x, face.y, j, i, k)
                 out = (face.x[j, i, k] - face.x[j, i - 1, k]) / width[i]
                 if mirror and j == 0:
                     out += 2.0 * face.y[0, i, k] / h_y

@@ -38,17 +38,23 @@ class FilmFlow(NamedTuple):
     """Flow and heat sources in the film; arrays (n_y, n_x, n_z+1) unless said.
 
     m_x, m_y : rho u h, rho v h [kg/(m s)] per unit of z/h; shear : dissipation, compression : heating (per kelvin of
-    T) times h [W/m2]; squeeze : its change with the pressure of the node [W/(m2 Pa)], per kelvin; soft : -d
-    ln(eta)/dT [1/K]; stiff : d ln(eta)/dp [1/Pa]; rate : shear rate along x times h [m/s]; thinning : S;
+    T) times h [W/m2]; sliding : the part of shear that falls with the viscosity; driven : the distribution across the
+    film of that of the pressure flow; squeeze : change of compression with the pressure of the node [W/(m2 Pa)], per
+    kelvin; soft : -d ln(eta)/dT [1/K]; stiff : d ln(eta)/dp [1/Pa]; rate : shear rate along x times h [m/s]; thinning : S;
     ln_eta : ln of eta [Pa s] that S belongs to; stress_share : d ln(stress)/d ln(eta) at a given shear rate, 1 if
     Newtonian;
-    fluidity (n_y, n_x) : integral of dz/e [m/(Pa s)]; traction_x, traction_y (n_y, n_x) : stress in mid-film [Pa].
+    (n_y, n_x): fluidity : integral of dz/e, with the slope of the rate over stress of a thinning oil [m/(Pa s)];
+    stress_x, stress_y : at the level about which the pressure gradient turns it [Pa]; traction_x, traction_y : in
+    mid-film [Pa]; gradient_x, gradient_y : pressure gradient that drives the flux of the faces [Pa/m], power : its
+    dissipation times the relative density [W/m2].
     """
 
     m_x: Array
     m_y: Array
     shear: Array
     compression: Array
+    sliding: Array
+    driven: Array
     squeeze: Array
     soft: Array
     stiff: Array
@@ -57,17 +63,19 @@ class FilmFlow(NamedTuple):
     ln_eta: Array
     stress_share: Array
     fluidity: Array
+    stress_x: Array
+    stress_y: Array
     traction_x: Array
     traction_y: Array
+    gradient_x: Array
+    gradient_y: Array
+    power: Array
 
     @classmethod
     def empty(cls, ny: int, nx: int, nz: int) -> FilmFlow:
-        m_x, m_y, shear, compression, squeeze, soft, stiff, rate = np.zeros((8, ny, nx, nz + 1))
+        films = np.zeros((10, ny, nx, nz + 1))
         thinning, stress_share = np.ones((2, ny, nx, nz + 1))
-        return cls(
-            m_x, m_y, shear, compression, squeeze, soft, stiff, rate, thinning, np.zeros_like(thinning), stress_share,
-            *np.zeros((3, ny, nx)),
-        )  # fmt: skip
+        return cls(*films, thinning, np.zeros_like(thinning), stress_share, *np.zeros((8, ny, nx)))
 
 
 @njit(cache=True, error_model="numpy")
@@ -96,84 +104,96 @@ def layer_weights(n):
 
 
 @njit(cache=True, error_model="numpy")
-def column_integrals(oil, p, t, t_p, thinning, ln_eta_at, share, weights, rho, above, d_rho, d_above):
-    """Generalised Reynolds integrals of one column with h = 1 and their derivatives to p [1/Pa], density relative.
-
-    Returns 1/e0, 1/e1, r0, r1, r2 and the derivatives of the same. t, its change with pressure t_p [K/Pa],
-    thinning at the viscosity ln_eta_at, which follows the viscosity by share as at a given shear rate, weights
-    (n_z+1,); rho, above, d_rho, d_above: work space of the same size. r1 = int rho int dz'/e dz is taken as int
-    (int_z^1 rho)/e dz, r2 likewise.
-    """
-    n = t.size - 1
-    factor, d_factor = pressure_factor(oil, p)
-    rho_p, rho_slope = pressure_density(oil, p)
-    for k in range(n + 1):
-        rho[k] = rho_p - oil.beta_t * (t[k] - oil.t_ref)
-        d_rho[k] = rho_slope - oil.beta_t * t_p[k]
-    cumulative(rho, 1.0 / n, above)
-    cumulative(d_rho, 1.0 / n, d_above)
-    r0, d_r0 = above[n], d_above[n]
-    inv0 = inv1 = r1 = r2 = 0.0
-    d_inv0 = d_inv1 = d_r1 = d_r2 = 0.0
-    for k in range(n + 1):
-        z = k / n
-        ln_eta, soft, slope = ln_viscosity(oil, factor, t[k])
-        f = weights[k] * thinning[k] * np.exp(-ln_eta_at[k] - share[k] * (ln_eta - ln_eta_at[k]))
-        d_f = -f * share[k] * (slope * d_factor + soft * t_p[k])
-        w = r0 - above[k]
-        d_w = d_r0 - d_above[k]
-        inv0 += f
-        inv1 += z * f
-        r1 += f * w
-        r2 += z * f * w
-        d_inv0 += d_f
-        d_inv1 += z * d_f
-        d_r1 += d_f * w + f * d_w
-        d_r2 += z * (d_f * w + f * d_w)
-    return inv0, inv1, r0, r1, r2, d_inv0, d_inv1, d_r0, d_r1, d_r2
-
-
-@njit(cache=True, error_model="numpy")
-def follow(t, t_p, d_p, out):
-    """Temperatures of a column after a pressure change d_p [Pa], by at most FOLLOW_LIMIT."""
-    for k in range(t.size):
-        out[k] = t[k] + min(max(t_p[k] * d_p, -FOLLOW_LIMIT), FOLLOW_LIMIT)
+def cumulative_matrix(n):
+    """Matrix (n+1, n+1) of `cumulative` on the unit interval; its last row is layer_weights."""
+    out = np.empty((n + 1, n + 1))
+    unit = np.zeros(n + 1)
+    column = np.empty(n + 1)
+    for m in range(n + 1):
+        unit[m] = 1.0
+        cumulative(unit, 1.0 / n, column)
+        out[:, m] = column
+        unit[m] = 0.0
+    return out
 
 
 @njit(cache=True, error_model="numpy")
 def film_coefficients(
-    oil, p_max, p, p_at, t, t_p, thinning, ln_eta_at, share, speeds, u_e, scale, ln_phi, dln_phi, g, dg, g_y, dg_y
+    oil, p_max, p, t, thinning, ln_eta_at, share, speeds, u_e, scale, ln_phi, dln_phi, g, dg, g_y, dg_y, by_t
 ):  # fmt: skip
-    """Coefficients of the generalised Reynolds equation and their derivatives to P = p/p_max.
+    """Coefficients of the generalised Reynolds equation and their derivatives to P = p/p_max and to temperature.
 
     phi = scale * 12 (r1 e0/e1 - r2) [uniform film: scale * rho/eta]; g = [u_a r0 + (u_b-u_a) e0 r1]/u_e, g_y the same
-    across. p (n_y, n_x) dimensionless, t, thinning (n_y, n_x, n_z+1). The temperature is t at the pressure p_at and
-    follows the pressure by t_p [K/Pa]: what shear heats at higher viscosity.
+    across. p (n_y, n_x) dimensionless, t, thinning (n_y, n_x, n_z+1); thinning belongs to the viscosity ln_eta_at and
+    follows the viscosity by share as at a given shear rate. by_t (n_y, n_x, 3, n_z+1): derivatives of ln phi, g and g_y
+    to the temperature of every node across the film [1/K]; the others at constant temperature. r1 = int rho int dz'/e
+    dz is taken as int (int_z^1 rho)/e dz, r2 likewise.
     """
     ny, nx = p.shape
     n = t.shape[2] - 1
-    weights, warm = layer_weights(n), np.empty(n + 1)
-    rho, above, d_rho, d_above = np.empty((4, n + 1))
+    integral = cumulative_matrix(n)
+    weights = integral[n]
+    f, f_t, f_p, rest, carried, carried_z = np.empty((6, n + 1))
     for j in range(ny):
         for i in range(nx):
-            follow(t[j, i], t_p[j, i], (p[j, i] - p_at[j, i]) * p_max, warm)
-            inv0, inv1, r0, r1, r2, d_inv0, d_inv1, d_r0, d_r1, d_r2 = column_integrals(
-                oil, p[j, i] * p_max, warm, t_p[j, i], thinning[j, i], ln_eta_at[j, i], share[j, i], weights, rho,
-                above, d_rho, d_above,
-            )  # fmt: skip
+            factor, d_factor = pressure_factor(oil, p[j, i] * p_max)
+            rho_p, rho_slope = pressure_density(oil, p[j, i] * p_max)
+            r0 = 0.0
+            for k in range(n + 1):
+                ln_eta, soft, slope = ln_viscosity(oil, factor, t[j, i, k])
+                f[k] = weights[k] * thinning[j, i, k] * np.exp(
+                    -ln_eta_at[j, i, k] - share[j, i, k] * (ln_eta - ln_eta_at[j, i, k])
+                )
+                f_t[k] = -f[k] * share[j, i, k] * soft
+                f_p[k] = -f[k] * share[j, i, k] * slope * d_factor
+                rest[k] = rho_p - oil.beta_t * (t[j, i, k] - oil.t_ref)
+                r0 += weights[k] * rest[k]
+                carried[k] = carried_z[k] = 0.0
+            # rest: mass above each node; carried: sum over the nodes of f times the integral up to them, by node
+            inv0 = inv1 = r1 = r2 = d_inv0 = d_inv1 = d_r1 = d_r2 = 0.0
+            for k in range(n + 1):
+                z = k / n
+                below = 0.0
+                for m in range(n + 1):
+                    c = integral[k, m]
+                    below += c * rest[m]
+                    carried[m] += c * f[k]
+                    carried_z[m] += c * z * f[k]
+                w = r0 - below
+                d_w = rho_slope * (1.0 - z)
+                inv0 += f[k]
+                inv1 += z * f[k]
+                r1 += f[k] * w
+                r2 += z * f[k] * w
+                d_inv0 += f_p[k]
+                d_inv1 += z * f_p[k]
+                d_r1 += f_p[k] * w + f[k] * d_w
+                d_r2 += z * (f_p[k] * w + f[k] * d_w)
             c = inv1 / inv0
-            d_c = (d_inv1 - c * d_inv0) / inv0
-            phi = r1 * c - r2
-            ln_phi[j, i] = np.log(12.0 * scale * phi)
-            dln_phi[j, i] = p_max * (d_r1 * c + r1 * d_c - d_r2) / phi
             mean = r1 / inv0
-            d_mean = (d_r1 - mean * d_inv0) / inv0
-            u_a, du = speeds.u_a[j, i], speeds.u_b[j, i] - speeds.u_a[j, i]
-            v_a, dv = speeds.v_a[j, i], speeds.v_b[j, i] - speeds.v_a[j, i]
-            g[j, i] = (u_a * r0 + du * mean) / u_e
-            dg[j, i] = p_max * (u_a * d_r0 + du * d_mean) / u_e
-            g_y[j, i] = (v_a * r0 + dv * mean) / u_e
-            dg_y[j, i] = p_max * (v_a * d_r0 + dv * d_mean) / u_e
+            phi = r1 * c - r2
+            u_a, du = speeds.u_a[j, i] / u_e, (speeds.u_b[j, i] - speeds.u_a[j, i]) / u_e
+            v_a, dv = speeds.v_a[j, i] / u_e, (speeds.v_b[j, i] - speeds.v_a[j, i]) / u_e
+            ln_phi[j, i] = np.log(12.0 * scale * phi)
+            dln_phi[j, i] = p_max * (d_r1 * c + r1 * (d_inv1 - c * d_inv0) / inv0 - d_r2) / phi
+            d_mean = p_max * (d_r1 - mean * d_inv0) / inv0
+            g[j, i] = u_a * r0 + du * mean
+            dg[j, i] = u_a * p_max * rho_slope + du * d_mean
+            g_y[j, i] = v_a * r0 + dv * mean
+            dg_y[j, i] = v_a * p_max * rho_slope + dv * d_mean
+            for k in range(n + 1):
+                z = k / n
+                below = 0.0
+                for m in range(n + 1):
+                    below += integral[k, m] * rest[m]
+                w = r0 - below
+                by_r1 = f_t[k] * w - oil.beta_t * (weights[k] * inv0 - carried[k])
+                by_r2 = z * f_t[k] * w - oil.beta_t * (weights[k] * inv1 - carried_z[k])
+                by_c = (z - c) * f_t[k] / inv0
+                by_mean = (by_r1 - mean * f_t[k]) / inv0
+                by_t[j, i, 0, k] = (by_r1 * c + r1 * by_c - by_r2) / phi
+                by_t[j, i, 1, k] = du * by_mean - u_a * oil.beta_t * weights[k]
+                by_t[j, i, 2, k] = dv * by_mean - v_a * oil.beta_t * weights[k]
 
 
 @njit(cache=True, error_model="numpy")
@@ -252,28 +272,19 @@ def wall_stress(oil, p, h, p_x, p_y, du, dv, viscosity, weights, thinning):
 
 
 @njit(cache=True, error_model="numpy")
-def film_flow(oil, x, y, mirror, p, h, t, speeds, flow):
-    """Velocities, stresses and heat sources of pressure p [Pa], gap h [m], temperature t [K] on nodes x, y [m].
+def film_flow(oil, x, p, h, t, speeds, flow):
+    """Velocities, stresses and heat sources of pressure p [Pa], gap h [m], temperature t [K] on nodes x [m].
 
-    Fills flow; its thinning is the start for a shear-thinning column. mirror: line 0 is a line of symmetry.
+    Fills flow; its gradients and power are those of kernels.pressure_flow, its thinning is the start for a shear-thinning column.
     """
-    # one function: pressure gradients in a function of their own cost 5 %
     ny, nx = p.shape
     n = t.shape[2] - 1
     dz = 1.0 / n
     weights = layer_weights(n)
-    eta, rho = np.empty(n + 1), np.empty(n + 1)
-    f_x, f_y, u, v = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
+    eta, rho, e, f_x, f_y, u, v = np.empty((7, n + 1))
     for j in range(ny):
         for i in range(nx):
-            if i == 0 or i == nx - 1:
-                i_l, i_r = max(i - 1, 0), min(i + 1, nx - 1)
-                p_x = (p[j, i_r] - p[j, i_l]) / (x[i_r] - x[i_l])
-            else:
-                d_l, d_r = x[i] - x[i - 1], x[i + 1] - x[i]
-                p_x = ((p[j, i + 1] - p[j, i]) / d_r * d_l + (p[j, i] - p[j, i - 1]) / d_l * d_r) / (
-                    d_l + d_r
-                )
+            p_x, p_y = flow.gradient_x[j, i], flow.gradient_y[j, i]
             # compression along the flow by the differences that carry the temperature: the two move together
             p_up, by_p = p_x, 0.0
             if i > 1:
@@ -284,13 +295,9 @@ def film_flow(oil, x, y, mirror, p, h, t, speeds, flow):
                     - d_2 / (d_1 * (d_2 - d_1)) * p[j, i - 1]
                     + d_1 / (d_2 * (d_2 - d_1)) * p[j, i - 2]
                 )
-            p_y = (p[j + 1, i] - p[j - 1, i]) / (y[j + 1] - y[j - 1]) if 0 < j < ny - 1 else 0.0
-            if not mirror and (j == 0 or j == ny - 1):
-                p_y = 0.0
             gap = h[j, i]
             factor, d_factor = pressure_factor(oil, p[j, i])
             rho_p, _ = pressure_density(oil, p[j, i])
-            inv0 = 0.0
             for k in range(n + 1):
                 ln_eta, slope, by_factor = ln_viscosity(oil, factor, t[j, i, k])
                 flow.stiff[j, i, k] = by_factor * d_factor
@@ -303,21 +310,40 @@ def film_flow(oil, x, y, mirror, p, h, t, speeds, flow):
             tau_x, tau_y = wall_stress(oil, p[j, i], gap, p_x, p_y, du, dv, eta, weights, flow.thinning[j, i])
             flow.traction_x[j, i] = tau_x + 0.5 * gap * p_x
             flow.traction_y[j, i] = tau_y + 0.5 * gap * p_y
+            inv0 = inv1 = inv2 = sloped = 0.0
             for k in range(n + 1):
-                z = k * dz * gap
-                s_x, s_y = tau_x + z * p_x, tau_y + z * p_y
+                z = k * dz
+                s_x, s_y = tau_x + z * gap * p_x, tau_y + z * gap * p_y
                 if oil.rheology != NEWTONIAN:
                     thin, slope = shear_thinning(oil, p[j, i], eta[k], np.sqrt(s_x * s_x + s_y * s_y))
                     flow.stress_share[j, i, k] = thin / (thin + slope)
-                e = flow.thinning[j, i, k] / eta[k]
-                inv0 += weights[k] * e
-                f_x[k], f_y[k] = s_x * e, s_y * e
-                flow.shear[j, i, k] = gap * (s_x * f_x[k] + s_y * f_y[k])
+                e[k] = flow.thinning[j, i, k] / eta[k]
+                w = weights[k] * e[k]
+                inv0 += w
+                inv1 += w * z
+                inv2 += w * z * z
+                sloped += w / flow.stress_share[j, i, k]
+                f_x[k], f_y[k] = s_x * e[k], s_y * e[k]
                 flow.rate[j, i, k] = gap * f_x[k]
-            flow.fluidity[j, i] = gap * inv0
+            flow.fluidity[j, i] = gap * sloped
+            pivot = inv1 / inv0
+            lever = inv2 - inv1 * pivot
+            flow.stress_x[j, i], flow.stress_y[j, i] = tau_x + pivot * gap * p_x, tau_y + pivot * gap * p_y
             cumulative(f_x, dz * gap, u)
             cumulative(f_y, dz * gap, v)
+            rho_mean = 0.0
             for k in range(n + 1):
+                rho_mean += weights[k] * rho[k]
+            for k in range(n + 1):
+                # dissipation of the sliding with what the pressure flow adds to its rate, and of the pressure flow
+                z = k * dz - pivot
+                x_x, x_y = z * gap * p_x, z * gap * p_y
+                flow.sliding[j, i, k] = gap * e[k] * (
+                    flow.stress_x[j, i] * (flow.stress_x[j, i] + 2.0 * x_x)
+                    + flow.stress_y[j, i] * (flow.stress_y[j, i] + 2.0 * x_y)
+                )
+                flow.driven[j, i, k] = z * z * e[k] / lever * oil.density / rho_mean
+                flow.shear[j, i, k] = flow.sliding[j, i, k] + flow.driven[j, i, k] * flow.power[j, i]
                 u_k, v_k = speeds.u_a[j, i] + u[k], speeds.v_a[j, i] + v[k]
                 flow.m_x[j, i, k] = rho[k] * u_k * gap
                 flow.m_y[j, i, k] = rho[k] * v_k * gap

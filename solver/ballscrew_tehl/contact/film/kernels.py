@@ -70,14 +70,14 @@ def towards_open_side(cube, d_near, d_beyond, near, beyond):
 
 @njit(cache=True, error_model="numpy")
 def face_fluxes(
-    x, kappa_h, mirror, open_side, p, gap, ln_phi, dln_phi, g, dg, g_y, dg_y, flow_x, flow_y, c_x, c_y, wedge, floor
+    x, kappa_h, mirror, open_side, p, gap, ln_phi, g, g_y, flow_x, flow_y, c_x, c_y, wedge, floor
 ):  # fmt: skip
     """Fluxes at faces and their derivatives.
 
-    kappa_h : kappa/h_y, scales the flow across. mirror, open_side : of the grid. dln_phi, dg : derivatives to P.
+    kappa_h : kappa/h_y, scales the flow across. mirror, open_side : of the grid.
     flow_x (ny, nx-1), flow_y (ny-1, nx): Poiseuille minus wedge flux.
-    c_x (ny, nx-1, 4), c_y (ny-1, nx, 4): derivatives to P_left, P_right, H_left, H_right, along x of the Poiseuille
-    part only.
+    c_x (ny, nx-1, 4), c_y (ny-1, nx, 5), of the Poiseuille part: conductance (flux per difference of P), derivatives to
+    ln phi of the nodes before and behind, to both gaps along x (the same), to the gaps before and behind across.
     wedge (ny, nx-1, 3): weights of the nodes i, i-1, i+1 in the wedge flux of face i+1/2.
     """
     ny, nx = p.shape
@@ -86,12 +86,11 @@ def face_fluxes(
             dx = x[i + 1] - x[i]
             h, dh = lifted_gap(0.5 * (gap[j, i] + gap[j, i + 1]), floor)
             phi, w_l, w_r = log_mean(ln_phi[j, i], ln_phi[j, i + 1])
-            e = h * h * h * phi
-            slope = (p[j, i + 1] - p[j, i]) / dx
-            f = e * slope
-            c_x[j, i, 0] = -e / dx + f * w_l * dln_phi[j, i]
-            c_x[j, i, 1] = e / dx + f * w_r * dln_phi[j, i + 1]
-            c_x[j, i, 2] = 1.5 * f * dh / h
+            e = h * h * h * phi / dx
+            f = e * (p[j, i + 1] - p[j, i])
+            c_x[j, i, 0] = e
+            c_x[j, i, 1] = f * w_l
+            c_x[j, i, 2] = f * w_r
             c_x[j, i, 3] = 1.5 * f * dh / h
             if i == 0:
                 wedge[j, i, 0] = 1.0
@@ -125,17 +124,107 @@ def face_fluxes(
             phi, w_l, w_r = log_mean(ln_phi[j, i], ln_phi[j + 1, i])
             e = cube * phi * kappa_h
             f = e * (p[j + 1, i] - p[j, i])
-            c_y[j, i, 0] = -e + f * w_l * dln_phi[j, i]
-            c_y[j, i, 1] = e + f * w_r * dln_phi[j + 1, i]
-            c_y[j, i, 2] = f * d_0 * dh_0
-            c_y[j, i, 3] = f * d_1 * dh_1
+            c_y[j, i, 0] = e
+            c_y[j, i, 1] = f * w_l
+            c_y[j, i, 2] = f * w_r
+            c_y[j, i, 3] = f * d_0 * dh_0
+            c_y[j, i, 4] = f * d_1 * dh_1
             # transport across by spin
-            f -= 0.5 * (g_y[j, i] * gap[j, i] + g_y[j + 1, i] * gap[j + 1, i])
-            c_y[j, i, 0] -= 0.5 * dg_y[j, i] * gap[j, i]
-            c_y[j, i, 1] -= 0.5 * dg_y[j + 1, i] * gap[j + 1, i]
-            c_y[j, i, 2] -= 0.5 * g_y[j, i]
-            c_y[j, i, 3] -= 0.5 * g_y[j + 1, i]
-            flow_y[j, i] = f
+            flow_y[j, i] = f - 0.5 * (g_y[j, i] * gap[j, i] + g_y[j + 1, i] * gap[j + 1, i])
+
+
+@njit(cache=True, error_model="numpy")
+def smaller(a, b):
+    """The smaller of two numbers of one sign, else 0."""
+    if a * b <= 0.0:
+        return 0.0
+    return a if abs(a) < abs(b) else b
+
+
+@njit(cache=True, error_model="numpy")
+def line_flux(j, width, share, mirror, p, flux_x, flux_y, out):
+    """Flux through the faces of line j by continuity; out (n_x-1,).
+
+    From the face behind the largest pressure, where the wedge alone carries the flow: far upstream the flux is the small
+    difference of two flows that grow with the gap, and errors of the pressure weigh as much. share: of flux_y per
+    unit of width.
+    """
+    nx = out.size + 1
+    anchor = 1
+    for i in range(2, nx - 1):
+        if p[j, i] > p[j, anchor]:
+            anchor = i
+    out[anchor] = flux_x[j, anchor]
+    for i in range(anchor + 1, nx - 1):
+        side = 2.0 * flux_y[0, i] if mirror and j == 0 else flux_y[j, i] - flux_y[j - 1, i]
+        out[i] = out[i - 1] - width[i] * share * side
+    for i in range(anchor, 0, -1):
+        side = 2.0 * flux_y[0, i] if mirror and j == 0 else flux_y[j, i] - flux_y[j - 1, i]
+        out[i - 1] = out[i] + width[i] * share * side
+
+
+@njit(cache=True, error_model="numpy")
+def pressure_flow(
+    x, width, h_y, kappa_h, mirror, p, gap, ln_phi, dln_phi, g, flow_x, flow_y, c_x, c_y, wedge, same_line, floor,
+    grad_x, grad_y, power, pull, push,
+):  # fmt: skip
+    """Gradients and dissipation of the pressure flow at the nodes, from the fluxes of their faces.
+
+    grad_x, grad_y (n_y, n_x), per unit of x and h_y: the smaller of the gradient that drives the mean flux of the faces
+    and that of the pressures of the neighbours: beside a pressure spike, where the viscosity changes by decades from
+    node to node, either may be far too large. power (n_y, n_x): flux times pressure drop, half of it to either node of
+    a face, per area; so its sum is that of all faces. While iterating, the flux along x is bounded by that of
+    continuity, which temperatures do not change. Zero in a cavitated node.
+    pull (n_y, n_x, 2), push (n_y, n_x, 4): changes of power with the pressure drops before and behind, and with the
+    wedge fluxes at the nodes i-2 to i+1, which continuity asks the pressure to carry: on faces where pressure flow
+    dominates over the deflection, by their share.
+    """
+    ny, nx = p.shape
+    pull[:, :, :] = 0.0
+    push[:, :, :] = 0.0
+    flux, steady = np.zeros((2, nx - 1))
+    for j in range(ny):
+        for i in range(nx):
+            grad_x[j, i] = grad_y[j, i] = power[j, i] = 0.0
+        if j == ny - 1:
+            break
+        if j == 0 and not mirror:
+            continue
+        line_flux(j, width, kappa_h, mirror, p, flow_x, flow_y, steady)
+        for i in range(nx - 1):
+            flux[i] = c_x[j, i, 0] * (p[j, i + 1] - p[j, i])
+            flux[i] = smaller(flux[i], steady[i] + flux[i] - flow_x[j, i])
+        for i in range(1, nx - 1):
+            if not p[j, i] > 0.0:
+                continue
+            own, _ = lifted_gap(gap[j, i], floor)
+            conductance = own * own * own * np.exp(ln_phi[j, i])
+            d_l, d_r = x[i] - x[i - 1], x[i + 1] - x[i]
+            drop_l, drop_r = p[j, i] - p[j, i - 1], p[j, i + 1] - p[j, i]
+            central = (drop_r / d_r * d_l + drop_l / d_l * d_r) / (d_l + d_r)
+            grad_x[j, i] = smaller(0.5 * (flux[i - 1] + flux[i]) / conductance, central)
+            half = 0.5 / width[i]
+            power[j, i] = half * (flux[i - 1] * drop_l + flux[i] * drop_r)
+            pull[j, i, 0], pull[j, i, 1] = half * flux[i - 1], half * flux[i]
+            elastic = abs(g[j, i]) * same_line[i, i]
+            left, right = 0.0, 0.0
+            for m in (i - 1, i):
+                flow = c_x[j, m, 0] + abs(c_x[j, m, 1] * dln_phi[j, m]) + abs(c_x[j, m, 2] * dln_phi[j, m + 1])
+                left, right = right, flow / (flow + elastic)
+            left *= half * drop_l
+            right *= half * drop_r
+            push[j, i, 0] = left * wedge[j, i - 1, 1]
+            push[j, i, 1] = left * wedge[j, i - 1, 0] + right * wedge[j, i, 1]
+            push[j, i, 2] = left * wedge[j, i - 1, 2] + right * wedge[j, i, 0]
+            push[j, i, 3] = right * wedge[j, i, 2]
+            up = c_y[j, i, 0] * (p[j + 1, i] - p[j, i])
+            if j == 0:
+                power[j, i] += kappa_h * up * (p[j + 1, i] - p[j, i]) if mirror else 0.0
+                continue
+            down = c_y[j - 1, i, 0] * (p[j, i] - p[j - 1, i])
+            power[j, i] += 0.5 * kappa_h * (up * (p[j + 1, i] - p[j, i]) + down * (p[j, i] - p[j - 1, i]))
+            central = 0.5 * (p[j + 1, i] - p[j - 1, i]) / h_y
+            grad_y[j, i] = smaller(0.5 * (up + down) / (conductance * kappa_h * h_y), central)
 
 
 @njit(cache=True, error_model="numpy")
@@ -157,109 +246,124 @@ def residual(width, kappa_h, mirror, flow_x, flow_y, out):
 
 
 @njit(cache=True, error_model="numpy")
-def jacobian_times(width, kappa_h, mirror, c_x, c_y, wedge, gap, g, dg, penalty, dp, dh, out):
-    """Directional derivative of the residual for changes dp of pressure and dh of gap; identity where cavitated."""
+def jacobian_times(width, kappa_h, mirror, c_x, c_y, wedge, gap, g, g_y, penalty, squeeze, dp, dh, d_phi, d_g, d_gy, out):
+    """Directional derivative of the residual for changes of pressure dp, gap dh, ln phi, g and g_y at the nodes."""
     ny, nx = out.shape
     out[:, :] = 0.0
-    dg_h = np.empty((ny, nx))
-    for j in range(ny):
-        for i in range(nx):
-            dg_h[j, i] = g[j, i] * dh[j, i] + gap[j, i] * dg[j, i] * dp[j, i]
+    d_wedge = np.empty(nx)
     for j in range(ny - 1):
+        for i in range(nx):
+            d_wedge[i] = g[j, i] * dh[j, i] + gap[j, i] * d_g[j, i]
         for i in range(nx - 1):
             f = (
-                c_x[j, i, 0] * dp[j, i]
-                + c_x[j, i, 1] * dp[j, i + 1]
-                + c_x[j, i, 2] * dh[j, i]
-                + c_x[j, i, 3] * dh[j, i + 1]
-                - wedge[j, i, 0] * dg_h[j, i]
-                - wedge[j, i, 2] * dg_h[j, i + 1]
+                c_x[j, i, 0] * (dp[j, i + 1] - dp[j, i])
+                + c_x[j, i, 1] * d_phi[j, i]
+                + c_x[j, i, 2] * d_phi[j, i + 1]
+                + c_x[j, i, 3] * (dh[j, i] + dh[j, i + 1])
+                - wedge[j, i, 0] * d_wedge[i]
+                - wedge[j, i, 2] * d_wedge[i + 1]
             )
             if i > 0:
-                f -= wedge[j, i, 1] * dg_h[j, i - 1]
+                f -= wedge[j, i, 1] * d_wedge[i - 1]
                 out[j, i] += f / width[i]
             if i + 1 < nx - 1:
                 out[j, i + 1] -= f / width[i + 1]
         for i in range(1, nx - 1):
             f = (
-                c_y[j, i, 0] * dp[j, i]
-                + c_y[j, i, 1] * dp[j + 1, i]
-                + c_y[j, i, 2] * dh[j, i]
-                + c_y[j, i, 3] * dh[j + 1, i]
+                c_y[j, i, 0] * (dp[j + 1, i] - dp[j, i])
+                + c_y[j, i, 1] * d_phi[j, i]
+                + c_y[j, i, 2] * d_phi[j + 1, i]
+                + c_y[j, i, 3] * dh[j, i]
+                + c_y[j, i, 4] * dh[j + 1, i]
+                - 0.5 * (g_y[j, i] * dh[j, i] + gap[j, i] * d_gy[j, i])
+                - 0.5 * (g_y[j + 1, i] * dh[j + 1, i] + gap[j + 1, i] * d_gy[j + 1, i])
             ) * kappa_h
             out[j, i] += 2.0 * f if mirror and j == 0 else f
             if j + 1 < ny - 1:
                 out[j + 1, i] -= f
     for j in range(ny - 1):
         for i in range(1, nx - 1):
-            out[j, i] -= penalty[j, i] * dp[j, i]
+            out[j, i] -= penalty[j, i] * dp[j, i] + squeeze * (g[j, i] * dh[j, i] + gap[j, i] * d_g[j, i])
     if not mirror:
         out[0, :] = 0.0
 
 
 @njit(cache=True, error_model="numpy")
-def line_jacobian(j, width, kappa_h, mirror, c_x, c_y, wedge, gap, g, dg, penalty, same_line, out, column):
+def line_jacobian(
+    j, width, kappa_h, mirror, c_x, c_y, wedge, gap, g, g_y, penalty, squeeze, squash, dln_phi, dg, far_phi, far_g, same_line, out,
+    column,
+):  # fmt: skip
     """Jacobian of line j to its own pressures, deflection of the line by itself included.
 
+    squash (n_y, n_x): what one unit of gap takes from the film pressure, for that of the asperities; dln_phi, dg: to
+    the pressure of the node itself; far_phi, far_g (nx, nx): changes of ln phi and g with the pressures of the line
+    by the heat that the oil carries along, of size 0 without.
     out (nx-2, nx-2); column (nx-2,): derivative to a rigid approach (same gap change everywhere).
     """
     nx = gap.shape[1]
     n = nx - 2
-    out[:, :] = 0.0
-    d_h = np.zeros(4)  # derivative of one row to the gaps at i-2, i-1, i, i+1
-    for row in range(n):
-        i = row + 1
-        d_h[:] = 0.0
+    double = 2.0 if mirror and j == 0 else 1.0
+    far = far_phi.size > 0
+    by_h, by_p, by_phi, by_g = np.zeros(4), np.zeros(3), np.zeros(3), np.zeros(4)
+    row = np.empty(nx)
+    for i in range(1, nx - 1):
         inv = 1.0 / width[i]
-        # right face
-        d_h[2] += c_x[j, i, 2] * inv
-        d_h[3] += c_x[j, i, 3] * inv
-        d_h[2] -= wedge[j, i, 0] * g[j, i] * inv
-        d_h[1] -= wedge[j, i, 1] * g[j, i - 1] * inv
-        d_h[3] -= wedge[j, i, 2] * g[j, i + 1] * inv
-        d_h[2] += wedge[j, i - 1, 2] * g[j, i] * inv
-        # left face
-        d_h[1] -= c_x[j, i - 1, 2] * inv
-        d_h[2] -= c_x[j, i - 1, 3] * inv
-        d_h[1] += wedge[j, i - 1, 0] * g[j, i - 1] * inv
-        if i > 1:
-            d_h[0] += wedge[j, i - 1, 1] * g[j, i - 2] * inv
-        d_p = c_x[j, i, 0] * inv - c_x[j, i - 1, 1] * inv
-        d_p += (wedge[j, i - 1, 2] - wedge[j, i, 0]) * gap[j, i] * dg[j, i] * inv
-        if mirror and j == 0:
-            d_p += 2.0 * kappa_h * c_y[0, i, 0]
-            d_h[2] += 2.0 * kappa_h * c_y[0, i, 2]
-            full_h = d_h[0] + d_h[1] + d_h[2] + d_h[3] + 2.0 * kappa_h * c_y[0, i, 3]
-        else:
-            d_p += kappa_h * (c_y[j, i, 0] - c_y[j - 1, i, 1])
-            d_h[2] += kappa_h * (c_y[j, i, 2] - c_y[j - 1, i, 3])
-            full_h = d_h[0] + d_h[1] + d_h[2] + d_h[3] + kappa_h * (c_y[j, i, 3] - c_y[j - 1, i, 2])
-        column[row] = full_h
-        k0 = 1 if i > 1 else 0
-        for k in range(n):
-            s = (
-                d_h[1] * same_line[i - 1, k + 1]
-                + d_h[2] * same_line[i, k + 1]
-                + d_h[3] * same_line[i + 1, k + 1]
+        # by nodes i-2, i-1, i, i+1 (by_h, by_g) or i-1, i, i+1
+        by_p[0], by_p[2] = c_x[j, i - 1, 0] * inv, c_x[j, i, 0] * inv
+        by_p[1] = -by_p[0] - by_p[2] - double * kappa_h * c_y[j, i, 0]
+        by_phi[0] = -c_x[j, i - 1, 1] * inv
+        by_phi[1] = (c_x[j, i, 1] - c_x[j, i - 1, 2]) * inv + double * kappa_h * c_y[j, i, 1]
+        by_phi[2] = c_x[j, i, 2] * inv
+        by_g[0] = wedge[j, i - 1, 1] * inv
+        by_g[1] = (wedge[j, i - 1, 0] - wedge[j, i, 1]) * inv
+        by_g[2] = (wedge[j, i - 1, 2] - wedge[j, i, 0]) * inv - squeeze
+        by_g[3] = -wedge[j, i, 2] * inv
+        by_h[0] = 0.0
+        by_h[1] = -c_x[j, i - 1, 3] * inv
+        by_h[2] = (c_x[j, i, 3] - c_x[j, i - 1, 3]) * inv + double * kappa_h * c_y[j, i, 3]
+        by_h[3] = c_x[j, i, 3] * inv
+        approach = double * kappa_h * c_y[j, i, 4]
+        if j > 0:
+            by_p[1] -= kappa_h * c_y[j - 1, i, 0]
+            by_phi[1] -= kappa_h * c_y[j - 1, i, 2]
+            by_h[2] -= kappa_h * c_y[j - 1, i, 4]
+            approach -= kappa_h * c_y[j - 1, i, 3]
+            approach -= 0.5 * kappa_h * (g_y[j + 1, i] - g_y[j - 1, i])
+        by_p[1] -= penalty[j, i]
+        first = 1 if i == 1 else 0
+        for m in range(first, 4):
+            by_h[m] += by_g[m] * g[j, i - 2 + m]
+            by_g[m] *= gap[j, i - 2 + m]
+        row[:] = 0.0
+        for m in range(3):
+            k = i - 1 + m
+            # the asperities of a node that is squeezed take pressure from the film
+            by_h[m + 1] -= by_p[m] * squash[j, k]
+            row[k] += by_p[m] + by_phi[m] * dln_phi[j, k]
+        for m in range(first, 4):
+            row[i - 2 + m] += by_g[m] * dg[j, i - 2 + m]
+        for m in range(first, 4):
+            approach += by_h[m]
+        column[i - 1] = approach
+        b0, b1, b2, b3 = by_h[0], by_h[1], by_h[2], by_h[3]
+        before = i - 2 + first
+        for k in range(1, nx - 1):
+            out[i - 1, k - 1] = row[k] + (
+                b0 * same_line[before, k] + b1 * same_line[i - 1, k] + b2 * same_line[i, k] + b3 * same_line[i + 1, k]
             )
-            if k0 == 1:
-                s += d_h[0] * same_line[i - 2, k + 1]
-            out[row, k] = s
-        out[row, row] += d_p - penalty[j, i]
-        if row + 1 < n:
-            out[row, row + 1] += (c_x[j, i, 1] - wedge[j, i, 2] * gap[j, i + 1] * dg[j, i + 1]) * inv
-        if row > 0:
-            out[row, row - 1] += (
-                -c_x[j, i - 1, 0]
-                - wedge[j, i, 1] * gap[j, i - 1] * dg[j, i - 1]
-                + wedge[j, i - 1, 0] * gap[j, i - 1] * dg[j, i - 1]
-            ) * inv
-        if row > 1:
-            out[row, row - 2] += wedge[j, i - 1, 1] * gap[j, i - 2] * dg[j, i - 2] * inv
+        if far:
+            for m in range(3):
+                b0, at = by_phi[m], i - 1 + m
+                for k in range(1, nx - 1):
+                    out[i - 1, k - 1] += b0 * far_phi[at, k]
+            for m in range(first, 4):
+                b0, at = by_g[m], i - 2 + m
+                for k in range(1, nx - 1):
+                    out[i - 1, k - 1] += b0 * far_g[at, k]
 
 
 @njit(cache=True, error_model="numpy")
-def settle_edge(width, kappa_h, mirror, c_x, c_y, low, sweeps, p, r):
+def settle_edge(width, kappa_h, mirror, c_x, c_y, dln_phi, low, sweeps, p, r):
     """Move the edge of cavitation to its place by the linear flow equation; p and r change in place.
 
     Projected relaxation (Cryer 1971) of p >= 0, r <= 0, p r = 0 over the nodes `low` at fixed gaps. r (ny, nx): net
@@ -273,17 +377,21 @@ def settle_edge(width, kappa_h, mirror, c_x, c_y, low, sweeps, p, r):
                 if not low[j, i] or (p[j, i] <= 0.0 and r[j, i] <= 0.0):
                     continue
                 double = 2.0 if mirror and j == 0 else 1.0
-                diagonal = (c_x[j, i, 0] - c_x[j, i - 1, 1]) / width[i] + double * kappa_h * c_y[j, i, 0]
+                by_phi = dln_phi[j, i]
+                right, left = c_x[j, i, 1] * by_phi - c_x[j, i, 0], c_x[j, i - 1, 2] * by_phi + c_x[j, i - 1, 0]
+                up = kappa_h * (c_y[j, i, 1] * by_phi - c_y[j, i, 0])
+                diagonal = (right - left) / width[i] + double * up
                 if j > 0:
-                    diagonal -= kappa_h * c_y[j - 1, i, 1]
+                    down = kappa_h * (c_y[j - 1, i, 2] * by_phi + c_y[j - 1, i, 0])
+                    diagonal -= down
                 d = max(p[j, i] - EDGE_RELAXATION * r[j, i] / diagonal, 0.0) - p[j, i]
                 p[j, i] += d
                 moved = max(moved, abs(d))
                 r[j, i] += diagonal * d
-                r[j, i + 1] -= c_x[j, i, 0] / width[i + 1] * d
-                r[j, i - 1] += c_x[j, i - 1, 1] / width[i - 1] * d
-                r[j + 1, i] -= kappa_h * c_y[j, i, 0] * d
+                r[j, i + 1] -= right / width[i + 1] * d
+                r[j, i - 1] += left / width[i - 1] * d
+                r[j + 1, i] -= up * d
                 if j > 0:
-                    r[j - 1, i] += (2.0 if mirror and j == 1 else 1.0) * kappa_h * c_y[j - 1, i, 1] * d
+                    r[j - 1, i] += (2.0 if mirror and j == 1 else 1.0) * down * d
         if not moved > EDGE_TOLERANCE:
             break

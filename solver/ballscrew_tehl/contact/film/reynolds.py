@@ -9,19 +9,20 @@ Differs from paper: Eq. 6 omits the deflection; cavitation (Eq. 9) is the condit
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.linalg import lapack
 
 from ...physics.hertz import ratio_of_axes
 from ..half_space.deflection import LineConvolution, deflection_operator
 from ..half_space.dry import dry_contact
 from ..half_space.grid import TINY, Array, Grid, graded_grid, uniform_grid
 from . import kernels
-from .krylov import gmres
+from .linear import LineFactors, LinearSystem, factor_lines, gmres
+from .transport import HeatTransport
 
 TARGET_LOAD = 2.0 * np.pi / 3.0
 # "moved to": measured on five to nine contacts (rolling, circles, thick and thin films, a hot inlet, shear thinning);
@@ -70,6 +71,16 @@ EDGE_PRESSURE, EDGE_FLOW_SHARE, EDGE_SWEEPS = 0.02, 0.9, 100
 #: share of the expected film below which the flow is that of a lifted gap while iterating; moved to 0.05 or 0.5: no
 #: effect
 FLOOR_SHARE = 0.2
+#: Newton steps after which a patient solve goes over to pseudo time
+NEWTON_STEPS = 30
+#: pseudo time steps [b/u_e]: the first, the least and the largest, and the one beyond which a solution is steady
+FIRST_PSEUDO_STEP, LEAST_PSEUDO_STEP, LARGEST_PSEUDO_STEP, LONG_PSEUDO_STEP = 0.1, 1e-3, 1e6, 10.0
+#: change of pressure [p_max] that the pseudo time step aims at
+PSEUDO_CHANGE = 0.3
+#: film [b^2/R_x] above which the approach is held and corrected with the load
+HELD_ABOVE = 50.0
+#: largest change of ln(film) between two held approaches of a thick film
+THICK_STEP = 1.5
 #: film [b^2/R_x] above which it is thicker than the flattening of the bodies; moved to 0.5: 5 % fewer Newton steps, to
 #: 8: no effect
 THICK_FILM = 2.0
@@ -111,8 +122,18 @@ class GridChoice:
         return replace(self, n_x=n_x, n_y=n_y) if n_x >= LEAST_NODES and n_y >= LEAST_LINES else None
 
 
-#: nodal film coefficients of P >= 0: ln phi, d ln phi/dP, g, dg/dP, g_y, dg_y/dP, each (n_y, n_x)
-FilmCoefficients = Callable[[Array], tuple[Array, ...]]
+class Film:
+    """Film coefficients over the pressure; an oil of one temperature and viscosity per pressure unless overridden."""
+
+    def __init__(self, coefficients: Callable[[Array], tuple[Array, ...]], shape: tuple[int, int], unit: float = 1.0):
+        #: nodal coefficients of P >= 0: ln phi, d ln phi/dP, g, dg/dP, g_y, dg_y/dP (n_y, n_x)
+        self.coefficients = coefficients
+        self.unit, self.unit_h = unit, 1.0
+        ny, nx = shape
+        self.by_t, self.heat, self.warm = np.zeros((ny, nx, 3, 0)), HeatTransport.none(shape), False
+
+    def follow(self, linear: LinearSystem, d_p: Array, d_h: Array) -> None:
+        """Take over changes of film pressure [p_max] and gap [b^2/R_x] into what depends on them."""
 
 
 @dataclass(frozen=True)
@@ -138,6 +159,14 @@ class NewtonHistory:
     finite: bool = True
     reason: str = "not started"
 
+    def record(self, residual: Array, load_error: float) -> bool:
+        """Enter a residual and a load error; whether they are finite."""
+        self.residual.append(float(np.sqrt(np.mean(residual**2))))
+        self.load_error.append(load_error)
+        if not np.isfinite(self.residual[-1] + load_error):
+            self.finite, self.reason = False, "residual not finite"
+        return self.finite
+
     def extend(self, later: NewtonHistory) -> None:
         """Append the steps of a later part of the same solve."""
         for name in ("residual", "change", "load_error", "krylov"):
@@ -151,33 +180,40 @@ class _Linearisation:
     """Residual and Jacobian at one state."""
 
     def __init__(
-        self, geometry: ContactGeometry, p: Array, gap: Array, film: FilmCoefficients, floor: float
+        self, geometry: ContactGeometry, p: Array, gap: Array, film: Film, floor: float, squeeze: float = 0.0, free: bool = True
     ) -> None:
         grid = geometry.grid
         ny, nx = p.shape
-        self.geometry, self.gap = geometry, gap
-        ln_phi, dln_phi, self.g, self.dg, g_y, dg_y = film(np.maximum(p, 0.0))
-        self.thickening = -dln_phi
-        self.c_x, self.c_y = np.empty((ny, nx - 1, 4)), np.empty((ny - 1, nx, 4))
-        self.wedge = np.empty((ny, nx - 1, 3))
+        self.geometry = geometry
+        ln_phi, dln_phi, g, dg, g_y, dg_y = film.coefficients(np.maximum(p, 0.0))
+        self.thickening, self.ln_phi = -dln_phi, ln_phi
+        c_x, c_y = np.empty((ny, nx - 1, 4)), np.empty((ny - 1, nx, 5))
+        wedge = np.empty((ny, nx - 1, 3))
         self.flow_x, self.flow_y, res = np.empty((ny, nx - 1)), np.empty((ny - 1, nx)), np.empty((ny, nx))
         kernels.face_fluxes(
-            grid.x, geometry.kappa_h, grid.mirror, grid.open_side, p, gap, ln_phi, dln_phi, self.g, self.dg, g_y,
-            dg_y, self.flow_x, self.flow_y,
-            self.c_x, self.c_y, self.wedge, floor,
+            grid.x, geometry.kappa_h, grid.mirror, grid.open_side, p, gap, ln_phi, g, g_y, self.flow_x, self.flow_y,
+            c_x, c_y, wedge, floor,
         )  # fmt: skip
         kernels.residual(grid.width_x, geometry.kappa_h, grid.mirror, self.flow_x, self.flow_y, res)
         # measured by the local flow conductance, which spans many decades from thick films to the contact
         conductance = np.zeros_like(p)
-        conductance[:, 1:-1] = (np.abs(self.c_x[:, 1:, 0]) + np.abs(self.c_x[:, :-1, 1])) / grid.width_x[1:-1]
+        right, left = c_x[:, 1:, 1] * dln_phi[:, 1:-1] - c_x[:, 1:, 0], c_x[:, :-1, 2] * dln_phi[:, 1:-1] + c_x[:, :-1, 0]
+        conductance[:, 1:-1] = (np.abs(right) + np.abs(left)) / grid.width_x[1:-1]
         # stiff enough that the wedge holds a cavitated node well above the deepest pressure allowed
         stiffness = PENALTY * (1.0 + grid.x[-1]) / (LEAST_PRESSURE * float(p.max()))
-        self.penalty = np.where(p < 0.0, stiffness + PENALTY * conductance, 0.0)
-        self.residual = (res - self.penalty * p)[grid.inner]
-        elastic = np.abs(self.g * np.diagonal(geometry.deflection.same_line) / grid.width_x)
+        penalty = np.where(p < 0.0, stiffness + PENALTY * conductance, 0.0)
+        self.residual = np.zeros_like(p)
+        self.residual[grid.inner] = (res - penalty * p)[grid.inner]
+        elastic = np.abs(g * np.diagonal(geometry.deflection.same_line) * (1.0 / grid.width_x + squeeze))
         self.flow_share = conductance / (conductance + elastic + TINY)
-        #: size of the diagonal: turns residuals into changes of pressure, the load balance last
-        self.scale = np.append((conductance + elastic + self.penalty)[grid.inner], TARGET_LOAD)
+        scale = conductance + elastic + penalty
+        scale[scale == 0.0] = 1.0
+        forward, modes, backward = geometry.deflection.single
+        self.system = LinearSystem(
+            grid.width_x, geometry.kappa_h, grid.mirror, gap, g, g_y, dln_phi, dg, dg_y, film.by_t, penalty, c_x, c_y,
+            wedge, squeeze, np.zeros_like(p), scale, TARGET_LOAD, geometry.weights, free, forward, modes, backward,
+            geometry.deflection.same_line, film.heat, film.unit, film.unit_h, film.warm,
+        )  # fmt: skip
 
     def update(self, d_p: Array) -> Array:
         """Change of pressure for a linear step d_p.
@@ -189,52 +225,9 @@ class _Linearisation:
         in_fluidity = -np.log(np.maximum(1.0 - thickening * d_p, LEAST_FLUIDITY)) / thickening
         return d_p + self.flow_share * (in_fluidity - d_p)
 
-    def apply(self, v: Array) -> Array:
-        """Scaled Jacobian of residual and load times a change of pressures and approach."""
-        geometry, grid = self.geometry, self.geometry.grid
-        d_p = geometry.embed(v[:-1])
-        out = np.empty_like(d_p)
-        kernels.jacobian_times(
-            grid.width_x, geometry.kappa_h, grid.mirror, self.c_x, self.c_y, self.wedge, self.gap, self.g, self.dg,
-            self.penalty, d_p, geometry.deflection.rough(d_p) + v[-1], out,
-        )  # fmt: skip
-        return np.append(out[grid.inner], np.sum(geometry.weights * d_p)) / self.scale
-
-
-class LinePreconditioner:
-    """LU of every line's Jacobian with the line's own deflection, bordered by the load balance."""
-
-    def __init__(self, linear: _Linearisation) -> None:
-        geometry = self._geometry = linear.geometry
-        grid = geometry.grid
-        lines, n = linear.residual.shape
-        matrix, columns = np.empty((n, n)), np.empty((lines, n))
-        self._lu = []
-        for row in range(lines):
-            j = row + (0 if grid.mirror else 1)
-            kernels.line_jacobian(
-                j, grid.width_x, geometry.kappa_h, grid.mirror, linear.c_x, linear.c_y, linear.wedge, linear.gap,
-                linear.g, linear.dg, linear.penalty, geometry.deflection.same_line, matrix, columns[row],
-            )  # fmt: skip
-            factor, pivot, info = lapack.dgetrf(matrix.T)
-            if info != 0:
-                raise np.linalg.LinAlgError(f"line {j} of the contact has a singular Jacobian")
-            self._lu.append((factor, pivot))
-        self._approach = self._solve_lines(columns)
-        self._approach_load = float(np.sum(geometry.inner_weights * self._approach))
-
-    def _solve_lines(self, rhs: Array) -> Array:
-        return np.stack([lapack.dgetrs(*lu, row, trans=1)[0] for lu, row in zip(self._lu, rhs, strict=True)])
-
-    def scaled(self, scale: Array) -> Callable[[Array], Array]:
-        """The same for residuals that have been divided by a scale."""
-        return lambda v: self(scale * v)
-
-    def __call__(self, v: Array) -> Array:
-        """Line solves, bordered by the load balance."""
-        z = self._solve_lines(v[:-1].reshape(self._approach.shape))
-        d_h0 = (np.sum(self._geometry.inner_weights * z) - v[-1]) / self._approach_load
-        return np.append(z - d_h0 * self._approach, d_h0)
+    def right_hand_side(self, load_error: float) -> Array:
+        """Scaled residual and load error with negative sign."""
+        return -np.append((self.residual / self.system.scale).ravel(), load_error / TARGET_LOAD)
 
 
 class ContactGeometry:
@@ -295,56 +288,133 @@ class ContactGeometry:
     def solve(
         self,
         state: ReynoldsState,
-        film: FilmCoefficients,
+        film: Film,
         film_estimate: float,
         tolerance: float = 1e-5,
         max_steps: int = 60,
-        preconditioner: LinePreconditioner | None = None,
-    ) -> tuple[ReynoldsState, NewtonHistory, LinePreconditioner | None]:
+        preconditioner: LineFactors | None = None,
+        patient: bool = False,
+    ) -> tuple[ReynoldsState, NewtonHistory, LineFactors | None]:
         """Newton's method from a state; film_estimate [b^2/R_x] scales the safeguard of the gap.
 
         preconditioner: that of an earlier state, kept while GMRES needs few iterations with it.
+        patient: where Newton's method has not converged in NEWTON_STEPS, begin again in pseudo time: the squeeze term
+        of a film that changes within a few passages of the contact keeps the pressure spike of a cold film in place.
+        A film thicker than the flattening is found by holding the approach and correcting it with the load.
         Ends when a step within the limit changes the pressure by less than tolerance [p_max], or with another `reason`.
         """
+        if film_estimate > HELD_ABOVE:
+            return self._solve_thick(state, film, film_estimate, tolerance, max_steps)
+        first = min(max_steps, NEWTON_STEPS) if patient else max_steps
+        end, history, factors = self._newton(state, film, film_estimate, tolerance, first, preconditioner)
+        if history.converged or not patient or first == max_steps:
+            return end, history, factors
+        end, later, factors = self._newton(
+            state, film, film_estimate, tolerance, max_steps - first, None, FIRST_PSEUDO_STEP
+        )
+        history.extend(later)
+        return end, history, factors
+
+    def _newton(
+        self,
+        state: ReynoldsState,
+        film: Film,
+        film_estimate: float,
+        tolerance: float,
+        max_steps: int,
+        factors: LineFactors | None,
+        pseudo_step: float = np.inf,
+    ) -> tuple[ReynoldsState, NewtonHistory, LineFactors | None]:
+        """Newton steps of pressures and approach; pseudo_step: the first one of pseudo time [b/u_e], none by default."""
         history = NewtonHistory(reason=f"no convergence in {max_steps} Newton steps")
         p, h_0, gap = state.p, state.h_0, state.gap
-        length = _StepLength(p)
+        steady, length = not np.isfinite(pseudo_step), _StepLength(p)
         for _ in range(max_steps):
-            linear = _Linearisation(self, p, gap, film, FLOOR_SHARE * film_estimate)
+            linear = _Linearisation(self, p, gap, film, FLOOR_SHARE * film_estimate, 1.0 / pseudo_step)
             load_error = float(np.sum(self.weights * p)) - TARGET_LOAD
-            history.residual.append(float(np.sqrt(np.mean(linear.residual**2))))
-            history.load_error.append(load_error)
-            if not np.isfinite(history.residual[-1]):
-                history.finite, history.reason = False, "residual not finite"
+            if not history.record(linear.residual[self.grid.inner], load_error):
                 break
             if history.change and history.change[-1] > RENEW_ABOVE:
-                preconditioner = None
-            rhs = -np.append(linear.residual, load_error) / linear.scale
-            delta, preconditioner = _linear_step(linear, rhs, preconditioner, history)
-            d_p = linear.update(self.embed(delta[:-1]))
-            length.adapt(d_p)
+                factors = None
+            delta, factors = _linear_step(linear, linear.right_hand_side(load_error), factors, history)
+            d_p = linear.update(delta[:-1].reshape(p.shape))
+            size = float(np.abs(d_p).max())
+            if steady:
+                length.adapt(d_p)
             # limited node by node: a moving pressure spike must not shorten the step of the others
             limit = STEP_LIMIT * min(1.0, float(p.max()))
             p_new = p + length.share * np.clip(d_p, -limit, limit)
             if film_estimate < THICK_FILM:
                 # the long steps of a wedge that carries the load alone would overshoot its edge
-                self._settle_edge(linear, p_new, length.sizes[-1])
+                self._settle_edge(linear, p_new, size)
             p_new = np.maximum(p_new, -LEAST_PRESSURE * float(p_new.max()))
             # a film thicker than the flattening must not be overshot
             approach = APPROACH_LIMIT * (1.0 + max(float(gap[self.axis].min()), 0.0))
             h_0 += length.share * min(max(float(delta[-1]), -approach), approach)
             change = float(np.abs(p_new - p).max())
-            p, gap = p_new, self.gap(p_new, h_0)
+            gap_new = self.gap(p_new, h_0)
+            film.follow(linear.system, np.maximum(p_new, 0.0) - np.maximum(p, 0.0), gap_new - gap)
+            p, gap = p_new, gap_new
             history.change.append(change)
             if not np.isfinite(change):
                 history.finite, history.reason = False, "pressure not finite"
                 break
             balanced = abs(load_error) <= LOAD_TOLERANCE * TARGET_LOAD
             close = change <= length.tolerance_share * tolerance * min(1.0, float(p.max()))
-            if close and balanced and length.sizes[-1] <= limit:
+            if close and balanced and size <= limit and (steady or pseudo_step > LONG_PSEUDO_STEP):
                 history.converged, history.reason = True, "pressure change below tolerance"
                 break
-        return ReynoldsState(p, h_0, gap), history, preconditioner
+            if not steady:
+                pseudo_step *= min(max(PSEUDO_CHANGE / max(size, TINY), 0.5), 2.0)
+                pseudo_step = min(max(pseudo_step, LEAST_PSEUDO_STEP), LARGEST_PSEUDO_STEP)
+        return ReynoldsState(p, h_0, gap), history, factors
+
+    def _solve_thick(
+        self, state: ReynoldsState, film: Film, film_estimate: float, tolerance: float, max_steps: int
+    ) -> tuple[ReynoldsState, NewtonHistory, None]:
+        """A film thicker than the flattening: the pressure at a held approach, corrected with the load.
+
+        The wedge alone carries the load, which falls with the square root of the film; a free approach would follow
+        every change of the cavitated region instead.
+        """
+        history = NewtonHistory(reason=f"no convergence in {max_steps} Newton steps")
+        p, h_0, gap = state.p, state.h_0, state.gap
+        centre = int(np.argmin(np.abs(self.grid.x)))
+        points: list[tuple[float, float]] = []
+        while len(history.change) < max_steps:
+            factors: LineFactors | None = None
+            while len(history.change) < max_steps:
+                linear = _Linearisation(self, p, gap, film, FLOOR_SHARE * film_estimate, 0.0, False)
+                load_error = float(np.sum(self.weights * p)) - TARGET_LOAD
+                if not history.record(linear.residual[self.grid.inner], load_error):
+                    return ReynoldsState(p, h_0, gap), history, None
+                delta, factors = _linear_step(linear, linear.right_hand_side(0.0), factors, history)
+                p_new = p + delta[:-1].reshape(p.shape)
+                p_new = np.maximum(p_new, -LEAST_PRESSURE * float(p_new.max()))
+                change = float(np.abs(p_new - p).max())
+                gap_new = self.gap(p_new, h_0)
+                film.follow(linear.system, np.maximum(p_new, 0.0) - np.maximum(p, 0.0), gap_new - gap)
+                p, gap = p_new, gap_new
+                history.change.append(change)
+                if not np.isfinite(change):
+                    history.finite, history.reason = False, "pressure not finite"
+                    return ReynoldsState(p, h_0, gap), history, None
+                if change <= tolerance * min(1.0, float(p.max())):
+                    break
+            load = float(np.sum(self.weights * p)) / TARGET_LOAD
+            thickness = float(gap[self.axis, centre])
+            if abs(load - 1.0) <= max(tolerance, LOAD_TOLERANCE) and change <= tolerance * min(1.0, float(p.max())):
+                history.converged, history.reason = True, "pressure change and load error below tolerance"
+                break
+            points = [*points[-1:], (math.log(thickness), math.log(max(load, TINY)))]
+            slope = -0.5
+            if len(points) == 2 and points[1][0] != points[0][0]:
+                slope = (points[1][1] - points[0][1]) / (points[1][0] - points[0][0])
+            slope = min(max(slope, -2.0), -0.25)
+            step = min(max(-points[-1][1] / slope, -THICK_STEP), THICK_STEP)
+            raised = thickness * math.expm1(step)
+            h_0, gap = h_0 + raised, gap + raised
+        return ReynoldsState(p, h_0, gap), history, None
 
     def _settle_edge(self, linear: _Linearisation, p: Array, step: float) -> None:
         """Move the edge of cavitation with a step to the pressure p; Newton alone moves it by one node per step.
@@ -354,43 +424,40 @@ class ContactGeometry:
         grid = self.grid
         low = (p < EDGE_PRESSURE * float(p.max())) & (linear.flow_share > EDGE_FLOW_SHARE) & (grid.x > 0.0)
         # the penalty balances the flow into a cavitated node
-        inflow = linear.penalty * p
+        inflow = linear.system.penalty * p
         before = np.where(low, np.maximum(p, 0.0), p)
         settled = before.copy()
         kernels.settle_edge(
-            grid.width_x, self.kappa_h, grid.mirror, linear.c_x, linear.c_y, low, EDGE_SWEEPS, settled, inflow
+            grid.width_x, self.kappa_h, grid.mirror, linear.system.c_x, linear.system.c_y, linear.system.dln_phi, low,
+            EDGE_SWEEPS, settled, inflow,
         )
         p += np.clip(settled - before, -step, step)
 
-    def fluxes(
-        self, state: ReynoldsState, film: FilmCoefficients, film_estimate: float
-    ) -> tuple[Array, Array]:
-        """Flux through the faces along and across [u_e b^2/R_x times the density of reference]."""
-        linear = _Linearisation(self, state.p, state.gap, film, FLOOR_SHARE * film_estimate)
-        return -linear.flow_x, -linear.flow_y
+    def linearise(self, state: ReynoldsState, film: Film, film_estimate: float) -> _Linearisation:
+        """Fluxes, residual and Jacobian of a state; fluxes in u_e b^2/R_x times the density of reference."""
+        return _Linearisation(self, state.p, state.gap, film, FLOOR_SHARE * film_estimate)
 
 
 def _linear_step(
-    linear: _Linearisation, rhs: Array, preconditioner: LinePreconditioner | None, history: NewtonHistory
-) -> tuple[Array, LinePreconditioner]:
-    """Solve one linearised system by GMRES; a preconditioner that needs too many iterations is replaced."""
-    used = 0
-    if preconditioner is not None:
-        delta, used, left = gmres(
-            linear.apply, preconditioner.scaled(linear.scale), rhs, KRYLOV_TOLERANCE, KEEP_BELOW
-        )
+    linear: _Linearisation, rhs: Array, factors: LineFactors | None, history: NewtonHistory
+) -> tuple[Array, LineFactors]:
+    """Solve one linearised system by GMRES; factors that need too many iterations are replaced."""
+    used, delta, system = 0, np.empty_like(rhs), linear.system
+    if factors is not None:
+        used, left = gmres(system, factors, rhs, KRYLOV_TOLERANCE, KEEP_BELOW, delta)
         if not left <= KRYLOV_TOLERANCE:
-            preconditioner = None
-    if preconditioner is None:
-        preconditioner = LinePreconditioner(linear)
+            factors = None
+    if factors is None:
+        ny, nx = linear.residual.shape
+        factors = LineFactors.empty(ny, nx, linear.geometry.grid.mirror)
+        if not factor_lines(system, factors):
+            raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
         history.factorisations += 1
-        delta, again, _ = gmres(
-            linear.apply, preconditioner.scaled(linear.scale), rhs, KRYLOV_TOLERANCE, MOST_KRYLOV
-        )
+        again, _ = gmres(system, factors, rhs, KRYLOV_TOLERANCE, MOST_KRYLOV, delta)
         used += again
     history.krylov.append(used)
     history.deflections += used + 1
-    return delta, preconditioner
+    return delta, factors
 
 
 class _StepLength:

@@ -99,11 +99,11 @@ class LineConvolution:
                 f"modes of shape {self._hat.shape} cannot hold {shape}: reuse on the same grid size"
             )
         out, self._hat = self._hat, np.empty((0, 0, 0))
-        self.__dict__.pop("_single", None)
+        self.__dict__.pop("single", None)
         return out
 
     @cached_property
-    def _single(self) -> tuple[NDArray[Any], ...]:
+    def single(self) -> tuple[NDArray[Any], ...]:
         """Forward, modes and backward in single precision."""
         return tuple(v.astype(np.float32) for v in (self._forward, self._hat, self._backward))
 
@@ -113,7 +113,7 @@ class LineConvolution:
 
     def rough(self, field: Array) -> Array:
         """The same in single precision, 1e-6 of the largest value: half the memory traffic, for increments."""
-        forward, hat, backward = self._single
+        forward, hat, backward = self.single
         return _convolve(forward, hat, backward, field.astype(np.float32)).astype(np.float64)
 
 

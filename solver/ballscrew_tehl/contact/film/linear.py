@@ -1,0 +1,307 @@
+"""The linear system of one Newton step: GMRES with one LU factor per line along rolling as preconditioner.
+
+Right-preconditioned GMRES without restart (Saad 2003, algorithm 9.5). Vectors are fields (n_y, n_x), zero on the outer
+edges, and the approach behind them. Compiled as a whole: nothing between the products runs in Python.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ..half_space.grid import Array
+from . import kernels
+from .transport import HeatTransport, film_change, follow, line_response
+
+#: sums may be reordered for vector units; NaN and infinity stay what they are
+SUMS = {"reassoc", "contract"}
+
+
+class LinearSystem(NamedTuple):
+    """Jacobian of residual and load at one state; arrays (n_y, n_x) unless said.
+
+    width (n_x,), kappa_h, mirror: of the grid; gap, g, g_y, dln_phi, dg, dg_y, penalty: of the film, derivatives to the
+    film pressure of the node; by_t (n_y, n_x, 3, n_z+1): to temperatures; c_x, c_y, wedge: of the faces; squash: share of
+    the film pressure that a unit of gap takes; scale: size of the diagonal, load its last; weights: of the load; free: whether the approach follows
+    from the load, else it is held;
+    forward, modes, backward: deflection in single precision, same_line (n_x, n_x): that of a line by itself;
+    heat, unit [Pa], unit_h [m]: temperatures that follow the pressure, warm: whether they do.
+    """
+
+    width: Array
+    kappa_h: float
+    mirror: bool
+    gap: Array
+    g: Array
+    g_y: Array
+    dln_phi: Array
+    dg: Array
+    dg_y: Array
+    by_t: Array
+    penalty: Array
+    c_x: Array
+    c_y: Array
+    wedge: Array
+    squeeze: float
+    squash: Array
+    scale: Array
+    load: float
+    weights: Array
+    free: bool
+    forward: NDArray[np.float32]
+    modes: NDArray[np.float32]
+    backward: NDArray[np.float32]
+    same_line: Array
+    heat: HeatTransport
+    unit: float
+    unit_h: float
+    warm: bool
+
+
+class LineFactors(NamedTuple):
+    """LU factors of all lines (lines, n, n), their row exchanges (lines, n), and the answer to a rigid approach.
+
+    approach (n_y, n_x), approach_load: its load.
+    """
+
+    lu: Array
+    pivots: NDArray[np.int64]
+    approach: Array
+    approach_load: Array
+
+    @classmethod
+    def empty(cls, ny: int, nx: int, mirror: bool) -> LineFactors:
+        lines, n = ny - (1 if mirror else 2), nx - 2
+        return cls(np.empty((lines, n, n)), np.empty((lines, n), dtype=np.int64), np.zeros((ny, nx)), np.zeros(1))
+
+
+@njit(cache=True, error_model="numpy")
+def lu_factor(a, pivots):
+    """LU with row exchanges of a (n, n), in place; pivots (n,). Returns whether all pivots are finite and not zero."""
+    n = a.shape[0]
+    for k in range(n):
+        best, at = abs(a[k, k]), k
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > best:
+                best, at = abs(a[i, k]), i
+        if not 0.0 < best < np.inf:
+            return False
+        pivots[k] = at
+        if at != k:
+            for m in range(n):
+                a[k, m], a[at, m] = a[at, m], a[k, m]
+        inv = 1.0 / a[k, k]
+        top = a[k]
+        for i in range(k + 1, n):
+            row = a[i]
+            f = row[k] * inv
+            row[k] = f
+            if f != 0.0:
+                for m in range(k + 1, n):
+                    row[m] -= f * top[m]
+    return True
+
+
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
+def lu_solve(a, pivots, b):
+    """Solve with the factors of lu_factor, b (n,) in place."""
+    n = a.shape[0]
+    for k in range(n):
+        at = pivots[k]
+        if at != k:
+            b[k], b[at] = b[at], b[k]
+    for k in range(1, n):
+        row = a[k]
+        total = 0.0
+        for m in range(k):
+            total += row[m] * b[m]
+        b[k] -= total
+    for k in range(n - 1, -1, -1):
+        row = a[k]
+        total = 0.0
+        for m in range(k + 1, n):
+            total += row[m] * b[m]
+        b[k] = (b[k] - total) / row[k]
+
+
+@njit(cache=True, error_model="numpy")
+def convolve(forward, modes, backward, field, out):
+    """Deflection of a field (n_y, n_x) in the precision of the modes: see half_space.deflection."""
+    rows = np.dot(forward, field)
+    number = modes.shape[0]
+    each = rows.shape[0] // number
+    bent = np.empty_like(rows)
+    for m in range(number):
+        for r in range(each):
+            bent[each * m + r] = np.dot(modes[m], rows[each * m + r])
+    out[:, :] = np.dot(backward, bent)
+
+
+@njit(cache=True, error_model="numpy")
+def factor_lines(s, factors):
+    """Factors of every line's Jacobian with the line's own deflection and heat; returns whether all are regular."""
+    ny, nx = s.gap.shape
+    n = nx - 2
+    first = 0 if s.mirror else 1
+    column = np.empty(n)
+    far = nx if s.warm else 0
+    far_phi, far_g = np.empty((far, far)), np.empty((far, far))
+    columns = np.empty((3 * s.heat.up_1.shape[2] + 5, nx))
+    load = 0.0
+    for row in range(factors.lu.shape[0]):
+        j = row + first
+        if s.warm:
+            line_response(s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.same_line, columns, far_phi, far_g)
+        kernels.line_jacobian(
+            j, s.width, s.kappa_h, s.mirror, s.c_x, s.c_y, s.wedge, s.gap, s.g, s.g_y, s.penalty, s.squeeze, s.squash, s.dln_phi,
+            s.dg, far_phi, far_g, s.same_line, factors.lu[row], column,
+        )  # fmt: skip
+        if not lu_factor(factors.lu[row], factors.pivots[row]):
+            return False
+        lu_solve(factors.lu[row], factors.pivots[row], column)
+        for i in range(n):
+            factors.approach[j, i + 1] = column[i]
+            load += s.weights[j, i + 1] * column[i]
+    factors.approach_load[0] = load
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def precondition(s, factors, v, out):
+    """Line solves of a scaled residual v, bordered by the load balance."""
+    ny, nx = s.gap.shape
+    first = 0 if s.mirror else 1
+    line = np.empty(nx - 2)
+    out[:] = 0.0
+    load = 0.0
+    for row in range(factors.lu.shape[0]):
+        j = row + first
+        for i in range(1, nx - 1):
+            line[i - 1] = v[j * nx + i] * s.scale[j, i]
+        lu_solve(factors.lu[row], factors.pivots[row], line)
+        for i in range(1, nx - 1):
+            out[j * nx + i] = line[i - 1]
+            load += s.weights[j, i] * line[i - 1]
+    rise = (load - v[ny * nx] * s.load) / factors.approach_load[0] if s.free else v[ny * nx]
+    for j in range(ny):
+        for i in range(nx):
+            out[j * nx + i] -= rise * factors.approach[j, i]
+    out[ny * nx] = rise
+
+
+@njit(cache=True, error_model="numpy")
+def film_step(s, dp, dh, dt, d_phi, d_g, d_gy):
+    """Changes of ln phi, g and g_y with changes of the film pressure, temperatures dt [K] included; fills all."""
+    ny, nx = dp.shape
+    if s.warm:
+        follow(s.heat, s.g, s.dg, s.by_t, s.unit, s.unit_h, dp, dh, dt)
+    change = np.zeros((3, nx))
+    for j in range(ny):
+        if s.warm:
+            film_change(s.by_t, dt, j, change)
+        for i in range(nx):
+            d_phi[j, i] = s.dln_phi[j, i] * dp[j, i] + change[0, i]
+            d_g[j, i] = s.dg[j, i] * dp[j, i] + change[1, i]
+            d_gy[j, i] = s.dg_y[j, i] * dp[j, i] + change[2, i]
+
+
+@njit(cache=True, error_model="numpy")
+def times(s, v, dt, work, out):
+    """Scaled Jacobian times a change of pressures and approach; dt: temperatures, work (6, n_y, n_x): work space."""
+    ny, nx = s.gap.shape
+    d_total = v[: ny * nx].reshape((ny, nx))
+    dp, dh, d_phi, d_g, d_gy, r = work[0], work[1], work[2], work[3], work[4], work[5]
+    convolve(s.forward, s.modes, s.backward, d_total.astype(np.float32), dh)
+    load = 0.0
+    for j in range(ny):
+        for i in range(nx):
+            dh[j, i] += v[ny * nx]
+            dp[j, i] = d_total[j, i] - s.squash[j, i] * dh[j, i]
+            load += s.weights[j, i] * d_total[j, i]
+    film_step(s, dp, dh, dt, d_phi, d_g, d_gy)
+    kernels.jacobian_times(
+        s.width, s.kappa_h, s.mirror, s.c_x, s.c_y, s.wedge, s.gap, s.g, s.g_y, s.penalty, s.squeeze, dp, dh, d_phi, d_g, d_gy, r
+    )
+    for j in range(ny):
+        for i in range(nx):
+            out[j * nx + i] = r[j, i] / s.scale[j, i]
+    out[ny * nx] = load / s.load if s.free else v[ny * nx]
+
+
+@njit(cache=True, error_model="numpy")
+def rotate(hessenberg, cs, sn, e, k):
+    """Givens rotations of column k of the Hessenberg matrix; returns the residual left."""
+    for i in range(k):
+        a, b = hessenberg[i, k], hessenberg[i + 1, k]
+        hessenberg[i, k], hessenberg[i + 1, k] = cs[i] * a + sn[i] * b, -sn[i] * a + cs[i] * b
+    a, b = hessenberg[k, k], hessenberg[k + 1, k]
+    size = np.hypot(a, b)
+    cs[k], sn[k] = a / size, b / size
+    hessenberg[k, k] = size
+    e[k + 1] = -sn[k] * e[k]
+    e[k] = cs[k] * e[k]
+    return abs(e[k + 1])
+
+
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
+def orthogonalise(basis, k, w, hessenberg):
+    """Make w orthogonal to the first k+1 vectors of the basis, twice, and the next vector of it."""
+    n = w.size
+    for again in range(2):
+        for i in range(k + 1):
+            total = 0.0
+            for m in range(n):
+                total += basis[i, m] * w[m]
+            hessenberg[i, k] = total if again == 0 else hessenberg[i, k] + total
+            for m in range(n):
+                w[m] -= total * basis[i, m]
+    total = 0.0
+    for m in range(n):
+        total += w[m] * w[m]
+    size = np.sqrt(total)
+    hessenberg[k + 1, k] = size
+    inv = 1.0 / size if size > 0.0 else 0.0
+    for m in range(n):
+        basis[k + 1, m] = inv * w[m]
+
+
+@njit(cache=True, error_model="numpy")
+def gmres(s, factors, rhs, tolerance, most, out):
+    """Solve for a scaled right-hand side (n_y n_x + 1,); returns the iterations used and the relative residual left."""
+    n = rhs.size
+    ny, nx = s.gap.shape
+    basis, hessenberg = np.empty((most + 1, n)), np.zeros((most + 1, most))
+    cs, sn, e = np.zeros(most), np.zeros(most), np.zeros(most + 1)
+    z, w = np.empty(n), np.empty(n)
+    dt = np.zeros((ny, nx, s.heat.up_1.shape[2] + 2 if s.warm else 0))
+    work = np.zeros((6, ny, nx))
+    beta = np.sqrt(np.sum(rhs * rhs))
+    out[:] = 0.0
+    if beta == 0.0:
+        return 0, 0.0
+    basis[0] = rhs / beta
+    e[0] = beta
+    used, left = 0, beta
+    for k in range(most):
+        precondition(s, factors, basis[k], z)
+        times(s, z, dt, work, w)
+        orthogonalise(basis, k, w, hessenberg)
+        left = rotate(hessenberg, cs, sn, e, k)
+        used = k + 1
+        if not left > tolerance * beta:
+            break
+    y = np.zeros(used)
+    for i in range(used - 1, -1, -1):
+        total = e[i]
+        for m in range(i + 1, used):
+            total -= hessenberg[i, m] * y[m]
+        y[i] = total / hessenberg[i, i]
+    w[:] = 0.0
+    for i in range(used):
+        for m in range(n):
+            w[m] += y[i] * basis[i, m]
+    precondition(s, factors, w, out)
+    return used, left / beta
