@@ -99,18 +99,21 @@ class SolverOptions:
     tolerance of pressure [p_max] and of temperature (relative to the largest rise). x_in, x_out [b], y_max [a]:
     domain with P = 0 on its edges, None = wide enough for a fully flooded contact; x_in is also the meniscus of a
     starved one. warm_films: gap, in films, up to which the energy equation is solved: oil enters there, or at x_in, with
-    the inlet temperature. Twice as many change the film by 0.3 % at most.
+    the inlet temperature. Twice as many change the film by 0.3 % at most. extent, density: multiply
+    the default domain and the default number of lines over it.
     """
 
     thermal: bool = True
     n_x: int = 129
     n_y: int | None = None
     n_z: int = 8
-    tolerance: float = 1e-5
+    tolerance: float = 3e-5
     x_in: float | None = None
     x_out: float | None = None
     y_max: float | None = None
     warm_films: float = 400.0
+    extent: float = 1.0
+    density: float = 1.0
     max_newton: int = 600
     max_thermal: int = 400
 
@@ -132,6 +135,25 @@ class SolverOptions:
             if not (value is None or (sign * value > 1.0 and math.isfinite(value))):
                 relation = "<" if sign < 0.0 else ">"
                 raise ValueError(f"{name} = {value}; needs finite, {relation} {sign:g} Hertz half-widths")
+
+    def refined(self, factor: float) -> SolverOptions:
+        """The truth check: nodes, lines and layers by a factor, and the extent of film and energy domain as well.
+
+        The tolerance falls with the square. Lines and layers are rounded to even numbers of cells.
+        Raises ValueError: factor out of range
+        """
+        if not (1.0 <= factor <= 8.0):
+            raise ValueError(f"refine = {factor}; needs 1 <= refine <= 8")
+        return replace(
+            self,
+            n_x=1 + 2 * round(0.5 * factor * (self.n_x - 1)),
+            n_y=None if self.n_y is None else 1 + 2 * round(0.5 * factor * (self.n_y - 1)),
+            n_z=2 * round(0.5 * factor * self.n_z),
+            tolerance=self.tolerance / factor**2,
+            warm_films=self.warm_films * factor,
+            extent=self.extent * factor,
+            density=self.density * factor,
+        )
 
 
 DEFAULT_OPTIONS = SolverOptions()
@@ -198,21 +220,23 @@ def choose_grid(
     given domain has P = 0 on its edges. Line spacing: the Hertz edge lies on a line; side lobes of a wide ellipse are
     narrower the thinner the film; thick films need about two lines per wedge.
     """
+    extent = options.extent
     film = 2.0 ** (math.ceil(4.0 * math.log2(film)) / 4.0)
     wedge, wedge_y = math.sqrt(2.0 * film), math.sqrt(2.0 * film / curvature_y)
-    x_in = options.x_in or -max(2.5, 1.5 + (12.0 + (40.0 + 9.0 / kappa) * min(film, 2.0)) * wedge)
-    x_out = options.x_out or max(1.5, 1.25 + (1.0 + 2.5 * min(film, 2.0)) * wedge)
+    x_in = options.x_in or -extent * max(2.5, 1.5 + (12.0 + (40.0 + 9.0 / kappa) * min(film, 2.0)) * wedge)
+    x_out = options.x_out or extent * max(1.5, 1.25 + (1.0 + 2.5 * min(film, 2.0)) * wedge)
     lobes = min(1.0, 0.1 * kappa / film) ** 1.3 * min(1.0, (kappa / 0.3) ** 2)
     per_half_width = min(11.0 + 49.0 * lobes, (3.6 + 14.0 * kappa**1.5 * min(1.0, 0.3 / film) ** 2) / wedge_y)
     if per_half_width > 2.0:
         per_half_width = float(round(per_half_width))
     y_max, lines = options.y_max, options.n_y
     if y_max is None:
-        y_max = max(1.25, math.sqrt(1.0 + (4.0 + 2.0 * min(film, 1.0)) ** 2 * wedge_y**2))
+        y_max = extent * max(1.25, math.sqrt(1.0 + (4.0 + 2.0 * min(film, 1.0)) ** 2 * wedge_y**2))
         y_max = 2.0 * math.ceil(0.5 * y_max * per_half_width - 1e-9) / per_half_width
     if lines is None:
         # an odd number, so that every other line makes the coarse grid
         lines = max(17, 1 + 2 * round(0.5 * y_max * per_half_width))
+        lines = 1 + 2 * round(0.5 * options.density * (lines - 1))
     if not mirror:
         lines = 2 * lines - 1
     return GridChoice(

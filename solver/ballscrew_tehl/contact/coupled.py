@@ -23,7 +23,7 @@ from .problem import ContactProblem, Iteration, WarmFilm
 # 6000 rpm), 321 iterations in all. Films of those that converge change by less than 5e-4 unless stated.
 #: share of the change of one iteration that is taken at first, undamped and damped; moved to 0.3 or 0.8, one of the hot
 #: inlets does not converge
-UNDAMPED_STEP, DAMPED_STEP = 0.6, 0.5
+UNDAMPED_STEP, DAMPED_STEP = 0.85, 0.5
 #: bounds of the share by Aitken's rule and of the reduction in its denominator, against single bad estimates; moved by
 #: a factor of 3 to 5: no effect
 LEAST_STEP, LEAST_REDUCTION = 0.05, 0.1
@@ -47,10 +47,10 @@ STALL_AFTER = 15
 #: change, moved to 0.5: 7 % more
 THINNING_STEP, THINNING_LIMIT = 0.5, 2.0
 #: Newton steps per iteration at most, moved to 4 or 30: a hot inlet does not converge; and where the last ones failed
-NEWTON_STEPS, MORE_NEWTON_STEPS = 10, 60
+NEWTON_STEPS, MORE_NEWTON_STEPS = 4, 60
 #: pressure change that ends the Newton steps, as a share of the last relative change, moved to 0.01: a third more
 #: Newton steps, to 1: a hot inlet does not converge; changes above LARGE_CHANGE count as it
-PRESSURE_SHARE, LARGE_CHANGE = 0.1, 0.1
+PRESSURE_SHARE, LARGE_CHANGE = 0.3, 0.1
 #: Newton steps in failed solves that end the whole solve: few converge later, on grids too coarse for them, in minutes
 WASTED_STEPS = 600
 #: least film that scales the safeguard of the gap, as a share of the isothermal one; moved to 0.1 or 0.001: no effect
@@ -222,7 +222,11 @@ class _CoupledRun:
             return ""
         if newton.change[-1] <= tolerance and changes[-1] <= tolerance:
             return "pressure and temperature changes below tolerance"
-        if self.mean_changes and self.mean_changes[-1] <= MEAN_SHARE * tolerance and _left(self.films) <= tolerance:
+        if (
+            self.mean_changes
+            and self.mean_changes[-1] <= MEAN_SHARE * tolerance
+            and _left(self.films) <= tolerance
+        ):
             return f"film and mean temperature within tolerance, largest change {changes[-1]:.0e} of the rise"
         return ""
 
@@ -324,7 +328,9 @@ class EnergyEquation:
         outside = (columns < self.face.start[:, None]) | (columns >= self.face.end[:, None])
         temperature[..., 1:-1][outside] = self.T_0
 
-    def solve(self, it: Iteration, temperature: Array, gap: Array, heat: HeatTransport, damped: bool) -> Array:
+    def solve(
+        self, it: Iteration, temperature: Array, gap: Array, heat: HeatTransport, damped: bool
+    ) -> Array:
         """Temperatures by the energy equation at a pressure and flow; fills heat and the fluxes into the surfaces."""
         problem, oil = self.problem, self.problem.oil
         with problem.timed("energy"):

@@ -58,7 +58,9 @@ class Iteration:
 class WarmFilm(Film):
     """Film coefficients at temperatures that follow the pressure, and thinning that follows the viscosity."""
 
-    def __init__(self, problem: ContactProblem, temperature: Array, flow: film_flow.FilmFlow, heat: HeatTransport) -> None:
+    def __init__(
+        self, problem: ContactProblem, temperature: Array, flow: film_flow.FilmFlow, heat: HeatTransport
+    ) -> None:
         self.problem, self.temperature, self.flow, self.heat = problem, temperature, flow, heat
         ny, nx, layers = temperature.shape
         self.unit, self.unit_h, self.warm = problem.scales.hertz.p_max, problem.scales.h_unit, True
@@ -202,7 +204,9 @@ class ContactProblem:
                 field_[:] *= watts
             it.flow.gradient_x[:] *= hertz.p_max / hertz.b
             it.flow.gradient_y[:] *= hertz.p_max / hertz.a
-            film_flow.film_flow(self.table, geometry.grid.x * hertz.b, p, h, temperature, self.speeds, it.flow)
+            film_flow.film_flow(
+                self.table, geometry.grid.x * hertz.b, p, h, temperature, self.speeds, it.flow
+            )
         return h
 
     def traction(self, it: Iteration) -> Traction:

@@ -24,7 +24,7 @@ from .conditions import (
     inlet_length,
     scales_of,
 )
-from .coupled import solve_coupled
+from .coupled import CONVERGED_AT, solve_coupled
 from .film import energy
 from .film.reynolds import LEAST_PRESSURE, TARGET_LOAD, GridChoice, NewtonHistory, ReynoldsState
 from .half_space.grid import Array, Grid
@@ -38,6 +38,11 @@ RESOLVED_CELLS = 2.8
 WORTH_TRYING = 0.8
 #: tolerance on the grid of half the nodes, where a cold solve begins: bounds the error of the extrapolation
 COARSE_TOLERANCE = 3e-5
+#: share of the change by half the layers and half the extent of the energy equation that counts as their error: a third
+#: for second order (layers), all of it for first order (extent)
+REST_SHARE = 0.5
+#: fewest layers of a coarse solution
+LEAST_LAYERS = 4
 #: tolerance and most Newton steps of the isothermal solve that a coupled solve begins with
 START_TOLERANCE, START_STEPS = 1e-2, 30
 #: iterations after which a coupled solve begins again with damping
@@ -257,7 +262,18 @@ def _solve_on_grid(
         it = _solve_from(problem, None, None, options.tolerance)
         return _result(problem, it, time.perf_counter() - begun, (math.nan, math.nan), None)
     coarse = ContactProblem(conditions, oil, solid, options, coarse_choice)
-    first = _solve_from(coarse, None, None, COARSE_TOLERANCE)
+    rest = 0.0
+    if options.thermal:
+        # half the layers and half the extent first: the beginning costs less, and the difference tells their error
+        rough = ContactProblem(conditions, oil, solid, _half(options), coarse_choice)
+        before = _solve_from(rough, None, None, COARSE_TOLERANCE)
+        first = before
+        if before.converged:
+            first = _solve_from(coarse, *_prolonged(rough, before, coarse), COARSE_TOLERANCE, before.damped)
+        if before.converged and first.converged:
+            rest = REST_SHARE * abs(rough.central_film(before) / coarse.central_film(first) - 1.0)
+    if not options.thermal or not first.converged:
+        first = _solve_from(coarse, None, None, COARSE_TOLERANCE)
     if first.converged:
         it = _solve_from(problem, *_prolonged(coarse, first, problem), options.tolerance, first.damped)
     if not first.converged or not it.converged:
@@ -269,7 +285,17 @@ def _solve_on_grid(
         # side lobes are about as narrow as the line spacing: no order of convergence, they get the share of the centre
         (h_coarse, at_coarse), (h_fine, at_fine) = _least_film(coarse, first), _least_film(problem, it)
         own = (1.0 - h_coarse / h_fine) / 3.0 if at_coarse == at_fine == 0 else extrapolation
-    return _result(problem, it, time.perf_counter() - begun, (extrapolation, own), coarse)
+    return _result(problem, it, time.perf_counter() - begun, (extrapolation, own), coarse, rest)
+
+
+def _half(options: SolverOptions) -> SolverOptions:
+    """Half the layers and half the extent of the energy equation, where that leaves enough."""
+    layers = options.n_z // 2
+    return replace(
+        options,
+        n_z=layers if layers >= LEAST_LAYERS else options.n_z,
+        warm_films=max(0.5 * options.warm_films, 2.0),
+    )
 
 
 def _solve_from(
@@ -321,6 +347,15 @@ def _resample(field_: Array, source: Grid, target: Grid) -> Array:
     return np.einsum("jl,lk...,ik->ji...", _weights(target.y, y), field_, along, optimize=True)
 
 
+def _layered(temperature: Array, n_z: int) -> Array:
+    """Temperatures (..., layers+1) at the levels of another number of layers."""
+    layers = temperature.shape[-1] - 1
+    if layers == n_z:
+        return temperature
+    at, nodes = np.linspace(0.0, 1.0, n_z + 1), np.linspace(0.0, 1.0, layers + 1)
+    return temperature @ _weights(at, nodes).T
+
+
 def _on_grid(
     source: Grid, p: Array, gap: Array, temperature: Array | None, problem: ContactProblem
 ) -> tuple[ReynoldsState, Array | None]:
@@ -334,7 +369,7 @@ def _on_grid(
     middle = p > 0.5 * p.max()
     h_0 = float(np.mean((wanted - shape)[middle]))
     if temperature is not None:
-        temperature = _resample(temperature, source, grid)
+        temperature = _layered(_resample(temperature, source, grid), problem.options.n_z)
     return ReynoldsState(p, h_0, shape + h_0), temperature
 
 
@@ -364,6 +399,7 @@ def _result(
     seconds: float,
     extrapolation: tuple[float, float],
     coarse: ContactProblem | None,
+    rest: float = 0.0,
 ) -> ContactSolution:
     grid, scales = problem.geometry.grid, problem.scales
     if problem.plain:
@@ -399,7 +435,7 @@ def _result(
         L=scales.L,
         branch=_branch(problem, it),
         extrapolation=extrapolation,
-        error_estimate=abs(extrapolation[0]),
+        error_estimate=abs(extrapolation[0]) + rest + CONVERGED_AT * problem.options.tolerance,
         history=it.history,
         temperature_history=it.temperature_history,
         heat_balance=it.balance,

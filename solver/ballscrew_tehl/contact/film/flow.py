@@ -141,8 +141,10 @@ def film_coefficients(
             r0 = 0.0
             for k in range(n + 1):
                 ln_eta, soft, slope = ln_viscosity(oil, factor, t[j, i, k])
-                f[k] = weights[k] * thinning[j, i, k] * np.exp(
-                    -ln_eta_at[j, i, k] - share[j, i, k] * (ln_eta - ln_eta_at[j, i, k])
+                f[k] = (
+                    weights[k]
+                    * thinning[j, i, k]
+                    * np.exp(-ln_eta_at[j, i, k] - share[j, i, k] * (ln_eta - ln_eta_at[j, i, k]))
                 )
                 f_t[k] = -f[k] * share[j, i, k] * soft
                 f_p[k] = -f[k] * share[j, i, k] * slope * d_factor
@@ -338,9 +340,13 @@ def film_flow(oil, x, p, h, t, speeds, flow):
                 # dissipation of the sliding with what the pressure flow adds to its rate, and of the pressure flow
                 z = k * dz - pivot
                 x_x, x_y = z * gap * p_x, z * gap * p_y
-                flow.sliding[j, i, k] = gap * e[k] * (
-                    flow.stress_x[j, i] * (flow.stress_x[j, i] + 2.0 * x_x)
-                    + flow.stress_y[j, i] * (flow.stress_y[j, i] + 2.0 * x_y)
+                flow.sliding[j, i, k] = (
+                    gap
+                    * e[k]
+                    * (
+                        flow.stress_x[j, i] * (flow.stress_x[j, i] + 2.0 * x_x)
+                        + flow.stress_y[j, i] * (flow.stress_y[j, i] + 2.0 * x_y)
+                    )
                 )
                 flow.driven[j, i, k] = z * z * e[k] / lever * oil.density / rho_mean
                 flow.shear[j, i, k] = flow.sliding[j, i, k] + flow.driven[j, i, k] * flow.power[j, i]

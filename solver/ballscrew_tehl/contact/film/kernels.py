@@ -209,7 +209,9 @@ def pressure_flow(
             elastic = abs(g[j, i]) * same_line[i, i]
             left, right = 0.0, 0.0
             for m in (i - 1, i):
-                flow = c_x[j, m, 0] + abs(c_x[j, m, 1] * dln_phi[j, m]) + abs(c_x[j, m, 2] * dln_phi[j, m + 1])
+                flow = (
+                    c_x[j, m, 0] + abs(c_x[j, m, 1] * dln_phi[j, m]) + abs(c_x[j, m, 2] * dln_phi[j, m + 1])
+                )
                 left, right = right, flow / (flow + elastic)
             left *= half * drop_l
             right *= half * drop_r
@@ -246,7 +248,9 @@ def residual(width, kappa_h, mirror, flow_x, flow_y, out):
 
 
 @njit(cache=True, error_model="numpy")
-def jacobian_times(width, kappa_h, mirror, c_x, c_y, wedge, gap, g, g_y, penalty, squeeze, dp, dh, d_phi, d_g, d_gy, out):
+def jacobian_times(
+    width, kappa_h, mirror, c_x, c_y, wedge, gap, g, g_y, penalty, squeeze, dp, dh, d_phi, d_g, d_gy, out
+):
     """Directional derivative of the residual for changes of pressure dp, gap dh, ln phi, g and g_y at the nodes."""
     ny, nx = out.shape
     out[:, :] = 0.0
@@ -349,7 +353,10 @@ def line_jacobian(
         before = i - 2 + first
         for k in range(1, nx - 1):
             out[i - 1, k - 1] = row[k] + (
-                b0 * same_line[before, k] + b1 * same_line[i - 1, k] + b2 * same_line[i, k] + b3 * same_line[i + 1, k]
+                b0 * same_line[before, k]
+                + b1 * same_line[i - 1, k]
+                + b2 * same_line[i, k]
+                + b3 * same_line[i + 1, k]
             )
         if far:
             for m in range(3):
@@ -378,7 +385,10 @@ def settle_edge(width, kappa_h, mirror, c_x, c_y, dln_phi, low, sweeps, p, r):
                     continue
                 double = 2.0 if mirror and j == 0 else 1.0
                 by_phi = dln_phi[j, i]
-                right, left = c_x[j, i, 1] * by_phi - c_x[j, i, 0], c_x[j, i - 1, 2] * by_phi + c_x[j, i - 1, 0]
+                right, left = (
+                    c_x[j, i, 1] * by_phi - c_x[j, i, 0],
+                    c_x[j, i - 1, 2] * by_phi + c_x[j, i - 1, 0],
+                )
                 up = kappa_h * (c_y[j, i, 1] * by_phi - c_y[j, i, 0])
                 diagonal = (right - left) / width[i] + double * up
                 if j > 0:

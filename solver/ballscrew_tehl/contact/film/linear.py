@@ -75,7 +75,9 @@ class LineFactors(NamedTuple):
     @classmethod
     def empty(cls, ny: int, nx: int, mirror: bool) -> LineFactors:
         lines, n = ny - (1 if mirror else 2), nx - 2
-        return cls(np.empty((lines, n, n)), np.empty((lines, n), dtype=np.int64), np.zeros((ny, nx)), np.zeros(1))
+        return cls(
+            np.empty((lines, n, n)), np.empty((lines, n), dtype=np.int64), np.zeros((ny, nx)), np.zeros(1)
+        )
 
 
 @njit(cache=True, error_model="numpy")
@@ -154,7 +156,9 @@ def factor_lines(s, factors):
     for row in range(factors.lu.shape[0]):
         j = row + first
         if s.warm:
-            line_response(s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.same_line, columns, far_phi, far_g)
+            line_response(
+                s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.same_line, columns, far_phi, far_g
+            )
         kernels.line_jacobian(
             j, s.width, s.kappa_h, s.mirror, s.c_x, s.c_y, s.wedge, s.gap, s.g, s.g_y, s.penalty, s.squeeze, s.squash, s.dln_phi,
             s.dg, far_phi, far_g, s.same_line, factors.lu[row], column,
@@ -223,7 +227,23 @@ def times(s, v, dt, work, out):
             load += s.weights[j, i] * d_total[j, i]
     film_step(s, dp, dh, dt, d_phi, d_g, d_gy)
     kernels.jacobian_times(
-        s.width, s.kappa_h, s.mirror, s.c_x, s.c_y, s.wedge, s.gap, s.g, s.g_y, s.penalty, s.squeeze, dp, dh, d_phi, d_g, d_gy, r
+        s.width,
+        s.kappa_h,
+        s.mirror,
+        s.c_x,
+        s.c_y,
+        s.wedge,
+        s.gap,
+        s.g,
+        s.g_y,
+        s.penalty,
+        s.squeeze,
+        dp,
+        dh,
+        d_phi,
+        d_g,
+        d_gy,
+        r,
     )
     for j in range(ny):
         for i in range(nx):
