@@ -6,7 +6,7 @@ Written from the equations in the kernels' docstrings; they share no code with t
 import numpy as np
 
 
-def _layers(n_z):
+def layers(n_z):
     """Share of every level in the film (trapezoidal)."""
     out = np.full(n_z + 1, 1.0 / n_z)
     out[[0, -1]] *= 0.5
@@ -21,7 +21,7 @@ def _mirrored(face_y, mirror):
 def face_flow(width, h_y, mirror, heat, p, flux_x, flux_y, m_x, m_y, start, end):
     """Twin of energy.face_flow: x, y, z, reverse; zero where the kernel computes nothing."""
     ny, nx, levels = m_x.shape
-    share = _layers(levels - 1)
+    share = layers(levels - 1)
     mean = 0.5 * (m_y[1:] + m_y[:-1])
     y = heat * (mean + (flux_y - mean @ share)[..., None])
     sides = np.diff(_mirrored(flux_y[..., None], mirror)[..., 0], axis=0)
@@ -113,7 +113,7 @@ def sweep(
             by_stress = rate + rate / flow.stress_share[j, i]
             # change of the stress by one unit of ln(viscosity) of every level, at the same sliding
             fluid = flow.fluidity[j, i]
-            stress = _layers(n_z) * rate / fluid if fluid > 0.0 and not damped else np.zeros(n_z + 1)
+            stress = layers(n_z) * rate / fluid if fluid > 0.0 and not damped else np.zeros(n_z + 1)
 
             def column_heat(own, j=j, i=i, up=up, down=down, growth=growth, gain_by=by_stress, stress=stress):
                 """Heat of all levels [W/m2] times their share of the film, at temperatures `own`."""
@@ -128,7 +128,7 @@ def sweep(
                 heated = flow.shear[j, i] + growth * warmer - gain_by * (stress @ (flow.soft[j, i] * warmer))
                 heated += np.maximum(c, 0.0) * t[j, i] + np.minimum(c, 0.0) * own
                 sides = side_heat(x, width, h_y, mirror, t, t_in, face, j, i, own)
-                return gain + _layers(n_z) * (heated + sides)
+                return gain + layers(n_z) * (heated + sides)
 
             zero = column_heat(np.zeros(n_z + 1))
             matrix = np.stack([column_heat(unit) - zero for unit in np.eye(n_z + 1)], axis=1)
