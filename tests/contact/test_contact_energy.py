@@ -8,9 +8,11 @@ from scipy.integrate import solve_bvp
 
 from ballscrew_tehl.contact.film import energy, oil
 from ballscrew_tehl.contact.film import flow as film_flow
+from ballscrew_tehl.contact.film.transport import HeatTransport
 from ballscrew_tehl.contact.half_space.grid import uniform_grid
 from ballscrew_tehl.contact.half_space.walls import wall_operator
 from ballscrew_tehl.contact.moes import reference_oil
+from ballscrew_tehl.physics import lubricant
 
 OIL = reference_oil("barus")  # one viscosity, one density
 T_IN = 313.15
@@ -25,31 +27,30 @@ def cell_widths(x):
 class Channel:
     """Film of one height between two plates without pressure; three lines across, the first a line of symmetry."""
 
-    def __init__(self, length=1e-3, n_x=21, n_z=10, u_a=1.5, u_b=0.5):
+    def __init__(self, length=1e-3, n_x=21, n_z=10, u_a=1.5, u_b=0.5, gradient=0.0, power=0.0):
         self.x, self.n_x, self.n_z = np.linspace(0.0, length, n_x), n_x, n_z
         self.y = np.linspace(0.0, length, 3)
         self.h_y, self.width = self.y[1], cell_widths(self.x)
-        self.h, self.t_p = np.full((3, n_x), GAP), np.zeros((3, n_x, n_z + 1))
+        self.h, self.heat = np.full((3, n_x), GAP), HeatTransport.empty(3, self.x, n_z)
         self.t = np.full((3, n_x, n_z + 1), T_IN)
         self.q_a, self.q_b = np.zeros((3, n_x)), np.zeros((3, n_x))
         self.flow = film_flow.FilmFlow.empty(3, n_x, n_z)
+        self.flow.gradient_x[:], self.flow.power[:] = gradient, power
         plate = np.ones((3, n_x))
         speeds = film_flow.SurfaceSpeeds(u_a * plate, u_b * plate, 0.0 * plate, 0.0 * plate)
-        film_flow.film_flow(
-            oil.oil_table(OIL, T_IN), self.x, self.y, True, 0.0 * plate, self.h, self.t, speeds, self.flow
-        )
+        film_flow.film_flow(oil.oil_table(OIL, T_IN), self.x, 0.0 * plate, self.h, self.t, speeds, self.flow)
         self.face = energy.FaceFlow.empty(
             np.ones(3, dtype=np.int64), np.full(3, n_x - 1, dtype=np.int64), n_x, n_z
         )
         flux = np.full((3, n_x - 1), OIL.density * 0.5 * (u_a + u_b) * GAP)
         energy.face_flow(
-            self.width, self.h_y, True, OIL.specific_heat, flux, np.zeros((2, n_x)), self.flow, self.face
-        )
+            self.width, self.h_y, True, OIL.specific_heat, 0.0 * plate, flux, np.zeros((2, n_x)), self.flow, self.face
+        )  # fmt: skip
 
     def sweep(self, forward=True):
         return energy.sweep(
             self.x, self.width, self.h_y, True, self.h, OIL.thermal_conductivity, T_IN, self.flow, self.face,
-            self.t.copy(), False, forward, self.t, self.t_p, self.q_a, self.q_b, np.zeros((3, self.n_x, 4)),
+            self.t.copy(), False, forward, True, self.t, self.heat, self.q_a, self.q_b, np.zeros((3, self.n_x, 4)),
         )  # fmt: skip
 
 
@@ -81,6 +82,31 @@ def test_plug_film_warms_by_its_closed_form(n_z, u_a, u_b):
     np.testing.assert_allclose(
         channel.flow.traction_x, -shear_stress(u_a, u_b) * np.sign(u_a - u_b), rtol=ROUNDING
     )
+
+
+@pytest.mark.parametrize("gradient", [-2e10, 2e10])
+@pytest.mark.parametrize(("u_a", "u_b"), [(1.0, 1.0), (1.5, 0.5), (0.5, 1.5)])
+def test_pressure_flow_warms_the_film_by_its_closed_form(u_a, u_b, gradient):
+    """Stress tau + p_x (z - h/2): its square is of the sliding, of both, and of the pressure flow, given as a power."""
+    power, n_z = 3e5, 10
+    channel = Channel(n_z=n_z, u_a=u_a, u_b=u_b, gradient=gradient, power=power)
+    for _ in range(8):
+        channel.sweep()
+    tau = OIL.viscosity * (u_b - u_a) / GAP
+    zeta = np.linspace(-0.5, 0.5, n_z + 1)
+    sliding = GAP / OIL.viscosity * tau**2 * 0.5 * (0.25 - zeta**2)
+    both = 2.0 * GAP**2 / OIL.viscosity * tau * gradient * (0.25 * zeta - zeta**3) / 6.0
+    # the second difference of zeta^4 is 12 zeta^2 + 2/n_z^2
+    driven = power * (0.0625 - zeta**4 - (0.25 - zeta**2) / n_z**2)
+    # of the pressure flow by the trapezoidal rule, whatever the gradient
+    total = tau * (u_b - u_a) + power * (1.0 + 2.0 / n_z**2)
+    closed = (sliding + both + driven) * GAP / OIL.thermal_conductivity
+    assert u_a == u_b or np.abs(both).max() > 0.05 * sliding.max()
+    for line in (0, 1):
+        found = channel.t[line, channel.n_x - 2] - T_IN
+        np.testing.assert_allclose(found, closed, rtol=ROUNDING, atol=ROUNDING * np.abs(closed).max())
+        heat = channel.q_a[line, channel.n_x - 2] + channel.q_b[line, channel.n_x - 2]
+        assert heat == pytest.approx(total, rel=ROUNDING)
 
 
 def test_linearised_source_does_not_change_the_fixed_point():
@@ -182,16 +208,20 @@ class Film:
         self.h_y, self.width = 6e-4, cell_widths(self.x)
         self.y = self.h_y * (np.arange(N_Y) - (0 if mirror else (N_Y - 1) / 2))
         s, r = np.meshgrid((self.x - self.x.mean()) / 1e-3, self.y / 2e-3)
-        p, self.h = 3e8 * np.exp(-(s**2) - r**2), 1e-6 * (1.0 + 0.5 * s**2 + 0.3 * r**2)
+        self.p, self.h = 3e8 * np.exp(-(s**2) - r**2), 1e-6 * (1.0 + 0.5 * s**2 + 0.3 * r**2)
         spin = (0.0 if mirror else 80.0) * np.ones((N_Y, N_X))
         self.speeds = film_flow.SurfaceSpeeds(
             u_a - spin * self.y[:, None], u_b + 0.0 * spin, spin * (self.x - self.x.mean()), 0.0 * spin
         )
         self.t = T_IN + 20.0 * np.exp(-(s**2) - r**2)[..., None] * rng.random((N_Y, N_X, N_Z + 1))
-        self.t_p = np.zeros_like(self.t)
+        self.heat = HeatTransport.empty(N_Y, self.x, N_Z)
         self.flow = film_flow.FilmFlow.empty(N_Y, N_X, N_Z)
+        self.flow.gradient_x[:], self.flow.gradient_y[:] = np.gradient(self.p, self.x, self.y, axis=(1, 0))
+        # of the size of the dissipation of a uniform film; the balances hold for any
+        squared = self.flow.gradient_x**2 + self.flow.gradient_y**2
+        self.flow.power[:] = self.h**3 * squared / (12.0 * lubricant.viscosity(REAL_OIL, self.p, T_IN))
         film_flow.film_flow(
-            oil.oil_table(REAL_OIL, T_IN), self.x, self.y, mirror, p, self.h, self.t, self.speeds, self.flow
+            oil.oil_table(REAL_OIL, T_IN), self.x, self.p, self.h, self.t, self.speeds, self.flow
         )
         # the outer lines are solved over a part of their length, or all lines completely
         inner = whole | (np.abs(self.y) < 1.5e-3)
@@ -211,6 +241,7 @@ class Film:
             self.h_y,
             mirror,
             REAL_OIL.specific_heat,
+            self.p,
             self.flux_x,
             self.flux_y,
             self.flow,
@@ -221,7 +252,8 @@ class Film:
     def sweep(self, forward):
         return energy.sweep(
             self.x, self.width, self.h_y, self.mirror, self.h, REAL_OIL.thermal_conductivity, T_IN, self.flow,
-            self.face, self.t.copy(), False, forward, self.t, self.t_p, self.q_a, self.q_b, np.zeros((N_Y, N_X, 4)),
+            self.face, self.t.copy(), False, forward, True, self.t, self.heat, self.q_a, self.q_b,
+            np.zeros((N_Y, N_X, 4)),
         )  # fmt: skip
 
     def balance(self):
@@ -302,7 +334,10 @@ def test_face_flow_conserves_mass(mirror, u_a, u_b):
     np.testing.assert_allclose(face.y @ weights, heat * film.flux_y, atol=1e-12 * np.abs(face.y).max())
     for j in range(0 if mirror else 1, N_Y - 1):
         start, end = face.start[j], face.end[j]
-        assert face.x[j, start - 1] @ weights == pytest.approx(heat * film.flux_x[j, start - 1], rel=1e-12)
+        # the flux of the residual behind the largest pressure, by continuity elsewhere
+        peak = 1 + np.argmax(film.p[j, 1:-1])
+        assert start <= peak < end
+        assert face.x[j, peak] @ weights == pytest.approx(heat * film.flux_x[j, peak], rel=1e-12)
         # on the axis the line below is the mirror image of the one above
         below = -face.y[0] if mirror and j == 0 else face.y[j - 1]
         inner = slice(start, end)
@@ -329,13 +364,23 @@ def test_wall_temperatures_follow_from_their_heat(mirror):
     face = energy.FaceFlow.empty(*ends, n_x, n_z)
     flux = np.full((shape[0], n_x - 1), OIL.density * 0.75 * GAP)
     width, h_y = grid.width_x * b, grid.h_y * a
-    energy.face_flow(width, h_y, mirror, OIL.specific_heat, flux, np.zeros((shape[0] - 1, n_x)), flow, face)
-    t, t_p = np.full((*shape, n_z + 1), T_IN), np.zeros((*shape, n_z + 1))
+    energy.face_flow(
+        width,
+        h_y,
+        mirror,
+        OIL.specific_heat,
+        np.zeros(shape),
+        flux,
+        np.zeros((shape[0] - 1, n_x)),
+        flow,
+        face,
+    )
+    t, heat = np.full((*shape, n_z + 1), T_IN), HeatTransport.empty(shape[0], grid.x * b, n_z)
     q_a, q_b, response = np.zeros(shape), np.zeros(shape), np.zeros((*shape, 4))
     for _ in range(12):
         energy.sweep(
             grid.x * b, width, h_y, mirror, np.full(shape, GAP), OIL.thermal_conductivity, T_IN, flow, face,
-            t.copy(), False, True, t, t_p, q_a, q_b, response,
+            t.copy(), False, True, True, t, heat, q_a, q_b, response,
         )  # fmt: skip
         energy.update_walls(walls, t, q_a, q_b, response, T_IN)
     rise = t[:, :, [0, -1]] - T_IN
