@@ -81,10 +81,13 @@ def test_fields_of_a_contact_that_spins_are_those_of_the_whole_plane():
 
 
 def test_thermal_history_ends_below_the_tolerance():
+    """By the largest change of temperature, or by the film with the mean change while a spike still moves."""
     solution = solved(conditions(srr=1.0))
-    assert "pressure and temperature" in solution.reason
     assert len(solution.temperature_history) <= solution.iterations
-    assert solution.temperature_history[-1] <= 1e-4 < np.max(solution.temperature_history)
+    assert solution.temperature_history[-1] < np.max(solution.temperature_history)
+    largest = solution.temperature_history[-1] <= 10.0 * SolverOptions().tolerance
+    assert largest == (solution.reason == "pressure and temperature changes below tolerance")
+    assert largest or solution.reason.startswith("film and mean temperature within tolerance")
     assert solution.heat_balance.generated > 0.0
     assert len(solution.history.change) >= len(solution.temperature_history)
 
@@ -333,11 +336,14 @@ def test_first_compilation_is_announced_once(monkeypatch, tmp_path, caplog):
 
 
 @pytest.mark.slow
-def test_nearly_rigid_contact_that_one_grid_does_not_solve_is_solved_on_a_finer_one():
-    solution = solve_moes(1.554, 32.85, 0.03017, "barus").solution
-    assert solution.converged
+@pytest.mark.parametrize("M", [0.05, 0.3, 1.554, 5.0])
+def test_nearly_rigid_contact_is_solved_on_the_default_grid(M):
+    """A film thicker than the flattening: the load follows from the approach, not the other way round."""
+    solution = solve_moes(M, 32.85, 0.03017, "barus").solution
+    assert solution.converged, solution.reason
     assert solution.branch == "resolved"
-    assert solution.pressure.shape[1] == 2 * SolverOptions().n_x - 1
+    assert solution.pressure.shape[1] == SolverOptions().n_x
+    assert abs(solution.history.load_error[-1]) <= 1e-3
 
 
 @pytest.mark.slow

@@ -231,7 +231,7 @@ def traction_fields(at, solution, **changed):
 @pytest.mark.parametrize("differential", [0.0, -1e6])
 def test_whole_plane_equals_the_half_plane_without_spin(thermal, differential):
     here = conditions(srr=0.2, differential_1=differential)
-    half, whole = (solved(c, thermal=thermal, tolerance=1e-7) for c in (here, replace(here, spin_1=1e-12)))
+    half, whole = (solved(c, thermal=thermal, tolerance=1e-9) for c in (here, replace(here, spin_1=1e-12)))
     assert (half.choice.mirror, whole.choice.mirror) == (True, False)
     middle = whole.y.size // 2
     np.testing.assert_allclose(whole.y[middle:], half.y, atol=1e-12)

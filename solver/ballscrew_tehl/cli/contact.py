@@ -56,6 +56,7 @@ FIELDS: dict[str, tuple[Callable[[str], Any], str]] = {
     "domain": (_numbers(3, ""), "three numbers: XA XB along rolling, Y across, in Hertz half-widths"),
     "rheology": (_one_of(RHEOLOGIES), ", ".join(RHEOLOGIES)),
     "isothermal": (_flag, "true, false"),
+    "refine": (_number, "a number, 1 to 8"),
 }
 
 
@@ -91,6 +92,11 @@ def add_contact(commands: argparse._SubParsersAction) -> None:
         nargs=3,
         metavar=("XA", "XB", "Y"),
         help="domain in Hertz half-widths, along rolling and across; default: wide enough not to starve",
+    )
+    parser.add_argument(
+        "--refine",
+        metavar="K",
+        help="truth check: nodes, lines and layers, extent of film and energy domain times K, 1 to 8",
     )
     parser.add_argument(
         "--points",
@@ -166,6 +172,8 @@ def _solve(contact: dict[str, Any], screw_file: str | None) -> dict[str, Any]:
         if not (x_in < -1.0 and x_out > 1.0 and y_max > 1.0):
             raise ValueError(f"domain = {x_in:g} {x_out:g} {y_max:g}; allowed: XA < -1, XB > 1, Y > 1")
         options = replace(options, x_in=x_in, x_out=x_out, y_max=y_max)
+    if "refine" in contact:
+        options = options.refined(contact["refine"])
     return _by_moes(contact, options) if moes else _by_dimensions(contact, options, screw_file)
 
 
@@ -210,6 +218,11 @@ def _by_dimensions(contact: dict[str, Any], options: Any, screw_file: str | None
         "p_max_pa": solution.p_max,
         "temperature_rise_k": solution.temperature_rise,
         "traction_force_n": solution.traction_force,
+        "traction_force_1_n": solution.integrals.traction_force_1,
+        "traction_force_2_n": solution.integrals.traction_force_2,
+        "rolling_loss_w": solution.integrals.rolling_loss,
+        "temperature_rise_mean_k": solution.integrals.temperature_rise_mean,
+        "temperature_rise_smooth_k": solution.integrals.temperature_rise_smooth,
         "converged": bool(solution.converged),
         "iterations": solution.iterations,
         "seconds": solution.seconds,

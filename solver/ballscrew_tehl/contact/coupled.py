@@ -11,12 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .film import energy
-from .film import flow as film_flow
 from .film.reynolds import HELD_ABOVE, NewtonHistory, stalled
 from .half_space.deflection import LineConvolution
 from .half_space.grid import TINY, Array
 from .half_space.walls import wall_operator
-from .film.transport import HeatTransport
 from .problem import ContactProblem, Iteration, WarmFilm
 
 # "moved to": measured on ten contacts (rolling, sliding, spin, shear thinning; two with hot inlets of thick films at
@@ -137,9 +135,6 @@ class _CoupledRun:
             temperature = problem.uniform_temperature()
         #: temperatures of the iterate; those of the last energy solve; dT/dp that the pressure step assumes [K/Pa]
         self.temperature = self.new = temperature
-        lines, nodes, layers = temperature.shape
-        self.heat = HeatTransport.empty(lines, problem.geometry.grid.x * problem.scales.hertz.b, layers - 1)
-        it.heat = self.heat
         self.gap = problem.update_flow(it, temperature)
         self.films: list[float] = []
         self.mean_changes: list[float] = []
@@ -154,7 +149,7 @@ class _CoupledRun:
         steps = NEWTON_STEPS if it.history.converged or not it.temperature_history else MORE_NEWTON_STEPS
         if problem.film_scale > HELD_ABOVE:
             steps = MORE_NEWTON_STEPS
-        film = WarmFilm(problem, self.temperature.copy(), it.flow, self.heat)
+        film = WarmFilm(problem, self.temperature.copy(), it.flow, it.heat)
         with problem.timed("reynolds"):
             it.state, newton, it.preconditioner = problem.geometry.solve(
                 it.state, film, problem.film_scale, aim, steps, preconditioner=it.preconditioner
@@ -185,9 +180,10 @@ class _CoupledRun:
         change: that of the rheology; returns the larger of it and of temperature over largest rise, NaN if one is NaN
         """
         it, damped = self.it, self.relaxation.damped
-        self.new = equation.solve(it, self.temperature, self.gap, self.heat, damped)
+        self.new = equation.solve(it, self.temperature, self.gap, damped)
         if damped:
-            for part in (self.heat.source, self.heat.squeeze, self.heat.lift, self.heat.widen):
+            # far away, they would follow the wrong way
+            for part in (it.heat.source, it.heat.squeeze, it.heat.lift, it.heat.widen):
                 part[:] = 0.0
         residual = self.new - self.temperature
         rise = max(float(self.new.max()) - self.problem.conditions.temperature, LEAST_RISE)
@@ -328,10 +324,8 @@ class EnergyEquation:
         outside = (columns < self.face.start[:, None]) | (columns >= self.face.end[:, None])
         temperature[..., 1:-1][outside] = self.T_0
 
-    def solve(
-        self, it: Iteration, temperature: Array, gap: Array, heat: HeatTransport, damped: bool
-    ) -> Array:
-        """Temperatures by the energy equation at a pressure and flow; fills heat and the fluxes into the surfaces."""
+    def solve(self, it: Iteration, temperature: Array, gap: Array, damped: bool) -> Array:
+        """Temperatures by the energy equation at a pressure and flow; fills it.heat and the fluxes into the surfaces."""
         problem, oil = self.problem, self.problem.oil
         with problem.timed("energy"):
             energy.face_flow(
@@ -344,7 +338,7 @@ class EnergyEquation:
                 forward, whole = sweep % 2 == 1, sweep == 2 * SWEEPS - 1
                 energy.sweep(
                     self.x, self.width, self.h_y, self.mirror, gap, oil.thermal_conductivity, self.T_0, it.flow,
-                    self.face, temperature, damped, forward, whole, new, heat, self.q_a, self.q_b, self.response,
+                    self.face, temperature, damped, forward, whole, new, it.heat, self.q_a, self.q_b, self.response,
                 )  # fmt: skip
         with problem.timed("walls"):
             energy.update_walls(self.walls, new, self.q_a, self.q_b, self.response, self.T_0)

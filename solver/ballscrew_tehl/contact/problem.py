@@ -16,8 +16,8 @@ from ..parameters.file import LubricantParameters, SolidParameters
 from .conditions import ContactConditions, SolverOptions, cells_in_inlet, expected_grid, scales_of
 from .film import energy, kernels, transport
 from .film import flow as film_flow
+from .film.linear import LinearSystem, LineFactors
 from .film.oil import oil_table
-from .film.linear import LineFactors, LinearSystem
 from .film.reynolds import FLOOR_SHARE, Film, GridChoice, NewtonHistory, ReynoldsState, contact_geometry
 from .film.transport import HeatTransport
 from .half_space.grid import Array
@@ -37,17 +37,17 @@ class Traction(NamedTuple):
 
 @dataclass
 class Iteration:
-    """Pressure, temperature, sources and history of a solve."""
+    """Pressure, temperature, sources and history of a solve; flux_x, flux_y: mass through the faces, dimensionless."""
 
     state: ReynoldsState
     history: NewtonHistory
     flow: film_flow.FilmFlow
+    heat: HeatTransport
+    flux_x: Array
+    flux_y: Array
     temperature: Array | None = None
     temperature_history: list[float] = field(default_factory=list)
     balance: energy.HeatBalance | None = None
-    heat: HeatTransport | None = None
-    flux_x: Array | None = None
-    flux_y: Array | None = None
     converged: bool = False
     damped: bool = False
     reason: str = ""
@@ -71,8 +71,8 @@ class WarmFilm(Film):
         problem, flow = self.problem, self.flow
         out = tuple(np.empty_like(p) for _ in range(6))
         film_flow.film_coefficients(
-            problem.table, self.unit, p, self.temperature, flow.thinning, flow.ln_eta, flow.stress_share, problem.speeds,
-            problem.conditions.u_e, 1.0 / problem.scales.reynolds, *out, self.by_t,
+            problem.table, self.unit, p, self.temperature, flow.thinning, flow.ln_eta, flow.stress_share,
+            problem.speeds, problem.conditions.u_e, 1.0 / problem.scales.reynolds, *out, self.by_t,
         )  # fmt: skip
         return out
 
@@ -156,7 +156,14 @@ class ContactProblem:
         if state is None:
             state = self.geometry.start(self.scales.film_estimate)
         lines, nodes = state.p.shape
-        return Iteration(state, NewtonHistory(), film_flow.FilmFlow.empty(lines, nodes, self.options.n_z))
+        return Iteration(
+            state,
+            NewtonHistory(),
+            film_flow.FilmFlow.empty(lines, nodes, self.options.n_z),
+            HeatTransport.empty(lines, self.geometry.grid.x * self.scales.hertz.b, self.options.n_z),
+            np.zeros((lines, nodes - 1)),
+            np.zeros((lines - 1, nodes)),
+        )
 
     def uniform_temperature(self) -> Array:
         """Inlet temperature everywhere (n_y, n_x, n_z+1) [K]."""
@@ -181,33 +188,33 @@ class ContactProblem:
 
     def update_flow(self, it: Iteration, temperature: Array) -> Array:
         """Velocities, heat sources and shear stress at the present pressure; returns the gap [m]."""
-        hertz, geometry = self.scales.hertz, self.geometry
         p, h = self.physical(it.state)
         with self.timed("film flow"):
-            film: Film = self.isothermal_film
-            if not self.plain:
-                film = WarmFilm(self, temperature, it.flow, it.heat)
-            linear = geometry.linearise(it.state, film, self.film_scale)
-            it.flux_x, it.flux_y = -linear.flow_x, -linear.flow_y
-            heat, system, grid = it.heat or HeatTransport.none(p.shape), linear.system, geometry.grid
-            it.heat = heat
-            kernels.pressure_flow(
-                grid.x, grid.width_x, grid.h_y, geometry.kappa_h, grid.mirror, np.maximum(it.state.p, 0.0), it.state.gap,
-                linear.ln_phi, system.dln_phi, system.g, linear.flow_x, linear.flow_y, system.c_x, system.c_y,
-                system.wedge, geometry.deflection.same_line, FLOOR_SHARE * self.film_scale,
-                it.flow.gradient_x, it.flow.gradient_y, it.flow.power, heat.pull, heat.push,
-            )  # fmt: skip
-            heat.wedge_h[:] = it.state.gap
-            # volume flux u_e b^2/R_x by p_max over b
-            watts = hertz.p_max * self.conditions.u_e * self.scales.h_unit / hertz.b
-            for field_ in (it.flow.power, heat.pull, heat.push):
-                field_[:] *= watts
-            it.flow.gradient_x[:] *= hertz.p_max / hertz.b
-            it.flow.gradient_y[:] *= hertz.p_max / hertz.a
-            film_flow.film_flow(
-                self.table, geometry.grid.x * hertz.b, p, h, temperature, self.speeds, it.flow
-            )
+            film = self.isothermal_film if self.plain else WarmFilm(self, temperature, it.flow, it.heat)
+            self._set_pressure_flow(it, film)
+            x = self.geometry.grid.x * self.scales.hertz.b
+            film_flow.film_flow(self.table, x, p, h, temperature, self.speeds, it.flow)
         return h
+
+    def _set_pressure_flow(self, it: Iteration, film: Film) -> None:
+        """Fluxes of the faces, and what the pressure drives and dissipates in the film, of the present state."""
+        hertz, geometry, heat, flow = self.scales.hertz, self.geometry, it.heat, it.flow
+        linear = geometry.linearise(it.state, film, self.film_scale)
+        system, grid, pressure = linear.system, geometry.grid, np.maximum(it.state.p, 0.0)
+        it.flux_x, it.flux_y = -linear.flow_x, -linear.flow_y
+        kernels.pressure_flow(
+            grid.x, grid.width_x, grid.h_y, geometry.kappa_h, grid.mirror, pressure, it.state.gap, linear.ln_phi,
+            system.dln_phi, system.g, linear.flow_x, linear.flow_y, system.c_x, system.c_y, system.wedge,
+            geometry.deflection.same_line, FLOOR_SHARE * self.film_scale,
+            flow.gradient_x, flow.gradient_y, flow.power, heat.pull, heat.push,
+        )  # fmt: skip
+        heat.wedge_h[:] = it.state.gap
+        # volume flux u_e b^2/R_x times p_max over b
+        watts = hertz.p_max * self.conditions.u_e * self.scales.h_unit / hertz.b
+        for power in (flow.power, heat.pull, heat.push):
+            power *= watts
+        flow.gradient_x[:] *= hertz.p_max / hertz.b
+        flow.gradient_y[:] *= hertz.p_max / hertz.a
 
     def traction(self, it: Iteration) -> Traction:
         """Stress of mid-film integrated over the contact; the halves of a mirrored contact count twice."""
