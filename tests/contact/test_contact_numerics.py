@@ -5,14 +5,19 @@ import pytest
 from contact_cases import OIL
 
 from ballscrew_tehl.contact.film import flow as film_flow
-from ballscrew_tehl.contact.film import kernels
+from ballscrew_tehl.contact.film import kernels, linear, transport
 from ballscrew_tehl.contact.film.krylov import gmres
+from ballscrew_tehl.contact.film.linear import LineFactors
 from ballscrew_tehl.contact.film.oil import oil_table
 from ballscrew_tehl.contact.film.reynolds import (
+    KEEP_BELOW,
+    KRYLOV_TOLERANCE,
     TARGET_LOAD,
     ContactGeometry,
+    Film,
     GridChoice,
-    LinePreconditioner,
+    NewtonHistory,
+    _linear_step,
     _Linearisation,
 )
 from ballscrew_tehl.contact.half_space.dry import dry_contact
@@ -141,6 +146,31 @@ GEOMETRIES = {
 N_Z, P_MAX = 5, 4e8
 
 
+class HotFilm(Film):
+    """A film whose temperatures follow the pressure and the gap linearly, as by the energy equation."""
+
+    def __init__(self, state, heat):
+        self.state, self.heat = state, heat
+        self.unit, self.unit_h, self.warm = P_MAX, 1e-6, True
+        self.by_t = np.zeros((*heat.up_1.shape[:2], 3, N_Z + 1))
+        self.change = np.zeros_like(state.t)
+
+    def coefficients(self, p):
+        out = tuple(np.empty_like(p) for _ in range(6))
+        state = self.state
+        film_flow.film_coefficients(
+            state.table, P_MAX, p, state.t + self.change, state.thinning, state.ln_eta_at, state.share, state.speeds,
+            1.1, 1.0, *out, self.by_t,
+        )  # fmt: skip
+        return out
+
+    def follow(self, system, d_p, d_h):
+        """From the temperatures of the state."""
+        transport.follow(
+            self.heat, system.g, system.dg, system.by_t, self.unit, self.unit_h, d_p, d_h, self.change
+        )
+
+
 class State:
     """A thick film of a shear-thinning, warm oil with slide and spin, cavitated behind the contact."""
 
@@ -153,34 +183,56 @@ class State:
         p[grid.inner] = (0.9 / (1.0 + r_2))[grid.inner]
         self.p = np.where((grid.x > 1.1) & (p > 0.0), -1e-7, p)
         self.h_0 = 0.6 - float(geometry.gap(np.maximum(self.p, 0.0), 0.0).min())
-        t = 303.15 + 30.0 * rng.random((*shape, N_Z + 1))
-        t_p, thinning, share = 1e-8 * rng.normal(size=t.shape), 1.0 + rng.random(t.shape), rng.random(t.shape)
+        self.t = 303.15 + 30.0 * rng.random((*shape, N_Z + 1))
+        self.thinning, self.share = 1.0 + rng.random(self.t.shape), rng.random(self.t.shape)
         self.table, spin = oil_table(OIL, 303.15), 0.0 if choice.mirror else 0.4
-        speeds = film_flow.SurfaceSpeeds(
+        self.speeds = film_flow.SurfaceSpeeds(
             1.4 - spin * grid.y[:, None] + 0.0 * r_2, 0.8 + 0.0 * r_2, spin * grid.x + 0.0 * r_2, 0.0 * r_2
         )
         p_at = np.maximum(self.p, 0.0) + 0.01
-        ln_eta_at = np.log(0.1) + 8.0 * p_at[..., None] + 0.0 * t
+        self.ln_eta_at = np.log(0.1) + 8.0 * p_at[..., None] + 0.0 * self.t
+        heat = transport.HeatTransport.empty(shape[0], grid.x, N_Z)
+        inner = heat.source.shape
+        # kelvins by the largest pressure, by the gap and by the flow; half of it from the column upstream
+        heat.source[:], heat.squeeze[:] = 3.0 / P_MAX * rng.normal(size=(2, *inner))
+        heat.widen[:] = 3e6 * rng.normal(size=inner)
+        heat.lift[:], heat.push[:], heat.pull[:] = rng.random(inner), rng.normal(), rng.normal()
+        heat.wedge_h[:] = geometry.gap(self.p, self.h_0)
+        heat.up_1[:], heat.up_2[:], heat.pivot[:] = 0.6, -0.1, 1.0
+        heat.lower[..., 1:], heat.upper[..., :-1] = -0.2, -0.2
+        heat.weight[:], heat.stress[:] = 0.1 * rng.random((2, *inner))
+        self.heat = heat
 
-        def film(p):
-            out = tuple(np.empty_like(p) for _ in range(6))
-            film_flow.film_coefficients(
-                self.table, P_MAX, p, p_at, t, t_p, thinning, ln_eta_at, share, speeds, 1.1, 1.0, *out
-            )
-            return out
+    def linear(self, d_p=0.0, d_h=0.0, squeeze=0.0, free=True):
+        """Linearisation, at temperatures that have followed from the state."""
+        film, geometry = HotFilm(self, self.heat), self.geometry
+        gap = geometry.gap(self.p, self.h_0)
+        if np.any(d_p) or d_h:
+            system = self.linear().system
+            p, gap = self.p + d_p, geometry.gap(self.p + d_p, self.h_0 + d_h)
+            film.follow(system, np.maximum(p, 0.0) - np.maximum(self.p, 0.0), gap - system.gap)
+        return _Linearisation(geometry, self.p + d_p, gap, film, 0.7, squeeze, free)
 
-        self.film = film
-
-    def linear(self, d_p=0.0, d_h=0.0):
-        p = self.p + d_p
-        return _Linearisation(self.geometry, p, self.geometry.gap(p, self.h_0 + d_h), self.film, 0.7)
-
-    def unbounded(self, d_p, d_h):
+    def unbounded(self, d_p, d_h, squeeze):
         """Residual without the penalty, and the load: the function that the Jacobian differentiates."""
-        linear, inner = self.linear(d_p, d_h), self.geometry.grid.inner
-        p = self.p + d_p
-        residual = linear.residual + (linear.penalty * p)[inner]
+        linear = self.linear(d_p, d_h)
+        system, p = linear.system, self.p + d_p
+        residual = linear.residual + system.penalty * p
+        residual[self.geometry.grid.inner] -= (squeeze * system.g * system.gap)[self.geometry.grid.inner]
         return np.append(residual, np.sum(self.geometry.weights * p))
+
+
+def apply(system, v):
+    """Scaled Jacobian times v: all pressures and the approach."""
+    out, shape = np.empty_like(v), system.gap.shape
+    linear.times(system, v, np.zeros((*shape, N_Z + 1)), np.zeros((6, *shape)), out)
+    return out
+
+
+def factored(system, mirror):
+    factors = LineFactors.empty(*system.gap.shape, mirror)
+    assert linear.factor_lines(system, factors)
+    return factors
 
 
 @pytest.fixture(scope="module", params=GEOMETRIES.values(), ids=GEOMETRIES)
@@ -188,80 +240,162 @@ def state(request):
     return State(*request.param)
 
 
+@pytest.mark.parametrize("squeeze", [0.0, 5.0])
 @pytest.mark.parametrize("what", ["pressure", "approach", "both"])
-def test_scaled_jacobian_is_the_derivative_of_residual_and_load(state, what):
+def test_scaled_jacobian_is_the_derivative_of_residual_and_load(state, what, squeeze):
     """Film coefficients, deflection and load together, with temperatures and thinning that follow the pressure."""
-    grid, linear = state.geometry.grid, state.linear()
-    assert (linear.penalty > 0.0).any()
-    assert (linear.gap < 0.7).any()  # the safeguard of the gap acts as well
+    grid, linearised = state.geometry.grid, state.linear(squeeze=squeeze)
+    system = linearised.system
+    assert (system.penalty > 0.0).any()
+    assert (system.gap < 0.7).any()  # the safeguard of the gap acts as well
     d_p = np.zeros_like(state.p)
     if what != "approach":
         d_p[grid.inner] = np.random.default_rng(12).normal(size=d_p[grid.inner].shape)
         d_p[state.p < 0.0] = 0.0
     d_h, eps = 0.0 if what == "pressure" else 0.7, 1e-6
-    found = linear.apply(np.append(d_p[grid.inner], d_h))
-    plus, minus = (state.unbounded(s * eps * d_p, s * eps * d_h) for s in (1.0, -1.0))
-    difference = (plus - minus) / (2.0 * eps) / linear.scale
+    found = apply(system, np.append(d_p, d_h))
+    plus, minus = (state.unbounded(s * eps * d_p, s * eps * d_h, squeeze) for s in (1.0, -1.0))
+    difference = (plus - minus) / (2.0 * eps) / np.append(system.scale, TARGET_LOAD)
     # deflection of the Jacobian in single precision: 1e-6
     assert np.abs(found - difference).max() <= 1e-5 * np.abs(difference).max()
     assert found[-1] == pytest.approx(np.sum(grid.load_weights * d_p) / TARGET_LOAD, rel=1e-12, abs=1e-14)
 
 
+def test_held_approach_takes_the_place_of_the_load(state):
+    """The last equation is the change of the approach itself."""
+    held, free = (state.linear(free=free).system for free in (False, True))
+    v = np.append(state.p, 0.3)
+    assert apply(held, v)[-1] == 0.3
+    np.testing.assert_array_equal(apply(held, v)[:-1], apply(free, v)[:-1])
+
+
+def test_temperatures_that_follow_are_a_good_part_of_the_jacobian(state):
+    """Otherwise the comparison above would not see them."""
+    system = state.linear().system
+    v = np.append(np.where(state.p > 0.0, np.sin(9.0 * state.geometry.grid.x), 0.0), 0.0)
+    warm = apply(system, v)
+    difference = warm - apply(system._replace(warm=False), v)
+    assert np.abs(difference).max() > 0.01 * np.abs(warm).max()
+
+
 def test_penalty_pushes_a_cavitated_node_back(state):
-    linear, grid = state.linear(), state.geometry.grid
-    node = np.argwhere((linear.penalty > 0.0)[grid.inner])[0]
-    change = np.zeros_like(state.p[grid.inner])
-    change[tuple(node)] = 1.0
-    found = linear.apply(np.append(change, 0.0))[:-1].reshape(change.shape)[tuple(node)]
+    system = state.linear().system
+    node = tuple(np.argwhere(system.penalty > 0.0)[0])
+    change = np.zeros_like(state.p)
+    change[node] = 1.0
+    found = apply(system, np.append(change, 0.0))[:-1].reshape(change.shape)[node]
     assert found == pytest.approx(-1.0, abs=0.2)  # the penalty is most of the scale
 
 
 def test_line_preconditioner_solves_lines_and_load(state):
-    """Every line with its own deflection, all with one approach, and the load of all of them."""
-    geometry, linear = state.geometry, state.linear()
-    grid, solve = geometry.grid, LinePreconditioner(linear)
-    lines, n = linear.residual.shape
-    v = np.random.default_rng(13).normal(size=lines * n + 1)
-    z = solve.scaled(linear.scale)(v)
-    step, d_h = z[:-1].reshape(lines, n), z[-1]
-    rhs = (linear.scale * v)[:-1].reshape(lines, n)
-    for row in range(lines):
+    """Every line with its own deflection and heat, all with one approach, and the load of all of them."""
+    geometry, system = state.geometry, state.linear(squeeze=2.0).system
+    grid, (ny, nx) = geometry.grid, state.p.shape
+    v, z, n = np.zeros(ny * nx + 1), np.empty(ny * nx + 1), nx - 2
+    v[:-1] = geometry.embed(np.random.default_rng(13).normal(size=geometry.inner_weights.shape)).ravel()
+    v[-1] = 0.4
+    linear.precondition(system, factored(system, grid.mirror), v, z)
+    step, d_h = z[:-1].reshape(ny, nx), z[-1]
+    rhs = system.scale * v[:-1].reshape(ny, nx)
+    for j in range(0 if grid.mirror else 1, ny - 1):
+        far_phi, far_g = np.empty((2, nx, nx))
+        transport.line_response(
+            system.heat, j, system.g, system.dg, system.by_t, system.unit, system.unit_h, system.same_line,
+            np.empty((3 * N_Z + 2, nx)), far_phi, far_g,
+        )  # fmt: skip
         matrix, column = np.empty((n, n)), np.empty(n)
         kernels.line_jacobian(
-            row + (0 if grid.mirror else 1), grid.width_x, geometry.kappa_h, grid.mirror, linear.c_x, linear.c_y,
-            linear.wedge, linear.gap, linear.g, linear.dg, linear.penalty, geometry.deflection.same_line, matrix,
-            column,
+            j, grid.width_x, geometry.kappa_h, grid.mirror, system.c_x, system.c_y, system.wedge, system.gap, system.g,
+            system.g_y, system.penalty, system.squeeze, system.squash, system.dln_phi, system.dg, far_phi, far_g,
+            system.same_line, matrix, column,
         )  # fmt: skip
-        terms = np.abs(matrix) @ np.abs(step[row]) + np.abs(column * d_h)
-        assert np.abs(matrix @ step[row] + column * d_h - rhs[row]).max() <= 1e-9 * terms.max()
-    assert np.sum(geometry.inner_weights * step) == pytest.approx(TARGET_LOAD * v[-1], rel=1e-9)
+        own = step[j, 1:-1]
+        terms = np.abs(matrix) @ np.abs(own) + np.abs(column * d_h)
+        assert np.abs(matrix @ own + column * d_h - rhs[j, 1:-1]).max() <= 1e-9 * terms.max()
+    assert np.sum(geometry.weights * step) == pytest.approx(TARGET_LOAD * v[-1], rel=1e-9)
 
 
 def test_gmres_with_the_line_preconditioner_solves_the_newton_system(state):
-    linear = state.linear()
-    rhs = -np.append(linear.residual, 0.1) / linear.scale
-    preconditioned = LinePreconditioner(linear).scaled(linear.scale)
-    solution, used, left = gmres(linear.apply, preconditioned, rhs, 1e-4, 60)
+    linearised = state.linear()
+    system, rhs = linearised.system, linearised.right_hand_side(0.1)
+    solution = np.empty_like(rhs)
+    used, left = linear.gmres(system, factored(system, state.geometry.grid.mirror), rhs, 1e-4, 60, solution)
     assert left <= 1e-4
     assert 1 < used < 60
     # single precision of the deflection in every product
-    assert np.linalg.norm(linear.apply(solution) - rhs) == pytest.approx(left * np.linalg.norm(rhs), rel=0.3)
-    _, plain, _ = gmres(linear.apply, lambda v: v, rhs, 1e-4, 60)
+    assert np.linalg.norm(apply(system, solution) - rhs) == pytest.approx(left * np.linalg.norm(rhs), rel=0.3)
+    _, plain, _ = gmres(lambda v: apply(system, v), lambda v: v, rhs, 1e-4, 60)
     assert used < plain
 
 
+def test_right_hand_side_is_the_scaled_residual_and_load_error(state):
+    linearised = state.linear()
+    rhs = linearised.right_hand_side(0.3)
+    residual = -rhs[:-1].reshape(state.p.shape) * linearised.system.scale
+    np.testing.assert_allclose(residual, linearised.residual, rtol=1e-14)
+    assert rhs[-1] == pytest.approx(-0.3 / TARGET_LOAD)
+
+
+def test_linear_step_keeps_factors_that_are_good_enough(state):
+    """Factors of the same state serve again; useless ones are replaced, and the iterations of both are counted."""
+    linearised = state.linear()
+    rhs = linearised.right_hand_side(0.1)
+    first, kept, replaced = NewtonHistory(), NewtonHistory(), NewtonHistory()
+    delta, factors = _linear_step(linearised, rhs, None, first)
+    assert first.factorisations == 1
+    assert first.deflections == first.krylov[0] + 1
+    residual = np.linalg.norm(apply(linearised.system, delta) - rhs) / np.linalg.norm(rhs)
+    # single precision of the deflection
+    assert residual <= KRYLOV_TOLERANCE * 1.01 + 1e-5
+
+    again, same = _linear_step(linearised, rhs, factors, kept)
+    assert first.krylov[0] <= KEEP_BELOW
+    assert same is factors
+    assert (kept.factorisations, kept.krylov) == (0, first.krylov)
+    np.testing.assert_array_equal(again, delta)
+    useless = factors._replace(
+        approach=-factors.approach, lu=np.tile(np.eye(factors.lu.shape[1]), (len(factors.lu), 1, 1))
+    )
+    renewed, new = _linear_step(linearised, rhs, useless, replaced)
+    assert new is not useless
+    assert replaced.factorisations == 1
+    assert replaced.krylov == [KEEP_BELOW + first.krylov[0]]
+    np.testing.assert_allclose(renewed, delta, rtol=1e-9, atol=1e-12 * np.abs(delta).max())
+
+
+def test_singular_line_ends_the_step(state):
+    linearised = state.linear()
+    linearised.system = linearised.system._replace(c_x=np.full_like(linearised.system.c_x, np.nan))
+    with pytest.raises(np.linalg.LinAlgError, match="singular"):
+        _linear_step(linearised, linearised.right_hand_side(0.1), None, NewtonHistory())
+
+
 def test_newton_step_is_taken_in_the_fluidity_where_pressure_flow_dominates(state):
-    linear = state.linear()
-    assert linear.flow_share.min() >= 0.0
-    assert linear.flow_share.max() <= 1.0
+    linearised = state.linear()
+    assert linearised.flow_share.min() >= 0.0
+    assert linearised.flow_share.max() <= 1.0
     tiny = np.full_like(state.p, 1e-9)
-    np.testing.assert_allclose(linear.update(tiny), tiny, rtol=1e-6)
-    thickening = np.maximum(linear.thickening, 1e-3)
+    np.testing.assert_allclose(linearised.update(tiny), tiny, rtol=1e-6)
+    thickening = np.maximum(linearised.thickening, 1e-3)
     d_p = 0.5 / thickening
-    share = (linear.update(d_p) - d_p) / (-np.log(0.5) / thickening - d_p)
-    np.testing.assert_allclose(share, linear.flow_share, atol=1e-12)
+    share = (linearised.update(d_p) - d_p) / (-np.log(0.5) / thickening - d_p)
+    np.testing.assert_allclose(share, linearised.flow_share, atol=1e-12)
     # a fall of the fluidity to nothing is bounded
-    assert np.all(np.isfinite(linear.update(1e6 + tiny)))
+    assert np.all(np.isfinite(linearised.update(1e6 + tiny)))
+
+
+@pytest.mark.parametrize("squeeze", [1.0, 1e6])
+def test_squeeze_of_a_pseudo_time_step_takes_from_the_share_of_the_pressure_flow(state, squeeze):
+    """What the deflection takes grows from 1/width to 1/width + squeeze."""
+    still, moving = (state.linear(squeeze=s).flow_share for s in (0.0, squeeze))
+    flows = (still > 0.0) & (still < 1.0)
+    assert flows[state.geometry.grid.inner].all()
+    grown = ((1.0 / moving[flows] - 1.0) / (1.0 / still[flows] - 1.0)).ravel()
+    width = (state.geometry.grid.width_x + 0.0 * still)[flows]
+    # digits of 1 - share where nearly all is pressure flow
+    lost = 1e-15 / np.min(1.0 - still[flows])
+    assert lost < 1e-6
+    np.testing.assert_allclose(grown, 1.0 + squeeze * width, rtol=1e-9 + 10.0 * lost)
 
 
 # --- GMRES, mixing ----------------------------------------------------------------------------------------------------
