@@ -21,7 +21,7 @@ def test_rolling_resistance_of_a_linear_wedge_is_exact():
     assert rolling_resistance(np.array([[0.0, 2.0]]), np.array([[1.0, 3.0]]), np.array([1.0])) == 4.0
 
 
-@pytest.mark.parametrize("n_x, bound", [(65, 0.03), (129, 0.015)])
+@pytest.mark.parametrize(("n_x", "bound"), [(65, 0.03), (129, 0.015)])
 def test_pure_rolling_dissipates_the_rolling_loss(n_x, bound):
     """What rolling costs is what the pressure flow dissipates: two integrals of different parts of the solution."""
     found = solved(conditions(srr=0.0), n_x=n_x).integrals

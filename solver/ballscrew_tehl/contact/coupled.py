@@ -325,7 +325,7 @@ class EnergyEquation:
         temperature[..., 1:-1][outside] = self.T_0
 
     def solve(self, it: Iteration, temperature: Array, gap: Array, damped: bool) -> Array:
-        """Temperatures by the energy equation at a pressure and flow; fills it.heat and the fluxes into the surfaces."""
+        """Temperatures by the energy equation at a pressure and flow; fills it.heat and the fluxes to the walls."""
         problem, oil = self.problem, self.problem.oil
         with problem.timed("energy"):
             energy.face_flow(

@@ -70,11 +70,12 @@ class ContactSolution:
 
     temperature (n_y, n_x, n_z+1) [K]; h_c, h_m central and minimum film [m], extrapolated from the grid and the one of
     half the nodes by the two shares `extrapolation`; error_estimate: relative, of h_c, from grid, layers, extent of the
-    energy equation and tolerance (NaN without a coarse grid; a warm start keeps the shares of its start); film (n_y, n_x): as on the grid; p_max largest pressure [Pa];
-    temperature_rise largest rise in the film [K]; traction_force [N] on body 2 (positive where it drags body 2
-    towards u_1), spin_moment [N m] about the normal from body 1 to body 2, sliding_heat [W] of both; phases: seconds
-    by part of the work; branch "resolved" or "asymptotic"; integrals: rolling loss, forces on
-    the walls, heat by part and means over the contact, not extrapolated; M, L Moes numbers; reason why the iteration stopped.
+    energy equation and tolerance (NaN without a coarse grid; a warm start keeps the shares of its start); film
+    (n_y, n_x): as on the grid; p_max largest pressure [Pa]; temperature_rise largest rise in the film [K];
+    traction_force [N] on body 2 (positive where it drags body 2 towards u_1), spin_moment [N m] about the normal from
+    body 1 to body 2, sliding_heat [W] of both; phases: seconds by part of the work; branch "resolved" or "asymptotic";
+    integrals: rolling loss, forces on the walls, heat by part and means over the contact, not extrapolated; M, L Moes
+    numbers; reason why the iteration stopped.
     """
 
     conditions: ContactConditions
