@@ -1,7 +1,6 @@
 """Balances of a solved contact: load, mass, heat, wall temperatures, traction against viscosity and sliding."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -21,7 +20,7 @@ from scipy.integrate import quad, trapezoid
 
 from ballscrew_tehl.contact.half_space.grid import Grid
 from ballscrew_tehl.contact.moes import ISOTHERMAL, reference_oil
-from ballscrew_tehl.contact.problem import ContactProblem
+from ballscrew_tehl.contact.problem import ContactProblem, WarmFilm
 from ballscrew_tehl.physics import lubricant
 
 GIVEN = {"x_in": -4.0, "x_out": 1.5, "y_max": 1.5}  # a domain that is given has P = 0 on its edges
@@ -82,10 +81,10 @@ def test_pressure_carries_the_load_when_hot(at):
 # --- mass --------------------------------------------------------------------------------------------------------
 
 
-def gain(solution, fluxes, kappa):
-    """Net outflow of every inner cell [u_e b/R_x], from the fluxes of the faces."""
+def gain(solution, linear, kappa):
+    """Net outflow of every inner cell [u_e b/R_x], from the fluxes of the faces, which are counted upstream."""
     grid = Grid(solution.x, solution.y, solution.choice.mirror)
-    flux_x, flux_y = fluxes
+    flux_x, flux_y = -linear.flow_x, -linear.flow_y
     along = np.diff(flux_x, axis=1)[grid.inner[0]] / grid.width_x[1:-1]
     # the flux through the mirror line is that of its neighbour with opposite sign
     across = np.concatenate([-flux_y[:1], flux_y]) if grid.mirror else flux_y
@@ -96,8 +95,12 @@ def gain(solution, fluxes, kappa):
 def test_no_mass_is_lost_under_pressure(case):
     solution = small(case, tolerance=1e-8)
     problem = ContactProblem(solution.conditions, reference_oil(case[3]), STEEL, ISOTHERMAL, solution.choice)
-    fluxes = problem.geometry.fluxes(solution.state, problem.isothermal_film, problem.scales.film_estimate)
-    out, inner = gain(solution, fluxes, solution.hertz.b / solution.hertz.a)
+    film, estimate = problem.isothermal_film, problem.scales.film_estimate
+    out, inner = gain(
+        solution,
+        problem.geometry.linearise(solution.state, film, estimate),
+        solution.hertz.b / solution.hertz.a,
+    )
     p, relative = solution.state.p[inner], out / solution.state.gap[inner]
     assert np.count_nonzero(p > 1e-5) > 250
     # residual of Newton's method at a change of 1e-8 p_max; 2e-9 to 1e-5 found
@@ -113,10 +116,9 @@ def test_no_mass_is_lost_when_hot(name):
     problem = ContactProblem(at, OIL, STEEL, options(), solution.choice)
     it = problem.start(solution.state)
     problem.update_flow(it, solution.temperature)
-    still, p = np.zeros_like(solution.temperature), np.maximum(solution.state.p, 0.0)
-    film = partial(problem.general_film, solution.temperature, still, p, it.flow)
-    fluxes = problem.geometry.fluxes(solution.state, film, problem.scales.film_estimate)
-    out, inner = gain(solution, fluxes, solution.hertz.b / solution.hertz.a)
+    film = WarmFilm(problem, solution.temperature, it.flow, it.heat)
+    linear = problem.geometry.linearise(solution.state, film, problem.scales.film_estimate)
+    out, inner = gain(solution, linear, solution.hertz.b / solution.hertz.a)
     wet = solution.state.p[inner] > 1e-4
     # 6e-6 sliding, 6e-5 with spin found: temperatures of the last but one iteration
     assert np.abs(out / solution.state.gap[inner])[wet].max() <= 2e-4
@@ -143,10 +145,10 @@ def test_flux_stays_on_its_line_through_the_middle(n_x):
 @pytest.mark.parametrize("n_z", [8, 20])
 @pytest.mark.parametrize("at", HOT_CASES.values(), ids=HOT_CASES)
 def test_heat_balance_closes(at, n_z):
-    balance = solved(at, n_z=n_z).heat_balance
+    balance = solved(at, n_z=n_z, tolerance=1e-5).heat_balance
     assert balance.generated > 0.0
     assert balance.conducted > 0.0
-    # conservative scheme: the rest is the last change of the iteration, 3e-5 found at a tolerance of 1e-5
+    # conservative scheme: the rest is the last change of the iteration, 1.5e-4 at most found
     assert abs(balance.defect) <= 2e-4
     size = max(balance.generated, balance.conducted)
     assert balance.defect == pytest.approx(
@@ -162,7 +164,7 @@ def test_heat_balance_closes_with_a_shear_thinning_oil(rheology):
 @pytest.mark.parametrize("name", ["rolling", "much sliding", "thick film, sliding"])
 def test_heat_balance_closes_with_the_iteration(name):
     defect = abs(solved(HOT_CASES[name], tolerance=1e-8).heat_balance.defect)
-    assert defect <= 1e-6  # 5e-10 to 1e-7 found at 1e-7
+    assert defect <= 1e-6  # 3e-10 to 4e-7 found
 
 
 @pytest.mark.parametrize("srr", [0.5, 1.0, 1.5])
