@@ -1,5 +1,7 @@
 """Film coefficients and film flow: compiled against NumPy, derivatives against a complex step and differences."""
 
+from types import SimpleNamespace
+
 import contact_twins as twins
 import film_flow_twins
 import numpy as np
@@ -9,7 +11,8 @@ from contact_cases import OIL, OILS
 from ballscrew_tehl.contact.film import flow as film_flow
 from ballscrew_tehl.contact.film import kernels
 from ballscrew_tehl.contact.film.oil import TABLE_STEP, oil_table
-from ballscrew_tehl.contact.film.transport import film_change
+from ballscrew_tehl.contact.film.transport import HeatTransport, film_change
+from ballscrew_tehl.contact.problem import WarmFilm
 from ballscrew_tehl.physics import lubricant
 
 T_IN = 303.15
@@ -216,6 +219,25 @@ def test_temperatures_of_all_layers_together_change_the_film_as_the_sum():
         film_change(by_t, dt, j, change[:, j])
     # the cube of soft * dt = 0.01
     close(change, 0.5 * (ahead - behind), 1e-4)
+
+
+def test_temperatures_follow_a_pressure_change_within_bounds():
+    """Columns that only their own pressure heats, by a rate of each layer [K/Pa]; the surfaces are held."""
+    columns, limit = Columns(OIL), film_flow.FOLLOW_LIMIT
+    ny, nx, levels = columns.t.shape
+    heat = HeatTransport.empty(ny, 1e-4 * np.arange(nx), levels - 1)
+    heat.pivot[:], heat.source[:] = 1.0, 2e-6 * np.random.default_rng(4).normal(size=heat.source.shape)
+    scales = SimpleNamespace(hertz=SimpleNamespace(p_max=P_MAX), h_unit=1e-6)
+    film = WarmFilm(SimpleNamespace(scales=scales), columns.t.copy(), None, heat)
+    (_, g, _), (_, dg, _), by_t = columns.compiled()
+    d_p = np.full((ny, nx), 0.02)
+    d_p[1] = -0.02
+    film.follow(SimpleNamespace(g=g, dg=dg, by_t=by_t), d_p, np.zeros((ny, nx)))
+    expected = np.zeros(columns.t.shape)
+    expected[:, 1:-1, 1:-1] = heat.source[:, 1:-1] * (d_p * P_MAX)[:, 1:-1, None]
+    assert expected.max() > limit > -limit > expected.min()
+    assert (np.abs(expected[:, 1:-1, 1:-1]) < limit).any()
+    np.testing.assert_allclose(film.temperature - columns.t, np.clip(expected, -limit, limit), atol=1e-10)
 
 
 def isothermal(columns, p, t):
