@@ -136,8 +136,9 @@ def test_film_sticks_to_both_walls_with_spin(update):
         1.2 * u - spin * y[:, None], 0.9 * u + spin * y[:, None], spin * x * u, -spin * x * u
     )
     flow = film_flow.FilmFlow.empty(n_y, n_x, N_Z)
+    flow.gradient_x[:], flow.gradient_y[:] = np.gradient(p, x, axis=1), np.gradient(p, y, axis=0)
     law = OIL.model_copy(update=update)
-    film_flow.film_flow(oil.oil_table(law, T_IN), x, y, False, p, h, t, speeds, flow)
+    film_flow.film_flow(oil.oil_table(law, T_IN), x, p, h, t, speeds, flow)
     rho_a, rho_b = (flow.m_x[0, 0, k] / (h[0, 0] * s[0, 0]) for k, s in ((0, speeds.u_a), (-1, speeds.u_b)))
     assert rho_a == pytest.approx(rho_b, rel=1e-6)
     np.testing.assert_allclose(flow.m_x[..., 0] * speeds.v_a, flow.m_y[..., 0] * speeds.u_a, atol=1e-12)
@@ -147,3 +148,55 @@ def test_film_sticks_to_both_walls_with_spin(update):
     assert np.abs(flow.m_x[..., -1] / (density * h) - speeds.u_b).max() <= NEWTON * largest
     assert np.abs(flow.m_y[..., -1] / (density * h) - speeds.v_b).max() <= NEWTON * largest
     assert (flow.thinning.max() > 1.5) == bool(update)
+
+
+# --- what the energy equation and the Newton step take from a thinned column -----------------------------------------
+
+
+def sheared(update, u_b, gradient=3e12, across=20.0):
+    """Flow in a row of columns that all slide by 1 - u_b under one gradient; hotter by `across` at surface b; SI."""
+    x, ones = 1e-4 * np.arange(4), np.ones((1, 4))
+    t = 305.0 + across * np.arange(N_Z + 1) / N_Z + np.zeros((1, 4, 1))
+    flow = film_flow.FilmFlow.empty(1, 4, N_Z)
+    flow.gradient_x[:] = gradient
+    speeds = film_flow.SurfaceSpeeds(ones, u_b * ones, 0.0 * ones, 0.0 * ones)
+    table = oil.oil_table(OIL.model_copy(update=update), T_IN)
+    film_flow.film_flow(table, x, 6e8 * ones, GAP * ones, t, speeds, flow)
+    return flow
+
+
+@pytest.mark.parametrize("update", [{}, *RHEOLOGIES.values()], ids=["newtonian", *RHEOLOGIES])
+@pytest.mark.parametrize("slide", [0.1, 0.5])
+def test_fluidity_is_the_slope_of_the_sliding_over_the_stress(update, slide):
+    """d(u_b - u_a)/d tau of a column that shears along x alone, at a given gradient, by differences."""
+    eps = 1e-4 * slide
+    at, ahead, behind = (sheared(update, 1.0 - slide + step) for step in (0.0, eps, -eps))
+    slope = 2.0 * eps / (ahead.traction_x - behind.traction_x)
+    assert np.abs(at.fluidity / slope - 1.0).max() <= 1e-5
+    # a thinned oil gives way more than by its sliding over its stress
+    secant = GAP * (at.thinning / np.exp(at.ln_eta)) @ WEIGHTS
+    assert (at.fluidity.min() > 1.05 * secant.max()) == bool(update)
+
+
+@pytest.mark.parametrize("update", [{}, *RHEOLOGIES.values()], ids=["newtonian", *RHEOLOGIES])
+def test_pressure_flow_does_no_work_with_the_sliding(update):
+    """The stress about which the gradient turns it is that of the sliding: their work is all the heat but the power."""
+    flow = sheared(update, 0.9, gradient=2e13)
+    assert np.abs(flow.stress_x / flow.traction_x - 1.0).max() > 1e-4  # not the stress in mid-film
+    work = flow.stress_x * (0.9 - 1.0)
+    np.testing.assert_allclose(flow.sliding @ WEIGHTS, work, rtol=NEWTON)
+    np.testing.assert_array_equal(flow.shear, flow.sliding)
+
+
+@pytest.mark.parametrize("update", RHEOLOGIES.values(), ids=RHEOLOGIES)
+def test_rolling_film_is_thinned_by_its_pressure_gradient_alone(update):
+    """Without slide no stress is left at the pivot, however much the gradient thins the walls: one viscosity."""
+    flow = sheared(update, 1.0, gradient=1.5e14, across=0.0)
+    assert flow.thinning.max() > 1.2
+    largest = np.abs(flow.rate / GAP * np.exp(flow.ln_eta) / flow.thinning).max()
+    assert largest > 1e6
+    assert np.abs(flow.stress_x).max() <= 1e-6 * largest
+    assert flow.driven.min() >= 0.0
+    # the walls are sheared most, the pivot in mid-film not at all
+    assert flow.driven[..., [0, -1]].min() > 0.0
+    np.testing.assert_allclose(flow.driven[..., N_Z // 2], 0.0, atol=1e-6)
