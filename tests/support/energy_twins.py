@@ -148,9 +148,11 @@ def sweep(
             # more pressure: thicker oil is sheared less, by a stress that rises everywhere
             factors["source"][j, i] = (squeezed - sliding * stiff + by_stress * (stress @ stiff))[inner]
             factors["lift"][j, i] = flow.driven[j, i, inner]
-            # a wider gap: less conduction; more oil sheared, at a stress that falls as 1/h
+            # a wider gap: less conduction; more oil sheared, at a stress that falls with the rate of the same sliding
+            slid = rate.sum() - 0.5 * (rate[0] + rate[-1])
+            eased = 0.0 if damped else slid * dz / fluid
             bent = lam / dz * np.diff(before, 2)
-            factors["widen"][j, i] = (-bent + (sliding - by_stress * flow.stress_x[j, i])[inner]) / h[j, i]
+            factors["widen"][j, i] = (-bent + (sliding - by_stress * eased)[inner]) / h[j, i]
             by_walls = solve @ walls
             delta = new - t[j, i, inner]
             change = np.maximum(change, np.abs(delta).max())

@@ -17,6 +17,8 @@ from .half_space.grid import TINY, Array
 from .half_space.walls import wall_operator
 from .problem import ContactProblem, Iteration, WarmFilm
 
+Columns = NDArray[np.int64]
+
 # "moved to": measured on ten contacts (rolling, sliding, spin, shear thinning; two with hot inlets of thick films at
 # 6000 rpm), 321 iterations in all. Films of those that converge change by less than 5e-4 unless stated.
 #: share of the change of one iteration that is taken at first, undamped and damped; moved to 0.3 or 0.8, one of the hot
@@ -364,7 +366,7 @@ def wall_operators(problem: ContactProblem) -> tuple[LineConvolution, LineConvol
     return wall_a, wall_a if c.u_2 == c.u_1 else operator(c.u_2)
 
 
-def warm_columns(problem: ContactProblem) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def warm_columns(problem: ContactProblem) -> tuple[Columns, Columns]:
     """First column of every line where the energy equation is solved, and the one behind the last."""
     film, nodes = problem.scales.warm_film, problem.geometry.grid.x.size
     near = problem.geometry.undeformed <= problem.options.warm_films * film + 1.0

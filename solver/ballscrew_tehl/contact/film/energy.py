@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from ..half_space.grid import TINY, Array
 from ..half_space.walls import LineConvolution
@@ -43,12 +44,12 @@ class FaceFlow(NamedTuple):
     x: Array
     y: Array
     z: Array
-    start: Array
-    end: Array
-    reverse: Array
+    start: NDArray[np.int64]
+    end: NDArray[np.int64]
+    reverse: NDArray[np.int64]
 
     @classmethod
-    def empty(cls, start: Array, end: Array, nx: int, nz: int) -> FaceFlow:
+    def empty(cls, start: NDArray[np.int64], end: NDArray[np.int64], nx: int, nz: int) -> FaceFlow:
         ny = start.size
         return cls(
             np.zeros((ny, nx - 1, nz + 1)),
@@ -64,8 +65,8 @@ class FaceFlow(NamedTuple):
 def face_flow(width, h_y, mirror, heat, p, flux_x, flux_y, flow, face):
     """Mass through the faces: profiles of the nodes, in sum the flux of the Reynolds equation; fills face.
 
-    width (nx,), h_y [m]; p (n_y, n_x) in any unit; flux_x (n_y, n_x-1), flux_y (n_y-1, n_x) [kg/(m s)]. Along a line the flux follows from
-    continuity, so that it is also right where the film cavitates.
+    width (nx,), h_y [m]; p (n_y, n_x) in any unit; flux_x (n_y, n_x-1), flux_y (n_y-1, n_x) [kg/(m s)]. Along a line
+    the flux follows from continuity, so that it is also right where the film cavitates.
     """
     ny, nx, nz = flow.m_x.shape[0], flow.m_x.shape[1], flow.m_x.shape[2] - 1
     dz = 1.0 / nz
@@ -216,9 +217,10 @@ def sweep(
 ):  # fmt: skip
     """One Gauss-Seidel sweep along x (forward or backward) over all columns, each solved across the film; walls held.
 
-    width (nx,), h_y [m]; t_at: temperatures that flow belongs to; damped: dissipation as if hotter oil sheared with less
-    heat everywhere and temperatures did not follow the pressure, which converges slowly from far away. Else dissipation is linearised at the sliding and the flux of the column: hotter oil at the
-    same stress shears faster, and the stress falls; what the pressure flow dissipates is its flux times the gradient.
+    width (nx,), h_y [m]; t_at: temperatures that flow belongs to; damped: dissipation as if hotter oil sheared with
+    less heat everywhere and temperatures did not follow the pressure, which converges slowly from far away. Else
+    dissipation is linearised at the sliding and the flux of the column: hotter oil at the same stress shears faster,
+    and the stress falls; what the pressure flow dissipates is its flux times the gradient.
     Fills q_a, q_b (heat flux into the walls, W/m2), response (n_y, n_x, 4): -dq_a/dT_a, dq_a/dT_b, dq_b/dT_a,
     -dq_b/dT_b with the neighbour columns held, and heat, the factors by which temperatures follow the pressure.
     Backward, and forward unless whole, only columns with reverse flow are visited. Returns the largest change [K].
@@ -229,7 +231,7 @@ def sweep(
     start_at, end_at, reverse_at = face.start, face.end, face.reverse
     f_compression, f_driven, f_fluidity, f_rate = flow.compression, flow.driven, flow.fluidity, flow.rate
     f_shear, f_sliding, f_soft, f_squeeze = flow.shear, flow.sliding, flow.soft, flow.squeeze
-    f_stiff, f_stress_share, f_stress_x = flow.stiff, flow.stress_share, flow.stress_x
+    f_stiff, f_stress_share = flow.stiff, flow.stress_share
     h_lift, h_lower, h_pivot, h_source = heat.lift, heat.lower, heat.pivot, heat.source
     h_squeeze, h_stress, h_up_1, h_up_2 = heat.squeeze, heat.stress, heat.up_1, heat.up_2
     h_upper, h_weight, h_widen = heat.upper, heat.weight, heat.widen
@@ -250,7 +252,7 @@ def sweep(
             cond = conductivity / (h[j, i] * dz)
             eased = dz / f_fluidity[j, i] if f_fluidity[j, i] > 0.0 and not damped else 0.0
             # change of the stress by what the walls have warmed since, and by temperatures and pressure
-            known = stiff = 0.0
+            known = stiff = slid = 0.0
             for k in range(nz + 1):
                 rate = f_rate[j, i, k] * (0.5 if k == 0 or k == nz else 1.0)
                 warmed = t_at[j, i, k]
@@ -258,6 +260,7 @@ def sweep(
                     warmed -= t[j, i, k]
                 known += rate * f_soft[j, i, k] * warmed
                 stiff += rate * f_stiff[j, i, k]
+                slid += rate
             wall_a = 0.5 * f_rate[j, i, 0] * f_soft[j, i, 0]
             wall_b = 0.5 * f_rate[j, i, nz] * f_soft[j, i, nz]
             for r in range(n):
@@ -294,7 +297,7 @@ def sweep(
                 h_weight[j, i, r] = f_rate[j, i, k] * sigma
                 h_lift[j, i, r] = f_driven[j, i, k]
                 spread = cond / dz * (2.0 * t[j, i, k] - t[j, i, k - 1] - t[j, i, k + 1])
-                h_widen[j, i, r] = (spread + s - by_stress * f_stress_x[j, i]) / h[j, i]
+                h_widen[j, i, r] = (spread + s - u * slid) / h[j, i]
             rhs[0, 0] -= lower[0] * t[j, i, 0]
             rhs[n - 1, 0] -= upper[n - 1] * t[j, i, nz]
             rhs[0, 1] -= lower[0]

@@ -40,9 +40,9 @@ class FilmFlow(NamedTuple):
     m_x, m_y : rho u h, rho v h [kg/(m s)] per unit of z/h; shear : dissipation, compression : heating (per kelvin of
     T) times h [W/m2]; sliding : the part of shear that falls with the viscosity; driven : the distribution across the
     film of that of the pressure flow; squeeze : change of compression with the pressure of the node [W/(m2 Pa)], per
-    kelvin; soft : -d ln(eta)/dT [1/K]; stiff : d ln(eta)/dp [1/Pa]; rate : shear rate along x times h [m/s]; thinning : S;
-    ln_eta : ln of eta [Pa s] that S belongs to; stress_share : d ln(stress)/d ln(eta) at a given shear rate, 1 if
-    Newtonian;
+    kelvin; soft : -d ln(eta)/dT [1/K]; stiff : d ln(eta)/dp [1/Pa]; rate : shear rate along x times h [m/s];
+    thinning : S; ln_eta : ln of eta [Pa s] that S belongs to; stress_share : d ln(stress)/d ln(eta) at a given
+    shear rate, 1 if Newtonian;
     (n_y, n_x): fluidity : integral of dz/e, with the slope of the rate over stress of a thinning oil [m/(Pa s)];
     stress_x, stress_y : at the level about which the pressure gradient turns it [Pa]; traction_x, traction_y : in
     mid-film [Pa]; gradient_x, gradient_y : pressure gradient that drives the flux of the faces [Pa/m], power : its
@@ -73,9 +73,10 @@ class FilmFlow(NamedTuple):
 
     @classmethod
     def empty(cls, ny: int, nx: int, nz: int) -> FilmFlow:
-        films = np.zeros((10, ny, nx, nz + 1))
+        films, columns = np.zeros((10, ny, nx, nz + 1)), np.zeros((8, ny, nx))
         thinning, stress_share = np.ones((2, ny, nx, nz + 1))
-        return cls(*films, thinning, np.zeros_like(thinning), stress_share, *np.zeros((8, ny, nx)))
+        fields = [*films, thinning, np.zeros_like(thinning), stress_share, *columns]
+        return cls(*fields)
 
 
 @njit(cache=True, error_model="numpy")
@@ -277,7 +278,8 @@ def wall_stress(oil, p, h, p_x, p_y, du, dv, viscosity, weights, thinning):
 def film_flow(oil, x, p, h, t, speeds, flow):
     """Velocities, stresses and heat sources of pressure p [Pa], gap h [m], temperature t [K] on nodes x [m].
 
-    Fills flow; its gradients and power are those of kernels.pressure_flow, its thinning is the start for a shear-thinning column.
+    Fills flow; its gradients and power are those of kernels.pressure_flow, its thinning is the start for a
+    shear-thinning column.
     """
     ny, nx = p.shape
     n = t.shape[2] - 1

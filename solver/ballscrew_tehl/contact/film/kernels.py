@@ -145,9 +145,9 @@ def smaller(a, b):
 def line_flux(j, width, share, mirror, p, flux_x, flux_y, out):
     """Flux through the faces of line j by continuity; out (n_x-1,).
 
-    From the face behind the largest pressure, where the wedge alone carries the flow: far upstream the flux is the small
-    difference of two flows that grow with the gap, and errors of the pressure weigh as much. share: of flux_y per
-    unit of width.
+    From the face behind the largest pressure, where the wedge alone carries the flow: far upstream the flux is the
+    small difference of two flows that grow with the gap, and errors of the pressure weigh as much. share: of flux_y
+    per unit of width.
     """
     nx = out.size + 1
     anchor = 1
@@ -294,8 +294,8 @@ def jacobian_times(
 
 @njit(cache=True, error_model="numpy")
 def line_jacobian(
-    j, width, kappa_h, mirror, c_x, c_y, wedge, gap, g, g_y, penalty, squeeze, squash, dln_phi, dg, far_phi, far_g, same_line, out,
-    column,
+    j, width, kappa_h, mirror, c_x, c_y, wedge, gap, g, g_y, penalty, squeeze, squash, dln_phi, dg, far_phi, far_g,
+    same_line, out, column,
 ):  # fmt: skip
     """Jacobian of line j to its own pressures, deflection of the line by itself included.
 
@@ -305,7 +305,6 @@ def line_jacobian(
     out (nx-2, nx-2); column (nx-2,): derivative to a rigid approach (same gap change everywhere).
     """
     nx = gap.shape[1]
-    n = nx - 2
     double = 2.0 if mirror and j == 0 else 1.0
     far = far_phi.size > 0
     by_h, by_p, by_phi, by_g = np.zeros(4), np.zeros(3), np.zeros(3), np.zeros(4)

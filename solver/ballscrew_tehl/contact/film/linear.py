@@ -23,10 +23,10 @@ SUMS = {"reassoc", "contract"}
 class LinearSystem(NamedTuple):
     """Jacobian of residual and load at one state; arrays (n_y, n_x) unless said.
 
-    width (n_x,), kappa_h, mirror: of the grid; gap, g, g_y, dln_phi, dg, dg_y, penalty: of the film, derivatives to the
-    film pressure of the node; by_t (n_y, n_x, 3, n_z+1): to temperatures; c_x, c_y, wedge: of the faces; squash: share of
-    the film pressure that a unit of gap takes; scale: size of the diagonal, load its last; weights: of the load; free: whether the approach follows
-    from the load, else it is held;
+    width (n_x,), kappa_h, mirror: of the grid; gap, g, g_y, dln_phi, dg, dg_y, penalty: of the film, derivatives to
+    the film pressure of the node; by_t (n_y, n_x, 3, n_z+1): to temperatures; c_x, c_y, wedge: of the faces; squeeze:
+    inverse step of pseudo time, 0 = steady; squash: what a unit of gap takes from the film pressure; scale: size of the
+    diagonal, load its last; weights: of the load; free: whether the approach follows from the load, else it is held;
     forward, modes, backward: deflection in single precision, same_line (n_x, n_x): that of a line by itself;
     heat, unit [Pa], unit_h [m]: temperatures that follow the pressure, warm: whether they do.
     """
@@ -145,7 +145,7 @@ def convolve(forward, modes, backward, field, out):
 @njit(cache=True, error_model="numpy")
 def factor_lines(s, factors):
     """Factors of every line's Jacobian with the line's own deflection and heat; returns whether all are regular."""
-    ny, nx = s.gap.shape
+    nx = s.gap.shape[1]
     n = nx - 2
     first = 0 if s.mirror else 1
     column = np.empty(n)
@@ -160,8 +160,8 @@ def factor_lines(s, factors):
                 s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.same_line, columns, far_phi, far_g
             )
         kernels.line_jacobian(
-            j, s.width, s.kappa_h, s.mirror, s.c_x, s.c_y, s.wedge, s.gap, s.g, s.g_y, s.penalty, s.squeeze, s.squash, s.dln_phi,
-            s.dg, far_phi, far_g, s.same_line, factors.lu[row], column,
+            j, s.width, s.kappa_h, s.mirror, s.c_x, s.c_y, s.wedge, s.gap, s.g, s.g_y, s.penalty, s.squeeze, s.squash,
+            s.dln_phi, s.dg, far_phi, far_g, s.same_line, factors.lu[row], column,
         )  # fmt: skip
         if not lu_factor(factors.lu[row], factors.pivots[row]):
             return False

@@ -15,13 +15,14 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
+from scipy.special import elliprd
 
 from ...physics.hertz import ratio_of_axes
 from ..half_space.deflection import LineConvolution, deflection_operator
 from ..half_space.dry import dry_contact
 from ..half_space.grid import TINY, Array, Grid, graded_grid, uniform_grid
 from . import kernels
-from .linear import LineFactors, LinearSystem, factor_lines, gmres
+from .linear import LinearSystem, LineFactors, factor_lines, gmres
 from .transport import HeatTransport
 
 TARGET_LOAD = 2.0 * np.pi / 3.0
@@ -337,7 +338,7 @@ class ContactGeometry:
         factors: LineFactors | None,
         pseudo_step: float = np.inf,
     ) -> tuple[ReynoldsState, NewtonHistory, LineFactors | None]:
-        """Newton steps of pressures and approach; pseudo_step: the first one of pseudo time [b/u_e], none by default."""
+        """Newton steps of pressures and approach; pseudo_step: the first of pseudo time [b/u_e], none by default."""
         history = NewtonHistory(reason=f"no convergence in {max_steps} Newton steps")
         p, h_0, gap = state.p, state.h_0, state.gap
         steady, length = not np.isfinite(pseudo_step), _StepLength(p)
@@ -531,8 +532,6 @@ def _hertz_factor(kappa: float) -> float:
     Source: Johnson 1985, Eqs. 4.24-4.26 with the symmetric integral R_D:
     factor = 3/(2 pi kappa^3 R_D(0, 1, kappa^2)); 2/pi^2 for the circle.
     """
-    from scipy.special import elliprd
-
     return float(1.5 / (np.pi * kappa**3 * elliprd(0.0, 1.0, kappa**2)))
 
 
