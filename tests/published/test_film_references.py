@@ -79,7 +79,8 @@ def test_extrapolation_and_its_error_estimate_hold_over_the_table():
     # 0.01 % against 0.14 % found; uncertainty of the table 0.5 %
     assert rms(reported) <= 1e-3
     assert rms(reported) <= 0.5 * rms(plain)
-    assert 0.5 < rms(plain) / rms(estimates) < 2.0
+    # the estimate: a quarter of what the extrapolation adds, and the tolerance
+    assert 2.0 < rms(plain) / rms(estimates) < 4.0
     # the error is within its estimate and the printed digits of the table
     assert np.all(np.abs(reported) <= estimates + 1e-3)
 
