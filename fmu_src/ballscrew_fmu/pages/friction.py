@@ -19,7 +19,7 @@ The binaries of this FMU (pythonfmu) run Python code inside the importing proces
 """
 REFINE = """\
 - with refine = true also numba, scipy and pydantic. Without them the results are those of the map, and an error
-  is logged. The contact solver is compiled once per machine (about 20 s) and kept in the user's cache folder
+  is logged. The contact solver is compiled once per machine (about 40 s) and kept in the user's cache folder
   (XDG_CACHE_HOME or ~/.cache, LOCALAPPDATA, ~/Library/Caches), below ballscrew_tehl.
 """
 LEAD = (

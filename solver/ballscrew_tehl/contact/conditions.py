@@ -99,7 +99,7 @@ class SolverOptions:
     tolerance of pressure [p_max] and of temperature (relative to the largest rise). x_in, x_out [b], y_max [a]:
     domain with P = 0 on its edges, None = wide enough for a fully flooded contact; x_in is also the meniscus of a
     starved one. warm_films: gap, in films, up to which the energy equation is solved: oil enters there, or at x_in,
-    with the inlet temperature. Twice as many change the film by 0.1 % at most (seven contacts of two screws).
+    with the inlet temperature. Twice as many change the film by 0.1 % at most (eight contacts of two screws).
     extent, density: multiply the default domain and the default number of lines over it.
     """
 
@@ -139,7 +139,8 @@ class SolverOptions:
     def refined(self, factor: float) -> SolverOptions:
         """The truth check: nodes, lines and layers by a factor, and the extent of film and energy domain as well.
 
-        The tolerance falls with the square. Lines and layers are rounded to even numbers of cells.
+        The tolerance falls with the square. Lines and layers are rounded to even numbers of cells. A given domain
+        stays.
         Raises ValueError: factor out of range
         """
         if not (1.0 <= factor <= 8.0):

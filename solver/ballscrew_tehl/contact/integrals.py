@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .half_space.grid import Array
+from .half_space.grid import TINY, Array
 from .problem import ContactProblem, Iteration
 
 #: length over which temperatures are averaged for the smoothed maximum [b]: wider than a pressure spike
@@ -86,8 +86,8 @@ def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: fl
         rise_smooth = float(_means_over(grid.x, hottest, SMOOTHED_OVER).max())
         temperature = float(np.sum(inside * (it.temperature @ layers)) / np.sum(inside))
     # viscosity that carries the stress of sliding at its shear rate
-    viscosity = gap / np.maximum(flow.fluidity, np.finfo(float).tiny)
-    sheared = np.exp(np.sum(inside * np.log(np.maximum(viscosity, np.finfo(float).tiny))) / np.sum(inside))
+    viscosity = gap / np.maximum(flow.fluidity, TINY)
+    sheared = np.exp(np.sum(inside * np.log(np.maximum(viscosity, TINY))) / np.sum(inside))
     return ContactIntegrals(
         resistance,
         abs(c.u_e) * resistance,

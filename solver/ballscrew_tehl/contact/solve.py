@@ -40,8 +40,8 @@ WORTH_TRYING = 0.8
 #: tolerance on the grid of half the nodes, where a cold solve begins: bounds the error of the extrapolation
 COARSE_TOLERANCE = 3e-5
 #: share of the extrapolation from half the nodes that counts as the error of the extrapolated film: that of the next
-#: order. Twice the nodes, lines, layers and extent change h_c by 2e-4 in the median, 0.24 of the extrapolation at most
-#: (51 random resolved contacts of both kinematics)
+#: order. Twice the nodes, lines, layers and extent change h_c by 2e-4 in the median, 4e-3 at most; that is 0.24 at most
+#: of extrapolation, rest and tolerance together (51 random resolved contacts of both kinematics)
 REMAINDER = 0.25
 #: share of the change by half the layers and half the extent of the energy equation that counts as their error: a third
 #: for second order (layers), all of it for first order (extent)
@@ -113,17 +113,13 @@ class ContactSolution:
 
     def share_below(self, film: float) -> float:
         """Share of the Hertz ellipse whose film is below one [m]."""
-        inside = self.x[None, :] ** 2 + self.y[:, None] ** 2 <= 1.0
-        weights = (
-            np.gradient(self.x)[None, :]
-            * np.where(self.y == 0.0, 1.0, 2.0 if self.mirrored else 1.0)[:, None]
-        )
-        return float(np.sum(weights * inside * (self.film < film)) / np.sum(weights * inside))
+        inside = (self.x[None, :] ** 2 + self.y[:, None] ** 2 <= 1.0) * self.grid.weights
+        return float(np.sum(inside * (self.film < film)) / np.sum(inside))
 
     @property
-    def mirrored(self) -> bool:
-        """Whether the fields are those of the half plane Y >= 0."""
-        return bool(self.y[0] == 0.0)
+    def grid(self) -> Grid:
+        """The grid of the fields."""
+        return Grid(self.x, self.y, self.choice.mirror, self.choice.open_side)
 
     @property
     def usable(self) -> bool:
@@ -189,7 +185,7 @@ def announce_compilation() -> bool:
     compiled = cache is not None and any(Path(cache).glob("energy.sweep-*.nbi"))
     if not compiled:
         logging.getLogger(__name__).warning(
-            "compiling the contact solver: once per machine, about 20 s on a quiet one"
+            "compiling the contact solver: once per machine, about 40 s on a quiet one"
         )
     return not compiled
 
@@ -285,18 +281,7 @@ def _solve_on_grid(
         it = _solve_from(problem, None, None, options.tolerance)
         return _result(problem, it, time.perf_counter() - begun, (math.nan, math.nan), None)
     coarse = ContactProblem(conditions, oil, solid, options, coarse_choice)
-    rest = 0.0
-    if options.thermal:
-        # half the layers and half the extent first: the beginning costs less, and the difference tells their error
-        rough = ContactProblem(conditions, oil, solid, _half(options), coarse_choice)
-        before = _solve_from(rough, None, None, COARSE_TOLERANCE)
-        first = before
-        if before.converged:
-            first = _solve_from(coarse, *_prolonged(rough, before, coarse), COARSE_TOLERANCE, before.damped)
-        if before.converged and first.converged:
-            rest = REST_SHARE * abs(rough.central_film(before) / coarse.central_film(first) - 1.0)
-    if not options.thermal or not first.converged:
-        first = _solve_from(coarse, None, None, COARSE_TOLERANCE)
+    first, rest = _solve_coarse(coarse)
     if first.converged:
         it = _solve_from(problem, *_prolonged(coarse, first, problem), options.tolerance, first.damped)
     if not first.converged or not it.converged:
@@ -309,6 +294,23 @@ def _solve_on_grid(
         (h_coarse, at_coarse), (h_fine, at_fine) = _least_film(coarse, first), _least_film(problem, it)
         own = (1.0 - h_coarse / h_fine) / 3.0 if at_coarse == at_fine == 0 else extrapolation
     return _result(problem, it, time.perf_counter() - begun, (extrapolation, own), coarse, rest)
+
+
+def _solve_coarse(coarse: ContactProblem) -> tuple[Iteration, float]:
+    """Solution of half the nodes, and the relative error of the film by layers and extent of the energy equation.
+
+    Half the layers and half the extent come first: the beginning costs less, and the difference tells their error.
+    """
+    if coarse.options.thermal:
+        rough = ContactProblem(coarse.given, coarse.oil, coarse.solid, _half(coarse.options), coarse.choice)
+        before = _solve_from(rough, None, None, COARSE_TOLERANCE)
+        if before.converged:
+            start = _prolonged(rough, before, coarse)
+            first = _solve_from(coarse, *start, COARSE_TOLERANCE, before.damped)
+            if first.converged:
+                change = rough.central_film(before) / coarse.central_film(first) - 1.0
+                return first, REST_SHARE * abs(change)
+    return _solve_from(coarse, None, None, COARSE_TOLERANCE), 0.0
 
 
 def _half(options: SolverOptions) -> SolverOptions:
@@ -406,14 +408,13 @@ def _prolonged(
 def _carried(start: ContactSolution, problem: ContactProblem) -> tuple[ReynoldsState, Array | None]:
     """A neighbouring solution as a start: pressures in Hertz units, the gap by its share of the expected film."""
     c, scales = problem.conditions, problem.scales
-    source = Grid(start.x, start.y)
     own = scales_of(start.conditions, problem.oil)
     share = scales.film_estimate / own.film_estimate
     temperature = start.temperature
     if temperature is not None:
         temperature = np.maximum(temperature - start.conditions.temperature, 0.0) + c.temperature
     gap = start.state.gap + start.h_c / own.h_unit * (share - 1.0)
-    return _on_grid(source, start.state.p, gap, temperature, problem)
+    return _on_grid(start.grid, start.state.p, gap, temperature, problem)
 
 
 def _result(

@@ -19,6 +19,8 @@ _UNITS = {
     "u_e": ("m/s", "mean speed of both surfaces relative to the contact"),
     "R": ("m", "reduced radius along rolling"),
     "R_x": ("m", "reduced radius along rolling"),
+    "R_y": ("m", "reduced radius across rolling"),
+    "temperature": ("K", "kelvin, 303.15 for 30 C"),
     "eta0": ("Pa s", "viscosity at ambient pressure"),
     "alpha_pv": ("1/Pa", "pressure-viscosity coefficient"),
     "p_max": ("Pa", "Hertz pressure"),

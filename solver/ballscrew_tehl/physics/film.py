@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..parameters.file import LubricantParameters
+from .bounds import needs_positive
 from .lubricant import eta0, pressure_viscosity, relative_density, temperature_slope
 
 
@@ -21,12 +22,6 @@ class FilmGroups(NamedTuple):
     G: Any
     M: Any
     L: Any
-
-
-def _needs_positive(**values: Any) -> None:
-    for name, value in values.items():
-        if not np.all((np.asarray(value) > 0.0) & np.isfinite(value)):
-            raise ValueError(f"{name} = {value}; needs finite, > 0")
 
 
 def _needs_ratio(radius_ratio: Any) -> None:
@@ -48,7 +43,7 @@ def film_groups(load: Any, u_e: Any, R_x: Any, E_prime: Any, eta0: Any, alpha_pv
         >>> round(float(g.M), 2), round(float(g.L), 3)
         (378.68, 14.329)
     """
-    _needs_positive(load=load, u_e=u_e, R_x=R_x, E_prime=E_prime, eta0=eta0, alpha_pv=alpha_pv)
+    needs_positive(load=load, u_e=u_e, R_x=R_x, E_prime=E_prime, eta0=eta0, alpha_pv=alpha_pv)
     U, W, G = eta0 * u_e / (E_prime * R_x), load / (E_prime * R_x**2), alpha_pv * E_prime
     return FilmGroups(U, W, G, W * (2.0 * U) ** -0.75, G * (2.0 * U) ** 0.25)
 
@@ -73,7 +68,7 @@ def nijenbanning_venner_moes(M: Any, L: Any, radius_ratio: Any) -> Any:
         >>> round(float(nijenbanning_venner_moes(200.0, 10.0, 1.0)), 2)
         4.38
     """
-    _needs_positive(M=M, L=L)
+    needs_positive(M=M, L=L)
     _needs_ratio(radius_ratio)
     lam = np.asarray(radius_ratio, dtype=float)
     shape = 1.0 + 0.006 * np.log(lam) + 0.63 * lam ** (4.0 / 7.0)
@@ -106,7 +101,7 @@ def central_film_estimate(
     Parameters   groups : see moes_groups;  R_x, R_y [m];  p_max [Pa];  temperature : that of the groups [K]
     Raises       ValueError: not finite, not positive, R_x > R_y
     """
-    _needs_positive(temperature=temperature, R_x=R_x, R_y=R_y)
+    needs_positive(temperature=temperature, R_x=R_x, R_y=R_y)
     H_c = nijenbanning_venner_moes(groups.M, groups.L, R_x / R_y)
     return compressible_film(lub, H_c * R_x * np.sqrt(2.0 * groups.U), p_max)
 
@@ -121,7 +116,7 @@ def hamrock_dowson(U: Any, W: Any, G: Any, radius_ratio: Any) -> tuple[Any, Any]
                  solutions H_c +5 to +15 % for M <= 1000, up to +25 % at 3e4; H_m -7 to +93 %: no benchmark
     Source       Hamrock & Dowson, J Lubr Technol 99 (1977) 264; k = 1.0339 (R_y/R_x)^0.636
     """
-    _needs_positive(U=U, W=W, G=G)
+    needs_positive(U=U, W=W, G=G)
     _needs_ratio(radius_ratio)
     k = 1.0339 * np.asarray(radius_ratio) ** -0.636
     H_c = 2.69 * U**0.67 * G**0.53 * W**-0.067 * (1.0 - 0.61 * np.exp(-0.73 * k))

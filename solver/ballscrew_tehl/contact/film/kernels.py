@@ -173,8 +173,8 @@ def pressure_flow(
     grad_x, grad_y (n_y, n_x), per unit of x and h_y: the smaller of the gradient that drives the mean flux of the faces
     and that of the pressures of the neighbours: beside a pressure spike, where the viscosity changes by decades from
     node to node, either may be far too large. power (n_y, n_x): flux times pressure drop, half of it to either node of
-    a face, per area; so its sum is that of all faces. While iterating, the flux along x is bounded by that of
-    continuity, which temperatures do not change. Zero in a cavitated node.
+    a face, per area, so that its sum is that of the faces between nodes under pressure. While iterating, the flux along
+    x is bounded by that of continuity, which temperatures do not change. Zero in a cavitated node.
     pull (n_y, n_x, 2), push (n_y, n_x, 4): changes of power with the pressure drops before and behind, and with the
     wedge fluxes at the nodes i-2 to i+1, which continuity asks the pressure to carry: on faces where pressure flow
     dominates over the deflection, by their share.

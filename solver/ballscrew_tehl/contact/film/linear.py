@@ -1,6 +1,6 @@
 """The linear system of one Newton step: GMRES with one LU factor per line along rolling as preconditioner.
 
-Right-preconditioned GMRES without restart (Saad 2003, algorithm 9.5). Vectors are fields (n_y, n_x), zero on the outer
+GMRES as in krylov. Vectors are fields (n_y, n_x), zero on the outer
 edges, and the approach behind them. Compiled as a whole: nothing between the products runs in Python.
 """
 
@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 
 from ..half_space.grid import Array
 from . import kernels
+from .krylov import SUMS, orthogonalise, rotate, solution
 from .transport import HeatTransport, film_change, follow, line_response
-
-#: sums may be reordered for vector units; NaN and infinity stay what they are
-SUMS = {"reassoc", "contract"}
 
 
 class LinearSystem(NamedTuple):
@@ -252,43 +250,6 @@ def times(s, v, dt, work, out):
 
 
 @njit(cache=True, error_model="numpy")
-def rotate(hessenberg, cs, sn, e, k):
-    """Givens rotations of column k of the Hessenberg matrix; returns the residual left."""
-    for i in range(k):
-        a, b = hessenberg[i, k], hessenberg[i + 1, k]
-        hessenberg[i, k], hessenberg[i + 1, k] = cs[i] * a + sn[i] * b, -sn[i] * a + cs[i] * b
-    a, b = hessenberg[k, k], hessenberg[k + 1, k]
-    size = np.hypot(a, b)
-    cs[k], sn[k] = a / size, b / size
-    hessenberg[k, k] = size
-    e[k + 1] = -sn[k] * e[k]
-    e[k] = cs[k] * e[k]
-    return abs(e[k + 1])
-
-
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
-def orthogonalise(basis, k, w, hessenberg):
-    """Make w orthogonal to the first k+1 vectors of the basis, twice, and the next vector of it."""
-    n = w.size
-    for again in range(2):
-        for i in range(k + 1):
-            total = 0.0
-            for m in range(n):
-                total += basis[i, m] * w[m]
-            hessenberg[i, k] = total if again == 0 else hessenberg[i, k] + total
-            for m in range(n):
-                w[m] -= total * basis[i, m]
-    total = 0.0
-    for m in range(n):
-        total += w[m] * w[m]
-    size = np.sqrt(total)
-    hessenberg[k + 1, k] = size
-    inv = 1.0 / size if size > 0.0 else 0.0
-    for m in range(n):
-        basis[k + 1, m] = inv * w[m]
-
-
-@njit(cache=True, error_model="numpy")
 def gmres(s, factors, rhs, tolerance, most, out):
     """Solve for a scaled right-hand side (n_y n_x + 1,); returns the iterations used and the relative residual left."""
     n = rhs.size
@@ -313,15 +274,6 @@ def gmres(s, factors, rhs, tolerance, most, out):
         used = k + 1
         if not left > tolerance * beta:
             break
-    y = np.zeros(used)
-    for i in range(used - 1, -1, -1):
-        total = e[i]
-        for m in range(i + 1, used):
-            total -= hessenberg[i, m] * y[m]
-        y[i] = total / hessenberg[i, i]
-    w[:] = 0.0
-    for i in range(used):
-        for m in range(n):
-            w[m] += y[i] * basis[i, m]
+    solution(basis, hessenberg, e, used, w)
     precondition(s, factors, w, out)
     return used, left / beta

@@ -18,13 +18,13 @@ from ..half_space.grid import Array
 class HeatTransport(NamedTuple):
     """Factors of the columns of the energy equation, (n_y, n_x, n_z-1) unless said.
 
-    up_1, up_2: weights of the temperatures one and two columns
-    upstream [W/(m2 K)]; source: heat by the pressure of the node, squeeze: by the difference of compression
-    [W/(m2 Pa)]; back_1, back_2 (n_x,): weights of the pressures upstream in that difference; lift: share of the power
-    of the pressure flow, widen: heat by the gap [W/m3]; pull (n_y, n_x, 2), push (n_y, n_x, 4): power by the pressure
-    drops before and behind and by the wedge fluxes at nodes i-2 to i+1, which pressure must carry [W/m2]; wedge_h
-    (n_y, n_x): wedge flux by g; lower, upper, pivot: factors of the column, pivot inverted; weight: how temperatures
-    change the stress, stress: how the stress changes the temperatures.
+    up_1, up_2: weights of the temperatures one and two columns upstream [W/(m2 K)]; source: heat by the pressure of
+    the node, squeeze: by the difference of compression [W/(m2 Pa)]; back_1, back_2 (n_x,): weights of the pressures
+    upstream in that difference; lift: share of the power of the pressure flow, widen: heat by the gap [W/m3]; pull
+    (n_y, n_x, 2), push (n_y, n_x, 4): power by the pressure drops before and behind and by the wedge fluxes at
+    nodes i-2 to i+1, which pressure must carry [W/m2]; wedge_h (n_y, n_x): wedge flux by g; lower, upper, pivot:
+    factors of the column, pivot inverted; weight: how temperatures change the stress, stress: how the stress
+    changes the temperatures.
     """
 
     up_1: Array
