@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dgetrf
 
 from ..half_space.grid import Array
 from . import kernels
@@ -60,13 +61,16 @@ class LinearSystem(NamedTuple):
 
 
 class LineFactors(NamedTuple):
-    """LU factors of all lines (lines, n, n), their row exchanges (lines, n), and the answer to a rigid approach.
+    """LU factors of all lines (lines, n, n) of the transposed matrices, their column exchanges (lines, n), and the
+    answer to a rigid approach.
 
-    approach (n_y, n_x), approach_load: its load.
+    Single precision, rows scaled to the size of their diagonal: GMRES corrects the rest. approach (n_y, n_x),
+    approach_load: its load.
     """
 
     lu: Array
-    pivots: NDArray[np.int64]
+    pivots: NDArray[np.int32]
+    scale: Array
     approach: Array
     approach_load: Array
 
@@ -74,57 +78,50 @@ class LineFactors(NamedTuple):
     def empty(cls, ny: int, nx: int, mirror: bool) -> LineFactors:
         lines, n = ny - (1 if mirror else 2), nx - 2
         return cls(
-            np.empty((lines, n, n)), np.empty((lines, n), dtype=np.int64), np.zeros((ny, nx)), np.zeros(1)
+            np.empty((lines, n, n), dtype=np.float64),
+            np.empty((lines, n), dtype=np.int32),
+            np.ones((ny, nx)),
+            np.zeros((ny, nx)),
+            np.zeros(1),
         )
 
 
-@njit(cache=True, error_model="numpy")
-def lu_factor(a, pivots):
-    """LU with row exchanges of a (n, n), in place; pivots (n,). Returns whether all pivots are finite and not zero."""
-    n = a.shape[0]
-    for k in range(n):
-        best, at = abs(a[k, k]), k
-        for i in range(k + 1, n):
-            if abs(a[i, k]) > best:
-                best, at = abs(a[i, k]), i
-        if not 0.0 < best < np.inf:
+def factor_lines(s: LinearSystem, factors: LineFactors, carried: bool) -> bool:
+    """Factors of every line's Jacobian with the line's own deflection; returns whether all are regular.
+
+    carried: with the heat that the oil of the line carries along, which costs as much as all the rest
+    """
+    factors.scale[:] = s.scale
+    line_jacobians(s, carried and s.warm, factors.lu, factors.approach)
+    for matrix, pivots in zip(factors.lu, factors.pivots, strict=True):
+        # the transposed matrix is stored by columns, as LAPACK wants it: factored in place
+        _, pivots[:], info = dgetrf(matrix.T, overwrite_a=1)
+        if info != 0:
             return False
-        pivots[k] = at
-        if at != k:
-            for m in range(n):
-                a[k, m], a[at, m] = a[at, m], a[k, m]
-        inv = 1.0 / a[k, k]
-        top = a[k]
-        for i in range(k + 1, n):
-            row = a[i]
-            f = row[k] * inv
-            row[k] = f
-            if f != 0.0:
-                for m in range(k + 1, n):
-                    row[m] -= f * top[m]
-    return True
+    answer_to_approach(s, factors)
+    return bool(np.isfinite(factors.approach_load[0]))
 
 
 @njit(cache=True, error_model="numpy", fastmath=SUMS)
 def lu_solve(a, pivots, b):
-    """Solve with the factors of lu_factor, b (n,) in place."""
+    """Solve with the factors a (n, n) and pivots of the transposed matrix by LAPACK getrf, b (n,) in place."""
     n = a.shape[0]
     for k in range(n):
+        row = a[k]
+        total = b[k]
+        for m in range(k):
+            total -= row[m] * b[m]
+        b[k] = total / row[k]
+    for k in range(n - 2, -1, -1):
+        row = a[k]
+        total = b[k]
+        for m in range(k + 1, n):
+            total -= row[m] * b[m]
+        b[k] = total
+    for k in range(n - 1, -1, -1):
         at = pivots[k]
         if at != k:
             b[k], b[at] = b[at], b[k]
-    for k in range(1, n):
-        row = a[k]
-        total = 0.0
-        for m in range(k):
-            total += row[m] * b[m]
-        b[k] -= total
-    for k in range(n - 1, -1, -1):
-        row = a[k]
-        total = 0.0
-        for m in range(k + 1, n):
-            total += row[m] * b[m]
-        b[k] = (b[k] - total) / row[k]
 
 
 @njit(cache=True, error_model="numpy")
@@ -141,34 +138,48 @@ def convolve(forward, modes, backward, field, out):
 
 
 @njit(cache=True, error_model="numpy")
-def factor_lines(s, factors):
-    """Factors of every line's Jacobian with the line's own deflection and heat; returns whether all are regular."""
+def line_jacobians(s, carried, out, approach):
+    """Jacobians of all lines (lines, n, n), rows scaled, and the scaled answers to a rigid approach (n_y, n_x)."""
     nx = s.gap.shape[1]
     n = nx - 2
     first = 0 if s.mirror else 1
-    column = np.empty(n)
-    far = nx if s.warm else 0
+    far = nx if carried else 0
     far_phi, far_g = np.empty((far, far)), np.empty((far, far))
     columns = np.empty((3 * s.heat.up_1.shape[2] + 5, nx))
-    load = 0.0
-    for row in range(factors.lu.shape[0]):
+    matrix, column = np.empty((n, n)), np.empty(n)
+    for row in range(out.shape[0]):
         j = row + first
-        if s.warm:
+        if carried:
             line_response(
                 s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.same_line, columns, far_phi, far_g
             )
         kernels.line_jacobian(
             j, s.width, s.kappa_h, s.mirror, s.c_x, s.c_y, s.wedge, s.gap, s.g, s.g_y, s.penalty, s.squeeze, s.squash,
-            s.dln_phi, s.dg, far_phi, far_g, s.same_line, factors.lu[row], column,
+            s.dln_phi, s.dg, far_phi, far_g, s.same_line, matrix, column,
         )  # fmt: skip
-        if not lu_factor(factors.lu[row], factors.pivots[row]):
-            return False
-        lu_solve(factors.lu[row], factors.pivots[row], column)
         for i in range(n):
-            factors.approach[j, i + 1] = column[i]
-            load += s.weights[j, i + 1] * column[i]
+            inv = 1.0 / s.scale[j, i + 1]
+            approach[j, i + 1] = inv * column[i]
+            for k in range(n):
+                out[row, i, k] = inv * matrix[i, k]
+
+
+@njit(cache=True, error_model="numpy")
+def answer_to_approach(s, factors):
+    """Line solves of what a rigid approach changes, in place, and their load."""
+    nx = s.gap.shape[1]
+    first = 0 if s.mirror else 1
+    line = np.empty(nx - 2, dtype=np.float64)
+    load = 0.0
+    for row in range(factors.lu.shape[0]):
+        j = row + first
+        for i in range(1, nx - 1):
+            line[i - 1] = factors.approach[j, i]
+        lu_solve(factors.lu[row], factors.pivots[row], line)
+        for i in range(1, nx - 1):
+            factors.approach[j, i] = line[i - 1]
+            load += s.weights[j, i] * line[i - 1]
     factors.approach_load[0] = load
-    return True
 
 
 @njit(cache=True, error_model="numpy")
@@ -176,13 +187,13 @@ def precondition(s, factors, v, out):
     """Line solves of a scaled residual v, bordered by the load balance."""
     ny, nx = s.gap.shape
     first = 0 if s.mirror else 1
-    line = np.empty(nx - 2)
+    line = np.empty(nx - 2, dtype=np.float64)
     out[:] = 0.0
     load = 0.0
     for row in range(factors.lu.shape[0]):
         j = row + first
         for i in range(1, nx - 1):
-            line[i - 1] = v[j * nx + i] * s.scale[j, i]
+            line[i - 1] = v[j * nx + i] * (s.scale[j, i] / factors.scale[j, i])
         lu_solve(factors.lu[row], factors.pivots[row], line)
         for i in range(1, nx - 1):
             out[j * nx + i] = line[i - 1]

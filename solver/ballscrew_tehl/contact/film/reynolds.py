@@ -47,6 +47,8 @@ KEEP_BELOW = 12
 #: pressure change [p_max] above which it is renewed at once; 16 contacts: a fifth fewer factorisations than at 3e-3; at
 #: 0.3, with 16 iterations, half as many products more and a tenth more Newton steps
 RENEW_ABOVE = 0.05
+#: iterations with factors that leave out the heat carried along the lines, after which it is put in
+MOST_KRYLOV_STILL = 24
 #: largest change of the approach of one Newton step, relative to film and flattening; moved to 0.1 or 2: no
 #: effect
 APPROACH_LIMIT = 0.5
@@ -478,11 +480,14 @@ def _linear_step(
     if factors is None:
         ny, nx = linear.residual.shape
         factors = LineFactors.empty(ny, nx, linear.geometry.grid.mirror)
-        if not factor_lines(system, factors):
-            raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
-        history.factorisations += 1
-        again, _ = gmres(system, factors, rhs, KRYLOV_TOLERANCE, MOST_KRYLOV, delta)
-        used += again
+        for carried, most in ((False, MOST_KRYLOV_STILL), (True, MOST_KRYLOV)):
+            if not factor_lines(system, factors, carried):
+                raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
+            history.factorisations += 1
+            again, left = gmres(system, factors, rhs, KRYLOV_TOLERANCE, most, delta)
+            used += again
+            if left <= KRYLOV_TOLERANCE:
+                break
     history.krylov.append(used)
     history.deflections += used + 1
     return delta, factors
