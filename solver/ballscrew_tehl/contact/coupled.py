@@ -196,7 +196,10 @@ class _CoupledRun:
         # far upstream oil circulates between the bodies, without an effect on the film
         near = it.state.gap <= max(NEAR_FILMS * self.problem.film_scale, NEAR_GAP)
         change = float(np.maximum(change, np.max(np.abs(residual[near]), initial=0.0) / rise))
-        self.mean_changes.append(float(np.sqrt(np.sum(residual[near] ** 2) / max(near.sum(), 1))) / rise)
+        # by load: a pressure spike covers many nodes and little of the contact
+        carried = np.maximum(it.state.p, 0.0) * self.problem.geometry.weights
+        mean = float(np.sum(carried * np.abs(residual).mean(axis=2)) / np.sum(carried))
+        self.mean_changes.append(mean / rise)
         step = self.relaxation.step(residual * near[..., None], change, it.temperature_history)
         step = min(step, TEMPERATURE_LIMIT / max(float(np.max(np.abs(residual[near]), initial=0.0)), TINY))
         self.temperature = self.temperature + np.where(near[..., None], step, 1.0) * residual
@@ -240,14 +243,15 @@ def _lost(changes: list[float], patience: int) -> bool:
 
 
 def _left(films: list[float]) -> float:
-    """Relative change that the film is expected to make yet: the last changes continued as a geometric series."""
-    if len(films) < 4:
+    """Relative change that the film is expected to make yet: the last change continued as a geometric series.
+
+    By the larger of its last two ratios: one change may be small by chance.
+    """
+    if len(films) < 3:
         return np.inf
-    changes = np.abs(np.diff(films[-7:]))
-    change, before = float(changes[-2:].max()), float(changes[:-2].max())
-    steps = changes.size - 2
-    ratio = min(max((change / max(before, TINY)) ** (1.0 / steps), LEAST_RATIO), LARGEST_RATIO)
-    return change * ratio / (1.0 - ratio) / abs(films[-1])
+    changes = np.maximum(np.abs(np.diff(films[-4:])), TINY)
+    ratio = min(max(float(np.max(changes[1:] / changes[:-1])), LEAST_RATIO), LARGEST_RATIO)
+    return float(changes[-1]) * ratio / (1.0 - ratio) / abs(films[-1])
 
 
 class Relaxation:
