@@ -231,7 +231,7 @@ def apply(system, v):
 
 def factored(system, mirror):
     factors = LineFactors.empty(*system.gap.shape, mirror)
-    assert linear.factor_lines(system, factors)
+    assert linear.factor_lines(system, factors, carried=True)
     return factors
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -47,7 +47,7 @@ class Iteration:
     flux_y: Array
     temperature: Array | None = None
     temperature_history: list[float] = field(default_factory=list)
-    balance: energy.HeatBalance | None = None
+    balance: Callable[[], energy.HeatBalance] | None = None
     converged: bool = False
     damped: bool = False
     reason: str = ""

@@ -462,7 +462,7 @@ def _result(
         error_estimate=REMAINDER * abs(extrapolation[0]) + rest + CONVERGED_AT * problem.options.tolerance,
         history=it.history,
         temperature_history=it.temperature_history,
-        heat_balance=it.balance,
+        heat_balance=None if it.balance is None else it.balance(),
         integrals=contact_integrals(problem, it, sign * traction.force),
         x=grid.x,
         y=grid.y,

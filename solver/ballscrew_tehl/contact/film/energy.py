@@ -424,23 +424,26 @@ class HeatBalance(NamedTuple):
 @njit(cache=True, error_model="numpy")
 def _balance(x, width, h_y, mirror, t, t_in, flow, face, q_a, q_b):
     """Generated, conducted, convected heat [W] of the lines of the grid, each as wide as h_y."""
+    # arrays by name: see sweep
+    flow_x, flow_y, start, end = face.x, face.y, face.start, face.end
+    shear, compression = flow.shear, flow.compression
     nz = t.shape[2] - 1
     generated = conducted = convected = 0.0
     for j in range(0 if mirror else 1, t.shape[0] - 1):
         twice = 2.0 if mirror and j > 0 else 1.0
-        for i in range(face.start[j], face.end[j]):
+        for i in range(start[j], end[j]):
             area = width[i] * h_y * twice
             conducted += area * (q_a[j, i] + q_b[j, i])
             for k in range(nz + 1):
                 w = area * (0.5 if k == 0 or k == nz else 1.0) / nz
                 rise = t[j, i, k] - t_in
-                generated += w * (flow.shear[j, i, k] + flow.compression[j, i, k] * t[j, i, k])
-                diag, rest = sideways(x, width, h_y, mirror, t, t_in, face.x, face.y, j, i, k)
-                out = (face.x[j, i, k] - face.x[j, i - 1, k]) / width[i]
+                generated += w * (shear[j, i, k] + compression[j, i, k] * t[j, i, k])
+                diag, rest = sideways(x, width, h_y, mirror, t, t_in, flow_x, flow_y, j, i, k)
+                out = (flow_x[j, i, k] - flow_x[j, i - 1, k]) / width[i]
                 if mirror and j == 0:
-                    out += 2.0 * face.y[0, i, k] / h_y
+                    out += 2.0 * flow_y[0, i, k] / h_y
                 else:
-                    out += (face.y[j, i, k] - face.y[j - 1, i, k]) / h_y
+                    out += (flow_y[j, i, k] - flow_y[j - 1, i, k]) / h_y
                 convected += w * (diag * t[j, i, k] - rest + out * rise)
     return generated, conducted, convected
 

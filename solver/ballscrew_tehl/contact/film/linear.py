@@ -61,16 +61,15 @@ class LinearSystem(NamedTuple):
 
 
 class LineFactors(NamedTuple):
-    """LU factors of all lines (lines, n, n) of the transposed matrices, their column exchanges (lines, n), and the
-    answer to a rigid approach.
+    """LU factors of the transposed matrices of all lines (lines, n, n), their exchanges (lines, n), and the answer to a
+    rigid approach.
 
-    Single precision, rows scaled to the size of their diagonal: GMRES corrects the rest. approach (n_y, n_x),
-    approach_load: its load.
+    In double precision: with factors in single precision Newton's method took up to twice the steps. approach
+    (n_y, n_x), approach_load: its load.
     """
 
     lu: Array
     pivots: NDArray[np.int32]
-    scale: Array
     approach: Array
     approach_load: Array
 
@@ -78,9 +77,8 @@ class LineFactors(NamedTuple):
     def empty(cls, ny: int, nx: int, mirror: bool) -> LineFactors:
         lines, n = ny - (1 if mirror else 2), nx - 2
         return cls(
-            np.empty((lines, n, n), dtype=np.float64),
+            np.empty((lines, n, n)),
             np.empty((lines, n), dtype=np.int32),
-            np.ones((ny, nx)),
             np.zeros((ny, nx)),
             np.zeros(1),
         )
@@ -90,11 +88,10 @@ def factor_lines(s: LinearSystem, factors: LineFactors, carried: bool) -> bool:
     """Factors of every line's Jacobian with the line's own deflection; returns whether all are regular.
 
     carried: with the heat that the oil of the line carries along, which costs as much as all the rest
+    Source: LAPACK getrf of the transposed matrix, which is stored by columns as it wants it
     """
-    factors.scale[:] = s.scale
     line_jacobians(s, carried and s.warm, factors.lu, factors.approach)
     for matrix, pivots in zip(factors.lu, factors.pivots, strict=True):
-        # the transposed matrix is stored by columns, as LAPACK wants it: factored in place
         _, pivots[:], info = dgetrf(matrix.T, overwrite_a=1)
         if info != 0:
             return False
@@ -139,14 +136,14 @@ def convolve(forward, modes, backward, field, out):
 
 @njit(cache=True, error_model="numpy")
 def line_jacobians(s, carried, out, approach):
-    """Jacobians of all lines (lines, n, n), rows scaled, and the scaled answers to a rigid approach (n_y, n_x)."""
+    """Jacobians of all lines (lines, n, n), and their changes with a rigid approach (n_y, n_x)."""
     nx = s.gap.shape[1]
     n = nx - 2
     first = 0 if s.mirror else 1
     far = nx if carried else 0
     far_phi, far_g = np.empty((far, far)), np.empty((far, far))
     columns = np.empty((3 * s.heat.up_1.shape[2] + 5, nx))
-    matrix, column = np.empty((n, n)), np.empty(n)
+    column = np.empty(n)
     for row in range(out.shape[0]):
         j = row + first
         if carried:
@@ -155,13 +152,10 @@ def line_jacobians(s, carried, out, approach):
             )
         kernels.line_jacobian(
             j, s.width, s.kappa_h, s.mirror, s.c_x, s.c_y, s.wedge, s.gap, s.g, s.g_y, s.penalty, s.squeeze, s.squash,
-            s.dln_phi, s.dg, far_phi, far_g, s.same_line, matrix, column,
+            s.dln_phi, s.dg, far_phi, far_g, s.same_line, out[row], column,
         )  # fmt: skip
         for i in range(n):
-            inv = 1.0 / s.scale[j, i + 1]
-            approach[j, i + 1] = inv * column[i]
-            for k in range(n):
-                out[row, i, k] = inv * matrix[i, k]
+            approach[j, i + 1] = column[i]
 
 
 @njit(cache=True, error_model="numpy")
@@ -169,7 +163,7 @@ def answer_to_approach(s, factors):
     """Line solves of what a rigid approach changes, in place, and their load."""
     nx = s.gap.shape[1]
     first = 0 if s.mirror else 1
-    line = np.empty(nx - 2, dtype=np.float64)
+    line = np.empty(nx - 2)
     load = 0.0
     for row in range(factors.lu.shape[0]):
         j = row + first
@@ -187,13 +181,13 @@ def precondition(s, factors, v, out):
     """Line solves of a scaled residual v, bordered by the load balance."""
     ny, nx = s.gap.shape
     first = 0 if s.mirror else 1
-    line = np.empty(nx - 2, dtype=np.float64)
+    line = np.empty(nx - 2)
     out[:] = 0.0
     load = 0.0
     for row in range(factors.lu.shape[0]):
         j = row + first
         for i in range(1, nx - 1):
-            line[i - 1] = v[j * nx + i] * (s.scale[j, i] / factors.scale[j, i])
+            line[i - 1] = v[j * nx + i] * s.scale[j, i]
         lu_solve(factors.lu[row], factors.pivots[row], line)
         for i in range(1, nx - 1):
             out[j * nx + i] = line[i - 1]
