@@ -62,10 +62,11 @@ LEAST_FILM_SHARE = 1e-2
 #: a solution is converged at changes below this multiple of the tolerance of pressure: bounds the error of the film
 CONVERGED_AT = 10.0
 #: a solution is also converged where the film is expected to change by less than that, and the mean temperature,
-#: weighted by pressure, has changed by MEAN_SHARE of it: the node of a pressure spike may still oscillate. Bounds of the ratio of the changes
+#: weighted by pressure, has changed by MEAN_SHARE of it: the node of a pressure spike may still oscillate. Bounds of
+#: the ratio of the changes
 MEAN_SHARE, LEAST_RATIO, LARGEST_RATIO = 10.0, 0.3, 0.98
-#: sweeps of the energy equation each way per iteration: oil circulates in the inlet. With 1, the heat balance of a thick
-#: sliding film closes to 3e-5 only; no iteration more on 12 contacts of a map
+#: sweeps of the energy equation each way per iteration: oil circulates in the inlet. With 1, the heat balance of a
+#: thick sliding film closes to 3e-5 only; no iteration more on 12 contacts of a map
 SWEEPS = 2
 #: gap in which temperatures count, in films and at least [b^2/R_x]: beyond, oil circulates in the inlet
 NEAR_FILMS, NEAR_GAP = 10.0, 0.2
