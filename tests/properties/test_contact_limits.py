@@ -201,8 +201,10 @@ def test_swapped_bodies_give_the_same_film_and_the_opposite_traction(spin):
     swapped = replace(here, u_1=here.u_2, u_2=here.u_1, spin_1=here.spin_2, spin_2=here.spin_1)
     for thermal in (True, False):
         one, other = (solved(c, thermal=thermal, tolerance=1e-7) for c in (here, swapped))
-        assert other.h_c == pytest.approx(one.h_c, rel=1e-6)
-        assert other.h_m == pytest.approx(one.h_m, rel=1e-6)
+        assert grid_film(other) == pytest.approx(grid_film(one), rel=1e-6)
+        # extrapolated from grids of half the nodes, which are solved to 3e-4
+        assert other.h_c == pytest.approx(one.h_c, rel=1e-4)
+        assert other.h_m == pytest.approx(one.h_m, rel=1e-4)
         assert other.traction_force == pytest.approx(-one.traction_force, rel=1e-5)
         assert other.sliding_heat == pytest.approx(one.sliding_heat, rel=1e-5)
         assert other.spin_moment == pytest.approx(-one.spin_moment, rel=1e-3, abs=1e-15)

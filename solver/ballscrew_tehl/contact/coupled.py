@@ -203,6 +203,9 @@ class _CoupledRun:
         mean = float(np.sum(carried * np.abs(residual).mean(axis=2)) / np.sum(carried))
         self.mean_changes.append(mean / rise)
         step = self.relaxation.step(residual * near[..., None], change, it.temperature_history)
+        if damped or self.relaxation.damped:
+            # it creeps: changes are small while much is left to change
+            self.films.clear()
         step = min(step, TEMPERATURE_LIMIT / max(float(np.max(np.abs(residual[near]), initial=0.0)), TINY))
         self.temperature = self.temperature + np.where(near[..., None], step, 1.0) * residual
         return change
