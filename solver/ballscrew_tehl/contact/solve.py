@@ -72,7 +72,9 @@ class ContactSolution:
     temperature (n_y, n_x, n_z+1) [K]; h_c, h_m central and minimum film [m], extrapolated from the grid and the one of
     half the nodes by the two shares `extrapolation`; error_estimate: relative, of h_c, from grid, layers, extent of the
     energy equation and tolerance (NaN without a coarse grid; a warm start keeps the shares of its start); film
-    (n_y, n_x): as on the grid; p_max largest pressure [Pa]; temperature_rise largest rise in the film [K];
+    (n_y, n_x): as on the grid, between the mean planes of rough surfaces; pressure (n_y, n_x) [Pa]: that deforms the
+    bodies and carries the load, p_max the largest; asperity_pressure (n_y, n_x) [Pa]: the part of it that asperities
+    carry, the film carries the rest; asperity_load_share: of the load, 0 to 1; temperature_rise largest rise in the film [K];
     traction_force [N] on body 2 (positive where it drags body 2 towards u_1), spin_moment [N m] about the normal from
     body 1 to body 2, sliding_heat [W] of both; phases: seconds by part of the work; branch "resolved" or "asymptotic";
     integrals: rolling loss, forces on the walls, heat by part and means over the contact, not extrapolated; M, L Moes
@@ -106,6 +108,8 @@ class ContactSolution:
     x: Array
     y: Array
     pressure: Array
+    asperity_pressure: Array
+    asperity_load_share: float
     film: Array
     temperature: Array | None
     state: ReynoldsState = field(repr=False)
@@ -152,12 +156,16 @@ def solve_contact(
                  the oil names;  start: a neighbouring solution to start from, on any grid
     Returns      ContactSolution; check `converged` and `reason` before using it
     Raises       ValueError: conditions out of range
-    Validity     smooth surfaces, steady; flooded, or with a meniscus at options.x_in. Resolved while the inlet length
+    Validity     steady; rough surfaces by their asperity pressure (Greenwood & Tripp 1970) alone: the flow is that
+                 between smooth surfaces as far apart as the mean planes. Without flow factors (Patir & Cheng 1978) the
+                 film of a film ratio below about 3 has no effect of the lay: transverse ridges would thicken it,
+                 longitudinal ones let oil pass. Friction and heat of the asperities are left out: traction,
+                 temperatures and integrals are those of the film. Flooded, or with a meniscus at options.x_in. Resolved while the inlet length
                  holds about three cells; the nodes along rolling are doubled first, beyond that the film comes from the
                  asymptotic branch. Oil in a gap of more than options.warm_films films has the inlet temperature.
                  temperature_rise of pure rolling is that of the pressure spike and grows with the nodes: use
                  integrals.temperature_rise_mean, or _smooth
-    Source       Zhao et al. 2023, Eqs. 5-13 with the deflection that Eq. 6 omits, the generalised Reynolds equation
+    Source       film pressure p - p_a: Johnson, Greenwood & Poon 1972, at every node. Zhao et al. 2023, Eqs. 5-13 with the deflection that Eq. 6 omits, the generalised Reynolds equation
                  (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959) and the errata named in the
                  modules of this package
     """
@@ -382,27 +390,30 @@ def _layered(temperature: Array, n_z: int) -> Array:
 
 
 def _on_grid(
-    source: Grid, p: Array, gap: Array, temperature: Array | None, problem: ContactProblem
+    source: Grid, film_pressure: Array, gap: Array, temperature: Array | None, problem: ContactProblem
 ) -> tuple[ReynoldsState, Array | None]:
-    """Pressure, gap and temperature of another grid as a state of a problem."""
+    """Film pressure, gap and temperature of another grid as a state of a problem."""
     grid, geometry = problem.geometry.grid, problem.geometry
-    p = _resample(np.maximum(p, 0.0), source, grid)
-    p = geometry.embed(np.where(p > 0.0, p, -CAVITATED * LEAST_PRESSURE)[grid.inner])
+    wanted = _resample(gap, source, grid)
+    film_pressure = _resample(np.maximum(film_pressure, 0.0), source, grid)
+    p = geometry.embed(np.where(film_pressure > 0.0, film_pressure, -CAVITATED * LEAST_PRESSURE)[grid.inner])
+    p += geometry.asperity_pressure(problem.asperities, wanted)[0]
     p *= TARGET_LOAD / float(np.sum(geometry.weights * p))
     # the approach that leaves the gap of the contact as it was
-    wanted, shape = _resample(gap, source, grid), geometry.gap(p, 0.0)
+    shape = geometry.gap(p, 0.0)
     middle = p > 0.5 * p.max()
     h_0 = float(np.mean((wanted - shape)[middle]))
     if temperature is not None:
         temperature = _layered(_resample(temperature, source, grid), problem.options.n_z)
-    return ReynoldsState(p, h_0, shape + h_0), temperature
+    cavitated = film_pressure <= 0.0 if problem.asperities.rough else None
+    return ReynoldsState(p, h_0, shape + h_0, cavitated), temperature
 
 
 def _prolonged(
     coarse: ContactProblem, it: Iteration, problem: ContactProblem
 ) -> tuple[ReynoldsState, Array | None]:
     """A coarse solution on the grid of a finer problem."""
-    return _on_grid(coarse.geometry.grid, it.state.p, it.state.gap, it.temperature, problem)
+    return _on_grid(coarse.geometry.grid, coarse.film_pressure(it.state), it.state.gap, it.temperature, problem)
 
 
 def _carried(start: ContactSolution, problem: ContactProblem) -> tuple[ReynoldsState, Array | None]:
@@ -414,7 +425,8 @@ def _carried(start: ContactSolution, problem: ContactProblem) -> tuple[ReynoldsS
     if temperature is not None:
         temperature = np.maximum(temperature - start.conditions.temperature, 0.0) + c.temperature
     gap = start.state.gap + start.h_c / own.h_unit * (share - 1.0)
-    return _on_grid(start.grid, start.state.p, gap, temperature, problem)
+    film_pressure = start.state.p - start.asperity_pressure / start.hertz.p_max
+    return _on_grid(start.grid, film_pressure, gap, temperature, problem)
 
 
 def _result(
@@ -431,6 +443,7 @@ def _result(
     traction = problem.traction(it)
     sign = -1.0 if problem.given.u_e < 0.0 else 1.0
     h_c, h_m = _films(problem, it, extrapolation)
+    asperities = problem.asperity_pressure(it.state)
     converged, reason = it.converged, it.reason
     if converged and not min(h_m, h_c) > 0.0:
         converged, reason = False, "the bodies touch: film thinner than the grid resolves"
@@ -467,6 +480,8 @@ def _result(
         x=grid.x,
         y=grid.y,
         pressure=np.maximum(it.state.p, 0.0) * scales.hertz.p_max,
+        asperity_pressure=asperities * scales.hertz.p_max,
+        asperity_load_share=float(np.sum(problem.geometry.weights * asperities)) / TARGET_LOAD,
         film=it.state.gap * scales.h_unit,
         temperature=it.temperature,
         state=it.state,
