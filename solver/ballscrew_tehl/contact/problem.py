@@ -22,7 +22,6 @@ from .film.linear import LinearSystem, LineFactors
 from .film.oil import oil_table
 from .film.reynolds import (
     FLOOR_SHARE,
-    TARGET_LOAD,
     Film,
     GridChoice,
     NewtonHistory,
@@ -35,6 +34,8 @@ from .half_space.grid import Array
 #: least gap, as a share of the present film, in flow and energy equation while an iterate overlaps; moved to 0.02: no
 #: effect, to 0.5: films change by 1.5e-5
 LEAST_GAP_SHARE = 0.1
+#: mean Hertz pressure [p_max], and the share of it that asperities carry at most where a solve begins
+MEAN_PRESSURE, START_SHARE = 2.0 / 3.0, 0.5
 
 
 class Traction(NamedTuple):
@@ -171,7 +172,9 @@ class ContactProblem:
     def start(self, state: ReynoldsState | None = None) -> Iteration:
         """An iteration at its beginning: from a state, or from the dry contact opened by the expected film."""
         if state is None:
-            state = self.with_asperities(self.geometry.start(self.scales.film_estimate))
+            # a film as thick as the asperities that carry their share alone would leave
+            least = self.asperities.gap_at(START_SHARE * MEAN_PRESSURE) if self.asperities.rough else 0.0
+            state = self.with_asperities(self.geometry.start(max(self.scales.film_estimate, least)))
         lines, nodes = state.p.shape
         return Iteration(
             state,
@@ -203,8 +206,10 @@ class ContactProblem:
         if not self.asperities.rough:
             return state
         p = np.maximum(state.p, self.asperity_pressure(state))
-        p *= TARGET_LOAD / float(np.sum(self.geometry.weights * p))
-        return ReynoldsState(p, state.h_0, self.geometry.gap(p, state.h_0), np.zeros(p.shape, dtype=bool))
+        # the approach that leaves the gap of the contact as it was
+        shape, middle = self.geometry.gap(p, 0.0), state.p > 0.5 * state.p.max()
+        h_0 = float(np.max((state.gap - shape)[middle]))
+        return ReynoldsState(p, h_0, shape + h_0, np.zeros(p.shape, dtype=bool))
 
     def asperity_pressure(self, state: ReynoldsState) -> Array:
         """Pressure that the asperities carry [p_max]."""

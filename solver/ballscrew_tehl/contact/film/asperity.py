@@ -106,6 +106,17 @@ class Asperities(NamedTuple):
         """Whether they carry anything at all."""
         return self.scale > 0.0 and self.sigma > 0.0
 
+    def gap_at(self, pressure: float) -> float:
+        """Gap [b^2/R_x] at which they carry a pressure [p_max]; -8 sigma at the closest, 0 of smooth surfaces."""
+        low, high = -8.0 * self.sigma, FARTHEST * self.sigma
+        while high - low > 1e-3 * self.sigma:
+            middle = 0.5 * (low + high)
+            if asperity_pressure(self.scale, self.sigma, middle)[0] > pressure:
+                low = middle
+            else:
+                high = middle
+        return low
+
     def pressure(self, gap: Array) -> tuple[Array, Array]:
         """Their pressure (n_y, n_x) [p_max] and its slope over the gap, <= 0;"""
         p_a, slope = np.zeros((2, *gap.shape))

@@ -84,8 +84,8 @@ NEWTON_STEPS = 30
 FIRST_PSEUDO_STEP, LEAST_PSEUDO_STEP, LARGEST_PSEUDO_STEP, LONG_PSEUDO_STEP = 0.1, 1e-3, 1e6, 10.0
 #: change of pressure [p_max] that the pseudo time step aims at
 PSEUDO_CHANGE = 0.3
-#: gap change [sigma] of one Newton step by which the pressure of closing asperities is expected to rise at most
-ASPERITY_STEP = 1.0
+#: difference of the asperity pressure from its tangent [p_max] that ends a Newton step, and the least share of one
+ASPERITY_CURVATURE, LEAST_ASPERITY_SHARE = 0.1, 1e-3
 #: film [b^2/R_x] above which the approach is held and corrected with the load
 HELD_ABOVE = 50.0
 #: largest change of ln(film) between two held approaches of a thick film
@@ -216,8 +216,9 @@ class _Linearisation:
         ny, nx = p.shape
         self.geometry = geometry
         p_a, squash = geometry.asperity_pressure(film.asperities, gap)
-        #: pressure of the film, not bounded below
-        self.film_pressure = p_f = p - p_a
+        #: of film and asperities, of the film
+        self.pressure, self.film_pressure = p, p - p_a
+        p_f = self.film_pressure
         ln_phi, dln_phi, g, dg, g_y, dg_y = film.coefficients(np.maximum(p_f, 0.0))
         self.thickening, self.ln_phi = -dln_phi, ln_phi
         c_x, c_y = np.empty((ny, nx - 1, 4)), np.empty((ny - 1, nx, 5))
@@ -410,18 +411,19 @@ class ContactGeometry:
                 length.adapt(d_p)
             # limited node by node: a moving pressure spike must not shorten the step of the others
             limit = STEP_LIMIT * min(1.0, float(p.max()))
-            p_new = p + length.share * np.clip(d_p, -limit, limit)
-            p_a = self._expected_asperities(linear, film, length.share * d_h)
+            share = length.share * self._asperity_share(linear, film, length.share * d_h)
+            p_new = p + share * np.clip(d_p, -limit, limit)
+            p_a = self._expected_asperities(linear, film, share * d_h)
             p_new = p_new - p_a
             if film.asperities.rough:
-                linear.settle_cavitated(delta, d_h, length.share, p_new)
+                linear.settle_cavitated(delta, d_h, share, p_new)
             if film_estimate < THICK_FILM:
                 # the long steps of a wedge that carries the load alone would overshoot its edge
                 self._settle_edge(linear, p_new, size)
             p_new, cavitated = self._total(film, p_new, p_a)
             # a film thicker than the flattening must not be overshot
             approach = APPROACH_LIMIT * (1.0 + max(float(gap[self.axis].min()), 0.0))
-            h_0 += length.share * min(max(float(delta[-1]), -approach), approach)
+            h_0 += share * min(max(float(delta[-1]), -approach), approach)
             gap = self._taken(linear, film, p, p_new, h_0, history)
             p, change = p_new, history.change[-1]
             if not history.finite:
@@ -505,8 +507,18 @@ class ContactGeometry:
 
     def _expected_asperities(self, linear: _Linearisation, film: Film, d_h: Array | float) -> Array:
         """Pressure of the asperities after an expected gap change."""
-        gap = linear.system.gap + np.maximum(d_h, -ASPERITY_STEP * film.asperities.sigma)
-        return self.asperity_pressure(film.asperities, gap)[0]
+        return self.asperity_pressure(film.asperities, linear.system.gap + d_h)[0]
+
+    def _asperity_share(self, linear: _Linearisation, film: Film, d_h: Array | float) -> float:
+        """Share of a gap change over which the pressure of the asperities is nearly linear."""
+        share = 1.0
+        while film.asperities.rough and share > LEAST_ASPERITY_SHARE:
+            rise = self._expected_asperities(linear, film, share * d_h) - (linear.pressure - linear.film_pressure)
+            # convex: above its tangent
+            if np.max(rise - share * linear.system.squash * d_h) <= ASPERITY_CURVATURE:
+                break
+            share *= 0.5
+        return share
 
     @staticmethod
     def _total(film: Film, p_f: Array, p_a: Array) -> tuple[Array, NDArray[np.bool_] | None]:
