@@ -52,6 +52,8 @@ LEAST_LAYERS = 4
 START_TOLERANCE, START_STEPS = 1e-2, 30
 #: iterations after which a coupled solve begins again with damping
 UNDAMPED_ITERATIONS = 60
+#: shares of the roughness through which a rough contact is continued that does not converge by itself
+ROUGHNESS_SHARES = (0.0, 0.25, 0.5, 0.7, 0.85, 1.0)
 #: Moes load above which an isothermal film that no grid solves is taken from the asymptotic branch
 ASYMPTOTIC_ABOVE = 3e4
 #: halvings of the load, from the first that the grid is expected to resolve, in search of two resolved ones
@@ -171,6 +173,33 @@ def solve_contact(
     """
     announce_compilation()
     begun = time.perf_counter()
+    solution = _solved(conditions, oil, solid, options, start)
+    if not solution.converged and conditions.roughness is not None and conditions.roughness.sigma > 0.0:
+        solution = _continued_in_roughness(conditions, oil, solid, options) or solution
+    return replace(solution, seconds=time.perf_counter() - begun)
+
+
+def _continued_in_roughness(
+    conditions: ContactConditions, oil: LubricantParameters, solid: SolidParameters, options: SolverOptions
+) -> ContactSolution | None:
+    """The solution by rising roughness from the smooth contact; None: one of them did not converge."""
+    solution = None
+    for share in ROUGHNESS_SHARES:
+        rough = conditions.roughness and replace(conditions.roughness, sigma=share * conditions.roughness.sigma)
+        solution = _solved(replace(conditions, roughness=rough), oil, solid, options, solution)
+        if not solution.usable:
+            return None
+    return solution
+
+
+def _solved(
+    conditions: ContactConditions,
+    oil: LubricantParameters,
+    solid: SolidParameters,
+    options: SolverOptions,
+    start: ContactSolution | None,
+) -> ContactSolution:
+    """On the grid of the options, on one of twice the nodes, or by the asymptotic branch."""
     solution = None
     if _expected_resolved(conditions, oil, options, WORTH_TRYING):
         solution = _solve_on_grid(conditions, oil, solid, options, start)
@@ -183,7 +212,7 @@ def solve_contact(
             beyond = not options.thermal and solution.M > ASYMPTOTIC_ABOVE
         if beyond:
             solution = _anchored(solution, oil, solid, finer)
-    return replace(solution, seconds=time.perf_counter() - begun)
+    return solution
 
 
 @lru_cache(maxsize=1)
