@@ -34,8 +34,8 @@ def ball_contact(
     """Conditions of a ball with its own loaded contact angle.
 
     Parameters   load [N] > 0; speed of the screw [rad/s] > 0; temperature of oil and bodies [K]; slip: with the
-                 differential slip and the spin of the kinematics (none in `published`), which take the whole plane;  roughness: of both
-                 surfaces together, None = smooth as in a map, whatever the screw file says of raceways and balls
+                 differential slip and the spin of the kinematics (none in `published`), which take the whole plane;
+                 roughness: of both surfaces together, None = smooth, as in a map; not from the screw file
     Raises       ValueError: out of range
     """
     screw = parameters.screw
@@ -48,7 +48,15 @@ def ball_contact(
         semi_axis = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
         u_1, u_2 = (float(u) for u in centre_speeds(speeds, field, semi_axis))
     return ContactConditions(
-        float(load), R_x, R_y, u_1, u_2, float(temperature), E_prime(screw), *(float(v) for v in field), roughness
+        float(load),
+        R_x,
+        R_y,
+        u_1,
+        u_2,
+        float(temperature),
+        E_prime(screw),
+        *map(float, field),
+        roughness=roughness,
     )
 
 

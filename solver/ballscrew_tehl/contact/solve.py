@@ -76,9 +76,9 @@ class ContactSolution:
     energy equation and tolerance (NaN without a coarse grid; a warm start keeps the shares of its start); film
     (n_y, n_x): as on the grid, between the mean planes of rough surfaces; pressure (n_y, n_x) [Pa]: that deforms the
     bodies and carries the load, p_max the largest; asperity_pressure (n_y, n_x) [Pa]: the part of it that asperities
-    carry, the film carries the rest; asperity_load_share: of the load, 0 to 1; temperature_rise largest rise in the film [K];
-    traction_force [N] on body 2 (positive where it drags body 2 towards u_1), spin_moment [N m] about the normal from
-    body 1 to body 2, sliding_heat [W] of both; phases: seconds by part of the work; branch "resolved" or "asymptotic";
+    carry, the film carries the rest; asperity_load_share: of the load, 0 to 1, on the asymptotic branch that of the
+    load that converged; temperature_rise largest rise in the film [K]; traction_force [N] on body 2 (positive where it
+    drags body 2 towards u_1), spin_moment [N m] about the normal from body 1 to body 2, sliding_heat [W] of both; phases: seconds by part of the work; branch "resolved" or "asymptotic";
     integrals: rolling loss, forces on the walls, heat by part and means over the contact, not extrapolated; M, L Moes
     numbers; reason why the iteration stopped.
     """
@@ -158,18 +158,20 @@ def solve_contact(
                  the oil names;  start: a neighbouring solution to start from, on any grid
     Returns      ContactSolution; check `converged` and `reason` before using it
     Raises       ValueError: conditions out of range
-    Validity     steady; rough surfaces by their asperity pressure (Greenwood & Tripp 1970) alone: the flow is that
-                 between smooth surfaces as far apart as the mean planes. Without flow factors (Patir & Cheng 1978) the
-                 film of a film ratio below about 3 has no effect of the lay: transverse ridges would thicken it,
-                 longitudinal ones let oil pass. Friction and heat of the asperities are left out: traction,
-                 temperatures and integrals are those of the film. Flooded, or with a meniscus at options.x_in. Resolved while the inlet length
-                 holds about three cells; the nodes along rolling are doubled first, beyond that the film comes from the
-                 asymptotic branch. Oil in a gap of more than options.warm_films films has the inlet temperature.
+    Validity     steady; flooded, or with a meniscus at options.x_in. Resolved while the inlet length holds about three
+                 cells; the nodes along rolling are doubled first, beyond that the film comes from the asymptotic
+                 branch. Oil in a gap of more than options.warm_films films has the inlet temperature.
                  temperature_rise of pure rolling is that of the pressure spike and grows with the nodes: use
-                 integrals.temperature_rise_mean, or _smooth
-    Source       film pressure p - p_a: Johnson, Greenwood & Poon 1972, at every node. Zhao et al. 2023, Eqs. 5-13 with the deflection that Eq. 6 omits, the generalised Reynolds equation
-                 (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959) and the errata named in the
-                 modules of this package
+                 integrals.temperature_rise_mean, or _smooth.
+                 Rough surfaces: by their asperity pressure p_a alone (Greenwood & Tripp 1970); the flow is that between
+                 smooth surfaces as far apart as the mean planes. Without flow factors (Patir & Cheng 1978), the lay
+                 has no effect: below a film ratio of about 3, transverse ridges make a thicker film, longitudinal
+                 ones a thinner one. Friction and heat of the asperities are left out: traction, temperatures and
+                 integrals are those of the film. With sigma beta eta = 0.2 and sigma/beta = 0.01, above the usual
+                 intervals, thermal contacts converge up to an asperity share of 0.1 to 0.2
+    Source       Zhao et al. 2023, Eqs. 5-13 with the deflection that Eq. 6 omits, the generalised Reynolds equation
+                 (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959), film pressure p - p_a at every
+                 node (Johnson, Greenwood & Poon 1972) and the errata named in the modules of this package
     """
     announce_compilation()
     begun = time.perf_counter()
@@ -185,7 +187,9 @@ def _continued_in_roughness(
     """The solution by rising roughness from the smooth contact; None: one of them did not converge."""
     solution = None
     for share in ROUGHNESS_SHARES:
-        rough = conditions.roughness and replace(conditions.roughness, sigma=share * conditions.roughness.sigma)
+        rough = conditions.roughness and replace(
+            conditions.roughness, sigma=share * conditions.roughness.sigma
+        )
         solution = _solved(replace(conditions, roughness=rough), oil, solid, options, solution)
         if not solution.usable:
             return None
@@ -442,7 +446,9 @@ def _prolonged(
     coarse: ContactProblem, it: Iteration, problem: ContactProblem
 ) -> tuple[ReynoldsState, Array | None]:
     """A coarse solution on the grid of a finer problem."""
-    return _on_grid(coarse.geometry.grid, coarse.film_pressure(it.state), it.state.gap, it.temperature, problem)
+    return _on_grid(
+        coarse.geometry.grid, coarse.film_pressure(it.state), it.state.gap, it.temperature, problem
+    )
 
 
 def _carried(start: ContactSolution, problem: ContactProblem) -> tuple[ReynoldsState, Array | None]:

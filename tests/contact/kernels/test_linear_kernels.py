@@ -237,7 +237,12 @@ def choice(request):
     return request.param
 
 
-FILMS = {"cold": (False, False), "warm": (True, False), "cold, rough": (False, True), "warm, rough": (True, True)}
+FILMS = {
+    "cold": (False, False),
+    "warm": (True, False),
+    "cold, rough": (False, True),
+    "warm, rough": (True, True),
+}
 
 
 @pytest.fixture(scope="module", params=FILMS.values(), ids=FILMS)

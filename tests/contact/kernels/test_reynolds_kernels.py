@@ -88,10 +88,7 @@ class Case:
     def twin_times(self, dp, dh, extra=NONE, squeeze=0.0):
         """Derivative of the twin's residual; ln phi, g and g_y follow the pressure of the node."""
         p, gap = self.p + 1j * STEP * dp, self.gap + 1j * STEP * dh
-        ln_phi, g, g_y = (
-            value + 1j * STEP * more
-            for value, more in zip(self.film(p), extra, strict=True)
-        )
+        ln_phi, g, g_y = (value + 1j * STEP * more for value, more in zip(self.film(p), extra, strict=True))
         out = twins.residual(
             self.grid.width_x, self.kappa_h, self.mirror, *self.twin_fluxes(p, gap, ln_phi, g, g_y)
         )
@@ -212,7 +209,7 @@ def test_line_jacobian_takes_from_the_film_what_the_asperities_carry(case):
     """A gap that closes takes pressure from the film, whose properties follow; the approach squeezes all lines."""
     # the approach leaves out how the flow across by spin follows the pressure of the neighbour lines
     case = Case(case.mirror, case.open_side, case.floor, spin=0.0)
-    line, nx, still = 1, case.shape[1], np.zeros(case.shape)
+    line, nx = 1, case.shape[1]
     same_line = 0.2 * line_influence(case.grid.x, case.grid.cell_edges_x, case.grid.h_y / 0.3, 1)[0]
     squash = np.zeros(case.shape)
     squash[case.grid.inner] = -np.random.default_rng(9).random(squash[case.grid.inner].shape)

@@ -396,7 +396,9 @@ class ContactGeometry:
         p, h_0, gap, cavitated = state.p, state.h_0, state.gap, state.cavitated
         steady, length = not np.isfinite(pseudo_step), _StepLength(p)
         for _ in range(max_steps):
-            linear = _Linearisation(self, p, gap, film, FLOOR_SHARE * film_estimate, 1.0 / pseudo_step, cavitated=cavitated)
+            linear = _Linearisation(
+                self, p, gap, film, FLOOR_SHARE * film_estimate, 1.0 / pseudo_step, cavitated=cavitated
+            )
             load_error = float(np.sum(self.weights * p)) - TARGET_LOAD
             if not history.record(linear.residual[self.grid.inner], load_error):
                 break
@@ -455,7 +457,9 @@ class ContactGeometry:
         while len(history.change) < max_steps:
             factors: LineFactors | None = None
             while len(history.change) < max_steps:
-                linear = _Linearisation(self, p, gap, film, FLOOR_SHARE * film_estimate, 0.0, False, cavitated)
+                linear = _Linearisation(
+                    self, p, gap, film, FLOOR_SHARE * film_estimate, 0.0, False, cavitated
+                )
                 load_error = float(np.sum(self.weights * p)) - TARGET_LOAD
                 if not history.record(linear.residual[self.grid.inner], load_error):
                     return ReynoldsState(p, h_0, gap, cavitated), history, None
@@ -513,7 +517,9 @@ class ContactGeometry:
         """Share of a gap change over which the pressure of the asperities is nearly linear."""
         share = 1.0
         while film.asperities.rough and share > LEAST_ASPERITY_SHARE:
-            rise = self._expected_asperities(linear, film, share * d_h) - (linear.pressure - linear.film_pressure)
+            rise = self._expected_asperities(linear, film, share * d_h) - (
+                linear.pressure - linear.film_pressure
+            )
             # convex: above its tangent
             if np.max(rise - share * linear.system.squash * d_h) <= ASPERITY_CURVATURE:
                 break

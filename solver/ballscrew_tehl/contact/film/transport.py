@@ -162,7 +162,9 @@ def line_response(heat, j, g, dg, by_t, unit, unit_h, squash, same_line, columns
                 by_0, by_1 = unit * heat.source[j, i, r], unit * heat.squeeze[j, i, r] * heat.back_1[i]
                 by_2 = unit * heat.squeeze[j, i, r] * heat.back_2[i] if i > 1 else 0.0
                 for k in range(nx):
-                    now[r, k] -= by_0 * squash[j, i] * same_line[i, k] + by_1 * squash[j, i - 1] * same_line[i - 1, k]
+                    now[r, k] -= (
+                        by_0 * squash[j, i] * same_line[i, k] + by_1 * squash[j, i - 1] * same_line[i - 1, k]
+                    )
                     now[r, k] -= by_2 * squash[j, i - 2] * same_line[i - 2, k]
             if r > 0:
                 for k in range(nx):
