@@ -47,17 +47,11 @@ def ball_contact(
         field = slip_field(parameters, raceway, speed, angle)
         semi_axis = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
         u_1, u_2 = (float(u) for u in centre_speeds(speeds, field, semi_axis))
+    differential_1, differential_2, spin_1, spin_2 = (float(v) for v in field)
     return ContactConditions(
-        float(load),
-        R_x,
-        R_y,
-        u_1,
-        u_2,
-        float(temperature),
-        E_prime(screw),
-        *map(float, field),
-        roughness=roughness,
-    )
+        float(load), R_x, R_y, u_1, u_2, float(temperature), E_prime(screw), differential_1, differential_2,
+        spin_1, spin_2, roughness,
+    )  # fmt: skip
 
 
 def solve_ball(

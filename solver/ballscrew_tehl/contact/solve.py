@@ -78,7 +78,8 @@ class ContactSolution:
     bodies and carries the load, p_max the largest; asperity_pressure (n_y, n_x) [Pa]: the part of it that asperities
     carry, the film carries the rest; asperity_load_share: of the load, 0 to 1, on the asymptotic branch that of the
     load that converged; temperature_rise largest rise in the film [K]; traction_force [N] on body 2 (positive where it
-    drags body 2 towards u_1), spin_moment [N m] about the normal from body 1 to body 2, sliding_heat [W] of both; phases: seconds by part of the work; branch "resolved" or "asymptotic";
+    drags body 2 towards u_1), spin_moment [N m] about the normal from body 1 to body 2,
+    sliding_heat [W] of both; phases: seconds by part of the work; branch "resolved" or "asymptotic";
     integrals: rolling loss, forces on the walls, heat by part and means over the contact, not extrapolated; M, L Moes
     numbers; reason why the iteration stopped.
     """
