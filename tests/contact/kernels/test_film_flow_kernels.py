@@ -9,8 +9,8 @@ import pytest
 from contact_cases import OIL, OILS
 
 from ballscrew_tehl.contact.film import flow as film_flow
-from ballscrew_tehl.contact.film.asperity import Asperities
 from ballscrew_tehl.contact.film import kernels
+from ballscrew_tehl.contact.film.asperity import Asperities
 from ballscrew_tehl.contact.film.oil import TABLE_STEP, oil_table
 from ballscrew_tehl.contact.film.transport import HeatTransport, film_change
 from ballscrew_tehl.contact.problem import WarmFilm
