@@ -1,7 +1,8 @@
 """Robustness of the contact solve over its whole range, at points of a Sobol sequence.
 
-`python tests/benchmarks/robustness.py [--points N] [--thermal] [--workers W]` solves N contacts and prints how many did
-not converge, are not a number, took the asymptotic branch (and the lowest load that did), and the worst error estimate.
+`python tests/benchmarks/robustness.py [--points N] [--thermal [--roughness-um SIGMA]] [--workers W]` solves N
+contacts and prints how many did not converge, are not a number, took the asymptotic branch (and the lowest load that
+did), and the worst error estimate.
 Isothermal: radius ratio 0.03 to 1, Moes M 1.5 to 2e6, L 1.8 to 40 (ratio and M over their logarithms), both oil laws.
 Thermal: contacts of the packaged screw, ball load 2 to 200 N, 5 to 6000 r/min, 10 to 80 C, both raceways and
 kinematics.
@@ -13,6 +14,7 @@ import os
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,6 +31,7 @@ from ballscrew_tehl.contact.conditions import SolverOptions
 from ballscrew_tehl.contact.moes import solve_moes
 from ballscrew_tehl.contact.solve import ContactSolution, solve_contact
 from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.physics.asperity import typical_roughness
 
 
 class Outcome(NamedTuple):
@@ -60,14 +63,15 @@ def isothermal(u: np.ndarray) -> Outcome:
     return _outcome(f"ratio {ratio:.4g} M {M:.4g} L {L:.4g} {law}", solve_moes(M, L, ratio, law).solution)
 
 
-def thermal(u: np.ndarray) -> Outcome:
-    """One point of the unit cube as a contact of the packaged screw."""
+def thermal(u: np.ndarray, sigma: float = 0.0) -> Outcome:
+    """One point of the unit cube as a contact of the packaged screw, of composite roughness sigma [m]."""
     load, speed = 2.0 * 100.0 ** u[0], math.pi / 30.0 * 5.0 * 1200.0 ** u[1]
     temperature = 283.15 + 70.0 * u[2]
     raceway = "screw" if u[3] < 0.5 else "nut"
     kinematics = "published" if u[4] < 0.5 else "rolling_frame"
     parameters = changed(GD4008, friction={"kinematics": kinematics})
-    conditions = ball_contact(parameters, raceway, load, speed, temperature)
+    roughness = typical_roughness(sigma) if sigma > 0.0 else None
+    conditions = ball_contact(parameters, raceway, load, speed, temperature, roughness=roughness)
     point = f"{kinematics} {raceway} {load:.4g} N {speed:.4g} rad/s {temperature:.4g} K"
     return _outcome(point, solve_contact(conditions, parameters.lubricant, parameters.solid, SolverOptions()))
 
@@ -79,11 +83,14 @@ def main() -> None:
     parser.add_argument("--points", type=int, default=2000, help="points of the sequence (default 2000)")
     parser.add_argument("--thermal", action="store_true", help="thermal contacts of the packaged screw")
     parser.add_argument(
+        "--roughness-um", type=float, default=0.0, help="composite rms roughness of thermal contacts"
+    )
+    parser.add_argument(
         "--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)"
     )
     args = parser.parse_args()
     points = qmc.Sobol(5, seed=1).random_base2(math.ceil(math.log2(args.points)))[: args.points]
-    solve = thermal if args.thermal else isothermal
+    solve = partial(thermal, sigma=1e-6 * args.roughness_um) if args.thermal else isothermal
     begun, found = time.perf_counter(), []
     with ProcessPoolExecutor(args.workers) as pool, Progress() as progress:
         bar = progress.add_task("contacts", total=len(points))

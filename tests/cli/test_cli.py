@@ -147,6 +147,10 @@ def test_points_always_give_a_list(capsys, tmp_path):
         ),
         (("contact", "--moes", "20", "5", "--radius-ratio", "2", "--law", "barus"), "radius_ratio = 2.0"),
         (("contact", "--moes", "20", "5", "--law", "barus"), "--radius-ratio (missing)"),
+        (
+            ("contact", "--moes", "20", "5", "--radius-ratio", "1", "--law", "barus", "--roughness-um", "1"),
+            "--roughness-um = 1.0",
+        ),
         (("contact", "--moes", "20", "5", "--load-n", "3"), "--radius-ratio (missing)"),
         (
             ("contact", "--rheology", "maxwell"),
@@ -273,8 +277,11 @@ def test_contact_by_moes_numbers(capsys):
 
 
 def test_contact_by_dimensions_equals_the_solver(capsys):
+    from dataclasses import replace
+
     from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
     from ballscrew_tehl.contact.solve import solve_contact
+    from ballscrew_tehl.physics.asperity import typical_roughness
     from ballscrew_tehl.physics.hertz import E_prime
 
     numbers = (20.0, 2.18e-3, 61.8e-3, 1.0, 0.9, 313.15)
@@ -289,6 +296,16 @@ def test_contact_by_dimensions_equals_the_solver(capsys):
     assert found["temperature_rise_k"] == 0.0
     assert found["M"] == pytest.approx(direct.M, rel=1e-12)
     assert set(found) >= {"p_max_pa", "traction_force_n", "converged", "iterations", "seconds", "L"}
+    assert found["asperity_load_share"] == 0.0
+    code, rough, _ = run(capsys, "contact", *arguments, "--isothermal", "--roughness-um", "0.2")
+    direct = solve_contact(
+        replace(conditions, roughness=typical_roughness(2e-7)), GD4008.lubricant, GD4008.solid,
+        SolverOptions(thermal=False),
+    )  # fmt: skip
+    assert code == 0
+    assert rough["h_c_m"] == pytest.approx(direct.h_c, rel=1e-9)
+    assert rough["asperity_load_share"] == pytest.approx(direct.asperity_load_share, rel=1e-9)
+    assert rough["asperity_load_share"] > 1e-4
 
 
 def test_contact_points_mix_moes_and_dimensions(capsys, tmp_path):

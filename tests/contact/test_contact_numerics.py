@@ -300,8 +300,8 @@ def test_line_preconditioner_solves_lines_and_load(state):
     for j in range(0 if grid.mirror else 1, ny - 1):
         far_phi, far_g = np.empty((2, nx, nx))
         transport.line_response(
-            system.heat, j, system.g, system.dg, system.by_t, system.unit, system.unit_h, system.same_line,
-            np.empty((3 * N_Z + 2, nx)), far_phi, far_g,
+            system.heat, j, system.g, system.dg, system.by_t, system.unit, system.unit_h, system.squash,
+            system.same_line, np.empty((3 * N_Z + 2, nx)), far_phi, far_g,
         )  # fmt: skip
         matrix, column = np.empty((n, n)), np.empty(n)
         kernels.line_jacobian(

@@ -57,6 +57,7 @@ FIELDS: dict[str, tuple[Callable[[str], Any], str]] = {
     "rheology": (_one_of(RHEOLOGIES), ", ".join(RHEOLOGIES)),
     "isothermal": (_flag, "true, false"),
     "refine": (_number, "a number, 1 to 8"),
+    "roughness_um": (_number, "a number, >= 0"),
 }
 
 
@@ -99,6 +100,12 @@ def add_contact(commands: argparse._SubParsersAction) -> None:
         help="truth check: nodes, lines and layers, extent of film and energy domain times K, 1 to 8",
     )
     parser.add_argument(
+        "--roughness-um",
+        metavar="SIGMA",
+        help="composite rms roughness of both surfaces [um], asperities of ground steel; default: 0, smooth; "
+        "not with --moes",
+    )
+    parser.add_argument(
         "--points",
         metavar="FILE.csv",
         help="many contacts: columns named like the options, load_n, moes (two numbers), ...",
@@ -125,7 +132,7 @@ def _read(where: str, fields: dict[str, str]) -> dict[str, Any]:
             values[name] = parse(text)
         except (ValueError, KeyError):
             raise ValueError(f"{shown(name)} = {text}; allowed: {allowed}") from None
-    group, other = (MOES, DIMENSIONS) if "moes" in values else (DIMENSIONS, MOES)
+    group, other = (MOES, (*DIMENSIONS, "roughness_um")) if "moes" in values else (DIMENSIONS, MOES)
     for name in group:
         if name not in values:
             raise ValueError(f"{shown(name)} (missing); allowed: {FIELDS[name][1]}")
@@ -203,11 +210,16 @@ def _by_moes(contact: dict[str, Any], options: Any) -> dict[str, Any]:
 def _by_dimensions(contact: dict[str, Any], options: Any, screw_file: str | None) -> dict[str, Any]:
     from ..contact.solve import ContactConditions, solve_contact
     from ..parameters.file import changed, load_parameters
+    from ..physics.asperity import typical_roughness
     from ..physics.hertz import E_prime
 
     parameters = load_parameters(screw_file)
     load, R_x, R_y, u_1, u_2, temperature = (contact[name] for name in DIMENSIONS)
-    conditions = ContactConditions(load, R_x, R_y, u_1, u_2, temperature, E_prime(parameters.screw))
+    sigma = 1e-6 * contact.get("roughness_um", 0.0)
+    conditions = ContactConditions(
+        load, R_x, R_y, u_1, u_2, temperature, E_prime(parameters.screw),
+        roughness=None if sigma == 0.0 else typical_roughness(sigma),
+    )  # fmt: skip
     oil = parameters.lubricant
     if "rheology" in contact:
         oil = changed(parameters, lubricant={"rheology": contact["rheology"]}).lubricant
@@ -216,6 +228,7 @@ def _by_dimensions(contact: dict[str, Any], options: Any, screw_file: str | None
         "h_c_m": solution.h_c,
         "h_m_m": solution.h_m,
         "p_max_pa": solution.p_max,
+        "asperity_load_share": solution.asperity_load_share,
         "temperature_rise_k": solution.temperature_rise,
         "traction_force_n": solution.traction_force,
         "traction_force_1_n": solution.integrals.traction_force_1,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..parameters.file import Parameters
+from ..physics.asperity import Roughness
 from ..physics.hertz import E_prime, ellipse, reduced_radii
 from ..physics.kinematics import SlipField, centre_speeds, slip_field, surface_speeds
 from ..physics.load import contact_angle_at_ball_load
@@ -22,12 +23,19 @@ class UnconvergedContactError(ArithmeticError):
 
 
 def ball_contact(
-    parameters: Parameters, raceway: str, load: float, speed: float, temperature: float, slip: bool = False
+    parameters: Parameters,
+    raceway: str,
+    load: float,
+    speed: float,
+    temperature: float,
+    slip: bool = False,
+    roughness: Roughness | None = None,
 ) -> ContactConditions:
     """Conditions of a ball with its own loaded contact angle.
 
     Parameters   load [N] > 0; speed of the screw [rad/s] > 0; temperature of oil and bodies [K]; slip: with the
-                 differential slip and the spin of the kinematics (none in `published`), which take the whole plane
+                 differential slip and the spin of the kinematics (none in `published`), which take the whole plane;
+                 roughness: of both surfaces together, None = smooth, as in a map; not from the screw file
     Raises       ValueError: out of range
     """
     screw = parameters.screw
@@ -39,9 +47,11 @@ def ball_contact(
         field = slip_field(parameters, raceway, speed, angle)
         semi_axis = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
         u_1, u_2 = (float(u) for u in centre_speeds(speeds, field, semi_axis))
+    differential_1, differential_2, spin_1, spin_2 = (float(v) for v in field)
     return ContactConditions(
-        float(load), R_x, R_y, u_1, u_2, float(temperature), E_prime(screw), *(float(v) for v in field)
-    )
+        float(load), R_x, R_y, u_1, u_2, float(temperature), E_prime(screw), differential_1, differential_2,
+        spin_1, spin_2, roughness,
+    )  # fmt: skip
 
 
 def solve_ball(

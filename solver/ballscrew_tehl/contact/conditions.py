@@ -9,6 +9,7 @@ import numpy as np
 
 from ..parameters.file import LubricantParameters
 from ..physics import film as film_formulas
+from ..physics.asperity import Roughness
 from ..physics.hertz import HertzContact, ellipse
 from .film.reynolds import GridChoice
 from .half_space.grid import INLET_SHAPE, Array
@@ -22,6 +23,7 @@ class ContactConditions:
     temperature of the oil that enters and of the bodies [K], E_prime = 2/sum((1-nu^2)/E) [Pa].
     differential_1, _2 [1/(m s)] and spin_1, _2 [rad/s]: the speeds vary over the contact as
     u_i + differential_i y^2 - spin_i y along rolling and spin_i x across.
+    roughness: of both surfaces together, None = smooth; physics.asperity.typical_roughness from its height alone.
     """
 
     load: float
@@ -35,6 +37,7 @@ class ContactConditions:
     differential_2: float = 0.0
     spin_1: float = 0.0
     spin_2: float = 0.0
+    roughness: Roughness | None = None
 
     def __post_init__(self) -> None:
         for name, unit in (

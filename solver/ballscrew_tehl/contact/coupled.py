@@ -344,8 +344,8 @@ class EnergyEquation:
         problem, oil = self.problem, self.problem.oil
         with problem.timed("energy"):
             energy.face_flow(
-                self.width, self.h_y, self.mirror, oil.specific_heat, it.state.p, it.flux_x * self.flux_unit,
-                it.flux_y * self.flux_unit, it.flow, self.face,
+                self.width, self.h_y, self.mirror, oil.specific_heat, problem.film_pressure(it.state),
+                it.flux_x * self.flux_unit, it.flux_y * self.flux_unit, it.flow, self.face,
             )  # fmt: skip
             new = temperature.copy()
             # backward first: oil flows both ways in the inlet

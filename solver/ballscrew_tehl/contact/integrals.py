@@ -1,4 +1,4 @@
-"""What friction needs of a solved contact: integrals and means over its grid.
+"""What friction needs of a solved contact: integrals and means over its grid, of the film without the asperities.
 
 Areas count the halves of a mirrored contact twice. The contact is the Hertz ellipse X^2 + Y^2 <= 1.
 """
@@ -62,7 +62,7 @@ def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: fl
     h/2 dp/dx, against the motion (Johnson & Cameron 1967).
     """
     hertz, grid, c, flow = problem.scales.hertz, problem.geometry.grid, problem.given, it.flow
-    pressure = np.maximum(it.state.p, 0.0) * hertz.p_max
+    pressure = np.maximum(problem.film_pressure(it.state), 0.0) * hertz.p_max
     gap = it.state.gap * problem.scales.h_unit
     width = np.full(grid.y.size, grid.h_y * hertz.a)
     if grid.mirror:

@@ -13,18 +13,29 @@ from typing import NamedTuple
 import numpy as np
 
 from ..parameters.file import LubricantParameters, SolidParameters
+from ..physics.asperity import pressure_scale
 from .conditions import ContactConditions, SolverOptions, cells_in_inlet, expected_grid, scales_of
 from .film import energy, kernels, transport
 from .film import flow as film_flow
+from .film.asperity import Asperities
 from .film.linear import LinearSystem, LineFactors
 from .film.oil import oil_table
-from .film.reynolds import FLOOR_SHARE, Film, GridChoice, NewtonHistory, ReynoldsState, contact_geometry
+from .film.reynolds import (
+    FLOOR_SHARE,
+    Film,
+    GridChoice,
+    NewtonHistory,
+    ReynoldsState,
+    contact_geometry,
+)
 from .film.transport import HeatTransport
 from .half_space.grid import Array
 
 #: least gap, as a share of the present film, in flow and energy equation while an iterate overlaps; moved to 0.02: no
 #: effect, to 0.5: films change by 1.5e-5
 LEAST_GAP_SHARE = 0.1
+#: mean Hertz pressure [p_max], and the share of it that asperities carry at most where a solve begins
+MEAN_PRESSURE, START_SHARE = 2.0 / 3.0, 0.5
 
 
 class Traction(NamedTuple):
@@ -64,6 +75,7 @@ class WarmFilm(Film):
         self.problem, self.temperature, self.flow, self.heat = problem, temperature, flow, heat
         ny, nx, layers = temperature.shape
         self.unit, self.unit_h, self.warm = problem.scales.hertz.p_max, problem.scales.h_unit, True
+        self.asperities = problem.asperities
         self.by_t, self.change = np.zeros((ny, nx, 3, layers)), np.empty_like(temperature)
 
     def coefficients(self, p: Array) -> tuple[Array, ...]:
@@ -109,6 +121,12 @@ class ContactProblem:
         self.choice = choice or expected_grid(conditions, self.scales, film, options)
         with self.timed("geometry"):
             self.geometry = contact_geometry(self.choice, conditions.R_x / conditions.R_y)
+        rough = conditions.roughness
+        #: asperities of the surfaces in the units of the solve
+        self.asperities = Asperities()
+        if rough is not None:
+            scale = pressure_scale(rough, conditions.E_prime) / self.scales.hertz.p_max
+            self.asperities = Asperities(scale, rough.sigma / self.scales.h_unit)
         #: size of the film [b^2/R_x]: the expected one, then that of the iteration
         self.film_scale = self.scales.film_estimate
         self.table = oil_table(oil, conditions.temperature)
@@ -149,12 +167,14 @@ class ContactProblem:
             )  # fmt: skip
             return out
 
-        return Film(coefficients, shape, self.scales.hertz.p_max)
+        return Film(coefficients, shape, self.scales.hertz.p_max, self.asperities)
 
     def start(self, state: ReynoldsState | None = None) -> Iteration:
         """An iteration at its beginning: from a state, or from the dry contact opened by the expected film."""
         if state is None:
-            state = self.geometry.start(self.scales.film_estimate)
+            # a film as thick as the asperities that carry their share alone would leave
+            least = self.asperities.gap_at(START_SHARE * MEAN_PRESSURE) if self.asperities.rough else 0.0
+            state = self.with_asperities(self.geometry.start(max(self.scales.film_estimate, least)))
         lines, nodes = state.p.shape
         return Iteration(
             state,
@@ -181,10 +201,28 @@ class ContactProblem:
         it.iterations += len(history.change)
         return it
 
+    def with_asperities(self, state: ReynoldsState) -> ReynoldsState:
+        """A state whose pressure is nowhere below that of the asperities: the film does not pull."""
+        if not self.asperities.rough:
+            return state
+        p = np.maximum(state.p, self.asperity_pressure(state))
+        # the approach that leaves the gap of the contact as it was
+        shape, middle = self.geometry.gap(p, 0.0), state.p > 0.5 * state.p.max()
+        h_0 = float(np.max((state.gap - shape)[middle]))
+        return ReynoldsState(p, h_0, shape + h_0, np.zeros(p.shape, dtype=bool))
+
+    def asperity_pressure(self, state: ReynoldsState) -> Array:
+        """Pressure that the asperities carry [p_max]."""
+        return self.geometry.asperity_pressure(self.asperities, state.gap)[0]
+
+    def film_pressure(self, state: ReynoldsState) -> Array:
+        """Pressure that they leave to the film [p_max], slightly negative where it cavitates."""
+        return state.p - self.asperity_pressure(state)
+
     def physical(self, state: ReynoldsState) -> tuple[Array, Array]:
-        """Pressure [Pa] and gap [m], the latter at least a tenth of the present film while iterating."""
+        """Pressure of the film [Pa] and gap [m], the latter at least a tenth of the film while iterating."""
         gap = np.maximum(state.gap, LEAST_GAP_SHARE * self.film_scale) * self.scales.h_unit
-        return np.maximum(state.p, 0.0) * self.scales.hertz.p_max, gap
+        return np.maximum(self.film_pressure(state), 0.0) * self.scales.hertz.p_max, gap
 
     def update_flow(self, it: Iteration, temperature: Array) -> Array:
         """Velocities, heat sources and shear stress at the present pressure; returns the gap [m]."""
@@ -200,7 +238,7 @@ class ContactProblem:
         """Fluxes of the faces, and what the pressure drives and dissipates in the film, of the present state."""
         hertz, geometry, heat, flow = self.scales.hertz, self.geometry, it.heat, it.flow
         linear = geometry.linearise(it.state, film, self.film_scale)
-        system, grid, pressure = linear.system, geometry.grid, np.maximum(it.state.p, 0.0)
+        system, grid, pressure = linear.system, geometry.grid, np.maximum(linear.film_pressure, 0.0)
         it.flux_x, it.flux_y = -linear.flow_x, -linear.flow_y
         kernels.pressure_flow(
             grid.x, grid.width_x, grid.h_y, geometry.kappa_h, grid.mirror, pressure, it.state.gap, linear.ln_phi,

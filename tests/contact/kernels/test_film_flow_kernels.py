@@ -10,6 +10,7 @@ from contact_cases import OIL, OILS
 
 from ballscrew_tehl.contact.film import flow as film_flow
 from ballscrew_tehl.contact.film import kernels
+from ballscrew_tehl.contact.film.asperity import Asperities
 from ballscrew_tehl.contact.film.oil import TABLE_STEP, oil_table
 from ballscrew_tehl.contact.film.transport import HeatTransport, film_change
 from ballscrew_tehl.contact.problem import WarmFilm
@@ -228,7 +229,8 @@ def test_temperatures_follow_a_pressure_change_within_bounds():
     heat = HeatTransport.empty(ny, 1e-4 * np.arange(nx), levels - 1)
     heat.pivot[:], heat.source[:] = 1.0, 2e-6 * np.random.default_rng(4).normal(size=heat.source.shape)
     scales = SimpleNamespace(hertz=SimpleNamespace(p_max=P_MAX), h_unit=1e-6)
-    film = WarmFilm(SimpleNamespace(scales=scales), columns.t.copy(), None, heat)
+    problem = SimpleNamespace(scales=scales, asperities=Asperities())
+    film = WarmFilm(problem, columns.t.copy(), None, heat)
     (_, g, _), (_, dg, _), by_t = columns.compiled()
     d_p = np.full((ny, nx), 0.02)
     d_p[1] = -0.02

@@ -272,11 +272,13 @@ class Line:
         transport.follow(self.heat, self.g, self.dg, self.by_t, self.unit, self.unit_h, d_p, d_h, out)
         return out
 
-    def response(self, j):
+    def response(self, j, squash=None):
+        squash = np.zeros((NY, NX)) if squash is None else squash
         far_phi, far_g = np.full((2, NX, NX), np.nan)
         columns = np.full((3 * NZ + 2, NX), np.nan)
         transport.line_response(
-            self.heat, j, self.g, self.dg, self.by_t, self.unit, self.unit_h, self.same_line, columns, far_phi, far_g
+            self.heat, j, self.g, self.dg, self.by_t, self.unit, self.unit_h, squash, self.same_line, columns, far_phi,
+            far_g,
         )  # fmt: skip
         return far_phi, far_g
 
@@ -286,14 +288,21 @@ class Line:
         return out
 
 
+@pytest.mark.parametrize("rough", [False, True], ids=["smooth", "rough"])
 @pytest.mark.parametrize("j", range(NY))
-def test_line_response_is_follow_of_every_pressure(j):
-    """Its columns: one unit of pressure at a node, the gap of the line by its own deflection."""
+def test_line_response_is_follow_of_every_pressure(j, rough):
+    """Its columns: one unit of pressure at a node, the gap of the line by its own deflection, and the asperities."""
     line = Line()
-    far_phi, far_g = line.response(j)
+    squash = np.zeros((NY, NX))
+    if rough:
+        squash[:, 1:-1] = -np.random.default_rng(21).random((NY, NX - 2))
+    far_phi, far_g = line.response(j, squash)
+    assert rough == (np.abs(far_phi - line.response(j)[0]).max() > 0.01 * np.abs(far_phi).max())
     for k in range(NX):
         d_p, d_h = np.zeros((2, NY, NX))
-        d_p[j, k], d_h[j] = 1.0, line.same_line[:, k]
+        d_h[j] = line.same_line[:, k]
+        d_p[j] = -squash[j] * d_h[j]
+        d_p[j, k] += 1.0
         phi, g, _ = line.change(line.follow(d_p, d_h), j)
         np.testing.assert_allclose(far_phi[:, k], phi, rtol=1e-10, atol=1e-12 * np.abs(far_phi).max())
         np.testing.assert_allclose(far_g[:, k], g, rtol=1e-10, atol=1e-12 * np.abs(far_g).max())

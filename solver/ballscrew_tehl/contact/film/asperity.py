@@ -8,6 +8,7 @@ The factors before the series have the limit of F_5/2 for large |u|: P and Q are
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -84,3 +85,41 @@ def asperity_pressure(scale: float, sigma: float, h: float) -> tuple[float, floa
         return 0.0, 0.0
     value, slope = height_integral_5_2(h / sigma)
     return scale * value, scale / sigma * slope
+
+
+@njit(cache=True, error_model="numpy")
+def asperity_field(scale: float, sigma: float, gap: Array, p_a: Array, slope: Array) -> None:
+    """asperity_pressure and its slope at every node of gap (n_y, n_x)."""
+    for j in range(gap.shape[0]):
+        for i in range(gap.shape[1]):
+            p_a[j, i], slope[j, i] = asperity_pressure(scale, sigma, gap[j, i])
+
+
+class Asperities(NamedTuple):
+    """Asperities in the units of a solve: scale [p_max] as in asperity_pressure, sigma [b^2/R_x], 0 = smooth."""
+
+    scale: float = 0.0
+    sigma: float = 0.0
+
+    @property
+    def rough(self) -> bool:
+        """Whether they carry anything at all."""
+        return self.scale > 0.0 and self.sigma > 0.0
+
+    def gap_at(self, pressure: float) -> float:
+        """Gap [b^2/R_x] at which they carry a pressure [p_max]; -8 sigma at the closest, 0 of smooth surfaces."""
+        low, high = -8.0 * self.sigma, FARTHEST * self.sigma
+        while high - low > 1e-3 * self.sigma:
+            middle = 0.5 * (low + high)
+            if asperity_pressure(self.scale, self.sigma, middle)[0] > pressure:
+                low = middle
+            else:
+                high = middle
+        return low
+
+    def pressure(self, gap: Array) -> tuple[Array, Array]:
+        """Their pressure (n_y, n_x) [p_max] and its slope over the gap, <= 0;"""
+        p_a, slope = np.zeros((2, *gap.shape))
+        if self.rough:
+            asperity_field(self.scale, self.sigma, gap, p_a, slope)
+        return p_a, slope

@@ -299,7 +299,7 @@ def line_jacobian(
 ):  # fmt: skip
     """Jacobian of line j to its own pressures, deflection of the line by itself included.
 
-    squash (n_y, n_x): what one unit of gap takes from the film pressure, for that of the asperities; dln_phi, dg: to
+    squash (n_y, n_x): slope of the asperity pressure over the gap, which the film pressure loses; dln_phi, dg: to
     the pressure of the node itself; far_phi, far_g (nx, nx): changes of ln phi and g with the pressures of the line
     by the heat that the oil carries along, of size 0 without.
     out (nx-2, nx-2); column (nx-2,): derivative to a rigid approach (same gap change everywhere).
@@ -332,17 +332,24 @@ def line_jacobian(
             by_h[2] -= kappa_h * c_y[j - 1, i, 4]
             approach -= kappa_h * c_y[j - 1, i, 3]
             approach -= 0.5 * kappa_h * (g_y[j + 1, i] - g_y[j - 1, i])
+            below = c_y[j - 1, i, 0] - c_y[j - 1, i, 1] * dln_phi[j - 1, i]
+            approach -= kappa_h * below * squash[j - 1, i]
+        # the asperities of the neighbour lines are squeezed as well
+        above = c_y[j, i, 0] + c_y[j, i, 2] * dln_phi[j + 1, i]
+        approach -= double * kappa_h * above * squash[j + 1, i]
         by_p[1] -= penalty[j, i]
         first = 1 if i == 1 else 0
         for m in range(first, 4):
             by_h[m] += by_g[m] * g[j, i - 2 + m]
             by_g[m] *= gap[j, i - 2 + m]
+            by_h[m] -= by_g[m] * dg[j, i - 2 + m] * squash[j, i - 2 + m]
         row[:] = 0.0
         for m in range(3):
             k = i - 1 + m
             # the asperities of a node that is squeezed take pressure from the film
-            by_h[m + 1] -= by_p[m] * squash[j, k]
-            row[k] += by_p[m] + by_phi[m] * dln_phi[j, k]
+            own = by_p[m] + by_phi[m] * dln_phi[j, k]
+            by_h[m + 1] -= own * squash[j, k]
+            row[k] += own
         for m in range(first, 4):
             row[i - 2 + m] += by_g[m] * dg[j, i - 2 + m]
         for m in range(first, 4):

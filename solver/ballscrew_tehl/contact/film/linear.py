@@ -24,7 +24,7 @@ class LinearSystem(NamedTuple):
 
     width (n_x,), kappa_h, mirror: of the grid; gap, g, g_y, dln_phi, dg, dg_y, penalty: of the film, derivatives to
     the film pressure of the node; by_t (n_y, n_x, 3, n_z+1): to temperatures; c_x, c_y, wedge: of the faces; squeeze:
-    inverse step of pseudo time, 0 = steady; squash: what a unit of gap takes from the film pressure; scale: size of the
+    inverse step of pseudo time, 0 = steady; squash: slope of the asperity pressure over the gap; scale: size of the
     diagonal, load its last; weights: of the load; free: whether the approach follows from the load, else it is held;
     forward, modes, backward: deflection in single precision, same_line (n_x, n_x): that of a line by itself;
     heat, unit [Pa], unit_h [m]: temperatures that follow the pressure, warm: whether they do.
@@ -148,7 +148,7 @@ def line_jacobians(s, carried, out, approach):
         j = row + first
         if carried:
             line_response(
-                s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.same_line, columns, far_phi, far_g
+                s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.squash, s.same_line, columns, far_phi, far_g
             )
         kernels.line_jacobian(
             j, s.width, s.kappa_h, s.mirror, s.c_x, s.c_y, s.wedge, s.gap, s.g, s.g_y, s.penalty, s.squeeze, s.squash,
