@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Generic, TypeVar, get_type_hints
 
@@ -71,3 +72,20 @@ class ResultFile(Generic[Row]):
             if new:
                 writer.writerow([*self._fields, "solver"])
             writer.writerow([*row, self.solver])
+
+
+class FigureFile:
+    """Figures of a benchmark as CSV: part, case, quantity, solver, value; path None: none are written."""
+
+    def __init__(self, path: Path | None) -> None:
+        self._path = path
+        if path is not None:
+            path.write_text("part,case,quantity,solver,value\n", encoding="utf-8")
+
+    def add(self, part: str, case: str, figures: Mapping[str, Any], solver: str = "this") -> None:
+        """Add the figures of one case."""
+        if self._path is not None:
+            with self._path.open("a", newline="", encoding="utf-8") as stream:
+                csv.writer(stream).writerows(
+                    (part, case, name, solver, figure) for name, figure in figures.items()
+                )
