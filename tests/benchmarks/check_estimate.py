@@ -3,8 +3,8 @@
 `python tests/benchmarks/check_estimate.py [--contacts N] [--seed S] [--output FILE.csv]` solves N contacts of both
 kinematics over the range of the packaged map with the nodes of a map and again with nodes, lines, layers, domain and
 tolerance refined (SolverOptions.refined), and prints the share of contacts whose h_c moves by no more than
-error_estimate, the median estimate and the worst ratio. An unconverged solution counts as not covered. Seconds to
-minutes per contact; with --output a run may be interrupted and continued.
+error_estimate, the median estimate and the worst ratio. A contact that does not converge or has no estimate counts as
+not covered. Seconds to minutes per contact; with --output a run may be interrupted and continued.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def check(seed: int, number: int, point: Point, nodes: int, refine: float) -> Ch
 
 
 def report(rows: list[Checked]) -> dict[str, float]:
-    """Coverage, estimates and ratios; empty without rows."""
+    """Coverage, estimates and ratios; empty if nothing has converged."""
     solved = [row for row in rows if row.converged and row.refined_converged]
     if not solved:
         return {}
@@ -103,13 +103,14 @@ def report(rows: list[Checked]) -> dict[str, float]:
         "not converged": sum(not row.converged for row in rows),
         "refined not converged": sum(not row.refined_converged for row in rows),
         "asymptotic": sum(row.branch != "resolved" for row in rows),
+        "without an estimate": int(np.sum(np.isnan(estimate))),
         "covered [%]": 100.0 * sum(row.covered for row in rows) / len(rows),
-        "median estimate [%]": 100.0 * float(np.median(estimate)),
-        "largest estimate [%]": 100.0 * float(np.max(estimate)),
+        "median estimate [%]": 100.0 * float(np.nanmedian(estimate)),
+        "largest estimate [%]": 100.0 * float(np.nanmax(estimate)),
         "median difference [%]": 100.0 * float(np.median(difference)),
         "largest difference [%]": 100.0 * float(np.max(difference)),
-        "median ratio": float(np.median(ratio)),
-        "worst ratio": float(np.max(ratio)),
+        "median ratio": float(np.nanmedian(ratio)),
+        "worst ratio": float(np.nanmax(ratio)),
         "largest heat balance error [%]": 100.0 * float(np.max([abs(row.heat_balance) for row in solved])),
         "median seconds": float(np.median(seconds)),
         "median seconds refined": float(np.median(refined_seconds)),

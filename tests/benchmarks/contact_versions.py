@@ -71,27 +71,34 @@ class Worker:
         self.close()
 
 
-def startup(request: Request, checkout: Path = HERE, python: str = sys.executable) -> dict[str, float]:
-    """Seconds of a process without compiled kernels, and of a later one.
+def process_start(
+    request: Request, checkout: Path = HERE, python: str = sys.executable, **variables: str
+) -> dict[str, float]:
+    """Seconds of a process: to the first solution (from its start, with imports), first solve, second solve.
 
-    to the first solution: from its start, with imports;  first solve, second solve: these alone;  message: whether it
-    has said that it compiles, 0 or 1. The kernels go to a folder of their own.
-    Raises CalledProcessError: a process failed
+    message: whether it has said that it compiles, 0 or 1;  variables: of its environment
+    Raises CalledProcessError: the process failed
     """
+    command = _command(checkout, python, "--startup", **variables)
+    begun = time.perf_counter()
+    done = subprocess.run(
+        **command, input=json.dumps(request._asdict()) + "\n", capture_output=True, check=True
+    )
+    whole = time.perf_counter() - begun
+    first, second = json.loads(done.stdout.splitlines()[-1])
+    return {
+        "to the first solution": whole - second,
+        "first solve": first,
+        "second solve": second,
+        "message": float("compiling" in done.stderr),
+    }
+
+
+def startup(request: Request, checkout: Path = HERE, python: str = sys.executable) -> dict[str, float]:
+    """The figures of process_start without compiled kernels and with them; the kernels go to a folder of their own."""
     found: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as cache:
         for name in ("first use", "later process"):
-            command = _command(checkout, python, "--startup", NUMBA_CACHE_DIR=cache)
-            begun = time.perf_counter()
-            done = subprocess.run(
-                **command, input=json.dumps(request._asdict()) + "\n", capture_output=True, check=True
-            )
-            whole = time.perf_counter() - begun
-            first, second = json.loads(done.stdout.splitlines()[-1])
-            found |= {
-                f"{name}, to the first solution": whole - second,
-                f"{name}, first solve": first,
-                f"{name}, second solve": second,
-                f"{name}, message": float("compiling" in done.stderr),
-            }
+            figures = process_start(request, checkout, python, NUMBA_CACHE_DIR=cache)
+            found |= {f"{name}, {part}": figure for part, figure in figures.items()}
     return found

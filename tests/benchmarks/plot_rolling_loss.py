@@ -146,11 +146,12 @@ def figure_of(rows: list[Loss]):
         resolved = np.array([row.resolved for row in mine], dtype=bool)
         loss = 1e3 * np.array([row.loss for row in mine])
         # the formulas at fixed L depend on load alone, which is proportional to M
-        fine = np.geomspace(*RANGE, 200)
+        shown = RANGE[0] / 1.25, 1.25 * RANGE[1]
+        fine = np.geomspace(*shown, 200)
         closed, forces = closed_losses(ratio, mine[0].load / mine[0].M * fine, mine[0].u_e)
         for style, (name, values) in zip(("-", "--"), closed.items(), strict=True):
             above.plot(fine, 1e3 * values, style, color=COLOURS[name], linewidth=1.8, label=name)
-        symbol = {"color": "black", "markersize": 5, "clip_on": False, "zorder": 3}
+        symbol = {"color": "black", "markersize": 5, "zorder": 3}
         above.plot(M[resolved], loss[resolved], "o", label="solved", **symbol)
         open_symbol = symbol | {"markerfacecolor": "white"}
         above.plot(
@@ -158,14 +159,14 @@ def figure_of(rows: list[Loss]):
         )
         for marker, number, name in (("o-", 0, BIBOULET), ("s--", 1, HOUPERT)):
             deviation = np.array([row.deviations[number] for row in mine])
-            style = {"color": COLOURS[name], "linewidth": 1.2, "markersize": 4, "clip_on": False, "zorder": 3}
+            style = {"color": COLOURS[name], "linewidth": 1.2, "markersize": 4, "zorder": 3}
             below.plot(M[resolved], deviation[resolved], marker, **style)
             below.plot(M[~resolved], deviation[~resolved], marker[0], markerfacecolor="white", **style)
-        fitted = fine[forces.M <= FITTED_UP_TO].max(initial=RANGE[0])
+        fitted = fine[forces.M <= FITTED_UP_TO].max(initial=shown[0])
         for axes in (above, below):
-            axes.set(xscale="log", xlim=RANGE)
+            axes.set(xscale="log", xlim=shown)
             axes.grid(alpha=0.3)
-            axes.axvspan(fitted, RANGE[1], color="0.93", zorder=0, linewidth=0)
+            axes.axvspan(fitted, shown[1], color="0.93", zorder=0, linewidth=0)
         above.set_title(f"{shape}, $R_x/R_y$ = {ratio:g}")
         above.set_yscale("log")
         below.axhline(0.0, color="black", linewidth=0.8)
@@ -183,10 +184,10 @@ def figure_of(rows: list[Loss]):
     return figure
 
 
-def run(points: int, L: float, nodes: int, refine: float, csv: Path | None) -> list[Loss]:
+def run(loads: list[float], L: float, nodes: int, refine: float, csv: Path | None) -> list[Loss]:
     """Losses of both shapes; contacts that the CSV file holds are not solved again."""
     file = ResultFile(csv, Loss, ("shape", "M", "L", "nodes", "refine"))
-    wanted = [(shape, float(M), L, nodes, refine) for shape in SHAPES for M in np.geomspace(*RANGE, points)]
+    wanted = [(shape, M, L, nodes, refine) for shape in SHAPES for M in loads]
     done = file.cases()
     compile_kernels()
     try:
@@ -206,13 +207,15 @@ def main(arguments: list[str] | None = None) -> list[Loss]:
     parser.add_argument(
         "--points", type=int, default=17, help="loads per shape (default 17, four per decade)"
     )
+    parser.add_argument("--loads", type=float, nargs="+", help="these Moes M instead, 10 to 1e5")
     parser.add_argument("--lubricant", type=float, default=10.0, help="Moes L (default 10)")
     parser.add_argument("--nodes", type=int, default=129, help="nodes along rolling (default 129)")
     parser.add_argument("--refine", type=float, default=2.0, help="factor of the check, 1 = none (default 2)")
     parser.add_argument("--output", type=Path, help="PNG file of the figure")
     parser.add_argument("--csv", type=Path, help="CSV file that the rows are added to")
     args = parser.parse_args(arguments)
-    rows = run(args.points, args.lubricant, args.nodes, args.refine, args.csv)
+    loads = args.loads or np.geomspace(*RANGE, args.points).tolist()
+    rows = run(loads, args.lubricant, args.nodes, args.refine, args.csv)
     print(f"{'deviation of the solved loss [%]':38s}{'':10s}{BIBOULET:>24s}{HOUPERT:>24s}")
     print(f"{'shape':16s}{'decade of M':22s}{'contacts':10s}" + 2 * f"{'mean':>12s}{'largest':>12s}")
     for (shape, low), (count, *shares) in deviations_by_decade(rows).items():
