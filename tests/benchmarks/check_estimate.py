@@ -126,7 +126,8 @@ def run(contacts: int, seed: int, nodes: int, refine: float, output: Path | None
     done = file.cases()
     if skipped := len(wanted.keys() & done):
         print(f"{skipped} contacts are in {output}")
-    compile_kernels()
+    if wanted.keys() - done:
+        compile_kernels()
     try:
         for case, point in wanted.items():
             if case not in done:

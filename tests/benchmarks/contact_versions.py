@@ -76,7 +76,8 @@ def process_start(
 ) -> dict[str, float]:
     """Seconds of a process: to the first solution (from its start, with imports), first solve, second solve.
 
-    message: whether it has said that it compiles, 0 or 1;  variables: of its environment
+    processor time to it: to the first solution;  message: whether it has said that it compiles, 0 or 1
+    variables: of its environment
     Raises CalledProcessError: the process failed
     """
     command = _command(checkout, python, "--startup", **variables)
@@ -85,9 +86,10 @@ def process_start(
         **command, input=json.dumps(request._asdict()) + "\n", capture_output=True, check=True
     )
     whole = time.perf_counter() - begun
-    first, second = json.loads(done.stdout.splitlines()[-1])
+    first, second, used = json.loads(done.stdout.splitlines()[-1])
     return {
         "to the first solution": whole - second,
+        "processor time to it": used,
         "first solve": first,
         "second solve": second,
         "message": float("compiling" in done.stderr),

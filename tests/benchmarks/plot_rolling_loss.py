@@ -72,10 +72,11 @@ class Loss(NamedTuple):
     def __str__(self) -> str:
         biboulet, houpert = self.deviations
         state = self.branch if self.converged else "not converged"
+        grid = "" if math.isnan(self.grid) else f", refined {100.0 * self.grid:+.2f} %"
         return (
             f"{self.shape:12s} M {self.M:9.4g} (formulas {self.M_transition:8.4g}) loss {1e3 * self.loss:9.4g} mW, "
             f"{100.0 * biboulet:+6.1f} % of {BIBOULET}, {100.0 * houpert:+6.1f} % of {HOUPERT}, "
-            f"{self.used} nodes, grid {100.0 * self.grid:+.2f} %, {state}"
+            f"{self.used} nodes{grid}, {state}"
         )
 
 
@@ -189,7 +190,8 @@ def run(loads: list[float], L: float, nodes: int, refine: float, csv: Path | Non
     file = ResultFile(csv, Loss, ("shape", "M", "L", "nodes", "refine"))
     wanted = [(shape, M, L, nodes, refine) for shape in SHAPES for M in loads]
     done = file.cases()
-    compile_kernels()
+    if set(wanted) - done:
+        compile_kernels()
     try:
         for case in wanted:
             if case not in done:
