@@ -155,9 +155,8 @@ def figure_of(rows: list[Loss]):
         symbol = {"color": "black", "markersize": 5, "zorder": 3}
         above.plot(M[resolved], loss[resolved], "o", label="solved", **symbol)
         open_symbol = symbol | {"markerfacecolor": "white"}
-        above.plot(
-            M[~resolved], loss[~resolved], "o", label="solved, not resolved by the grid", **open_symbol
-        )
+        label = "solved, not resolved by the grid"
+        above.plot(M[~resolved], loss[~resolved], "o", label=label, **open_symbol)
         for marker, number, name in (("o-", 0, BIBOULET), ("s--", 1, HOUPERT)):
             deviation = np.array([row.deviations[number] for row in mine])
             style = {"color": COLOURS[name], "linewidth": 1.2, "markersize": 4, "zorder": 3}
@@ -176,6 +175,8 @@ def figure_of(rows: list[Loss]):
     panels[0, 0].set_ylabel("rolling loss [mW]")
     panels[1, 0].set_ylabel("solved over formula $-$ 1")
     handles, labels = panels[0, -1].get_legend_handles_labels()
+    if all(row.resolved for row in rows):
+        handles, labels = handles[:-1], labels[:-1]
     figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
     L = rows[0].L
     figure.suptitle(
