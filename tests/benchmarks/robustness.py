@@ -1,129 +1,218 @@
 """Robustness of the contact solve over its whole range, at points of a Sobol sequence.
 
-`python tests/benchmarks/robustness.py [--points N] [--thermal [--roughness-um SIGMA]] [--workers W]` solves N
-contacts and prints how many did not converge, are not a number, took the asymptotic branch (and the lowest load that
-did), and the worst error estimate.
+`python tests/benchmarks/robustness.py [--points N] [--thermal] [--layers K] [--roughness-um S] [--workers W]
+[--output FILE.csv]` solves N contacts and prints how many did not converge, are not a number or took the asymptotic
+branch (and the lowest load that did), the worst error estimate and seconds per contact. `--case K` solves point K
+alone, for one that is listed as not converged.
 Isothermal: radius ratio 0.03 to 1, Moes M 1.5 to 2e6, L 1.8 to 40 (ratio and M over their logarithms), both oil laws.
-Thermal: contacts of the packaged screw, ball load 2 to 200 N, 5 to 6000 r/min, 10 to 80 C, both raceways and
-kinematics.
+Thermal: contacts of the packaged screw over the range of its map, both raceways and kinematics; --layers multiplies the
+layers through the film, --roughness-um is the composite roughness of both bodies.
 """
+
+from __future__ import annotations
 
 import argparse
 import math
 import os
-import sys
 import time
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
 
 import numpy as np
-from reference_screw import GD4008
+from contact_sample import compile_kernels, point_at, sobol_cube
+from result_file import ResultFile
 from rich.progress import Progress
-from scipy.stats import qmc
 
-from ballscrew_tehl.contact.ball_contact import ball_contact
-from ballscrew_tehl.contact.conditions import SolverOptions
+from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
 from ballscrew_tehl.contact.moes import solve_moes
 from ballscrew_tehl.contact.solve import ContactSolution, solve_contact
-from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.asperity import typical_roughness
+
+
+class Variant(NamedTuple):
+    """What the points are solved with: factor on the layers; composite roughness [um]."""
+
+    thermal: bool = False
+    layers: float = 1.0
+    roughness_um: float = 0.0
+
+    @property
+    def options(self) -> str:
+        """The options of this command that select it."""
+        words = ["--thermal"] if self.thermal else []
+        words += [f"--layers {self.layers:g}"] if self.layers != 1.0 else []
+        words += [f"--roughness-um {self.roughness_um:g}"] if self.roughness_um else []
+        return " ".join(words)
 
 
 class Outcome(NamedTuple):
     """What became of one point."""
 
+    variant: str
+    seed: int
+    number: int
     point: str
     M: float
     h_c: float
+    h_m: float
     converged: bool
     reason: str
     branch: str
     error: float
+    iterations: int
     seconds: float
 
 
-def _outcome(point: str, solution: ContactSolution) -> Outcome:
-    return Outcome(
-        point, solution.M, solution.h_c, solution.converged, solution.reason, solution.branch,
-        solution.error_estimate, solution.seconds,
-    )  # fmt: skip
+def rough(conditions: ContactConditions, roughness_um: float) -> ContactConditions:
+    """The contact with a composite roughness and the asperities of ground raceways."""
+    return (
+        replace(conditions, roughness=typical_roughness(1e-6 * roughness_um)) if roughness_um else conditions
+    )
 
 
-def isothermal(u: np.ndarray) -> Outcome:
+def isothermal(u: np.ndarray) -> tuple[str, ContactSolution]:
     """One point of the unit cube as Moes numbers."""
     ratio = 0.03 * (1.0 / 0.03) ** u[0]
     M = 1.5 * (2e6 / 1.5) ** u[1]
     L = 1.8 + 38.2 * u[2]
     law = "barus" if u[3] < 0.5 else "roelands"
-    return _outcome(f"ratio {ratio:.4g} M {M:.4g} L {L:.4g} {law}", solve_moes(M, L, ratio, law).solution)
+    return f"ratio {ratio:.4g} M {M:.4g} L {L:.4g} {law}", solve_moes(M, L, ratio, law).solution
 
 
-def thermal(u: np.ndarray, sigma: float = 0.0) -> Outcome:
-    """One point of the unit cube as a contact of the packaged screw, of composite roughness sigma [m]."""
-    load, speed = 2.0 * 100.0 ** u[0], math.pi / 30.0 * 5.0 * 1200.0 ** u[1]
-    temperature = 283.15 + 70.0 * u[2]
-    raceway = "screw" if u[3] < 0.5 else "nut"
-    kinematics = "published" if u[4] < 0.5 else "rolling_frame"
-    parameters = changed(GD4008, friction={"kinematics": kinematics})
-    roughness = typical_roughness(sigma) if sigma > 0.0 else None
-    conditions = ball_contact(parameters, raceway, load, speed, temperature, roughness=roughness)
-    point = f"{kinematics} {raceway} {load:.4g} N {speed:.4g} rad/s {temperature:.4g} K"
-    return _outcome(point, solve_contact(conditions, parameters.lubricant, parameters.solid, SolverOptions()))
+def thermal(u: np.ndarray, variant: Variant) -> tuple[str, ContactSolution]:
+    """One point of the unit cube as a contact of the packaged screw."""
+    point, options = point_at(u), SolverOptions()
+    options = replace(options, n_z=2 * round(0.5 * variant.layers * options.n_z))
+    conditions = rough(point.conditions, variant.roughness_um)
+    lubricant, solid = point.parameters.lubricant, point.parameters.solid
+    return str(point), solve_contact(conditions, lubricant, solid, options)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--points", type=int, default=2000, help="points of the sequence (default 2000)")
-    parser.add_argument("--thermal", action="store_true", help="thermal contacts of the packaged screw")
-    parser.add_argument(
-        "--roughness-um", type=float, default=0.0, help="composite rms roughness of thermal contacts"
-    )
-    parser.add_argument(
-        "--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)"
-    )
-    args = parser.parse_args()
-    points = qmc.Sobol(5, seed=1).random_base2(math.ceil(math.log2(args.points)))[: args.points]
-    solve = partial(thermal, sigma=1e-6 * args.roughness_um) if args.thermal else isothermal
-    begun, found = time.perf_counter(), []
-    with ProcessPoolExecutor(args.workers) as pool, Progress() as progress:
-        bar = progress.add_task("contacts", total=len(points))
-        for job in as_completed([pool.submit(solve, u) for u in points]):
-            found.append(job.result())
-            progress.advance(bar)
-    report(found, time.perf_counter() - begun)
+def outcome(variant: Variant, seed: int, number: int, u: np.ndarray) -> Outcome:
+    """Solve one point."""
+    point, s = thermal(u, variant) if variant.thermal else isothermal(u)
+    return Outcome(
+        variant.options, seed, number, point, s.M, s.h_c, s.h_m, s.converged, s.reason, s.branch, s.error_estimate,
+        s.iterations, s.seconds,
+    )  # fmt: skip
 
 
-def report(found: list[Outcome], seconds: float) -> None:
-    """Print the counts and the worst points."""
+def outcomes(points: dict[int, np.ndarray], variant: Variant, seed: int, workers: int) -> Iterator[Outcome]:
+    """Solve points by their number, in the order in which they end; one worker: in this process."""
+    solve = partial(outcome, variant, seed)
+    if workers == 1:
+        compile_kernels()
+        for number, u in points.items():
+            yield solve(number, u)
+        return
+    with ProcessPoolExecutor(workers, initializer=compile_kernels) as pool:
+        try:
+            for job in as_completed([pool.submit(solve, *point) for point in points.items()]):
+                yield job.result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def run(
+    points: dict[int, np.ndarray], variant: Variant, seed: int, workers: int, output: Path | None
+) -> list[Outcome]:
+    """Outcomes of the points; those that the output holds are not solved again."""
+    file = ResultFile(output, Outcome, ("variant", "seed", "number"))
+    done = file.cases()
+    left = {number: u for number, u in points.items() if (variant.options, seed, number) not in done}
+    with Progress() as progress:
+        bar = progress.add_task("contacts", total=len(points), completed=len(points) - len(left))
+        try:
+            for found in outcomes(left, variant, seed, workers):
+                file.append(found)
+                progress.advance(bar)
+                if not found.converged:
+                    progress.console.print(case(found), highlight=False, soft_wrap=True)
+        except KeyboardInterrupt:
+            progress.console.print("interrupted")
+    return [
+        row
+        for row in file.rows
+        if (row.variant, row.seed) == (variant.options, seed) and row.number in points
+    ]
+
+
+def case(found: Outcome) -> str:
+    """One line on an unconverged point, with the options that solve it again."""
+    again = f"--case {found.number} --seed {found.seed} {found.variant}".rstrip()
+    return f"  not converged: {found.point}: {found.reason} ({again})"
+
+
+def report(found: list[Outcome], seconds: float) -> dict[str, float]:
+    """Print the counts and the worst points; the counts."""
     unconverged = [o for o in found if not o.converged]
-    broken = [o for o in found if not math.isfinite(o.h_c)]
+    broken = [o for o in found if not (math.isfinite(o.h_c) and math.isfinite(o.h_m))]
     asymptotic = [o for o in found if o.branch != "resolved"]
     errors = sorted((o for o in found if math.isfinite(o.error)), key=lambda o: o.error)
     times = np.array([o.seconds for o in found])
     print(
         f"{len(found)} points in {seconds:.0f} s: {len(unconverged)} not converged, {len(broken)} not finite"
     )
-    for o in unconverged[:20]:
-        print(f"  not converged: {o.point}: {o.reason}")
+    for o in unconverged:
+        print(case(o))
     lowest = f", lowest M {min(o.M for o in asymptotic):.3g}" if asymptotic else ""
     print(f"asymptotic branch: {len(asymptotic)} ({100.0 * len(asymptotic) / len(found):.1f} %){lowest}")
     print(f"without an error estimate: {len(found) - len(errors)}")
-    for share in (0.5, 0.9, 0.99):
-        error = errors[int(share * len(errors))].error
-        print(f"error estimate of h_c, {100 * share:.0f} % of the points: {100 * error:.2f} %")
-    print(f"worst error estimate: {100 * errors[-1].error:.2f} % at {errors[-1].point} ({errors[-1].branch})")
-    resolved = [o for o in errors if o.branch == "resolved"]
-    print(f"worst on the resolved branch: {100 * resolved[-1].error:.2f} % at {resolved[-1].point}")
+    if errors:
+        for share in (0.5, 0.9, 0.99):
+            error = errors[int(share * len(errors))].error
+            print(f"error estimate of h_c, {100 * share:.0f} % of the points: {100 * error:.2f} %")
+        print(
+            f"worst error estimate: {100 * errors[-1].error:.2f} % at {errors[-1].point} ({errors[-1].branch})"
+        )
+    if resolved := [o for o in errors if o.branch == "resolved"]:
+        print(f"worst on the resolved branch: {100 * resolved[-1].error:.2f} % at {resolved[-1].point}")
+    slowest = max(found, key=lambda o: o.seconds)
     print(
-        f"seconds per solve: median {np.median(times):.3f}, 90 % {np.quantile(times, 0.9):.3f}, worst {times.max():.2f}"
+        f"seconds per contact: median {np.median(times):.3f}, 90 % {np.quantile(times, 0.9):.3f}, "
+        f"worst {slowest.seconds:.2f} at {slowest.point}"
     )
+    return {
+        "points": len(found),
+        "not converged": len(unconverged),
+        "not finite": len(broken),
+        "asymptotic": len(asymptotic),
+    }
+
+
+def main(arguments: list[str] | None = None) -> dict[str, float] | None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--points", type=int, default=2000, help="points of the sequence (default 2000)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the sequence (default 1)")
+    parser.add_argument("--thermal", action="store_true", help="thermal contacts of the packaged screw")
+    parser.add_argument("--layers", type=float, default=1.0, help="factor on the layers of thermal contacts")
+    parser.add_argument("--roughness-um", type=float, default=0.0, help="composite roughness [um], thermal")
+    parser.add_argument("--case", type=int, help="solve this point of the sequence alone")
+    parser.add_argument("--output", type=Path, help="CSV file that the outcomes are added to")
+    parser.add_argument(
+        "--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)"
+    )
+    args = parser.parse_args(arguments)
+    variant = Variant(args.thermal, args.layers, args.roughness_um)
+    if not variant.thermal and variant != Variant():
+        parser.error("--layers and --roughness-um need --thermal")
+    begun = time.perf_counter()
+    if args.case is not None:
+        found = outcome(variant, args.seed, args.case, sobol_cube(args.case + 1, args.seed)[-1])
+        for name, value in found._asdict().items():
+            print(f"{name:12s} {value}")
+        return report([found], time.perf_counter() - begun)
+    points = dict(enumerate(sobol_cube(args.points, args.seed)))
+    found = run(points, variant, args.seed, args.workers, args.output)
+    return report(found, time.perf_counter() - begun) if found else None
 
 
 if __name__ == "__main__":
