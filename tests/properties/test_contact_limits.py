@@ -308,7 +308,8 @@ CASES = [(r, at) for r in THINNING for at in (LIGHT, HEAVY) if (r, at) != ("limi
 
 @pytest.mark.slow
 @pytest.mark.xfail(
-    strict=True, reason="at the limiting stress the thinning flips between 1 and 1e9: two-cycle"
+    strict=True,
+    reason="slip moves from wall to wall with the sign of the pressure gradient, whose derivative Newton lacks",
 )
 def test_limiting_shear_stress_converges_under_load():
     solved(HEAVY, "limiting_shear_stress", thermal=False, max_thermal=60)
