@@ -47,6 +47,11 @@ def levels(n_z):
 GAP, U_A, U_B, P_X = 2e-6, 1.3, 0.6, 3e11
 
 
+def on_cells(n_z, heat):
+    """Sum over the cells of the energy equation: trapezoidal, of second order."""
+    return np.trapezoid(heat, dx=1.0 / n_z)
+
+
 def one_column(*speeds):
     """Speeds u_a, u_b, v_a, v_b of a grid of one column."""
     return film_flow.SurfaceSpeeds(*(np.full((1, 1), u) for u in speeds))
@@ -187,13 +192,16 @@ def test_stress_is_that_of_the_notes():
     np.testing.assert_allclose(flow.rate[at], GAP * rate, atol=1e-6 * GAP * np.abs(rate).max())
     across = (0.3 * e0 / GAP) ** 2 * np.exp(2.0 * z)
     heat = GAP * (rate**2 * np.exp(-2.0 * z) + across)
+    # the power of the pressure flow, spread so that the cells of the energy equation add up to it
+    pressed = GAP * ((z - e0 / e1) * GAP * P_X) ** 2 * np.exp(2.0 * z)
+    heat += (flow.power[at] / on_cells(64, pressed) - 1.0) * pressed
     np.testing.assert_allclose(flow.shear[at], heat, rtol=1e-5)
 
 
 def test_heat_is_parted_at_the_stress_about_which_the_gradient_turns_it():
     """sliding = h (tau*^2 + 2 tau* x)/eta with tau* = e0 (u_b-u_a)/h, x = (z - c) h p_x, c = e0/e1.
 
-    driven = (z - c)^2/eta over its integral.
+    driven = (z - c)^2/eta over its sum on the cells of the energy equation.
     """
     flow, at = exponential_flow(64)
     e0, c = 1.0 / CLOSED["1/e0"], CLOSED["1/e1"] / CLOSED["1/e0"]
@@ -204,7 +212,9 @@ def test_heat_is_parted_at_the_stress_about_which_the_gradient_turns_it():
     about, inv_e = z - c, np.exp(2.0 * z)
     sliding = GAP * inv_e * (slid_x**2 + 2.0 * slid_x * about * GAP * P_X + slid_y**2)
     np.testing.assert_allclose(flow.sliding[at], sliding, atol=2e-6 * np.abs(sliding).max())
-    driven = about**2 * inv_e / combined(CLOSED)["Poiseuille"]
+    driven = about**2 * inv_e / on_cells(64, about**2 * inv_e)
+    # of second order: a share 1e-3 of the integral on these layers
+    assert on_cells(64, about**2 * inv_e) == pytest.approx(combined(CLOSED)["Poiseuille"], rel=2e-3)
     np.testing.assert_allclose(flow.driven[at], driven, atol=2e-6 * driven.max())
     assert (
         min(sliding.max(), (driven * flow.power[at]).max()) > 0.1 * flow.shear[at].max()
@@ -221,7 +231,7 @@ def test_power_of_the_pressure_flow_heats_whatever_its_gradient():
     np.testing.assert_array_equal(none.shear, none.sliding)
     np.testing.assert_array_equal(half.sliding, full.sliding)
     np.testing.assert_allclose(half.shear, 0.5 * (none.shear + full.shear), rtol=1e-12)
-    np.testing.assert_allclose((full.shear - none.shear) @ film_flow.layer_weights(8), power, rtol=1e-12)
+    np.testing.assert_allclose(on_cells(8, full.shear - none.shear), power, rtol=1e-12)
 
 
 def test_flux_is_that_of_the_notes():
@@ -239,7 +249,9 @@ def test_flux_is_that_of_the_notes():
     tau_a = flow.traction_x[at] - 0.5 * GAP * P_X
     work = (tau_a + GAP * P_X) * U_B - tau_a * U_A - P_X * (couette + poiseuille)
     work += flow.traction_y[at] * (-0.1 - 0.2)
-    assert flow.shear[at] @ weights == pytest.approx(work, rel=1e-6)
+    assert flow.sliding[at] @ weights + on_cells(64, flow.driven[at]) * flow.power[at] == pytest.approx(
+        work, rel=1e-6
+    )
 
 
 def test_uniform_film_has_the_closed_flux_on_any_layers():

@@ -21,15 +21,15 @@ def test_rolling_resistance_of_a_linear_wedge_is_exact():
     assert rolling_resistance(np.array([[0.0, 2.0]]), np.array([[1.0, 3.0]]), np.array([1.0])) == 4.0
 
 
-@pytest.mark.parametrize(("n_z", "bound"), [(8, 0.04), (16, 0.02)])
-def test_pure_rolling_heats_the_film_by_the_rolling_loss(n_z, bound):
+@pytest.mark.parametrize("n_z", [8, 16])
+def test_pure_rolling_heats_the_film_by_the_rolling_loss(n_z):
     """Two integrals of different parts of the solution: h dp/dx, and the sources of the energy equation.
 
-    Cells added up by the trapezoidal rule take 2/n_z^2 more of the pressure flow than its power: 3 % of 8 layers.
+    -0.3 % found with 8 layers, -0.6 % with 16 and 32: by the nodes along rolling.
     """
     found = solve_contact(conditions(srr=0.0), OIL, STEEL, SolverOptions(n_x=193, n_z=n_z)).integrals
     assert found.rolling_loss > 0.0
-    assert abs((found.shear_heat + found.compression_heat) / found.rolling_loss - 1.0) <= bound
+    assert abs((found.shear_heat + found.compression_heat) / found.rolling_loss - 1.0) <= 0.01
     assert abs(found.compression_heat) <= 0.05 * found.shear_heat
 
 

@@ -9,6 +9,7 @@ from contact_cases import CIRCLE, LONG, OIL, STEEL, conditions, grid_film, moes,
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import spsolve
 
+from ballscrew_tehl.contact import solve
 from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
 from ballscrew_tehl.contact.moes import reference_oil
 from ballscrew_tehl.contact.problem import ContactProblem
@@ -309,7 +310,8 @@ CASES = [(r, at) for r in THINNING for at in (LIGHT, HEAVY) if (r, at) != ("limi
 
 @pytest.mark.slow
 @pytest.mark.xfail(
-    strict=True, reason="at the limiting stress the thinning flips between 1 and 1e9: two-cycle"
+    strict=True,
+    reason="slip moves from wall to wall with the sign of the pressure gradient, whose derivative Newton lacks",
 )
 def test_limiting_shear_stress_converges_under_load():
     solved(HEAVY, "limiting_shear_stress", thermal=False, max_thermal=60)
@@ -457,9 +459,55 @@ def test_warm_start_changes_only_the_cost(thermal, start, near):
     assert warm.h_c == pytest.approx(cold.h_c, rel=1e-3)
 
 
+def test_three_neighbours_predict_the_film_of_a_cold_solution():
+    """Along the speed, beyond the neighbours: the film of the grid within ten times the tolerance of a solve."""
+    line = [solved(conditions(u_e=u_e, srr=0.3)) for u_e in (1.7, 1.85, 2.0)]
+    at = conditions(u_e=2.17, srr=0.3)
+    cold = solved(at)
+    warm = solve_contact(at, OIL, STEEL, options(), start=line)
+    assert warm.converged
+    assert "coarse grid" not in warm.phases
+    assert grid_film(warm) == pytest.approx(grid_film(cold), rel=10.0 * options().tolerance)
+    shares = [s.extrapolation[0] for s in line]
+    assert min(shares) <= warm.extrapolation[0] <= max(shares)
+    # beyond the neighbours the share counts in full
+    assert warm.error_estimate > np.max(np.abs(shares))
+    assert abs(warm.h_c / cold.h_c - 1.0) <= warm.error_estimate
+
+
+def test_neighbours_need_a_line_of_distinct_points():
+    one, other, off = (
+        solved(conditions(load=load, u_e=u)) for load, u in ((60.0, 2.0), (60.0, 2.2), (90.0, 2.2))
+    )
+    for start in ([one, one], [one, other, off], [one] * 4):
+        with pytest.raises(ValueError, match="start: "):
+            solve_contact(conditions(), OIL, STEEL, options(), start=start)
+
+
+def test_a_cold_start_that_fails_is_continued_from_lower_speeds(monkeypatch):
+    """Every start from the dry contact above 60 % of the speed fails: the film is that of one which does not."""
+    at, from_dry = conditions(srr=0.3), solve._solve_cold
+
+    def failing(problem):
+        found = from_dry(problem)
+        return replace(found, converged=False) if problem.given.u_e > 0.6 * at.u_e else found
+
+    expected = solved(at)
+    monkeypatch.setattr(solve, "_solve_cold", failing)
+    found = solve_contact(at, OIL, STEEL, options())
+    assert found.converged
+    assert "continued from 0.5 of the speed" in found.reason
+    assert found.conditions == at
+    assert grid_film(found) == pytest.approx(grid_film(expected), rel=10.0 * options().tolerance)
+    # no iterations left for the steps: the failure is reported
+    bounded = solve_contact(at, OIL, STEEL, options(max_thermal=expected.iterations))
+    assert not bounded.converged
+    assert "of the speed" in bounded.reason
+
+
 def test_warm_start_from_the_solution_returns_it():
-    first = solved(conditions())
-    again = solve_contact(conditions(), OIL, STEEL, options(), start=first)
+    first = solved(conditions(), tolerance=1e-6)
+    again = solve_contact(conditions(), OIL, STEEL, options(tolerance=1e-6), start=first)
     assert again.converged
     assert again.iterations < first.iterations
     assert again.h_c == pytest.approx(first.h_c, rel=1e-5)

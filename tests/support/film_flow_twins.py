@@ -19,6 +19,13 @@ from contact_twins import (
 STEP = 1e-30
 
 
+def cells(n_z):
+    """Share of every level in the film, by which the energy equation adds up the heat of its cells (trapezoidal)."""
+    out = np.full(n_z + 1, 1.0 / n_z)
+    out[[0, -1]] *= 0.5
+    return out
+
+
 def film_coefficients(table, p, t, inv_e, speeds, u_e, scale):
     """Twin of film_flow.film_coefficients without the derivatives: ln phi, g, g_y for 1/e; p [Pa] of the shape of t."""
     inv0, inv1, r0, r1, r2 = column_integrals(inv_e, density(table, p, t))
@@ -68,7 +75,7 @@ def film_flow(oil, table, x, p, h, t, speeds, gradient, power):
     pivot = (inv_e @ (weights * z)) / (inv_e @ weights)
     about = z - pivot[..., None]
     turned = (about * gap)[..., None] * gradient[..., None, :]
-    lever = (about**2 * inv_e) @ weights
+    lever = (about**2 * inv_e) @ cells(n_z)
     sliding = gap * inv_e * (np.sum(stress**2, axis=-1) - np.sum(turned**2, axis=-1))
     driven = about**2 * inv_e / lever[..., None] * (table.density / (rho @ weights))[..., None]
     # the first two columns have no quadratic behind them

@@ -72,8 +72,12 @@ class ContactConditions:
 
     def reversed(self) -> ContactConditions:
         """The mirror image that rolls the other way round."""
+        return self.at_speed(-1.0)
+
+    def at_speed(self, share: float) -> ContactConditions:
+        """The same contact with all its speeds times a share."""
         names = ("u_1", "u_2", "differential_1", "differential_2", "spin_1", "spin_2")
-        return replace(self, **{name: -getattr(self, name) for name in names})
+        return replace(self, **{name: share * getattr(self, name) for name in names})
 
     def surface_speeds(self, x: Array, y: Array) -> tuple[Array, Array, Array, Array]:
         """u_1, u_2 along and v_1, v_2 across on nodes x (nx,), y (ny,) [m]; each (ny, nx) [m/s]."""

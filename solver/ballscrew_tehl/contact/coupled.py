@@ -135,6 +135,7 @@ class _CoupledRun:
         self.problem, self.it, self.tolerance = problem, it, tolerance
         self.relaxation = Relaxation(damped)
         self.equation = EnergyEquation(problem) if problem.options.thermal else None
+        given = temperature is not None
         if self.equation is not None:
             if temperature is None:
                 temperature = self.equation.estimate(it)
@@ -144,6 +145,9 @@ class _CoupledRun:
         #: temperatures of the iterate; those of the last energy solve
         self.temperature = self.new = temperature
         self.gap = problem.update_flow(it, temperature)
+        if self.equation is not None and given and not damped:
+            # the first Newton steps need the temperatures of a near start to follow as well
+            self.equation.solve(it, temperature, self.gap, damped)
         self.films: list[float] = []
         self.mean_changes: list[float] = []
         self.wasted = 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -27,7 +27,7 @@ from .conditions import (
 from .coupled import CONVERGED_AT, solve_coupled
 from .film import energy
 from .film.reynolds import LEAST_PRESSURE, TARGET_LOAD, GridChoice, NewtonHistory, ReynoldsState
-from .half_space.grid import Array, Grid
+from .half_space.grid import TINY, Array, Grid
 from .integrals import ContactIntegrals, contact_integrals
 from .problem import ContactProblem, Iteration
 
@@ -54,6 +54,21 @@ START_TOLERANCE, START_STEPS = 1e-2, 30
 UNDAMPED_ITERATIONS = 60
 #: shares of the roughness through which a rough contact is continued that does not converge by itself
 ROUGHNESS_SHARES = (0.0, 0.25, 0.5, 0.7, 0.85, 1.0)
+#: continuation in speed: share of the speed by which the first start is sought lower, and how often; first, largest and
+#: least step of ln(speed); growth of a step after a success, solves at most; a failure halves the step
+LOWER_SPEED, MOST_LOWER = 0.5, 3
+FIRST_SPEED_STEP, LARGEST_SPEED_STEP, LEAST_SPEED_STEP = 0.1, 0.4, 0.01
+SPEED_STEP_GROWTH, MOST_SPEED_STEPS = 1.5, 40
+#: most iterations of a coupled solve from neighbours: 4 to 8 in the median on lines of 21 contacts
+NEAR_ITERATIONS = 25
+#: pressure [p_max] above which temperatures are extrapolated through the neighbours; below, they are the nearest's
+LOADED = 1e-2
+#: most neighbours of a start: a quadratic
+MOST_NEIGHBOURS = 3
+#: distance of the neighbours and of the contact from their line, as a share of its length: beyond, they are not on one
+OFF_LINE = 0.1
+#: least distance of two neighbours, in the logarithm
+EQUAL = 1e-9
 #: Moes load above which an isothermal film that no grid solves is taken from the asymptotic branch
 ASYMPTOTIC_ABOVE = 3e4
 #: halvings of the load, from the first that the grid is expected to resolve, in search of two resolved ones
@@ -73,8 +88,9 @@ class ContactSolution:
 
     temperature (n_y, n_x, n_z+1) [K]; h_c, h_m central and minimum film [m], extrapolated from the grid and the one of
     half the nodes by the two shares `extrapolation`; error_estimate: relative, of h_c, from grid, layers, extent of the
-    energy equation and tolerance (NaN without a coarse grid; a warm start keeps the shares of its start); film
-    (n_y, n_x): as on the grid, between the mean planes of rough surfaces; pressure (n_y, n_x) [Pa]: that deforms the
+    energy equation and tolerance (NaN without a coarse grid; a warm start keeps the shares of its start, or those
+    interpolated between its neighbours), error_parts: those of the grid and of layers and extent; film (n_y, n_x): as
+    on the grid, between the mean planes of rough surfaces; pressure (n_y, n_x) [Pa]: that deforms the
     bodies and carries the load, p_max the largest; asperity_pressure (n_y, n_x) [Pa]: the part of it that asperities
     carry, the film carries the rest; asperity_load_share: of the load, 0 to 1, on the asymptotic branch that of the
     load that converged; temperature_rise largest rise in the film [K]; traction_force [N] on body 2 (positive where it
@@ -104,6 +120,7 @@ class ContactSolution:
     branch: str
     extrapolation: tuple[float, float]
     error_estimate: float
+    error_parts: tuple[float, float]
     history: NewtonHistory
     temperature_history: list[float]
     heat_balance: energy.HeatBalance | None
@@ -151,14 +168,18 @@ def solve_contact(
     oil: LubricantParameters,
     solid: SolidParameters,
     options: SolverOptions = DEFAULT_OPTIONS,
-    start: ContactSolution | None = None,
+    start: ContactSolution | Sequence[ContactSolution] | None = None,
 ) -> ContactSolution:
     """Solve one contact.
 
     Parameters   conditions: operating point;  oil, solid: materials (both bodies of `solid`), with the rheology that
-                 the oil names;  start: a neighbouring solution to start from, on any grid
+                 the oil names;  start: a neighbouring solution to start from, on any grid, or up to three on a line
+                 through `conditions` in the logarithms of load, entrainment speed and temperature: pressure, film over
+                 expected film, temperature rise and the shares of the error are extrapolated through them (Lagrange).
+                 Neighbours that have not converged are left out. A contact that does not converge from its start is
+                 solved from the dry contact, and where that fails, too, from lower speeds
     Returns      ContactSolution; check `converged` and `reason` before using it
-    Raises       ValueError: conditions out of range
+    Raises       ValueError: conditions out of range; more than three neighbours, two at one point, or off the line
     Validity     steady; flooded, or with a meniscus at options.x_in. Resolved while the inlet length holds about three
                  cells; the nodes along rolling are doubled first, beyond that the film comes from the asymptotic
                  branch. Oil in a gap of more than options.warm_films films has the inlet temperature.
@@ -176,7 +197,7 @@ def solve_contact(
     """
     announce_compilation()
     begun = time.perf_counter()
-    solution = _solved(conditions, oil, solid, options, start)
+    solution = _solved(conditions, oil, solid, options, _neighbours(conditions, start))
     if not solution.converged and conditions.roughness is not None and conditions.roughness.sigma > 0.0:
         solution = _continued_in_roughness(conditions, oil, solid, options) or solution
     return replace(solution, seconds=time.perf_counter() - begun)
@@ -186,12 +207,14 @@ def _continued_in_roughness(
     conditions: ContactConditions, oil: LubricantParameters, solid: SolidParameters, options: SolverOptions
 ) -> ContactSolution | None:
     """The solution by rising roughness from the smooth contact; None: one of them did not converge."""
-    solution = None
+    solution: ContactSolution | None = None
     for share in ROUGHNESS_SHARES:
         rough = conditions.roughness and replace(
             conditions.roughness, sigma=share * conditions.roughness.sigma
         )
-        solution = _solved(replace(conditions, roughness=rough), oil, solid, options, solution)
+        solution = _solved(
+            replace(conditions, roughness=rough), oil, solid, options, _neighbours(conditions, solution)
+        )
         if not solution.usable:
             return None
     return solution
@@ -202,15 +225,15 @@ def _solved(
     oil: LubricantParameters,
     solid: SolidParameters,
     options: SolverOptions,
-    start: ContactSolution | None,
+    starts: Sequence[tuple[float, ContactSolution]],
 ) -> ContactSolution:
     """On the grid of the options, on one of twice the nodes, or by the asymptotic branch."""
     solution = None
     if _expected_resolved(conditions, oil, options, WORTH_TRYING):
-        solution = _solve_on_grid(conditions, oil, solid, options, start)
+        solution = _solve_on_grid(conditions, oil, solid, options, starts)
     if solution is None or solution.branch != "resolved" or not (solution.converged or options.thermal):
         finer = replace(options, n_x=2 * options.n_x - 1)
-        solution = _solve_on_grid(conditions, oil, solid, finer, None)
+        solution = _solve_on_grid(conditions, oil, solid, finer)
         if solution.converged:
             beyond = solution.branch != "resolved"
         else:
@@ -246,7 +269,7 @@ def _anchored(
     isothermal = replace(options, thermal=False)
 
     def at(load: float) -> ContactSolution:
-        return _solve_on_grid(replace(c, load=load), oil, solid, isothermal, None)
+        return _solve_on_grid(replace(c, load=load), oil, solid, isothermal)
 
     anchors = _resolved_pair(c, oil, isothermal, at)
     if anchors is None:
@@ -310,19 +333,30 @@ def _solve_on_grid(
     oil: LubricantParameters,
     solid: SolidParameters,
     options: SolverOptions,
-    start: ContactSolution | None,
+    starts: Sequence[tuple[float, ContactSolution]] = (),
 ) -> ContactSolution:
+    """From the neighbours with their weights; else from the dry contact; else from lower speeds."""
     begun = time.perf_counter()
     problem = ContactProblem(conditions, oil, solid, options)
-    if start is not None and start.converged:
-        it = _solve_from(problem, *_carried(start, problem), options.tolerance)
-        if it.converged:
-            return _result(problem, it, time.perf_counter() - begun, start.extrapolation, None)
+    solution = _solve_near(problem, starts, options.max_thermal) if starts else None
+    if solution is not None and not solution.converged and len(starts) > 1:
+        # a pressure spike that moves leaves a wave in the prediction
+        nearest = max(starts, key=lambda pair: abs(pair[0]))[1]
+        solution = _solve_near(problem, [(1.0, nearest)], options.max_thermal)
+    if solution is None or not solution.converged:
+        solution = _solve_cold(problem)
+    if not solution.converged and not problem.plain and not solution.M > ASYMPTOTIC_ABOVE:
+        solution = _continued_in_speed(problem, solution)
+    return replace(solution, seconds=time.perf_counter() - begun)
+
+
+def _solve_cold(problem: ContactProblem) -> ContactSolution:
+    """From the dry contact, by way of half the nodes."""
+    options = problem.options
     coarse_choice = problem.choice.halved()
     if coarse_choice is None:
-        it = _solve_from(problem, None, None, options.tolerance)
-        return _result(problem, it, time.perf_counter() - begun, (math.nan, math.nan), None)
-    coarse = ContactProblem(conditions, oil, solid, options, coarse_choice)
+        return _result(problem, _solve_from(problem, None, None, options.tolerance), (math.nan, math.nan))
+    coarse = ContactProblem(problem.given, problem.oil, problem.solid, options, coarse_choice)
     first, rest = _solve_coarse(coarse)
     if first.converged:
         it = _solve_from(problem, *_prolonged(coarse, first, problem), options.tolerance, first.damped)
@@ -335,7 +369,75 @@ def _solve_on_grid(
         # side lobes are about as narrow as the line spacing: no order of convergence, they get the share of the centre
         (h_coarse, at_coarse), (h_fine, at_fine) = _least_film(coarse, first), _least_film(problem, it)
         own = (1.0 - h_coarse / h_fine) / 3.0 if at_coarse == at_fine == 0 else extrapolation
-    return _result(problem, it, time.perf_counter() - begun, (extrapolation, own), coarse, rest)
+    solution = _result(problem, it, (extrapolation, own), (REMAINDER * abs(extrapolation), rest))
+    return replace(solution, phases={**solution.phases, "coarse grid": sum(coarse.seconds.values())})
+
+
+def _solve_near(
+    problem: ContactProblem, starts: Sequence[tuple[float, ContactSolution]], limit: int
+) -> ContactSolution:
+    """From neighbours with their weights; the shares of the error are interpolated."""
+    state, temperature = _carried(starts, problem)
+    options = problem.options
+    it = problem.start(state)
+    if problem.plain:
+        it = problem.solve_isothermal(it, options.tolerance, options.max_newton)
+    else:
+        it = solve_coupled(problem, it, temperature, options.tolerance, min(limit, NEAR_ITERATIONS))
+    # a share depends on how the grid holds the inlet: beyond the neighbours it counts in full as its own error
+    shares = np.array([s.extrapolation for _, s in starts])
+    between = len(starts) > 1 and max(abs(weight) for weight, _ in starts) <= 1.0
+    grid = max(s.error_parts[0] for _, s in starts) if between else float(np.max(np.abs(shares[:, 0])))
+    weights = np.array([weight for weight, _ in starts])
+    # within the range of the neighbours: a quadratic beyond them would amplify their scatter from contact to contact
+    centre, least = (float(v) for v in np.clip(weights @ shares, shares.min(axis=0), shares.max(axis=0)))
+    rests = [s.error_parts[1] for _, s in starts]
+    rest = min(max(float(weights @ rests), min(rests)), max(rests))
+    return _result(problem, it, (centre, least), (grid, rest))
+
+
+def _continued_in_speed(problem: ContactProblem, failed: ContactSolution) -> ContactSolution:
+    """The last resort: from a lower speed that converges, both surfaces faster together step by step.
+
+    Heat and the film grow with the speed: a spike of cold oil far from its place does not find it. At most
+    options.max_thermal iterations from the lower speed on, and MOST_SPEED_STEPS solves.
+    """
+    oil, solid, options = problem.oil, problem.solid, problem.options
+
+    def at(share: float) -> ContactProblem:
+        return problem if share == 1.0 else ContactProblem(problem.given.at_speed(share), oil, solid, options)
+
+    share, reached = 1.0, failed
+    for _ in range(MOST_LOWER):
+        share *= LOWER_SPEED
+        reached = _solve_cold(at(share))
+        if reached.converged:
+            break
+    if not reached.converged:
+        return replace(failed, reason=f"{failed.reason}; nor at {share:g} of the speed")
+    begun_at, step, left = share, FIRST_SPEED_STEP, options.max_thermal
+    line = [reached]
+    for _ in range(MOST_SPEED_STEPS):
+        following = min(share * math.exp(step), 1.0)
+        near = at(following)
+        solution = _solve_near(near, _weighted(near.given, line), left)
+        left -= solution.iterations
+        if solution.converged:
+            share, line = following, [*line, solution][-MOST_NEIGHBOURS:]
+            step = min(SPEED_STEP_GROWTH * step, LARGEST_SPEED_STEP)
+            if share == 1.0:
+                return replace(
+                    solution,
+                    reason=f"{solution.reason}, continued from {begun_at:g} of the speed",
+                    iterations=options.max_thermal - left,
+                )
+        else:
+            step *= 0.5
+        if left <= 0 or step < LEAST_SPEED_STEP:
+            break
+    return replace(
+        failed, reason=f"{failed.reason}; continued from lower speeds as far as {share:.3g} of the speed"
+    )
 
 
 def _solve_coarse(coarse: ContactProblem) -> tuple[Iteration, float]:
@@ -424,55 +526,108 @@ def _layered(temperature: Array, n_z: int) -> Array:
 
 
 def _on_grid(
-    source: Grid, film_pressure: Array, gap: Array, temperature: Array | None, problem: ContactProblem
+    fields: Sequence[tuple[Grid, Array, Array, Array | None]],
+    weights: Sequence[float],
+    problem: ContactProblem,
 ) -> tuple[ReynoldsState, Array | None]:
-    """Film pressure, gap and temperature of another grid as a state of a problem."""
+    """Weighted film pressures, gaps and temperatures of other grids as a state of a problem."""
     grid, geometry = problem.geometry.grid, problem.geometry
-    wanted = _resample(gap, source, grid)
-    film_pressure = _resample(np.maximum(film_pressure, 0.0), source, grid)
-    p = geometry.embed(np.where(film_pressure > 0.0, film_pressure, -CAVITATED * LEAST_PRESSURE)[grid.inner])
+    p, wanted = np.zeros_like(geometry.undeformed), np.zeros_like(geometry.undeformed)
+    temperature: Array | None = None
+    main = int(np.argmax(np.abs(weights)))
+    loaded = _resample(fields[main][1], fields[main][0], grid) > LOADED
+    for k, ((source, pressure, gap, warm), weight) in enumerate(zip(fields, weights, strict=True)):
+        p += weight * _resample(np.maximum(pressure, 0.0), source, grid)
+        wanted += weight * _resample(gap, source, grid)
+        if warm is not None:
+            # what circulates in the inlet settles slowly: its error would grow from prediction to prediction
+            shares = np.where(loaded, weight, 1.0 if k == main else 0.0)
+            part = shares[..., None] * _layered(_resample(warm, source, grid), problem.options.n_z)
+            temperature = part if temperature is None else temperature + part
+    cavitated = p <= 0.0
+    p = geometry.embed(np.where(cavitated, -CAVITATED * LEAST_PRESSURE, p)[grid.inner])
     p += geometry.asperity_pressure(problem.asperities, wanted)[0]
     p *= TARGET_LOAD / float(np.sum(geometry.weights * p))
     # the approach that leaves the gap of the contact as it was
     shape = geometry.gap(p, 0.0)
     middle = p > 0.5 * p.max()
     h_0 = float(np.mean((wanted - shape)[middle]))
-    if temperature is not None:
-        temperature = _layered(_resample(temperature, source, grid), problem.options.n_z)
-    cavitated = film_pressure <= 0.0 if problem.asperities.rough else None
-    return ReynoldsState(p, h_0, shape + h_0, cavitated), temperature
+    return ReynoldsState(p, h_0, shape + h_0, cavitated if problem.asperities.rough else None), temperature
 
 
 def _prolonged(
     coarse: ContactProblem, it: Iteration, problem: ContactProblem
 ) -> tuple[ReynoldsState, Array | None]:
     """A coarse solution on the grid of a finer problem."""
-    return _on_grid(
-        coarse.geometry.grid, coarse.film_pressure(it.state), it.state.gap, it.temperature, problem
-    )
+    field_ = coarse.geometry.grid, coarse.film_pressure(it.state), it.state.gap, it.temperature
+    return _on_grid([field_], [1.0], problem)
 
 
-def _carried(start: ContactSolution, problem: ContactProblem) -> tuple[ReynoldsState, Array | None]:
-    """A neighbouring solution as a start: pressures in Hertz units, the gap by its share of the expected film."""
+def _neighbours(
+    c: ContactConditions, start: ContactSolution | Sequence[ContactSolution] | None
+) -> list[tuple[float, ContactSolution]]:
+    """The converged neighbours to start from with their weights."""
+    solutions = [start] if isinstance(start, ContactSolution) else list(start or ())
+    if len(solutions) > MOST_NEIGHBOURS:
+        raise ValueError(
+            f"start: {len(solutions)} neighbours; needs at most {MOST_NEIGHBOURS}: take the nearest"
+        )
+    return _weighted(c, [s for s in solutions if s.converged])
+
+
+def _weighted(
+    c: ContactConditions, solutions: Sequence[ContactSolution]
+) -> list[tuple[float, ContactSolution]]:
+    """Lagrange weights of solutions on a line through an operating point, in logarithms."""
+    if len(solutions) < 2:
+        return [(1.0, s) for s in solutions]
+
+    def place(at: ContactConditions) -> Array:
+        return np.log([at.load, abs(at.u_e), at.temperature])
+
+    points = np.array([place(s.conditions) - place(c) for s in solutions])
+    distances = np.linalg.norm(points[:, None] - points[None], axis=-1)
+    first, last = np.unravel_index(int(distances.argmax()), distances.shape)
+    length = float(distances[first, last])
+    direction = (points[last] - points[first]) / max(length, TINY)
+    along = points @ direction
+    off = np.linalg.norm(points - along[:, None] * direction, axis=1)
+    gaps = np.diff(np.sort(along))
+    if not gaps.min() > EQUAL or not off.max() <= OFF_LINE * length:
+        raise ValueError(
+            "start: neighbours at one point, or not on a line with the contact in the logarithms of load, speed and "
+            "temperature; needs distinct points on a line: give the nearest one alone"
+        )
+    weights = [math.prod(-t / (s - t) for t in np.delete(along, k)) for k, s in enumerate(along)]
+    return list(zip((float(w) for w in weights), solutions, strict=True))
+
+
+def _carried(
+    starts: Sequence[tuple[float, ContactSolution]], problem: ContactProblem
+) -> tuple[ReynoldsState, Array | None]:
+    """Neighbours with their weights: pressures in Hertz units, gaps by their share of the expected film."""
     c, scales = problem.conditions, problem.scales
-    own = scales_of(start.conditions, problem.oil)
-    share = scales.film_estimate / own.film_estimate
-    temperature = start.temperature
-    if temperature is not None:
-        temperature = np.maximum(temperature - start.conditions.temperature, 0.0) + c.temperature
-    gap = start.state.gap + start.h_c / own.h_unit * (share - 1.0)
-    film_pressure = start.state.p - start.asperity_pressure / start.hertz.p_max
-    return _on_grid(start.grid, film_pressure, gap, temperature, problem)
+    fields: list[tuple[Grid, Array, Array, Array | None]] = []
+    for _, start in starts:
+        own = scales_of(start.conditions, problem.oil)
+        share = scales.film_estimate / own.film_estimate
+        temperature = start.temperature
+        if temperature is not None:
+            # colder than the inlet behind the spike, where the oil expands
+            temperature = temperature + (c.temperature - start.conditions.temperature)
+        gap = start.state.gap + start.h_c / own.h_unit * (share - 1.0)
+        film_pressure = start.state.p - start.asperity_pressure / start.hertz.p_max
+        fields.append((start.grid, film_pressure, gap, temperature))
+    return _on_grid(fields, [weight for weight, _ in starts], problem)
 
 
 def _result(
     problem: ContactProblem,
     it: Iteration,
-    seconds: float,
     extrapolation: tuple[float, float],
-    coarse: ContactProblem | None,
-    rest: float = 0.0,
+    errors: tuple[float, float] = (math.nan, 0.0),
 ) -> ContactSolution:
+    """What a solve has found; its time is left at zero."""
     grid, scales = problem.geometry.grid, problem.scales
     if problem.plain:
         problem.update_flow(it, problem.uniform_temperature())
@@ -483,9 +638,6 @@ def _result(
     converged, reason = it.converged, it.reason
     if converged and not min(h_m, h_c) > 0.0:
         converged, reason = False, "the bodies touch: film thinner than the grid resolves"
-    phases = dict(problem.seconds)
-    if coarse is not None:
-        phases["coarse grid"] = sum(coarse.seconds.values())
     return ContactSolution(
         conditions=problem.given,
         hertz=scales.hertz,
@@ -502,13 +654,14 @@ def _result(
         reason=reason,
         iterations=it.iterations,
         deflections=it.history.deflections,
-        seconds=seconds,
-        phases=phases,
+        seconds=0.0,
+        phases=dict(problem.seconds),
         M=scales.M,
         L=scales.L,
         branch=_branch(problem, it),
         extrapolation=extrapolation,
-        error_estimate=REMAINDER * abs(extrapolation[0]) + rest + CONVERGED_AT * problem.options.tolerance,
+        error_estimate=sum(errors) + CONVERGED_AT * problem.options.tolerance,
+        error_parts=errors,
         history=it.history,
         temperature_history=it.temperature_history,
         heat_balance=None if it.balance is None else it.balance(),

@@ -368,6 +368,8 @@ def test_flow_of_the_film_is_the_flux_of_the_reynolds_equation(update):
 def test_heat_is_the_full_stress_dissipation_where_power_is_that_of_the_gradient(update):
     """sliding + driven * power = tau^2/e h with the power h^3 phi grad p^2/12 of the Reynolds equation.
 
+    The driven part comes on the cells of the energy equation, which add it up by the trapezoidal rule: its shape is
+    that of the dissipation, its sum over the cells the integral of it with the weights of the flow.
     Without thermal expansion: the density, with which the power is weighted, is the same on every level.
     """
     oil = OIL.model_copy(update={"density_temperature": 0.0} | update)
@@ -382,10 +384,14 @@ def test_heat_is_the_full_stress_dissipation_where_power_is_that_of_the_gradient
         ln_phi, _, _ = column_coefficients(table, p, t, speeds, flow)
         power_by_phi = h**3 * np.exp(ln_phi) / 12.0 * np.sum(gradient**2, axis=-1)
     full = film_flow_twins.dissipation(oil, table, p, h, t, speeds, gradient)
-    assert np.abs(flow.shear - full).max() <= 1e-8 * full.max()
+    pressed, weights = full - flow.sliding, film_flow.layer_weights(NZ)
+    power = pressed @ weights
+    relative = twins.density(table, p, t[..., 0])
+    assert np.abs(relative * power - flow.power).max() <= 1e-8 * np.abs(full @ weights).max()
+    on_cells = pressed * (power / (pressed @ film_flow_twins.cells(NZ)))[..., None]
+    assert np.abs(flow.shear - flow.sliding - on_cells).max() <= 1e-8 * full.max()
     assert (flow.thinning.max() > 1.05) == bool(update)
     # each of the parts matters, in some columns the one, in others the other
-    weights = film_flow.layer_weights(NZ)
     by_sliding = (flow.sliding @ weights) / (full @ weights)
     assert by_sliding.min() < 0.1
     assert by_sliding.max() > 0.8
@@ -393,8 +399,9 @@ def test_heat_is_the_full_stress_dissipation_where_power_is_that_of_the_gradient
 
 @pytest.mark.parametrize("update", RHEOLOGIES.values(), ids=RHEOLOGIES)
 def test_heat_of_sliding_is_the_work_of_the_surfaces_and_of_the_pressure_its_power(update):
-    """Across the film: int sliding = stress * slip with the stress about which the pressure turns it, int driven = 1.
+    """Across the film: int sliding = stress * slip with the stress about which the pressure turns it, sum driven = 1.
 
+    The sum of driven is that over the cells of the energy equation.
     With thermal expansion, so that the power comes with the mean relative density, which is taken off again.
     """
     table = oil_table(OIL.model_copy(update=update), T_IN)
@@ -404,7 +411,7 @@ def test_heat_of_sliding_is_the_work_of_the_surfaces_and_of_the_pressure_its_pow
     work = flow.stress_x * (speeds.u_b - speeds.u_a) + flow.stress_y * (speeds.v_b - speeds.v_a)
     assert np.abs(flow.sliding @ weights - work).max() <= 1e-8 * np.abs(work).max()
     relative = twins.density(table, np.broadcast_to(p[..., None], t.shape), t) @ weights
-    np.testing.assert_allclose(relative * (flow.driven @ weights), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(relative * (flow.driven @ film_flow_twins.cells(NZ)), 1.0, rtol=1e-12)
     assert np.abs(relative - 1.0).max() > 0.02
     assert flow.driven.min() >= 0.0
 
@@ -448,7 +455,10 @@ def test_heat_from_the_fluxes_of_the_faces_is_the_full_stress_dissipation():
     inner = np.s_[1:-1, 2:-1]  # the first face along x takes its wedge flux upwind
     np.testing.assert_allclose(flow.gradient_x[inner], slope[0], rtol=1e-9)
     np.testing.assert_allclose(flow.gradient_y[inner], slope[1], rtol=1e-9)
-    np.testing.assert_allclose(flow.shear[inner], full[inner], rtol=1e-8, atol=1e-8 * full.max())
+    pressed, pressure = full - flow.sliding, flow.driven * flow.power[..., None]
+    power = (pressed @ film_flow.layer_weights(NZ))[inner]
+    np.testing.assert_allclose(flow.power[inner], power, rtol=1e-8)
+    on_cells = pressed[inner] * (power / (pressed @ film_flow_twins.cells(NZ))[inner])[..., None]
+    np.testing.assert_allclose(pressure[inner], on_cells, atol=1e-8 * full.max())
     # each of the parts matters
-    pressure = flow.driven * flow.power[..., None]
     assert min(pressure[inner].max(), flow.sliding[inner].max()) > 0.05 * full.max()

@@ -60,8 +60,9 @@ def test_temperatures_beyond_the_table_keep_its_ends():
     table = table_of(OIL)
     ends = (table.table_start, table.table_start + oil_kernels.TABLE_STEP * (table.ln_eta0.size - 1))
     for end, outside in zip(ends, (ends[0] - 50.0, ends[1] + 500.0), strict=True):
-        kept, there = (oil_kernels.ln_viscosity(table, 0.3, t)[0] for t in (outside, end))
+        (kept, slope, _), (there, _, _) = (oil_kernels.ln_viscosity(table, 0.3, t) for t in (outside, end))
         assert kept == there
+        assert slope == 0.0
 
 
 def test_viscosity_stops_where_pressure_would_thin_the_oil():

@@ -39,8 +39,9 @@ class FilmFlow(NamedTuple):
 
     m_x, m_y : rho u h, rho v h [kg/(m s)] per unit of z/h; shear : dissipation, compression : heating (per kelvin of
     T) times h [W/m2]; sliding : the part of shear that falls with the viscosity; driven : the distribution across the
-    film of that of the pressure flow; squeeze : change of compression with the pressure of the node [W/(m2 Pa)], per
-    kelvin; soft : -d ln(eta)/dT [1/K]; stiff : d ln(eta)/dp [1/Pa]; rate : shear rate along x times h [m/s];
+    film of that of the pressure flow, 1 in sum over the cells of the energy equation, at the density of reference;
+    squeeze : change of compression with the pressure of the node [W/(m2 Pa)], per kelvin; soft : -d ln(eta)/dT [1/K];
+    stiff : d ln(eta)/dp [1/Pa]; rate : shear rate along x times h [m/s];
     thinning : S; ln_eta : ln of eta [Pa s] that S belongs to; stress_share : d ln(stress)/d ln(eta) at a given
     shear rate, 1 if Newtonian;
     (n_y, n_x): fluidity : integral of dz/e, with the slope of the rate over stress of a thinning oil [m/(Pa s)];
@@ -314,7 +315,7 @@ def film_flow(oil, x, p, h, t, speeds, flow):
             tau_x, tau_y = wall_stress(oil, p[j, i], gap, p_x, p_y, du, dv, eta, weights, flow.thinning[j, i])
             flow.traction_x[j, i] = tau_x + 0.5 * gap * p_x
             flow.traction_y[j, i] = tau_y + 0.5 * gap * p_y
-            inv0 = inv1 = inv2 = sloped = 0.0
+            inv0 = inv1 = sloped = 0.0
             for k in range(n + 1):
                 z = k * dz
                 s_x, s_y = tau_x + z * gap * p_x, tau_y + z * gap * p_y
@@ -325,13 +326,16 @@ def film_flow(oil, x, p, h, t, speeds, flow):
                 w = weights[k] * e[k]
                 inv0 += w
                 inv1 += w * z
-                inv2 += w * z * z
                 sloped += w / flow.stress_share[j, i, k]
                 f_x[k], f_y[k] = s_x * e[k], s_y * e[k]
                 flow.rate[j, i, k] = gap * f_x[k]
             flow.fluidity[j, i] = gap * sloped
             pivot = inv1 / inv0
-            lever = inv2 - inv1 * pivot
+            # by the trapezoidal rule: so the cells of the energy equation add up the heat
+            lever = 0.0
+            for k in range(n + 1):
+                z = k * dz - pivot
+                lever += (0.5 * dz if k == 0 or k == n else dz) * z * z * e[k]
             flow.stress_x[j, i], flow.stress_y[j, i] = tau_x + pivot * gap * p_x, tau_y + pivot * gap * p_y
             cumulative(f_x, dz * gap, u)
             cumulative(f_y, dz * gap, v)

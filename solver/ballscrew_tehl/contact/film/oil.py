@@ -83,6 +83,9 @@ def ln_viscosity(oil, factor, t):
     slope = (oil.ln_eta0[k + 1] - oil.ln_eta0[k]) / TABLE_STEP
     w = min(max(s - k, 0.0), 1.0)
     base = oil.ln_eta0[k] + w * TABLE_STEP * slope
+    if not 0.0 < s < last + 1:
+        # constant beyond the table
+        slope = 0.0
     if oil.roelands == 1:
         return base + (base + ROELANDS_LN) * factor, slope * (1.0 + factor), base + ROELANDS_LN
     return base + factor, slope, 1.0
