@@ -3,9 +3,10 @@
 `python tests/benchmarks/plot_rolling_loss.py [--output FILE.png] [--csv FILE.csv]` solves isothermal contacts in pure
 rolling for Moes M 10 to 1e5 at one L, a long ellipse and a circle, and prints their loss u_e * integral of h dp/dx dA
 with its deviation from Biboulet & Houpert 2010 and from Houpert 1987 (physics/rolling_resistance.py), then mean and
-largest deviation per decade of M. Grid: change of the loss by --refine (SolverOptions.refined), of nodes, lines and
-domain. --output draws the figure. On the asymptotic branch, or where the refined loss differs by more than 5 %, the
-grid does not resolve the loss: open symbols, not part of the means.
+largest deviation per decade of M on the resolved branch. Refined: change of the loss by --refine (nodes, lines and
+domain, SolverOptions.refined), which bounds what the deviations mean; the loss of a wedge converges with one over the
+length of the inlet only. --output draws the figure, with open symbols where the change exceeds 5 % or the branch is
+asymptotic.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ RANGE = (10.0, 1e5)
 #: load parameter of their own, (beta)^(1/4) kappa W (2U)^(-3/4), up to which Biboulet & Houpert fitted
 FITTED_UP_TO = 800.0
 BIBOULET, HOUPERT = "Biboulet & Houpert 2010", "Houpert 1987"
-#: relative change by refinement above which the loss does not count as resolved
+#: relative change by refinement above which a symbol is open
 RESOLVED_WITHIN = 0.05
 #: colour-blind safe (Okabe & Ito)
 COLOURS = {BIBOULET: "#D55E00", HOUPERT: "#0072B2"}
@@ -66,8 +67,12 @@ class Loss(NamedTuple):
 
     @property
     def resolved(self) -> bool:
-        resolved = self.converged and self.branch == "resolved"
-        return resolved and not abs(self.grid) > RESOLVED_WITHIN
+        return self.converged and self.branch == "resolved"
+
+    @property
+    def certain(self) -> bool:
+        """Whether refinement changes it little, or has not been tried."""
+        return self.resolved and not abs(self.grid) > RESOLVED_WITHIN
 
     def __str__(self) -> str:
         biboulet, houpert = self.deviations
@@ -107,14 +112,19 @@ def solved_loss(shape: str, M: float, L: float, nodes: int, refine: float) -> Lo
     )  # fmt: skip
 
 
-def deviations_by_decade(rows: list[Loss]) -> dict[tuple[str, float], tuple[int, float, float, float, float]]:
-    """By shape and start of the decade: contacts, mean and largest deviation from each formula, with their sign."""
+def deviations_by_decade(
+    rows: list[Loss],
+) -> dict[tuple[str, float], tuple[int, float, float, float, float, float]]:
+    """By shape and start of the decade: contacts, mean and largest deviation from each formula, largest change refined.
+
+    With their sign; the last is NaN without refined solutions.
+    """
     found = {}
     for shape in SHAPES:
         for low in 10.0 ** np.arange(np.log10(RANGE[0]), np.log10(RANGE[1])):
             # the top of the range belongs to the last decade
             of_decade = [
-                row.deviations
+                (*row.deviations, row.grid)
                 for row in rows
                 if row.shape == shape
                 and row.resolved
@@ -123,10 +133,10 @@ def deviations_by_decade(rows: list[Loss]) -> dict[tuple[str, float], tuple[int,
             if of_decade:
                 columns = np.array(of_decade).T
                 means = columns.mean(axis=1)
-                largest = [column[np.argmax(np.abs(column))] for column in columns]
+                largest = [column[np.argmax(np.abs(column))] for column in columns]  # NaN first
                 found[shape, float(low)] = (
                     len(of_decade),
-                    *(float(v) for v in (means[0], largest[0], means[1], largest[1])),
+                    *(float(v) for v in (means[0], largest[0], means[1], largest[1], largest[2])),
                 )
     return found
 
@@ -144,7 +154,7 @@ def figure_of(rows: list[Loss]):
         if not mine:
             continue
         M = np.array([row.M for row in mine])
-        resolved = np.array([row.resolved for row in mine], dtype=bool)
+        resolved = np.array([row.certain for row in mine], dtype=bool)
         loss = 1e3 * np.array([row.loss for row in mine])
         # the formulas at fixed L depend on load alone, which is proportional to M
         shown = RANGE[0] / 1.25, 1.25 * RANGE[1]
@@ -155,7 +165,7 @@ def figure_of(rows: list[Loss]):
         symbol = {"color": "black", "markersize": 5, "zorder": 3}
         above.plot(M[resolved], loss[resolved], "o", label="solved", **symbol)
         open_symbol = symbol | {"markerfacecolor": "white"}
-        label = "solved, not resolved by the grid"
+        label = "solved, changes by > 5 % if refined"
         above.plot(M[~resolved], loss[~resolved], "o", label=label, **open_symbol)
         for marker, number, name in (("o-", 0, BIBOULET), ("s--", 1, HOUPERT)):
             deviation = np.array([row.deviations[number] for row in mine])
@@ -175,7 +185,7 @@ def figure_of(rows: list[Loss]):
     panels[0, 0].set_ylabel("rolling loss [mW]")
     panels[1, 0].set_ylabel("solved over formula $-$ 1")
     handles, labels = panels[0, -1].get_legend_handles_labels()
-    if all(row.resolved for row in rows):
+    if all(row.certain for row in rows):
         handles, labels = handles[:-1], labels[:-1]
     figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
     L = rows[0].L
@@ -220,7 +230,11 @@ def main(arguments: list[str] | None = None) -> list[Loss]:
     loads = args.loads or np.geomspace(*RANGE, args.points).tolist()
     rows = run(loads, args.lubricant, args.nodes, args.refine, args.csv)
     print(f"{'deviation of the solved loss [%]':38s}{'':10s}{BIBOULET:>24s}{HOUPERT:>24s}")
-    print(f"{'shape':16s}{'decade of M':22s}{'contacts':10s}" + 2 * f"{'mean':>12s}{'largest':>12s}")
+    print(
+        f"{'shape':16s}{'decade of M':22s}{'contacts':10s}"
+        + 2 * f"{'mean':>12s}{'largest':>12s}"
+        + f"{'refined':>12s}"
+    )
     for (shape, low), (count, *shares) in deviations_by_decade(rows).items():
         figures = "".join(f"{100.0 * share:+12.1f}" for share in shares)
         print(f"{shape:16s}{f'{low:.0e} to {10.0 * low:.0e}':22s}{count:<10d}{figures}")

@@ -242,11 +242,19 @@ def test_unresolved_losses_are_not_counted():
     )
     assert row.deviations == (-0.5, -0.75)
     assert row.resolved
-    assert row._replace(grid=math.nan).resolved  # not checked
+    assert row._replace(grid=math.nan).certain  # not checked
+    assert row.certain
+    assert not row._replace(grid=-0.2).certain
     for unresolved in (
-        row._replace(grid=0.2),
         row._replace(branch="asymptotic"),
         row._replace(converged=False),
     ):
         assert plot_rolling_loss.deviations_by_decade([unresolved]) == {}
-    assert plot_rolling_loss.deviations_by_decade([row, row._replace(M=1e5)])["circle", 1e4][0] == 2
+    assert plot_rolling_loss.deviations_by_decade([row, row._replace(M=1e5, grid=-0.2)])["circle", 1e4] == (
+        2,
+        -0.5,
+        -0.5,
+        -0.75,
+        -0.75,
+        -0.2,
+    )
