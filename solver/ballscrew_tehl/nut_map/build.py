@@ -11,36 +11,49 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..contact.ball_contact import solve_ball
+from ..contact.ball_contact import UnconvergedContactError, solve_ball
 from ..friction.torque import nut_sums
 from ..parameters.file import Parameters
 from ..parameters.identity import map_parameters_json
+from ..parameters.units import CELSIUS, RPM
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.load import contact_angle_at_ball_load, double_nut_loads, nut_loads, separation_load
 from ..runtime.bspline import map_arrays
 from ..runtime.packed import FORCE_CURVES
 from . import sampling
-from .contact_map import FILMS, QUANTITIES, Array, ContactAxes, ContactMap
-from .grid import BuiltMap, MapGrid, contact_axes
+from .contact_map import FILMS, QUANTITIES, Array, ContactAxes, ContactMap, SolvedContacts
+from .contact_model import ContactModel
+from .grid import BuiltMap, MapGrid, contact_axes, map_grid
 from .journal import Journal, Solved
 from .workers import Progress, worker_pool
 
-#: speeds of one load and temperature that a process solves at a time, which an interrupt can lose; fewer: more
-#: overhead between processes
-PIECE = 4
+#: contacts that a process solves at a time, which an interrupt can lose
+PIECE = 1
+#: share of the contacts that must be solved for a map
+LEAST_SOLVED = 0.5
+
+
+class MapNotBuiltError(ArithmeticError):
+    """Too few contacts of the range could be solved; the message says which share and what remedies there are."""
 
 
 def _solve_row(
     parameters: Parameters, raceway: str, load: float, speeds: Array, temperature: float
 ) -> dict[str, Array]:
-    """All speeds of one ball load and temperature: a unit of work for one process."""
-    row = {name: np.empty(speeds.size) for name in QUANTITIES}
+    """Contacts of one ball load and temperature at some speeds; one that does not converge is NaN."""
+    row = {name: np.full(speeds.size, np.nan) for name in QUANTITIES}
     for i, speed in enumerate(speeds):
-        cold = solve_ball(parameters, raceway, load, float(speed), temperature, thermal=False)
-        hot = solve_ball(parameters, raceway, load, float(speed), temperature, thermal=True)
+        point = raceway, load, float(speed), temperature
+        try:
+            cold = solve_ball(parameters, *point, thermal=False)
+            hot = solve_ball(parameters, *point, thermal=True)
+        except UnconvergedContactError:
+            continue
+        found = hot.integrals
         values = (
-            cold.h_c, hot.h_c, hot.h_m, hot.temperature_rise, hot.p_max, hot.traction_force,
-            float(cold.branch != "resolved"),
+            cold.h_c, hot.h_c, hot.h_m, found.temperature_rise_smooth, found.temperature_rise_mean, hot.p_max,
+            hot.traction_force, found.rolling_loss, found.shear_heat, found.mean_temperature, found.mean_viscosity,
+            hot.error_estimate, float("asymptotic" in (cold.branch, hot.branch)),
         )  # fmt: skip
         for name, value in zip(QUANTITIES, values, strict=True):
             row[name][i] = value
@@ -54,75 +67,85 @@ def build_contact_map(
     progress: Progress | None = None,
     journal: Journal | None = None,
 ) -> ContactMap:
-    """Solve the sampling grid, isothermal and thermal, on an executor, and refine it where it is not accurate enough.
+    """Solve contacts, isothermal and thermal, on an executor until films left out are predicted well enough.
 
     Parameters   journal: contacts solved before, and where those solved now are written at once
-    Raises       UnconvergedContactError: a contact that did not converge; no value is substituted
+    Raises       MapNotBuiltError: fewer than LEAST_SOLVED of the contacts converged
     """
     axes = contact_axes(parameters, grid)
     solved = Solved(journal)
-    everywhere = dict.fromkeys(RACEWAYS, np.ones(axes.shape, dtype=bool))
-    _solve_missing(parameters, axes, everywhere, solved, executor, progress)
-    contact_map = ContactMap(parameters, axes, solved.samples(axes, everywhere), everywhere)
-    while (chosen := _axis_to_halve(contact_map, grid)) is not None:
-        axis, unknown = chosen
-        mask = {raceway: sampling.at_new_nodes(middles, axis) for raceway, middles in unknown.items()}
-        contact_map = sampling.halved(contact_map, axis)
-        _solve_missing(parameters, contact_map.axes, mask, solved, executor, progress)
-        contact_map = sampling.with_solved(contact_map, solved.samples(contact_map.axes, mask), mask)
-    return contact_map
+    points = dict.fromkeys(RACEWAYS, sampling.operating_points(axes, sampling.first_points(grid.contact_first)))
+    round_ = 0
+    while True:
+        _solve_missing(parameters, points, solved, executor, progress)
+        contacts = {raceway: solved.contacts(raceway, points[raceway]) for raceway in RACEWAYS}
+        _refuse_unsolved(contacts, axes)
+        models = {r: ContactModel(parameters, r, axes, contacts[r]) for r in RACEWAYS}
+        open_ = [
+            raceway
+            for raceway in RACEWAYS
+            if len(points[raceway]) < grid.contact_most
+            and sampling.left_out_errors(models[raceway]).mean() > grid.contact_tolerance
+        ]
+        if not open_:
+            samples = {raceway: models[raceway].at_nodes() for raceway in RACEWAYS}
+            return ContactMap(parameters, axes, samples, contacts)
+        for raceway in open_:
+            count = min(grid.contact_batch, grid.contact_most - len(points[raceway]))
+            more = sampling.operating_points(axes, sampling.next_points(models[raceway], count, round_))
+            points[raceway] = np.concatenate([points[raceway], more])
+        round_ += 1
 
 
-def _axis_to_halve(contact_map: ContactMap, grid: MapGrid) -> tuple[int, dict[str, sampling.Mask]] | None:
-    """The axis along which the largest share of cells is above the tolerance, and these cells; None: there is none."""
-    largest, chosen = 0.0, None
-    for axis in range(3):
-        if (
-            sampling.halvable(contact_map.axes, axis)
-            and contact_map.axes.refined(axis).shape[axis] <= grid.contact_most[axis]
-        ):
-            unknown = sampling.unknown_middles(contact_map, axis, grid.contact_tolerance)
-            share = float(np.mean([mask.mean() for mask in unknown.values()]))
-            if share > largest:
-                largest, chosen = share, (axis, unknown)
-    return chosen
+def _refuse_unsolved(contacts: Mapping[str, SolvedContacts], axes: ContactAxes) -> None:
+    good, total = sum(int(c.good.sum()) for c in contacts.values()), sum(map(len, contacts.values()))
+    if not good >= LEAST_SOLVED * total:
+        raise MapNotBuiltError(
+            f"{total - good} of {total} contacts of the range did not converge (ball load {axes.load[0]:.3g} to "
+            f"{axes.load[1]:.3g} N, {axes.speed[0] / RPM:.3g} to {axes.speed[1] / RPM:.4g} r/min, "
+            f"{axes.temperature[0] - CELSIUS:g} to {axes.temperature[1] - CELSIUS:g} C): give a narrower range by "
+            "--preload-n, --speed-rpm, --temperature-c"
+        )
 
 
 def _solve_missing(
     parameters: Parameters,
-    axes: ContactAxes,
-    mask: Mapping[str, sampling.Mask],
+    points: Mapping[str, Array],
     solved: Solved,
     executor: Executor,
     progress: Progress | None,
 ) -> None:
-    """Solve the nodes of a mask that are not solved yet; every finished piece is stored at once."""
-    loads, speeds, temperatures = axes.nodes
+    """Solve the points of each raceway that are not solved yet; every finished contact is stored at once."""
     jobs = {}
-    waiting = 0
-    # heavy balls take longest: first, so that no worker is idle at the end
-    for i, load in reversed(list(enumerate(loads.tolist()))):
-        for raceway in RACEWAYS:
-            for k, temperature in enumerate(temperatures.tolist()):
-                missing = solved.missing(raceway, load, speeds[mask[raceway][i, :, k]], temperature)
-                waiting += 2 * missing.size
-                for first in range(0, missing.size, PIECE):
-                    piece = missing[first : first + PIECE]
-                    job = executor.submit(_solve_row, parameters, raceway, load, piece, temperature)
-                    jobs[job] = raceway, load, piece, temperature
-    # grows as axes are halved
-    total = 2 * len(solved) + waiting
+    for raceway, at in points.items():
+        for load, speed, temperature in at.tolist():
+            missing = solved.missing(raceway, load, np.array([speed]), temperature)
+            if missing.size:
+                job = executor.submit(_solve_row, parameters, raceway, load, missing, temperature)
+                jobs[job] = raceway, load, missing, temperature
+    # grows as points are added
+    total = 2 * (len(solved) + len(jobs))
     try:
         for job in as_completed(jobs):
-            raceway, load, piece, temperature = jobs[job]
-            solved.add(raceway, load, piece, temperature, job.result())
-            waiting -= 2 * piece.size
+            solved.add(*jobs[job], job.result())
             if progress is not None:
-                progress(total - waiting, total, "contacts solved")
+                progress(2 * len(solved), total, "contacts solved")
     except BaseException:
         for job in jobs:
             job.cancel()
         raise
+
+
+def sampling_errors(contact_map: ContactMap) -> dict[str, float]:
+    """Mean error of a film when its contact is left out, by raceway; FILM_FLOOR as sampling counts it."""
+    return {
+        raceway: float(
+            sampling.left_out_errors(
+                ContactModel(contact_map.parameters, raceway, contact_map.axes, contact_map.contacts[raceway])
+            ).mean()
+        )
+        for raceway in RACEWAYS
+    }
 
 
 def viscous_values(parameters: Parameters, contact_map: ContactMap, thermal: bool, grid: MapGrid) -> Array:
@@ -240,9 +263,9 @@ def build_map(
                  executor: any executor of the concurrent.futures interface instead of own processes;  journal: file
                  of contacts solved by a build that was interrupted, continued by this one
     Returns      BuiltMap, to be written by file.save_map
-    Raises       UnconvergedContactError, ValueError
+    Raises       MapNotBuiltError, ValueError
     """
-    grid = grid or MapGrid()
+    grid = grid or map_grid(parameters)
     with ExitStack() as stack:
         record = None
         if journal is not None:
@@ -267,12 +290,11 @@ def build_map(
         },
         "kinematics": parameters.friction.kinematics,
         "version": __version__,
-        "contacts": 2 * sum(int(mask.sum()) for mask in contact_map.solved.values()),
-        "sampling_errors": dict(
-            zip(("load", "speed", "temperature"), sampling.axis_errors(contact_map), strict=True)
-        ),
-        "asymptotic_share": float(
-            np.mean([contact_map.samples[raceway]["asymptotic"] for raceway in RACEWAYS])
-        ),
-    }
+        "contacts": 2 * sum(len(contacts) for contacts in contact_map.contacts.values()),
+        "contacts_not_solved": sum(int(np.sum(~c.good)) for c in contact_map.contacts.values()),
+        "sampling_errors": sampling_errors(contact_map),
+        "asymptotic_share": float(np.mean([
+            np.mean(c.values["asymptotic"][c.good]) for c in contact_map.contacts.values()
+        ])),
+    }  # fmt: skip
     return BuiltMap(header, arrays, contact_map)

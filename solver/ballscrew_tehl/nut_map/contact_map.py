@@ -1,6 +1,7 @@
 """Films and temperatures of the contacts of one ball over (ball load, screw speed, oil temperature), per raceway.
 
-Samples come from the contact solver; between them their ratios to closed formulas are interpolated.
+Contacts are solved at scattered points; the ratios of their films to closed formulas are interpolated by kriging, once,
+at the nodes of a grid, and by cubic splines between these.
 """
 
 from __future__ import annotations
@@ -22,24 +23,34 @@ from ..runtime.bspline import cubic_weights, fit
 
 Array = NDArray[np.float64]
 
-#: sampled quantities with units; the first four are interpolated
+#: quantities of a solved contact with units
 QUANTITIES = {
     "isothermal_central_film": "m",
     "thermal_central_film": "m",
     "thermal_minimum_film": "m",
     "temperature_rise": "K",
+    "temperature_rise_mean": "K",
     "pressure_max": "Pa",
     "traction_force": "N",
+    "rolling_loss": "W",
+    "shear_heat": "W",
+    "mean_temperature": "K",
+    "mean_viscosity": "Pa s",
+    "error_estimate": "1",
     "asymptotic": "1",
 }
+#: columns of the points of solved contacts with units
+POINTS = {"load": "N", "speed": "rad s-1", "temperature": "K"}
 #: relative distance beyond the end of an axis that counts as rounding
 ROUNDING = 1e-9
 FILMS = ("isothermal_central_film", "thermal_central_film", "thermal_minimum_film")
+#: what is interpolated
+MAPPED = (*FILMS, "temperature_rise")
 
 
 @dataclass(frozen=True)
 class ContactAxes:
-    """Sampling grid: lowest, highest, nodes of load [N] and speed [rad/s] (geometric) and temperature [K]."""
+    """Range and nodes: lowest, highest, nodes of load [N] and speed [rad/s] (geometric) and temperature [K]."""
 
     load: tuple[float, float, int]
     speed: tuple[float, float, int]
@@ -55,26 +66,37 @@ class ContactAxes:
         """Number of nodes per axis."""
         return self.load[2], self.speed[2], self.temperature[2]
 
-    def refined(self, axis: int) -> ContactAxes:
-        """The same with twice as many cells along one axis; the old nodes stay."""
-        bounds = [self.load, self.speed, self.temperature]
-        low, high, nodes = bounds[axis]
-        bounds[axis] = (low, high, 2 * nodes - 1)
-        return ContactAxes(*bounds)
+
+@dataclass(frozen=True)
+class SolvedContacts:
+    """Contacts of one raceway: points (n, 3) of load [N], speed [rad/s], temperature [K]; values (n,) by quantity.
+
+    A contact that was not solved has the film NaN.
+    """
+
+    points: Array
+    values: Mapping[str, Array]
+
+    @property
+    def good(self) -> NDArray[np.bool_]:
+        """Which of them were solved (n,)."""
+        return np.isfinite(self.values[FILMS[1]]) & np.isfinite(self.values[FILMS[0]])
+
+    def __len__(self) -> int:
+        return len(self.points)
 
 
 @dataclass(frozen=True)
 class ContactMap:
-    """Samples (n_load, n_speed, n_temperature) by raceway and quantity, for one screw with one kinematics.
+    """Samples (n_load, n_speed, n_temperature) by raceway and mapped quantity, for one screw with one kinematics.
 
-    solved (n_load, n_speed, n_temperature) by raceway: which of them come from the solver; the others are interpolated
-    from coarser nodes, where that is accurate enough (sampling.py).
+    contacts: what was solved, by raceway; the samples are interpolated from it.
     """
 
     parameters: Parameters
     axes: ContactAxes
     samples: Mapping[str, Mapping[str, Array]]
-    solved: Mapping[str, NDArray[np.bool_]]
+    contacts: Mapping[str, SolvedContacts]
 
     @cached_property
     def ln_ratios(self) -> dict[tuple[str, str], Array]:
@@ -104,8 +126,7 @@ class ContactMap:
         load = np.asarray(load, dtype=float)
         if (raceway, name) not in self._coefficients:
             raise ValueError(
-                f"raceway, quantity = {raceway}, {name}; allowed: {', '.join(RACEWAYS)} and "
-                f"{', '.join((*FILMS, 'temperature_rise'))}"
+                f"raceway, quantity = {raceway}, {name}; allowed: {', '.join(RACEWAYS)} and {', '.join(MAPPED)}"
             )
         log_value = _spline(self._coefficients[raceway, name], self.axes, load, speed, temperature)
         value = np.exp(log_value)
@@ -116,8 +137,9 @@ class ContactMap:
     def evaluate_grid(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
         """The same on a grid of ball loads (n,), speeds (s,) and temperatures (t,); returns (n, s, t).
 
-        Balls lighter than sampled, of a nut that an axial load relieves: their films have the ratio to the formula
-        of the lightest sampled one, their rise falls with the power 1/3 of load, as pressure does: an assumption.
+        Balls lighter than sampled, which only a few balls of a nut nearly free are: their films have the ratio to the
+        formula of the lightest sampled one, their rise falls with the power 1/3 of load, as pressure does: an
+        assumption.
         """
         value = self._coefficients[raceway, name]
         held = np.maximum(load, self.axes.load[0])

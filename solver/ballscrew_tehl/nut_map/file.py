@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 #: dimensions, values and attributes of a variable of the file
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
-FILE_FORMAT = 2
+FILE_FORMAT = 3
 FILM_MODELS = ("solved", "solved_thermal")
 #: columns of the spline coefficients that depend on the film model of the friction set
 VISCOUS_COLUMNS = 4
@@ -120,19 +120,25 @@ def _spline_variables(arrays: Mapping[str, Mapping[str, Array]]) -> dict[str, Va
 
 
 def _sample_variables(contact_map: ContactMap) -> dict[str, Variable]:
-    """Samples of the contacts by raceway and quantity."""
-    from .contact_map import QUANTITIES
+    """Solved contacts by raceway, and what is interpolated from them at the nodes."""
+    from .contact_map import MAPPED, POINTS, QUANTITIES
 
     axes = ("load", "speed", "temperature")
     variables: dict[str, Variable] = {}
     for raceway in RACEWAYS:
+        contacts = contact_map.contacts[raceway]
         for name, unit in QUANTITIES.items():
             long_name = f"{name.replace('_', ' ')} of one ball on the {raceway} raceway"
-            sample = contact_map.samples[raceway][name]
-            variables[f"{raceway}_{name}"] = axes, sample, {"units": unit, "long_name": long_name}
-        long_name = f"1: solved, 0: by the spline through coarser nodes, {raceway} raceway"
-        solved = contact_map.solved[raceway].astype(float)
-        variables[f"{raceway}_solved"] = axes, solved, {"units": "1", "long_name": long_name}
+            attributes = {"units": unit, "long_name": long_name}
+            variables[f"{raceway}_contact_{name}"] = (f"{raceway}_contact",), contacts.values[name], attributes
+            if name in MAPPED:
+                variables[f"{raceway}_{name}"] = axes, contact_map.samples[raceway][name], attributes
+        for column, (name, unit) in enumerate(POINTS.items()):
+            long_name = f"{name} of the solved contacts, {raceway} raceway"
+            attributes = {"units": unit, "long_name": long_name}
+            variables[f"{raceway}_contact_{name}"] = (
+                (f"{raceway}_contact",), contacts.points[:, column], attributes,
+            )  # fmt: skip
     return variables
 
 
@@ -260,12 +266,18 @@ def load_map(
 
 def load_contact_map(path: Path | str | None, parameters: Parameters) -> ContactMap:
     """Contact samples of a map file; arguments and errors as load_map."""
-    from .contact_map import QUANTITIES, ContactAxes, ContactMap
+    from .contact_map import MAPPED, POINTS, QUANTITIES, ContactAxes, ContactMap, SolvedContacts
 
     path = _path_for(path, parameters)
     header, variables = _read(path)
     _refuse_other_parameters(path, header, parameters)
     axes = {name: (float(lo), float(hi), int(n)) for name, (lo, hi, n) in header["contact_axes"].items()}
-    samples = {raceway: {name: variables[f"{raceway}_{name}"] for name in QUANTITIES} for raceway in RACEWAYS}
-    solved = {raceway: variables[f"{raceway}_solved"] > 0.0 for raceway in RACEWAYS}
-    return ContactMap(parameters, ContactAxes(**axes), samples, solved)
+    samples = {raceway: {name: variables[f"{raceway}_{name}"] for name in MAPPED} for raceway in RACEWAYS}
+    contacts = {
+        raceway: SolvedContacts(
+            np.stack([variables[f"{raceway}_contact_{name}"] for name in POINTS], axis=1),
+            {name: variables[f"{raceway}_contact_{name}"] for name in QUANTITIES},
+        )
+        for raceway in RACEWAYS
+    }
+    return ContactMap(parameters, ContactAxes(**axes), samples, contacts)

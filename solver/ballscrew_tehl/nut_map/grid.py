@@ -1,16 +1,39 @@
-"""Range and nodes of a map, and the map before it is stored."""
+"""Range and nodes of a map, from what the screw and its oil allow, and the map before it is stored."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any
 
-from ..parameters.file import Parameters
-from ..parameters.units import RPM
-from ..physics.load import nut_loads
+import numpy as np
+from scipy.optimize import brentq
+
+from ..parameters.file import Parameters, ScrewParameters
+from ..parameters.units import CELSIUS, RPM
+from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ..physics.load import contact_angle_at_ball_load, nut_loads
+from ..physics.lubricant import eta0
 from .contact_map import Array, ContactAxes, ContactMap
 
 LOAD_MARGIN = 0.02  # beyond the ball loads at the ends of the map; at 0 rounding puts them outside
+#: largest Hertz pressure of a map [Pa]: half of the 4.2 GPa that define the static rating C0a (ISO 76, ISO 3408-5), so
+#: the axial force of one nut goes to an eighth of C0a, above any catalogue preload
+PRESSURE_LIMIT = 2.1e9
+#: largest product of screw speed and diameter of the ball centre circle [m rad/s]: 240,000 mm r/min; catalogues of
+#: high-speed screws end at 160,000 to 220,000
+SPEED_FACTOR_LIMIT = 240.0 * RPM
+#: lowest over highest force of one nut, preload, speed
+FORCE_SPAN, PRELOAD_SPAN, SPEED_SPAN = 1e-3, 1e-2, 1.0 / 1200.0
+#: oil temperatures [K], and the viscosities at ambient pressure [Pa s] that narrow them
+COLDEST, HOTTEST = 10.0 + CELSIUS, 80.0 + CELSIUS
+THINNEST_OIL, THICKEST_OIL = 2e-3, 2.0
+#: least distance of the ends of the temperatures [K]
+LEAST_SPAN = 10.0
+#: force [N] between which the limit of pressure is sought
+LEAST_FORCE, LARGEST_FORCE = 1.0, 1e7
+#: digits of the ends of a range
+DIGITS = 2
 
 
 @dataclass(frozen=True)
@@ -19,8 +42,9 @@ class MapGrid:
 
     force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; the force goes lower than
     the preload, for an axial load relieves one nut; share: nodes of the axial load from 0 to the separation load;
-    contact_nodes: of ball load, speed, temperature, to begin with. Axes are halved up to contact_most nodes; of the new
-    nodes those are solved whose film is estimated to be off by more than contact_tolerance (sampling.py).
+    contact_nodes: of ball load, speed, temperature, between which the films of one ball are interpolated. Contacts of
+    each raceway: contact_first, then contact_batch at a time until the mean error of a film that is left out is below
+    contact_tolerance, at most contact_most (sampling.py).
     """
 
     force: tuple[float, float, int] = (12.0, 12000.0, 31)
@@ -28,15 +52,100 @@ class MapGrid:
     temperature: tuple[float, float, int] = (283.15, 353.15, 17)
     preload: tuple[float, float, int] = (120.0, 12000.0, 13)
     share_nodes: int = 21
-    contact_nodes: tuple[int, int, int] = (5, 9, 5)
-    contact_most: tuple[int, int, int] = (33, 33, 17)
-    contact_tolerance: float = 2e-3
+    contact_nodes: tuple[int, int, int] = (25, 33, 13)
+    contact_first: int = 128
+    contact_batch: int = 32
+    contact_most: int = 320
+    contact_tolerance: float = 1.5e-3
+
+
+def force_at_pressure(screw: ScrewParameters, pressure: float = PRESSURE_LIMIT) -> float:
+    """Axial force of one nut [N] at which the largest Hertz pressure of its balls reaches a limit [Pa].
+
+    Raises       ValueError: not between LEAST_FORCE and LARGEST_FORCE
+    """
+
+    def excess(ln_force: float) -> float:
+        heaviest = float(nut_loads(screw, math.exp(ln_force), screw.loaded_ball_count).max())
+        angle = float(contact_angle_at_ball_load(screw, heaviest))
+        radii = (reduced_radii(screw, angle, raceway) for raceway in RACEWAYS)
+        return max(float(ellipse(heaviest, *both, E_prime(screw)).p_max) for both in radii) / pressure - 1.0
+
+    ends = math.log(LEAST_FORCE), math.log(LARGEST_FORCE)
+    if not excess(ends[0]) < 0.0 < excess(ends[1]):
+        raise ValueError(
+            f"pressure limit = {1e-9 * pressure:.3g} GPa; no axial force from {LEAST_FORCE:g} to {LARGEST_FORCE:g} N "
+            "reaches it: check ball diameter, groove radii and ball count, or give --preload-n"
+        )
+    return math.exp(brentq(excess, *ends, xtol=1e-6))
+
+
+def temperature_range(parameters: Parameters) -> tuple[float, float]:
+    """Oil temperatures [K] of a map: COLDEST to HOTTEST, where the oil is between THICKEST_OIL and THINNEST_OIL.
+
+    Raises       ValueError: fewer than LEAST_SPAN kelvin are left
+    """
+    temperatures = np.arange(COLDEST, HOTTEST + 0.5, 1.0)
+    viscosity = np.array([float(eta0(parameters.lubricant, t)) for t in temperatures])
+    good = temperatures[(viscosity >= THINNEST_OIL) & (viscosity <= THICKEST_OIL)]
+    if good.size == 0 or not good[-1] - good[0] >= LEAST_SPAN:
+        raise ValueError(
+            f"{parameters.lubricant.name}: viscosity {viscosity[0]:.3g} to {viscosity[-1]:.3g} Pa s from "
+            f"{COLDEST - CELSIUS:g} to {HOTTEST - CELSIUS:g} C; a map needs {THINNEST_OIL:g} to {THICKEST_OIL:g} Pa s "
+            f"over {LEAST_SPAN:g} K: give --temperature-c"
+        )
+    return float(good[0]), float(good[-1])
+
+
+def _rounded_down(value: float) -> float:
+    scale = 10.0 ** (math.floor(math.log10(value)) - DIGITS + 1)
+    # a hair above a round number counts as it
+    return math.floor(value / scale * (1.0 + 1e-9)) * scale
+
+
+def map_grid(
+    parameters: Parameters,
+    preload: tuple[float, float] | None = None,
+    speed: tuple[float, float] | None = None,
+    temperature: tuple[float, float] | None = None,
+    base: MapGrid | None = None,
+) -> MapGrid:
+    """Range of a map from the screw and its oil, with the nodes of a base.
+
+    Parameters   preload [N], speed [rad/s], temperature [K]: lowest and highest; None = from the screw: preload to
+                 force_at_pressure, speed to SPEED_FACTOR_LIMIT over the diameter of the ball centre circle, both
+                 rounded down to two digits; temperature_range
+                 base: nodes and tolerances; None = the default
+    Raises       ValueError: an end that is not positive, ends in the wrong order, no range in the parameters
+    """
+    base = base or MapGrid()
+    if preload is None:
+        most = _rounded_down(force_at_pressure(parameters.screw))
+        preload = PRELOAD_SPAN * most, most
+    if speed is None:
+        fastest = RPM * _rounded_down(SPEED_FACTOR_LIMIT / (2.0 * parameters.screw.nominal_radius) / RPM)
+        speed = SPEED_SPAN * fastest, fastest
+    if temperature is None:
+        temperature = temperature_range(parameters)
+    for name, unit, (low, high) in (
+        ("preload", "N", preload), ("speed", "rad/s", speed), ("temperature", "K", temperature)
+    ):  # fmt: skip
+        if not 0.0 < low < high < math.inf:
+            raise ValueError(f"{name} = {low:g} to {high:g} {unit}; needs 0 < lowest < highest")
+    return replace(
+        base,
+        # an axial load relieves one nut
+        force=(min(FORCE_SPAN * preload[1], 0.1 * preload[0]), preload[1], base.force[2]),
+        speed=(*speed, base.speed[2]),
+        temperature=(*temperature, base.temperature[2]),
+        preload=(*preload, base.preload[2]),
+    )
 
 
 def contact_axes(parameters: Parameters, grid: MapGrid) -> ContactAxes:
-    """Sampling axes that hold every ball load of nuts that are not relieved: ContactMap continues below it."""
+    """Axes that hold every ball load of a nut from the lowest to the highest force."""
     screw = parameters.screw
-    lightest = float(nut_loads(screw, grid.preload[0], screw.ball_count).min())
+    lightest = float(nut_loads(screw, grid.force[0], screw.ball_count).min())
     heaviest = float(nut_loads(screw, grid.force[1], screw.loaded_ball_count).max())
     n_load, n_speed, n_temperature = grid.contact_nodes
     return ContactAxes(

@@ -12,12 +12,10 @@ from typing import Any, TextIO
 
 import numpy as np
 from filelock import FileLock, Timeout
-from numpy.typing import NDArray
 
-from ..physics.hertz import RACEWAYS
-from .contact_map import QUANTITIES, Array, ContactAxes
+from .contact_map import QUANTITIES, Array, SolvedContacts
 
-JOURNAL_FORMAT = 1
+JOURNAL_FORMAT = 2
 
 #: raceway, load, speed, temperature, each number to 12 digits, which distinguish two nodes
 Place = tuple[str, str, str, str]
@@ -161,15 +159,7 @@ class Solved:
     def __len__(self) -> int:
         return len(self._values)
 
-    def samples(
-        self, axes: ContactAxes, mask: Mapping[str, NDArray[np.bool_]]
-    ) -> dict[str, dict[str, Array]]:
-        """Values at the nodes of a mask (n_load, n_speed, n_temperature) by raceway and quantity, NaN elsewhere."""
-        loads, speeds, temperatures = (nodes.tolist() for nodes in axes.nodes)
-        samples = {}
-        for raceway in RACEWAYS:
-            table = np.full((*axes.shape, len(QUANTITIES)), np.nan)
-            for i, j, k in np.argwhere(mask[raceway]):
-                table[i, j, k] = self._values[_place(raceway, loads[i], speeds[j], temperatures[k])]
-            samples[raceway] = {name: table[..., column] for column, name in enumerate(QUANTITIES)}
-        return samples
+    def contacts(self, raceway: str, points: Array) -> SolvedContacts:
+        """The contacts at points (n, 3) of load, speed and temperature, which have all been added."""
+        table = np.array([self._values[_place(raceway, *point)] for point in points.tolist()])
+        return SolvedContacts(points, dict(zip(QUANTITIES, table.T, strict=True)))

@@ -1,0 +1,120 @@
+"""Interpolation of contacts solved at scattered points: universal kriging (Gaussian process regression).
+
+Quadratic trend, Matern covariance of order 5/2 with one length per coordinate, and noise: that of the solver's grids,
+about 1e-3 of a film. Lengths and noise by maximum likelihood. Source: Rasmussen & Williams 2006, Gaussian Processes for
+Machine Learning, Eqs. 2.25, 2.41, 4.17 (order 5/2) and 5.8; leave-one-out errors: their Eq. 5.12.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_solve, cholesky
+from scipy.optimize import minimize
+
+Array = NDArray[np.float64]
+
+#: bounds of a length, in units of the range of its coordinate, and of the noise as a share of the deviation
+LENGTHS, NOISE = (0.05, 20.0), (1e-5, 1.0)
+#: lengths and noise that the search begins with, its most evaluations and its tolerance of the logarithms
+FIRST_LENGTH, FIRST_NOISE, MOST_EVALUATIONS, SEARCH_TOLERANCE = 0.5, 3e-3, 160, 0.05
+#: fewest points that a quadratic trend takes: with fewer, the trend is linear
+QUADRATIC_FROM = 24
+
+
+class Kriging:
+    """Values at scattered points, interpolated.
+
+    Parameters   points (n, d): coordinates of about unit range;  values (n,);  hyper (d+1,): logarithms of lengths and
+                 noise found before, None = search for the most likely ones
+    Raises       ValueError: fewer points than the linear trend has terms, or numbers that are not finite
+    """
+
+    def __init__(self, points: Array, values: Array, hyper: Array | None = None) -> None:
+        n, dimensions = points.shape
+        if not n > dimensions + 1:
+            raise ValueError(f"kriging: {n} points; needs more than {dimensions + 1}")
+        if not (np.isfinite(points).all() and np.isfinite(values).all()):
+            raise ValueError("kriging: points and values need to be finite")
+        self.points, self.values = points, values
+        self._trend = _terms(points, quadratic=n >= QUADRATIC_FROM)
+        self._squares = (points[:, None, :] - points[None, :, :]) ** 2
+        self.hyper = self._most_likely() if hyper is None else hyper
+        self._factor, self._slopes, self._weights, self.scale, _ = self._solved(self.hyper)
+
+    def _most_likely(self) -> Array:
+        dimensions = self.points.shape[1]
+        first = np.log([FIRST_LENGTH] * dimensions + [FIRST_NOISE])
+        bounds = [tuple(np.log(LENGTHS))] * dimensions + [tuple(np.log(NOISE))]
+        found = minimize(
+            lambda hyper: self._solved(hyper)[-1],
+            first,
+            method="Nelder-Mead",
+            bounds=bounds,
+            options={"maxfev": MOST_EVALUATIONS, "xatol": SEARCH_TOLERANCE, "fatol": SEARCH_TOLERANCE},
+        )
+        return np.asarray(found.x)
+
+    def _solved(self, hyper: Array) -> tuple[Array, Array, Array, float, float]:
+        """Factor of the correlations, coefficients of the trend, weights, deviation, negative log likelihood."""
+        n = self.values.size
+        correlation = _matern(self._squares @ np.exp(-2.0 * hyper[:-1]))
+        correlation[np.diag_indices(n)] += math.exp(2.0 * hyper[-1])
+        factor = cholesky(correlation, lower=True)
+        whitened = cho_solve((factor, True), self._trend)
+        slopes = np.linalg.solve(self._trend.T @ whitened, whitened.T @ self.values)
+        rest = self.values - self._trend @ slopes
+        weights = cho_solve((factor, True), rest)
+        variance = max(float(rest @ weights) / n, np.finfo(float).tiny)
+        likelihood = 0.5 * n * math.log(variance) + float(np.log(np.diag(factor)).sum())
+        return factor, slopes, weights, math.sqrt(variance), likelihood
+
+    def __call__(self, points: Array) -> Array:
+        """Interpolated values at points (m, d)."""
+        quadratic = self._trend.shape[1] > self.points.shape[1] + 1
+        return np.asarray(_terms(points, quadratic) @ self._slopes + self._correlated(points) @ self._weights)
+
+    def _correlated(self, points: Array) -> Array:
+        squares = sum(
+            (points[:, k, None] - self.points[:, k]) ** 2 * math.exp(-2.0 * self.hyper[k])
+            for k in range(points.shape[1])
+        )
+        return _matern(np.asarray(squares))
+
+    def covariance(self, points: Array) -> Array:
+        """Posterior covariance (m, m) at points (m, d), without noise, trend taken as known."""
+        solved = cho_solve((self._factor, True), self._correlated(points).T)
+        squares = ((points[:, None, :] - points[None, :, :]) ** 2) @ np.exp(-2.0 * self.hyper[:-1])
+        return np.asarray(self.scale**2 * (_matern(squares) - self._correlated(points) @ solved))
+
+    def deviation(self, points: Array) -> Array:
+        """Standard deviation (m,) of the interpolated values at points (m, d)."""
+        correlated = self._correlated(points)
+        solved = cho_solve((self._factor, True), correlated.T)
+        return np.asarray(
+            self.scale * np.sqrt(np.maximum(1.0 - np.einsum("mn,nm->m", correlated, solved), 0.0))
+        )
+
+    @cached_property
+    def left_out(self) -> Array:
+        """Error (n,) at every point when it is left out, lengths and trend kept."""
+        inverse = cho_solve((self._factor, True), np.eye(self.values.size))
+        return np.asarray(self._weights / np.diag(inverse))
+
+
+def _matern(squares: Array) -> Array:
+    """Correlation of order 5/2 at squared distances in lengths."""
+    s = np.sqrt(5.0 * squares)
+    return np.asarray((1.0 + s + s * s / 3.0) * np.exp(-s))
+
+
+def _terms(points: Array, quadratic: bool) -> Array:
+    """1, the coordinates and, if quadratic, their products (n, terms)."""
+    columns = [np.ones(len(points)), *points.T]
+    if quadratic:
+        d = points.shape[1]
+        columns += [points[:, i] * points[:, j] for i in range(d) for j in range(i, d)]
+    return np.stack(columns, axis=1)
