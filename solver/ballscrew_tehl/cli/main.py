@@ -80,13 +80,18 @@ def _map(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser("map", help="build, check, describe or draw a map")
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     build = actions.add_parser("build", help="solve the contacts and write the map of a screw")
-    build.add_argument("--output", metavar="FILE", help="where to write; default: the packaged map")
+    build.add_argument("--output", metavar="FILE", help="where to write the map")
+    for name, unit in (("preload-n", "N"), ("speed-rpm", "r/min"), ("temperature-c", "degrees Celsius")):
+        build.add_argument(
+            f"--{name}", type=float, nargs=2, metavar=("LO", "HI"),
+            help=f"range in {unit}; default: table [map] of the screw file, else what the screw and its oil allow",
+        )  # fmt: skip
+    build.add_argument("--quick", action="store_true", help="few contacts, for a first look at a screw")
     build.add_argument(
         "--tolerance",
         type=float,
         metavar="E",
-        help="estimated error of ln(film) above which a contact is solved and not interpolated from its neighbours; "
-        "default: 0.002; with 0.01 a fifth of the contacts is solved",
+        help="mean error of a film when its contact is left out, at which no more contacts are solved; default: 0.0015",
     )
     build.add_argument("--workers", type=int, metavar="N", help="processes; default: one per core")
     build.add_argument(
@@ -110,8 +115,11 @@ def _map(commands: argparse._SubParsersAction) -> None:
         help="error that colours the points of the certificate (default %(default)s)",
     )
     for action in (build, check):
-        text = "random operating points to compare with direct solves (default %(default)s)"
-        action.add_argument("--count", type=int, default=24 if action is build else 4, metavar="N", help=text)
+        text = "random operating points to compare with direct solves (default "
+        text += "200, with --quick 12)" if action is build else "%(default)s)"
+        action.add_argument(
+            "--count", type=int, default=None if action is build else 4, metavar="N", help=text
+        )
     for action in (check, info, plot):
         action.add_argument("file", nargs="?", metavar="FILE", help="map file; default: the packaged map")
     for action, name in ((build, "build"), (check, "check"), (info, "info"), (plot, "plot")):

@@ -21,9 +21,9 @@ from ..physics.load import contact_angle_at_ball_load, double_nut_loads, nut_loa
 from ..runtime.bspline import map_arrays
 from ..runtime.packed import FORCE_CURVES
 from . import sampling
-from .contact_map import FILMS, QUANTITIES, Array, ContactAxes, ContactMap, SolvedContacts
-from .contact_model import ContactModel
-from .grid import BuiltMap, MapGrid, contact_axes, map_grid
+from .contact_map import ContactMap, ContactModel
+from .contacts import FILMS, MAPPED, QUANTITIES, Array, ContactRange, SolvedContacts
+from .grid import BuiltMap, MapGrid, contact_range, map_grid
 from .journal import Journal, Solved
 from .workers import Progress, worker_pool
 
@@ -72,15 +72,19 @@ def build_contact_map(
     Parameters   journal: contacts solved before, and where those solved now are written at once
     Raises       MapNotBuiltError: fewer than LEAST_SOLVED of the contacts converged
     """
-    axes = contact_axes(parameters, grid)
+    range_ = contact_range(parameters, grid)
     solved = Solved(journal)
-    points = dict.fromkeys(RACEWAYS, sampling.operating_points(axes, sampling.first_points(grid.contact_first)))
+    points = dict.fromkeys(
+        RACEWAYS, sampling.operating_points(range_, sampling.first_points(grid.contact_first))
+    )
+    models: dict[str, ContactModel] = {}
     round_ = 0
     while True:
         _solve_missing(parameters, points, solved, executor, progress)
         contacts = {raceway: solved.contacts(raceway, points[raceway]) for raceway in RACEWAYS}
-        _refuse_unsolved(contacts, axes)
-        models = {r: ContactModel(parameters, r, axes, contacts[r]) for r in RACEWAYS}
+        _refuse_unsolved(contacts, range_)
+        hyper = {r: model.hyper for r, model in models.items()} if round_ % 2 else {}
+        models = {r: ContactModel(parameters, r, range_, contacts[r], hyper.get(r)) for r in RACEWAYS}
         open_ = [
             raceway
             for raceway in RACEWAYS
@@ -88,22 +92,24 @@ def build_contact_map(
             and sampling.left_out_errors(models[raceway]).mean() > grid.contact_tolerance
         ]
         if not open_:
-            samples = {raceway: models[raceway].at_nodes() for raceway in RACEWAYS}
-            return ContactMap(parameters, axes, samples, contacts)
+            for model in models.values():
+                for name in MAPPED:
+                    model.kriging(name)
+            return ContactMap(parameters, range_, contacts, {r: models[r].hyper for r in RACEWAYS})
         for raceway in open_:
             count = min(grid.contact_batch, grid.contact_most - len(points[raceway]))
-            more = sampling.operating_points(axes, sampling.next_points(models[raceway], count, round_))
+            more = sampling.operating_points(range_, sampling.next_points(models[raceway], count, round_))
             points[raceway] = np.concatenate([points[raceway], more])
         round_ += 1
 
 
-def _refuse_unsolved(contacts: Mapping[str, SolvedContacts], axes: ContactAxes) -> None:
+def _refuse_unsolved(contacts: Mapping[str, SolvedContacts], range_: ContactRange) -> None:
     good, total = sum(int(c.good.sum()) for c in contacts.values()), sum(map(len, contacts.values()))
     if not good >= LEAST_SOLVED * total:
         raise MapNotBuiltError(
-            f"{total - good} of {total} contacts of the range did not converge (ball load {axes.load[0]:.3g} to "
-            f"{axes.load[1]:.3g} N, {axes.speed[0] / RPM:.3g} to {axes.speed[1] / RPM:.4g} r/min, "
-            f"{axes.temperature[0] - CELSIUS:g} to {axes.temperature[1] - CELSIUS:g} C): give a narrower range by "
+            f"{total - good} of {total} contacts of the range did not converge (ball load {range_.load[0]:.3g} to "
+            f"{range_.load[1]:.3g} N, {range_.speed[0] / RPM:.3g} to {range_.speed[1] / RPM:.4g} r/min, "
+            f"{range_.temperature[0] - CELSIUS:g} to {range_.temperature[1] - CELSIUS:g} C): give a narrower range by "
             "--preload-n, --speed-rpm, --temperature-c"
         )
 
@@ -139,12 +145,8 @@ def _solve_missing(
 def sampling_errors(contact_map: ContactMap) -> dict[str, float]:
     """Mean error of a film when its contact is left out, by raceway; FILM_FLOOR as sampling counts it."""
     return {
-        raceway: float(
-            sampling.left_out_errors(
-                ContactModel(contact_map.parameters, raceway, contact_map.axes, contact_map.contacts[raceway])
-            ).mean()
-        )
-        for raceway in RACEWAYS
+        raceway: float(sampling.left_out_errors(model).mean())
+        for raceway, model in contact_map.models.items()
     }
 
 

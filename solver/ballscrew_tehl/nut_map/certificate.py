@@ -56,13 +56,13 @@ def deviation_at(nut_map: NutMap, parameters: Parameters, point: tuple[float, ..
     Parameters   point: preload [N], speed [rad/s], temperature [K], axial load [N]
     Raises       ArithmeticError: a contact that did not converge
     """
-    from ..refinement.direct import direct_state
+    from ..refinement.direct import mean_ball_state
 
     friction_set = default_friction_set(parameters)
     preload, speed, temperature, axial_load = point
     state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction_set.values)
     torque = float(state.friction_torque)
-    direct = direct_state(parameters, friction_set, preload, speed, temperature, axial_load)
+    direct = mean_ball_state(parameters, friction_set, preload, speed, temperature, axial_load)
     films = ("film_thickness_central_screw", "film_thickness_central_nut")
     rise = direct.film_temperature_rise
     return Deviation(

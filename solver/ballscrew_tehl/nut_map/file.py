@@ -10,6 +10,7 @@ import json
 import math
 import os
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,9 +62,8 @@ def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) 
 
     contact_map = built.contact_map
     text = json.dumps(_header(built, certificate), sort_keys=True)
-    variables = _spline_variables(built.arrays) | _sample_variables(contact_map)
-    coordinates = _coordinates(contact_map)
-    digest = _file_hash(text, {name: array for name, (_, array, _) in (variables | coordinates).items()})
+    variables = _spline_variables(built.arrays) | _contact_variables(contact_map)
+    digest = _file_hash(text, {name: array for name, (_, array, _) in variables.items()})
     attributes = {
         "title": f"Nut map of {contact_map.parameters.name}, kinematics {built.header['kinematics']}",
         "source": f"ballscrew_tehl {built.header['version']}, thermal EHL solves of single balls",
@@ -73,9 +73,7 @@ def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) 
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + ".part")
     try:
-        xr.Dataset(variables, coordinates, attributes).to_netcdf(
-            temporary, engine="scipy", format="NETCDF3_64BIT"
-        )
+        xr.Dataset(variables, attrs=attributes).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
@@ -83,11 +81,18 @@ def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) 
 
 
 def _header(built: BuiltMap, certificate: Mapping[str, Any]) -> dict[str, Any]:
-    axes, parameters = built.contact_map.axes, built.contact_map.parameters
+    from .contacts import MAPPED
+
+    contact_map, parameters = built.contact_map, built.contact_map.parameters
     return dict(
         built.header,
         certificate=dict(certificate),
-        contact_axes={name: list(getattr(axes, name)) for name in ("load", "speed", "temperature")},
+        contact_range=asdict(contact_map.range),
+        contact_cell=list(contact_map.cell),
+        kriging={
+            raceway: {name: model.kriging(name).hyper.tolist() for name in MAPPED}
+            for raceway, model in contact_map.models.items()
+        },
         parameters_json=map_parameters_json(parameters),
         parameters_hash=parameters_hash(parameters),
     )
@@ -119,36 +124,19 @@ def _spline_variables(arrays: Mapping[str, Mapping[str, Array]]) -> dict[str, Va
     return variables
 
 
-def _sample_variables(contact_map: ContactMap) -> dict[str, Variable]:
-    """Solved contacts by raceway, and what is interpolated from them at the nodes."""
-    from .contact_map import MAPPED, POINTS, QUANTITIES
+def _contact_variables(contact_map: ContactMap) -> dict[str, Variable]:
+    """Solved contacts by raceway."""
+    from .contacts import POINTS, QUANTITIES
 
-    axes = ("load", "speed", "temperature")
     variables: dict[str, Variable] = {}
     for raceway in RACEWAYS:
-        contacts = contact_map.contacts[raceway]
-        for name, unit in QUANTITIES.items():
-            long_name = f"{name.replace('_', ' ')} of one ball on the {raceway} raceway"
+        contacts, dimensions = contact_map.contacts[raceway], (f"{raceway}_contact",)
+        columns = dict(zip(POINTS, contacts.points.T, strict=True)) | dict(contacts.values)
+        for name, unit in (POINTS | QUANTITIES).items():
+            long_name = f"{name.replace('_', ' ')} of a solved contact of one ball on the {raceway} raceway"
             attributes = {"units": unit, "long_name": long_name}
-            variables[f"{raceway}_contact_{name}"] = (f"{raceway}_contact",), contacts.values[name], attributes
-            if name in MAPPED:
-                variables[f"{raceway}_{name}"] = axes, contact_map.samples[raceway][name], attributes
-        for column, (name, unit) in enumerate(POINTS.items()):
-            long_name = f"{name} of the solved contacts, {raceway} raceway"
-            attributes = {"units": unit, "long_name": long_name}
-            variables[f"{raceway}_contact_{name}"] = (
-                (f"{raceway}_contact",), contacts.points[:, column], attributes,
-            )  # fmt: skip
+            variables[f"{raceway}_contact_{name}"] = dimensions, columns[name], attributes
     return variables
-
-
-def _coordinates(contact_map: ContactMap) -> dict[str, Variable]:
-    load, speed, temperature = contact_map.axes.nodes
-    return {
-        "load": (("load",), load, {"units": "N", "long_name": "ball load"}),
-        "speed": (("speed",), speed, {"units": "rad s-1", "long_name": "screw speed"}),
-        "temperature": (("temperature",), temperature, {"units": "K", "long_name": "oil temperature"}),
-    }
 
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
@@ -266,13 +254,17 @@ def load_map(
 
 def load_contact_map(path: Path | str | None, parameters: Parameters) -> ContactMap:
     """Contact samples of a map file; arguments and errors as load_map."""
-    from .contact_map import MAPPED, POINTS, QUANTITIES, ContactAxes, ContactMap, SolvedContacts
+    from .contact_map import ContactMap
+    from .contacts import POINTS, QUANTITIES, ContactRange, SolvedContacts
 
     path = _path_for(path, parameters)
     header, variables = _read(path)
     _refuse_other_parameters(path, header, parameters)
-    axes = {name: (float(lo), float(hi), int(n)) for name, (lo, hi, n) in header["contact_axes"].items()}
-    samples = {raceway: {name: variables[f"{raceway}_{name}"] for name in MAPPED} for raceway in RACEWAYS}
+    ends = header["contact_range"]
+    load, speed, temperature = (
+        (float(low), float(high)) for low, high in (ends[name] for name in ("load", "speed", "temperature"))
+    )
+    range_ = ContactRange(load, speed, temperature, float(ends["preloaded"]))
     contacts = {
         raceway: SolvedContacts(
             np.stack([variables[f"{raceway}_contact_{name}"] for name in POINTS], axis=1),
@@ -280,4 +272,8 @@ def load_contact_map(path: Path | str | None, parameters: Parameters) -> Contact
         )
         for raceway in RACEWAYS
     }
-    return ContactMap(parameters, ContactAxes(**axes), samples, contacts)
+    hyper = {
+        raceway: {name: np.array(values) for name, values in by_name.items()}
+        for raceway, by_name in header["kriging"].items()
+    }
+    return ContactMap(parameters, range_, contacts, hyper)

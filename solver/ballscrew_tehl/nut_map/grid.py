@@ -14,7 +14,8 @@ from ..parameters.units import CELSIUS, RPM
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.load import contact_angle_at_ball_load, nut_loads
 from ..physics.lubricant import eta0
-from .contact_map import Array, ContactAxes, ContactMap
+from .contact_map import ContactMap
+from .contacts import Array, ContactRange
 
 LOAD_MARGIN = 0.02  # beyond the ball loads at the ends of the map; at 0 rounding puts them outside
 #: largest Hertz pressure of a map [Pa]: half of the 4.2 GPa that define the static rating C0a (ISO 76, ISO 3408-5), so
@@ -42,17 +43,15 @@ class MapGrid:
 
     force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; the force goes lower than
     the preload, for an axial load relieves one nut; share: nodes of the axial load from 0 to the separation load;
-    contact_nodes: of ball load, speed, temperature, between which the films of one ball are interpolated. Contacts of
-    each raceway: contact_first, then contact_batch at a time until the mean error of a film that is left out is below
-    contact_tolerance, at most contact_most (sampling.py).
+    Contacts of each raceway: contact_first, then contact_batch at a time until the mean error of a film that is left
+    out is below contact_tolerance, at most contact_most (sampling.py).
     """
 
     force: tuple[float, float, int] = (12.0, 12000.0, 31)
     speed: tuple[float, float, int] = (5.0 * RPM, 6000.0 * RPM, 33)
-    temperature: tuple[float, float, int] = (283.15, 353.15, 17)
+    temperature: tuple[float, float, int] = (283.15, 353.15, 21)
     preload: tuple[float, float, int] = (120.0, 12000.0, 13)
     share_nodes: int = 21
-    contact_nodes: tuple[int, int, int] = (25, 33, 13)
     contact_first: int = 128
     contact_batch: int = 32
     contact_most: int = 320
@@ -142,16 +141,16 @@ def map_grid(
     )
 
 
-def contact_axes(parameters: Parameters, grid: MapGrid) -> ContactAxes:
-    """Axes that hold every ball load of a nut from the lowest to the highest force."""
+def contact_range(parameters: Parameters, grid: MapGrid) -> ContactRange:
+    """Range that holds every ball load of a nut from the lowest to the highest force."""
     screw = parameters.screw
     lightest = float(nut_loads(screw, grid.force[0], screw.ball_count).min())
     heaviest = float(nut_loads(screw, grid.force[1], screw.loaded_ball_count).max())
-    n_load, n_speed, n_temperature = grid.contact_nodes
-    return ContactAxes(
-        ((1.0 - LOAD_MARGIN) * lightest, (1.0 + LOAD_MARGIN) * heaviest, n_load),
-        (*grid.speed[:2], n_speed),
-        (*grid.temperature[:2], n_temperature),
+    return ContactRange(
+        ((1.0 - LOAD_MARGIN) * lightest, (1.0 + LOAD_MARGIN) * heaviest),
+        grid.speed[:2],
+        grid.temperature[:2],
+        (1.0 - LOAD_MARGIN) * float(nut_loads(screw, grid.preload[0], screw.ball_count).min()),
     )
 
 

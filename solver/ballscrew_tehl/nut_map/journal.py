@@ -13,7 +13,7 @@ from typing import Any, TextIO
 import numpy as np
 from filelock import FileLock, Timeout
 
-from .contact_map import QUANTITIES, Array, SolvedContacts
+from .contacts import QUANTITIES, Array, SolvedContacts
 
 JOURNAL_FORMAT = 2
 

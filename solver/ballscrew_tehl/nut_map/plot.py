@@ -18,8 +18,8 @@ from ..parameters.units import CELSIUS, RPM
 from ..physics.hertz import RACEWAYS
 from ..runtime.evaluate import DoubleNutState, NutMap
 from ..runtime.packed import POINT
-from .contact_map import Array, ContactMap
-from .sampling import halvable
+from .contact_map import ContactMap
+from .contacts import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,8 +61,8 @@ class MapPicture:
     """Numbers of the picture, SI: lines over speed without axial load, samples, certificate.
 
     by_preload: state (preload, speed) at the temperature; by_temperature: state (temperature, speed) at the preload
-    certificate: None if the map file does not hold its points; sampling_errors: estimated error of ln(film) between the
-    samples of load, speed, temperature, None: no estimate
+    certificate: None if the map file does not hold its points; sampling_errors: mean error of a film when its contact
+    is left out, by raceway
     """
 
     nut_map: NutMap
@@ -75,7 +75,7 @@ class MapPicture:
     by_preload: DoubleNutState
     by_temperature: DoubleNutState
     certificate: CertificatePoints | None
-    sampling_errors: Mapping[str, float | None]
+    sampling_errors: Mapping[str, float]
 
     @property
     def film_rows(self) -> list[int]:
@@ -113,7 +113,7 @@ def map_picture(nut_map: NutMap, contact_map: ContactMap) -> MapPicture:
         nut_map.evaluate(preloads[:, None], speed, temperature),
         nut_map.evaluate(preload, speed, temperatures[:, None]),
         _certificate_points(nut_map),
-        _sampling_errors(nut_map.header, contact_map),
+        {name: float(error) for name, error in nut_map.header["sampling_errors"].items()},
     )
 
 
@@ -142,14 +142,6 @@ def _certificate_points(nut_map: NutMap) -> CertificatePoints | None:
     return CertificatePoints(load, columns["speed"], {name: columns[f"{name}_error"] for name in ERRORS})
 
 
-def _sampling_errors(header: Mapping[str, Any], contact_map: ContactMap) -> dict[str, float | None]:
-    """As the build found them; an axis that cannot be halved has no estimate."""
-    return {
-        name: float(header["sampling_errors"][name]) if halvable(contact_map.axes, axis) else None
-        for axis, name in enumerate(("load", "speed", "temperature"))
-    }
-
-
 def percent(error: float) -> str:
     """Two digits.
 
@@ -162,17 +154,14 @@ def percent(error: float) -> str:
 
 def caption(picture: MapPicture) -> str:
     """Caption: samples and certificate."""
-    header, samples = picture.nut_map.header, picture.contact_map.samples
-    share = float(np.mean([samples[raceway]["asymptotic"] for raceway in RACEWAYS]))
-    between = ", ".join(
-        f"{name} {'not estimated' if error is None else percent(error)}"
-        for name, error in picture.sampling_errors.items()
-    )
-    shape = " x ".join(map(str, picture.contact_map.axes.shape))
-    solved = " and ".join(f"{int(mask.sum())}" for mask in picture.contact_map.solved.values())
+    header, contacts = picture.nut_map.header, picture.contact_map.contacts
+    share = float(np.mean([np.mean(c.values["asymptotic"][c.good]) for c in contacts.values()]))
+    solved = " and ".join(f"{int(c.good.sum())} on the {raceway}" for raceway, c in contacts.items())
+    left_out = " and ".join(percent(error) for error in picture.sampling_errors.values())
+    unsolved = sum(int((~c.good).sum()) for c in contacts.values())
     lines = [
-        f"Nodes: {shape} (ball load x speed x temperature) per raceway, {percent(share)} on the asymptotic branch; "
-        f"{solved} solved, the others interpolated from them. Estimated error of the films between: {between}."
+        f"Contacts solved: {solved} raceway, {percent(share)} of them on the asymptotic branch; {unsolved} not solved. "
+        f"Mean error of a film when its contact is left out: {left_out}."
     ]
     certificate = header["certificate"]
     parts = []
@@ -302,20 +291,16 @@ def _draw_rise(axes: Axes, picture: MapPicture) -> None:
 
 
 def _draw_samples(axes: Axes, picture: MapPicture, raceway: str, error: str, norm: LogNorm | None) -> None:
-    """Solved nodes of all temperatures lie on each other; a square: the asymptotic branch at one of them or more."""
-    loads, speeds, _ = picture.contact_map.axes.nodes
-    load, rpm = np.meshgrid(loads, speeds / RPM, indexing="ij")
-    mask = picture.contact_map.solved[raceway]
-    solved = mask.any(axis=2)
-    axes.plot(
-        rpm[solved], load[solved], "o", color="0.45", markersize=2.5, label="solved at some temperature"
-    )
-    asymptotic = np.any(mask & (picture.contact_map.samples[raceway]["asymptotic"] > 0.0), axis=2)
-    if asymptotic.any():
-        axes.plot(
-            rpm[asymptotic], load[asymptotic], "s", color=CAUTION, fillstyle="none", markersize=7,
-            label="asymptotic at some temperature",
-        )  # fmt: skip
+    """Solved contacts of all temperatures; a square: the asymptotic branch."""
+    contacts = picture.contact_map.contacts[raceway]
+    load, rpm = contacts.points[:, 0], contacts.points[:, 1] / RPM
+    axes.plot(rpm[contacts.good], load[contacts.good], "o", color="0.45", markersize=2.5, label="solved")
+    for mask, mark, label in (
+        (contacts.good & (contacts.values["asymptotic"] > 0.0), "s", "asymptotic"),
+        (~contacts.good, "x", "not solved"),
+    ):
+        if mask.any():
+            axes.plot(rpm[mask], load[mask], mark, color=CAUTION, fillstyle="none", markersize=7, label=label)
     axes.set(title=f"Samples on the {raceway} raceway", yscale="log", ylabel="ball load [N]")
     if picture.certificate is not None and norm is not None:
         found = picture.certificate
@@ -327,7 +312,8 @@ def _draw_samples(axes: Axes, picture: MapPicture, raceway: str, error: str, nor
             cmap=ERROR_COLOURS, edgecolors="black", linewidths=0.8 * crowd, zorder=3,
             label="certificate, heaviest ball",
         )  # fmt: skip
-    axes.set_ylim(bottom=loads[0] * (loads[0] / loads[-1]) ** 0.55)  # room for the legend
+    lightest, heaviest = picture.contact_map.range.load
+    axes.set_ylim(bottom=lightest * (lightest / heaviest) ** 0.55)  # room for the legend
     axes.legend(loc="lower left")
 
 

@@ -13,24 +13,32 @@ import numpy as np
 from scipy.spatial import KDTree
 from scipy.stats import qmc
 
-from .contact_map import FILMS, Array, ContactAxes
-from .contact_model import ContactModel, coordinates
+from .contact_map import ContactModel
+from .contacts import FILMS, Array, ContactRange
 
 #: film [m] below which errors are relative to this one: about the roughness height of the friction sets, below which
 #: films contribute little friction; lower, heavily loaded slow contacts are refined that hardly change the torque
 FILM_FLOOR = 20e-9
+#: share of the unit interval of loads for balls lighter than under the lowest preload: they cause little friction
+LIGHT = 0.15
+#: exponent of load of the friction of a ball: by it, errors of these light balls count less
+LOAD_EXPONENT = 2.0 / 3.0
 #: films whose errors count; the minimum film of side lobes scatters with the grid of the solver
 REFINED = FILMS[:2]
 #: points of a Sobol sequence from which the next ones are chosen, as a power of two, and seeds of both sequences
 POOL_POWER, FIRST_SEED, POOL_SEED = 9, 1, 2
 
 
-def operating_points(axes: ContactAxes, unit: Array) -> Array:
-    """Load [N], speed [rad/s], temperature [K] (n, 3) of points of the unit cube: logarithmic, the last linear."""
-    (q_0, q_1, _), (w_0, w_1, _), (t_0, t_1, _) = axes.load, axes.speed, axes.temperature
+def operating_points(range_: ContactRange, unit: Array) -> Array:
+    """Load [N], speed [rad/s], temperature [K] (n, 3) of points of the unit cube: logarithmic, the last linear.
+
+    A share LIGHT of the loads is of balls that only an axial load relieves.
+    """
+    (q_0, q_1), (w_0, w_1), (t_0, t_1) = range_.load, range_.speed, range_.temperature
+    knots = np.array([0.0, LIGHT if range_.preloaded > q_0 else 0.0, 1.0])
+    ln_load = np.interp(unit[:, 0], knots, np.log([q_0, range_.preloaded, q_1]))
     return np.stack(
-        [q_0 * (q_1 / q_0) ** unit[:, 0], w_0 * (w_1 / w_0) ** unit[:, 1], t_0 + (t_1 - t_0) * unit[:, 2]],
-        axis=1,
+        [np.exp(ln_load), w_0 * (w_1 / w_0) ** unit[:, 1], t_0 + (t_1 - t_0) * unit[:, 2]], axis=1
     )
 
 
@@ -50,27 +58,30 @@ def first_points(count: int) -> Array:
     return np.concatenate([frame, sequence])[:count]
 
 
-def film_weight(film: Array) -> Array:
-    """Weight of the relative error of a film [m]."""
-    return film / np.maximum(film, FILM_FLOOR)
+def film_weight(range_: ContactRange, load: Array, film: Array) -> Array:
+    """Weight of the relative error of a film [m] of a ball load [N]: about its part in the friction."""
+    light = np.minimum(load / range_.preloaded, 1.0) ** LOAD_EXPONENT
+    return np.asarray(light * film / np.maximum(film, FILM_FLOOR))
 
 
 def left_out_errors(model: ContactModel) -> Array:
     """Largest weighted error of the films (n,) at every solved contact when it is left out."""
-    weight = film_weight(model.solved(FILMS[1]))
-    return weight * np.max([np.abs(model.kriging(name).left_out) for name in REFINED], axis=0)
+    weight = film_weight(model.range, model.points[:, 0], model.solved(FILMS[1]))
+    return weight * np.max([np.abs(model.left_out(name)) for name in REFINED], axis=0)
 
 
 def next_points(model: ContactModel, count: int, round_: int) -> Array:
     """Points of the unit cube (count, 3) where the films are least certain, each chosen with those before it known."""
     pool = qmc.Sobol(3, seed=POOL_SEED + round_).random_base2(POOL_POWER)
-    places = operating_points(model.axes, pool)
-    at = coordinates(model.parameters, model.axes, places)
+    places = operating_points(model.range, pool)
     errors = left_out_errors(model)
-    nearest = KDTree(model.coordinates).query(at)[1]
-    weight = film_weight(model.film(FILMS[1], places)) * (errors[nearest] + errors.mean())
-    covariance = sum(model.kriging(name).covariance(at) for name in REFINED)
-    covariance = np.asarray(covariance) * weight[:, None] * weight
+    by = REFINED[0]
+    nearest = KDTree(model.coordinates(by, model.points)).query(model.coordinates(by, places))[1]
+    weight = film_weight(model.range, places[:, 0], model.film(FILMS[1], places)) * (
+        errors[nearest] + errors.mean()
+    )
+    covariance = np.sum([model.covariance(name, places) for name in REFINED], axis=0)
+    covariance = covariance * weight[:, None] * weight
     chosen = []
     for _ in range(count):
         # Cholesky with pivots: the largest variance that is left

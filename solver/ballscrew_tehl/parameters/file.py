@@ -18,6 +18,7 @@ from .packaged_data import PACKAGED_DATA
 from .screw import (
     FOUR_POINT,
     FrictionParameters,
+    MapParameters,
     Parameters,
     PublishedSpeeds,
     ScrewParameters,
@@ -50,6 +51,7 @@ TABLES: dict[str, type[Table]] = {
     "lubricant": LubricantParameters,
     "friction": FrictionParameters,
     "published_speeds": PublishedSpeeds,
+    "map": MapParameters,
 }
 
 

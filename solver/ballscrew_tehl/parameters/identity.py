@@ -40,6 +40,8 @@ def map_parameters_json(parameters: Parameters) -> str:
     So every map stays valid for its screw.
     """
     content = json.loads(parameters_json(parameters))
+    # the range of a map is in its header
+    content.pop("map", None)
     for name in NOT_IN_MAP:
         content["friction"].pop(name, None)
     for table, names in GIVEN_BY.items():

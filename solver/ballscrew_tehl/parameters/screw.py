@@ -199,6 +199,28 @@ class PublishedSpeeds(Table):
     nut: tuple[float, float] = quantity("velocity", "raceway and ball at the nut contact")
 
 
+class MapParameters(Table):
+    """Range of the map of this screw, where it is not to follow from the screw and its oil: both ends or none."""
+
+    preload_min: float | None = quantity("force", "lowest preload", default=None, gt=0)
+    preload_max: float | None = quantity("force", "highest preload", default=None, gt=0)
+    speed_min: float | None = quantity("angular_velocity", "lowest speed", default=None, gt=0)
+    speed_max: float | None = quantity("angular_velocity", "highest speed", default=None, gt=0)
+    temperature_min: float | None = quantity("temperature", "lowest oil temperature", default=None, gt=0)
+    temperature_max: float | None = quantity("temperature", "highest oil temperature", default=None, gt=0)
+
+    @model_validator(mode="after")
+    def _both_ends_in_order(self) -> MapParameters:
+        for name in ("preload", "speed", "temperature"):
+            low, high = getattr(self, f"{name}_min"), getattr(self, f"{name}_max")
+            if (low is None) != (high is None):
+                missing = f"{name}_{'min' if low is None else 'max'}"
+                raise FieldError(missing, "a value", "a range needs both ends")
+            if low is not None and not low < high:
+                raise FieldError(f"{name}_max", f"more than {name}_min", "check both ends")
+        return self
+
+
 class Parameters(Table):
     """Parameters of one screw."""
 
@@ -208,6 +230,7 @@ class Parameters(Table):
     lubricant: LubricantParameters
     friction: FrictionParameters = FrictionParameters()
     published_speeds: PublishedSpeeds | None = None
+    map: MapParameters = MapParameters()
 
     @model_validator(mode="after")
     def _speeds_are_known(self) -> Parameters:

@@ -299,16 +299,10 @@ def _logged(solve: Solve) -> None:
 def _cell(header: Mapping[str, Any]) -> tuple[float, float, float]:
     """Cell of the sampled contacts; force as ball load."""
     try:
-        (load_lo, load_hi, loads), (lo, hi, speeds), (cold, hot, temperatures) = (
-            header["contact_axes"][name] for name in ("load", "speed", "temperature")
-        )
-        cell = (
-            math.log(load_hi / load_lo) / (loads - 1),
-            math.log(hi / lo) / (speeds - 1),
-            (hot - cold) / (temperatures - 1),
-        )
-    except (KeyError, TypeError, ValueError, ZeroDivisionError):
+        load, speed, temperature = (float(width) for width in header["contact_cell"])
+    except (KeyError, TypeError, ValueError):
         return CELL
+    cell = load, speed, temperature
     return cell if all(width > 0.0 and math.isfinite(width) for width in cell) else CELL
 
 

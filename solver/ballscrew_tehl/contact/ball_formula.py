@@ -1,0 +1,35 @@
+"""Closed film formula and Moes load of the contacts of one ball at operating points of the screw, without a solve."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..parameters.file import Parameters
+from ..physics.film import central_film_estimate, moes_groups
+from ..physics.hertz import E_prime, ellipse, reduced_radii
+from ..physics.kinematics import surface_speeds
+from ..physics.load import contact_angle_at_ball_load
+from .half_space.grid import Array
+
+
+def _groups(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Any:
+    screw = parameters.screw
+    R_x, R_y = reduced_radii(screw, contact_angle_at_ball_load(screw, load), raceway)
+    u_e = surface_speeds(parameters, raceway, speed).u_e
+    return moes_groups(parameters.lubricant, load, u_e, R_x, E_prime(screw), temperature), R_x, R_y
+
+
+def moes_load(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
+    """Moes load M of a ball; load, speed and temperature broadcast."""
+    return np.asarray(_groups(parameters, raceway, load, speed, temperature)[0].M)
+
+
+def film_formula(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
+    """Closed film formula that the samples are divided by [m]; load, speed and temperature broadcast."""
+    screw = parameters.screw
+    groups, R_x, R_y = _groups(parameters, raceway, load, speed, temperature)
+    # the pressure that compresses the oil varies little with the contact angle: that of the drawing
+    p_max = ellipse(load, *reduced_radii(screw, screw.contact_angle, raceway), E_prime(screw)).p_max
+    return np.asarray(central_film_estimate(parameters.lubricant, groups, R_x, R_y, p_max, temperature))

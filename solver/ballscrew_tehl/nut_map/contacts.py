@@ -1,0 +1,81 @@
+"""Contacts of one ball that were solved for a map, their range."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: quantities of a solved contact with units
+QUANTITIES = {
+    "isothermal_central_film": "m",
+    "thermal_central_film": "m",
+    "thermal_minimum_film": "m",
+    "temperature_rise": "K",
+    "temperature_rise_mean": "K",
+    "pressure_max": "Pa",
+    "traction_force": "N",
+    "rolling_loss": "W",
+    "shear_heat": "W",
+    "mean_temperature": "K",
+    "mean_viscosity": "Pa s",
+    "error_estimate": "1",
+    "asymptotic": "1",
+}
+#: columns of the points of solved contacts with units
+POINTS = {"load": "N", "speed": "rad s-1", "temperature": "K"}
+#: relative distance beyond the end of an axis that counts as rounding
+ROUNDING = 1e-9
+FILMS = ("isothermal_central_film", "thermal_central_film", "thermal_minimum_film")
+#: what is interpolated
+MAPPED = (*FILMS, "temperature_rise")
+
+
+@dataclass(frozen=True)
+class ContactRange:
+    """Lowest and highest load [N], speed [rad/s] and temperature [K].
+
+    preloaded: load [N] below which only the balls of a nut are that an axial load relieves
+    """
+
+    load: tuple[float, float]
+    speed: tuple[float, float]
+    temperature: tuple[float, float]
+    preloaded: float
+
+    def check(self, load: Any, speed: Any, temperature: Any) -> None:
+        """Raise ValueError where an operating point lies outside by more than rounding."""
+        for what, given, (low, high) in (
+            ("ball load [N]", load, self.load),
+            ("speed [rad/s]", speed, self.speed),
+            ("temperature [K]", temperature, self.temperature),
+        ):
+            value, slack = np.asarray(given, dtype=float), ROUNDING * high
+            if not np.all((value >= low - slack) & (value <= high + slack)):
+                raise ValueError(
+                    f"{what} = {value.min():.6g} to {value.max():.6g}; the contact map covers {low:.6g} to {high:.6g}"
+                )
+
+
+@dataclass(frozen=True)
+class SolvedContacts:
+    """Contacts of one raceway: points (n, 3) of load [N], speed [rad/s], temperature [K]; values (n,) by quantity.
+
+    A contact that was not solved has the film NaN.
+    """
+
+    points: Array
+    values: Mapping[str, Array]
+
+    @property
+    def good(self) -> NDArray[np.bool_]:
+        """Which of them were solved (n,)."""
+        return np.isfinite(self.values[FILMS[1]]) & np.isfinite(self.values[FILMS[0]])
+
+    def __len__(self) -> int:
+        return len(self.points)
