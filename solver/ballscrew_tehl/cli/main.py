@@ -33,6 +33,8 @@ PRELOAD_POINT = (TORQUE, TURNING, TEMPERATURE)
 FILMS = ("solved", "solved_thermal", "hamrock_dowson")
 KINEMATICS = ("published", "rolling_frame")
 SET_NAMES = ("two_parameter", "three_parameter")
+#: exit code after Ctrl-C: 128 and the number of the signal
+INTERRUPTED = 130
 CERTIFIED = ("torque", "film", "temperature_rise")
 DROP_KINDS = ("impossible", "outside", "outliers")
 OILS = ("viscosities", "iso_vg")
@@ -252,6 +254,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     module, function = args.run.split(".")
     try:
         return int(getattr(importlib.import_module(f".{module}", __package__), function)(args))
+    except KeyboardInterrupt:
+        kept = "; the same command again continues it" if args.run == "map.run_map_build" else ""
+        print(f"ballscrew_tehl {args.command}: interrupted{kept}", file=sys.stderr)
+        return INTERRUPTED
     except BrokenPipeError:
         # the reader of a pipe (head, less) has exited: no error message, also not from the interpreter's own flush
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

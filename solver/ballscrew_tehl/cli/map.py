@@ -52,6 +52,10 @@ def _build_one(
             f"{unsolved} of {built.header['contacts']} contacts did not converge and are interpolated from the others: "
             "see contacts_not_solved in `map info`"
         )
+    if built.header["range_cut"]:
+        say(
+            f"range cut where contacts that did not converge leave the friction uncertain: {built.header['range_cut']}"
+        )
     # a map replaces an older one only with its certificate
     trial = path.with_name(path.name + ".trial")
     try:

@@ -23,12 +23,14 @@ from ..runtime.packed import FORCE_CURVES
 from . import sampling
 from .contact_map import ContactMap, ContactModel
 from .contacts import FILMS, MAPPED, QUANTITIES, Array, ContactRange, SolvedContacts
-from .grid import BuiltMap, MapGrid, contact_range, map_grid
+from .grid import BuiltMap, MapGrid, contact_range, map_grid, narrowed
 from .journal import Journal, Solved
 from .workers import Progress, worker_pool
 
 #: contacts that a process solves at a time, which an interrupt can lose
 PIECE = 1
+#: share of its friction by which a contact that did not converge may be uncertain; above, the range is cut before it
+UNCERTAIN = 0.02
 #: share of the contacts that must be solved for a map
 LEAST_SOLVED = 0.5
 
@@ -275,6 +277,9 @@ def build_map(
         if executor is None:
             executor = stack.enter_context(worker_pool(workers))
         contact_map = build_contact_map(parameters, grid, executor, progress, record)
+    uncertain, cut = contact_map.uncertain_points(UNCERTAIN), ""
+    if len(uncertain):
+        grid, cut = narrowed(parameters, grid, uncertain)
     forces = force_values(parameters, grid)
     sharing = sharing_values(parameters, grid)
     extremes = extreme_values(parameters, contact_map, grid)
@@ -294,6 +299,7 @@ def build_map(
         "version": __version__,
         "contacts": 2 * sum(len(contacts) for contacts in contact_map.contacts.values()),
         "contacts_not_solved": sum(int(np.sum(~c.good)) for c in contact_map.contacts.values()),
+        "range_cut": cut,
         "sampling_errors": sampling_errors(contact_map),
         "asymptotic_share": float(np.mean([
             np.mean(c.values["asymptotic"][c.good]) for c in contact_map.contacts.values()

@@ -38,6 +38,19 @@ def operating_points(nut_map: NutMap, count: int, seed: int = 1) -> np.ndarray:
     return np.stack([preload, speed, temperature, axial], axis=1)
 
 
+def slow_points(nut_map: NutMap, count: int, seed: int = 2) -> np.ndarray:
+    """Random points as operating_points without axial load, below the lowest speed of a map down to SLOW of it."""
+    points = operating_points(nut_map, count, seed)
+    lowest = nut_map.header["axes"]["speed"][0]
+    points[:, 1] = lowest * SLOW ** np.random.default_rng(seed).random(count)
+    points[:, 3] = 0.0
+    return points
+
+
+#: lowest speed of slow_points over that of the map; one of them for so many operating points
+SLOW, PER_SLOW_POINT = 0.5, 20
+#: parts of a certificate
+PRELOAD_ALONE, AXIAL_LOAD, BELOW_SPEED = "preload alone", "axial load", "below the lowest speed"
 #: quantiles of a certificate by the ends of their keys
 QUANTILES = {0.5: "50", 0.99: "99", 0.999: "999"}
 
@@ -84,10 +97,13 @@ def deviation_from_direct(
     Parameters   executor: of the concurrent.futures interface, None = in this process
     Returns      points; mean, median, 99 and 99.9 % quantile, largest deviation of torque, film and temperature rise;
                  points_not_solved: those that count nowhere because a contact did not converge;
+                 regions: the same for the points with preload alone, those with an axial load, and further ones below
+                 the lowest speed of the map, which do not count in the whole;
                  each: the points [N, rad/s, K, N] and the deviations there by column, rounded to six and three digits
     Raises       ArithmeticError: no contact converged
     """
-    points = [tuple(point) for point in operating_points(nut_map, count).tolist()]
+    slow = slow_points(nut_map, count // PER_SLOW_POINT)
+    points = [tuple(point) for point in np.concatenate([operating_points(nut_map, count), slow]).tolist()]
     found: list[Deviation] = []
     if executor is None:
         results: Iterator[Deviation] = (_deviation_or_nan(nut_map, parameters, point) for point in points)
@@ -97,24 +113,44 @@ def deviation_from_direct(
     for deviation in results:
         found.append(deviation)
         if progress is not None:
-            progress(len(found), count, "points of the certificate")
-    return certificate_of(points, found)
+            progress(len(found), len(points), "points of the certificate")
+    return certificate_of(points, found, len(slow))
 
 
-def certificate_of(points: Sequence[tuple[float, ...]], found: Sequence[Deviation]) -> dict[str, Any]:
+def certificate_of(
+    points: Sequence[tuple[float, ...]], found: Sequence[Deviation], slow: int = 0
+) -> dict[str, Any]:
     """Certificate of the deviations at some points, NaN where no direct solution was found.
 
+    slow: how many of the points, the last ones, lie below the lowest speed of the map
     Raises       ArithmeticError: no point has a direct solution
     """
-    errors = np.array(found)
+    errors, places = np.array(found), np.array(points)
     known = np.isfinite(errors).all(axis=1)
-    if not known.any():
+    whole = np.arange(len(points)) < len(points) - slow
+    if not known[whole].any():
         raise ArithmeticError(f"none of {len(points)} points of the certificate has a direct solution")
-    held = [point for point, good in zip(points, known, strict=True) if good]
-    each = {name: _rounded(column, 6) for name, column in zip(POINT, zip(*held, strict=True), strict=True)}
-    result: dict[str, Any] = {"points": len(held), "points_not_solved": int(np.sum(~known)), "each": each}
-    for name, column in zip(Deviation._fields, errors[known].T, strict=True):
+    held = places[known & whole]
+    each = {name: _rounded(column, 6) for name, column in zip(POINT, held.T, strict=True)}
+    for name, column in zip(Deviation._fields, errors[known & whole].T, strict=True):
         each[f"{name}_error"] = _rounded(column, 3)
+    regions = {
+        PRELOAD_ALONE: whole & (places[:, 3] == 0.0), AXIAL_LOAD: whole & (places[:, 3] != 0.0), BELOW_SPEED: ~whole
+    }  # fmt: skip
+    return {
+        **_totals(errors[known & whole]),
+        "points_not_solved": int(np.sum(~known & whole)),
+        "regions": {
+            name: _totals(errors[known & mask]) for name, mask in regions.items() if (known & mask).any()
+        },
+        "each": each,
+    }
+
+
+def _totals(errors: np.ndarray) -> dict[str, Any]:
+    """Number of points, and mean, quantiles and largest of each column of their errors (n, 3)."""
+    result: dict[str, Any] = {"points": len(errors)}
+    for name, column in zip(Deviation._fields, errors.T, strict=True):
         result[f"{name}_error_mean"] = float(column.mean())
         for share, key in QUANTILES.items():
             result[f"{name}_error_{key}"] = float(np.quantile(column, share))

@@ -18,7 +18,7 @@ import numpy as np
 from ..contact.ball_formula import film_formula, moes_load
 from ..parameters.file import Parameters
 from ..physics.lubricant import eta0
-from .contacts import FILMS, MAPPED, Array, ContactRange, SolvedContacts
+from .contacts import FILMS, MAPPED, Array, ContactRange, SolvedContacts, film_weight
 from .kriging import Kriging
 
 #: what a film is interpolated over: the closed formula, or another film
@@ -177,6 +177,17 @@ class ContactMap:
         share = min(map(len, self.contacts.values())) ** (-1.0 / 3.0)
         (q_0, q_1), (w_0, w_1), (t_0, t_1) = self.range.load, self.range.speed, self.range.temperature
         return share * float(np.log(q_1 / q_0)), share * float(np.log(w_1 / w_0)), share * (t_1 - t_0)
+
+    def uncertain_points(self, least: float) -> Array:
+        """Contacts (n, 3) that did not converge and whose friction is less certain than a share `least`."""
+        found = []
+        for raceway, contacts in self.contacts.items():
+            points, model = contacts.points[~contacts.good], self.models[raceway]
+            if len(points):
+                variance = sum(np.diag(model.covariance(name, points)) for name in FILMS[:2])
+                weight = film_weight(self.range, points[:, 0], model.film(FILMS[1], points))
+                found.append(points[weight * np.sqrt(np.maximum(variance, 0.0)) > least])
+        return np.concatenate(found) if found else np.empty((0, 3))
 
     def evaluate(self, raceway: str, name: str, load: Array, speed: float, temperature: float) -> Array:
         """Interpolated quantity for ball loads (n,) [N] at one speed [rad/s] and temperature [K].

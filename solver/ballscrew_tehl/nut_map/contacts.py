@@ -29,6 +29,11 @@ QUANTITIES = {
 }
 #: columns of the points of solved contacts with units
 POINTS = {"load": "N", "speed": "rad s-1", "temperature": "K"}
+#: film [m] below which errors are relative to this one: about the roughness height of the friction sets, below which
+#: films contribute little friction; lower, heavily loaded slow contacts are refined that hardly change the torque
+FILM_FLOOR = 20e-9
+#: exponent of load of the friction of a ball: by it, errors of these light balls count less
+LOAD_EXPONENT = 2.0 / 3.0
 #: relative distance beyond the end of an axis that counts as rounding
 ROUNDING = 1e-9
 FILMS = ("isothermal_central_film", "thermal_central_film", "thermal_minimum_film")
@@ -79,3 +84,9 @@ class SolvedContacts:
 
     def __len__(self) -> int:
         return len(self.points)
+
+
+def film_weight(range_: ContactRange, load: Array, film: Array) -> Array:
+    """Weight of the relative error of a film [m] of a ball load [N]: about its part in the friction."""
+    light = np.minimum(load / range_.preloaded, 1.0) ** LOAD_EXPONENT
+    return np.asarray(light * film / np.maximum(film, FILM_FLOOR))

@@ -33,6 +33,8 @@ THINNEST_OIL, THICKEST_OIL = 2e-3, 2.0
 LEAST_SPAN = 10.0
 #: force [N] between which the limit of pressure is sought
 LEAST_FORCE, LARGEST_FORCE = 1.0, 1e7
+#: share of the distance to the first contact that is cut away, at which a range ends
+BACK = 0.98
 #: digits of the ends of a range
 DIGITS = 2
 
@@ -152,6 +154,55 @@ def contact_range(parameters: Parameters, grid: MapGrid) -> ContactRange:
         grid.temperature[:2],
         (1.0 - LOAD_MARGIN) * float(nut_loads(screw, grid.preload[0], screw.ball_count).min()),
     )
+
+
+def narrowed(parameters: Parameters, grid: MapGrid, points: Array) -> tuple[MapGrid, str]:
+    """The range without some contacts (n, 3) of load, speed and temperature, and what was cut from it.
+
+    One end of one axis moves past all of them: that which leaves the largest share of the range. A contact counts as
+    part of the preloads whose heaviest ball it is.
+    """
+    screw = parameters.screw
+    forces = np.geomspace(*grid.force[:2], 200)
+    heaviest = np.array([float(nut_loads(screw, float(f), screw.loaded_ball_count).max()) for f in forces])
+    preload = np.exp(np.interp(np.log(points[:, 0]), np.log(heaviest), np.log(forces)))
+    found: list[tuple[float, str, MapGrid, str]] = []
+    for name, values, unit, scale, shift in (
+        ("preload", preload, "N", 1.0, 0.0),
+        ("speed", points[:, 1], "r/min", 1.0 / RPM, 0.0),
+        ("temperature", points[:, 2], "C", 1.0, -CELSIUS),
+    ):
+        low, high, nodes = getattr(grid, name)
+        place = (lambda v: v) if name == "temperature" else math.log
+        for end, cut in (("highest", float(values.min())), ("lowest", float(values.max()))):
+            ends = (
+                (low, BACK * cut + (1.0 - BACK) * low)
+                if end == "highest"
+                else (cut + (1.0 - BACK) * (high - cut), high)
+            )
+            if not low <= ends[0] < ends[1] <= high:
+                continue
+            share = (place(ends[1]) - place(ends[0])) / (place(high) - place(low))
+            changes: dict[str, Any] = {name: (*ends, nodes)}
+            if name == "preload":
+                changes["force"] = (grid.force[0], min(ends[1], grid.force[1]), grid.force[2])
+            before, after = (
+                scale * v + shift for v in ((high, ends[1]) if end == "highest" else (low, ends[0]))
+            )
+            found.append(
+                (
+                    share,
+                    end,
+                    replace(grid, **changes),
+                    f"{end} {name} {after:.4g} {unit} instead of {before:.4g} {unit}",
+                )
+            )
+    if not found:
+        raise ArithmeticError(
+            "contacts that do not converge lie at both ends of the range: give a narrower one"
+        )
+    _, _, grid, what = max(found, key=lambda cut: cut[0])
+    return grid, what
 
 
 @dataclass(frozen=True)

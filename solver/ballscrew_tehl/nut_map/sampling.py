@@ -14,15 +14,10 @@ from scipy.spatial import KDTree
 from scipy.stats import qmc
 
 from .contact_map import ContactModel
-from .contacts import FILMS, Array, ContactRange
+from .contacts import FILMS, Array, ContactRange, film_weight
 
-#: film [m] below which errors are relative to this one: about the roughness height of the friction sets, below which
-#: films contribute little friction; lower, heavily loaded slow contacts are refined that hardly change the torque
-FILM_FLOOR = 20e-9
 #: share of the unit interval of loads for balls lighter than under the lowest preload: they cause little friction
 LIGHT = 0.15
-#: exponent of load of the friction of a ball: by it, errors of these light balls count less
-LOAD_EXPONENT = 2.0 / 3.0
 #: films whose errors count; the minimum film of side lobes scatters with the grid of the solver
 REFINED = FILMS[:2]
 #: points of a Sobol sequence from which the next ones are chosen, as a power of two, and seeds of both sequences
@@ -56,12 +51,6 @@ def first_points(count: int) -> Array:
     power = max(1, int(np.ceil(np.log2(max(count - len(frame), 2)))))
     sequence = qmc.Sobol(3, seed=FIRST_SEED).random_base2(power)
     return np.concatenate([frame, sequence])[:count]
-
-
-def film_weight(range_: ContactRange, load: Array, film: Array) -> Array:
-    """Weight of the relative error of a film [m] of a ball load [N]: about its part in the friction."""
-    light = np.minimum(load / range_.preloaded, 1.0) ** LOAD_EXPONENT
-    return np.asarray(light * film / np.maximum(film, FILM_FLOOR))
 
 
 def left_out_errors(model: ContactModel) -> Array:

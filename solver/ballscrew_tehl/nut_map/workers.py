@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -15,7 +16,8 @@ Progress = Callable[[int, int, str], None]
 
 
 def _leave_with_parent() -> None:
-    """Exit the worker when its parent process has died."""
+    """Exit the worker when its parent process has died; Ctrl-C reaches the parent alone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = os.getppid()
 
     def watch() -> None:
