@@ -47,6 +47,16 @@ def rolling_resistance(pressure: Array, gap: Array, width: Array) -> float:
     return float(np.sum(width * steps.sum(axis=1)))
 
 
+def walls(u_e: float, traction_force: float, rolling_resistance: float) -> dict[str, float]:
+    """Forces on the walls: the pressure flow adds to both the same stress, h/2 dp/dx, against the motion.
+
+    traction_force: of mid-film on body 2, as in ContactSolution.
+    Source       Johnson & Cameron 1967
+    """
+    drag = -float(np.sign(u_e)) * 0.5 * rolling_resistance
+    return {"traction_force_1": -traction_force + drag, "traction_force_2": traction_force + drag}
+
+
 def _means_over(x: Array, values: Array, length: float) -> Array:
     """Means of piecewise linear values (n_y, n_x) over x - length/2 to x + length/2 at the inner nodes."""
     steps = 0.5 * (values[:, 1:] + values[:, :-1]) * np.diff(x)
@@ -56,11 +66,7 @@ def _means_over(x: Array, values: Array, length: float) -> Array:
 
 
 def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: float) -> ContactIntegrals:
-    """Integrals of a state whose flow is up to date.
-
-    traction_force: of mid-film on body 2, as in ContactSolution; the pressure flow adds to both walls the same stress,
-    h/2 dp/dx, against the motion (Johnson & Cameron 1967).
-    """
+    """Integrals of a state whose flow is up to date; traction_force: of mid-film on body 2, as in ContactSolution."""
     hertz, grid, c, flow = problem.scales.hertz, problem.geometry.grid, problem.given, it.flow
     pressure = np.maximum(problem.film_pressure(it.state), 0.0) * hertz.p_max
     gap = it.state.gap * problem.scales.h_unit
@@ -68,7 +74,6 @@ def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: fl
     if grid.mirror:
         width[1:] *= 2.0
     resistance = rolling_resistance(pressure, gap, width)
-    drag = -np.sign(c.u_e) * 0.5 * resistance
     area = grid.weights * (hertz.a * hertz.b)
     inside = (grid.x[None, :] ** 2 + grid.y[:, None] ** 2 <= 1.0) * area
     if not inside.any():
@@ -89,14 +94,13 @@ def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: fl
     viscosity = gap / np.maximum(flow.fluidity, TINY)
     sheared = np.exp(np.sum(inside * np.log(np.maximum(viscosity, TINY))) / np.sum(inside))
     return ContactIntegrals(
-        resistance,
-        abs(c.u_e) * resistance,
-        -traction_force + drag,
-        traction_force + drag,
-        shear,
-        compression,
-        temperature,
-        float(sheared),
-        rise_mean,
-        rise_smooth,
+        rolling_resistance=resistance,
+        rolling_loss=abs(c.u_e) * resistance,
+        **walls(c.u_e, traction_force, resistance),
+        shear_heat=shear,
+        compression_heat=compression,
+        mean_temperature=temperature,
+        mean_viscosity=float(sheared),
+        temperature_rise_mean=rise_mean,
+        temperature_rise_smooth=rise_smooth,
     )
