@@ -11,9 +11,8 @@ from .solve import ContactConditions, ContactSolution, SolverOptions, solve_cont
 
 #: nodes along rolling of the contacts of a map; the film is extrapolated from these and half of them
 MAP_NODES = 97
-#: nodes along rolling and thermal iterations of the attempts in turn: a pressure spike that oscillates between two
-#: nodes converges on other nodes or after more iterations
-ATTEMPTS = ((MAP_NODES, 150), (129, 150), (MAP_NODES, 600), (161, 600))
+#: nodes along rolling and thermal iterations of the attempts in turn. 700 random contacts converge in the first
+ATTEMPTS = ((MAP_NODES, 150), (129, 600))
 
 
 class UnconvergedContactError(ArithmeticError):
@@ -55,7 +54,7 @@ def ball_contact(
 def solve_ball(
     parameters: Parameters, raceway: str, load: float, speed: float, temperature: float, thermal: bool
 ) -> ContactSolution:
-    """Solve the contact of one ball, with further attempts on other grids.
+    """Solve the contact of one ball, with a further attempt on another grid.
 
     Raises       UnconvergedContactError: names the contact and the reason
     """

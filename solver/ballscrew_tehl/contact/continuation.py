@@ -12,7 +12,7 @@ from dataclasses import replace
 from ..parameters.file import LubricantParameters
 from .conditions import ContactConditions, SolverOptions, cells_in_inlet, expected_grid, scales_of
 from .integrals import ContactIntegrals, walls
-from .one_grid import solve_cold, solve_near
+from .one_grid import HIGH_LOAD, solve_cold, solve_near
 from .problem import ContactProblem
 from .solution import RESOLVED_CELLS, TOUCHING, ContactSolution
 from .starts import MOST_NEIGHBOURS, weighted
@@ -24,9 +24,6 @@ ROUGHNESS_SHARES = (0.0, 0.25, 0.5, 0.7, 0.85, 1.0)
 LOWER, MOST_LOWER = 0.5, {"speed": 3, "load": 5}
 FIRST_STEP, LARGEST_STEP, LEAST_STEP = 0.1, 0.4, 0.01
 STEP_GROWTH, MOST_STEPS = 1.5, 40
-#: Moes load above which a thermal contact that fails is continued in load, below in speed, and above which an
-#: isothermal film that no grid solves is taken from the asymptotic branch
-ASYMPTOTIC_ABOVE = 3e4
 #: largest share of the highest load that converges at which its neighbour of an extrapolation lies
 FARTHER = 0.6
 #: halvings of the load, from the first that the grid is expected to resolve, in search of two resolved ones
@@ -64,7 +61,7 @@ def continued(
     the first that converges, and MOST_STEPS solves.
     Returns the solution, or the failed one, and the converged ones of a thermal contact on the way in load
     """
-    name = "load" if failed.M > ASYMPTOTIC_ABOVE else "speed"
+    name = "load" if failed.M > HIGH_LOAD else "speed"
 
     def at(share: float) -> ContactProblem:
         c = problem.given
@@ -118,8 +115,9 @@ def thermal_reduction_continued(
 
     line: thermal solutions at lower loads, rising; where there are too few, halves of the load are solved. Film over
     isothermal film and minimum over central film are extrapolated linearly in logarithms from the highest load that
-    converges and one of FARTHER of it at most, the rest as by _Extrapolation: 10 % too much film and 12 % too much rise
-    over one halving, where both are known (M = 2e4). The fields are those of the load that converges.
+    converges and one of FARTHER of it at most, the rest as by _Extrapolation: 10 % too much film, 12 % too much rise
+    and 20 % too much mean viscosity over one halving, where both are known (M = 2e4). The fields are those of the load
+    that converges.
     """
     c, found = failed.conditions, line[-1:]
     load = found[-1].conditions.load if found else c.load

@@ -39,8 +39,9 @@ class ContactSolution:
     load that converged; temperature_rise largest rise in the film [K]; traction_force [N] on body 2 (positive where it
     drags body 2 towards u_1), spin_moment [N m] about the normal from body 1 to body 2,
     sliding_heat [W] of both; phases: seconds by part of the work; branch "resolved" or "asymptotic";
-    integrals: rolling loss, forces on the walls, heat by part and means over the contact, not extrapolated; M, L Moes
-    numbers; reason why the iteration stopped.
+    integrals: rolling loss, forces on the walls, heat by part and means over the contact, of the grid (the asymptotic
+    branch of a contact that did not converge: extrapolated over the load like forces and heat; the fields, history and
+    shares are those of the load that did, error_estimate is NaN); M, L Moes numbers; reason why the iteration stopped.
     """
 
     conditions: ContactConditions
@@ -102,6 +103,7 @@ class ContactSolution:
             M=other.M,
             L=other.L,
             branch="asymptotic",
+            error_estimate=math.nan,
             **extrapolated,
         )
 

@@ -12,7 +12,6 @@ from pathlib import Path
 from ..parameters.file import LubricantParameters, SolidParameters
 from .conditions import DEFAULT_OPTIONS, ContactConditions, SolverOptions
 from .continuation import (
-    ASYMPTOTIC_ABOVE,
     anchored,
     continued,
     continued_in_roughness,
@@ -20,7 +19,7 @@ from .continuation import (
     thermal_reduction_continued,
 )
 from .film import energy
-from .one_grid import solve_on_grid
+from .one_grid import HIGH_LOAD, solve_on_grid
 from .problem import ContactProblem
 from .solution import TOUCHING, ContactSolution
 from .starts import neighbours
@@ -75,7 +74,7 @@ def solve_contact(
     solution, lower = _solved(conditions, oil, solid, options, neighbours(conditions, start))
     if not solution.converged and conditions.roughness is not None and conditions.roughness.sigma > 0.0:
         solution = continued_in_roughness(conditions, solved) or solution
-    touching = options.thermal and solution.reason == TOUCHING and solution.M > ASYMPTOTIC_ABOVE
+    touching = options.thermal and solution.reason == TOUCHING and solution.M > HIGH_LOAD
     if not solution.converged and (lower or touching):
         solution = thermal_reduction_continued(solution, lower, isothermal, solved)
     return replace(solution, seconds=time.perf_counter() - begun)
@@ -100,11 +99,8 @@ def _solved(
         near = [(1.0, solution)] if lower else []
     finer = replace(options, n_x=2 * options.n_x - 1)
     solution, lower = _solve_on_grid(conditions, oil, solid, finer, near)
-    if solution.converged:
-        beyond = solution.branch != "resolved"
-    else:
-        beyond = not options.thermal and solution.M > ASYMPTOTIC_ABOVE
-    if beyond:
+    failed = not solution.converged and not options.thermal and solution.M > HIGH_LOAD
+    if failed or (solution.converged and solution.branch != "resolved"):
 
         def isothermal(at: ContactConditions) -> ContactSolution:
             return _solve_on_grid(at, oil, solid, replace(finer, thermal=False))[0]
