@@ -3,10 +3,10 @@
 `python tests/benchmarks/plot_rolling_loss.py [--output FILE.png] [--csv FILE.csv]` solves isothermal contacts in pure
 rolling for Moes M 10 to 1e5 at one L, a long ellipse and a circle, and prints their loss u_e * integral of h dp/dx dA
 with its deviation from Biboulet & Houpert 2010 and from Houpert 1987 (physics/rolling_resistance.py), then mean and
-largest deviation per decade of M on the resolved branch. Refined: change of the loss by --refine (nodes, lines and
-domain, SolverOptions.refined), which bounds what the deviations mean; the loss of a wedge converges with one over the
-length of the inlet only. --output draws the figure, with open symbols where the change exceeds 5 % or the branch is
-asymptotic.
+largest deviation per decade of M on the resolved branch. The solved loss is that of oil up to -R_x, of which `beyond`
+is the share outside the grid; the formulas hold for oil up to -R_x (rigid) or -10 b (elastic). Refined: change of the
+loss by --refine (nodes, lines and domain, SolverOptions.refined), which bounds what the deviations mean. --output
+draws the figure, with open symbols where the change exceeds 5 % or the branch is asymptotic.
 """
 
 from __future__ import annotations
@@ -40,6 +40,7 @@ COLOURS = {BIBOULET: "#D55E00", HOUPERT: "#0072B2"}
 class Loss(NamedTuple):
     """One contact: losses [W], M_transition: the load parameter of the formulas; grid: relative change by refinement.
 
+    beyond: share of the loss outside the grid;
     nodes: wanted along rolling;  used: by the solver, which doubles them for narrow inlets;  grid: NaN without one
     """
 
@@ -56,6 +57,7 @@ class Loss(NamedTuple):
     load: float
     u_e: float
     loss: float
+    beyond: float
     biboulet_houpert: float
     houpert: float
     grid: float
@@ -80,6 +82,7 @@ class Loss(NamedTuple):
         grid = "" if math.isnan(self.grid) else f", refined {100.0 * self.grid:+.2f} %"
         return (
             f"{self.shape:12s} M {self.M:9.4g} (formulas {self.M_transition:8.4g}) loss {1e3 * self.loss:9.4g} mW, "
+            f"{100.0 * self.beyond:+.0f} % of it beyond the grid, "
             f"{100.0 * biboulet:+6.1f} % of {BIBOULET}, {100.0 * houpert:+6.1f} % of {HOUPERT}, "
             f"{self.used} nodes{grid}, {state}"
         )
@@ -105,10 +108,11 @@ def solved_loss(shape: str, M: float, L: float, nodes: int, refine: float) -> Lo
         if refined.converged:
             grid = refined.integrals.rolling_loss / solution.integrals.rolling_loss - 1.0
     c, loss = solution.conditions, solution.integrals.rolling_loss
+    beyond = solution.integrals.resistance_beyond / solution.integrals.rolling_resistance
     powers, biboulet = closed_losses(ratio, c.load, c.u_e)
     return Loss(
         shape, ratio, M, L, nodes, refine, solution.x.size, float(biboulet.M), solution.branch, solution.converged,
-        c.load, c.u_e, loss, *(float(v) for v in powers.values()), grid,
+        c.load, c.u_e, loss, beyond, *(float(v) for v in powers.values()), grid,
     )  # fmt: skip
 
 

@@ -6,10 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contact_cases import CIRCLE, LONG, OIL, STEEL, conditions, grid_film, moes, solved
+from reference_screw import GD4008
 from scipy.optimize import brentq
 
 import ballscrew_tehl.contact.solve as solve_module
+from ballscrew_tehl.contact.ball_contact import ball_contact
 from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
+from ballscrew_tehl.contact.continuation import thermal_reduction_continued
 from ballscrew_tehl.contact.moes import reference_oil, solve_moes
 from ballscrew_tehl.contact.solve import solve_contact
 from ballscrew_tehl.physics.film import film_groups, nijenbanning_venner_moes
@@ -356,3 +359,61 @@ def test_film_that_no_grid_solves_is_continued_from_lower_loads():
     assert groups == pytest.approx((1.932e6, 2.381), rel=1e-6)
     assert 0.0 < solution.h_m < solution.h_c
     assert solution.p_max == solution.hertz.p_max
+
+
+#: the published nut contact is nearly pure sliding: the hot film is a twentieth of the cold one
+NANOMETRE = ball_contact(GD4008, "nut", 135.0, 0.607, 291.26)
+
+
+@pytest.fixture(scope="module")
+def nanometre():
+    return solve_contact(NANOMETRE, GD4008.lubricant, GD4008.solid)
+
+
+@pytest.mark.slow
+def test_hot_film_of_a_nanometre_is_continued_from_half_the_load(nanometre):
+    """On two grids: nothing but the way there is the same."""
+    other = solve_contact(NANOMETRE, GD4008.lubricant, GD4008.solid, SolverOptions(n_x=97))
+    for solution in (nanometre, other):
+        assert solution.converged
+        assert "continued from 0.5 of the load" in solution.reason
+        assert solution.conditions == NANOMETRE
+        assert 0.0 < solution.h_m < solution.h_c < 2e-9
+    assert abs(other.h_c / nanometre.h_c - 1.0) <= nanometre.error_estimate + other.error_estimate
+
+
+@pytest.mark.slow
+def test_extrapolated_thermal_reduction_lies_near_the_solved_one():
+    """Continuation that ends at 50 % of the load, where the solution is known; forces and heat go with the film."""
+    at = ball_contact(GD4008, "nut", 124.3, 2.0, 283.15)
+
+    def solved_at(c, thermal=True):
+        return solve_contact(c, GD4008.lubricant, GD4008.solid, SolverOptions(n_x=97, thermal=thermal))
+
+    known, half = solved_at(at), solved_at(replace(at, load=0.5 * at.load))
+    failed = replace(known, converged=False)
+    found = thermal_reduction_continued(failed, [half], lambda c: solved_at(c, thermal=False), solved_at)
+    assert found.converged
+    assert found.branch == "asymptotic"
+    assert found.reason == "thermal reduction continued from 62.15 N"
+    assert found.conditions == at
+    assert 0.0 < found.h_m < found.h_c
+    for name, off in (
+        ("h_c", 0.11),
+        ("temperature_rise", 0.13),
+        ("traction_force", 0.11),
+        ("sliding_heat", 0.11),
+    ):
+        assert getattr(found, name) == pytest.approx(getattr(known, name), rel=off), name
+    walls = found.integrals.traction_force_1, found.integrals.traction_force_2
+    # what both walls lose together is the rolling resistance
+    assert sum(walls) == pytest.approx(-found.integrals.rolling_resistance, rel=1e-12)
+    assert found.integrals.rolling_loss == pytest.approx(
+        at.u_e * found.integrals.rolling_resistance, rel=1e-12
+    )
+    rises = [s.integrals.mean_temperature - at.temperature for s in (found, known)]
+    assert rises[0] == pytest.approx(rises[1], rel=0.13)
+    for name in ("rolling_loss", "traction_force_1", "shear_heat"):
+        assert getattr(found.integrals, name) == pytest.approx(getattr(known.integrals, name), rel=0.13), name
+    # of the exponential of pressure and temperature: 20 % found
+    assert found.integrals.mean_viscosity == pytest.approx(known.integrals.mean_viscosity, rel=0.25)

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from contact_cases import CIRCLE, LONG, OIL, STEEL, conditions, grid_film, moes, options, solved
 
-from ballscrew_tehl.contact import solve
+from ballscrew_tehl.contact import one_grid
 from ballscrew_tehl.contact.film import kernels
 from ballscrew_tehl.contact.film.reynolds import ContactGeometry, GridChoice
 from ballscrew_tehl.contact.half_space.deflection import deflection_operator
 from ballscrew_tehl.contact.half_space.grid import Grid, graded_grid, uniform_grid
 from ballscrew_tehl.contact.problem import ContactProblem
+from ballscrew_tehl.contact.solve import solve_contact
 from ballscrew_tehl.physics.hertz import ellipse
 
 
@@ -219,13 +220,13 @@ def test_thermal_results_are_of_second_order_or_better_in_the_layers():
 @pytest.mark.parametrize("n_z", [8, 16])
 def test_estimate_of_a_hot_film_counts_layers_and_extent_of_the_energy_equation(n_z, monkeypatch):
     """Half the change from half of both, by its definition: separate solves on half the nodes."""
-    monkeypatch.setattr(solve, "COARSE_TOLERANCE", 1e-6)
-    solution = solve.solve_contact(conditions(srr=1.0), OIL, STEEL, options(n_z=n_z, tolerance=1e-6))
+    monkeypatch.setattr(one_grid, "COARSE_TOLERANCE", 1e-6)
+    solution = solve_contact(conditions(srr=1.0), OIL, STEEL, options(n_z=n_z, tolerance=1e-6))
     films = []
     for share in (1, 2):
         choice, half = solution.choice.halved(), options(n_z=n_z // share, warm_films=400.0 / share)
         problem = ContactProblem(solution.conditions, OIL, STEEL, half, choice)
-        it = solve._solve_from(problem, None, None, 1e-6)
+        it = one_grid.solve_from(problem, None, None, 1e-6)
         assert it.converged, it.reason
         films.append(problem.central_film(it))
     change = abs(films[1] / films[0] - 1.0)

@@ -9,7 +9,7 @@ from contact_cases import CIRCLE, LONG, OIL, STEEL, conditions, grid_film, moes,
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import spsolve
 
-from ballscrew_tehl.contact import solve
+from ballscrew_tehl.contact import continuation, one_grid
 from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
 from ballscrew_tehl.contact.moes import reference_oil
 from ballscrew_tehl.contact.problem import ContactProblem
@@ -486,14 +486,15 @@ def test_neighbours_need_a_line_of_distinct_points():
 
 def test_a_cold_start_that_fails_is_continued_from_lower_speeds(monkeypatch):
     """Every start from the dry contact above 60 % of the speed fails: the film is that of one which does not."""
-    at, from_dry = conditions(srr=0.3), solve._solve_cold
+    at, from_dry = conditions(srr=0.3), one_grid.solve_cold
 
     def failing(problem):
         found = from_dry(problem)
         return replace(found, converged=False) if problem.given.u_e > 0.6 * at.u_e else found
 
     expected = solved(at)
-    monkeypatch.setattr(solve, "_solve_cold", failing)
+    for module in (one_grid, continuation):
+        monkeypatch.setattr(module, "solve_cold", failing)
     found = solve_contact(at, OIL, STEEL, options())
     assert found.converged
     assert "continued from 0.5 of the speed" in found.reason

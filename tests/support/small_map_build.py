@@ -15,6 +15,7 @@ from ballscrew_tehl.cli.main import main
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import build, certificate
+from ballscrew_tehl.nut_map.grid import map_grid
 
 
 def closed_deviation(nut_map, parameters, point):
@@ -28,6 +29,15 @@ def closed_deviation(nut_map, parameters, point):
     return certificate.Deviation(abs(torque / direct - 1.0), 0.0, 0.0)
 
 
+def small_grid(parameters, preload, speed, temperature, base):
+    """Nodes and contacts of GRID, and its range where the command gives none."""
+    given = {"preload": preload, "speed": speed, "temperature": temperature}
+    if not any(given.values()):
+        return GRID
+    ends = {name: value or getattr(GRID, name)[:2] for name, value in given.items()}
+    return map_grid(parameters, **ends, base=GRID)
+
+
 @contextmanager
 def thread(workers, dask):
     with ThreadPoolExecutor(1) as pool:
@@ -36,7 +46,7 @@ def thread(workers, dask):
 
 if __name__ == "__main__":
     build._solve_row = closed_row
-    map_commands.MapGrid = lambda: GRID
+    map_commands.map_grid = small_grid
     map_commands.build_executor = thread
     certificate.deviation_at = closed_deviation
     sys.exit(main(sys.argv[1:]))

@@ -1,8 +1,8 @@
 """Contacts in closed form instead of solved ones, for fast tests of the map build and of its file.
 
 The logarithms of the ratios to the closed film formula and of the temperature rise are cubic polynomials or
-less in (ln load, ln speed, temperature): the contact map holds them exactly. The row function can be sent to
-other processes.
+less in (ln load, ln speed, temperature): smooth, but kriging does not hold them exactly (CLOSED_FILM). The row function can
+be sent to other processes.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from reference_screw import GD4008
 
+from ballscrew_tehl.contact.ball_formula import film_formula
 from ballscrew_tehl.nut_map import build
 from ballscrew_tehl.nut_map.build import build_map
-from ballscrew_tehl.nut_map.contact_map import FILMS, QUANTITIES, film_formula
+from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES
 from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
@@ -27,9 +28,14 @@ GRID = MapGrid(
     temperature=(293.15, 313.15, 4),
     preload=(400.0, 9000.0, 7),
     share_nodes=21,
-    contact_nodes=(4, 5, 4),
-    contact_most=(0, 0, 0),
+    contact_first=96,
+    contact_batch=16,
+    contact_most=96,
 )
+#: largest error of a film and of a temperature rise of the contact map over GRID against the closed contacts; found at
+#: 2000 random points (mean): 96 contacts 6.2e-4 (3e-5) and 1.2e-2 (3e-4, in a corner); 64: 1.8e-3 and 1.4e-2; 128:
+#: 6.0e-4 and 1.1e-2
+CLOSED_FILM, CLOSED_RISE = 1e-3, 1.5e-2
 #: the row of the solver, also while a test replaces it
 SOLVE_ROW = build._solve_row
 SHARE = {FILMS[0]: 1.0, FILMS[1]: 0.8, FILMS[2]: 0.5}
@@ -80,22 +86,33 @@ class ClosedFilm:
 
 def closed_row(parameters, raceway, load, speeds, temperature):
     """In place of build._solve_row."""
-    row = {name: np.empty(speeds.size) for name in QUANTITIES}
+    row = {name: np.zeros(speeds.size) for name in QUANTITIES}
     for i, speed in enumerate(speeds):
         for name in (*FILMS, "temperature_rise"):
             row[name][i] = values(parameters, raceway, name, load, speed, temperature)
     row["pressure_max"][:] = 1e9 * (load / 40.0) ** (1 / 3)
     row["traction_force"][:] = 0.03 * load * np.exp(-speeds / 1000.0)
+    row["mean_temperature"][:] = temperature + 0.5 * row["temperature_rise"]
     row["asymptotic"][:] = load > 100.0
     return row
 
 
 def partly_solved_row(parameters, raceway, load, speeds, temperature):
-    """closed_row with the slowest speed of one row of the nut solved."""
+    """closed_row with one contact of the nut solved: lowest load, speed and temperature."""
     row = closed_row(parameters, raceway, load, speeds, temperature)
-    if raceway == "nut" and load < 10.0 and temperature < 294.0:
-        for name, solved in SOLVE_ROW(parameters, raceway, load, speeds[:1], temperature).items():
-            row[name][:1] = solved
+    slowest = np.isclose(speeds, GRID.speed[0])
+    if raceway == "nut" and load < 7.0 and temperature < 294.0 and slowest.any():
+        for name, solved in SOLVE_ROW(parameters, raceway, load, speeds[slowest], temperature).items():
+            row[name][slowest] = solved
+    return row
+
+
+def partly_failed_row(parameters, raceway, load, speeds, temperature):
+    """closed_row without heavy, slow contacts of the nut, as if the solver had not converged."""
+    row = closed_row(parameters, raceway, load, speeds, temperature)
+    if raceway == "nut" and load > 100.0:
+        for column in row.values():
+            column[speeds < 15.0] = np.nan
     return row
 
 
@@ -129,17 +146,24 @@ def nut_map_of(built: BuiltMap, film="solved", ratio=7.0, net=0.005, roughness=3
 
 
 def same_map(one, two):
-    """Header, samples and coefficients equal to the last bit."""
+    """Header, contacts, kriging and coefficients equal to the last bit."""
     assert one.header == two.header
-    same_samples(one.contact_map, two.contact_map)
+    same_contacts(one.contact_map, two.contact_map)
     for film, arrays in one.arrays.items():
         for name, array in arrays.items():
             np.testing.assert_array_equal(array, two.arrays[film][name])
 
 
-def same_samples(one, two):
-    """Samples of two contact maps equal to the last bit, solved at the same nodes."""
+def same_contacts(one, two):
+    """Range, contacts and kriging of two contact maps equal to the last bit."""
+    assert one.range == two.range
     for raceway in RACEWAYS:
-        np.testing.assert_array_equal(one.solved[raceway], two.solved[raceway])
+        np.testing.assert_array_equal(one.contacts[raceway].points, two.contacts[raceway].points)
         for name in QUANTITIES:
-            np.testing.assert_array_equal(one.samples[raceway][name], two.samples[raceway][name])
+            np.testing.assert_array_equal(
+                one.contacts[raceway].values[name], two.contacts[raceway].values[name]
+            )
+        for name in MAPPED:
+            np.testing.assert_array_equal(
+                one.models[raceway].kriging(name).hyper, two.models[raceway].kriging(name).hyper
+            )

@@ -25,6 +25,7 @@ SHEET_UNITS = {
     "kinematic_viscosity": "mm2_s",
     "pressure_coefficient": "per_GPa",
     "angular_velocity": "rpm",
+    "force": "N",
 }
 #: fields that have another unit than others of their dimension
 FIELD_UNITS = {"youngs_modulus": "GPa", "carreau_modulus": "MPa"}
@@ -41,6 +42,11 @@ NOTES = {
     ),
     "friction": (
         "Roughness: rms of raceways and balls make the composite height; without them that of the fitted set is taken.",
+    ),
+    "map": (
+        "Range of the map, both ends of a quantity or none. Without them: preload to the force at which a ball reaches",
+        "2.1 GPa, speed to 240,000 mm r/min of the pitch circle, oil 10 to 80 degC where it has 2 mPa s to 2 Pa s.",
+        "The options --preload-n, --speed-rpm, --temperature-c of map build overrule them.",
     ),
 }
 #: fields that an oil given by its grade must not have

@@ -8,7 +8,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from ..contact.ball_contact import ball_contact
-from ..contact.solve import EXTRAPOLATED_BELOW, ContactSolution, SolverOptions, solve_contact
+from ..contact.solution import EXTRAPOLATED_BELOW
+from ..contact.solve import ContactSolution, SolverOptions, solve_contact
 from ..parameters.file import Parameters, changed
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM

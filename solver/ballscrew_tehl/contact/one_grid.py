@@ -1,0 +1,160 @@
+"""One contact on one grid: from neighbours, or from the dry contact by way of half the nodes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .conditions import SolverOptions
+from .coupled import solve_coupled
+from .film.reynolds import ReynoldsState
+from .half_space.grid import Array
+from .problem import ContactProblem, Iteration
+from .solution import ContactSolution, least_film, solution_of
+from .starts import carried, prolonged
+
+#: tolerance on the grid of half the nodes, where a cold solve begins: bounds the error of the extrapolation
+COARSE_TOLERANCE = 3e-5
+#: share of the extrapolation from half the nodes that counts as the error of the extrapolated film: that of the next
+#: order. Twice the nodes, lines, layers and extent change h_c by 2e-4 in the median, 4e-3 at most; that is 0.24 at most
+#: of extrapolation, rest and tolerance together (51 random resolved contacts of both kinematics)
+REMAINDER = 0.25
+#: share of the change by half the layers and half the extent of the energy equation that counts as their error: a third
+#: for second order (layers), all of it for first order (extent)
+REST_SHARE = 0.5
+#: Moes load above which what diverges or stalls is continued in load, below in speed; a solve that diverges on half the
+#: nodes ends above it: the five of 700 random thermal contacts that did diverged on all of them, too
+HIGH_LOAD = 3e4
+#: fewest layers of a coarse solution
+LEAST_LAYERS = 4
+#: tolerance and most Newton steps of the isothermal solve that a coupled solve begins with
+START_TOLERANCE, START_STEPS = 1e-2, 30
+#: iterations after which a coupled solve begins again with damping
+UNDAMPED_ITERATIONS = 60
+#: most iterations of a coupled solve from neighbours: 4 to 8 in the median on lines of 21 contacts
+NEAR_ITERATIONS = 25
+
+
+def solve_on_grid(
+    problem: ContactProblem, starts: Sequence[tuple[float, ContactSolution]] = ()
+) -> ContactSolution:
+    """From the neighbours with their weights, else from the nearest alone, else from the dry contact."""
+    solution = solve_near(problem, starts, problem.options.max_thermal) if starts else None
+    if solution is not None and not solution.converged and len(starts) > 1:
+        # a pressure spike that moves leaves a wave in the prediction
+        nearest = max(starts, key=lambda pair: abs(pair[0]))[1]
+        solution = solve_near(problem, [(1.0, nearest)], problem.options.max_thermal)
+    if solution is None or not solution.converged:
+        solution = solve_cold(problem)
+    return solution
+
+
+def solve_near(
+    problem: ContactProblem, starts: Sequence[tuple[float, ContactSolution]], limit: int
+) -> ContactSolution:
+    """From neighbours with their weights; the shares of the error are interpolated."""
+    state, temperature = carried(starts, problem)
+    options = problem.options
+    it = problem.start(state)
+    if problem.plain:
+        it = problem.solve_isothermal(it, options.tolerance, options.max_newton)
+    else:
+        it = solve_coupled(problem, it, temperature, options.tolerance, min(limit, NEAR_ITERATIONS))
+    # a share depends on how the grid holds the inlet: beyond the neighbours it counts in full as its own error
+    shares = np.array([s.extrapolation for _, s in starts])
+    between = len(starts) > 1 and max(abs(weight) for weight, _ in starts) <= 1.0
+    grid = max(s.error_parts[0] for _, s in starts) if between else float(np.max(np.abs(shares[:, 0])))
+    weights = np.array([weight for weight, _ in starts])
+    # within the range of the neighbours: a quadratic beyond them would amplify their scatter from contact to contact
+    centre, least = (float(v) for v in np.clip(weights @ shares, shares.min(axis=0), shares.max(axis=0)))
+    rests = [s.error_parts[1] for _, s in starts]
+    rest = min(max(float(weights @ rests), min(rests)), max(rests))
+    return solution_of(problem, it, (centre, least), (grid, rest))
+
+
+def solve_cold(problem: ContactProblem) -> ContactSolution:
+    """From the dry contact, by way of half the nodes."""
+    options = problem.options
+    coarse_choice = problem.choice.halved()
+    if coarse_choice is None:
+        return solution_of(problem, solve_from(problem, None, None, options.tolerance), (math.nan, math.nan))
+    coarse = ContactProblem(problem.given, problem.oil, problem.solid, options, coarse_choice)
+    first, rest = _solve_coarse(coarse)
+    if _diverged(first) and problem.scales.M > HIGH_LOAD:
+        # so it would on more nodes: lower loads are the cheaper way
+        return solution_of(coarse, first, (math.nan, math.nan))
+    if first.converged:
+        it = solve_from(problem, *prolonged(coarse, first, problem), options.tolerance, first.damped)
+    if not first.converged or not it.converged:
+        it = solve_from(problem, None, None, options.tolerance)
+    extrapolation = own = math.nan
+    if first.converged and it.converged:
+        # Richardson: the error of second order is a third of the change from half the nodes
+        extrapolation = (1.0 - coarse.central_film(first) / problem.central_film(it)) / 3.0
+        # side lobes are about as narrow as the line spacing: no order of convergence, they get the share of the centre
+        (h_coarse, at_coarse), (h_fine, at_fine) = least_film(coarse, first), least_film(problem, it)
+        own = (1.0 - h_coarse / h_fine) / 3.0 if at_coarse == at_fine == 0 else extrapolation
+    solution = solution_of(problem, it, (extrapolation, own), (REMAINDER * abs(extrapolation), rest))
+    return replace(solution, phases={**solution.phases, "coarse grid": sum(coarse.seconds.values())})
+
+
+def _solve_coarse(coarse: ContactProblem) -> tuple[Iteration, float]:
+    """Solution of half the nodes, and the relative error of the film by layers and extent of the energy equation.
+
+    Half the layers and half the extent come first: the beginning costs less, and the difference tells their error.
+    """
+    if coarse.options.thermal:
+        rough = ContactProblem(coarse.given, coarse.oil, coarse.solid, _half(coarse.options), coarse.choice)
+        before = solve_from(rough, None, None, COARSE_TOLERANCE)
+        for phase, seconds in rough.seconds.items():
+            coarse.seconds[phase] += seconds
+        if before.converged:
+            start = prolonged(rough, before, coarse)
+            first = solve_from(coarse, *start, COARSE_TOLERANCE, before.damped)
+            if first.converged:
+                change = rough.central_film(before) / coarse.central_film(first) - 1.0
+                return first, REST_SHARE * abs(change)
+    return solve_from(coarse, None, None, COARSE_TOLERANCE), 0.0
+
+
+def _diverged(it: Iteration) -> bool:
+    return not it.converged and (not it.history.finite or not np.isfinite(it.temperature_history[-1:]).all())
+
+
+def _half(options: SolverOptions) -> SolverOptions:
+    """Half the layers and half the extent of the energy equation, where that leaves enough."""
+    layers = options.n_z // 2
+    return replace(
+        options,
+        n_z=layers if layers >= LEAST_LAYERS else options.n_z,
+        warm_films=max(0.5 * options.warm_films, 2.0),
+    )
+
+
+def solve_from(
+    problem: ContactProblem,
+    state: ReynoldsState | None,
+    temperature: Array | None,
+    tolerance: float,
+    damped: bool = False,
+) -> Iteration:
+    """Solve on one grid from a state, or from the dry contact; damped: without an undamped attempt."""
+    options = problem.options
+    it = problem.start(state)
+    if problem.plain:
+        return problem.solve_isothermal(it, tolerance, options.max_newton)
+    if state is None:
+        it = problem.solve_isothermal(it, START_TOLERANCE, START_STEPS)
+    near, limit, used = it.state, options.max_thermal, 0
+    if not damped:
+        it = solve_coupled(problem, it, temperature, tolerance, min(limit, UNDAMPED_ITERATIONS))
+        used = it.iterations
+        if it.converged or used >= limit:
+            return it
+    # a hot inlet of a thick film
+    it = solve_coupled(problem, problem.start(near), temperature, tolerance, limit - used, damped=True)
+    it.iterations += used
+    return it
