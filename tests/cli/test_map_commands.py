@@ -1,7 +1,13 @@
-"""The command `map build`: one screw, a family of screws, bad input."""
+"""The command `map build`: its range, its plan, a family of screws, an interrupt, bad input."""
 
 import dataclasses
+import itertools
 import json
+import os
+import re
+import signal
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from importlib import resources
@@ -9,22 +15,34 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import refused, run
 from reference_screw import GD4008
-from synthetic_contacts import GRID, ClosedFilm, closed_row
+from synthetic_contacts import ClosedFilm, closed_row
 
 from ballscrew_tehl.cli import map as map_commands
-from ballscrew_tehl.cli.main import main
+from ballscrew_tehl.cli.main import INTERRUPTED, main
 from ballscrew_tehl.cli.progress import progress_bar
 from ballscrew_tehl.contact import ball_contact as operating_contact
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.friction.torque import double_nut_torque
-from ballscrew_tehl.nut_map import build, certificate, sampling
+from ballscrew_tehl.nut_map import build, certificate
 from ballscrew_tehl.nut_map.certificate import Deviation, deviation_from_direct, operating_points
 from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.nut_map.grid import MapGrid, map_grid
 from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.identity import map_parameters_json
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.refinement import direct
 
 SCREW = resources.files("ballscrew_tehl") / "data" / "gd4008.toml"
+#: few nodes and contacts; the range is that of the command
+SMALL = MapGrid(
+    force=(1.0, 2.0, 9), speed=(1.0, 2.0, 9), temperature=(300.0, 310.0, 7), preload=(1.0, 2.0, 7),
+    contact_first=30, contact_batch=8, contact_most=30,
+)  # fmt: skip
+QUICK = dataclasses.replace(SMALL, contact_first=12, contact_most=12)
+#: range of most tests here
+NARROW = ("--preload-n", "500", "4000", "--speed-rpm", "100", "1000", "--temperature-c", "20", "40")
 
 
 @contextmanager
@@ -53,9 +71,240 @@ def certificate_row(nut_map, parameters, point):
 def closed(monkeypatch):
     """Contacts in closed form, solved in one thread."""
     monkeypatch.setattr(build, "_solve_row", closed_row)
-    monkeypatch.setattr(map_commands, "MapGrid", lambda: GRID)
+    monkeypatch.setattr(map_commands, "MapGrid", lambda: SMALL)
+    monkeypatch.setattr(map_commands, "QUICK", QUICK)
     monkeypatch.setattr(map_commands, "build_executor", thread)
     monkeypatch.setattr(certificate, "deviation_at", certificate_row)
+
+
+def screw_file(folder, table):
+    """GD4008 with a table [map]."""
+    path = folder / "screw.toml"
+    path.write_text(f"{SCREW.read_text(encoding='utf-8')}\n[map]\n{table}\n", encoding="utf-8")
+    return path
+
+
+def built(path, *options):
+    """Exit code of a build with a certificate of one point, and the map."""
+    code = main(["map", "build", "--output", str(path), "--count", "1", *map(str, options)])
+    return code, load_map(path, GD4008)
+
+
+def ends(nut_map, name):
+    return nut_map.header["axes"][name][:2]
+
+
+@pytest.mark.slow
+def test_range_follows_from_the_screw(closed, tmp_path):
+    code, nut_map = built(tmp_path / "map.nc")
+    assert code == 0
+    grid = map_grid(GD4008)
+    for name in ("preload", "speed", "temperature"):
+        assert ends(nut_map, name) == pytest.approx(getattr(grid, name)[:2], rel=1e-12), name
+
+
+@pytest.mark.slow
+def test_options_overrule_the_table_and_the_table_the_screw(closed, tmp_path):
+    table = "preload_min_N = 300.0\npreload_max_N = 3000.0\nspeed_min_rpm = 50.0\nspeed_max_rpm = 800.0"
+    path = screw_file(tmp_path, table)
+    code, nut_map = built(tmp_path / "map.nc", "--screw", path, "--speed-rpm", "100", "1000")
+    assert code == 0
+    assert ends(nut_map, "preload") == pytest.approx((300.0, 3000.0), rel=1e-12)
+    assert ends(nut_map, "speed") == pytest.approx((100.0 * RPM, 1000.0 * RPM), rel=1e-12)
+    assert ends(nut_map, "temperature") == pytest.approx(map_grid(GD4008).temperature[:2], rel=1e-12)
+    # another range belongs to the same screw
+    assert nut_map.header["parameters_json"] == map_parameters_json(GD4008)
+
+
+@pytest.mark.slow
+def test_temperature_option_is_in_degrees_celsius(closed, tmp_path):
+    code, nut_map = built(tmp_path / "map.nc", *NARROW)
+    assert code == 0
+    assert ends(nut_map, "temperature") == pytest.approx((20.0 + CELSIUS, 40.0 + CELSIUS), rel=1e-12)
+    assert ends(nut_map, "preload") == [500.0, 4000.0]
+    # an axial load relieves one nut
+    assert ends(nut_map, "force")[0] < 0.2 * 500.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (("--workers", "0"), "--workers = 0; allowed: a whole number >= 1"),
+        (("--count", "0"), "--count = 0; allowed: a whole number >= 1"),
+        (("--tolerance", "nan"), "--tolerance = nan; allowed: 1e-5 to 0.1"),
+        (("--tolerance", "0.2"), "--tolerance = 0.2; allowed: 1e-5 to 0.1"),
+        (("--preload-n", "2000", "500"), "preload = 2000 to 500 N; needs 0 < lowest < highest"),
+        (("--preload-n", "500", "500"), "preload = 500 to 500 N; needs 0 < lowest < highest"),
+        (("--preload-n", "-5", "500"), "preload = -5 to 500 N; needs 0 < lowest < highest"),
+        (("--preload-n", "nan", "500"), "preload = nan to 500 N; needs 0 < lowest < highest"),
+        (("--preload-n", "500", "inf"), "preload = 500 to inf N; needs 0 < lowest < highest"),
+        (("--preload-n", "500"), "--preload-n: expected 2 arguments"),
+        (("--preload-n", "500", "much"), "invalid float value: 'much'"),
+        (("--speed-rpm", "0", "500"), "speed = 0 to "),
+        (("--speed-rpm", "500", "100"), "; needs 0 < lowest < highest"),
+        (("--temperature-c", "40", "20"), "temperature = 313.15 to 293.15 K; needs 0 < lowest < highest"),
+        (("--temperature-c", "-300", "20"), "temperature = -26.85 to 293.15 K; needs 0 < lowest < highest"),
+    ],
+)
+def test_bad_ranges_and_numbers_are_refused_in_one_line(closed, tmp_path, capsys, arguments, line):
+    assert line in refused(capsys, "map", "build", "--output", tmp_path / "x.nc", *arguments)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        ((), "--output (missing); allowed: a file *.nc for the map"),
+        (("--quick",), "--output (missing)"),
+        (("--family", "{empty}"), "allowed: a folder with screw files"),
+        (("--family", "{empty}", "--screw", "x.toml"), "--family and --screw"),
+        (("--dask", "tcp://127.0.0.1:9", "--output", "{empty}/x.nc"), "no scheduler answers there"),
+    ],
+)
+def test_bad_places_are_refused_in_one_line(tmp_path, capsys, arguments, line):
+    if "--dask" in arguments:
+        pytest.importorskip("distributed")
+    arguments = [argument.replace("{empty}", str(tmp_path)) for argument in arguments]
+    assert line in refused(capsys, "map", "build", *arguments)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("table", "line"),
+    [
+        ("preload_min_N = 100.0", "map.preload_max"),
+        ("speed_max_rpm = 100.0", "map.speed_min"),
+        ("temperature_min_degC = 40.0\ntemperature_max_degC = 20.0", "more than temperature_min"),
+        ("preload_min_N = -1.0\npreload_max_N = 100.0", "map.preload_min_N = -1.0"),
+        ("preload_min = 1.0", "bad unit"),
+        ("torque_max_Nm = 1.0", "a known key"),
+    ],
+)
+def test_bad_tables_are_refused_in_one_line(tmp_path, capsys, table, line):
+    path = screw_file(tmp_path, table)
+    assert line in refused(capsys, "map", "build", "--screw", path, "--output", tmp_path / "x.nc")
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_plan_is_printed_before_the_first_solve(closed, tmp_path, monkeypatch, capsys):
+    def stop(*arguments, **settings):
+        raise ArithmeticError("first solve")
+
+    monkeypatch.setattr(build, "build_map", stop)
+    code, out, err = run(capsys, "map", "build", "--output", tmp_path / "x.nc", *NARROW)
+    assert (code, out) == (1, "")
+    plan, error = err.splitlines()
+    assert error == "ballscrew_tehl map: not converged: first solve"
+    for words in ("GD4008-3, kinematics published", "preload 500 to 4000 N", "2.1 GPa at ", "speed 100 to 1000 r/min",
+                  "oil 20 to 40 C", "120 to 120 contacts and 1 ", "core-seconds"):  # fmt: skip
+        assert words.replace(" 1 ", " 200 ") in plan
+    _, _, err = run(capsys, "map", "build", "--output", tmp_path / "x.nc", "--quick")
+    assert "48 to 48 contacts and 12 points" in err.splitlines()[0]
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_quick_and_tolerance_choose_the_contacts(closed, tmp_path, monkeypatch):
+    most = dataclasses.replace(SMALL, contact_first=28, contact_most=44)
+    monkeypatch.setattr(map_commands, "MapGrid", lambda: most)
+    contacts = {}
+    for name, options in {
+        "quick": ("--quick",), "wide": ("--tolerance", "0.1"), "narrow": ("--tolerance", "1e-5")
+    }.items():  # fmt: skip
+        code, nut_map = built(tmp_path / f"{name}.nc", *NARROW, *options)
+        assert code == 0
+        contacts[name] = nut_map.header["contacts"]
+    assert contacts == {"quick": 4 * 12, "wide": 4 * 28, "narrow": 4 * 44}
+
+
+def interrupted_after(count):
+    """closed_row that Ctrl-C interrupts."""
+    left = iter(range(count))
+
+    def row(*arguments):
+        if next(left, None) is None:
+            raise KeyboardInterrupt
+        return closed_row(*arguments)
+
+    return row
+
+
+@pytest.mark.slow
+def test_interrupted_build_continues_with_what_it_has(closed, tmp_path, monkeypatch, capsys):
+    path = tmp_path / "map.nc"
+    arguments = ["map", "build", "--output", str(path), "--count", "1", *NARROW]
+    monkeypatch.setattr(build, "_solve_row", interrupted_after(20))
+    assert main(arguments) == INTERRUPTED
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert last == "ballscrew_tehl map: interrupted; the same command again continues it"
+    assert [file.name for file in tmp_path.iterdir()] == ["map.nc.contacts"]
+    solved = []
+    monkeypatch.setattr(build, "_solve_row", lambda *a: solved.append(a) or closed_row(*a))
+    assert main(arguments) == 0
+    assert len(solved) == 2 * 30 - 20
+    assert [file.name for file in tmp_path.iterdir()] == ["map.nc"]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="a group of processes is interrupted")
+def test_ctrl_c_on_a_terminal_leaves_one_line(tmp_path):
+    """Ctrl-C reaches the command and its workers; contacts here are solved."""
+    path = tmp_path / "map.nc"
+    command = [sys.executable, "-m", "ballscrew_tehl", "map", "build", "--output", str(path), "--quick"]
+    build_ = subprocess.Popen(
+        [*command, "--workers", "1", *NARROW], stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    with build_:
+        lines = []
+        for line in build_.stderr:
+            lines.append(line)
+            if "contacts solved" in line:
+                os.killpg(build_.pid, signal.SIGINT)
+                break
+        lines += build_.stderr.readlines()
+    assert build_.returncode == INTERRUPTED
+    assert not any("Traceback" in line for line in lines), lines
+    assert lines[-1] == "ballscrew_tehl map: interrupted; the same command again continues it\n"
+    kept = (tmp_path / "map.nc.contacts").read_text(encoding="ascii").splitlines()
+    assert len(kept) >= 2
+    assert all(json.loads(line) for line in kept)
+
+
+def partly(failed, of):
+    """closed_row without some of so many contacts, as if the solver had not converged."""
+    numbers = itertools.count()
+
+    def row(*arguments):
+        found = closed_row(*arguments)
+        if next(numbers) % of < failed:
+            found = {name: np.full_like(column, np.nan) for name, column in found.items()}
+        return found
+
+    return row
+
+
+@pytest.mark.slow
+def test_contacts_that_do_not_converge_are_counted_and_said(closed, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(build, "_solve_row", partly(1, 20))
+    code, nut_map = built(tmp_path / "map.nc", *NARROW)
+    assert code == 0
+    assert nut_map.header["contacts_not_solved"] == 3
+    assert "3 of 120 contacts did not converge and are interpolated" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_build_fails_when_most_contacts_do_not_converge(closed, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(build, "_solve_row", partly(3, 5))
+    path = tmp_path / "map.nc"
+    code, out, err = run(capsys, "map", "build", "--output", path, *NARROW)
+    assert (code, out) == (1, "")
+    found = re.fullmatch(
+        r"ballscrew_tehl map: not converged: (\d+) of 60 contacts of the range did not converge .*: give a narrower "
+        r"range by --preload-n, --speed-rpm, --temperature-c",
+        err.splitlines()[-1],
+    )
+    assert int(found.group(1)) == 36
+    assert not path.exists()
 
 
 @pytest.mark.slow
@@ -66,12 +315,28 @@ def test_family_gets_a_map_for_every_screw(closed, tmp_path, capsys):
     for name in ("a", "b"):
         (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     assert (
-        main(["map", "build", "--family", str(folder), "--output", str(maps), "--count", "5", "--json"]) == 0
+        main(
+            [
+                "map",
+                "build",
+                "--count",
+                "5",
+                "--json",
+                "--family",
+                str(folder),
+                "--output",
+                str(maps),
+                *NARROW,
+            ]
+        )
+        == 0
     )
     shown = capsys.readouterr()
     results = json.loads(shown.out)
     assert [Path(result["file"]).name for result in results] == ["a.nc", "b.nc"]
     assert "s left" in shown.err
+    # one plan for each, before its first contact
+    assert shown.err.count("core-seconds") == 2
     # no journal or trial file remains
     assert sorted(path.name for path in maps.iterdir()) == ["a.nc", "b.nc"]
     for result in results:
@@ -80,19 +345,6 @@ def test_family_gets_a_map_for_every_screw(closed, tmp_path, capsys):
         assert stored["points"] == result["points"] == 5
         assert 0.0 < stored["torque_error_mean"] < stored["torque_error_max"] < 0.01
         assert stored["film_error_max"] == pytest.approx(10.0 * stored["torque_error_max"])
-
-
-@pytest.mark.slow
-def test_tolerance_reaches_the_sampling(closed, tmp_path, monkeypatch):
-    grid = dataclasses.replace(GRID, contact_nodes=(5, 5, 5), contact_most=(9, 9, 9))
-    monkeypatch.setattr(map_commands, "MapGrid", lambda: grid)
-    monkeypatch.setattr(sampling, "FILM_FLOOR", 1e-12)
-    contacts = []
-    for tolerance in ("0.1", "1e-5"):
-        path = tmp_path / f"{tolerance}.nc"
-        assert main(["map", "build", "--output", str(path), "--count", "1", "--tolerance", tolerance]) == 0
-        contacts.append(load_map(path, GD4008).header["contacts"])
-    assert contacts[0] == 4 * 5**3 < contacts[1]
 
 
 def test_plain_progress_shows_every_stage_of_a_build_that_adds_work(capsys):
@@ -116,7 +368,7 @@ def test_plain_progress_shows_every_stage_of_a_build_that_adds_work(capsys):
 @pytest.mark.slow
 def test_certificate_holds_mean_quantile_and_largest(closed, tmp_path, monkeypatch, capsys):
     path = tmp_path / "map.nc"
-    assert main(["map", "build", "--output", str(path), "--count", "7", "--json"]) == 0
+    assert main(["map", "build", "--output", str(path), "--count", "7", "--json", *NARROW]) == 0
     result = json.loads(capsys.readouterr().out)
     nut_map = load_map(path, GD4008)
     errors = [certificate_row(nut_map, GD4008, point) for point in operating_points(nut_map, 7).tolist()]
@@ -129,17 +381,10 @@ def test_certificate_holds_mean_quantile_and_largest(closed, tmp_path, monkeypat
 
 
 @pytest.mark.slow
-def test_deviation_is_that_of_the_map(closed, tmp_path, monkeypatch, capsys):
+def test_deviation_is_that_of_the_map(closed, tmp_path, monkeypatch):
     """Direct films 3 % above the map's own: film off by 3 %, torque by less."""
-    path = tmp_path / "map.nc"
+    _, nut_map = built(tmp_path / "map.nc", *NARROW)
     monkeypatch.undo()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(build, "_solve_row", closed_row)
-        patch.setattr(map_commands, "MapGrid", lambda: GRID)
-        patch.setattr(map_commands, "build_executor", thread)
-        patch.setattr(certificate, "deviation_at", certificate_row)
-        assert main(["map", "build", "--output", str(path), "--count", "1"]) == 0
-    nut_map = load_map(path, GD4008)
     point = (2000.0, 50.0, 303.15, 0.0)
     state = nut_map.evaluate(*point)
 
@@ -150,7 +395,7 @@ def test_deviation_is_that_of_the_map(closed, tmp_path, monkeypatch, capsys):
         state.film_thickness_central_nut,
         state.film_temperature_rise + 0.5,
     )
-    monkeypatch.setattr(direct, "direct_state", lambda *arguments: thicker)
+    monkeypatch.setattr(direct, "mean_ball_state", lambda *arguments: thicker)
     deviation = certificate.deviation_at(nut_map, GD4008, point)
     assert deviation.film == pytest.approx(0.03, rel=1e-9)
     assert deviation.temperature_rise == pytest.approx(
@@ -161,9 +406,7 @@ def test_deviation_is_that_of_the_map(closed, tmp_path, monkeypatch, capsys):
 
 @pytest.mark.slow
 def test_points_without_direct_solution_are_counted_and_left_out(closed, tmp_path, monkeypatch):
-    path = tmp_path / "map.nc"
-    assert main(["map", "build", "--output", str(path), "--count", "1"]) == 0
-    nut_map = load_map(path, GD4008)
+    _, nut_map = built(tmp_path / "map.nc", *NARROW)
     points = operating_points(nut_map, 6).tolist()
 
     def some(nut_map, parameters, point):
@@ -185,27 +428,3 @@ def test_points_without_direct_solution_are_counted_and_left_out(closed, tmp_pat
     monkeypatch.setattr(certificate, "deviation_at", none)
     with pytest.raises(ArithmeticError, match="none of 2 points"):
         deviation_from_direct(nut_map, GD4008, 2)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("arguments", "line"),
-    [
-        (["--workers", "0"], "--workers = 0; allowed: a whole number >= 1"),
-        (["--count", "0"], "--count = 0; allowed: a whole number >= 1"),
-        (["--tolerance", "nan"], "--tolerance = nan; allowed: 1e-5 to 0.1"),
-        (["--tolerance", "0.2"], "--tolerance = 0.2; allowed: 1e-5 to 0.1"),
-        (["--family", "{empty}"], "allowed: a folder with screw files"),
-        (["--family", "{empty}", "--screw", "x.toml"], "--family and --screw"),
-        (["--dask", "tcp://127.0.0.1:9", "--output", "{empty}/x.nc"], "no scheduler answers there"),
-    ],
-)
-def test_bad_input_is_refused_in_one_line(tmp_path, capsys, arguments, line):
-    if "--dask" in arguments:
-        pytest.importorskip("distributed")
-    arguments = [argument.replace("{empty}", str(tmp_path)) for argument in arguments]
-    assert main(["map", "build", *arguments]) == 2
-    shown = capsys.readouterr().err.strip()
-    assert line in shown
-    assert "\n" not in shown
-    assert list(tmp_path.iterdir()) == []
