@@ -76,9 +76,7 @@ def build_contact_map(
     """
     range_ = contact_range(parameters, grid)
     solved = Solved(journal)
-    points = dict.fromkeys(
-        RACEWAYS, sampling.operating_points(range_, sampling.first_points(grid.contact_first))
-    )
+    points = {r: sampling.first_contacts(parameters, r, range_, grid.contact_first) for r in RACEWAYS}
     models: dict[str, ContactModel] = {}
     round_ = 0
     while True:
@@ -100,7 +98,7 @@ def build_contact_map(
             return ContactMap(parameters, range_, contacts, {r: models[r].hyper for r in RACEWAYS})
         for raceway in open_:
             count = min(grid.contact_batch, grid.contact_most - len(points[raceway]))
-            more = sampling.operating_points(range_, sampling.next_points(models[raceway], count, round_))
+            more = sampling.next_points(models[raceway], count, round_)
             points[raceway] = np.concatenate([points[raceway], more])
         round_ += 1
 

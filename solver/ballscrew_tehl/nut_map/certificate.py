@@ -9,9 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..contact.ball_formula import film_formula
 from ..friction.sets import default_friction_set
 from ..parameters.file import Parameters
+from ..physics.hertz import RACEWAYS
+from ..physics.load import nut_loads
 from ..runtime.packed import POINT
+from .sampling import LEAST_FILM
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
@@ -49,6 +53,8 @@ def slow_points(nut_map: NutMap, count: int, seed: int = 2) -> np.ndarray:
 
 #: lowest speed of slow_points over that of the map; one of them for so many operating points
 SLOW, PER_SLOW_POINT = 0.5, 20
+#: points drawn for each one of a certificate, of which some have too thin a film
+SPARE = 2
 #: parts of a certificate
 PRELOAD_ALONE, AXIAL_LOAD, BELOW_SPEED = "preload alone", "axial load", "below the lowest speed"
 #: quantiles of a certificate by the ends of their keys
@@ -97,13 +103,14 @@ def deviation_from_direct(
     Parameters   executor: of the concurrent.futures interface, None = in this process
     Returns      points; mean, median, 99 and 99.9 % quantile, largest deviation of torque, film and temperature rise;
                  points_not_solved: those that count nowhere because a contact did not converge;
-                 regions: the same for the points with preload alone, those with an axial load, and further ones below
+                 points have films above LEAST_FILM; regions: the same for the points with preload alone, those with an axial load, and further ones below
                  the lowest speed of the map, which do not count in the whole;
                  each: the points [N, rad/s, K, N] and the deviations there by column, rounded to six and three digits
     Raises       ArithmeticError: no contact converged
     """
-    slow = slow_points(nut_map, count // PER_SLOW_POINT)
-    points = [tuple(point) for point in np.concatenate([operating_points(nut_map, count), slow]).tolist()]
+    slow = _with_films(parameters, slow_points(nut_map, count // PER_SLOW_POINT))
+    whole = _with_films(parameters, operating_points(nut_map, SPARE * count))[:count]
+    points = [tuple(point) for point in np.concatenate([whole, slow]).tolist()]
     found: list[Deviation] = []
     if executor is None:
         results: Iterator[Deviation] = (_deviation_or_nan(nut_map, parameters, point) for point in points)
@@ -115,6 +122,14 @@ def deviation_from_direct(
         if progress is not None:
             progress(len(found), len(points), "points of the certificate")
     return certificate_of(points, found, len(slow))
+
+
+def _with_films(parameters: Parameters, points: np.ndarray) -> np.ndarray:
+    """Those of some points where the balls of a nut under the preload have films above LEAST_FILM."""
+    screw = parameters.screw
+    load = np.array([nut_loads(screw, float(f), screw.loaded_ball_count).max() for f in points[:, 0]])
+    films = [film_formula(parameters, raceway, load, points[:, 1], points[:, 2]) for raceway in RACEWAYS]
+    return np.asarray(points[np.min(films, axis=0) >= LEAST_FILM])
 
 
 def certificate_of(

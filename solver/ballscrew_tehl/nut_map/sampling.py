@@ -13,15 +13,22 @@ import numpy as np
 from scipy.spatial import KDTree
 from scipy.stats import qmc
 
+from ..contact.ball_formula import film_formula
+from ..parameters.file import Parameters
 from .contact_map import ContactModel
 from .contacts import FILMS, Array, ContactRange, film_weight
 
+#: film [m] below which, by the closed formula, no contact is solved: oil is no continuum there, the solves take longest,
+#: and kriging continues the films
+LEAST_FILM = 1e-9
 #: share of the unit interval of loads for balls lighter than under the lowest preload: they cause little friction
 LIGHT = 0.15
 #: films whose errors count; the minimum film of side lobes scatters with the grid of the solver
 REFINED = FILMS[:2]
 #: points of a Sobol sequence from which the next ones are chosen, as a power of two, and seeds of both sequences
 POOL_POWER, FIRST_SEED, POOL_SEED = 9, 1, 2
+#: points drawn for each first one, of which some have too thin a film
+SPARE = 4
 
 
 def operating_points(range_: ContactRange, unit: Array) -> Array:
@@ -53,6 +60,12 @@ def first_points(count: int) -> Array:
     return np.concatenate([frame, sequence])[:count]
 
 
+def first_contacts(parameters: Parameters, raceway: str, range_: ContactRange, count: int) -> Array:
+    """Operating points (n, 3) that a map of a raceway begins with: count of those whose film is above LEAST_FILM."""
+    points = operating_points(range_, first_points(SPARE * count))
+    return points[film_formula(parameters, raceway, *points.T) >= LEAST_FILM][:count]
+
+
 def left_out_errors(model: ContactModel) -> Array:
     """Largest weighted error of the films (n,) at every solved contact when it is left out."""
     weight = film_weight(model.range, model.points[:, 0], model.solved(FILMS[1]))
@@ -60,9 +73,10 @@ def left_out_errors(model: ContactModel) -> Array:
 
 
 def next_points(model: ContactModel, count: int, round_: int) -> Array:
-    """Points of the unit cube (count, 3) where the films are least certain, each chosen with those before it known."""
+    """Operating points (count, 3) where the films are least certain, each chosen with those before it known."""
     pool = qmc.Sobol(3, seed=POOL_SEED + round_).random_base2(POOL_POWER)
     places = operating_points(model.range, pool)
+    places = places[film_formula(model.parameters, model.raceway, *places.T) >= LEAST_FILM]
     errors = left_out_errors(model)
     by = REFINED[0]
     nearest = KDTree(model.coordinates(by, model.points)).query(model.coordinates(by, places))[1]
@@ -78,4 +92,4 @@ def next_points(model: ContactModel, count: int, round_: int) -> Array:
         chosen.append(best)
         column = covariance[:, best] / np.sqrt(max(float(covariance[best, best]), np.finfo(float).tiny))
         covariance = covariance - np.outer(column, column)
-    return pool[chosen]
+    return places[chosen]
