@@ -238,7 +238,7 @@ def test_rolling_loss_against_the_formulas(tmp_path, capsys):
 
 def test_unresolved_losses_are_not_counted():
     row = plot_rolling_loss.Loss(
-        "circle", 1.0, 1e4, 10.0, 129, 2.0, 257, 1e4, "resolved", True, 1.0, 1.0, 1.0, 2.0, 4.0, 0.01
+        "circle", 1.0, 1e4, 10.0, 129, 2.0, 257, 1e4, "resolved", True, 1.0, 1.0, 1.0, 0.2, 2.0, 4.0, 0.01
     )
     assert row.deviations == (-0.5, -0.75)
     assert row.resolved

@@ -48,7 +48,8 @@ def rolling_resistance(x: Array, pressure: Array, gap: Array, width: Array) -> f
 
     The gap of every step of the pressure is that of the wedge flux at this face (film/kernels.py, face_fluxes): with
     it the sum is the dissipation of the discrete pressure flow, in which no terms cancel. By the trapezoid the loss of
-    a circle at M = 6e4 is almost twice as large on 129 nodes: behind the pressure spikes of the outer lines.
+    a circle at M = 6e4 is almost twice as large on 129 nodes: behind the pressure spikes of the outer lines. Still 20 %
+    from 129 to 257 nodes there, 1 % at M = 1e4: the film converges earlier than the loss.
     """
     faces = 0.5 * (gap[:, 1:] + gap[:, :-1])
     before, own = np.diff(x)[:-1], np.diff(x)[1:]

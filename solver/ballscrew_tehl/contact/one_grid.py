@@ -26,7 +26,7 @@ REMAINDER = 0.25
 #: for second order (layers), all of it for first order (extent)
 REST_SHARE = 0.5
 #: Moes load above which what diverges or stalls is continued in load, below in speed; a solve that diverges on half the
-#: nodes ends above it: the five of 700 random thermal contacts that did diverged on all of them, too
+#: nodes ends above it: all four of 700 random thermal contacts diverged on all of them, too
 HIGH_LOAD = 3e4
 #: fewest layers of a coarse solution
 LEAST_LAYERS = 4
