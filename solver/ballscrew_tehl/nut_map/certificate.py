@@ -102,9 +102,9 @@ def deviation_from_direct(
 
     Parameters   executor: of the concurrent.futures interface, None = in this process
     Returns      points; mean, median, 99 and 99.9 % quantile, largest deviation of torque, film and temperature rise;
-                 points_not_solved: those that count nowhere because a contact did not converge;
-                 points have films above LEAST_FILM; regions: the same for the points with preload alone, those with an axial load, and further ones below
-                 the lowest speed of the map, which do not count in the whole;
+                 points_not_solved: those that count nowhere because a contact did not converge; regions: the same for
+                 the points with preload alone, those with an axial load, and further ones below the lowest speed of the
+                 map, which do not count in the whole; all points have films above LEAST_FILM;
                  each: the points [N, rad/s, K, N] and the deviations there by column, rounded to six and three digits
     Raises       ArithmeticError: no contact converged
     """

@@ -18,8 +18,8 @@ from ..parameters.file import Parameters
 from .contact_map import ContactModel
 from .contacts import FILMS, Array, ContactRange, film_weight
 
-#: film [m] below which, by the closed formula, no contact is solved: oil is no continuum there, the solves take longest,
-#: and kriging continues the films
+#: film [m] by the closed formula below which no contact is solved: oil is no continuum there, the solves take longest;
+#: kriging continues the films
 LEAST_FILM = 1e-9
 #: share of the unit interval of loads for balls lighter than under the lowest preload: they cause little friction
 LIGHT = 0.15
