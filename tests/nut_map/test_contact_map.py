@@ -91,7 +91,8 @@ def test_one_load_and_many_give_the_same():
             many = MAP.evaluate(raceway, name, loads, 30.0, 303.0)
             alone = [MAP.evaluate(raceway, name, np.array([load]), 30.0, 303.0) for load in loads]
             assert many.shape == (4,)
-            np.testing.assert_allclose(many, np.concatenate(alone), rtol=1e-12)
+            # rounding, times the condition of the kriging
+            np.testing.assert_allclose(many, np.concatenate(alone), rtol=1e-9)
 
 
 def test_grid_of_points_equals_point_by_point():
@@ -130,7 +131,9 @@ def test_loads_of_a_nut_are_interpolated_from_few_nodes(load, nodes):
     assert (at.shape, weights.shape) == ((nodes,), (load.size, nodes))
     assert load.min() * (1.0 - 1e-12) <= at.min() <= at.max() <= load.max() * (1.0 + 1e-12)
     for power in range(min(nodes, 5)):
-        np.testing.assert_allclose(weights @ np.log(at / 30.0) ** power, np.log(load / 30.0) ** power, atol=1e-10)
+        np.testing.assert_allclose(
+            weights @ np.log(at / 30.0) ** power, np.log(load / 30.0) ** power, atol=1e-10
+        )
 
 
 def test_coordinates_are_those_of_their_quantity():
@@ -141,7 +144,9 @@ def test_coordinates_are_those_of_their_quantity():
     for name, power in ((FILMS[0], 1.0), (FILMS[1], 0.5), (FILMS[2], 0.5), ("temperature_rise", 0.5)):
         first, second, third = model.coordinates(name, points).T
         ln_m, span = np.log(moes), np.log(MAP.range.load[1] / MAP.range.load[0] * 10.0)
-        np.testing.assert_allclose(first, (ln_m + 4.0 * np.tanh(np.log(moes / 33.0) / 0.9)) / span, rtol=1e-12)
+        np.testing.assert_allclose(
+            first, (ln_m + 4.0 * np.tanh(np.log(moes / 33.0) / 0.9)) / span, rtol=1e-12
+        )
         thick = points[:, 1] * eta0(oil, temperature) ** power
         np.testing.assert_allclose(second, np.log(thick) / np.log(10.0), rtol=1e-9)
         np.testing.assert_allclose(third, (temperature - 293.15) / 20.0, rtol=1e-9)
@@ -460,3 +465,29 @@ def test_state_of_three_balls_is_that_of_all(monkeypatch):
         extremes = direct_extremes(GD4008, 2000.0, axial, 50.0, 303.0)
         for name in found._fields[1:]:
             assert getattr(found, name) == pytest.approx(extremes[name], rel=1e-12)
+
+
+def test_mean_ball_represents_all_in_a_certificate(monkeypatch):
+    """A third of the solves. Films by the formula, with an exponent of load of -0.07: that of closed_ball is +0.12."""
+    solves = []
+
+    def solve(parameters, raceway, load, speed, temperature, thermal):
+        solves.append(load)
+        return closed_ball(parameters, raceway, load, speed, temperature, thermal)
+
+    monkeypatch.setattr(direct, "solve_ball", solve)
+    for friction in load_friction_sets().values():
+        if friction.kinematics != GD4008.friction.kinematics or friction.film_model not in FILM_MODELS:
+            continue
+        for axial, nuts in ((0.0, 1), (1500.0, 2), (-9000.0, 1)):
+            solves.clear()
+            found = direct.mean_ball_state(GD4008, friction, 2000.0, 50.0, 303.0, axial)
+            assert len(solves) == len(RACEWAYS) * nuts * (1 if friction.film_model == FILM_MODELS[1] else 2)
+            expected = direct.direct_state(GD4008, friction, 2000.0, 50.0, 303.0, axial)
+            assert found.friction_torque == pytest.approx(expected.friction_torque, rel=1e-4)
+            # loads differ by up to 30 %, and 1.3^0.19 is 5 %
+            for name in ("film_thickness_central_screw", "film_thickness_central_nut"):
+                assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=0.05)
+            # the rise of closed_ball goes with load on the nut: RISE_EXPONENT is a third of it
+            assert found.film_temperature_rise == pytest.approx(expected.film_temperature_rise, rel=0.15)
+            assert found.film_temperature_rise > 0.0
