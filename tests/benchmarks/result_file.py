@@ -15,11 +15,11 @@ Row = TypeVar("Row", bound=tuple)
 CONVERTERS = {bool: lambda text: text == "True", int: int, float: float, str: str}
 
 
-def solver_hash() -> str:
-    """Eight digits that change with the sources of the contact solver and of the formulas below it."""
+def solver_hash(*further: Path) -> str:
+    """Eight digits that change with the sources of the contact solver, of the formulas below it, of further folders."""
     contact = Path(ballscrew_tehl.contact.__file__).parent
     digest = hashlib.sha256()
-    for folder in (contact, contact.parent / "physics"):
+    for folder in (contact, contact.parent / "physics", *further):
         for path in sorted(folder.rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()[:8]
@@ -28,12 +28,14 @@ def solver_hash() -> str:
 class ResultFile(Generic[Row]):
     """Rows of one NamedTuple type in a CSV file; path None: nothing is read or written.
 
-    key: the columns that make a row one case. The column "solver" is added; rows of one solver only.
+    key: the columns that make a row one case. The column "solver" is added; rows of one solver only (None: solver_hash).
     Raises ValueError: the file holds other columns or rows of another solver
     """
 
-    def __init__(self, path: Path | None, row_type: type[Row], key: tuple[str, ...]) -> None:
-        self.path, self.row_type, self.key, self.solver = path, row_type, key, solver_hash()
+    def __init__(
+        self, path: Path | None, row_type: type[Row], key: tuple[str, ...], solver: str | None = None
+    ) -> None:
+        self.path, self.row_type, self.key, self.solver = path, row_type, key, solver or solver_hash()
         self.rows: list[Row] = []
         self._fields: tuple[str, ...] = row_type._fields  # type: ignore[attr-defined]
         if path is not None and path.exists():

@@ -1,8 +1,8 @@
 """Contacts in closed form instead of solved ones, for fast tests of the map build and of its file.
 
 The logarithms of the ratios to the closed film formula and of the temperature rise are cubic polynomials or
-less in (ln load, ln speed, temperature): smooth, but kriging does not hold them exactly (CLOSED_FILM). The row function can
-be sent to other processes.
+less in (ln load, ln speed, temperature): smooth, but kriging does not hold them exactly (CLOSED_FILM). The row
+function can be sent to other processes.
 """
 
 from concurrent.futures import ThreadPoolExecutor

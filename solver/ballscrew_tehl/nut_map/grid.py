@@ -56,7 +56,7 @@ class MapGrid:
     share_nodes: int = 21
     contact_first: int = 128
     contact_batch: int = 32
-    contact_most: int = 320
+    contact_most: int = 256
     contact_tolerance: float = 1.5e-3
 
 
