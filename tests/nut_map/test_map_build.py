@@ -12,11 +12,14 @@ import numpy as np
 import pytest
 from reference_screw import GD4008
 from synthetic_contacts import (
+    CLOSED_FILM,
+    CLOSED_RISE,
     GRID,
     ClosedFilm,
     closed_build,
     closed_row,
     nut_map_of,
+    partly_failed_row,
     partly_solved_row,
     same_map,
     small_map,
@@ -29,8 +32,9 @@ from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import build
 from ballscrew_tehl.nut_map.build import extreme_values, sharing_values
-from ballscrew_tehl.nut_map.contact_map import FILMS, QUANTITIES, SolvedFilm
-from ballscrew_tehl.nut_map.grid import MapGrid, contact_axes
+from ballscrew_tehl.nut_map.build import MapNotBuiltError
+from ballscrew_tehl.nut_map.contact_map import SolvedFilm
+from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
@@ -39,9 +43,8 @@ from ballscrew_tehl.physics.load import double_nut_loads, nut_loads, separation_
 SCREW = GD4008.screw
 FRICTION = FrictionSet("test", "published", "solved", 7.0, 0.005, 3e-8)
 MAP = nut_map_of(small_map())
-#: error of the few nodes of GRID and of the closed formula of the contact map: it takes the mean radii of the balls
-#: of one call, so that a ball among others differs from the same ball alone by 6e-5
-CLOSED = 4e-4
+#: error of the few nodes of GRID, and of its few contacts
+CLOSED = 4e-4 + CLOSED_FILM
 
 
 def nodes(name):
@@ -60,45 +63,32 @@ def direct_torque(preload, speed, temperature, axial_load=0.0, film=FILM_MODELS[
     return double_nut_torque(GD4008, FRICTION, film, preload, speed, temperature, axial_load)
 
 
-# --- sampling ---
+# --- contacts ---
 
 
-@pytest.mark.parametrize("grid", [GRID, MapGrid()], ids=["small", "default"])
-def test_sampling_axes_cover_the_loads_of_all_balls(grid):
-    axes = contact_axes(GD4008, grid)
-    assert axes.shape == grid.contact_nodes
-    assert (axes.speed[:2], axes.temperature[:2]) == (grid.speed[:2], grid.temperature[:2])
-    for force in np.geomspace(grid.preload[0], grid.force[1], 5):
-        for count in (SCREW.ball_count, SCREW.loaded_ball_count):
-            loads = nut_loads(SCREW, float(force), count)
-            assert axes.load[0] < loads.min() < loads.max() < axes.load[1]
-    # no wider than a few percent
-    assert axes.load[0] > 0.95 * nut_loads(SCREW, grid.preload[0], SCREW.ball_count).min()
-    assert axes.load[1] < 1.05 * nut_loads(SCREW, grid.force[1], SCREW.loaded_ball_count).max()
-
-
-def test_every_sample_is_stored_at_its_node():
+def test_every_contact_is_stored_at_its_point():
     """Four threads finish out of order."""
     with ThreadPoolExecutor(4) as executor:
         contact_map = closed_build(executor=executor).contact_map
-    loads, speeds, temperatures = contact_map.axes.nodes
-    for raceway in RACEWAYS:
-        for i, load in enumerate(loads):
-            for k, temperature in enumerate(temperatures):
-                row = closed_row(GD4008, raceway, load, speeds, temperature)
-                for name in QUANTITIES:
-                    np.testing.assert_allclose(
-                        contact_map.samples[raceway][name][i, :, k], row[name], rtol=1e-13
-                    )
+    for raceway, contacts in contact_map.contacts.items():
+        for i, (load, speed, temperature) in enumerate(contacts.points.tolist()):
+            row = closed_row(GD4008, raceway, load, np.array([speed]), temperature)
+            for name in QUANTITIES:
+                assert contacts.values[name][i] == pytest.approx(row[name][0], rel=1e-13, abs=0.0)
 
 
 def test_header_counts_the_contacts():
-    header = small_map().header
-    n_load, n_speed, n_temperature = GRID.contact_nodes
+    header, contacts = small_map().header, small_map().contact_map.contacts
     # two raceways, isothermal and thermal
-    assert header["contacts"] == 4 * n_load * n_speed * n_temperature
-    # closed_row flags loads above 100 N: the highest of four nodes between 6 and 250 N
-    assert header["asymptotic_share"] == pytest.approx(1.0 / n_load)
+    assert header["contacts"] == 4 * GRID.contact_first
+    assert header["contacts_not_solved"] == 0
+    assert header["range_cut"] == ""
+    # closed_row flags loads above 100 N
+    share = np.mean([np.mean(each.points[:, 0] > 100.0) for each in contacts.values()])
+    assert 0.1 < share < 0.5
+    assert header["asymptotic_share"] == pytest.approx(share)
+    assert set(header["sampling_errors"]) == set(RACEWAYS)
+    assert 1e-6 < min(header["sampling_errors"].values()) <= max(header["sampling_errors"].values()) < 1e-3
     assert header["axes"]["share"] == [0.0, 1.0, GRID.share_nodes]
     assert {name: tuple(header["axes"][name]) for name in ("force", "speed", "temperature", "preload")} == {
         name: getattr(GRID, name) for name in ("force", "speed", "temperature", "preload")
@@ -111,9 +101,19 @@ def test_progress_rises_to_the_end():
     finished, totals, texts = zip(*calls, strict=True)
     assert set(totals) == {built.header["contacts"]}
     assert finished[-1] == totals[-1]
-    # pieces of four speeds and the fifth
-    assert set(np.diff([0, *finished])) == {2 * build.PIECE, 2 * (GRID.contact_nodes[1] - build.PIECE)}
+    # a contact at a time, isothermal and thermal
+    assert set(np.diff([0, *finished])) == {2 * build.PIECE}
     assert all(texts)
+
+
+def test_progress_knows_of_the_contacts_that_are_added():
+    calls = []
+    grid = replace(GRID, contact_first=40, contact_most=56, contact_tolerance=1e-9)
+    built = closed_build(grid=grid, progress=lambda *call: calls.append(call[:2]))
+    totals = sorted({total for _, total in calls})
+    assert totals == [4 * 40, 4 * 56]
+    assert calls[-1] == (4 * 56, 4 * 56)
+    assert built.header["contacts"] == 4 * 56
 
 
 def test_row_keeps_its_columns_in_order(monkeypatch):
@@ -122,8 +122,13 @@ def test_row_keeps_its_columns_in_order(monkeypatch):
     def solve(parameters, raceway, load, speed, temperature, thermal):
         scale = 2.0 if thermal else 1.0
         return SimpleNamespace(
-            h_c=scale * speed, h_m=3.0 * scale * speed, temperature_rise=5.0 * scale * load,
-            p_max=7.0 * scale * temperature, traction_force=11.0 * scale * speed,
+            h_c=scale * speed, h_m=3.0 * scale * speed, p_max=7.0 * scale * temperature,
+            traction_force=11.0 * scale * speed, error_estimate=23.0 * scale,
+            integrals=SimpleNamespace(
+                temperature_rise_smooth=5.0 * scale * load, temperature_rise_mean=4.0 * scale * load,
+                rolling_loss=13.0 * scale, shear_heat=17.0 * scale, mean_temperature=scale * temperature,
+                mean_viscosity=19.0 * scale,
+            ),
             branch="asymptotic" if speed > 15.0 and not thermal else "resolved",
         )  # fmt: skip
 
@@ -132,9 +137,31 @@ def test_row_keeps_its_columns_in_order(monkeypatch):
     expected = {
         "isothermal_central_film": [10.0, 20.0], "thermal_central_film": [20.0, 40.0],
         "thermal_minimum_film": [60.0, 120.0], "temperature_rise": [400.0, 400.0],
-        "pressure_max": [4200.0, 4200.0], "traction_force": [220.0, 440.0], "asymptotic": [0.0, 1.0],
+        "temperature_rise_mean": [320.0, 320.0], "pressure_max": [4200.0, 4200.0],
+        "traction_force": [220.0, 440.0], "rolling_loss": [26.0, 26.0], "shear_heat": [34.0, 34.0],
+        "mean_temperature": [600.0, 600.0], "mean_viscosity": [38.0, 38.0], "error_estimate": [46.0, 46.0],
+        "asymptotic": [0.0, 1.0],
     }  # fmt: skip
     assert {name: column.tolist() for name, column in row.items()} == expected
+
+
+@pytest.mark.parametrize("which", [False, True], ids=["isothermal", "thermal"])
+def test_contact_that_does_not_converge_is_nan_and_the_others_of_its_row_are_not(monkeypatch, which):
+    def solve(parameters, raceway, load, speed, temperature, thermal):
+        if speed == 20.0 and thermal == which:
+            raise UnconvergedContactError("contact not solved: any")
+        return SimpleNamespace(
+            h_c=speed, h_m=speed, p_max=1.0, traction_force=1.0, error_estimate=1.0, branch="resolved",
+            integrals=SimpleNamespace(
+                temperature_rise_smooth=1.0, temperature_rise_mean=1.0, rolling_loss=1.0, shear_heat=1.0,
+                mean_temperature=1.0, mean_viscosity=1.0,
+            ),
+        )  # fmt: skip
+
+    monkeypatch.setattr(build, "solve_ball", solve)
+    row = build._solve_row(GD4008, "nut", 40.0, np.array([10.0, 20.0, 30.0]), 300.0)
+    for name in QUANTITIES:
+        assert np.isnan(row[name]).tolist() == [False, True, False]
 
 
 # --- processes and failures ---
@@ -149,16 +176,20 @@ def test_one_and_two_workers_build_the_same_map_and_leave_the_environment(monkey
     assert os.environ["OMP_NUM_THREADS"] == "3"
     assert "MKL_NUM_THREADS" not in os.environ
     same_map(one, two)
-    load, speed, temperature = (float(axis[0]) for axis in one.contact_map.axes.nodes)
+    range_, contacts = one.contact_map.range, one.contact_map.contacts["nut"]
+    corner = np.array([range_.load[0], range_.speed[0], range_.temperature[0]])
+    (place,) = np.flatnonzero(np.all(np.isclose(contacts.points, corner, rtol=1e-12), axis=1))
     cold, hot = (
-        solve_ball(GD4008, "nut", load, speed, temperature, thermal=thermal) for thermal in (False, True)
+        solve_ball(GD4008, "nut", *contacts.points[place].tolist(), thermal=t) for t in (False, True)
     )
-    found = {name: float(array[0, 0, 0]) for name, array in one.contact_map.samples["nut"].items()}
+    found = {name: float(array[place]) for name, array in contacts.values.items()}
+    rise = hot.integrals.temperature_rise_smooth
     # other numbers of BLAS threads round otherwise
-    solved = (cold.h_c, hot.h_c, hot.h_m, hot.temperature_rise, hot.p_max, hot.traction_force)
-    assert [found[name] for name in QUANTITIES][:6] == pytest.approx(solved, rel=1e-8)
-    closed = small_map().contact_map.samples["nut"]
-    assert all(abs(found[name] / closed[name][0, 0, 0] - 1.0) > 1e-6 for name in FILMS)
+    solved = {FILMS[0]: cold.h_c, FILMS[1]: hot.h_c, FILMS[2]: hot.h_m, "temperature_rise": rise}
+    solved |= {"pressure_max": hot.p_max, "traction_force": hot.traction_force}
+    assert {name: found[name] for name in solved} == pytest.approx(solved, rel=1e-8)
+    closed = small_map().contact_map.contacts["nut"].values
+    assert all(abs(found[name] / closed[name][place] - 1.0) > 1e-6 for name in FILMS)
 
 
 def test_workers_compute_with_one_thread_each():
@@ -167,8 +198,8 @@ def test_workers_compute_with_one_thread_each():
         assert list(pool.map(os.getenv, names)) == ["1", "1", "1"]
 
 
-#: pieces of work of GRID: two for the five speeds of each load and temperature
-JOBS = 2 * len(RACEWAYS) * GRID.contact_nodes[0] * GRID.contact_nodes[2]
+#: pieces of work of GRID
+JOBS = len(RACEWAYS) * GRID.contact_first
 
 
 class Reluctant(Executor):
@@ -188,28 +219,98 @@ class Reluctant(Executor):
         return future
 
 
-def test_unconverged_contact_is_named_and_cancels_the_rest(monkeypatch):
+def test_range_that_cannot_be_solved_is_refused_with_its_remedies(monkeypatch):
     """The real row and the real choice of grids; only the solver is replaced."""
-    grids = []
+    calls = []
 
     def solve(conditions, oil, solid, options):
-        grids.append(options.n_x)
-        return SimpleNamespace(converged=False, reason="step too small")
+        calls.append(options.thermal)
+        return SimpleNamespace(converged=False, reason="step too small", M=1e3)
 
     monkeypatch.setattr(operating_contact, "solve_contact", solve)
-    executor = Reluctant(run=1)
-    with pytest.raises(UnconvergedContactError) as caught:
+    executor = Reluctant(run=JOBS)
+    with pytest.raises(MapNotBuiltError) as caught:
         build.build_contact_map(GD4008, GRID, executor)
-    loads, speeds, temperatures = contact_axes(GD4008, GRID).nodes
-    # heavy balls first
-    load, speed, temperature = float(loads[-1]), float(speeds[0]), float(temperatures[0])
+    range_ = small_map().contact_map.range
     assert str(caught.value) == (
-        f"contact not solved: screw, load {load:.6g} N, speed {speed:.6g} rad/s, {temperature:.6g} K "
-        "(isothermal): step too small"
+        f"{JOBS} of {JOBS} contacts of the range did not converge (ball load {range_.load[0]:.3g} to "
+        f"{range_.load[1]:.3g} N, 100 to 1000 r/min, 20 to 40 C): give a narrower range by --preload-n, --speed-rpm, "
+        "--temperature-c"
     )
-    assert grids == [n_x for n_x, _ in operating_contact.ATTEMPTS]
+    assert isinstance(caught.value, ArithmeticError)
+    # an isothermal contact that fails is not solved with heat
+    assert not any(calls)
     assert len(executor.futures) == JOBS
-    assert all(future.cancelled() for future in executor.futures[1:])
+
+
+@pytest.mark.parametrize(("share", "built"), [(0.49, True), (0.51, False)])
+def test_map_needs_half_of_its_contacts(share, built):
+    failed = []
+
+    def row(parameters, raceway, load, speeds, temperature):
+        found = closed_row(parameters, raceway, load, speeds, temperature)
+        # every other one, so that the rest still covers the range
+        if int(share * (len(failed) + 1)) > int(share * len(failed)):
+            found = {name: np.full(1, np.nan) for name in found}
+        failed.append(load)
+        return found
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(build, "UNCERTAIN", math.inf)
+        if built:
+            assert closed_build(row=row).header["contacts_not_solved"] == int(share * JOBS)
+        else:
+            with pytest.raises(MapNotBuiltError, match=f"{int(share * JOBS)} of {JOBS} contacts"):
+                closed_build(row=row)
+
+
+def test_contacts_that_do_not_converge_are_counted_and_leave_the_others_as_they_are(monkeypatch):
+    """Heavy, slow contacts of the nut; the map keeps its range, for UNCERTAIN is large here."""
+    monkeypatch.setattr(build, "UNCERTAIN", math.inf)
+    built, whole = closed_build(row=partly_failed_row), small_map()
+    lost = ~built.contact_map.contacts["nut"].good
+    points = built.contact_map.contacts["nut"].points
+    np.testing.assert_array_equal(lost, (points[:, 0] > 100.0) & (points[:, 1] < 15.0))
+    assert built.header["contacts_not_solved"] == lost.sum() >= 4
+    assert built.header["contacts"] == whole.header["contacts"]
+    assert built.header["range_cut"] == ""
+    assert built.header["axes"] == whole.header["axes"]
+    for raceway in RACEWAYS:
+        found, expected = (each.contact_map.contacts[raceway] for each in (built, whole))
+        np.testing.assert_array_equal(found.points, expected.points)
+        for name in QUANTITIES:
+            np.testing.assert_array_equal(found.values[name][found.good], expected.values[name][found.good])
+            assert np.isnan(found.values[name][~found.good]).all()
+    for name in MAPPED:
+        one, two = (each.contact_map.models["screw"].kriging(name).hyper for each in (built, whole))
+        np.testing.assert_array_equal(one, two)
+    # in the middle of the range the map is the same, at the lost contacts it is extrapolated
+    middle = whole.contact_map.evaluate("nut", FILMS[1], np.array([30.0]), 50.0, 303.0)
+    assert built.contact_map.evaluate("nut", FILMS[1], np.array([30.0]), 50.0, 303.0) == pytest.approx(
+        middle, rel=CLOSED_FILM
+    )
+    for film in ("solved", "solved_thermal"):
+        assert all(np.isfinite(array).all() for array in built.arrays[film].values())
+
+
+def test_range_is_cut_before_contacts_that_leave_the_friction_uncertain(monkeypatch):
+    monkeypatch.setattr(build, "UNCERTAIN", 1e-6)
+    built = closed_build(row=partly_failed_row)
+    lost = built.contact_map.contacts["nut"].points[~built.contact_map.contacts["nut"].good]
+    axes = built.header["axes"]
+    assert built.header["range_cut"].startswith("highest preload ")
+    highest = axes["preload"][1]
+    heaviest = nut_loads(SCREW, highest, SCREW.loaded_ball_count).max()
+    assert 0.9 * lost[:, 0].min() < heaviest < lost[:, 0].min()
+    assert axes["force"] == [GRID.force[0], highest, GRID.force[2]]
+    assert (axes["speed"], axes["temperature"]) == (list(GRID.speed), list(GRID.temperature))
+    nut_map = nut_map_of(built)
+    assert not nut_map.evaluate(1.01 * highest, 30.0, 303.0).in_range
+    assert nut_map.evaluate(0.99 * highest, 30.0, 303.0).in_range
+    point = (2000.0, 30.0, 303.0)
+    assert nut_map.evaluate(*point)[:3] == pytest.approx(
+        direct_torque(*point, film=ClosedFilm(GD4008, False))[:3], rel=CLOSED
+    )
 
 
 def test_interrupt_cancels_the_rest(monkeypatch):
@@ -232,14 +333,17 @@ def test_error_of_a_worker_is_unpickled_unchanged():
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_sample_that_is_not_finite_is_refused(bad):
+@pytest.mark.parametrize("name", [FILMS[2], "temperature_rise"])
+def test_contact_that_converged_with_a_number_that_is_not_finite_is_refused(bad, name):
+    """Only a contact without a film counts as not solved."""
+
     def row(parameters, raceway, load, speeds, temperature):
         found = closed_row(parameters, raceway, load, speeds, temperature)
         if raceway == "nut" and load > 100.0:
-            found["thermal_minimum_film"][0] = bad
+            found[name][0] = bad
         return found
 
-    with pytest.raises(ValueError, match="not finite"):
+    with pytest.raises(ValueError, match="finite"):
         closed_build(row=row)
 
 
@@ -255,15 +359,28 @@ def test_too_few_nodes_are_refused(name):
 
 @pytest.mark.parametrize("film", ["solved", "solved_thermal"])
 def test_nut_map_is_the_sum_over_the_balls_at_its_nodes(film):
+    """Found: 1.3e-9, of the polynomial through three nodes over the loads of a nut."""
     nut_map = nut_map_of(small_map(), film)
     rng = np.random.default_rng(4)
     for _ in range(12):
         point = [float(rng.choice(nodes(name))) for name in ("force", "speed", "temperature")]
         state, direct = nut_map.evaluate(*point), direct_torque(*point, film=FILM_MODELS[film])
-        assert state[:3] == pytest.approx(direct[:3], rel=1e-9)
+        assert state[:3] == pytest.approx(direct[:3], rel=1e-8)
 
 
-def largest_error(grid, film="solved"):
+class ClosedGridFilm:
+    """build._GridFilm of the closed contacts themselves."""
+
+    name = "closed"
+
+    def __init__(self, contact_map, quantity):
+        self.quantity = quantity
+
+    def central_film(self, raceway, load, speed, temperature):
+        return values(GD4008, raceway, self.quantity, load[:, None, None], speed, temperature)
+
+
+def largest_error(grid, film):
     """Of the viscous torque over random points without axial load."""
     nut_map = nut_map_of(closed_build(grid=grid), film)
     rng = np.random.default_rng(6)
@@ -273,20 +390,23 @@ def largest_error(grid, film="solved"):
             float(np.exp(rng.uniform(*np.log(getattr(GRID, n)[:2])))) for n in ("force", "speed")
         )
         point = (preload, speed, float(rng.uniform(*GRID.temperature[:2])))
-        errors.append(
-            abs(nut_map.evaluate(*point)[0] / direct_torque(*point, film=FILM_MODELS[film])[0] - 1.0)
-        )
+        direct = direct_torque(*point, film=ClosedFilm(GD4008, film == "solved_thermal"))
+        errors.append(abs(nut_map.evaluate(*point)[0] / direct[0] - 1.0))
     assert np.isfinite(errors).all()
     return max(errors)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("film", ["solved", "solved_thermal"])
-def test_error_between_the_nodes_falls_with_the_fourth_power_of_their_distance(film):
+def test_error_between_the_nodes_falls_with_the_fourth_power_of_their_distance(monkeypatch, film):
+    """Of the splines alone: kriging has finer waves than the closed films."""
+    monkeypatch.setattr(build, "_GridFilm", ClosedGridFilm)
     errors = [
         largest_error(
             replace(
                 GRID,
+                contact_first=48,
+                contact_most=48,
                 **{name: (*getattr(GRID, name)[:2], count) for name in ("force", "speed", "temperature")},
             ),
             film,
