@@ -28,7 +28,7 @@ def solver_hash(*further: Path) -> str:
 class ResultFile(Generic[Row]):
     """Rows of one NamedTuple type in a CSV file; path None: nothing is read or written.
 
-    key: the columns that make a row one case. The column "solver" is added; rows of one solver only (None: solver_hash).
+    key: the columns that make a row one case. The column "solver" (None: solver_hash) is added; rows of one only.
     Raises ValueError: the file holds other columns or rows of another solver
     """
 
