@@ -14,7 +14,7 @@ from paths import SUPPORT
 from synthetic_contacts import GRID, closed_build, closed_row, same_map, small_map
 
 from ballscrew_tehl.nut_map import build
-from ballscrew_tehl.nut_map.contact_map import QUANTITIES
+from ballscrew_tehl.nut_map.contacts import QUANTITIES
 from ballscrew_tehl.nut_map.journal import Journal, Solved
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
@@ -93,8 +93,35 @@ def test_solved_contains_only_what_is_in_the_journal():
     solved.add("nut", 3.0, SPEEDS[:2], 303.15, {name: v[:2] for name, v in piece().items()})
     assert solved.missing("nut", 3.0, SPEEDS, 303.15).tolist() == [1.0 / 3.0]
     assert solved.missing("screw", 3.0, SPEEDS, 303.15).size == 3
-    # a node of a refined axis may differ in the last bits
+    # a point that is computed again may differ in the last bits
     assert solved.missing("nut", 3.0 * (1.0 + 1e-15), SPEEDS, 303.15).size == 1
+
+
+def test_contacts_are_taken_by_their_points_in_any_order():
+    solved = Solved()
+    solved.add("nut", 3.0, SPEEDS, 303.15, piece())
+    solved.add("nut", 4.0, SPEEDS[:1], 300.0, {name: np.array([np.nan]) for name in QUANTITIES})
+    points = np.array([[4.0, 10.0, 300.0], [3.0, 1.0 / 3.0, 303.15], [3.0, 10.0, 303.15]])
+    contacts = solved.contacts("nut", points)
+    assert len(solved) == 4
+    assert len(contacts) == 3
+    assert contacts.good.tolist() == [False, True, True]
+    np.testing.assert_array_equal(contacts.points, points)
+    for name in QUANTITIES:
+        np.testing.assert_array_equal(contacts.values[name], [np.nan, piece()[name][2], piece()[name][0]])
+    with pytest.raises(KeyError):
+        solved.contacts("screw", points)
+
+
+def test_contact_that_did_not_converge_is_not_solved_again(tmp_path):
+    """NaN is read back."""
+    path = tmp_path / "x.contacts"
+    with journal_of(path) as journal:
+        Solved(journal).add("nut", 0.1, SPEEDS[:1], 303.15, {name: np.array([np.nan]) for name in QUANTITIES})
+    with journal_of(path) as journal:
+        solved = Solved(journal)
+        assert solved.missing("nut", 0.1, SPEEDS, 303.15).tolist() == SPEEDS[1:].tolist()
+        assert not solved.contacts("nut", np.array([[0.1, SPEEDS[0], 303.15]])).good.any()
 
 
 def test_second_build_of_the_same_map_is_refused_while_the_first_one_runs(tmp_path):
@@ -136,9 +163,7 @@ def test_interrupted_build_continues_where_it_stopped(tmp_path, monkeypatch):
     assert 0 < done <= len(solved)
     solved.clear()
     resumed = closed_build(row=row, journal=journal)
-    # two pieces for the five speeds of each load and temperature
-    jobs = 2 * len(RACEWAYS) * GRID.contact_nodes[0] * GRID.contact_nodes[2]
-    assert len(solved) == jobs - done
+    assert len(solved) == len(RACEWAYS) * GRID.contact_first - done
     same_map(resumed, small_map())
 
 

@@ -13,7 +13,6 @@ import pytest
 from reference_screw import GD4008
 from synthetic_contacts import (
     CLOSED_FILM,
-    CLOSED_RISE,
     GRID,
     ClosedFilm,
     closed_build,
@@ -31,8 +30,7 @@ from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, solve_b
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import build
-from ballscrew_tehl.nut_map.build import extreme_values, sharing_values
-from ballscrew_tehl.nut_map.build import MapNotBuiltError
+from ballscrew_tehl.nut_map.build import MapNotBuiltError, extreme_values, sharing_values
 from ballscrew_tehl.nut_map.contact_map import SolvedFilm
 from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES
 from ballscrew_tehl.parameters.file import changed

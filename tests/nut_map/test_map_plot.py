@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from command_line import run
 from reference_screw import GD4008
-from synthetic_contacts import GRID, closed_build, closed_row, small_map
+from synthetic_contacts import GRID, closed_build, closed_row, partly_failed_row, small_map
 
 from ballscrew_fmu.pages.friction import documentation_files
 from ballscrew_tehl.cli import main as cli
-from ballscrew_tehl.nut_map import certificate
+from ballscrew_tehl.nut_map import build, certificate
 from ballscrew_tehl.nut_map.certificate import Deviation, deviation_from_direct, operating_points
 from ballscrew_tehl.nut_map.file import load_contact_map, load_map, save_map
 from ballscrew_tehl.nut_map.plot import (
@@ -25,6 +25,7 @@ from ballscrew_tehl.nut_map.plot import (
     caption,
     map_figure,
     map_picture,
+    percent,
     save_figure,
 )
 from ballscrew_tehl.parameters.units import RPM
@@ -140,10 +141,29 @@ def test_asymptotic_samples_are_marked_on_their_raceway(tmp_path):
     figure = map_figure(picture_of(saved(tmp_path, {}, closed_build(row=row))))
     assert len(lines(panel(figure, "screw"))) == 1
     x, y = lines(panel(figure, "nut"))[1]
-    loads, speeds, _ = small_map().contact_map.axes.nodes
-    assert (y > 100.0).all()
-    assert y == pytest.approx(loads[-1])
-    assert np.sort(x) * RPM == pytest.approx(speeds[speeds < 20.0])
+    load, speed, temperature = small_map().contact_map.contacts["nut"].points.T
+    expected = (load > 100.0) & (speed < 20.0) & (temperature < 300.0)
+    assert expected.sum() >= 2
+    assert y == pytest.approx(load[expected])
+    assert x * RPM == pytest.approx(speed[expected])
+
+
+def test_contacts_that_were_not_solved_are_marked(tmp_path, monkeypatch):
+    monkeypatch.setattr(build, "UNCERTAIN", np.inf)
+    picture = picture_of(saved(tmp_path, {}, closed_build(row=partly_failed_row)))
+    figure = map_figure(picture)
+    contacts = picture.contact_map.contacts["nut"]
+    solved, flagged, lost = (xy for xy in lines(panel(figure, "nut")))
+    assert solved[1] == pytest.approx(contacts.points[contacts.good, 0])
+    assert flagged[1].min() > 100.0
+    assert lost[1] == pytest.approx(contacts.points[~contacts.good, 0])
+    assert lost[0] * RPM == pytest.approx(contacts.points[~contacts.good, 1])
+    assert "not solved" in [text.get_text() for text in panel(figure, "nut").get_legend().get_texts()]
+    assert "not solved" not in [text.get_text() for text in panel(figure, "screw").get_legend().get_texts()]
+    count = int((~contacts.good).sum())
+    text = caption(picture).replace("\n", " ")
+    assert f"{96 - count} on the nut raceway" in text
+    assert f"; {count} not solved." in text
 
 
 # --- certificate ---
@@ -233,13 +253,14 @@ def test_map_without_points_is_drawn_without_them(tmp_path, capsys, certificate,
 def test_caption_states_sampling_errors_and_certificate(picture, figure):
     text = figure.get_supxlabel()
     assert text == caption(picture)
-    speed = picture.nut_map.header["sampling_errors"]["speed"]
-    assert speed > 0.0
+    screw, nut = (picture.nut_map.header["sampling_errors"][raceway] for raceway in RACEWAYS)
     flat = text.replace("\n", " ")
-    # axes of four nodes cannot be halved
-    assert f"load not estimated, speed {100.0 * speed:.2g} %, temperature not estimated." in flat
-    assert "4 x 5 x 4 (ball load x speed x temperature)" in flat
-    assert "25 % on the asymptotic branch" in flat
+    assert 0.0 < screw != nut
+    assert f"when its contact is left out: {percent(screw)} and {percent(nut)}." in flat
+    contacts = picture.contact_map.contacts
+    share = np.mean([np.mean(contacts[raceway].points[:, 0] > 100.0) for raceway in RACEWAYS])
+    assert "96 on the screw and 96 on the nut raceway" in flat
+    assert f"{percent(share)} of them on the asymptotic branch; 0 not solved." in flat
     totals = picture.nut_map.header["certificate"]
     for name, words in ERRORS.items():
         numbers = [f"{100.0 * totals[f'{name}_error_{key}']:.2g}" for key in ("mean", "99", "999", "max")]
@@ -289,10 +310,11 @@ def test_json_holds_file_and_extremes_of_the_curves(path, picture, figure, tmp_p
     assert found["speed_rpm"] == pytest.approx([100.0, 1000.0])
     assert found["preload_n"] == [500.0, 5000.0]
     assert found["temperature_c"] == pytest.approx([20.0, 40.0])
-    assert found["ball_load_n"] == pytest.approx(picture.nut_map.header["contact_axes"]["load"][:2])
-    assert found["samples"] == 2 * 4 * 5 * 4
-    assert found["sampling_error_load"] is None
-    assert found["sampling_error_speed"] == picture.nut_map.header["sampling_errors"]["speed"]
+    assert found["ball_load_n"] == pytest.approx(picture.nut_map.header["contact_range"]["load"])
+    assert found["samples"] == len(RACEWAYS) * GRID.contact_first
+    for raceway in RACEWAYS:
+        error = picture.nut_map.header["sampling_errors"][raceway]
+        assert found[f"sampling_error_{raceway}"] == error > 0.0
     each = picture.nut_map.header["certificate"]["each"]
     assert found["certificate_points"] == 9
     for name in ERRORS:

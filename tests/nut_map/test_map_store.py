@@ -15,11 +15,13 @@ import pytest
 import xarray as xr
 from reference_screw import GD4008
 from scipy.io import netcdf_file
-from synthetic_contacts import GRID, closed_build, small_map
+from synthetic_contacts import GRID, closed_build, partly_failed_row, same_contacts, small_map
 
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
+from ballscrew_tehl.nut_map import build, kriging
 from ballscrew_tehl.nut_map import file as store
-from ballscrew_tehl.nut_map.contact_map import QUANTITIES
+from ballscrew_tehl.nut_map.contact_map import ContactMap
+from ballscrew_tehl.nut_map.contacts import MAPPED, POINTS, QUANTITIES
 from ballscrew_tehl.nut_map.file import load_contact_map, load_map, packaged_map, save_map
 from ballscrew_tehl.parameters import identity
 from ballscrew_tehl.parameters.file import changed, graded_oil
@@ -151,17 +153,57 @@ def test_spelling_of_parameters_is_not_part_of_a_map():
     assert identity.map_parameters_json(by_returns) == store.map_parameters_json(GD4008)
 
 
+def test_range_of_a_screw_file_is_not_part_of_a_map(saved):
+    """It is in the header: a map stays valid for a screw file that asks for another one."""
+    narrow = changed(GD4008, map={"preload_min": 500.0, "preload_max": 3000.0})
+    assert identity.map_parameters_json(narrow) == identity.map_parameters_json(GD4008)
+    assert identity.parameters_hash(narrow) == identity.parameters_hash(GD4008)
+    assert_same(load_map(saved, narrow), load_map(saved, GD4008))
+
+
 def test_contact_map_is_read_back(saved):
     found, given = load_contact_map(saved, GD4008), small_map().contact_map
-    assert found.axes == given.axes
+    same_contacts(found, given)
+    assert found.cell == given.cell
+    assert load_map(saved, GD4008).header["contact_cell"] == list(given.cell)
+    rng = np.random.default_rng(1)
     for raceway in RACEWAYS:
-        for name in QUANTITIES:
-            np.testing.assert_array_equal(found.samples[raceway][name], given.samples[raceway][name])
-    loads = np.array([7.0, 30.0, 100.0])
-    point = ("nut", "thermal_central_film", loads, 100.0, 300.0)
-    np.testing.assert_array_equal(found.evaluate(*point), given.evaluate(*point))
+        for name in MAPPED:
+            point = (raceway, name, rng.uniform(7.0, 200.0, 5), 100.0, 300.0)
+            np.testing.assert_array_equal(found.evaluate(*point), given.evaluate(*point))
     other = changed(GD4008, lubricant={"viscosity": 0.034})
     assert "lubricant.viscosity" in refusal(saved, other, load_contact_map)
+
+
+def test_contacts_that_were_not_solved_are_read_back(tmp_path, monkeypatch):
+    monkeypatch.setattr(build, "UNCERTAIN", math.inf)
+    built = closed_build(row=partly_failed_row)
+    path = tmp_path / "x.nc"
+    save_map(path, built, {})
+    found = load_contact_map(path, GD4008)
+    same_contacts(found, built.contact_map)
+    lost = sum(int((~contacts.good).sum()) for contacts in found.contacts.values())
+    assert lost == load_map(path, GD4008).header["contacts_not_solved"] >= 4
+    # NaN is part of the content that is hashed
+    assert save_map(tmp_path / "y.nc", built, {}) == load_map(path, GD4008).header["file_hash"]
+
+
+def test_lengths_of_the_kriging_are_read_not_searched(saved, monkeypatch):
+    def refuse(self):
+        raise AssertionError("searched")
+
+    monkeypatch.setattr(kriging.Kriging, "_most_likely", refuse)
+    found = load_contact_map(saved, GD4008)
+    header = load_map(saved, GD4008).header["kriging"]
+    for raceway in RACEWAYS:
+        assert set(header[raceway]) == set(MAPPED)
+        for name in MAPPED:
+            lengths = found.models[raceway].kriging(name).hyper
+            assert lengths.tolist() == header[raceway][name]
+    # without those of the file they would be
+    bare = ContactMap(GD4008, found.range, found.contacts)
+    with pytest.raises(AssertionError, match="searched"):
+        bare.evaluate("nut", "temperature_rise", np.array([30.0]), 30.0, 303.0)
 
 
 @pytest.mark.slow
@@ -177,15 +219,16 @@ def test_file_is_self_describing_in_xarray(saved):
         assert data.attrs["title"] == "Nut map of GD4008-3, kinematics published"
         assert json.loads(data.attrs["header"])["kinematics"] == "published"
         units = {"load": "N", "speed": "rad s-1", "temperature": "K"}
-        for axis, name in enumerate(units):
-            assert data[name].attrs["units"] == units[name]
-            np.testing.assert_array_equal(data[name], small_map().contact_map.axes.nodes[axis])
+        assert units == POINTS
         for raceway in RACEWAYS:
-            for name, unit in QUANTITIES.items():
-                variable = data[f"{raceway}_{name}"]
-                assert variable.dims == tuple(units)
+            contacts = small_map().contact_map.contacts[raceway]
+            columns = dict(zip(POINTS, contacts.points.T, strict=True)) | dict(contacts.values)
+            for name, unit in (POINTS | QUANTITIES).items():
+                variable = data[f"{raceway}_contact_{name}"]
+                assert variable.dims == (f"{raceway}_contact",)
                 assert variable.attrs["units"] == unit
                 assert raceway in variable.attrs["long_name"]
+                np.testing.assert_array_equal(variable, columns[name])
         assert all(variable.attrs["long_name"] for variable in data.variables.values())
         titles = [data[name].attrs["long_name"] for name in data if name.endswith("coefficients_solved")]
         titles += [data[f"{name}_coefficients"].attrs["long_name"] for name in ("extreme", "force")]
@@ -219,7 +262,7 @@ def flipped(path: Path, whole: bytes, place: int, bit: int) -> Path:
 
 @pytest.mark.slow
 def test_flipped_bits_are_refused_or_change_nothing(saved, tmp_path):
-    """Titles, names of dimensions, padding and the axes of the samples may change: no number comes from them."""
+    """Titles, names of dimensions and padding may change: no number comes from them."""
     whole, good = saved.read_bytes(), load_map(saved, GD4008)
     rng = np.random.default_rng(11)
     places = np.concatenate([rng.integers(0, len(whole), 150), rng.integers(0, 9000, 150)])
@@ -243,8 +286,7 @@ def test_flipped_bits_are_refused_or_change_nothing(saved, tmp_path):
 def test_flipped_bits_of_a_packaged_map_are_refused(tmp_path, kinematics):
     whole = packaged_map(kinematics).read_bytes()
     with netcdf_file(packaged_map(kinematics), "r", mmap=False) as file:
-        names = [name for name in file.variables if name not in ("load", "speed", "temperature")]
-        values = [file.variables[name][...].tobytes() for name in names]
+        values = [variable[...].tobytes() for variable in file.variables.values()]
     rng = np.random.default_rng(5)
     parameters = changed(GD4008, friction={"kinematics": kinematics})
     for value in values:
@@ -277,11 +319,16 @@ def resaved(source: Path, target: Path, **attributes) -> Path:
     return target
 
 
-def test_other_format_version_is_refused(saved, tmp_path):
+@pytest.mark.parametrize("version", [1, store.FILE_FORMAT - 1, store.FILE_FORMAT + 1])
+def test_other_format_version_is_refused_with_the_command_that_builds_the_map(saved, tmp_path, version):
     assert_same(load_map(resaved(saved, tmp_path / "same.nc"), GD4008), load_map(saved, GD4008))
-    other = resaved(saved, tmp_path / "other.nc", format_version=store.FILE_FORMAT + 1)
-    expected = f"map file format {store.FILE_FORMAT + 1}; expected {store.FILE_FORMAT}: build the map again"
-    assert refusal(other) == expected
+    other = resaved(saved, tmp_path / "other.nc", format_version=version)
+    for load in (load_map, load_contact_map):
+        message = refusal(other, load=load)
+        assert message.startswith(
+            f"map file format {version}; expected {store.FILE_FORMAT}: build the map again"
+        )
+        assert "python -m ballscrew_tehl map build" in message
 
 
 @pytest.mark.parametrize("attribute", ["format_version", "content_hash", "header"])
@@ -427,10 +474,12 @@ def test_reading_needs_neither_writer_nor_solver(saved):
         "import sys; from ballscrew_tehl.nut_map.file import load_map, load_contact_map;"
         "from ballscrew_tehl.parameters.file import load_parameters; p = load_parameters();"
         "torque = load_map(sys.argv[1], p).evaluate(2000.0, 100.0, 303.0).viscous_torque;"
+        "early = {'ballscrew_tehl.contact', 'scipy.stats', 'scipy.spatial'} & set(sys.modules);"
+        # needs the closed formula of the contacts, but not their solver
         "film = load_contact_map(sys.argv[1], p).evaluate('nut', 'thermal_central_film', [30.0], 99.0, 303.0);"
         "assert torque > 0.0 and film > 0.0;"
-        "print(*{'xarray', 'numba', 'pandas', 'matplotlib', 'rich', 'pickle5', 'ballscrew_tehl.contact'}"
-        " & set(sys.modules))"
+        "print(*early, *{'xarray', 'numba', 'pandas', 'matplotlib', 'rich', 'pickle5', 'ballscrew_tehl.contact.solve',"
+        " 'ballscrew_tehl.contact.ball_contact'} & set(sys.modules))"
     )
     run = subprocess.run([sys.executable, "-c", code, str(saved)], capture_output=True, text=True, check=True)
     assert run.stdout.split() == []

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 import synthetic_contacts
 from reference_screw import GD4008
-from synthetic_contacts import GRID, ClosedFilm, nut_map_of, small_map
+from synthetic_contacts import ClosedFilm, nut_map_of, small_map
 from synthetic_map import make_map
 
 from ballscrew_tehl.contact.ball_contact import UnconvergedContactError
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.friction.torque import double_nut_torque
-from ballscrew_tehl.nut_map.contact_map import FILMS
+from ballscrew_tehl.nut_map.contacts import FILMS
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import changed, load_parameters
 from ballscrew_tehl.parameters.identity import map_parameters_json
@@ -26,7 +26,7 @@ from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.refinement import direct
 from ballscrew_tehl.refinement.corrections import SCATTER, UNSOLVABLE_RADIUS, CorrectionStore
 from ballscrew_tehl.refinement.direct import DirectFilm, NutContacts, direct_extremes, mean_load
-from ballscrew_tehl.refinement.refine import REACH, Refinement, map_parameters
+from ballscrew_tehl.refinement.refine import CELL, REACH, Refinement, map_parameters
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import sealed
 
@@ -82,7 +82,7 @@ def closed_contacts(request, monkeypatch):
         return SimpleNamespace(
             h_c=value(FILMS[1] if thermal else FILMS[0]),
             h_m=value(FILMS[2]),
-            temperature_rise=value("temperature_rise"),
+            integrals=SimpleNamespace(temperature_rise_smooth=value("temperature_rise")),
             hertz=SimpleNamespace(p_max=1e9),
         )
 
@@ -355,7 +355,8 @@ def test_a_failed_contact_keeps_the_map_and_is_not_solved_again(wrong, monkeypat
 
 
 def test_a_correction_that_is_not_finite_is_ignored(wrong, monkeypatch):
-    nothing = SimpleNamespace(h_c=math.nan, h_m=math.nan, temperature_rise=math.nan)
+    rise = SimpleNamespace(temperature_rise_smooth=math.nan)
+    nothing = SimpleNamespace(h_c=math.nan, h_m=math.nan, integrals=rise)
     monkeypatch.setattr(direct, "solve_ball", lambda *_, **__: nothing)
     refinement = Refinement(wrong)
     assert refinement.evaluate(2000.0, 40.0, 303.15) == wrong.evaluate(2000.0, 40.0, 303.15)
@@ -437,7 +438,14 @@ def test_run_above_spans_several_cells():
         / Refinement(moved(with_parameters(nut_map_of(small_map(), "solved", *FITTED))))._cell[1]
     )
     assert cells > 2.0 * REACH
-    assert GRID.contact_nodes[1] > 3
+
+
+def test_cell_is_that_of_the_contacts_of_the_map(wrong):
+    assert Refinement(wrong)._cell == pytest.approx(small_map().contact_map.cell)
+    header = {k: v for k, v in wrong.header.items() if k not in ("content_hash", "format_version")}
+    for bad in (None, [1.0, 2.0], [1.0, 0.0, 1.0], [-1.0, 1.0, 1.0], "abc"):
+        other = NutMap.from_arrays(sealed(header | {"contact_cell": bad}, wrong.arrays), wrong.arrays)
+        assert tuple(Refinement(other)._cell) == CELL
 
 
 # the solver

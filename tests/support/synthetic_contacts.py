@@ -137,6 +137,7 @@ def nut_map_of(built: BuiltMap, film="solved", ratio=7.0, net=0.005, roughness=3
     """Nut map of one film model of a build, without a file."""
     header = {
         **built.header,
+        "contact_cell": list(built.contact_map.cell),
         "film_model": film,
         "defaults": {
             "apparent_viscosity_ratio": ratio, "net_sliding_coefficient": net, "roughness_height": roughness
