@@ -15,7 +15,7 @@ from ..parameters.file import Parameters
 from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
 from ..runtime.packed import POINT
-from .sampling import LEAST_FILM
+from .contacts import LEAST_FILM
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap

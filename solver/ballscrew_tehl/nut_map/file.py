@@ -157,7 +157,9 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     except Exception as error:  # damaged netCDF fails in many ways
         raise MapError(f"{path}: not a readable map file ({type(error).__name__}: {error})") from error
     if found != FILE_FORMAT:
-        raise MapError(f"{path}: map file format {found}; expected {FILE_FORMAT}: build the map again")
+        raise MapError(
+            f"{path}: map file format {found}; expected {FILE_FORMAT}: build it with python -m ballscrew_tehl map build"
+        )
     actual = _file_hash(text, variables)
     if actual != digest:
         raise MapError(

@@ -35,6 +35,8 @@ LEAST_SPAN = 10.0
 LEAST_FORCE, LARGEST_FORCE = 1.0, 1e7
 #: share of the distance to the first contact that is cut away, at which a range ends
 BACK = 0.98
+#: least share of an axis that a cut may leave
+LEAST_SHARE = 0.25
 #: digits of the ends of a range
 DIGITS = 2
 
@@ -197,11 +199,12 @@ def narrowed(parameters: Parameters, grid: MapGrid, points: Array) -> tuple[MapG
                     f"{end} {name} {after:.4g} {unit} instead of {before:.4g} {unit}",
                 )
             )
-    if not found:
+    share, _, grid, what = max(found, key=lambda cut: cut[0], default=(0.0, "", grid, ""))
+    if not share >= LEAST_SHARE:
         raise ArithmeticError(
-            "contacts that do not converge lie at both ends of the range: give a narrower one"
+            "contacts that do not converge lie throughout the range: give a narrower one by --preload-n, --speed-rpm, "
+            "--temperature-c"
         )
-    _, _, grid, what = max(found, key=lambda cut: cut[0])
     return grid, what
 
 

@@ -54,7 +54,13 @@ class Kriging:
             first,
             method="Nelder-Mead",
             bounds=bounds,
-            options={"maxfev": MOST_EVALUATIONS, "xatol": SEARCH_TOLERANCE, "fatol": SEARCH_TOLERANCE},
+            options={
+                "maxfev": MOST_EVALUATIONS,
+                "xatol": SEARCH_TOLERANCE,
+                "fatol": SEARCH_TOLERANCE,
+                # of size 1 in the logarithms: a small one ends far from the maximum
+                "initial_simplex": np.vstack([first, first + np.eye(dimensions + 1)]),
+            },
         )
         return np.asarray(found.x)
 

@@ -157,7 +157,7 @@ def caption(picture: MapPicture) -> str:
     header, contacts = picture.nut_map.header, picture.contact_map.contacts
     share = float(np.mean([np.mean(c.values["asymptotic"][c.good]) for c in contacts.values()]))
     solved = " and ".join(f"{int(c.good.sum())} on the {raceway}" for raceway, c in contacts.items())
-    left_out = " and ".join(percent(error) for error in picture.sampling_errors.values())
+    left_out = " and ".join(percent(picture.sampling_errors[raceway]) for raceway in contacts)
     unsolved = sum(int((~c.good).sum()) for c in contacts.values())
     lines = [
         f"Contacts solved: {solved} raceway, {percent(share)} of them on the asymptotic branch; {unsolved} not solved. "

@@ -16,11 +16,8 @@ from scipy.stats import qmc
 from ..contact.ball_formula import film_formula
 from ..parameters.file import Parameters
 from .contact_map import ContactModel
-from .contacts import FILMS, Array, ContactRange, film_weight
+from .contacts import FILMS, LEAST_FILM, Array, ContactRange, film_weight
 
-#: film [m] by the closed formula below which no contact is solved: oil is no continuum there, the solves take longest;
-#: kriging continues the films
-LEAST_FILM = 1e-9
 #: share of the unit interval of loads for balls lighter than under the lowest preload: they cause little friction
 LIGHT = 0.15
 #: films whose errors count; the minimum film of side lobes scatters with the grid of the solver

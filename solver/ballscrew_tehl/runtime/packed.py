@@ -65,9 +65,25 @@ def array_shapes(header: Mapping[str, Any]) -> dict[str, tuple[int, ...]]:
     }
 
 
+#: totals of the regions of a certificate that are shown
+REGION_TOTALS = (
+    "points",
+    "torque_error_99",
+    "torque_error_max",
+    "film_error_99",
+    "temperature_rise_error_99",
+)
+
+
 def certificate_totals(certificate: Mapping[str, Any]) -> dict[str, Any]:
-    """Certificate without its points ("each": columns POINT and the errors there, which older maps do not hold)."""
-    return {name: value for name, value in certificate.items() if name != "each"}
+    """Certificate without its points ("each": columns POINT and the errors there, which older maps do not hold).
+
+    Of its regions, the keys REGION_TOTALS with the name of the region before them.
+    """
+    totals = {name: value for name, value in certificate.items() if name not in ("each", "regions")}
+    for region, errors in certificate.get("regions", {}).items():
+        totals |= {f"{region.replace(' ', '_')}_{name}": errors[name] for name in REGION_TOTALS}
+    return totals
 
 
 def content_hash(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> str:
