@@ -168,7 +168,7 @@ OUTPUTS = (
         "film_thickness_central_nut", "output", "Least central film thickness on the nut raceway", **_FILM
     ),
     Variable(
-        "film_temperature_rise", "output", "Highest temperature rise in a film above the inlet temperature",
+        "film_temperature_rise", "output", "Temperature rise of a film, mean over the contact, highest of all contacts",
         "K", minimum=0.0, nominal=10.0, quantity="TemperatureDifference", relative=True, depends_on=_ALL,
         initially_depends_on=_REFINED, needs="films",
     ),

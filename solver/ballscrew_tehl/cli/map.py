@@ -13,7 +13,7 @@ import numpy as np
 from .. import __version__
 from ..friction.sets import default_friction_set
 from ..nut_map.certificate import deviation_from_direct
-from ..nut_map.grid import PRESSURE_LIMIT, MapGrid, force_at_pressure, map_grid
+from ..nut_map.grid import MapGrid, largest_pressure, map_grid
 from ..nut_map.workers import build_executor
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from ..nut_map.workers import Progress
 
 
-#: contacts of `map build --quick`: torque within 1 % of direct solves (99 %)
+#: contacts of `map build --quick`, for a first look: its certificate says how good it is
 QUICK = MapGrid(contact_first=48, contact_most=48, contact_batch=16)
 #: points of a certificate: of a build, of a quick one
 POINTS, QUICK_POINTS = 200, 12
-#: time of a contact on one core of 2023 [s], isothermal and thermal in the mean
-SECONDS_PER_CONTACT = 0.12
+#: time of a contact on one core of 2023 [s], mean of isothermal and thermal
+SECONDS_PER_CONTACT = 0.15
 
 
 def _build_one(
@@ -95,14 +95,15 @@ def _grid(parameters: Parameters, args: Namespace) -> MapGrid:
 
 def _plan(parameters: Parameters, grid: MapGrid, points: int) -> str:
     """What will be solved, before the first solve."""
-    force = force_at_pressure(parameters.screw)
+    least, most = 4 * grid.contact_first, 4 * grid.contact_most
+    contacts = f"{least} to {most}" if least < most else f"{least}"
+    pressure = largest_pressure(parameters.screw, grid.preload[1])
     return (
         f"{parameters.name}, kinematics {parameters.friction.kinematics}: preload {grid.preload[0]:g} to "
-        f"{grid.preload[1]:g} N ({1e-9 * PRESSURE_LIMIT:g} GPa at {force:.4g} N), speed {grid.speed[0] / RPM:.4g} to "
+        f"{grid.preload[1]:g} N (up to {1e-9 * pressure:.3g} GPa), speed {grid.speed[0] / RPM:.4g} to "
         f"{grid.speed[1] / RPM:.4g} r/min, oil {grid.temperature[0] - CELSIUS:.4g} to "
-        f"{grid.temperature[1] - CELSIUS:.4g} C; {4 * grid.contact_first} to {4 * grid.contact_most} contacts and "
-        f"{points} points of a certificate, about {SECONDS_PER_CONTACT * 2 * grid.contact_most:.0f} to "
-        f"{SECONDS_PER_CONTACT * (4 * grid.contact_most + 4 * points):.0f} core-seconds"
+        f"{grid.temperature[1] - CELSIUS:.4g} C; {contacts} contacts, then {points} points of a certificate; about "
+        f"{SECONDS_PER_CONTACT * least:.0f} to {SECONDS_PER_CONTACT * (most + 6 * points):.0f} core-seconds"
     )
 
 

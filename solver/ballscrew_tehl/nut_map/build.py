@@ -53,7 +53,7 @@ def _solve_row(
             continue
         found = hot.integrals
         values = (
-            cold.h_c, hot.h_c, hot.h_m, found.temperature_rise_smooth, found.temperature_rise_mean, hot.p_max,
+            cold.h_c, hot.h_c, hot.h_m, found.temperature_rise_mean, found.temperature_rise_smooth, hot.p_max,
             hot.traction_force, found.rolling_loss, found.shear_heat, found.mean_temperature, found.mean_viscosity,
             hot.error_estimate, float("asymptotic" in (cold.branch, hot.branch)),
         )  # fmt: skip

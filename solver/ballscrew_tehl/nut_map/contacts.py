@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: quantities of a solved contact with units
+#: quantities of a solved contact with units; temperature_rise: mean over the contact, the largest of the smoothed ones
+#: in pure rolling depends on where the pressure spike lies between the nodes
 QUANTITIES = {
     "isothermal_central_film": "m",
     "thermal_central_film": "m",
     "thermal_minimum_film": "m",
     "temperature_rise": "K",
-    "temperature_rise_mean": "K",
+    "temperature_rise_smooth": "K",
     "pressure_max": "Pa",
     "traction_force": "N",
     "rolling_loss": "W",

@@ -62,6 +62,14 @@ class MapGrid:
     contact_tolerance: float = 1.5e-3
 
 
+def largest_pressure(screw: ScrewParameters, force: float) -> float:
+    """Hertz pressure [Pa] of the heaviest ball of a nut under an axial force [N], larger one of both raceways."""
+    heaviest = float(nut_loads(screw, force, screw.loaded_ball_count).max())
+    angle = float(contact_angle_at_ball_load(screw, heaviest))
+    radii = (reduced_radii(screw, angle, raceway) for raceway in RACEWAYS)
+    return max(float(ellipse(heaviest, *both, E_prime(screw)).p_max) for both in radii)
+
+
 def force_at_pressure(screw: ScrewParameters, pressure: float = PRESSURE_LIMIT) -> float:
     """Axial force of one nut [N] at which the largest Hertz pressure of its balls reaches a limit [Pa].
 
@@ -69,10 +77,7 @@ def force_at_pressure(screw: ScrewParameters, pressure: float = PRESSURE_LIMIT) 
     """
 
     def excess(ln_force: float) -> float:
-        heaviest = float(nut_loads(screw, math.exp(ln_force), screw.loaded_ball_count).max())
-        angle = float(contact_angle_at_ball_load(screw, heaviest))
-        radii = (reduced_radii(screw, angle, raceway) for raceway in RACEWAYS)
-        return max(float(ellipse(heaviest, *both, E_prime(screw)).p_max) for both in radii) / pressure - 1.0
+        return largest_pressure(screw, math.exp(ln_force)) / pressure - 1.0
 
     ends = math.log(LEAST_FORCE), math.log(LARGEST_FORCE)
     if not excess(ends[0]) < 0.0 < excess(ends[1]):

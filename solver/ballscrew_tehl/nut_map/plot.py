@@ -284,7 +284,7 @@ def _draw_rise(axes: Axes, picture: MapPicture) -> None:
         axes.plot(rpm, rise, color=colour, label=_degrees(temperature))
     axes.set(
         title=f"Film temperature rise, preload {_force(picture.preload)}",
-        ylabel="largest rise over the oil temperature [K]",
+        ylabel="mean rise of the hottest contact [K]",
     )
     axes.set_ylim(bottom=0.0)
     axes.legend(title="oil temperature", loc="upper left")

@@ -88,7 +88,7 @@ def direct_extremes(
         "film_thickness_min": min(s.h_m for s in everything),
         "film_thickness_central_screw": min(s.h_c for s in solved["screw"]),
         "film_thickness_central_nut": min(s.h_c for s in solved["nut"]),
-        "film_temperature_rise": max(s.integrals.temperature_rise_smooth for s in everything),
+        "film_temperature_rise": max(s.integrals.temperature_rise_mean for s in everything),
         "contact_pressure_max": max(s.hertz.p_max for s in everything),
         "ball_load_max": heaviest,
     }
@@ -162,7 +162,7 @@ class NutContacts:
             sums[f"film_{raceway}"],
             hot.h_m,
             hot.h_c,
-            hot.integrals.temperature_rise_smooth,
+            hot.integrals.temperature_rise_mean,
         )
 
 
@@ -221,14 +221,10 @@ def direct_state(
             wide = math.log(ends[1] / ends[0])
             films[raceway] = own.h_c, math.log(heavy.h_c / light.h_c) / wide if wide > EQUAL_LOADS else 0.0
             least[raceway] = min(least[raceway], light.h_c, heavy.h_c)
-            rise = max(rise, *(s.integrals.temperature_rise_smooth for s in (light, heavy)))
+            rise = max(rise, *(s.integrals.temperature_rise_mean for s in (light, heavy)))
         sums = nut_sums(parameters, loads, speed, temperature, _PowerFilm(mean, films))
         torque += times * sums.torque(*friction_set.values).total
     return DirectState(torque, least["screw"], least["nut"], rise)
-
-
-#: exponent of load of the temperature rise between the balls of one nut: that of the Hertz pressure
-RISE_EXPONENT = 1.0 / 3.0
 
 
 def mean_ball_state(
@@ -239,10 +235,10 @@ def mean_ball_state(
     temperature: float,
     axial_load: float = 0.0,
 ) -> DirectState:
-    """As direct_state from the mean ball of each nut alone: a third of its solves, for certificates.
+    """As direct_state from two balls per raceway and nut, for certificates: mean one and heaviest load-carrying one.
 
     The film of the others by the closed formula, which leaves an error of second order in the torque (see mean_load);
-    their rise by RISE_EXPONENT. Loads of one nut differ by a few percent.
+    the loads of the load-carrying balls of one nut differ by a few percent.
     """
     screw, thermal = parameters.screw, friction_set.film_model == "solved_thermal"
     torque, rise = 0.0, 0.0
@@ -251,19 +247,16 @@ def mean_ball_state(
     for force, times in Counter(force for force in forces if force > 0.0).items():
         loads = _ball_loads(screw, force, screw.ball_count)
         carrying = _ball_loads(screw, force, screw.loaded_ball_count)
-        ends, mean = np.array([carrying.min(), carrying.max()]), mean_load(loads)
+        ends, mean = (float(carrying.min()), float(carrying.max())), mean_load(loads)
         films = {}
         for raceway in RACEWAYS:
-            hot = solve_ball(parameters, raceway, mean, speed, temperature, thermal=True)
-            own = hot if thermal else solve_ball(parameters, raceway, mean, speed, temperature, False)
-            light, middle, heavy = film_formula(
-                parameters, raceway, np.array([ends[0], mean, ends[1]]), speed, temperature
-            )
+            hot = solve_ball(parameters, raceway, ends[1], speed, temperature, thermal=True)
+            own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
+            light, heavy = film_formula(parameters, raceway, np.array(ends), speed, temperature)
             wide = math.log(ends[1] / ends[0])
             films[raceway] = own.h_c, math.log(heavy / light) / wide if wide > EQUAL_LOADS else 0.0
-            least[raceway] = min(least[raceway], hot.h_c * float(min(light, heavy) / middle))
-            largest = hot.integrals.temperature_rise_smooth * (ends[1] / mean) ** RISE_EXPONENT
-            rise = max(rise, float(largest))
+            least[raceway] = min(least[raceway], hot.h_c, hot.h_c * float(light / heavy))
+            rise = max(rise, hot.integrals.temperature_rise_mean)
         sums = nut_sums(parameters, loads, speed, temperature, _PowerFilm(mean, films))
         torque += times * sums.torque(*friction_set.values).total
     return DirectState(torque, least["screw"], least["nut"], rise)

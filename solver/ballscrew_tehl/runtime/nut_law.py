@@ -51,7 +51,7 @@ class DoubleNutState(NamedTuple):
     film_thickness_min: Any  # [m]
     film_thickness_central_screw: Any  # [m]
     film_thickness_central_nut: Any  # [m]
-    film_temperature_rise: Any  # [K]
+    film_temperature_rise: Any  # [K] mean over a contact, highest of all
     contact_pressure_max: Any  # [Pa]
     ball_load_max: Any  # [N]
     lambda_ratio: Any  # minimum film over roughness height, at most LAMBDA_RATIO_MAX
