@@ -343,7 +343,7 @@ def closed_ball(parameters, raceway, load, speed, temperature, thermal):
     h = (0.8e-7 if thermal else 1e-7) * math.exp(LOAD_EXPONENT[raceway] * (x + 0.05 * x**3))
     return SimpleNamespace(
         h_c=h, h_m=0.5 * h,
-        integrals=SimpleNamespace(temperature_rise_smooth=load if raceway == "nut" else 50.0 / load),
+        integrals=SimpleNamespace(temperature_rise_mean=load if raceway == "nut" else 50.0 / load),
         hertz=SimpleNamespace(p_max=1e9 * (load / 30.0) ** (1 / 3)),
     )  # fmt: skip
 
@@ -415,7 +415,7 @@ def test_direct_extremes_are_those_of_all_balls_of_both_nuts(monkeypatch, share)
             "film_thickness_min": min(ball.h_m for ball in everything),
             "film_thickness_central_screw": min(ball.h_c for ball in balls["screw"]),
             "film_thickness_central_nut": min(ball.h_c for ball in balls["nut"]),
-            "film_temperature_rise": max(ball.integrals.temperature_rise_smooth for ball in everything),
+            "film_temperature_rise": max(ball.integrals.temperature_rise_mean for ball in everything),
             "contact_pressure_max": max(ball.hertz.p_max for ball in everything),
             "ball_load_max": loads.max(),
         },
@@ -482,12 +482,12 @@ def test_mean_ball_represents_all_in_a_certificate(monkeypatch):
         for axial, nuts in ((0.0, 1), (1500.0, 2), (-9000.0, 1)):
             solves.clear()
             found = direct.mean_ball_state(GD4008, friction, 2000.0, 50.0, 303.0, axial)
-            assert len(solves) == len(RACEWAYS) * nuts * (1 if friction.film_model == FILM_MODELS[1] else 2)
+            assert len(solves) == len(RACEWAYS) * nuts * 2
             expected = direct.direct_state(GD4008, friction, 2000.0, 50.0, 303.0, axial)
             assert found.friction_torque == pytest.approx(expected.friction_torque, rel=1e-4)
-            # loads differ by up to 30 %, and 1.3^0.19 is 5 %
+            # the heaviest ball is solved, the lightest by the closed formula
             for name in ("film_thickness_central_screw", "film_thickness_central_nut"):
                 assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=0.05)
-            # the rise of closed_ball goes with load on the nut: RISE_EXPONENT is a third of it
+            assert found.film_temperature_rise <= expected.film_temperature_rise * (1.0 + 1e-12)
             assert found.film_temperature_rise == pytest.approx(expected.film_temperature_rise, rel=0.15)
             assert found.film_temperature_rise > 0.0

@@ -82,7 +82,7 @@ def closed_contacts(request, monkeypatch):
         return SimpleNamespace(
             h_c=value(FILMS[1] if thermal else FILMS[0]),
             h_m=value(FILMS[2]),
-            integrals=SimpleNamespace(temperature_rise_smooth=value("temperature_rise")),
+            integrals=SimpleNamespace(temperature_rise_mean=value("temperature_rise")),
             hertz=SimpleNamespace(p_max=1e9),
         )
 
@@ -355,7 +355,7 @@ def test_a_failed_contact_keeps_the_map_and_is_not_solved_again(wrong, monkeypat
 
 
 def test_a_correction_that_is_not_finite_is_ignored(wrong, monkeypatch):
-    rise = SimpleNamespace(temperature_rise_smooth=math.nan)
+    rise = SimpleNamespace(temperature_rise_mean=math.nan)
     nothing = SimpleNamespace(h_c=math.nan, h_m=math.nan, integrals=rise)
     monkeypatch.setattr(direct, "solve_ball", lambda *_, **__: nothing)
     refinement = Refinement(wrong)
