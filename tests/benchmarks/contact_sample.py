@@ -20,13 +20,13 @@ from reference_screw import GD4008
 from ballscrew_tehl.contact.ball_contact import ball_contact
 from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
 from ballscrew_tehl.contact.solve import solve_contact
-from ballscrew_tehl.nut_map.grid import MapGrid, contact_axes
+from ballscrew_tehl.nut_map.grid import MapGrid, contact_range
 from ballscrew_tehl.parameters.file import Parameters, changed
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
 KINEMATICS = ("published", "rolling_frame")
-AXES = contact_axes(GD4008, MapGrid())
+RANGE = contact_range(GD4008, MapGrid())
 
 
 @cache
@@ -61,11 +61,8 @@ class Point(NamedTuple):
 
 def point_at(u: np.ndarray) -> Point:
     """A point of the unit cube (5,) in the range of the packaged map: logarithms of load and speed, temperature."""
-    (lightest, heaviest, _), (slowest, fastest, _), (coldest, hottest, _) = (
-        AXES.load,
-        AXES.speed,
-        AXES.temperature,
-    )
+    lightest, heaviest = RANGE.preloaded, RANGE.load[1]
+    (slowest, fastest), (coldest, hottest) = RANGE.speed, RANGE.temperature
     return Point(
         KINEMATICS[int(u[4] >= 0.5)],
         RACEWAYS[int(u[3] >= 0.5)],

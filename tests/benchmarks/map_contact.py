@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from contact_sample import AXES, Point
+from contact_sample import RANGE, Point
 from contact_worker import PREDICTORS, Request
 from reference_screw import published_rows
 from result_file import FigureFile
@@ -19,7 +19,7 @@ Figures = dict[str, Any]
 #: by name
 Solvers = Mapping[str, Callable[[Request], Figures]]
 #: ball load between neighbouring nodes of the finest map
-LOAD_STEP = float(AXES.nodes[0][1] / AXES.nodes[0][0]) ** ((AXES.load[2] - 1) / 32.0)
+LOAD_STEP = float(RANGE.load[1] / RANGE.preloaded) ** (1.0 / 32.0)
 #: quantities that are seconds and shown in milliseconds
 TIMES = {
     "cold": "cold, grid and operators built",

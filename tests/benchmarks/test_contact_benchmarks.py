@@ -35,7 +35,7 @@ def test_points_are_those_of_their_seed_and_lie_in_the_range_of_the_map():
     assert {(p.kinematics, p.raceway) for p in points} == {
         (kinematics, raceway) for kinematics in contact_sample.KINEMATICS for raceway in ("screw", "nut")
     }
-    lightest, heaviest, _ = contact_sample.AXES.load
+    lightest, heaviest = contact_sample.RANGE.preloaded, contact_sample.RANGE.load[1]
     loads = np.array([p.load for p in points])
     assert np.all((lightest <= loads) & (loads <= heaviest))
     assert np.max(loads) / np.min(loads) >= 10.0
@@ -45,8 +45,8 @@ def test_corners_of_the_unit_cube_are_the_ends_of_the_map():
     low, high = contact_sample.point_at(np.zeros(5)), contact_sample.point_at(np.ones(5))
     assert low[:2] == ("published", "screw")
     assert high[:2] == ("rolling_frame", "nut")
-    assert low[2:] == pytest.approx((contact_sample.AXES.load[0], 5.0, 283.15))
-    assert high[2:] == pytest.approx((contact_sample.AXES.load[1], 6000.0, 353.15))
+    assert low[2:] == pytest.approx((contact_sample.RANGE.preloaded, 5.0, 283.15))
+    assert high[2:] == pytest.approx((contact_sample.RANGE.load[1], 6000.0, 353.15))
 
 
 @pytest.mark.slow

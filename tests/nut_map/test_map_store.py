@@ -325,9 +325,7 @@ def test_other_format_version_is_refused_with_the_command_that_builds_the_map(sa
     other = resaved(saved, tmp_path / "other.nc", format_version=version)
     for load in (load_map, load_contact_map):
         message = refusal(other, load=load)
-        assert message.startswith(
-            f"map file format {version}; expected {store.FILE_FORMAT}: build the map again"
-        )
+        assert message.startswith(f"map file format {version}; expected {store.FILE_FORMAT}: build it with ")
         assert "python -m ballscrew_tehl map build" in message
 
 
