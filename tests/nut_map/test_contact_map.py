@@ -14,8 +14,7 @@ from ballscrew_tehl.contact.ball_formula import film_formula, moes_load
 from ballscrew_tehl.friction.sets import load_friction_sets
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import file as store
-from ballscrew_tehl.nut_map.contact_map import LEAST_RISE, NODES_PER_LN, ContactMap, SolvedFilm, load_nodes
-from ballscrew_tehl.nut_map.contact_map import LOAD_NODES as LOAD_NODES_OF_A_NUT
+from ballscrew_tehl.nut_map.contact_map import LEAST_RISE, ContactMap, SolvedFilm
 from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES, SolvedContacts
 from ballscrew_tehl.nut_map.file import FILM_MODELS, load_contact_map, load_map, packaged_map
 from ballscrew_tehl.nut_map.sampling import operating_points
@@ -23,10 +22,17 @@ from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, reduced_radii
 from ballscrew_tehl.physics.kinematics import KINEMATICS, surface_speeds
-from ballscrew_tehl.physics.load import double_nut_loads, nut_loads, separation_load
+from ballscrew_tehl.physics.load import (
+    LOAD_NODES,
+    NODES_PER_LN,
+    double_nut_loads,
+    load_nodes,
+    nut_loads,
+    separation_load,
+)
 from ballscrew_tehl.physics.lubricant import eta0
 from ballscrew_tehl.refinement import direct
-from ballscrew_tehl.refinement.direct import LOAD_NODES, DirectFilm, direct_extremes
+from ballscrew_tehl.refinement.direct import DirectFilm, direct_extremes
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 
 RPM = math.pi / 30.0
@@ -121,8 +127,8 @@ def test_grid_of_points_equals_point_by_point():
     ("load", "nodes"),
     [
         (np.full(5, 30.0), 1),
-        (np.linspace(30.0, 33.0, 40), LOAD_NODES_OF_A_NUT),
-        (np.geomspace(7.0, 230.0, 40), LOAD_NODES_OF_A_NUT + int(NODES_PER_LN * math.log(230.0 / 7.0))),
+        (np.linspace(30.0, 33.0, 40), LOAD_NODES),
+        (np.geomspace(7.0, 230.0, 40), LOAD_NODES + int(NODES_PER_LN * math.log(230.0 / 7.0))),
         (np.array([7.0, 230.0, 20.0]), 3),
     ],
     ids=["equal", "narrow", "wide", "few"],
@@ -375,7 +381,7 @@ def test_direct_film_caches_solves_and_takes_more_nodes_over_a_wide_range(monkey
 
     monkeypatch.setattr(direct, "solve_ball", solve)
     film = DirectFilm(GD4008, thermal)
-    loads = np.linspace(10.0, 10.0 * width, 9)
+    loads = np.linspace(10.0, 10.0 * width, 20)
     first = film.central_film("nut", loads, 30.0, 303.0)
     again = film.central_film("nut", loads[::-1], 30.0, 303.0)
     assert film.name == FILM_MODELS[thermal]

@@ -101,7 +101,7 @@ def test_progress_rises_to_the_end():
     assert set(totals) == {built.header["contacts"]}
     assert finished[-1] == totals[-1]
     # a contact at a time, isothermal and thermal
-    assert set(np.diff([0, *finished])) == {2 * build.PIECE}
+    assert set(np.diff([0, *finished])) == {2}
     assert all(texts)
 
 

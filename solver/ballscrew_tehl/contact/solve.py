@@ -26,7 +26,8 @@ from .starts import neighbours
 
 __all__ = ["DEFAULT_OPTIONS", "ContactConditions", "ContactSolution", "SolverOptions", "solve_contact"]
 
-#: share of these cells by the expected film below which the grid is refined without a first solve on it
+#: share of the resolved cells in the inlet, by the expected film, below which the grid is refined without a first solve
+#: on it
 WORTH_TRYING = 0.8
 
 

@@ -1,4 +1,4 @@
-"""Building a map: solve the contacts of one ball over the sampling grid, then sum them over the balls of a nut."""
+"""Building a map: solve contacts of one ball over the range, then sum them over the balls of a nut."""
 
 from __future__ import annotations
 
@@ -16,19 +16,17 @@ from ..friction.torque import nut_sums
 from ..parameters.file import Parameters
 from ..parameters.identity import map_parameters_json
 from ..parameters.units import CELSIUS, RPM
-from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ..physics.load import contact_angle_at_ball_load, double_nut_loads, nut_loads, separation_load
+from ..physics.hertz import RACEWAYS
+from ..physics.load import double_nut_loads, nut_loads, separation_load
 from ..runtime.bspline import map_arrays
 from ..runtime.packed import FORCE_CURVES
 from . import sampling
 from .contact_map import ContactMap, ContactModel
 from .contacts import FILMS, MAPPED, QUANTITIES, Array, ContactRange, SolvedContacts
-from .grid import BuiltMap, MapGrid, contact_range, map_grid, narrowed
+from .grid import BuiltMap, MapGrid, contact_range, largest_pressure, map_grid, narrowed
 from .journal import Journal, Solved
 from .workers import Progress, worker_pool
 
-#: contacts that a process solves at a time, which an interrupt can lose
-PIECE = 1
 #: share of its friction by which a contact that did not converge may be uncertain; above, the range is cut before it
 UNCERTAIN = 0.02
 #: share of the contacts that must be solved for a map
@@ -208,11 +206,7 @@ def force_values(parameters: Parameters, grid: MapGrid) -> Array:
             parameters, nut_loads(screw, float(force), screw.ball_count), 1.0, grid.temperature[0], film
         )
         heaviest = float(nut_loads(screw, float(force), screw.loaded_ball_count).max())
-        angle = float(contact_angle_at_ball_load(screw, heaviest))
-        p_max = max(
-            float(ellipse(heaviest, *reduced_radii(screw, angle, raceway), E_prime(screw)).p_max)
-            for raceway in RACEWAYS
-        )
+        p_max = largest_pressure(screw, float(force))
         values[i] = sums.hysteresis, sums.sliding, p_max, heaviest
     return values
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..contact.ball_formula import film_formula, moes_load
 from ..parameters.file import Parameters
+from ..physics.load import load_nodes
 from ..physics.lubricant import eta0
 from .contacts import FILMS, MAPPED, Array, ContactRange, SolvedContacts, film_weight
 from .kriging import Kriging
@@ -29,10 +30,6 @@ STRETCH, WIDTH, TURN = 4.0, 0.9, 33.0
 #: loss of film by heat that counts as none; the same contacts: mean error 6e-4 with 0.01 or 0.03, 17e-4 if
 #: the share itself is interpolated
 NO_LOSS = 0.02
-
-
-#: Chebyshev nodes over the loads of one nut, more per unit of ln(load); range of ln(load) below which all are one
-LOAD_NODES, NODES_PER_LN, EQUAL_LOADS = 3, 6.0, 1e-9
 #: power of the viscosity in the second coordinate
 THICKENING = {FILMS[0]: 1.0, FILMS[1]: 0.5, FILMS[2]: 0.5, "temperature_rise": 0.5}
 #: temperature rise below which it counts as that [K]
@@ -113,8 +110,14 @@ class ContactModel:
         slope = _slope(name, model(at))
         return np.asarray(model.covariance(at) * slope[:, None] * slope)
 
+    def deviation(self, name: str, points: Array) -> Array:
+        """Standard deviation (m,) of these relative errors."""
+        at = self.coordinates(name, points)
+        model = self.kriging(name)
+        return np.asarray(model.deviation(at) * _slope(name, model(at)))
+
     def left_out(self, name: str) -> Array:
-        """relative error (n,) of a film, over what it is interpolated over, at every contact when it is left out."""
+        """Relative error (n,) of a film, over what it is interpolated over, at every contact when it is left out."""
         model = self.kriging(name)
         predicted = _unmodelled(name, model.values - model.left_out)
         return np.asarray(predicted / _unmodelled(name, model.values) - 1.0)
@@ -184,9 +187,9 @@ class ContactMap:
         for raceway, contacts in self.contacts.items():
             points, model = contacts.points[~contacts.good], self.models[raceway]
             if len(points):
-                variance = sum(np.diag(model.covariance(name, points)) for name in FILMS[:2])
+                deviation = np.hypot(*(model.deviation(name, points) for name in FILMS[:2]))
                 weight = film_weight(self.range, points[:, 0], model.film(FILMS[1], points))
-                found.append(points[weight * np.sqrt(np.maximum(variance, 0.0)) > least])
+                found.append(points[weight * deviation > least])
         return np.concatenate(found) if found else np.empty((0, 3))
 
     def evaluate(self, raceway: str, name: str, load: Array, speed: float, temperature: float) -> Array:
@@ -213,22 +216,6 @@ class ContactMap:
         points = np.stack(np.meshgrid(nodes, speed, temperature, indexing="ij"), axis=-1).reshape(-1, 3)
         values = np.log(self.models[raceway].value(name, points)).reshape(nodes.size, -1)
         return np.asarray(np.exp(weights @ values).reshape(len(load), len(speed), len(temperature)))
-
-
-def load_nodes(load: Array) -> tuple[Array, Array]:
-    """Loads (k,) to evaluate at, and weights (n, k) from logarithms there to those at the loads (n,)."""
-    x = np.log(np.asarray(load, dtype=float))
-    low, high = float(x.min()), float(x.max())
-    if high - low < EQUAL_LOADS:
-        return np.exp(np.array([low])), np.ones((x.size, 1))
-    count = LOAD_NODES + int(NODES_PER_LN * (high - low))
-    if count >= x.size:
-        return np.exp(x), np.eye(x.size)
-    roots = np.cos(np.pi * (np.arange(count) + 0.5) / count)
-    vandermonde = np.polynomial.chebyshev.chebvander
-    at = 2.0 * (x - low) / (high - low) - 1.0
-    weights = vandermonde(at, count - 1) @ np.linalg.inv(vandermonde(roots, count - 1))
-    return np.exp(0.5 * (low + high) + 0.5 * (high - low) * roots), weights
 
 
 class SolvedFilm:

@@ -1,4 +1,4 @@
-"""Contacts of one ball that were solved for a map, their range."""
+"""Contacts of one ball that were solved for a map, and the range they were solved over."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ POINTS = {"load": "N", "speed": "rad s-1", "temperature": "K"}
 #: film [m] below which errors are relative to this one: about the roughness height of the friction sets, below which
 #: films contribute little friction; lower, heavily loaded slow contacts are refined that hardly change the torque
 FILM_FLOOR = 20e-9
-#: exponent of load of the friction of a ball: by it, errors of these light balls count less
+#: exponent of load of the friction of a ball, by which errors of light balls count less
 LOAD_EXPONENT = 2.0 / 3.0
 #: film [m] by the closed formula below which no contact is solved: oil is no continuum there, the solves take longest;
 #: kriging continues the films

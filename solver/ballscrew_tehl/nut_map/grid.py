@@ -33,7 +33,7 @@ THINNEST_OIL, THICKEST_OIL = 2e-3, 2.0
 LEAST_SPAN = 10.0
 #: force [N] between which the limit of pressure is sought
 LEAST_FORCE, LARGEST_FORCE = 1.0, 1e7
-#: share of the distance to the first contact that is cut away, at which a range ends
+#: share of the distance from the far end of an axis to a contact, at which a cut range ends short of it
 BACK = 0.98
 #: least share of an axis that a cut may leave
 LEAST_SHARE = 0.25
@@ -46,7 +46,7 @@ class MapGrid:
     """Range and nodes of a map.
 
     force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; the force goes lower than
-    the preload, for an axial load relieves one nut; share: nodes of the axial load from 0 to the separation load;
+    the preload, for an axial load relieves one nut; share: nodes of the axial load from 0 to the separation load.
     Contacts of each raceway: contact_first, then contact_batch at a time until the mean error of a film that is left
     out is below contact_tolerance, at most contact_most (sampling.py).
     """
@@ -173,7 +173,7 @@ def narrowed(parameters: Parameters, grid: MapGrid, points: Array) -> tuple[MapG
     forces = np.geomspace(*grid.force[:2], 200)
     heaviest = np.array([float(nut_loads(screw, float(f), screw.loaded_ball_count).max()) for f in forces])
     preload = np.exp(np.interp(np.log(points[:, 0]), np.log(heaviest), np.log(forces)))
-    found: list[tuple[float, str, MapGrid, str]] = []
+    found: list[tuple[float, MapGrid, str]] = []
     for name, values, unit, scale, shift in (
         ("preload", preload, "N", 1.0, 0.0),
         ("speed", points[:, 1], "r/min", 1.0 / RPM, 0.0),
@@ -181,30 +181,21 @@ def narrowed(parameters: Parameters, grid: MapGrid, points: Array) -> tuple[MapG
     ):
         low, high, nodes = getattr(grid, name)
         place = (lambda v: v) if name == "temperature" else math.log
-        for end, cut in (("highest", float(values.min())), ("lowest", float(values.max()))):
-            ends = (
-                (low, BACK * cut + (1.0 - BACK) * low)
-                if end == "highest"
-                else (cut + (1.0 - BACK) * (high - cut), high)
-            )
+        below, above = float(values.min()), float(values.max())
+        for end, before, ends in (
+            ("highest", high, (low, low + BACK * (below - low))),
+            ("lowest", low, (high - BACK * (high - above), high)),
+        ):
             if not low <= ends[0] < ends[1] <= high:
                 continue
             share = (place(ends[1]) - place(ends[0])) / (place(high) - place(low))
             changes: dict[str, Any] = {name: (*ends, nodes)}
             if name == "preload":
                 changes["force"] = (grid.force[0], min(ends[1], grid.force[1]), grid.force[2])
-            before, after = (
-                scale * v + shift for v in ((high, ends[1]) if end == "highest" else (low, ends[0]))
-            )
-            found.append(
-                (
-                    share,
-                    end,
-                    replace(grid, **changes),
-                    f"{end} {name} {after:.4g} {unit} instead of {before:.4g} {unit}",
-                )
-            )
-    share, _, grid, what = max(found, key=lambda cut: cut[0], default=(0.0, "", grid, ""))
+            after = ends[1] if end == "highest" else ends[0]
+            what = f"{end} {name} {scale * after + shift:.4g} {unit} instead of {scale * before + shift:.4g} {unit}"
+            found.append((share, replace(grid, **changes), what))
+    share, grid, what = max(found, key=lambda cut: cut[0], default=(0.0, grid, ""))
     if not share >= LEAST_SHARE:
         raise ArithmeticError(
             "contacts that do not converge lie throughout the range: give a narrower one by --preload-n, --speed-rpm, "

@@ -92,9 +92,10 @@ class Kriging:
 
     def covariance(self, points: Array) -> Array:
         """Posterior covariance (m, m) at points (m, d), without noise, trend taken as known."""
-        solved = cho_solve((self._factor, True), self._correlated(points).T)
+        correlated = self._correlated(points)
+        solved = cho_solve((self._factor, True), correlated.T)
         squares = ((points[:, None, :] - points[None, :, :]) ** 2) @ np.exp(-2.0 * self.hyper[:-1])
-        return np.asarray(self.scale**2 * (_matern(squares) - self._correlated(points) @ solved))
+        return np.asarray(self.scale**2 * (_matern(squares) - correlated @ solved))
 
     def deviation(self, points: Array) -> Array:
         """Standard deviation (m,) of the interpolated values at points (m, d)."""

@@ -1,8 +1,7 @@
 """Where contacts are solved for a map: corners and edges of the range, a Sobol sequence, then where they help most.
 
-The points that follow are
-those where the films are least certain, weighted with the error of the nearest solved contact when that is left out
-(cross-validation by Voronoi cells: Xu, Liu, Sun & Wang 2014, J Mech Des 136, 021012).
+The points that follow are those where the films are least certain, weighted with the error of the nearest solved
+contact when that is left out (cross-validation by Voronoi cells: Xu, Liu, Sun & Wang 2014, J Mech Des 136, 021012).
 """
 
 from __future__ import annotations

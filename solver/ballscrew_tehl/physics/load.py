@@ -53,10 +53,16 @@ __all__ = [
     "contact_compliance",
     "double_nut_loads",
     "groove_distance",
+    "load_nodes",
     "loaded_contact_angle",
     "nut_loads",
     "separation_load",
 ]
+
+
+#: Chebyshev nodes over the loads of one nut: three leave an error of the film below 1e-6; more per unit of ln(load);
+#: range of ln(load) below which all loads are one
+LOAD_NODES, NODES_PER_LN, EQUAL_LOADS = 3, 6.0, 1e-9
 
 
 class DoubleNutLoads(NamedTuple):
@@ -226,3 +232,25 @@ def separation_load(
     while opening(high) < 0.0:
         low, high = high, 2.0 * high
     return float(brentq(opening, low, high, xtol=1e-12 * preload, rtol=1e-13))
+
+
+def load_nodes(load: Array, per_ln: float = NODES_PER_LN) -> tuple[Array, Array]:
+    """Ball loads (k,) to evaluate at, and weights (n, k) from logarithms there to those at the loads (n,) of one nut.
+
+    The loads differ by a few percent: Chebyshev nodes in ln(load) and the polynomial through them; or the loads
+    themselves where they are no more.
+
+    Parameters   per_ln: nodes per unit of ln(load) beyond LOAD_NODES
+    """
+    x = np.log(np.asarray(load, dtype=float))
+    low, high = float(x.min()), float(x.max())
+    if high - low < EQUAL_LOADS:
+        return np.exp(np.array([low])), np.ones((x.size, 1))
+    count = LOAD_NODES + int(per_ln * (high - low))
+    if count >= x.size:
+        return np.exp(x), np.eye(x.size)
+    roots = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    vandermonde = np.polynomial.chebyshev.chebvander
+    at = 2.0 * (x - low) / (high - low) - 1.0
+    weights = vandermonde(at, count - 1) @ np.linalg.inv(vandermonde(roots, count - 1))
+    return np.exp(0.5 * (low + high) + 0.5 * (high - low) * roots), weights

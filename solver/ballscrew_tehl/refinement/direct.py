@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -17,13 +17,12 @@ from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
 from ..parameters.file import Parameters, ScrewParameters
 from ..physics.hertz import RACEWAYS
-from ..physics.load import nut_loads
+from ..physics.load import EQUAL_LOADS, load_nodes, nut_loads
 
 Array = NDArray[np.float64]
 
-#: Chebyshev nodes over the loads of one nut, which differ by a few percent: three leave an error below 1e-6; and more
-#: per unit of ln(load). Range of ln(load) below which all loads are one
-LOAD_NODES, NODES_PER_LN, EQUAL_LOADS = 3, 4.0, 1e-9
+#: nodes per unit of ln(load) of a nut, each of which is a solve
+NODES_PER_LN = 4.0
 
 
 class DirectFilm:
@@ -44,15 +43,9 @@ class DirectFilm:
 
         Raises       UnconvergedContactError: a contact that did not converge
         """
-        x = np.log(np.asarray(load, dtype=float))
-        lo, hi = float(x.min()), float(x.max())
-        if hi - lo < EQUAL_LOADS:
-            return np.full(x.shape, self._film(raceway, float(np.exp(lo)), speed, temperature))
-        count = LOAD_NODES + int(NODES_PER_LN * (hi - lo))
-        nodes = 0.5 * (lo + hi) + 0.5 * (hi - lo) * np.cos(np.pi * (np.arange(count) + 0.5) / count)
-        films = [np.log(self._film(raceway, float(np.exp(node)), speed, temperature)) for node in nodes]
-        polynomial = np.polynomial.Chebyshev.fit(nodes, films, count - 1, domain=[lo, hi])
-        return np.asarray(np.exp(polynomial(x)))
+        nodes, weights = load_nodes(load, NODES_PER_LN)
+        films = [self._film(raceway, float(node), speed, temperature) for node in nodes]
+        return np.asarray(np.exp(weights @ np.log(films)))
 
     def _film(self, raceway: str, load: float, speed: float, temperature: float) -> float:
         key = (raceway, load, speed, temperature)
@@ -188,6 +181,50 @@ class DirectState(NamedTuple):
     film_temperature_rise: float  # [K] largest over the balls
 
 
+class _RacewayFilms(NamedTuple):
+    """Films of the balls of one nut on one raceway."""
+
+    mean: float  # [m] of the mean ball, as the friction takes it
+    heaviest_over_lightest: float  # of the load-carrying balls
+    least: float  # [m] thermal, of the load-carrying balls
+    rise: float  # [K] of the hottest ball
+
+
+#: films of a raceway from the load of the mean ball, and of the lightest and heaviest that carry load
+_FilmsOf = Callable[[str, float, tuple[float, float]], _RacewayFilms]
+
+
+def _state(
+    parameters: Parameters,
+    friction_set: FrictionSet,
+    films_of: _FilmsOf,
+    point: tuple[float, float, float, float],
+) -> DirectState:
+    """Sums and extremes over both nuts; point: preload, speed, temperature, axial load.
+
+    The mean ball gives the friction of all (see mean_load), with the exponent of load between the other two.
+    """
+    screw, (preload, speed, temperature, axial_load) = parameters.screw, point
+    torque, rise = 0.0, 0.0
+    least = dict.fromkeys(RACEWAYS, math.inf)
+    forces = nut_forces(parameters, preload, axial_load)
+    for force, times in Counter(force for force in forces if force > 0.0).items():
+        loads = _ball_loads(screw, force, screw.ball_count)
+        carrying = _ball_loads(screw, force, screw.loaded_ball_count)
+        ends, mean = (float(carrying.min()), float(carrying.max())), mean_load(loads)
+        wide = math.log(ends[1] / ends[0])
+        slopes = {}
+        for raceway in RACEWAYS:
+            films = films_of(raceway, mean, ends)
+            slope = math.log(films.heaviest_over_lightest) / wide if wide > EQUAL_LOADS else 0.0
+            slopes[raceway] = films.mean, slope
+            least[raceway] = min(least[raceway], films.least)
+            rise = max(rise, films.rise)
+        sums = nut_sums(parameters, loads, speed, temperature, _PowerFilm(mean, slopes))
+        torque += times * sums.torque(*friction_set.values).total
+    return DirectState(torque, least["screw"], least["nut"], rise)
+
+
 def direct_state(
     parameters: Parameters,
     friction_set: FrictionSet,
@@ -198,33 +235,18 @@ def direct_state(
 ) -> DirectState:
     """Torque and extremes from three balls per raceway and nut: lightest and heaviest load-carrying one, and mean one.
 
-    The mean ball gives the friction of all (see mean_load), with the exponent of load between the other two.
-
     Parameters   preload [N] > 0, speed [rad/s] > 0, temperature [K], axial_load [N]
     Raises       UnconvergedContactError; ValueError: out of range
     """
-    screw, thermal = parameters.screw, friction_set.film_model == "solved_thermal"
-    torque, rise = 0.0, 0.0
-    least = dict.fromkeys(RACEWAYS, math.inf)
-    forces = nut_forces(parameters, preload, axial_load)
-    for force, times in Counter(force for force in forces if force > 0.0).items():
-        loads = _ball_loads(screw, force, screw.ball_count)
-        carrying = _ball_loads(screw, force, screw.loaded_ball_count)
-        ends = float(carrying.min()), float(carrying.max())
-        mean = mean_load(loads)
-        films = {}
-        for raceway in RACEWAYS:
-            light, heavy = (
-                solve_ball(parameters, raceway, q, speed, temperature, thermal=True) for q in ends
-            )
-            own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
-            wide = math.log(ends[1] / ends[0])
-            films[raceway] = own.h_c, math.log(heavy.h_c / light.h_c) / wide if wide > EQUAL_LOADS else 0.0
-            least[raceway] = min(least[raceway], light.h_c, heavy.h_c)
-            rise = max(rise, *(s.integrals.temperature_rise_mean for s in (light, heavy)))
-        sums = nut_sums(parameters, loads, speed, temperature, _PowerFilm(mean, films))
-        torque += times * sums.torque(*friction_set.values).total
-    return DirectState(torque, least["screw"], least["nut"], rise)
+    thermal = friction_set.film_model == "solved_thermal"
+
+    def films_of(raceway: str, mean: float, ends: tuple[float, float]) -> _RacewayFilms:
+        light, heavy = (solve_ball(parameters, raceway, q, speed, temperature, thermal=True) for q in ends)
+        own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
+        rises = (s.integrals.temperature_rise_mean for s in (light, heavy))
+        return _RacewayFilms(own.h_c, heavy.h_c / light.h_c, min(light.h_c, heavy.h_c), max(rises))
+
+    return _state(parameters, friction_set, films_of, (preload, speed, temperature, axial_load))
 
 
 def mean_ball_state(
@@ -240,23 +262,13 @@ def mean_ball_state(
     The film of the others by the closed formula, which leaves an error of second order in the torque (see mean_load);
     the loads of the load-carrying balls of one nut differ by a few percent.
     """
-    screw, thermal = parameters.screw, friction_set.film_model == "solved_thermal"
-    torque, rise = 0.0, 0.0
-    least = dict.fromkeys(RACEWAYS, math.inf)
-    forces = nut_forces(parameters, preload, axial_load)
-    for force, times in Counter(force for force in forces if force > 0.0).items():
-        loads = _ball_loads(screw, force, screw.ball_count)
-        carrying = _ball_loads(screw, force, screw.loaded_ball_count)
-        ends, mean = (float(carrying.min()), float(carrying.max())), mean_load(loads)
-        films = {}
-        for raceway in RACEWAYS:
-            hot = solve_ball(parameters, raceway, ends[1], speed, temperature, thermal=True)
-            own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
-            light, heavy = film_formula(parameters, raceway, np.array(ends), speed, temperature)
-            wide = math.log(ends[1] / ends[0])
-            films[raceway] = own.h_c, math.log(heavy / light) / wide if wide > EQUAL_LOADS else 0.0
-            least[raceway] = min(least[raceway], hot.h_c, hot.h_c * float(light / heavy))
-            rise = max(rise, hot.integrals.temperature_rise_mean)
-        sums = nut_sums(parameters, loads, speed, temperature, _PowerFilm(mean, films))
-        torque += times * sums.torque(*friction_set.values).total
-    return DirectState(torque, least["screw"], least["nut"], rise)
+    thermal = friction_set.film_model == "solved_thermal"
+
+    def films_of(raceway: str, mean: float, ends: tuple[float, float]) -> _RacewayFilms:
+        hot = solve_ball(parameters, raceway, ends[1], speed, temperature, thermal=True)
+        own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
+        light, heavy = film_formula(parameters, raceway, np.array(ends), speed, temperature)
+        least = min(hot.h_c, hot.h_c * float(light / heavy))
+        return _RacewayFilms(own.h_c, float(heavy / light), least, hot.integrals.temperature_rise_mean)
+
+    return _state(parameters, friction_set, films_of, (preload, speed, temperature, axial_load))

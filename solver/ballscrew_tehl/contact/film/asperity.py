@@ -118,7 +118,7 @@ class Asperities(NamedTuple):
         return low
 
     def pressure(self, gap: Array) -> tuple[Array, Array]:
-        """Their pressure (n_y, n_x) [p_max] and its slope over the gap, <= 0;"""
+        """Their pressure (n_y, n_x) [p_max] and its slope over the gap, <= 0."""
         p_a, slope = np.zeros((2, *gap.shape))
         if self.rough:
             asperity_field(self.scale, self.sigma, gap, p_a, slope)

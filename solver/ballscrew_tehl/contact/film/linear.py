@@ -1,7 +1,7 @@
 """The linear system of one Newton step: GMRES with one LU factor per line along rolling as preconditioner.
 
-GMRES as in krylov. Vectors are fields (n_y, n_x), zero on the outer
-edges, and the approach behind them. Compiled as a whole: nothing between the products runs in Python.
+GMRES as in krylov. Vectors are fields (n_y, n_x), zero on the outer edges, and the approach behind them. Compiled as a
+whole: nothing between the products runs in Python.
 """
 
 from __future__ import annotations
@@ -230,24 +230,9 @@ def times(s, v, dt, work, out):
             load += s.weights[j, i] * d_total[j, i]
     film_step(s, dp, dh, dt, d_phi, d_g, d_gy)
     kernels.jacobian_times(
-        s.width,
-        s.kappa_h,
-        s.mirror,
-        s.c_x,
-        s.c_y,
-        s.wedge,
-        s.gap,
-        s.g,
-        s.g_y,
-        s.penalty,
-        s.squeeze,
-        dp,
-        dh,
-        d_phi,
-        d_g,
-        d_gy,
-        r,
-    )
+        s.width, s.kappa_h, s.mirror, s.c_x, s.c_y, s.wedge, s.gap, s.g, s.g_y, s.penalty, s.squeeze, dp, dh, d_phi,
+        d_g, d_gy, r,
+    )  # fmt: skip
     for j in range(ny):
         for i in range(nx):
             out[j * nx + i] = r[j, i] / s.scale[j, i]

@@ -4,8 +4,8 @@ Dimensionless in Hertz units: P = p/p_max, X = x/b, Y = y/a, gap in b^2/R_x, loa
 and the rigid approach H_0. Every Newton step solves its linear system by GMRES; one dense Jacobian per line along
 rolling (with the line's own deflection in it) is the preconditioner. The pressure deforms the bodies and carries the
 load; of rough surfaces the film has what the asperities at its gap leave of it: P_f = P - P_a(H) drives the flow, sets
-viscosity and density, and cavitates. The ellipse of a ball in a groove is long
-across rolling, so lines are nearly independent and a handful of iterations suffice; a circle needs about thirty.
+viscosity and density, and cavitates. The ellipse of a ball in a groove is long across rolling, so lines are nearly
+independent and a handful of iterations suffice; a circle needs about thirty.
 Differs from paper: Eq. 6 omits the deflection; cavitation (Eq. 9) is the condition P >= 0 by a penalty.
 """
 
@@ -550,17 +550,9 @@ class ContactGeometry:
         before = np.where(low, np.maximum(p, 0.0), p)
         settled = before.copy()
         kernels.settle_edge(
-            grid.width_x,
-            self.kappa_h,
-            grid.mirror,
-            linear.system.c_x,
-            linear.system.c_y,
-            linear.system.dln_phi,
-            low,
-            EDGE_SWEEPS,
-            settled,
-            inflow,
-        )
+            grid.width_x, self.kappa_h, grid.mirror, linear.system.c_x, linear.system.c_y, linear.system.dln_phi, low,
+            EDGE_SWEEPS, settled, inflow,
+        )  # fmt: skip
         p += np.clip(settled - before, -step, step)
 
     def linearise(self, state: ReynoldsState, film: Film, film_estimate: float) -> _Linearisation:
@@ -582,7 +574,9 @@ def _linear_step(
     if factors is None:
         ny, nx = linear.residual.shape
         factors = LineFactors.empty(ny, nx, linear.geometry.grid.mirror)
-        for carried, most in ((False, MOST_KRYLOV_STILL), (True, MOST_KRYLOV)):
+        # without heat, both would have the same factors
+        still = ((False, MOST_KRYLOV_STILL),) if system.warm else ()
+        for carried, most in (*still, (True, MOST_KRYLOV)):
             if not factor_lines(system, factors, carried):
                 raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
             history.factorisations += 1
