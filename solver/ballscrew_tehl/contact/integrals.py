@@ -27,7 +27,8 @@ class ContactIntegrals(NamedTuple):
     pressure flow [W], compression_heat [W], both on the grid; mean_temperature of the film over contact and
     thickness [K]; mean_viscosity: of the sheared film, geometric mean over the contact [Pa s]; temperature_rise_mean
     and temperature_rise_smooth: of the film's hottest level, mean over the contact and largest mean over
-    SMOOTHED_OVER [K].
+    SMOOTHED_OVER [K]. core_pressure [Pa], core_area [m2]: of the Hertz-shaped pressure with the same integrals of p^2
+    and p^3, which leaves out the slope of low pressure in front of a thick film (core of shear, for friction).
     """
 
     rolling_resistance: float
@@ -41,6 +42,18 @@ class ContactIntegrals(NamedTuple):
     mean_viscosity: float
     temperature_rise_mean: float
     temperature_rise_smooth: float
+    core_pressure: float
+    core_area: float
+
+
+def pressure_core(pressure: Array, area: Array) -> tuple[float, float]:
+    """Largest pressure [Pa] and area [m2] of the Hertz-shaped pressure with the same integrals of p^2 and p^3.
+
+    Of p_0 sqrt(1 - r^2) over an ellipse of area A they are p_0^2 A/2 and 2 p_0^3 A/5. pressure [Pa], area [m2]: nodes.
+    """
+    square, cube = float(np.sum(area * pressure**2)), float(np.sum(area * pressure**3))
+    largest = 1.25 * cube / square
+    return largest, 2.0 * square / largest**2
 
 
 def rolling_resistance(x: Array, pressure: Array, gap: Array, width: Array) -> float:
@@ -151,6 +164,7 @@ def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: fl
         rise_mean = float(np.sum(inside * hottest) / np.sum(inside))
         rise_smooth = float(_means_over(grid.x, hottest, SMOOTHED_OVER).max())
         temperature = float(np.sum(inside * (it.temperature @ layers)) / np.sum(inside))
+    core_pressure, core_area = pressure_core(np.maximum(it.state.p, 0.0) * hertz.p_max, area)
     # viscosity that carries the stress of sliding at its shear rate
     viscosity = gap / np.maximum(flow.fluidity, TINY)
     sheared = np.exp(np.sum(inside * np.log(np.maximum(viscosity, TINY))) / np.sum(inside))
@@ -165,4 +179,6 @@ def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: fl
         mean_viscosity=float(sheared),
         temperature_rise_mean=rise_mean,
         temperature_rise_smooth=rise_smooth,
+        core_pressure=core_pressure,
+        core_area=core_area,
     )

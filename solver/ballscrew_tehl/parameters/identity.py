@@ -26,6 +26,14 @@ NOT_IN_MAP = (
     "roughness_height",
     "raceway_rq",
     "ball_rq",
+    # of the mechanistic law: the map is summed anew where they differ from its header
+    "limiting_shear_coefficient",
+    "boundary_friction",
+    "asperity_product",
+    "asperity_slenderness",
+    "ball_thrust",
+    "replenishment_constant",
+    "inlet_films",
 )
 #: other ways to give parameters; the values that follow from them are part of the identity instead
 GIVEN_BY = {"lubricant": ("iso_vg", "viscosity_index", "density_15c"), "screw": ("return_ball_count",)}

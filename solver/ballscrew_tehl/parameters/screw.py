@@ -13,6 +13,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from .checked_table import FieldError, Table, quantity
+from .friction_constants import BOUNDED, bounded
 from .oil import LubricantParameters
 
 #: preload kind whose balls touch four flanks
@@ -141,7 +142,9 @@ class SolidParameters(Table):
 class FrictionParameters(Table):
     """Friction coefficients of Table 1, named variants and overrides of the fitted set."""
 
-    hysteresis_coefficient: float = Field(default=0.01, ge=0, le=1, description="mu_hs of Eq. 18")
+    hysteresis_coefficient: float = Field(
+        default=BOUNDED["hysteresis_coefficient"].value, ge=0, le=1, description="mu_hs of Eq. 18"
+    )
     sliding_coefficient: float = Field(
         default=0.15, ge=0, le=1, description="mu_s as printed, before the share of c"
     )
@@ -157,8 +160,8 @@ class FrictionParameters(Table):
     kinematics: Literal["published", "rolling_frame"] = Field(
         default="published", description="surface speeds"
     )
-    set: Literal["three_parameter", "two_parameter"] = Field(
-        default="three_parameter", description="fitted set"
+    set: Literal["three_parameter", "two_parameter", "mechanistic"] = Field(
+        default="three_parameter", description="friction law and fitted set"
     )
     apparent_viscosity_ratio: float | None = Field(
         default=None, gt=0, le=1e3, description="override of the set"
@@ -168,10 +171,32 @@ class FrictionParameters(Table):
         "length", "rms roughness of the raceways", default=None, ge=0, le=1e-4
     )
     ball_rq: float | None = quantity("length", "rms roughness of the balls", default=None, ge=0, le=1e-4)
+    limiting_shear_coefficient: float = bounded("limiting_shear_coefficient", ge=1e-3, le=0.5)
+    boundary_friction: float = bounded("boundary_friction", ge=1e-3, le=1)
+    asperity_product: float = bounded("asperity_product", ge=1e-3, le=1)
+    asperity_slenderness: float = bounded("asperity_slenderness", ge=1e-6, le=1)
+    ball_thrust: float | None = Field(
+        default=None, ge=0, le=100, description="override of the set, mechanistic only: "
+        + BOUNDED["ball_thrust"].meaning,
+    )
+    replenishment_constant: float = Field(
+        default=0.0, ge=0, le=1e-6,
+        description="K_rs of SKF, mechanistic only: 0 flooded, 3e-8 low oil bath or oil jet, 6e-8 grease or oil-air",
+    )
+    inlet_films: float | None = Field(
+        default=None, ge=2, le=1e6,
+        description="gap at the meniscus of a starved inlet over the film, mechanistic only; none: flooded",
+    )
     roughness_height: float | None = quantity(
         "length", "override of the set; default: composite of raceway_rq and ball_rq, if given",
         default_factory=lambda d: _composite_roughness(d), ge=0, le=1e-4,
     )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _one_law_of_starvation(self) -> FrictionParameters:
+        if self.replenishment_constant > 0.0 and self.inlet_films is not None:
+            raise FieldError("inlet_films", "no entry with replenishment_constant", "choose one of both")
+        return self
 
     @model_validator(mode="after")
     def _roughness_is_given_once(self) -> FrictionParameters:

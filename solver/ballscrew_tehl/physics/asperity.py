@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -170,3 +171,35 @@ def contact_area_ratio(roughness: Roughness, h: Any) -> Any:
     if roughness.sigma == 0.0:
         return np.zeros_like(h)
     return math.pi**2 * roughness.product**2 * height_integral(2.0, h / roughness.sigma)
+
+
+@cache
+def _pressure_over_mean_gap() -> tuple[Any, Any]:
+    """ln of the mean gap over sigma and ln of F_5/2 there, from touching to far surfaces."""
+    u = np.linspace(-8.0, 8.0, 1601)
+    return np.log(height_integral(1.0, -u)), np.log(height_integral(2.5, u))
+
+
+def film_asperity_share(roughness: Roughness, E_prime: float, film: Any, mean_pressure: Any) -> Any:
+    """Share of the load that the asperities of a contact carry whose oil film has a given thickness.
+
+    Parameters   roughness : Roughness;  E_prime : float [Pa], > 0;  film : float or array [m], > 0, of the smooth
+                 contact;  mean_pressure : float or array [Pa], > 0
+    Returns      f, 0 to 1, broadcast; 0 for a smooth contact (sigma = 0); 1 for film -> 0
+    Raises       ValueError: not positive or not finite
+    Validity     the volume of oil that the inlet draws in fills the gap of the rough surfaces, so the film is the mean
+                 gap sigma F_1(-h/sigma), not the distance h of the mean planes, which vanishes at 0.4 sigma and is
+                 negative below. The film does not depend on the share of the load that it carries, as in the
+                 piezoviscous limit (Johnson, Greenwood & Poon 1972)
+    Source       f = p_a(h)/mean_pressure with p_a of asperity_pressure; table of 1601 nodes over h/sigma -8 to 8
+    Example
+        >>> share = film_asperity_share(typical_roughness(2e-7), 226e9, np.array([1e-12, 2e-8, 2e-7, 6e-7]), 6e8)
+        >>> [round(float(f), 4) for f in share]
+        [1.0, 0.1713, 0.0072, 0.0]
+    """
+    needs_positive(E_prime=E_prime, film=film, mean_pressure=mean_pressure)
+    if roughness.sigma == 0.0:
+        return np.zeros(np.broadcast(film, mean_pressure).shape)[()]
+    ln_gap, ln_integral = _pressure_over_mean_gap()
+    at = np.interp(np.log(np.asarray(film) / roughness.sigma), ln_gap, ln_integral)
+    return np.minimum(pressure_scale(roughness, E_prime) * np.exp(at) / mean_pressure, 1.0)

@@ -154,7 +154,7 @@ def roll_rate(screw: ScrewParameters, speed: Any) -> Any:
     return entrainment_speed(screw, speed) / (0.5 * screw.ball_diameter)
 
 
-def _deformed_radius(screw: ScrewParameters, raceway: str) -> float:
+def deformed_radius(screw: ScrewParameters, raceway: str) -> float:
     """Radius R_c of the deformed contact across rolling [m]: mean curvature of ball and groove."""
     r_b = 0.5 * screw.ball_diameter
     r_groove = screw.screw_raceway_radius if raceway_sign(raceway) > 0 else screw.nut_raceway_radius
@@ -170,7 +170,7 @@ def heathcote_slip(screw: ScrewParameters, raceway: str, a: Any) -> Any:
     Source       derived for a spherical deformed surface of radius Rc = 2 r_g r_b/(r_g + r_b): a^2/(2 Rc R_x)
     """
     R_x, _ = reduced_radii(screw, screw.contact_angle, raceway)
-    return a**2 / (2.0 * _deformed_radius(screw, raceway) * R_x)
+    return a**2 / (2.0 * deformed_radius(screw, raceway) * R_x)
 
 
 def _uniform(parameters: Parameters, raceway: str, speed: Any, contact_angle: Any) -> SlipField:
@@ -199,7 +199,7 @@ def spin_share(parameters: Parameters, contact_angle: Any) -> Any:
 def _differential_and_spin(parameters: Parameters, raceway: str, speed: Any, contact_angle: Any) -> SlipField:
     screw, sign = parameters.screw, raceway_sign(raceway)
     split = spin_share(parameters, contact_angle)
-    r_m, r_b, R_c = screw.nominal_radius, 0.5 * screw.ball_diameter, _deformed_radius(screw, raceway)
+    r_m, r_b, R_c = screw.nominal_radius, 0.5 * screw.ball_diameter, deformed_radius(screw, raceway)
     R_x, _ = reduced_radii(screw, contact_angle, raceway)
     sin, cos = np.sin(contact_angle), np.cos(contact_angle)
     # the raceway as the ball centre sees it: w - w_c of the screw, w_c of the nut

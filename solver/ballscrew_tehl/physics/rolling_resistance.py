@@ -197,6 +197,28 @@ def starvation_factor(inlet_ratio: Any) -> Any:
     return (S * S + 162.8 * S) / (S * S + 193.1 * S + 1257.0)
 
 
+def replenishment_factor(
+    K_rs: float, K_z: float, speed_rpm: Any, viscosity_mm2_s: Any, bore_mm: float, outer_mm: float
+) -> Any:
+    """Reduction of the rolling resistance where oil pushed aside does not flow back in time.
+
+    Parameters   K_rs : 3e-8 low oil bath or oil jet, 6e-8 grease or oil-air, 0 flooded;  K_z : 4.4 for single-row
+                 angular contact;  speed_rpm [r/min], viscosity_mm2_s [mm2/s] : float or array;  bore_mm, outer_mm : d
+                 and D of the bearing [mm], d < D
+    Returns      exp(-K_rs nu n (d + D) sqrt(K_z/(2 (D - d)))), broadcast, 0 to 1
+    Raises       ValueError: not finite, negative, d not below D
+    Source       SKF rolling bearings catalogue, kinematic replenishment/starvation factor [from two programs that code
+                 it]
+    Example
+        >>> round(float(replenishment_factor(6e-8, 4.4, 1000.0, 100.0, 32.0, 48.0)), 3)
+        0.837
+    """
+    needs_not_negative(K_rs=K_rs, K_z=K_z, speed_rpm=speed_rpm, viscosity_mm2_s=viscosity_mm2_s)
+    needs(0.0 < bore_mm < outer_mm < np.inf, "bore_mm", bore_mm, f"> 0, < {outer_mm}")
+    lengths = (bore_mm + outer_mm) * np.sqrt(K_z / (2.0 * (outer_mm - bore_mm)))
+    return np.exp(-K_rs * np.asarray(viscosity_mm2_s) * np.asarray(speed_rpm) * lengths)
+
+
 def truncation_factor(M: Any, axes_ratio: Any, length_ratio: Any) -> Any:
     """Reduction of the rolling resistance by a race that is not much wider than the contact ellipse.
 

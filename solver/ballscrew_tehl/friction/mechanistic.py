@@ -1,0 +1,222 @@
+"""Friction that follows the film: power balance of one nut from the solved contacts of its balls.
+
+T w = sum over balls and raceways (P_roll + P_shear + P_hysteresis) + sum over balls P_ball_ball, every part >= 0.
+
+P_roll        loss of the contact in pure rolling (contact.integrals.rolling_loss), times the factor of starvation
+P_shear       spin, differential and helix slip with the shear stress of an Eyring oil limited at Lambda p, and of the
+              asperities: the equilibrium of the ball gives its motion (ball_equilibrium)
+P_hysteresis  3/16 mu_hs Q b/r_b times the rolling speed (Zhao 2023, Eq. 18)
+P_ball_ball   neighbours slide on each other with twice the rolling speed and have no entrainment, so that no film parts
+              them: mu_b N 2 u_e. N is what a raceway can push a ball with: kappa ((1-f) Lambda + f mu_b) Q
+
+Fitted: kappa, as the one number 2 mu_b Lambda kappa that multiplies Q u_e (net_sliding_coefficient of the set). The
+share f of the asperities raises it at slow speed; over the value of a full film: thrust factor 1 + f (mu_b/Lambda - 1).
+
+Assumptions: only the load-carrying balls cost power, not those in the returns; balls touch each other without spacers;
+seals, grease churning and the returns are not modelled. The shear stress acts on the core of the pressure
+(contact.integrals.pressure_core) with the central film and the mean temperature of the film.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..parameters.file import FOUR_POINT, FrictionParameters, Parameters, ScrewParameters
+from ..parameters.friction_constants import BOUNDED
+from ..parameters.units import RPM
+from ..physics.asperity import Roughness, film_asperity_share, typical_roughness
+from ..physics.ball_motion import contact_motion
+from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ..physics.kinematics import entrainment_speed
+from ..physics.load import contact_angle_at_ball_load
+from ..physics.lubricant import ambient_density, eta0, viscosity
+from ..physics.rolling_resistance import replenishment_factor, starvation_factor
+from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
+from .parts import hysteresis_force
+
+Array = NDArray[np.float64]
+
+#: name of the law: of its friction set and of its arrays in a map
+MECHANISTIC = "mechanistic"
+#: SKF's geometry constant of single-row angular contact, and ball diameter over D - d of such bearings
+K_Z, BALL_OVER_SECTION = 4.4, 0.3
+#: exponents of the ball load with which shear power follows that of the mean ball: pressure Q^(1/3), slip Q^(1/3)
+SHEAR_EXPONENT = 4.0 / 3.0
+#: quantities of a solved contact that the law takes, see nut_map.contacts
+QUANTITIES = ("thermal_central_film", "rolling_loss", "core_pressure", "core_area", "mean_rise")
+
+
+class ContactValues(Protocol):
+    """Solved contacts of the balls: from a map, or solved at each call."""
+
+    def values(
+        self, raceway: str, load: Array, speed: Array, temperature: Array
+    ) -> Mapping[str, Array]:
+        """QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s] and temperatures (t,) [K]: (n, s, t) each, SI."""
+        ...
+
+
+class NutPowers(NamedTuple):
+    """Torque of one nut by part [N.m]; (s, t) or floats.
+
+    rolling_screw, rolling_nut; shear: both raceways; thrust_factor: see the head; hysteresis; ball_ball: at coefficient
+    and thrust factor 1; share: of the load on asperities, mean of both raceways.
+    """
+
+    rolling_screw: Any
+    rolling_nut: Any
+    shear: Any
+    thrust_factor: Any
+    hysteresis: float
+    ball_ball: float
+    share: Any
+
+    def torque(self, factor: float, coefficient: float) -> Any:
+        """Sum of the parts for a factor of the rolling part and a ball-ball coefficient 2 mu_b Lambda kappa."""
+        rolling = factor * (self.rolling_screw + self.rolling_nut)
+        return rolling + self.shear + self.hysteresis + coefficient * self.thrust_factor * self.ball_ball
+
+
+def roughness_of(friction: FrictionParameters) -> Roughness:
+    """Roughness of the law: the height of the screw file, or that of BOUNDED."""
+    height = friction.roughness_height
+    sigma = BOUNDED["roughness_height"].value if height is None else height
+    if sigma == 0.0:
+        return Roughness(0.0, 1.0, 1.0)
+    return typical_roughness(sigma, friction.asperity_product, friction.asperity_slenderness)
+
+
+def ball_ball_coefficient(friction: FrictionParameters, thrust: float | None = None) -> float:
+    """2 mu_b Lambda kappa; thrust: kappa, None = that of BOUNDED."""
+    kappa = BOUNDED["ball_thrust"].value if thrust is None else thrust
+    return 2.0 * friction.boundary_friction * friction.limiting_shear_coefficient * kappa
+
+
+def breakaway_factor(friction: FrictionParameters) -> float:
+    """Thrust factor where asperities carry all of the load, mu_b/Lambda, at least 1."""
+    return max(friction.boundary_friction / friction.limiting_shear_coefficient, 1.0)
+
+
+def supply_factor(parameters: Parameters, speed: Any, temperature: Any) -> Any:
+    """Share of the flooded rolling loss that the oil supply leaves, by the replenishment or the meniscus of the file.
+
+    Source       replenishment: d, D of the angular contact bearing with this ball and pitch diameter, whose section D - d
+                 is the ball diameter over 0.3 (assumption: SKF's geometry of bearings, no value for screws is known)
+    """
+    friction, screw = parameters.friction, parameters.screw
+    if friction.inlet_films is not None:
+        return starvation_factor(friction.inlet_films)
+    if friction.replenishment_constant == 0.0:
+        return 1.0
+    oil = parameters.lubricant
+    nu = eta0(oil, temperature) / ambient_density(oil, temperature)
+    pitch, section = 2e3 * screw.nominal_radius, 1e3 * screw.ball_diameter / BALL_OVER_SECTION
+    return replenishment_factor(
+        friction.replenishment_constant, K_Z, np.asarray(speed) / RPM, 1e6 * nu, pitch - 0.5 * section,
+        pitch + 0.5 * section,
+    )  # fmt: skip
+
+
+def mean_load(loads: Array, exponent: float = 2.0 / 3.0) -> float:
+    """Ball load [N] that represents those of a nut: ln(load) averaged with a power of the load."""
+    weights = loads**exponent
+    return float(np.exp(np.sum(weights * np.log(loads)) / weights.sum()))
+
+
+def nut_powers(
+    parameters: Parameters, loads: Array, speed: Any, temperature: Any, contacts: ContactValues
+) -> NutPowers:
+    """Power balance of one nut, as torques.
+
+    Parameters   loads : (n,) of the load-carrying balls [N], >= 0;  speed : of the screw, (s, 1) or float [rad/s], > 0;
+                 temperature : (t,) or float [K];  contacts : of the balls, flooded
+    Returns      NutPowers with parts (s, t), floats for a single point
+    Raises       ValueError: load or speed out of range;  ArithmeticError: equilibrium of a ball not found
+    Source       head of this module; the shear of the mean ball stands for all, with the power 4/3 of the load: the loads
+                 of one nut differ by some percent
+    """
+    loads = np.asarray(loads, dtype=float)
+    if not np.all((loads >= 0.0) & np.isfinite(loads)):
+        raise ValueError("load of a ball negative or not finite; needs >= 0: check preload")
+    if not np.all(np.isfinite(speed) & (np.asarray(speed) > 0.0)):
+        raise ValueError(f"speed = {speed} rad/s; needs finite, > 0: there is no film at rest")
+    loads = loads[loads > 0.0]
+    speed, temperature = np.broadcast_arrays(
+        np.atleast_2d(np.asarray(speed, float)), np.atleast_2d(np.asarray(temperature, float))
+    )
+    if loads.size == 0:
+        return NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    screw, friction = parameters.screw, parameters.friction
+    w, t = speed[:, :1], temperature[0]
+    supply = supply_factor(parameters, speed, temperature)
+    mean = np.array([mean_load(loads)])
+    rolling, at = {}, {}
+    for raceway in RACEWAYS:
+        found = contacts.values(raceway, np.append(loads, mean), w, t)
+        rolling[raceway] = supply * found["rolling_loss"][:-1].sum(axis=0) / speed
+        at[raceway] = {name: np.asarray(values[-1]) for name, values in found.items()}
+    shear, share = _shear(parameters, float(mean[0]), speed, temperature, at)
+    shear = shear * np.sum((loads / mean) ** SHEAR_EXPONENT) / speed
+    thrust = 1.0 + share * (breakaway_factor(friction) - 1.0)
+    u = float(entrainment_speed(screw, 1.0))
+    parts = (rolling["screw"], rolling["nut"], shear, thrust)
+    single = speed.size == 1
+    return NutPowers(
+        *(float(part[0, 0]) if single else part for part in parts),
+        hysteresis=u * _hysteresis(screw, friction, loads),
+        ball_ball=u * float(loads.sum()),
+        share=float(share[0, 0]) if single else share,
+    )
+
+
+def _hysteresis(screw: ScrewParameters, friction: FrictionParameters, loads: Array) -> float:
+    """Force of the hysteresis of all balls and both raceways at the rolling speed [N]."""
+    angle = float(contact_angle_at_ball_load(screw, loads.mean()))
+    total = 0.0
+    for raceway in RACEWAYS:
+        b = ellipse(loads, *reduced_radii(screw, angle, raceway), E_prime(screw)).b
+        forces = hysteresis_force(loads, b, 0.5 * screw.ball_diameter, friction.hysteresis_coefficient)
+        total += float(np.sum(forces))
+    return total
+
+
+def _shear(
+    parameters: Parameters, load: float, speed: Array, temperature: Array, at: Mapping[str, Mapping[str, Array]]
+) -> tuple[Array, Array]:
+    """Shear power of the mean ball [W] and asperity share of its raceways, (s, t)."""
+    screw, friction, oil = parameters.screw, parameters.friction, parameters.lubricant
+    angle = float(contact_angle_at_ball_load(screw, load))
+    motion = contact_motion(screw, angle)
+    rough, radius = roughness_of(friction), radial_nodes()[0]
+    columns: dict[str, dict[str, Array]] = {}
+    for raceway in RACEWAYS:
+        found = {name: np.broadcast_to(values, speed.shape).ravel() for name, values in at[raceway].items()}
+        pressure, film = found["core_pressure"], found["thermal_central_film"]
+        # as long across rolling as the Hertz ellipse: the core loses its width in front
+        a = float(ellipse(load, *reduced_radii(screw, angle, raceway), E_prime(screw)).a)
+        warm = temperature.ravel() + found["mean_rise"]
+        columns[raceway] = {
+            "pressure": pressure,
+            "film": film,
+            "share": film_asperity_share(rough, E_prime(screw), film, 2.0 / 3.0 * pressure),
+            "viscosity": viscosity(oil, pressure[:, None] * np.sqrt(1.0 - radius**2), warm[:, None]),
+            "axes": np.stack([np.full(pressure.size, a), found["core_area"] / (math.pi * a)], axis=-1),
+        }
+    column = {
+        name: np.stack([columns[raceway][name] for raceway in motion.raceways], axis=1)
+        for name in columns[RACEWAYS[0]]
+    }
+    traction = Traction(
+        column["viscosity"], column["pressure"], column["film"], column["share"], oil.eyring_stress,
+        friction.limiting_shear_coefficient, friction.boundary_friction,
+    )  # fmt: skip
+    found = ball_equilibrium(motion, speed.ravel(), column["axes"], traction)
+    # the flanks of an oversize ball count as two nuts, which share the power of the ball
+    power = found.power.sum(axis=1) * (0.5 if screw.preload_kind == FOUR_POINT else 1.0)
+    share = 0.5 * (columns["screw"]["share"] + columns["nut"]["share"])
+    return power.reshape(speed.shape), share.reshape(speed.shape)

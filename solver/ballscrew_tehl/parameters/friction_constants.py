@@ -1,0 +1,66 @@
+"""Constants of the mechanistic friction law that are known within bounds: value, interval, source.
+
+The torque's interval follows from these (friction.interval). [read]: seen in the source; [code]: in a program that uses
+it; [memory]: recalled.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from pydantic import Field
+
+
+class BoundedConstant(NamedTuple):
+    """Value and interval in SI, unit, meaning, source."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+    meaning: str
+    source: str
+
+
+#: by the name of the field of the screw file, table friction or lubricant
+BOUNDED: dict[str, BoundedConstant] = {
+    "limiting_shear_coefficient": BoundedConstant(
+        0.05, 0.04, 0.08, "1", "limit of the oil's shear stress over pressure, Lambda",
+        "SKF catalogue: full-film sliding 0.05 with mineral, 0.04 with synthetic oil [read]; Evans & Johnson 1986: "
+        "0.04 to 0.08 [memory]",
+    ),
+    "eyring_stress": BoundedConstant(
+        5e6, 3e6, 9e6, "Pa", "Eyring stress tau_0 of the oil",
+        "mineral oils 2 to 10 MPa, typical 5 [code]; Evans & Johnson 1986: 4 to 8 MPa [memory]",
+    ),
+    "boundary_friction": BoundedConstant(
+        0.12, 0.08, 0.15, "1", "friction coefficient mu_b of asperities and of ball on ball",
+        "SKF catalogue: 0.12 in motion, 0.15 at start [read]; programs: 0.08 to 0.15 [code]",
+    ),
+    "roughness_height": BoundedConstant(
+        0.2e-6, 0.1e-6, 0.35e-6, "m", "composite rms roughness sigma of raceway and ball",
+        "ball Ra 0.02 to 0.04 um by ISO 3290 G10 to G24 [read]; raceways 0.1 to 0.3 um [code]",
+    ),
+    "asperity_product": BoundedConstant(
+        0.05, 0.03, 0.07, "1", "sigma beta eta of Greenwood & Tripp",
+        "0.04 to 0.055 [code]; Greenwood & Tripp 1970: 0.03 to 0.05 [memory]",
+    ),
+    "asperity_slenderness": BoundedConstant(
+        1e-3, 3e-4, 1e-2, "1", "sigma over asperity radius beta of Greenwood & Tripp",
+        "1e-3 [code]; 1e-4 to 1e-2 [memory]; it enters as a square root",
+    ),
+    "hysteresis_coefficient": BoundedConstant(
+        0.01, 0.005, 0.012, "1", "share of elastic work that is lost, mu_hs of Eq. 18",
+        "Zhao 2023, Table 1 [read]; rolling of bearing steel 0.005 to 0.012 [code, memory]",
+    ),
+    "ball_thrust": BoundedConstant(
+        1.0, 0.5, 1.5, "1", "thrust between neighbouring balls over the traction limit Lambda Q of one contact",
+        "assumption: what pushes a ball is at most the traction of its contacts, 2 Lambda Q; no published value found",
+    ),
+}  # fmt: skip
+
+
+def bounded(name: str, **bounds: Any) -> Any:
+    """A dimensionless field of the screw file with the value of its constant."""
+    constant = BOUNDED[name]
+    return Field(default=constant.value, description=f"{constant.meaning}, mechanistic only", **bounds)

@@ -1,0 +1,76 @@
+"""How a ball slides and spins on its raceways for any attitude: rigid-body kinematics on the exact helix.
+
+The frame moves along the helix with the ball centre: e_r away from the screw axis, e_t along the helix, e_b = e_r x e_t.
+A raceway turns about the screw axis, with w - w_c (screw) or -w_c (nut), and slides along itself; the ball turns with
+w_b. The motion of the ball, q = (w_c, w_b), is unknown: its equilibrium gives it (friction.ball_equilibrium).
+
+Contact frame as in kinematics: x along rolling at positive speed, z along the normal from raceway to ball, y = z cross x;
+slip and spin are those of the raceway against the ball.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..parameters.file import FOUR_POINT, ScrewParameters
+from .hertz import RACEWAYS, reduced_radii
+from .kinematics import deformed_radius, entrainment_speed
+
+Array = NDArray[np.float64]
+
+
+class ContactMotion(NamedTuple):
+    """Slip and spin at the middle of the c contacts of one ball: matrix q + offset w, w the screw speed.
+
+    raceways: of each contact; matrix (c, 3, 4): slip along x, along y [m], spin [1] per (w_c, w_b along e_r, e_t, e_b);
+    offset (c, 3): the same per screw speed; differential (c,): Heathcote's slip along x over y^2 and screw speed [1/m].
+    """
+
+    raceways: tuple[str, ...]
+    matrix: Array
+    offset: Array
+    differential: Array
+
+
+def contact_motion(screw: ScrewParameters, contact_angle: float) -> ContactMotion:
+    """Motion of the contacts of a ball: screw and nut of a two-point ball, both flanks of each of an oversize ball.
+
+    Parameters   contact_angle : [rad], 0 < beta < pi/2, the same at all contacts
+    Raises       ValueError: angle out of range
+    Validity     contact points in the normal plane of the helix of the ball centre. Between two flanks a rolling ball
+                 is left with the slip r_b w sin(lambda) across rolling, shared by both contacts, and the spin
+                 w sin(beta)
+    Source       derived (test: zero lead against kinematics.slip_field). Raceway of a screw motion: (W r_m/cos(lambda))
+                 e_t + W e_z x d at d from the ball centre, e_z = sin(lambda) e_t + cos(lambda) e_b
+    """
+    reduced_radii(screw, contact_angle, RACEWAYS[0])  # raises for the same angles
+    r_b = 0.5 * screw.ball_diameter
+    along = np.array([0.0, 1.0, 0.0])
+    axis = np.array([0.0, math.sin(screw.lead_angle), math.cos(screw.lead_angle)])
+    path = screw.nominal_radius / math.cos(screw.lead_angle) * along
+    flanks = (1.0, -1.0) if screw.preload_kind == FOUR_POINT else (1.0,)
+    raceways, matrix, offset, differential = [], [], [], []
+    rolling = float(entrainment_speed(screw, 1.0))
+    for raceway in RACEWAYS:
+        sign = 1.0 if raceway == "screw" else -1.0
+        R_x, _ = reduced_radii(screw, contact_angle, raceway)
+        for flank in flanks:
+            # from the contact to the ball centre
+            z = sign * np.array([math.cos(contact_angle), 0.0, flank * math.sin(contact_angle)])
+            x = sign * along
+            y = np.cross(z, x)
+            arm = -r_b * z
+            raceway_moves, turn = path + np.cross(axis, arm), axis @ z
+            # of the ball under unit turns about e_r, e_t, e_b
+            ball_moves = np.array([np.cross(unit, arm) for unit in np.eye(3)])
+            rows = [[-raceway_moves @ e, *(-ball_moves @ e)] for e in (x, y)]
+            matrix.append([*rows, [-turn, *(-z)]])
+            drive = 1.0 if raceway == "screw" else 0.0
+            offset.append([drive * (raceway_moves @ x), drive * (raceway_moves @ y), drive * turn])
+            differential.append(rolling / (2.0 * deformed_radius(screw, raceway) * float(R_x)))
+            raceways.append(raceway)
+    return ContactMotion(tuple(raceways), np.array(matrix), np.array(offset), np.array(differential))
