@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 
 from ..parameters.file import Parameters
-from ..physics.film import central_film_estimate, moes_groups
-from ..physics.hertz import E_prime, ellipse, reduced_radii
+from ..physics.film import central_film_estimate, moes_groups, thermal_load_parameter
+from ..physics.hertz import E_prime, HertzContact, ellipse, reduced_radii
 from ..physics.kinematics import surface_speeds
 from ..physics.load import contact_angle_at_ball_load
+from ..physics.lubricant import eta0
+from ..physics.rolling_resistance import biboulet_houpert_point, inlet_heating_factor, rolling_power
 from .half_space.grid import Array
 
 
@@ -26,10 +28,25 @@ def moes_load(parameters: Parameters, raceway: str, load: Array, speed: Any, tem
     return np.asarray(_groups(parameters, raceway, load, speed, temperature)[0].M)
 
 
+def drawn_ellipse(parameters: Parameters, raceway: str, load: Array) -> HertzContact:
+    """Hertz contact of a ball at the contact angle of the drawing; what is divided by it varies little with the angle."""
+    screw = parameters.screw
+    return ellipse(load, *reduced_radii(screw, screw.contact_angle, raceway), E_prime(screw))
+
+
+def rolling_loss_formula(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
+    """Closed formula of the rolling loss [W], with shear heating of the inlet; load, speed and temperature broadcast."""
+    screw, oil = parameters.screw, parameters.lubricant
+    radii = reduced_radii(screw, screw.contact_angle, raceway)
+    u_e = surface_speeds(parameters, raceway, speed).u_e
+    force = biboulet_houpert_point(load, u_e, *radii, E_prime(screw), eta0(oil, temperature)).force
+    return rolling_power(force, u_e) * inlet_heating_factor(thermal_load_parameter(oil, u_e, temperature))
+
+
 def film_formula(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
     """Closed film formula that the samples are divided by [m]; load, speed and temperature broadcast."""
     screw = parameters.screw
     groups, R_x, R_y = _groups(parameters, raceway, load, speed, temperature)
     # the pressure that compresses the oil varies little with the contact angle: that of the drawing
-    p_max = ellipse(load, *reduced_radii(screw, screw.contact_angle, raceway), E_prime(screw)).p_max
+    p_max = drawn_ellipse(parameters, raceway, load).p_max
     return np.asarray(central_film_estimate(parameters.lubricant, groups, R_x, R_y, p_max, temperature))

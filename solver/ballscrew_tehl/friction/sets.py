@@ -24,7 +24,11 @@ from ..parameters.packaged_data import PACKAGED_DATA
 #: fitted parameters in their fixed order
 FITTED = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
 #: which of them a set fits; the others are zero
-SETS: dict[str, tuple[str, ...]] = {"two_parameter": FITTED[:2], "three_parameter": FITTED}
+SETS: dict[str, tuple[str, ...]] = {
+    "two_parameter": FITTED[:2],
+    "three_parameter": FITTED,
+    "mechanistic": FITTED[1:2],
+}
 #: unit that the keys of the file carry
 _SUFFIX = {"roughness_height": "roughness_height_m"}
 

@@ -12,16 +12,17 @@ import numpy as np
 
 from .. import __version__
 from ..contact.ball_contact import UnconvergedContactError, solve_ball
+from ..friction.mechanistic import law_constants, nut_powers
 from ..friction.torque import nut_sums
 from ..parameters.file import Parameters
 from ..parameters.identity import map_parameters_json
 from ..parameters.units import CELSIUS, RPM
 from ..physics.hertz import RACEWAYS
 from ..physics.load import double_nut_loads, nut_loads, separation_load
-from ..runtime.bspline import map_arrays
-from ..runtime.packed import FORCE_CURVES
+from ..runtime.bspline import fit, map_arrays
+from ..runtime.packed import FORCE_CURVES, MECHANISTIC
 from . import sampling
-from .contact_map import ContactMap, ContactModel
+from .contact_map import ContactMap, ContactModel, MapContacts
 from .contacts import FILMS, MAPPED, QUANTITIES, Array, ContactRange, SolvedContacts
 from .grid import BuiltMap, MapGrid, contact_range, largest_pressure, map_grid, narrowed
 from .journal import Journal, Solved
@@ -52,8 +53,8 @@ def _solve_row(
         found = hot.integrals
         values = (
             cold.h_c, hot.h_c, hot.h_m, found.temperature_rise_mean, found.temperature_rise_smooth, hot.p_max,
-            hot.traction_force, found.rolling_loss, found.shear_heat, found.mean_temperature, found.mean_viscosity,
-            hot.error_estimate, float("asymptotic" in (cold.branch, hot.branch)),
+            hot.traction_force, found.rolling_loss, found.core_pressure, found.core_area,
+            found.mean_temperature - temperature, hot.error_estimate, float("asymptotic" in (cold.branch, hot.branch)),
         )  # fmt: skip
         for name, value in zip(QUANTITIES, values, strict=True):
             row[name][i] = value
@@ -211,6 +212,34 @@ def force_values(parameters: Parameters, grid: MapGrid) -> Array:
     return values
 
 
+def mechanistic_values(parameters: Parameters, contact_map: ContactMap, grid: MapGrid) -> tuple[Array, Array]:
+    """Torques of one nut by the mechanistic law and of its force alone.
+
+    Returns      (n_force, n_speed, n_temperature, 4): rolling torque screw and nut, shear torque [N.m], thrust factor;
+                 (n_force, 2): hysteresis torque, ball-ball torque at coefficient 1 [N.m]
+    """
+    forces, speeds, temperatures = _nodes(grid)
+    contacts = MapContacts(contact_map)
+    values = np.empty((forces.size, speeds.size, temperatures.size, 4))
+    alone = np.empty((forces.size, 2))
+    for i, force in enumerate(forces):
+        loads = nut_loads(parameters.screw, float(force), parameters.screw.loaded_ball_count)
+        powers = nut_powers(parameters, loads, speeds[:, None], temperatures, contacts)
+        columns = powers.rolling_screw, powers.rolling_nut, powers.shear, powers.thrust_factor
+        values[i] = np.stack(columns, axis=-1)
+        alone[i] = powers.hysteresis, powers.ball_ball
+    return values, alone
+
+
+def mechanistic_coefficients(
+    parameters: Parameters, contact_map: ContactMap, header: Mapping[str, Any]
+) -> tuple[Array, Array]:
+    """Spline coefficients of mechanistic_values on the axes of a map, for constants that differ from its own."""
+    axes = {name: tuple(header["axes"][name]) for name in ("force", "speed", "temperature")}
+    surfaces, alone = mechanistic_values(parameters, contact_map, MapGrid(**axes))
+    return fit(np.log(surfaces), (0, 1, 2)), fit(np.log(alone), (0,))
+
+
 class _AnyFilm:
     """A film for sums that do not depend on it."""
 
@@ -279,7 +308,14 @@ def build_map(
     for thermal, name in ((False, "solved"), (True, "solved_thermal")):
         values = np.concatenate([viscous_values(parameters, contact_map, thermal, grid), extremes], axis=-1)
         arrays[name] = dict(map_arrays(values, forces, *sharing))
-    header = {
+    header: dict[str, Any] = {}
+    if parameters.friction.kinematics == "rolling_frame":
+        values, alone = mechanistic_values(parameters, contact_map, grid)
+        values = np.concatenate([values, extremes], axis=-1)
+        alone = np.concatenate([alone, forces[:, 2:]], axis=-1)
+        arrays[MECHANISTIC] = dict(map_arrays(values, alone, *sharing))
+        header[MECHANISTIC] = law_constants(parameters)
+    header |= {
         "axes": {
             "force": list(grid.force),
             "speed": list(grid.speed),

@@ -15,23 +15,24 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.ball_formula import film_formula, moes_load
+from ..friction import mechanistic
+from ..contact.ball_formula import drawn_ellipse, film_formula, moes_load, rolling_loss_formula
 from ..parameters.file import Parameters
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0
-from .contacts import FILMS, MAPPED, Array, ContactRange, SolvedContacts, film_weight
+from .contacts import FILMS, MAPPED, RISES, Array, ContactRange, SolvedContacts, film_weight
 from .kriging import Kriging
 
-#: what a film is interpolated over: the closed formula, or another film
-OVER = {FILMS[0]: None, FILMS[1]: FILMS[0], FILMS[2]: FILMS[1]}
+#: film that another film is interpolated over; the others over closed formulas
+OVER = {FILMS[1]: FILMS[0], FILMS[2]: FILMS[1]}
 #: the first coordinate is ln(M) + STRETCH tanh(ln(M/TURN)/WIDTH); 240 contacts that were not used, 256 that were: mean
 #: error of the film 2.5e-3 without, 2.8e-4 with it; STRETCH 2 or 6, WIDTH 0.6 or 1.2, TURN 28 or 40: 2.5e-4 to 4.0e-4
 STRETCH, WIDTH, TURN = 4.0, 0.9, 33.0
 #: loss of film by heat that counts as none; the same contacts: mean error 6e-4 with 0.01 or 0.03, 17e-4 if
 #: the share itself is interpolated
 NO_LOSS = 0.02
-#: power of the viscosity in the second coordinate
-THICKENING = {FILMS[0]: 1.0, FILMS[1]: 0.5, FILMS[2]: 0.5, "temperature_rise": 0.5}
+#: power of the viscosity in the second coordinate: 1 what the isothermal film sets, else 1/2
+THICKENING = {name: 1.0 if name in (FILMS[0], "core_pressure", "core_area") else 0.5 for name in MAPPED}
 #: temperature rise below which it counts as that [K]
 LEAST_RISE = 1e-3
 
@@ -79,7 +80,7 @@ class ContactModel:
         """Model of a quantity, of what `_modelled` makes of it."""
         if name not in self._models:
             values = self.solved(name)
-            if name in FILMS:
+            if name not in RISES:
                 values = values / self._below(name, self.points, self.solved)
             self._models[name] = Kriging(
                 self.coordinates(name, self.points), _modelled(name, values), self._hyper.get(name)
@@ -92,14 +93,19 @@ class ContactModel:
         return {name: model.hyper for name, model in self._models.items()}
 
     def _below(self, name: str, points: Array, film: Any) -> Array:
-        over = OVER[name]
+        over = OVER.get(name)
         if over is not None:
             return np.asarray(film(over))
-        load, speed, temperature = points.T
-        return film_formula(self.parameters, self.raceway, load, speed, temperature)
+        at = self.parameters, self.raceway, *points.T
+        if name == FILMS[0]:
+            return film_formula(*at)
+        if name == "rolling_loss":
+            return rolling_loss_formula(*at)
+        hertz = drawn_ellipse(*at[:3])
+        return np.asarray(hertz.p_max if name == "core_pressure" else np.pi * hertz.a * hertz.b)
 
     def film(self, name: str, points: Array) -> Array:
-        """A film [m] at operating points (n, 3)."""
+        """A film [m], or another quantity over a closed formula, at operating points (n, 3)."""
         ratio = _unmodelled(name, self.kriging(name)(self.coordinates(name, points)))
         return np.asarray(ratio * self._below(name, points, lambda over: self.film(over, points)))
 
@@ -123,8 +129,8 @@ class ContactModel:
         return np.asarray(predicted / _unmodelled(name, model.values) - 1.0)
 
     def value(self, name: str, points: Array) -> Array:
-        """A film [m] or rise [K] at operating points (n, 3)."""
-        if name not in FILMS:
+        """A quantity (SI) at operating points (n, 3)."""
+        if name in RISES:
             return _unmodelled(name, self.kriging(name)(self.coordinates(name, points)))
         film = self.film(name, points)
         # interpolated, the minimum film may exceed the central one
@@ -135,7 +141,7 @@ def _modelled(name: str, values: Array) -> Array:
     """What is interpolated of a share of the film or of a rise: see the head of this module."""
     if name == FILMS[1]:
         return np.log(np.maximum(1.0 / values - 1.0, -0.5 * NO_LOSS) + NO_LOSS)
-    return np.log(np.maximum(values, LEAST_RISE) if name == "temperature_rise" else values)
+    return np.log(np.maximum(values, LEAST_RISE) if name in RISES else values)
 
 
 def _unmodelled(name: str, values: Array) -> Array:
@@ -233,3 +239,17 @@ class SolvedFilm:
     def central_film(self, raceway: str, load: Array, speed: float, temperature: float) -> Array:
         """Central film [m] of balls with load (n,) [N] at speed [rad/s] and temperature [K]."""
         return self.contact_map.evaluate(raceway, self._quantity, load, speed, temperature)
+
+
+class MapContacts:
+    """Contacts of the mechanistic friction law, read from a contact map (friction.mechanistic.ContactValues)."""
+
+    def __init__(self, contact_map: ContactMap) -> None:
+        self.contact_map = contact_map
+
+    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
+        """Quantities of the law (n, s, t) at ball loads (n,), speeds (s, 1) and temperatures (t,)."""
+        return {
+            name: self.contact_map.evaluate_grid(raceway, name, load, speed.ravel(), temperature)
+            for name in mechanistic.QUANTITIES
+        }

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: quantities of a solved contact with units; temperature_rise: mean over the contact, the largest of the smoothed ones
-#: in pure rolling depends on where the pressure spike lies between the nodes
+#: quantities of a solved contact with units; temperature_rise: of the hottest level, mean over the contact (the largest of
+#: the smoothed ones in pure rolling depends on where the pressure spike lies between the nodes); mean_rise: mean over
+#: contact and film; rolling_loss, core_pressure, core_area: of the thermal solve, see contact.integrals
 QUANTITIES = {
     "isothermal_central_film": "m",
     "thermal_central_film": "m",
@@ -22,9 +23,9 @@ QUANTITIES = {
     "pressure_max": "Pa",
     "traction_force": "N",
     "rolling_loss": "W",
-    "shear_heat": "W",
-    "mean_temperature": "K",
-    "mean_viscosity": "Pa s",
+    "core_pressure": "Pa",
+    "core_area": "m2",
+    "mean_rise": "K",
     "error_estimate": "1",
     "asymptotic": "1",
 }
@@ -41,8 +42,10 @@ LEAST_FILM = 1e-9
 #: relative distance beyond the end of an axis that counts as rounding
 ROUNDING = 1e-9
 FILMS = ("isothermal_central_film", "thermal_central_film", "thermal_minimum_film")
+#: temperature rises
+RISES = ("temperature_rise", "mean_rise")
 #: what is interpolated
-MAPPED = (*FILMS, "temperature_rise")
+MAPPED = (*FILMS, *RISES, "rolling_loss", "core_pressure", "core_area")
 
 
 @dataclass(frozen=True)

@@ -17,13 +17,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.sets import FrictionSet, default_friction_set
 from ..parameters.file import Parameters
 from ..parameters.identity import map_parameters_json, parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.hertz import RACEWAYS
 from ..runtime.evaluate import NutMap
-from ..runtime.packed import FORCE_CURVES, SURFACES, MapError, sealed
+from ..runtime.packed import (
+    DEFAULTS,
+    FILM_SHEAR,
+    FORCE_CURVES,
+    MECHANISTIC,
+    SURFACES,
+    MapError,
+    sealed,
+)
 
 if TYPE_CHECKING:
     from .contact_map import ContactMap
@@ -33,15 +42,18 @@ Array = NDArray[np.float64]
 #: dimensions, values and attributes of a variable of the file
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
-FILE_FORMAT = 3
-FILM_MODELS = ("solved", "solved_thermal")
+FILE_FORMAT = 4
+#: what the viscous columns and the curves of a friction set are computed from: name of its film model
+FILM_MODELS = ("solved", "solved_thermal", MECHANISTIC)
 #: columns of the spline coefficients that depend on the film model of the friction set
 VISCOUS_COLUMNS = 4
 
 
-def packaged_map(kinematics: str) -> Path:
-    """File of the packaged map of a kinematics."""
-    return PACKAGED_DATA / f"map_gd4008_{kinematics}.nc"
+def packaged_map(parameters: Parameters) -> Path:
+    """File of the packaged map of the GD4008-3: by kinematics with the oil of Table 1, or with that of MECHANISTIC_SCREW."""
+    friction = parameters.friction
+    name = "vg100" if friction.set == MECHANISTIC else friction.kinematics
+    return PACKAGED_DATA / f"map_gd4008_{name}.nc"
 
 
 def _file_hash(header: str, variables: Mapping[str, Array]) -> str:
@@ -103,16 +115,22 @@ def _spline_variables(arrays: Mapping[str, Mapping[str, Array]]) -> dict[str, Va
     knots = ("force_knot", "speed_knot", "temperature_knot")
     variables: dict[str, Variable] = {}
     for film, by_name in arrays.items():
-        long_name = "uniform cubic B-spline coefficients of ln values of one nut: " + ", ".join(SURFACES[:4])
+        columns = SURFACES[MECHANISTIC if film == MECHANISTIC else FILM_SHEAR][:VISCOUS_COLUMNS]
+        long_name = "uniform cubic B-spline coefficients of ln values of one nut: " + ", ".join(columns)
         variables[f"viscous_coefficients_{film}"] = (
             (*knots, "viscous_column"),
             by_name["coefficients"][..., :VISCOUS_COLUMNS],
             {"long_name": long_name},
         )
+    if MECHANISTIC in arrays:
+        variables[f"force_coefficients_{MECHANISTIC}"] = (
+            ("force_knot", "force_column"), arrays[MECHANISTIC]["force_coefficients"],
+            {"long_name": "the same over force alone by the mechanistic law: " + ", ".join(FORCE_CURVES)},
+        )  # fmt: skip
     common = arrays[FILM_MODELS[0]]
     for name, dimensions, array, long_name in (
         ("extreme_coefficients", (*knots, "extreme_column"), common["coefficients"][..., VISCOUS_COLUMNS:],
-         "the same for the load-carrying balls: " + ", ".join(SURFACES[4:])),
+         "the same for the load-carrying balls: " + ", ".join(SURFACES[FILM_SHEAR][4:])),
         ("force_coefficients", ("force_knot", "force_column"), common["force_coefficients"],
          "the same over force alone: " + ", ".join(FORCE_CURVES)),
         ("separation_coefficients", ("preload_knot", "side"), common["separation_coefficients"],
@@ -187,7 +205,7 @@ def _refuse_other_parameters(path: Path, header: Mapping[str, Any], parameters: 
 
 
 def _path_for(path: Path | str | None, parameters: Parameters) -> Path:
-    return packaged_map(parameters.friction.kinematics) if path is None else Path(path)
+    return packaged_map(parameters) if path is None else Path(path)
 
 
 def _refuse_other_fit(friction: FrictionSet, parameters: Parameters) -> None:
@@ -240,28 +258,63 @@ def load_map(
             f"{path}: friction set {friction.name} is fitted with the film {film}; expected one of "
             f"{', '.join(FILM_MODELS)}: the map has no other"
         )
-    coefficients = np.concatenate(
-        [variables[f"viscous_coefficients_{film}"], variables["extreme_coefficients"]], axis=-1
-    )
+    if film == MECHANISTIC:
+        _mechanistic_of(path, header, variables, parameters)
+    force = f"force_coefficients_{film}" if film == MECHANISTIC else "force_coefficients"
     arrays = {
-        name: variables[name]
-        for name in ("force_coefficients", "separation_coefficients", "sharing_coefficients")
+        "coefficients": np.concatenate(
+            [variables[f"viscous_coefficients_{film}"], variables["extreme_coefficients"]], axis=-1
+        ),
+        "force_coefficients": variables[force],
+        **{name: variables[name] for name in ("separation_coefficients", "sharing_coefficients")},
     }
-    header = dict(header, film_model=film, defaults=dict(zip(
-        ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height"), friction.values, strict=True
-    )), friction=_provenance(friction))  # fmt: skip
-    arrays["coefficients"] = coefficients
+    defaults = dict(zip(DEFAULTS, _defaults(friction, parameters), strict=True))
+    law = MECHANISTIC if film == MECHANISTIC else FILM_SHEAR
+    header = dict(header, film_model=film, law=law, defaults=defaults, friction=_provenance(friction))
     return NutMap.from_arrays(sealed(header, arrays), arrays)
+
+
+def _defaults(friction: FrictionSet, parameters: Parameters) -> tuple[float, ...]:
+    """Start values of packed.DEFAULTS."""
+    if friction.film_model != MECHANISTIC:
+        return (*friction.values, 1.0)
+    ratio, net, _ = friction.values
+    return ratio, net, roughness_of(parameters.friction).sigma, breakaway_factor(parameters.friction)
+
+
+def _mechanistic_of(
+    path: Path, header: dict[str, Any], variables: dict[str, Array], parameters: Parameters
+) -> None:
+    """Arrays of the mechanistic law with the constants of the parameters: those of the file, or summed anew (seconds)."""
+    if MECHANISTIC not in header:
+        raise MapError(f"{path}: map of kinematics {header['kinematics']}; the mechanistic law needs rolling_frame")
+    constants = law_constants(parameters)
+    if header[MECHANISTIC] == constants:
+        return
+    from .build import mechanistic_coefficients
+
+    surfaces, curves = mechanistic_coefficients(parameters, _contact_map(header, variables, parameters), header)
+    variables[f"viscous_coefficients_{MECHANISTIC}"] = surfaces
+    # pressure and load of the last two columns do not depend on the law
+    stored = variables[f"force_coefficients_{MECHANISTIC}"]
+    variables[f"force_coefficients_{MECHANISTIC}"] = np.concatenate([curves, stored[:, 2:]], axis=-1)
+    header[MECHANISTIC] = constants
 
 
 def load_contact_map(path: Path | str | None, parameters: Parameters) -> ContactMap:
     """Contact samples of a map file; arguments and errors as load_map."""
-    from .contact_map import ContactMap
-    from .contacts import POINTS, QUANTITIES, ContactRange, SolvedContacts
-
     path = _path_for(path, parameters)
     header, variables = _read(path)
     _refuse_other_parameters(path, header, parameters)
+    return _contact_map(header, variables, parameters)
+
+
+def _contact_map(
+    header: Mapping[str, Any], variables: Mapping[str, Array], parameters: Parameters
+) -> ContactMap:
+    from .contact_map import ContactMap
+    from .contacts import POINTS, QUANTITIES, ContactRange, SolvedContacts
+
     ends = header["contact_range"]
     load, speed, temperature = (
         (float(low), float(high)) for low, high in (ends[name] for name in ("load", "speed", "temperature"))

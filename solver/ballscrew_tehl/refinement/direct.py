@@ -12,12 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contact.ball_contact import solve_ball
-from ..contact.ball_formula import film_formula
+from ..contact.ball_formula import film_formula, rolling_loss_formula
+from ..contact.solution import ContactSolution
+from ..friction.mechanistic import QUANTITIES, mean_load, nut_powers
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
 from ..parameters.file import Parameters, ScrewParameters
 from ..physics.hertz import RACEWAYS
 from ..physics.load import EQUAL_LOADS, load_nodes, nut_loads
+from ..runtime.packed import MECHANISTIC
 
 Array = NDArray[np.float64]
 
@@ -97,16 +100,6 @@ class RacewayValues(NamedTuple):
     temperature_rise: float  # [K] of the mean ball
 
 
-def mean_load(loads: Array) -> float:
-    """Ball load [N] that represents those of a nut: ln(load) averaged as viscous force grows, load^(2/3).
-
-    With film = film(mean) (load/mean)^slope the sum over the balls has no error of first order in the slope; what is
-    left is half of the square of its error times the variance of ln(load), below 1e-5 up to 9000 N on 40 mm.
-    """
-    weights = loads ** (2.0 / 3.0)
-    return float(np.exp(np.sum(weights * np.log(loads)) / weights.sum()))
-
-
 @lru_cache(maxsize=1024)
 def _ball_loads(screw: ScrewParameters, force: float, count: int) -> Array:
     return nut_loads(screw, force, count)
@@ -184,7 +177,7 @@ class DirectState(NamedTuple):
 class _RacewayFilms(NamedTuple):
     """Films of the balls of one nut on one raceway."""
 
-    mean: float  # [m] of the mean ball, as the friction takes it
+    mean: ContactSolution  # of the mean ball, as the friction takes it
     heaviest_over_lightest: float  # of the load-carrying balls
     least: float  # [m] thermal, of the load-carrying balls
     rise: float  # [K] of the hottest ball
@@ -205,24 +198,55 @@ def _state(
     The mean ball gives the friction of all (see mean_load), with the exponent of load between the other two.
     """
     screw, (preload, speed, temperature, axial_load) = parameters.screw, point
+    mechanistic = friction_set.film_model == MECHANISTIC
     torque, rise = 0.0, 0.0
     least = dict.fromkeys(RACEWAYS, math.inf)
     forces = nut_forces(parameters, preload, axial_load)
     for force, times in Counter(force for force in forces if force > 0.0).items():
-        loads = _ball_loads(screw, force, screw.ball_count)
         carrying = _ball_loads(screw, force, screw.loaded_ball_count)
+        loads = carrying if mechanistic else _ball_loads(screw, force, screw.ball_count)
         ends, mean = (float(carrying.min()), float(carrying.max())), mean_load(loads)
         wide = math.log(ends[1] / ends[0])
-        slopes = {}
+        slopes, solved = {}, {}
         for raceway in RACEWAYS:
             films = films_of(raceway, mean, ends)
+            solved[raceway] = films.mean
             slope = math.log(films.heaviest_over_lightest) / wide if wide > EQUAL_LOADS else 0.0
-            slopes[raceway] = films.mean, slope
+            slopes[raceway] = films.mean.h_c, slope
             least[raceway] = min(least[raceway], films.least)
             rise = max(rise, films.rise)
-        sums = nut_sums(parameters, loads, speed, temperature, _PowerFilm(mean, slopes))
-        torque += times * sums.torque(*friction_set.values).total
+        if mechanistic:
+            contacts = MeanBallContacts(parameters, solved)
+            ratio, net, _ = friction_set.values
+            torque += times * nut_powers(parameters, loads, speed, temperature, contacts).torque(ratio, net)
+        else:
+            sums = nut_sums(parameters, loads, speed, temperature, _PowerFilm(mean, slopes))
+            torque += times * sums.torque(*friction_set.values).total
     return DirectState(torque, least["screw"], least["nut"], rise)
+
+
+class MeanBallContacts:
+    """Contacts of the mechanistic law from the solution of the mean ball on each raceway (mechanistic.ContactValues).
+
+    The rolling loss of the others by its closed formula; the law takes nothing else of them.
+    """
+
+    def __init__(self, parameters: Parameters, solved: Mapping[str, ContactSolution]) -> None:
+        self.parameters, self.solved = parameters, solved
+
+    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
+        """Quantities of the law (n, 1, 1) at ball loads (n,), the last one that of the mean ball."""
+        mean = self.solved[raceway]
+        formula = rolling_loss_formula(self.parameters, raceway, load, float(speed[0, 0]), float(temperature[0]))
+        found = mean.integrals
+        values = (
+            mean.h_c, found.rolling_loss * formula / formula[-1], found.core_pressure, found.core_area,
+            found.mean_temperature - mean.conditions.temperature,
+        )  # fmt: skip
+        return {
+            name: np.broadcast_to(value, load.shape)[:, None, None]
+            for name, value in zip(QUANTITIES, values, strict=True)
+        }
 
 
 def direct_state(
@@ -238,13 +262,13 @@ def direct_state(
     Parameters   preload [N] > 0, speed [rad/s] > 0, temperature [K], axial_load [N]
     Raises       UnconvergedContactError; ValueError: out of range
     """
-    thermal = friction_set.film_model == "solved_thermal"
+    thermal = friction_set.film_model != "solved"
 
     def films_of(raceway: str, mean: float, ends: tuple[float, float]) -> _RacewayFilms:
         light, heavy = (solve_ball(parameters, raceway, q, speed, temperature, thermal=True) for q in ends)
         own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
         rises = (s.integrals.temperature_rise_mean for s in (light, heavy))
-        return _RacewayFilms(own.h_c, heavy.h_c / light.h_c, min(light.h_c, heavy.h_c), max(rises))
+        return _RacewayFilms(own, heavy.h_c / light.h_c, min(light.h_c, heavy.h_c), max(rises))
 
     return _state(parameters, friction_set, films_of, (preload, speed, temperature, axial_load))
 
@@ -262,13 +286,13 @@ def mean_ball_state(
     The film of the others by the closed formula, which leaves an error of second order in the torque (see mean_load);
     the loads of the load-carrying balls of one nut differ by a few percent.
     """
-    thermal = friction_set.film_model == "solved_thermal"
+    thermal = friction_set.film_model != "solved"
 
     def films_of(raceway: str, mean: float, ends: tuple[float, float]) -> _RacewayFilms:
         hot = solve_ball(parameters, raceway, ends[1], speed, temperature, thermal=True)
         own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
         light, heavy = film_formula(parameters, raceway, np.array(ends), speed, temperature)
         least = min(hot.h_c, hot.h_c * float(light / heavy))
-        return _RacewayFilms(own.h_c, float(heavy / light), least, hot.integrals.temperature_rise_mean)
+        return _RacewayFilms(own, float(heavy / light), least, hot.integrals.temperature_rise_mean)
 
     return _state(parameters, friction_set, films_of, (preload, speed, temperature, axial_load))
