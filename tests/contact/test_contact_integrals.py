@@ -8,7 +8,7 @@ import pytest
 from contact_cases import OIL, STEEL, conditions, moes, options, solved
 from scipy.integrate import dblquad
 
-from ballscrew_tehl.contact.integrals import resistance_beyond, rolling_resistance
+from ballscrew_tehl.contact.integrals import resistance_beyond, resistance_of_cells
 from ballscrew_tehl.contact.moes import reference_oil, solve_moes
 from ballscrew_tehl.contact.problem import ContactProblem
 from ballscrew_tehl.contact.solve import SolverOptions, solve_contact
@@ -18,11 +18,11 @@ from ballscrew_tehl.physics.rolling_resistance import biboulet_houpert_point, ro
 def test_rolling_resistance_of_a_linear_wedge_is_exact():
     """p = x (1 - x), h = 1 + 2 (1 - x): integral of h dp/dx over 0..1 is 1/3, per width."""
     x = np.linspace(0.0, 1.0, 4001)
-    found = rolling_resistance(x, (x * (1.0 - x))[None], (3.0 - 2.0 * x)[None], np.array([0.5]))
+    found = resistance_of_cells(x, (x * (1.0 - x))[None], (3.0 - 2.0 * x)[None], np.array([0.5])).sum()
     assert abs(found - 0.5 / 3.0) <= 1e-7
     # exact for what is linear between the nodes
     x = np.array([0.0, 1.0, 3.0])
-    assert rolling_resistance(x, np.array([[0.0, 2.0, 2.0]]), x[None] + 1.0, np.array([1.0])) == 3.0
+    assert resistance_of_cells(x, np.array([[0.0, 2.0, 2.0]]), x[None] + 1.0, np.array([1.0])).sum() == 3.0
 
 
 @pytest.mark.parametrize("radius_ratio", [0.0353, 1.0])
@@ -63,9 +63,6 @@ def test_resistance_beyond_is_that_of_the_far_pressure(ratio):
     inner = dblquad(integrand, -X, 0.0, 0.0, Y, epsrel=1e-8)[0]
     found = resistance_beyond(x, y, rise + offset, R_x, R_y, shear, times)
     assert found == pytest.approx(outer - inner, rel=1e-4)
-    # the same way back
-    far = resistance_beyond(times * x, times * y, times**2 * rise + offset, R_x, R_y, shear, 1.0 / times)
-    assert far == pytest.approx(-found, rel=1e-9)
 
 
 def test_far_pressure_of_a_long_ellipse_is_that_of_a_flooded_line_contact():

@@ -5,7 +5,7 @@ Areas count the halves of a mirrored contact twice. The contact is the Hertz ell
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,8 +20,8 @@ SMOOTHED_OVER = 0.2
 class ContactIntegrals(NamedTuple):
     """Integrals of one solution.
 
-    rolling_resistance: integral of h dp/dx dA [N], of a flooded contact (neither x_in nor y_max given) up to x = -R_x,
-    with resistance_beyond: the part of it outside the grid, negative where the grid goes on beyond -R_x;
+    rolling_resistance: integral of h dp/dx dA [N], of a flooded contact (neither x_in nor y_max given) to x = -R_x and
+    y = +-R_x, with resistance_beyond: the part of it outside the grid, less what the grid has beyond these;
     rolling_loss: u_e times that, what pure rolling costs [W];
     traction_force_1, _2: film on the surfaces of the bodies along rolling [N]; shear_heat: by sliding and by the
     pressure flow [W], compression_heat [W], both on the grid; mean_temperature of the film over contact and
@@ -56,8 +56,8 @@ def pressure_core(pressure: Array, area: Array) -> tuple[float, float]:
     return largest, 2.0 * square / largest**2
 
 
-def rolling_resistance(x: Array, pressure: Array, gap: Array, width: Array) -> float:
-    """Integral of h dp/dx dA [N]: lines of pressure [Pa], gap [m] (n_y, n_x) at x (n_x,), as wide as width (n_y,) [m].
+def resistance_of_cells(x: Array, pressure: Array, gap: Array, width: Array) -> Array:
+    """Integral of h dp/dx dA [N] of each step along each line (n_y, n_x-1): lines of pressure [Pa], gap [m] (n_y, n_x) at x (n_x,), as wide as width (n_y,) [m].
 
     The gap of every step of the pressure is that of the wedge flux at this face (film/kernels.py, face_fluxes): with
     it the sum is the dissipation of the discrete pressure flow, in which no terms cancel. By the trapezoid the loss of
@@ -69,13 +69,18 @@ def rolling_resistance(x: Array, pressure: Array, gap: Array, width: Array) -> f
     behind = 0.5 * (before + 0.5 * own) / (before + own)
     upstream = -0.25 * own**2 / (before * (before + own))
     faces[:, 1:] = (1.0 - behind - upstream) * gap[:, 1:-1] + upstream * gap[:, :-2] + behind * gap[:, 2:]
-    return float(np.sum(width * (faces * np.diff(pressure, axis=1)).sum(axis=1)))
+    return np.asarray(width[:, None] * faces * np.diff(pressure, axis=1))
+
+
+def share_below(nodes: Array, limit: float) -> Array:
+    """Share of each interval between nodes (n,) that lies below a limit (n-1,)."""
+    return np.asarray(np.clip((limit - nodes[:-1]) / np.diff(nodes), 0.0, 1.0))
 
 
 def resistance_beyond(
-    x: Array, y: Array, gap: Array, R_x: float, R_y: float, shear: float, times: float
+    x: Array, y: Array, gap: Array, R_x: float, R_y: float, shear: float, times: Any
 ) -> float:
-    """Integral of h dp/dx dA [N] between a flooded domain and its enlargement `times` as large.
+    """Integral of h dp/dx dA [N] between a flooded domain and a larger one, `times` as far away.
 
     Far upstream the film of a point contact carries p = c |x|/h^2, h parabolic above any offset, which solves Reynolds'
     equation with c = 12 eta u_e/(3 + 2 R_x/R_y); on a long ellipse dp/dx is the 12 eta u_e/h^2 of a line contact. The
@@ -83,8 +88,8 @@ def resistance_beyond(
     with the logarithm of `times` without bound: a point contact in an endless bath has no finite rolling loss.
 
     Parameters   x, y (k,), gap (k,) [m]: nodes on the border of the domain upstream, from one line of symmetry or end
-                 to the other, x <= 0;  R_x, R_y [m];  shear: eta u_e [N/m] of the oil that enters;  times > 0: below
-                 1, the part inside the domain is returned with negative sign
+                 to the other, x <= 0;  R_x, R_y [m];  shear: eta u_e [N/m] of the oil that enters;  times >= 1: float or by
+                 node (k,), distance of the border of the larger domain over that of this one
     Source       derived (test: quadrature); Kapitza 1955 for the pressure of a half Sommerfeld solution
     """
     c = 12.0 * shear / (3.0 + 2.0 * R_x / R_y)
@@ -114,6 +119,26 @@ def _border_upstream(problem: ContactProblem, gap: Array) -> tuple[Array, Array,
     return x * hertz.b, y * hertz.a, border
 
 
+def _beyond_radius(problem: ContactProblem, gap: Array, cells: Array) -> float:
+    """What is to be added to the resistance [N] of a flooded domain, so that it holds for oil to x = -R_x and y = +-R_x.
+
+    That is about the radius of the smaller body, where its surface turns away. What the domain lacks is closed, what
+    it has beyond is left out.
+    """
+    grid, hertz, c = problem.geometry.grid, problem.scales.hertz, problem.given
+    x, y, border = _border_upstream(problem, gap)
+    with np.errstate(divide="ignore"):
+        times = np.minimum(c.R_x / np.abs(x), c.R_x / np.abs(y))
+    shear = float(eta0(problem.oil, c.temperature)) * abs(c.u_e)
+    lacking = resistance_beyond(x, y, border, c.R_x, c.R_y, shear, np.maximum(times, 1.0))
+    lacking *= 2.0 if grid.mirror else 1.0
+    half = 0.5 * grid.h_y
+    inner, outer = np.abs(grid.y) - half, np.abs(grid.y) + half
+    aside = np.clip((outer - c.R_x / hertz.a) / (outer - inner), 0.0, 1.0)
+    outside = np.maximum(share_below(grid.x, -c.R_x / hertz.b)[None, :], aside[:, None])
+    return lacking - float(np.sum(outside * cells))
+
+
 def walls(u_e: float, traction_force: float, rolling_resistance: float) -> dict[str, float]:
     """Forces on the walls: the pressure flow adds to both the same stress, h/2 dp/dx, against the motion.
 
@@ -140,14 +165,11 @@ def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: fl
     width = np.full(grid.y.size, grid.h_y * hertz.a)
     if grid.mirror:
         width[1:] *= 2.0
-    resistance = rolling_resistance(grid.x, pressure, gap, width)
+    cells = resistance_of_cells(grid.x, pressure, gap, width)
     beyond = 0.0
     if problem.options.x_in is None and problem.options.y_max is None:
-        x, y, border = _border_upstream(problem, gap)
-        shear = float(eta0(problem.oil, c.temperature)) * abs(c.u_e)
-        beyond = resistance_beyond(x, y, border, c.R_x, c.R_y, shear, -c.R_x / float(x.min()))
-        beyond *= 2.0 if grid.mirror else 1.0
-        resistance += beyond
+        beyond = _beyond_radius(problem, gap, cells)
+    resistance = float(cells.sum()) + beyond
     area = grid.weights * (hertz.a * hertz.b)
     inside = (grid.x[None, :] ** 2 + grid.y[:, None] ** 2 <= 1.0) * area
     if not inside.any():

@@ -180,12 +180,12 @@ class FrictionParameters(Table):
         + BOUNDED["ball_thrust"].meaning,
     )
     replenishment_constant: float = Field(
-        default=0.0, ge=0, le=1e-6,
-        description="K_rs of SKF, mechanistic only: 0 flooded, 3e-8 low oil bath or oil jet, 6e-8 grease or oil-air",
+        default=6e-8, ge=0, le=1e-6,
+        description="K_rs of SKF, mechanistic only: 6e-8 grease or oil-air, 3e-8 low oil bath or oil jet, 0 flooded",
     )
     inlet_films: float | None = Field(
         default=None, ge=2, le=1e6,
-        description="gap at the meniscus of a starved inlet over the film, mechanistic only; none: flooded",
+        description="gap at the meniscus of a starved inlet over the film, in place of replenishment_constant",
     )
     roughness_height: float | None = quantity(
         "length", "override of the set; default: composite of raceway_rq and ball_rq, if given",
@@ -194,7 +194,8 @@ class FrictionParameters(Table):
 
     @model_validator(mode="after")
     def _one_law_of_starvation(self) -> FrictionParameters:
-        if self.replenishment_constant > 0.0 and self.inlet_films is not None:
+        given = "replenishment_constant" in self.model_fields_set and self.replenishment_constant > 0.0
+        if given and self.inlet_films is not None:
             raise FieldError("inlet_films", "no entry with replenishment_constant", "choose one of both")
         return self
 

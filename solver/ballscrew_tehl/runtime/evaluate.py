@@ -12,10 +12,9 @@ Limits:
   below its own axis is flagged.
 - a preload, speed, temperature or axial load beyond the axes is clamped and flagged. A negative preload
   counts as 0.
-- standstill law below the lowest speed of the axis, s = |speed|/lowest: viscous or rolling torque (1 - c) s + c s^3
+- standstill law below the lowest speed of the axis, s = |speed|/lowest: viscous torque (1 - c) s + c s^3
   times its value at the lowest speed, with c from the local exponent of speed there (odd, smooth, monotone);
-  films s^0.67 (exponent of the elastohydrodynamic film), temperature rise s. The sliding torque rises to
-  breakaway_factor over the factor of the map at the lowest speed (nut_law.coulomb_rise). In range.
+  films s^0.67 (exponent of the elastohydrodynamic film), temperature rise s. In range.
 """
 
 import math
@@ -31,12 +30,12 @@ from ballscrew_tehl.runtime.bspline import Axis, cubic_slopes, cubic_weights, we
 from ballscrew_tehl.runtime.nut_law import (
     ARRAYS,
     FLOATS,
-    NUT_TORQUES,
     DoubleNutState,
     Numbers,
     double_nut,
     nut_extremes,
     nut_forces,
+    nut_torques,
 )
 from ballscrew_tehl.runtime.packed import (
     DEFAULTS,
@@ -66,8 +65,6 @@ class NutMap:
         arrays = {name: np.ascontiguousarray(array, dtype=np.float64) for name, array in arrays.items()}
         check(header, arrays)
         self.header: Mapping[str, Any] = header
-        self.law: str = header["law"]
-        self.nut_torques = NUT_TORQUES[self.law]
         self.arrays = arrays
         self.defaults = FrictionParameters(*(float(header["defaults"][name]) for name in DEFAULTS))
         axes = header["axes"]
@@ -109,18 +106,17 @@ class NutMap:
         apparent_viscosity_ratio: Operand | None = None,
         net_sliding_coefficient: Operand | None = None,
         roughness_height: Operand | None = None,
-        breakaway_factor: Operand | None = None,
     ) -> DoubleNutState:
         """State of the double nut at one operating point or at many (arrays broadcast; same numbers).
 
         Parameters   preload : [N]; temperature : [K]; axial_load : [N], sign says which nut it loads
                      speed : [rad/s], either sign
                      apparent_viscosity_ratio, net_sliding_coefficient : >= 0; roughness_height : [m], >= 0;
-                     breakaway_factor : >= 0, values below 1 count as 1; None takes the default of the map header
+                     None takes the default of the map header
         Returns      DoubleNutState; no regularisation of the Coulomb parts at standstill
         Raises       ValueError: an argument that is not finite, or a negative friction parameter
         """
-        given = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height, breakaway_factor)
+        given = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height)
         arguments = self.checked_arguments(preload, speed, temperature, axial_load, *given)
         if isinstance(arguments[0], (float, int)):
             return self.evaluate_point(*arguments)
@@ -138,8 +134,8 @@ class NutMap:
 
         Raises       ValueError as evaluate()
         """
-        filled = (d if g is None else g for g, d in zip(friction, self.defaults, strict=True))
-        arguments: list[Any] = [preload, speed, temperature, axial_load, *filled]
+        ratio, net, roughness = (d if g is None else g for g, d in zip(friction, self.defaults, strict=True))
+        arguments: list[Any] = [preload, speed, temperature, axial_load, ratio, net, roughness]
         if all(isinstance(a, (float, int)) for a in arguments):
             for name, value in zip(_ARGUMENTS, arguments, strict=True):
                 if not math.isfinite(value) or (value < 0.0 and name in _NOT_NEGATIVE):
@@ -185,7 +181,6 @@ class NutMap:
         ratio: float,
         net: float,
         roughness: float,
-        breakaway: float,
         correction: Correction | None = None,
     ) -> DoubleNutState:
         """evaluate() for floats that the caller has checked: the step of the FMU.
@@ -211,7 +206,7 @@ class NutMap:
             scale = speed_axis.scale
             rows.append([a * b for a in [scale * a for a in cubic_slopes(tj)] for b in w_k])
         weights = np.array(rows)
-        nuts = (j, k, weights, s, FrictionParameters(ratio, net, roughness, breakaway), correction)
+        nuts = (j, k, weights, s, ratio, net, roughness, correction)
         if axial_load == 0.0:
             nut = self._nut_point(preload, *nuts)
             return double_nut(nut, nut, roughness, not clamped, tuple(clamped), FLOATS)
@@ -229,7 +224,9 @@ class NutMap:
         k: int,
         weights: Array,
         s: float,
-        friction: FrictionParameters,
+        ratio: float,
+        net: float,
+        roughness: float,
         correction: Correction | None,
     ) -> tuple[Numbers, Numbers]:
         i, ti = self.force.place(force)
@@ -242,7 +239,7 @@ class NutMap:
             values[0] = correction(force, values[0])
         f = force / self.force.lo if force < self.force.lo else 1.0
         slopes = values[1] if s < 1.0 else None
-        torques = self.nut_torques(values[0], slopes, curves, f, s, friction, FLOATS)
+        torques = nut_torques(values[0], slopes, curves, f, s, ratio, net, roughness, FLOATS)
         return torques, nut_extremes(values[0], curves, f, s, FLOATS)
 
     def _forces_point(self, preload: float, axial_load: float) -> tuple[float, float]:
@@ -281,7 +278,9 @@ class NutMap:
         speed: Array,
         temperature: Array,
         axial_load: Array,
-        *friction: Array,
+        ratio: Array,
+        net: Array,
+        roughness: Array,
     ) -> tuple[tuple[Any, ...], dict[str, NDArray[np.bool_]]]:
         """State without the names of what is clamped, and where each of _CLAMPED is."""
         outside = {"preload": (preload < self.preload.lo) | (preload > self.force.hi)}
@@ -296,16 +295,14 @@ class NutMap:
             outside["axial_load"] = (loaded > self.force.hi) & (axial_load != 0.0)
             forces = [relieved, np.minimum(loaded, self.force.hi)]
         s = np.minimum(speed / self.speed.lo, 1.0)
-        parameters = FrictionParameters(*friction)
         nuts = []
         for force in forces:
             slow = bool((s < 1.0).any())
             values, slopes, curves = self._splines_array(force, speed, temperature, with_slopes=slow)
             f = np.minimum(force / self.force.lo, 1.0)
-            torques = self.nut_torques(values, slopes, curves, f, s, parameters, ARRAYS)
+            torques = nut_torques(values, slopes, curves, f, s, ratio, net, roughness, ARRAYS)
             nuts.append((torques, nut_extremes(values, curves, f, s, ARRAYS)))
         in_range = ~np.logical_or.reduce(list(outside.values()))
-        roughness = parameters.roughness_height
         return double_nut(nuts[0], nuts[-1], roughness, in_range, (), ARRAYS)[:-1], outside
 
     @cached_property
