@@ -23,7 +23,7 @@ from ..parameters.identity import map_parameters_json, parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.hertz import RACEWAYS
 from ..runtime.evaluate import NutMap
-from ..runtime.packed import FORCE_CURVES, SURFACES, MapError, sealed
+from ..runtime.packed import DEFAULTS, FILM_SHEAR, FORCE_CURVES, SURFACES, MapError, sealed
 
 if TYPE_CHECKING:
     from .contact_map import ContactMap
@@ -103,7 +103,9 @@ def _spline_variables(arrays: Mapping[str, Mapping[str, Array]]) -> dict[str, Va
     knots = ("force_knot", "speed_knot", "temperature_knot")
     variables: dict[str, Variable] = {}
     for film, by_name in arrays.items():
-        long_name = "uniform cubic B-spline coefficients of ln values of one nut: " + ", ".join(SURFACES[:4])
+        long_name = "uniform cubic B-spline coefficients of ln values of one nut: " + ", ".join(
+            SURFACES[FILM_SHEAR][:4]
+        )
         variables[f"viscous_coefficients_{film}"] = (
             (*knots, "viscous_column"),
             by_name["coefficients"][..., :VISCOUS_COLUMNS],
@@ -112,7 +114,7 @@ def _spline_variables(arrays: Mapping[str, Mapping[str, Array]]) -> dict[str, Va
     common = arrays[FILM_MODELS[0]]
     for name, dimensions, array, long_name in (
         ("extreme_coefficients", (*knots, "extreme_column"), common["coefficients"][..., VISCOUS_COLUMNS:],
-         "the same for the load-carrying balls: " + ", ".join(SURFACES[4:])),
+         "the same for the load-carrying balls: " + ", ".join(SURFACES[FILM_SHEAR][4:])),
         ("force_coefficients", ("force_knot", "force_column"), common["force_coefficients"],
          "the same over force alone: " + ", ".join(FORCE_CURVES)),
         ("separation_coefficients", ("preload_knot", "side"), common["separation_coefficients"],
@@ -247,9 +249,8 @@ def load_map(
         name: variables[name]
         for name in ("force_coefficients", "separation_coefficients", "sharing_coefficients")
     }
-    header = dict(header, film_model=film, defaults=dict(zip(
-        ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height"), friction.values, strict=True
-    )), friction=_provenance(friction))  # fmt: skip
+    defaults = dict(zip(DEFAULTS, (*friction.values, 1.0), strict=True))
+    header = dict(header, law=FILM_SHEAR, film_model=film, defaults=defaults, friction=_provenance(friction))
     arrays["coefficients"] = coefficients
     return NutMap.from_arrays(sealed(header, arrays), arrays)
 
