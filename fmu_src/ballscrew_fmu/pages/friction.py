@@ -51,8 +51,8 @@ LAWS = {
         "(sliding_torque), with parameters fitted to measured torques."
     ),
     MECHANISTIC: (
-        "hydrodynamic rolling loss of the films (viscous_torque), hysteresis of the balls (hysteresis_torque), and slip "
-        "in contacts (spin, differential slip, helix) with friction of balls on each other (sliding_torque). One "
+        "hydrodynamic rolling loss of the films (viscous_torque), hysteresis of the balls (hysteresis_torque), slip "
+        "in contacts (spin, differential slip, helix) and friction of balls on each other (sliding_torque). One "
         "parameter is fitted, net_sliding_coefficient. apparent_viscosity_ratio is 1 for the viscosity of the oil, and "
         "roughness_height has no effect on torques."
     ),
