@@ -5,7 +5,8 @@ import math
 import pytest
 
 from ballscrew_tehl.runtime.dual import DUALS, Dual
-from ballscrew_tehl.runtime.nut_law import FLOATS, nut_forces, nut_torques
+from ballscrew_tehl.runtime.nut_law import FLOATS, NUT_TORQUES, nut_forces
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC, FrictionParameters
 
 WIDTH = 1e-6
 AGREEMENT = 1e-8  # of central differences: WIDTH^2 and rounding over WIDTH
@@ -37,20 +38,27 @@ def test_a_power_at_zero_has_no_slope():
     assert (Dual(0.0, 1.0) ** (1.0 / 3.0)).slope == 0.0
 
 
+SURFACES = {FILM_SHEAR: (-3.0, -2.5, -17.0, -17.2), MECHANISTIC: (-3.0, -2.5, -3.5, 0.2)}
+SLOPES = {FILM_SHEAR: (0.4, 0.5, 0.65, 0.66), MECHANISTIC: (0.4, 0.5, 0.05, -0.3)}
+
+
+@pytest.mark.parametrize("law", SURFACES)
+@pytest.mark.parametrize("breakaway", [1.0, 2.0])
 @pytest.mark.parametrize("s", [0.3, 1.0])
 @pytest.mark.parametrize("f", [0.2, 1.0])
-def test_torques_of_a_nut_with_their_slopes(s, f):
+def test_torques_of_a_nut_with_their_slopes(s, f, breakaway, law):
     """Surfaces that are linear in x; below the axis the force over its low end changes as well."""
-    surfaces, rates = (-3.0, -2.5, -17.0, -17.2), (0.9, 0.7, -0.06, -0.05)
-    slopes, curves = (0.4, 0.5, 0.65, 0.66), (-5.0, 4.0)
-    friction = (7.6, 0.0051, 24e-9)
+    surfaces, rates = SURFACES[law], (0.9, 0.7, -0.06, -0.05)
+    slopes, curves = SLOPES[law], (-5.0, 4.0)
+    friction = FrictionParameters(7.6, 0.0051, 24e-9, breakaway)
 
     def along(x, number):
         at = [number(v + r * x, r) for v, r in zip(surfaces, rates, strict=True)]
         over_speed = None if s == 1.0 else [number(v + 0.1 * x, 0.1) for v in slopes]
         force = f if f == 1.0 else number(f * math.exp(x), f * math.exp(x))
         lines = [number(v + 1.2 * x, 1.2) for v in curves]
-        return nut_torques(at, over_speed, lines, force, s, *friction, DUALS if number is Dual else FLOATS)
+        ops = DUALS if number is Dual else FLOATS
+        return NUT_TORQUES[law](at, over_speed, lines, force, s, friction, ops)
 
     found = along(0.0, Dual)
     for n, part in enumerate(found):

@@ -4,16 +4,29 @@ import math
 
 import numpy as np
 import pytest
+from synthetic_map import LAWS, make_map
 
 from ballscrew_tehl.friction.torque import preload_from_torque
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import changed, load_parameters
 from ballscrew_tehl.runtime.constants import LEAST_ELASTICITY, MOST_ITERATIONS
 from ballscrew_tehl.runtime.over_preload import OverPreload
+from ballscrew_tehl.runtime.packed import FrictionParameters
 from ballscrew_tehl.runtime.preload import estimate_preload
 
 REGULARIZATION = 0.1
-SETS = ((7.6, 0.0051, 24e-9), (1.0, 0.0, 0.0), (40.0, 0.0, 200e-9), (0.0, 0.01, 0.0))
+SETS = tuple(
+    FrictionParameters(*values)
+    for values in (
+        (7.6, 0.0051, 24e-9, 1.0), (1.0, 0.0, 0.0, 3.0), (40.0, 0.0, 200e-9, 1.0), (0.0, 0.01, 0.0, 2.0),
+    )
+)  # fmt: skip
+MAPS = {law: make_map(law=law) for law in LAWS}
+
+
+@pytest.fixture(params=LAWS)
+def nut_map(request):
+    return MAPS[request.param]
 
 
 def torque_of(nut_map, preload, speed, temperature=303.15, axial_load=0.0, friction=SETS[0]):
@@ -24,7 +37,7 @@ def torque_of(nut_map, preload, speed, temperature=303.15, axial_load=0.0, frict
 
 
 def estimate(nut_map, torque, speed, temperature=303.15, axial_load=0.0, friction=SETS[0]):
-    return estimate_preload(nut_map, torque, speed, temperature, axial_load, *friction, REGULARIZATION)
+    return estimate_preload(nut_map, torque, speed, temperature, axial_load, friction, REGULARIZATION)
 
 
 def random_points(count, seed=7):
@@ -38,20 +51,20 @@ def random_points(count, seed=7):
     return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
-def test_torque_is_that_of_the_map(synthetic_nut_map):
+def test_torque_is_that_of_the_map(nut_map):
     for preload, speed, temperature, axial, n in random_points(500):
-        preload = min(preload, synthetic_nut_map.force.hi)
-        model = OverPreload(synthetic_nut_map, speed, temperature, axial, *SETS[n], REGULARIZATION)
-        expected = abs(float(torque_of(synthetic_nut_map, preload, speed, temperature, axial, SETS[n])))
+        preload = min(preload, nut_map.force.hi)
+        model = OverPreload(nut_map, speed, temperature, axial, SETS[n], REGULARIZATION)
+        expected = abs(float(torque_of(nut_map, preload, speed, temperature, axial, SETS[n])))
         assert model.torque(preload).torque == pytest.approx(expected, rel=1e-13, abs=1e-300)
 
 
-def test_derivative_is_that_of_differences(synthetic_nut_map):
+def test_derivative_is_that_of_differences(nut_map):
     """Central differences of two widths, where these agree: not over an end of an axis."""
     compared = 0
     for preload, speed, temperature, axial, n in random_points(800):
-        preload = min(preload, 0.999 * synthetic_nut_map.force.hi)
-        model = OverPreload(synthetic_nut_map, speed, temperature, axial, *SETS[n], REGULARIZATION)
+        preload = min(preload, 0.999 * nut_map.force.hi)
+        model = OverPreload(nut_map, speed, temperature, axial, SETS[n], REGULARIZATION)
         total, slope, _ = model.torque(preload)
         wide, narrow = (
             (model.torque(preload + w)[0] - model.torque(preload - w)[0]) / (2.0 * w)
@@ -64,79 +77,77 @@ def test_derivative_is_that_of_differences(synthetic_nut_map):
 
 
 @pytest.mark.slow
-def test_the_preload_is_recovered(synthetic_nut_map):
+def test_the_preload_is_recovered(nut_map):
     in_range_count = 0
     for preload, speed, temperature, axial, n in random_points(3000):
-        state = synthetic_nut_map.evaluate(preload, speed, temperature, axial, *SETS[n])
-        torque = float(torque_of(synthetic_nut_map, preload, speed, temperature, axial, SETS[n]))
-        found = estimate(synthetic_nut_map, torque, speed, temperature, axial, SETS[n])
+        state = nut_map.evaluate(preload, speed, temperature, axial, *SETS[n])
+        torque = float(torque_of(nut_map, preload, speed, temperature, axial, SETS[n]))
+        found = estimate(nut_map, torque, speed, temperature, axial, SETS[n])
         if state.in_range and found.in_range:
             in_range_count += 1
             assert found.preload == pytest.approx(preload, rel=1e-9), (speed, temperature, axial, n)
             elasticity = found.torque_sensitivity * preload / abs(torque)
             assert elasticity >= LEAST_ELASTICITY * (1.0 - 1e-9)
         elif found.in_range:
-            assert found.preload == pytest.approx(
-                synthetic_nut_map.force.hi
-            )  # the torque of a clamped preload
+            assert found.preload == pytest.approx(nut_map.force.hi)  # the torque of a clamped preload
         else:
             # outside the map, or one nut separated: as in the state of the map
             beyond = {"torque" if name == "preload" else name for name in state.clamped}
-            model = OverPreload(synthetic_nut_map, speed, temperature, axial, *SETS[n], REGULARIZATION)
+            model = OverPreload(nut_map, speed, temperature, axial, SETS[n], REGULARIZATION)
             is_separated = preload <= model.separation_preload() * (1.0 + 1e-6)
             assert beyond or is_separated, (preload, found)
     assert in_range_count > 2000
 
 
-def test_it_agrees_with_the_bracketing_solver(synthetic_nut_map):
+def test_it_agrees_with_the_bracketing_solver(nut_map):
     for speed in (-3.0, 10.5, 200.0):
 
         def torque(preload, speed=speed):
-            return abs(float(torque_of(synthetic_nut_map, preload, speed)))
+            return abs(float(torque_of(nut_map, preload, speed)))
 
         for target in (0.05, 0.8, 3.0):
-            bracketed = preload_from_torque(torque, target, 0.0, synthetic_nut_map.force.hi)
-            found = estimate(synthetic_nut_map, math.copysign(target, speed), speed)
+            bracketed = preload_from_torque(torque, target, 0.0, nut_map.force.hi)
+            found = estimate(nut_map, math.copysign(target, speed), speed)
             assert found.preload == pytest.approx(bracketed, rel=1e-11)
 
 
-def test_torque_outside_the_range_of_the_map(synthetic_nut_map):
-    lowest, highest = synthetic_nut_map.force.lo, synthetic_nut_map.force.hi
+def test_torque_outside_the_range_of_the_map(nut_map):
+    lowest, highest = nut_map.force.lo, nut_map.force.hi
     for torque in (0.0, -0.5):
-        found = estimate(synthetic_nut_map, torque, 30.0)
+        found = estimate(nut_map, torque, 30.0)
         assert (found.preload, found.clamped) == (0.0, ("torque",))
-    assert estimate(synthetic_nut_map, 1e3, 30.0)[::2] == (highest, ("torque",))
+    assert estimate(nut_map, 1e3, 30.0)[::2] == (highest, ("torque",))
     # below the axis the map extrapolates by power laws and sets the flag
-    small = float(torque_of(synthetic_nut_map, 0.3 * lowest, 30.0))
-    found = estimate(synthetic_nut_map, small, 30.0)
+    small = float(torque_of(nut_map, 0.3 * lowest, 30.0))
+    found = estimate(nut_map, small, 30.0)
     assert found.preload == pytest.approx(0.3 * lowest, rel=1e-10)
     assert found.clamped == ("torque",)
     fast, hot = (
-        float(torque_of(synthetic_nut_map, 2e3, 500.0)),
-        float(torque_of(synthetic_nut_map, 2e3, 3.0, 400.0)),
+        float(torque_of(nut_map, 2e3, 500.0)),
+        float(torque_of(nut_map, 2e3, 3.0, 400.0)),
     )
-    assert estimate(synthetic_nut_map, fast, 500.0).clamped == ("speed",)
-    assert estimate(synthetic_nut_map, hot, 3.0, 400.0).clamped == ("temperature",)
+    assert estimate(nut_map, fast, 500.0).clamped == ("speed",)
+    assert estimate(nut_map, hot, 3.0, 400.0).clamped == ("temperature",)
 
 
-def test_an_axial_load_beyond_the_map_is_clamped(synthetic_nut_map):
-    torque = float(torque_of(synthetic_nut_map, 9000.0, 30.0, axial_load=6000.0))
-    assert "axial_load" in estimate(synthetic_nut_map, torque, 30.0, axial_load=6000.0).clamped
+def test_an_axial_load_beyond_the_map_is_clamped(nut_map):
+    torque = float(torque_of(nut_map, 9000.0, 30.0, axial_load=6000.0))
+    assert "axial_load" in estimate(nut_map, torque, 30.0, axial_load=6000.0).clamped
 
 
 @pytest.mark.parametrize("axial", [4000.0, -4000.0])
-def test_preload_is_not_in_range_with_a_separated_nut(synthetic_nut_map, axial):
-    model = OverPreload(synthetic_nut_map, 30.0, 303.15, axial, *SETS[0], REGULARIZATION)
+def test_preload_is_not_in_range_with_a_separated_nut(nut_map, axial):
+    model = OverPreload(nut_map, 30.0, 303.15, axial, SETS[0], REGULARIZATION)
     parting = model.separation_preload()
     assert 0.2 * abs(axial) < parting < 0.5 * abs(axial)
     torques = [model.torque(share * parting)[0] for share in (0.0, 0.5, 0.999, 1.0, 1.01)]
     assert torques[:4] == pytest.approx([torques[0]] * 4, rel=1e-6)
     assert torques[4] > torques[0] * (1.0 + 1e-4)
     for torque in (torques[0], 0.7 * torques[0]):
-        found = estimate(synthetic_nut_map, torque, 30.0, axial_load=axial)
+        found = estimate(nut_map, torque, 30.0, axial_load=axial)
         assert found.preload == pytest.approx(parting, rel=1e-12)
         assert (found.torque_sensitivity, found.clamped) == (0.0, ("torque",))
-    found = estimate(synthetic_nut_map, torques[4], 30.0, axial_load=axial)
+    found = estimate(nut_map, torques[4], 30.0, axial_load=axial)
     assert found.preload == pytest.approx(1.01 * parting, rel=1e-9)
 
 
@@ -156,7 +167,7 @@ def test_torque_rises_with_preload_over_the_packaged_maps(kinematics):
         assert rise.min() > (0.5 if axial == 0.0 else -1e-12)
 
 
-def test_the_number_of_evaluations_is_small_and_bounded(synthetic_nut_map, monkeypatch):
+def test_the_number_of_evaluations_is_small_and_bounded(nut_map, monkeypatch):
     counts = []
     original = OverPreload.torque
 
@@ -169,7 +180,7 @@ def test_the_number_of_evaluations_is_small_and_bounded(synthetic_nut_map, monke
     for _, speed, temperature, axial, n in random_points(1000):
         counts.append(0)
         estimate(
-            synthetic_nut_map,
+            nut_map,
             rng.normal() * 10.0 ** rng.uniform(-9.0, 3.0),
             speed,
             temperature,
@@ -183,10 +194,10 @@ def test_the_number_of_evaluations_is_small_and_bounded(synthetic_nut_map, monke
 @pytest.mark.parametrize("torque", [5e-324, 1e-30, 1e29])
 @pytest.mark.parametrize("speed", [5e-324, -1e-12, 1e29])
 @pytest.mark.parametrize("axial", [0.0, 1e-300, -1e29])
-def test_extreme_numbers_give_finite_answers(synthetic_nut_map, torque, speed, axial):
-    for friction in (*SETS, (1e29, 1e29, 1e29), (0.0, 0.0, 1e29)):
+def test_extreme_numbers_give_finite_answers(nut_map, torque, speed, axial):
+    for friction in (*SETS, FrictionParameters(*[1e29] * 4), FrictionParameters(0.0, 0.0, 1e29, 1e29)):
         for regularization in (0.0, 0.1, 1e29):
-            found = estimate_preload(synthetic_nut_map, torque, speed, 0.0, axial, *friction, regularization)
+            found = estimate_preload(nut_map, torque, speed, 0.0, axial, friction, regularization)
             assert math.isfinite(found.preload)
             assert math.isfinite(found.torque_sensitivity)
             assert not found.in_range

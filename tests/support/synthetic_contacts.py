@@ -20,7 +20,7 @@ from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import sealed
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, sealed
 
 GRID = MapGrid(
     force=(400.0, 12000.0, 7),
@@ -138,9 +138,11 @@ def nut_map_of(built: BuiltMap, film="solved", ratio=7.0, net=0.005, roughness=3
     header = {
         **built.header,
         "contact_cell": list(built.contact_map.cell),
+        "law": FILM_SHEAR,
         "film_model": film,
         "defaults": {
-            "apparent_viscosity_ratio": ratio, "net_sliding_coefficient": net, "roughness_height": roughness
+            "apparent_viscosity_ratio": ratio, "net_sliding_coefficient": net, "roughness_height": roughness,
+            "breakaway_factor": 1.0,
         },
     }  # fmt: skip
     return NutMap.from_arrays(sealed(header, built.arrays[film]), built.arrays[film])

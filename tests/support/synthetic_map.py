@@ -9,7 +9,7 @@ import numpy as np
 
 from ballscrew_tehl.runtime.bspline import map_arrays
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import AXES, sealed
+from ballscrew_tehl.runtime.packed import AXES, FILM_SHEAR, MECHANISTIC, sealed
 
 AXIS = {
     "force": (50.0, 12000.0, 7),
@@ -18,10 +18,18 @@ AXIS = {
     "preload": (50.0, 12000.0, 6),
     "share": (0.0, 1.0, 5),
 }
-DEFAULTS = {"apparent_viscosity_ratio": 7.6, "net_sliding_coefficient": 0.0051, "roughness_height": 24e-9}
+DEFAULTS = {
+    "apparent_viscosity_ratio": 7.6, "net_sliding_coefficient": 0.0051, "roughness_height": 24e-9,
+    "breakaway_factor": 1.0,
+}  # fmt: skip
+MECHANISTIC_DEFAULTS = {
+    "apparent_viscosity_ratio": 1.0, "net_sliding_coefficient": 0.0048, "roughness_height": 200e-9,
+    "breakaway_factor": 2.0,
+}  # fmt: skip
+LAWS = (FILM_SHEAR, MECHANISTIC)
 
 
-def surfaces(force, speed, temperature):
+def surfaces(force, speed, temperature, law=FILM_SHEAR):
     """The ten surfaces of one nut, stacked on the last axis; SI."""
     x, y, z = np.log(force / 1000.0), np.log(speed / 10.0), (temperature - 303.15) / 50.0
     film_screw = 43e-9 * np.exp(-0.067 * x + 0.67 * y - 0.004 * y**2 - 0.9 * z + 0.1 * z**2)
@@ -29,9 +37,18 @@ def surfaces(force, speed, temperature):
     torque_screw = 0.009 * np.exp(0.66 * x + 0.34 * y + 0.003 * y**2 - 0.002 * x * y - 1.1 * z)
     torque_nut = 0.017 * np.exp(0.67 * x + 0.33 * y + 0.004 * y**2 - 1.2 * z)
     rise = 8.0 * np.exp(0.2 * x + 0.9 * y - 0.02 * y**2 - 0.5 * z)
+    torques = torque_screw, torque_nut, film_screw, film_nut
+    if law == MECHANISTIC:
+        thinner = y - np.log(AXIS["speed"][1] / 10.0) - 0.2 * z  # 0 in the thickest films
+        torques = (
+            0.02 * np.exp(0.35 * x + 0.6 * y - 0.01 * y**2 - 0.8 * z),
+            0.03 * np.exp(0.36 * x + 0.62 * y - 0.012 * y**2 - 0.85 * z + 0.01 * x * y),
+            0.03 * np.exp(0.9 * x + 0.05 * y - 0.3 * z),
+            np.exp((0.008 + 0.0005 * x) * thinner**2),
+        )
     return np.stack(
         np.broadcast_arrays(
-            torque_screw, torque_nut, film_screw, film_nut, 0.6 * film_screw, 0.55 * film_nut,
+            *torques, 0.6 * film_screw, 0.55 * film_nut,
             0.95 * film_screw, 0.9 * film_nut, rise, 0.7 * rise,
         ),
         axis=-1,
@@ -73,10 +90,10 @@ def nodes(name):
     return np.linspace(lo, hi, count)
 
 
-def make_map(viscous_scale: float = 1.0, force_exponent: float = 0.0) -> NutMap:
+def make_map(viscous_scale: float = 1.0, force_exponent: float = 0.0, law: str = FILM_SHEAR) -> NutMap:
     """The map; the viscous torque is multiplied by viscous_scale*(force/1 kN)^force_exponent, for other content."""
     force, speed, temperature, preload, share = (nodes(name) for name in AXES)
-    values = surfaces(force[:, None, None], speed[None, :, None], temperature[None, None, :])
+    values = surfaces(force[:, None, None], speed[None, :, None], temperature[None, None, :], law)
     values[..., :2] *= viscous_scale * (force[:, None, None, None] / 1000.0) ** force_exponent
     arrays = map_arrays(
         values,
@@ -88,9 +105,10 @@ def make_map(viscous_scale: float = 1.0, force_exponent: float = 0.0) -> NutMap:
         "axes": {name: list(AXIS[name]) for name in AXES},
         "parameters_json": "{}",
         "parameters_hash": "0" * 64,
+        "law": law,
         "kinematics": "published",
         "film_model": "synthetic",
-        "defaults": DEFAULTS,
+        "defaults": DEFAULTS if law == FILM_SHEAR else MECHANISTIC_DEFAULTS,
         "certificate": {},
         "version": "0.1.0",
     }

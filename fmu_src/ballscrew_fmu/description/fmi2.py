@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.variables.friction import UNITS, Variable
+from ballscrew_fmu.variables.friction import UNITS, Variable, law_name
 
 LOG_CATEGORIES = {
     "logStatusWarning": "An input is outside the map and is clamped",
@@ -44,7 +44,7 @@ def model_description(
         guid=guid,
         description=(
             f"{model.summary}, thermal elastohydrodynamic lubrication; "
-            f"{header['kinematics']} kinematics, map {header['content_hash'][:12]}"
+            f"{law_name(header)} friction law, {header['kinematics']} kinematics, map {header['content_hash'][:12]}"
         ),
         version=str(header["version"]),
         license="MIT",

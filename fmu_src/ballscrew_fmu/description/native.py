@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, SubElement
 from ballscrew_fmu.description.fmi2 import LOG_CATEGORIES as PYTHON_CATEGORIES
 from ballscrew_fmu.description.fmi2 import _scalar_variable, _unit_definitions
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.variables.friction import TIME, Variable
+from ballscrew_fmu.variables.friction import TIME, Variable, law_name
 
 LOG_CATEGORIES = {
     "logStatusWarning": PYTHON_CATEGORIES["logStatusWarning"],
@@ -122,8 +122,8 @@ def native_description(
             "modelName": model.native_name,
             "guid" if fmi_version == 2 else "instantiationToken": token,
             "description": (
-                f"{model.summary}, thermal elastohydrodynamic "
-                f"lubrication; {header['kinematics']} kinematics, map {header['content_hash'][:12]}"
+                f"{model.summary}, thermal elastohydrodynamic lubrication; {law_name(header)} friction law, "
+                f"{header['kinematics']} kinematics, map {header['content_hash'][:12]}"
             ),
             "version": str(header["version"]),
             "license": "MIT",

@@ -5,15 +5,14 @@ import struct
 import numpy as np
 
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import AXES, DEFAULTS
+from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, SURFACES, TORQUE_SURFACES
 
 MAP_FILE = "nut_map.bin"
-MAGIC = b"BSFMAP01"
-TORQUE_COLUMNS = 4  # number of surfaces needed for a torque, the first ones in packed.SURFACES
+MAGIC = b"BSFMAP02"
 
 
 def map_bytes(nut_map: NutMap) -> bytes:
-    """Magic, size, checksum and content hash, then little-endian doubles: axes, defaults, coefficients.
+    """Magic, size, checksum and content hash, then little-endian doubles: axes, defaults, law, coefficients.
 
     The surfaces needed for a torque are stored apart from the others, speed first and force last: an evaluation reads
     sixteen contiguous rows (native/core/nut_law.h).
@@ -21,11 +20,12 @@ def map_bytes(nut_map: NutMap) -> bytes:
     header, arrays = nut_map.header, nut_map.arrays
     numbers = [float(x) for name in AXES for x in header["axes"][name]]
     numbers += [float(header["defaults"][name]) for name in DEFAULTS]
+    numbers.append(float(tuple(SURFACES).index(nut_map.law)))
     surfaces = arrays["coefficients"].transpose(1, 2, 0, 3)
     parts = [
         np.array(numbers),
-        surfaces[..., :TORQUE_COLUMNS],
-        surfaces[..., TORQUE_COLUMNS:],
+        surfaces[..., :TORQUE_SURFACES],
+        surfaces[..., TORQUE_SURFACES:],
         arrays["force_coefficients"],
         arrays["separation_coefficients"].T,
         arrays["sharing_coefficients"].transpose(2, 0, 1),

@@ -7,17 +7,17 @@ headers are needed to compile but, as the standard requires, are not in the FMU 
 
 import importlib.resources
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import fmpy
 
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.native_fmu.map_file import MAGIC, MAP_FILE, TORQUE_COLUMNS
+from ballscrew_fmu.native_fmu.map_file import MAGIC, MAP_FILE
 from ballscrew_fmu.variables.friction import Variable
 from ballscrew_tehl.runtime import constants
-from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, FORCE_CURVES, SURFACES
+from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, FILM_SHEAR, FORCE_CURVES, SURFACES, TORQUE_SURFACES
 
 NATIVE_NAME = FRICTION.native_name
 FMI_HEADERS = {
@@ -93,8 +93,12 @@ _CONSTANTS = """\
 #define MAP_MAGIC "{magic}"
 #define MAP_AXES {axes}
 
-/* columns of the surfaces: those needed for a torque, then the others; raceway of the screw before that of the nut */
-enum {{ {torque}, TORQUE_COLUMNS }};
+enum {{ {laws}, LAWS }};
+
+/* columns of the surfaces: those needed for a torque by each law, then the others; raceway of the screw before that of
+   the nut */
+{torque}
+#define TORQUE_COLUMNS {torques}
 enum {{ {films}, FILM_COLUMNS }};
 enum {{ {curves}, CURVE_COLUMNS }};
 
@@ -167,17 +171,23 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
 
 def _constants() -> str:
     named = {name: value for name, value in vars(constants).items() if name.isupper()}
-    upper = [name.upper() for name in SURFACES]
+    films = SURFACES[FILM_SHEAR][TORQUE_SURFACES:]  # the same in each law
     return _CONSTANTS.format(
         constants="\n".join(f"#define {name} {value!r}" for name, value in named.items()),
         map_file=MAP_FILE,
         magic=MAGIC.decode(),
         axes=len(AXES),
         defaults=", ".join(f"{name.upper()}_DEFAULT" for name in DEFAULTS),
-        torque=", ".join(upper[:TORQUE_COLUMNS]),
-        films=", ".join(upper[TORQUE_COLUMNS:]),
+        laws=", ".join(f"{law.upper()}_LAW" for law in SURFACES),
+        torque="\n".join(_enumeration(names[:TORQUE_SURFACES]) for names in SURFACES.values()),
+        torques=TORQUE_SURFACES,
+        films=", ".join(name.upper() for name in films),
         curves=", ".join(f"{name.upper()}_CURVE" for name in FORCE_CURVES),
     )
+
+
+def _enumeration(names: Sequence[str]) -> str:
+    return f"enum {{ {', '.join(name.upper() for name in names)} }};"
 
 
 def _row(v: Variable) -> str:

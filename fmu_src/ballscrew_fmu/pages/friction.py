@@ -7,8 +7,10 @@ from typing import Any
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.pages import monitor
 from ballscrew_fmu.pages.page import Part, documentation_page, part
+from ballscrew_fmu.variables.friction import law_name
 from ballscrew_tehl.report.page import bullets, paragraph
 from ballscrew_tehl.runtime.constants import TOO_LARGE
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 EXTERNAL_DEPENDENCIES = """\
 The binaries of this FMU (pythonfmu) run Python code inside the importing process. Requirements:
@@ -42,10 +44,36 @@ TANH = (
 )
 
 
+#: by friction law: its parts, as text
+LAWS = {
+    FILM_SHEAR: (
+        "shear of the films (viscous_torque), hysteresis of the balls (hysteresis_torque) and a Coulomb part "
+        "(sliding_torque), with parameters fitted to measured torques."
+    ),
+    MECHANISTIC: (
+        "hydrodynamic rolling loss of the films (viscous_torque), hysteresis of the balls (hysteresis_torque), slip "
+        "in contacts (spin, differential slip, helix) and friction of balls on each other (sliding_torque). One "
+        "parameter is fitted, net_sliding_coefficient. apparent_viscosity_ratio is 1 for the viscosity of the oil, and "
+        "roughness_height has no effect on torques."
+    ),
+}
+BREAKAWAY = (
+    "breakaway_factor: below the lowest speed of the map the sliding torque rises to this multiple of its value in a "
+    "full film at standstill. Values that do not exceed what the map has at its lowest speed have no effect."
+)
+
+
+def friction_law(header: Mapping[str, Any]) -> str:
+    """The friction law of a map, for the beginning of a page."""
+    return f"Friction law: {law_name(header)}, that is {LAWS[header['law']]} "
+
+
 def validity(header: Mapping[str, Any]) -> Part:
     """Which results are reliable. A calibration with own measurements has its own list of unidentified parameters."""
     split = "Fitted parameters: measured torques identify their sum, not the split into viscous and sliding torque."
-    if header.get("friction", {}).get("not_identified") is not None:
+    if header["law"] == MECHANISTIC:
+        split = "Torque of another screw: net_sliding_coefficient has to be fitted to a measured torque of that screw."
+    if (header.get("friction") or {}).get("not_identified") is not None:
         split = "Friction parameters: the part above lists those that the calibration does not identify."
     content = bullets(
         split,
@@ -64,6 +92,7 @@ def behaviour(header: Mapping[str, Any], *more: str) -> Part:
         "axial load gives torque 0. All parameters may change between steps.",
         f"Below {header['axes']['speed'][0]:.3g} rad/s the viscous torque falls linearly to 0 at rest, and "
         "the film is proportional to speed^0.67.",
+        BREAKAWAY,
         *more,
     )
     return part("Behaviour", content)
@@ -97,9 +126,12 @@ def _python_behaviour(header: Mapping[str, Any]) -> Part:
 def documentation_files(header: Mapping[str, Any], model: FmuModel = FRICTION) -> dict[str, str]:
     """Files of the documentation folder by path."""
     if model is FRICTION:
-        lead, parts = paragraph(LEAD, HOST), [validity(header), _python_behaviour(header)]
+        lead, parts = (
+            paragraph(LEAD, friction_law(header), HOST),
+            [validity(header), _python_behaviour(header)],
+        )
     else:
-        lead = paragraph(monitor.LEAD, HOST)
+        lead = paragraph(monitor.LEAD, friction_law(header), HOST)
         parts = monitor.monitor_parts(header, INVALID, f"{STEP} {monitor.ZERO_STEP[2]}")
     licence = distribution("pythonfmu").read_text("licenses/LICENSE")
     return {

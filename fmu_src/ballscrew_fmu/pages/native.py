@@ -78,6 +78,9 @@ STANDSTILL = part(
     "presliding_stiffness > 0 replaces the tanh by an elasto-plastic bristle: elastic up to a deflection of 0.7 times "
     "Coulomb torque/stiffness, then yielding, then slipping at the Coulomb torque. It holds the axis, stores energy "
     "and springs back. So friction_torque may act along the motion, and power_loss differs from torque times speed.",
+    "The Coulomb torque is the sum of hysteresis and sliding torque at the current inputs. With breakaway_factor > 1, "
+    "or where friction in the map falls with speed, it is larger at rest than in motion: an axis driven slowly through "
+    "a spring then sticks and slips.",
     table(
         "coupling",
         "Stable explicit coupling: stiffness s0, damping s1 (presliding_damping), step h, inertia J",
@@ -101,8 +104,9 @@ MODEL_EXCHANGE = part(
     "One continuous state, presliding_deflection, also without a bristle (its rate is then 0). Two modes, which change "
     "at events only: the bristle follows the motion, or it slips and the torque is the Coulomb torque at constant "
     "deflection. slip_indicator crosses 0 where the bristle reaches 0.999 of its sliding deflection, and where the "
-    "speed reverses while it slips. in_range_indicator crosses 0 where an input leaves the map or returns. Both have "
-    "hysteresis, so that an event does not repeat at once. The tanh law needs no event.",
+    "speed reverses while it slips. Where the Coulomb torque has risen while the bristle slipped, it sticks with the "
+    "deflection that it began to slip with. in_range_indicator crosses 0 where an input leaves the map or returns. "
+    "Both have hysteresis, so that an event does not repeat at once. The tanh law needs no event.",
 )
 TERMINAL = part(
     "Terminal",
@@ -131,7 +135,7 @@ def native_documentation(
     validated = part("Validation", Html(validation.tables), *plots)
     host = f"FMI {fmi_version}.0, co-simulation and model exchange, in C99 without dependencies; {platforms}."
     if model is FRICTION:
-        lead = [ICON, paragraph(friction.LEAD, host)]
+        lead = [ICON, paragraph(friction.LEAD, friction.friction_law(header), host)]
         state = "The state can be saved, restored and serialized, bristle included. "
         behaviour = friction.behaviour(
             header,
@@ -150,7 +154,7 @@ def native_documentation(
             TERMINAL,
         ]
     else:
-        lead = [ICON, paragraph(monitor.LEAD, host)]
+        lead = [ICON, paragraph(monitor.LEAD, friction.friction_law(header), host)]
         step = f"Co-simulation: {friction.STEP} {monitor.ZERO_STEP[fmi_version]} {monitor.NATIVE_STEP}"
         parts = [*monitor.monitor_parts(header, INVALID, step), monitor.MODEL_EXCHANGE, validated]
     page = documentation_page(model.native_name, lead, header, [*parts, SOURCES], variables)

@@ -1,15 +1,17 @@
 """Table of the variables of BallScrewFriction: names, units, bounds, start values, dependencies; the types of a table.
 
 Model description, slave, documentation and C sources are generated from this table. The value reference of a variable
-is its index in the table. Bounds and start values that depend on the map come from its header (of_map). The table of
-BallScrewPreloadMonitor is in monitor.py.
+is its index in the table. What depends on the map comes from its header (of_map): bounds, start values, descriptions
+and dependencies of its friction law. The table of BallScrewPreloadMonitor is in monitor.py.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
+
 Header = Mapping[str, Any]  # of a map
-OfMap = Callable[[Header], float]
+OfMap = Callable[[Header], Any]
 
 
 class Unit(NamedTuple):
@@ -67,12 +69,13 @@ class Variable(NamedTuple):
 
 
 _ALL = ("preload", "speed", "temperature", "axial_load")
-_COULOMB = ("preload", "speed", "axial_load")
+_FILM_SHEAR_COULOMB = ("preload", "speed", "axial_load")
 _FORCES = ("preload", "axial_load")
 _SIGN = ("regularization_speed", "presliding_stiffness")
 _REFINED = ("refine", "refine_tolerance")
-_VISCOUS = ("apparent_viscosity_ratio", "roughness_height", *_REFINED)
-_SLIDING = ("net_sliding_coefficient", *_SIGN)
+_COEFFICIENTS = ("net_sliding_coefficient", "breakaway_factor")
+_SLIDING = (*_COEFFICIENTS, *_SIGN)
+_LAW_NAMES = {FILM_SHEAR: "film shear", MECHANISTIC: "mechanistic"}
 
 
 def lowest(axis: str) -> OfMap:
@@ -93,17 +96,37 @@ def _nearest(value: float, low: OfMap, high: OfMap) -> OfMap:
     return lambda header: min(max(value, low(header)), high(header))
 
 
+def law_name(header: Header) -> str:
+    """Friction law of a map, as text."""
+    return _LAW_NAMES[header["law"]]
+
+
+def _by_law(film_shear: Any, mechanistic: Any) -> OfMap:
+    return lambda header: {FILM_SHEAR: film_shear, MECHANISTIC: mechanistic}[header["law"]]
+
+
 def _default(name: str) -> OfMap:
     return lambda header: float(header["defaults"][name])
 
 
 def of_map(rows: Sequence[Variable], header: Header) -> tuple[Variable, ...]:
-    """The rows with the bounds and start values of the map with this header."""
+    """The rows with the values of the map with this header."""
     table = []
     for v in rows:
         values: dict[str, Any] = {field: value(header) for field, value in v.of_map.items()}
         table.append(v._replace(of_map={}, **values))
     return tuple(table)
+
+
+def _coulomb(*others: str) -> OfMap:
+    """Inputs that hysteresis and sliding torque depend on near standstill, where both follow one sign; then others."""
+    return _by_law((*_FILM_SHEAR_COULOMB, *others), (*_ALL, *others))
+
+
+def _of_viscous(*others: str) -> OfMap:
+    """Parameters of the viscous or rolling torque, then others."""
+    ratio = "apparent_viscosity_ratio"
+    return _by_law((ratio, "roughness_height", *_REFINED, *others), (ratio, *_REFINED, *others))
 
 
 _TORQUE: Mapping[str, Any] = {"unit": "N.m", "quantity": "Torque"}
@@ -140,25 +163,35 @@ OUTPUTS = (
     Variable(
         "friction_torque", "output",
         "Friction torque, opposes the motion: J dw/dt = motor torque - friction_torque",
-        nominal=1.0, depends_on=_ALL, initially_depends_on=(*_VISCOUS, *_SLIDING), **_TORQUE,
+        nominal=1.0, depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING)}, **_TORQUE,
     ),
     Variable(
-        "viscous_torque", "output", "Viscous part of friction_torque", nominal=1.0, depends_on=_ALL,
-        initially_depends_on=_VISCOUS, **_TORQUE,
+        "viscous_torque", "output", "", nominal=1.0, depends_on=_ALL, **_TORQUE,
+        of_map={
+            "description": _by_law("Viscous part of friction_torque", "Hydrodynamic rolling part of friction_torque"),
+            "initially_depends_on": _of_viscous(),
+        },
     ),
     Variable(
         "hysteresis_torque", "output", "Hysteresis part of friction_torque", nominal=0.01,
-        depends_on=_COULOMB, initially_depends_on=_SIGN, **_TORQUE,
+        initially_depends_on=_SIGN, of_map={"depends_on": _coulomb()}, **_TORQUE,
     ),
     Variable(
-        "sliding_torque", "output", "Sliding part of friction_torque", nominal=1.0, depends_on=_COULOMB,
-        initially_depends_on=_SLIDING, **_TORQUE,
+        "sliding_torque", "output", "", nominal=1.0,
+        of_map={
+            "description": _by_law(
+                "Sliding part of friction_torque", "Sliding part of friction_torque: slip in contacts and between balls"
+            ),
+            "depends_on": _coulomb(),
+            "initially_depends_on": _by_law(_SLIDING, (*_SLIDING, *_REFINED)),
+        },
+        **_TORQUE,
     ),
     Variable(
         "power_loss", "output",
         "Dissipated power, less than torque times speed while the bristle stores energy",
         "W", minimum=0.0, nominal=100.0, quantity="Power", depends_on=_ALL,
-        initially_depends_on=(*_VISCOUS, *_SLIDING),
+        of_map={"initially_depends_on": _of_viscous(*_SLIDING)},
     ),
     Variable("film_thickness_min", "output", "Minimum film thickness of all contacts", **_FILM),
     Variable(
@@ -191,18 +224,38 @@ OUTPUTS = (
 )  # fmt: skip
 PARAMETERS = (
     Variable(
-        "apparent_viscosity_ratio", "parameter", "Apparent shear viscosity divided by film viscosity (fitted)",
-        "1", minimum=0.0, nominal=10.0, of_map={"start": _default("apparent_viscosity_ratio")},
+        "apparent_viscosity_ratio", "parameter", "", "1", minimum=0.0, nominal=10.0,
+        of_map={
+            "start": _default("apparent_viscosity_ratio"),
+            "description": _by_law(
+                "Apparent shear viscosity divided by film viscosity (fitted)",
+                "Factor of the rolling part (1 = the oil's viscosity)",
+            ),
+        },
     ),
     Variable(
-        "net_sliding_coefficient", "parameter", "Net Coulomb coefficient of the sliding part (fitted)",
-        "1", minimum=0.0, nominal=0.01, of_map={"start": _default("net_sliding_coefficient")},
+        "net_sliding_coefficient", "parameter", "", "1", minimum=0.0, nominal=0.01,
+        of_map={
+            "start": _default("net_sliding_coefficient"),
+            "description": _by_law(
+                "Net Coulomb coefficient of the sliding part (fitted)",
+                "Ball-on-ball friction coefficient times thrust over ball load, doubled (fitted)",
+            ),
+        },
     ),
     Variable(
-        "roughness_height", "parameter",
-        "Film thickness at which the viscous part is halved (fitted). 0: no reduction",
-        "m", minimum=0.0, nominal=1e-8, display_unit="nm", quantity="Length",
-        of_map={"start": _default("roughness_height")},
+        "roughness_height", "parameter", "", "m", minimum=0.0, nominal=1e-8, display_unit="nm", quantity="Length",
+        of_map={
+            "start": _default("roughness_height"),
+            "description": _by_law(
+                "Film thickness at which the viscous part is halved (fitted). 0: no reduction",
+                "Roughness height that lambda_ratio refers to, without effect on torques",
+            ),
+        },
+    ),
+    Variable(
+        "breakaway_factor", "parameter", "Torque of the Coulomb part at standstill over that in a full film; 1 = off",
+        "1", minimum=0.0, nominal=1.0, of_map={"start": _default("breakaway_factor")},
     ),
     Variable(
         "regularization_speed", "parameter",
@@ -237,7 +290,7 @@ def fmu_variables(header: Header) -> tuple[Variable, ...]:
 
 
 _BRISTLE = ("presliding_deflection",)
-_SLIPPING = ("net_sliding_coefficient", "presliding_stiffness")
+_SLIPPING = (*_COEFFICIENTS, "presliding_stiffness")
 STATES = (  # native FMUs only
     Variable(
         "presliding_deflection", "local", "Deflection of the presliding bristle, a continuous state", "rad",
@@ -245,8 +298,8 @@ STATES = (  # native FMUs only
     ),
     Variable(
         "presliding_deflection_rate", "local", "Time derivative of presliding_deflection", "rad/s",
-        nominal=0.1, display_unit="rev/min", quantity="AngularVelocity", depends_on=(*_COULOMB, *_BRISTLE),
-        initially_depends_on=_SLIPPING, derivative_of=_BRISTLE[0],
+        nominal=0.1, display_unit="rev/min", quantity="AngularVelocity", initially_depends_on=_SLIPPING,
+        derivative_of=_BRISTLE[0], of_map={"depends_on": _coulomb(*_BRISTLE)},
     ),
     Variable(
         "in_range_indicator", "local", "Event indicator of in_range", "1", nominal=1.0, depends_on=_ALL,
@@ -254,7 +307,7 @@ STATES = (  # native FMUs only
     ),
     Variable(
         "slip_indicator", "local", "Event indicator of the bristle: start or end of slip", "1",
-        nominal=1.0, depends_on=(*_COULOMB, *_BRISTLE), initially_depends_on=_SLIPPING, indicates=True,
+        nominal=1.0, initially_depends_on=_SLIPPING, indicates=True, of_map={"depends_on": _coulomb(*_BRISTLE)},
     ),
 )  # fmt: skip
 
@@ -273,9 +326,9 @@ def native_variables(header: Header) -> tuple[Variable, ...]:
         follows = "presliding_stiffness" in initially
         if follows:
             v = v._replace(depends_on=(*v.depends_on, *_BRISTLE))
-            initially = tuple(dict.fromkeys((*initially, "net_sliding_coefficient", "presliding_damping")))
+            initially = tuple(dict.fromkeys((*initially, *_COEFFICIENTS, "presliding_damping")))
         table.append(v._replace(initially_depends_on=initially))
-    return (*table, *STATES)
+    return (*table, *of_map(STATES, header))
 
 
 TIME = Variable("time", "independent", "Time", "s", quantity="Time")  # FMI 3 only, after the table

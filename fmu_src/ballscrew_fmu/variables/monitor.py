@@ -7,6 +7,7 @@ _FRICTION = (
     "apparent_viscosity_ratio",
     "net_sliding_coefficient",
     "roughness_height",
+    "breakaway_factor",
     "regularization_speed",
 )
 _PRELOAD = (*_FRICTION, "speed_min", "initial_preload")

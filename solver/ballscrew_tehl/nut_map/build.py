@@ -235,8 +235,8 @@ def mechanistic_coefficients(
     parameters: Parameters, contact_map: ContactMap, header: Mapping[str, Any]
 ) -> tuple[Array, Array]:
     """Spline coefficients of mechanistic_values on the axes of a map, for constants that differ from its own."""
-    axes = {name: tuple(header["axes"][name]) for name in ("force", "speed", "temperature")}
-    surfaces, alone = mechanistic_values(parameters, contact_map, MapGrid(**axes))
+    force, speed, temperature = (tuple(header["axes"][name]) for name in ("force", "speed", "temperature"))
+    surfaces, alone = mechanistic_values(parameters, contact_map, MapGrid(force, speed, temperature))
     return fit(np.log(surfaces), (0, 1, 2)), fit(np.log(alone), (0,))
 
 

@@ -26,6 +26,7 @@ import numpy as np
 
 from ..parameters.file import Parameters
 from ..physics.hertz import RACEWAYS
+from ..runtime.packed import FILM_SHEAR
 from .corrections import Array, CorrectionStore
 from .direct import NutContacts
 
@@ -99,7 +100,7 @@ class Refinement:
                  capacity : contacts that are stored; the least recently used one is dropped
                  report : called with every Solve; None = logging, a failure as a warning
     Attributes   solves : the last of them
-    Raises       ValueError: a map of other films, without parameters, or a bad tolerance or capacity
+    Raises       ValueError: a map of another law or other films, without parameters, or a bad tolerance or capacity
     Validity     within the axes of the map. Beyond them, where values are clamped, known corrections apply and nothing
                  is solved; below the least speed and force the correction is that of the end of the axis. Torque
                  follows direct per-ball solves within the tolerance (in 95 of 100 cases, the rest up to three times
@@ -115,6 +116,8 @@ class Refinement:
         capacity: int = CAPACITY,
         report: Callable[[Solve], None] | None = None,
     ) -> None:
+        if nut_map.law != FILM_SHEAR:
+            raise ValueError(f"friction law of the map = {nut_map.law}; refinement needs {FILM_SHEAR}")
         film = nut_map.header["film_model"]
         if film not in ("solved", "solved_thermal"):
             raise ValueError(f"film model of the map = {film}; refinement needs solved or solved_thermal")
@@ -161,9 +164,10 @@ class Refinement:
         apparent_viscosity_ratio: Any = None,
         net_sliding_coefficient: Any = None,
         roughness_height: Any = None,
+        breakaway_factor: Any = None,
     ) -> DoubleNutState:
         """NutMap.evaluate, refined: same parameters, results and errors; points of arrays one after the other."""
-        friction = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height)
+        friction = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height, breakaway_factor)
         columns = self.nut_map.checked_arguments(preload, speed, temperature, axial_load, *friction)
         if isinstance(columns[0], (float, int)):
             return self.evaluate_point(*columns)
@@ -186,6 +190,7 @@ class Refinement:
         ratio: float,
         net: float,
         roughness: float,
+        breakaway: float,
     ) -> DoubleNutState:
         """evaluate() for floats that the caller has checked: the step of the FMU."""
         point = (
@@ -210,7 +215,7 @@ class Refinement:
         for _ in range(MOST_SOLVES):
             asked.clear()
             state = self.nut_map.evaluate_point(
-                preload, speed, temperature, axial_load, ratio, net, roughness, correction
+                preload, speed, temperature, axial_load, ratio, net, roughness, breakaway, correction
             )
             wanted = self._wanted(state, asked) if state.in_range else None
             if wanted is None:
@@ -218,7 +223,7 @@ class Refinement:
             self._solve(*wanted, *point)
         asked.clear()
         return self.nut_map.evaluate_point(
-            preload, speed, temperature, axial_load, ratio, net, roughness, correction
+            preload, speed, temperature, axial_load, ratio, net, roughness, breakaway, correction
         )
 
     def _wanted(self, state: DoubleNutState, asked: list[_LookUp]) -> tuple[int, float, str] | None:

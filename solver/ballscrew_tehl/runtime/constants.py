@@ -5,7 +5,11 @@ written to constants.h as well.
 """
 
 # nut law (evaluate.py)
+BREAKAWAY_EXPONENT_MAX = (
+    4.0  # of the Coulomb part at the slowest node; above it the law towards rest is not monotone
+)
 FILM_SPEED_EXPONENT = 0.67  # film over speed below the slowest node: Hamrock & Dowson 1977, central film
+LEAST_RISE = 1e-30  # of the Coulomb part towards rest; avoids a division by zero, no effect on a torque
 LAMBDA_RATIO_MAX = 1000.0  # reported for a smooth surface
 SMOOTH = 1e-30  # [m] roughness height below which a surface counts as smooth
 SPEED_EXPONENT_MAX = (

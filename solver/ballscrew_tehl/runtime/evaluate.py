@@ -12,9 +12,10 @@ Limits:
   below its own axis is flagged.
 - a preload, speed, temperature or axial load beyond the axes is clamped and flagged. A negative preload
   counts as 0.
-- standstill law below the lowest speed of the axis, s = |speed|/lowest: viscous torque (1 - c) s + c s^3
+- standstill law below the lowest speed of the axis, s = |speed|/lowest: viscous or rolling torque (1 - c) s + c s^3
   times its value at the lowest speed, with c from the local exponent of speed there (odd, smooth, monotone);
-  films s^0.67 (exponent of the elastohydrodynamic film), temperature rise s. In range.
+  films s^0.67 (exponent of the elastohydrodynamic film), temperature rise s. The sliding torque rises to
+  breakaway_factor over the factor of the map at the lowest speed (nut_law.coulomb_rise). In range.
 """
 
 import math
@@ -30,12 +31,12 @@ from ballscrew_tehl.runtime.bspline import Axis, cubic_slopes, cubic_weights, we
 from ballscrew_tehl.runtime.nut_law import (
     ARRAYS,
     FLOATS,
+    NUT_TORQUES,
     DoubleNutState,
     Numbers,
     double_nut,
     nut_extremes,
     nut_forces,
-    nut_torques,
 )
 from ballscrew_tehl.runtime.packed import (
     DEFAULTS,
@@ -65,6 +66,8 @@ class NutMap:
         arrays = {name: np.ascontiguousarray(array, dtype=np.float64) for name, array in arrays.items()}
         check(header, arrays)
         self.header: Mapping[str, Any] = header
+        self.law: str = header["law"]
+        self.nut_torques = NUT_TORQUES[self.law]
         self.arrays = arrays
         self.defaults = FrictionParameters(*(float(header["defaults"][name]) for name in DEFAULTS))
         axes = header["axes"]
@@ -106,17 +109,18 @@ class NutMap:
         apparent_viscosity_ratio: Operand | None = None,
         net_sliding_coefficient: Operand | None = None,
         roughness_height: Operand | None = None,
+        breakaway_factor: Operand | None = None,
     ) -> DoubleNutState:
         """State of the double nut at one operating point or at many (arrays broadcast; same numbers).
 
         Parameters   preload : [N]; temperature : [K]; axial_load : [N], sign says which nut it loads
                      speed : [rad/s], either sign
                      apparent_viscosity_ratio, net_sliding_coefficient : >= 0; roughness_height : [m], >= 0;
-                     None takes the default of the map header
+                     breakaway_factor : >= 0, values below 1 count as 1; None takes the default of the map header
         Returns      DoubleNutState; no regularisation of the Coulomb parts at standstill
         Raises       ValueError: an argument that is not finite, or a negative friction parameter
         """
-        given = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height)
+        given = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height, breakaway_factor)
         arguments = self.checked_arguments(preload, speed, temperature, axial_load, *given)
         if isinstance(arguments[0], (float, int)):
             return self.evaluate_point(*arguments)
@@ -134,8 +138,8 @@ class NutMap:
 
         Raises       ValueError as evaluate()
         """
-        ratio, net, roughness = (d if g is None else g for g, d in zip(friction, self.defaults, strict=True))
-        arguments: list[Any] = [preload, speed, temperature, axial_load, ratio, net, roughness]
+        filled = (d if g is None else g for g, d in zip(friction, self.defaults, strict=True))
+        arguments: list[Any] = [preload, speed, temperature, axial_load, *filled]
         if all(isinstance(a, (float, int)) for a in arguments):
             for name, value in zip(_ARGUMENTS, arguments, strict=True):
                 if not math.isfinite(value) or (value < 0.0 and name in _NOT_NEGATIVE):
@@ -181,6 +185,7 @@ class NutMap:
         ratio: float,
         net: float,
         roughness: float,
+        breakaway: float,
         correction: Correction | None = None,
     ) -> DoubleNutState:
         """evaluate() for floats that the caller has checked: the step of the FMU.
@@ -206,7 +211,7 @@ class NutMap:
             scale = speed_axis.scale
             rows.append([a * b for a in [scale * a for a in cubic_slopes(tj)] for b in w_k])
         weights = np.array(rows)
-        nuts = (j, k, weights, s, ratio, net, roughness, correction)
+        nuts = (j, k, weights, s, FrictionParameters(ratio, net, roughness, breakaway), correction)
         if axial_load == 0.0:
             nut = self._nut_point(preload, *nuts)
             return double_nut(nut, nut, roughness, not clamped, tuple(clamped), FLOATS)
@@ -224,9 +229,7 @@ class NutMap:
         k: int,
         weights: Array,
         s: float,
-        ratio: float,
-        net: float,
-        roughness: float,
+        friction: FrictionParameters,
         correction: Correction | None,
     ) -> tuple[Numbers, Numbers]:
         i, ti = self.force.place(force)
@@ -239,7 +242,7 @@ class NutMap:
             values[0] = correction(force, values[0])
         f = force / self.force.lo if force < self.force.lo else 1.0
         slopes = values[1] if s < 1.0 else None
-        torques = nut_torques(values[0], slopes, curves, f, s, ratio, net, roughness, FLOATS)
+        torques = self.nut_torques(values[0], slopes, curves, f, s, friction, FLOATS)
         return torques, nut_extremes(values[0], curves, f, s, FLOATS)
 
     def _forces_point(self, preload: float, axial_load: float) -> tuple[float, float]:
@@ -278,9 +281,7 @@ class NutMap:
         speed: Array,
         temperature: Array,
         axial_load: Array,
-        ratio: Array,
-        net: Array,
-        roughness: Array,
+        *friction: Array,
     ) -> tuple[tuple[Any, ...], dict[str, NDArray[np.bool_]]]:
         """State without the names of what is clamped, and where each of _CLAMPED is."""
         outside = {"preload": (preload < self.preload.lo) | (preload > self.force.hi)}
@@ -295,14 +296,16 @@ class NutMap:
             outside["axial_load"] = (loaded > self.force.hi) & (axial_load != 0.0)
             forces = [relieved, np.minimum(loaded, self.force.hi)]
         s = np.minimum(speed / self.speed.lo, 1.0)
+        parameters = FrictionParameters(*friction)
         nuts = []
         for force in forces:
             slow = bool((s < 1.0).any())
             values, slopes, curves = self._splines_array(force, speed, temperature, with_slopes=slow)
             f = np.minimum(force / self.force.lo, 1.0)
-            torques = nut_torques(values, slopes, curves, f, s, ratio, net, roughness, ARRAYS)
+            torques = self.nut_torques(values, slopes, curves, f, s, parameters, ARRAYS)
             nuts.append((torques, nut_extremes(values, curves, f, s, ARRAYS)))
         in_range = ~np.logical_or.reduce(list(outside.values()))
+        roughness = parameters.roughness_height
         return double_nut(nuts[0], nuts[-1], roughness, in_range, (), ARRAYS)[:-1], outside
 
     @cached_property

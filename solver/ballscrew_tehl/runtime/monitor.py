@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.over_preload import OverPreload
+from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters
 from ballscrew_tehl.runtime.preload import estimate_preload
 
 
@@ -25,6 +26,7 @@ class MonitorParameters(NamedTuple):
     apparent_viscosity_ratio: float
     net_sliding_coefficient: float
     roughness_height: float  # [m]
+    breakaway_factor: float
     regularization_speed: float  # [rad/s]
     speed_min: float  # [rad/s] below it the torque does not determine the preload
     torque_uncertainty: float  # [N.m]
@@ -48,8 +50,8 @@ def monitor_step(
     Validity     the caller has checked that all are finite numbers
     """
     given, speed, slowest = parameters, inputs.speed, parameters.speed_min
-    friction = given.apparent_viscosity_ratio, given.net_sliding_coefficient, given.roughness_height
-    point, highest = (inputs.temperature, inputs.axial_load, *friction), nut_map.force.hi
+    friction = FrictionParameters(*(getattr(given, name) for name in DEFAULTS))
+    point, highest = (inputs.temperature, inputs.axial_load, friction), nut_map.force.hi
     uncertainty = given.torque_uncertainty
     moving = abs(speed) >= slowest and speed != 0.0
     if moving:
@@ -60,7 +62,7 @@ def monitor_step(
         over = OverPreload(nut_map, max(abs(speed), slowest), *point, given.regularization_speed)
         slope = max(over.torque(min(preload, highest)).slope, 0.0)
     # films at this preload, and what else is beyond the map
-    nut = nut_map.evaluate_point(preload, speed, *point)
+    nut = nut_map.evaluate_point(preload, speed, inputs.temperature, inputs.axial_load, *friction)
     if not moving:
         clamped = tuple(name for name in nut.clamped if name != "preload")
     in_range = moving and not clamped

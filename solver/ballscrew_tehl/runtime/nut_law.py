@@ -1,7 +1,11 @@
-"""Law of the double nut, written once for floats, arrays and numbers with a derivative (dual.py).
+"""Laws of the double nut, written once for floats, arrays and numbers with a derivative (dual.py).
 
 Every function takes its operations as `ops`: FLOATS, ARRAYS or dual.DUALS. Look-ups and clamps are those of evaluate.py
 and over_preload.py, which call it.
+
+Two friction laws share all but the torques of a nut (NUT_TORQUES): film_shear, the law of the fitted sets, and
+mechanistic, the power balance of rolling loss, shear and ball-on-ball friction. Both may rise towards breakaway at
+standstill (coulomb_rise).
 
 Assumptions: below the force axis the power laws of Hertz continue from its end, below the speed axis the standstill
 law does (evaluate.py). Torques of the double nut are sums over both nuts, films the least, the others the
@@ -9,7 +13,7 @@ largest value.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -17,12 +21,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ballscrew_tehl.runtime.constants import (
+    BREAKAWAY_EXPONENT_MAX,
     FILM_SPEED_EXPONENT,
     LAMBDA_RATIO_MAX,
+    LEAST_RISE,
     SMOOTH,
     SPEED_EXPONENT_MAX,
 )
-from ballscrew_tehl.runtime.packed import TORQUE_CURVES, TORQUE_SURFACES
+from ballscrew_tehl.runtime.packed import (
+    FILM_SHEAR,
+    MECHANISTIC,
+    TORQUE_CURVES,
+    TORQUE_SURFACES,
+    FrictionParameters,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,23 +81,20 @@ class DoubleNutState(NamedTuple):
         return self.viscous_torque + self.hysteresis_torque + self.sliding_torque
 
 
-def nut_torques(
+def film_shear_torques(
     surfaces: Numbers,
     slopes: Numbers | None,
     curves: Numbers,
     f: Any,
     s: Any,
-    ratio: Any,
-    net: Any,
-    roughness: Any,
+    friction: FrictionParameters,
     ops: Ops,
 ) -> tuple[Any, Any, Any]:
-    """Viscous, hysteresis and sliding torque of one nut [N.m].
+    """Viscous, hysteresis and sliding torque of one nut [N.m] by the law of the fitted sets.
 
     Parameters   surfaces, curves : logarithms, columns as packed.SURFACES and FORCE_CURVES, at least those of torque
                  slopes : of the surfaces over ln speed; None: s is 1 everywhere
                  f, s : force and speed over the low ends of their axes, at most 1
-                 ratio, net, roughness : apparent viscosity ratio, net sliding coefficient, roughness height [m]
     """
     torque_screw, torque_nut, film_screw, film_nut = surfaces[:TORQUE_SURFACES]
     hysteresis, sliding = curves[:TORQUE_CURVES]
@@ -93,10 +102,57 @@ def nut_torques(
     if slopes is not None:
         slope_screw, slope_nut, film_slope_screw, film_slope_nut = slopes[:TORQUE_SURFACES]
         screw, nut = (slope_screw, film_slope_screw), (slope_nut, film_slope_nut)
-    viscous = _raceway(torque_screw, film_screw, screw, s, roughness, ops)
-    viscous = viscous + _raceway(torque_nut, film_nut, nut, s, roughness, ops)
+    viscous = _raceway(torque_screw, film_screw, screw, s, friction.roughness_height, ops)
+    viscous = viscous + _raceway(torque_nut, film_nut, nut, s, friction.roughness_height, ops)
     third = f ** (1.0 / 3.0)
-    return ratio * viscous * third * third, ops.exp(hysteresis) * f * third, net * ops.exp(sliding) * f
+    coulomb = friction.net_sliding_coefficient * ops.exp(sliding) * f
+    if slopes is not None:
+        coulomb = coulomb * coulomb_rise(s, 1.0, 0.0, friction.breakaway_factor, ops)
+    return (
+        friction.apparent_viscosity_ratio * viscous * third * third,
+        ops.exp(hysteresis) * f * third,
+        coulomb,
+    )
+
+
+def mechanistic_torques(
+    surfaces: Numbers,
+    slopes: Numbers | None,
+    curves: Numbers,
+    f: Any,
+    s: Any,
+    friction: FrictionParameters,
+    ops: Ops,
+) -> tuple[Any, Any, Any]:
+    """Rolling, hysteresis and sliding torque of one nut [N.m] by the power balance; arguments as above.
+
+    The sliding part is the shear of the raceway contacts and the friction of balls on each other. The roughness height
+    has no effect on a torque: the surfaces hold its asperities.
+    """
+    rolling_screw, rolling_nut, shear, thrust = surfaces[:TORQUE_SURFACES]
+    hysteresis, sliding = curves[:TORQUE_CURVES]
+    exp = ops.exp
+    rolling_screw, rolling_nut, factor = exp(rolling_screw), exp(rolling_nut), exp(thrust)
+    coulomb = f * (exp(shear) + friction.net_sliding_coefficient * exp(sliding) * factor)
+    if slopes is not None:
+        slope_screw, slope_nut, _, thrust_slope = slopes[:TORQUE_SURFACES]
+        rolling_screw = rolling_screw * _slow_share(slope_screw, s, ops)
+        rolling_nut = rolling_nut * _slow_share(slope_nut, s, ops)
+        coulomb = coulomb * coulomb_rise(s, factor, thrust_slope, friction.breakaway_factor, ops)
+    third = f ** (1.0 / 3.0)
+    rolling = rolling_screw + rolling_nut
+    return (
+        friction.apparent_viscosity_ratio * rolling * third * third,
+        exp(hysteresis) * f * third,
+        coulomb,
+    )
+
+
+#: torques of one nut by law
+NUT_TORQUES: Mapping[str, Callable[..., tuple[Any, Any, Any]]] = {
+    FILM_SHEAR: film_shear_torques,
+    MECHANISTIC: mechanistic_torques,
+}
 
 
 def _raceway(torque: Any, film: Any, slopes: Any, s: Any, roughness: Any, ops: Ops) -> Any:
@@ -107,11 +163,35 @@ def _raceway(torque: Any, film: Any, slopes: Any, s: Any, roughness: Any, ops: O
     viscous = exp(torque) * share
     if slopes is None:
         return viscous
-    # standstill law from the exponent of speed at the end of the axis; below 3 it is monotone
     slope, film_slope = slopes
-    n = ops.least(ops.most(slope + 2.0 * x * share * film_slope, 0.0), SPEED_EXPONENT_MAX)
-    c = 0.5 * (n - 1.0)
-    return viscous * (s * (1.0 - c + c * s * s))
+    return viscous * _slow_share(slope + 2.0 * x * share * film_slope, s, ops)
+
+
+def _slow_share(slope: Any, s: Any, ops: Ops) -> Any:
+    """Torque below the slowest node over that there: odd in speed, linear at rest, monotone.
+
+    Parameters   slope : exponent of speed at the node; below SPEED_EXPONENT_MAX the slope is continuous
+                 s : speed over that of the node, at most 1
+    """
+    c = 0.5 * (ops.least(ops.most(slope, 0.0), SPEED_EXPONENT_MAX) - 1.0)
+    return s * (1.0 - c + c * s * s)
+
+
+def coulomb_rise(s: Any, factor: Any, slope: Any, breakaway: Any, ops: Ops) -> Any:
+    """Coulomb part below the slowest node over that there: even in speed, rises monotonically to standstill.
+
+    Parameters   s : speed over that of the node, at most 1
+                 factor : Coulomb part at the node over that in a full film, >= 1
+                 slope : of its logarithm over ln speed at the node
+                 breakaway : the same at standstill; at or below the factor nothing rises
+    Returns      1 at s = 1, breakaway/factor at standstill, with the slope of the factor at s = 1 where that is
+                 between 0 and -BREAKAWAY_EXPONENT_MAX times the rise
+    """
+    rise = ops.most(ops.most(breakaway, 1.0) / factor - 1.0, 0.0)
+    q = ops.least(ops.most(0.0 - slope / ops.most(rise, LEAST_RISE), 0.0), BREAKAWAY_EXPONENT_MAX)
+    c = 0.5 * q - 1.0
+    square = s * s
+    return 1.0 + rise * (1.0 - square * (1.0 - c + c * square))
 
 
 def nut_extremes(surfaces: Numbers, curves: Numbers, f: Any, s: Any, ops: Ops) -> tuple[Any, ...]:

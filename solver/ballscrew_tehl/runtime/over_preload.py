@@ -13,8 +13,8 @@ from ballscrew_tehl.runtime.bspline import Axis, Weights, cubic_slopes, cubic_we
 from ballscrew_tehl.runtime.constants import LONGEST_STEP, SEPARATION_STEPS
 from ballscrew_tehl.runtime.dual import DUALS, Dual
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.nut_law import nut_forces, nut_torques
-from ballscrew_tehl.runtime.packed import TORQUE_CURVES, TORQUE_SURFACES
+from ballscrew_tehl.runtime.nut_law import nut_forces
+from ballscrew_tehl.runtime.packed import TORQUE_CURVES, TORQUE_SURFACES, FrictionParameters
 from ballscrew_tehl.runtime.standstill import regularised_sign
 
 
@@ -30,7 +30,7 @@ class OverPreload:
     """Torque over preload at one speed, temperature and axial load.
 
     Parameters   nut_map : NutMap;  speed : [rad/s], sign free;  temperature : [K];  axial_load : [N]
-                 ratio, net, roughness, regularization_speed : friction parameters as in BallScrewFriction
+                 friction, regularization_speed : as in BallScrewFriction
     """
 
     def __init__(
@@ -39,14 +39,12 @@ class OverPreload:
         speed: float,
         temperature: float,
         axial_load: float,
-        ratio: float,
-        net: float,
-        roughness: float,
+        friction: FrictionParameters,
         regularization_speed: float,
     ) -> None:
         self._map, self._load = nut_map, abs(axial_load)
         self._side = 0 if axial_load > 0.0 else 1
-        self._friction = ratio, net, roughness
+        self._friction = friction
         speed = abs(speed)
         self._sign = regularised_sign(speed, regularization_speed)
         j, t_j = nut_map.speed.place(speed)
@@ -87,7 +85,7 @@ class OverPreload:
         below = force < axis.lo
         f = Dual(force / axis.lo, force / axis.lo) if below else 1.0
         slopes = surfaces[1] if self._s < 1.0 else None
-        parts = nut_torques(surfaces[0], slopes, curves, f, self._s, *self._friction, DUALS)
+        parts = self._map.nut_torques(surfaces[0], slopes, curves, f, self._s, self._friction, DUALS)
         # so far over the logarithm of the force
         rate = slope / max(force, 1e-30)
         viscous, hysteresis, sliding = (Dual(x.value, rate * x.slope) for x in parts)

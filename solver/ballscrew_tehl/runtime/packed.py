@@ -14,12 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-FORMAT_VERSION = 1
-SURFACES = (  # logarithms over (ln force, ln speed, temperature) of one nut, raceway screw before nut
-    "viscous_torque_screw",  # [N.m] at apparent viscosity ratio 1 and full viscous share
-    "viscous_torque_nut",
-    "effective_film_screw",  # [m] isothermal, for the viscous share at a roughness height
-    "effective_film_nut",
+FORMAT_VERSION = 2
+FILM_SHEAR, MECHANISTIC = "film_shear", "mechanistic"  # friction laws, header["law"]
+_EXTREMES = (
     "minimum_film_screw",  # [m] thermal
     "minimum_film_nut",
     "central_film_screw",
@@ -27,12 +24,29 @@ SURFACES = (  # logarithms over (ln force, ln speed, temperature) of one nut, ra
     "temperature_rise_screw",  # [K]
     "temperature_rise_nut",
 )
+SURFACES = {  # by law: logarithms over (ln force, ln speed, temperature) of one nut, raceway screw before nut
+    FILM_SHEAR: (
+        "viscous_torque_screw",  # [N.m] at apparent viscosity ratio 1 and full viscous share
+        "viscous_torque_nut",
+        "effective_film_screw",  # [m] isothermal, for the viscous share at a roughness height
+        "effective_film_nut",
+        *_EXTREMES,
+    ),
+    MECHANISTIC: (
+        "rolling_torque_screw",  # [N.m] hydrodynamic rolling loss
+        "rolling_torque_nut",
+        "shear_torque",  # [N.m] spin, differential and helix slip
+        "thrust_factor",  # [1] >= 1, by which asperities raise the thrust of balls on each other
+        *_EXTREMES,
+    ),
+}
 FORCE_CURVES = (  # logarithms over ln force of one nut
     "hysteresis_torque",  # [N.m]
-    "sliding_torque",  # [N.m] at net sliding coefficient 1
+    "sliding_torque",  # [N.m] at net sliding coefficient 1; mechanistic: ball on ball at thrust factor 1 too
     "contact_pressure_max",  # [Pa]
     "ball_load_max",  # [N]
 )
+COLUMNS = len(SURFACES[FILM_SHEAR])  # the same in each law
 TORQUE_SURFACES, TORQUE_CURVES = 4, 2  # columns that a torque needs; they come first
 AXES = ("force", "speed", "temperature", "preload", "share")  # [N], [rad/s], [K], [N], 1; each lo, hi, nodes
 POINT = ("preload", "speed", "temperature", "axial_load")  # [N], [rad/s], [K], [N]; of a certificate
@@ -40,11 +54,12 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 class FrictionParameters(NamedTuple):
-    """Parameters of the friction law whose start values a map carries."""
+    """Parameters of the friction law whose start values a map carries; floats, or arrays of one shape."""
 
-    apparent_viscosity_ratio: float
-    net_sliding_coefficient: float
-    roughness_height: float  # [m]
+    apparent_viscosity_ratio: Any
+    net_sliding_coefficient: Any
+    roughness_height: Any  # [m]
+    breakaway_factor: Any  # Coulomb part at standstill over that in a full film; up to 1: off
 
 
 DEFAULTS = FrictionParameters._fields
@@ -58,7 +73,7 @@ def array_shapes(header: Mapping[str, Any]) -> dict[str, tuple[int, ...]]:
     """Shape of each array, from the axes of the header."""
     force, speed, temperature, preload, share = (int(header["axes"][name][2]) + 2 for name in AXES)
     return {
-        "coefficients": (force, speed, temperature, len(SURFACES)),
+        "coefficients": (force, speed, temperature, COLUMNS),
         "force_coefficients": (force, len(FORCE_CURVES)),
         "separation_coefficients": (preload, 2),
         "sharing_coefficients": (preload, share, 2),
@@ -110,6 +125,9 @@ def check(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) 
     found = header.get("format_version")
     if found != FORMAT_VERSION:
         raise MapError(f"map format version {found}; expected {FORMAT_VERSION}: build the map again")
+    law = header.get("law")
+    if law not in SURFACES:
+        raise MapError(f"map header: law {law}; expected one of {', '.join(SURFACES)}")
     for group, names in (("axes", AXES), ("defaults", DEFAULTS)):
         missing = [name for name in names if name not in header.get(group, {})]
         if missing:

@@ -21,6 +21,7 @@ from ballscrew_tehl.runtime.constants import (
 )
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.over_preload import OverPreload, TorqueOverPreload
+from ballscrew_tehl.runtime.packed import FrictionParameters
 
 
 class PreloadEstimate(NamedTuple):
@@ -43,9 +44,7 @@ def estimate_preload(
     speed: float,
     temperature: float,
     axial_load: float,
-    ratio: float,
-    net: float,
-    roughness: float,
+    friction: FrictionParameters,
     regularization_speed: float,
 ) -> PreloadEstimate:
     """Preload at which the map gives a torque while the screw turns.
@@ -64,7 +63,7 @@ def estimate_preload(
         clamped.append("speed")
     if not nut_map.temperature.lo <= temperature <= nut_map.temperature.hi:
         clamped.append("temperature")
-    model = OverPreload(nut_map, speed, temperature, axial_load, ratio, net, roughness, regularization_speed)
+    model = OverPreload(nut_map, speed, temperature, axial_load, friction, regularization_speed)
     preload, found, at = _solve(model, -torque if speed < 0.0 else torque, axis.hi)
     determined = found and at.slope * preload >= LEAST_ELASTICITY * abs(torque)
     if not determined or preload < nut_map.preload.lo:

@@ -8,13 +8,17 @@ from xml.etree import ElementTree
 
 import fmpy
 import pytest
+import stub_solver
 from fmpy.validation import validate_fmu
+from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.archive import NAMESPACE
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.description.fmi2 import CAPABILITIES
 from ballscrew_fmu.models import FRICTION
+from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_fmu.python_fmu.solver_cache import digest
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 INPUTS = {
     "preload": ("N", None),
@@ -30,6 +34,7 @@ OUTPUTS = {
 }  # fmt: skip
 PARAMETERS = {
     "apparent_viscosity_ratio": "1", "net_sliding_coefficient": "1", "roughness_height": "m",
+    "breakaway_factor": "1",
     "regularization_speed": "rad/s", "presliding_stiffness": "N.m/rad", "presliding_damping": "N.m.s/rad",
     "refine": None, "refine_tolerance": "1",
 }  # fmt: skip
@@ -45,6 +50,15 @@ DIMENSIONS = {  # exponents of kg, m, s, K, rad written down independently of th
 def files(fmu):
     with zipfile.ZipFile(fmu) as archive:
         return {name: archive.read(name) for name in archive.namelist()}
+
+
+@pytest.fixture(scope="module")
+def refinable_by_law(tmp_path_factory, refinable):
+    """Unpacked FMUs of both laws that refine with the stub."""
+    folder = tmp_path_factory.mktemp("mechanistic")
+    path = folder / "BallScrewFriction.fmu"
+    fmu = build_fmu(make_map(law=MECHANISTIC), path, solver=stub_solver.SOURCES).path
+    return {FILM_SHEAR: refinable, MECHANISTIC: fmpy.extract(str(fmu), unzipdir=str(folder / "unpacked"))}
 
 
 @pytest.fixture(scope="module")
@@ -140,15 +154,18 @@ def test_structure_lists_each_output_once_in_order(root, scalars):
 BASE = {"preload": 1500.0, "speed": 0.13, "temperature": 300.0, "axial_load": 900.0}
 OTHER = {
     "preload": 90000.0, "speed": -400.0, "temperature": 500.0, "axial_load": 14000.0,
-    "apparent_viscosity_ratio": 1.0, "net_sliding_coefficient": 0.1, "roughness_height": 1e-7,
-    "regularization_speed": 3.0, "presliding_stiffness": 50.0, "presliding_damping": 9.0,
+    "apparent_viscosity_ratio": 2.0, "net_sliding_coefficient": 0.1, "roughness_height": 1e-7,
+    "breakaway_factor": 3.0, "regularization_speed": 3.0, "presliding_stiffness": 50.0, "presliding_damping": 9.0,
     "refine": True, "refine_tolerance": 0.05,
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", ["Outputs", "InitialUnknowns"])
-def test_dependencies_are_those_that_a_change_of_the_value_shows(root, scalars, refinable, kind):
-    names = list(scalars)
+@pytest.mark.parametrize("law", LAWS)
+def test_dependencies_are_those_that_a_change_of_the_value_shows(law, refinable_by_law, kind):
+    refinable = refinable_by_law[law]
+    root = ElementTree.parse(f"{refinable}/modelDescription.xml").getroot()
+    names = [node.get("name") for node in root.find("ModelVariables")]
     declared = {
         names[int(node.get("index")) - 1]: {names[int(d) - 1] for d in node.get("dependencies").split()}
         for node in root.findall(f"ModelStructure/{kind}/Unknown")
@@ -166,7 +183,22 @@ def test_dependencies_are_those_that_a_change_of_the_value_shows(root, scalars, 
         for name, output in outputs(**switch, **{changed: value}).items():
             if output != base[name]:
                 seen[name].add(changed)
+    if law == MECHANISTIC:  # with a deflected bristle, whose Coulomb torque depends on it
+        seen["hysteresis_torque"].add("temperature")
     assert seen == declared
+
+
+def test_the_law_is_named(refinable_by_law):
+    texts = {}
+    for law, folder in refinable_by_law.items():
+        root = ElementTree.parse(f"{folder}/modelDescription.xml").getroot()
+        assert f"{law.replace('_', ' ')} friction law" in root.get("description")
+        texts[law] = {node.get("name"): node.get("description") for node in root.find("ModelVariables")}
+        with open(f"{folder}/documentation/index.html", encoding="utf-8") as file:
+            assert f"Friction law: {law.replace('_', ' ')}, that is" in file.read()
+    differ = {name for name in texts[MECHANISTIC] if texts[MECHANISTIC][name] != texts[FILM_SHEAR][name]}
+    ours = {"apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height"}
+    assert differ == {"viscous_torque", "sliding_torque", *ours}
 
 
 def test_guid_depends_on_the_content(root, files):

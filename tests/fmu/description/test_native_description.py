@@ -9,10 +9,13 @@ import fmpy
 import pytest
 from fmpy.validation import validate_fmu
 from fmu_checks import capability_findings, findings, variables_of
+from native_host import native_folder
+from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.description.native import CAPABILITIES
 from ballscrew_fmu.variables.friction import fmu_variables, native_variables
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 VERSIONS = pytest.mark.parametrize("version", [2, 3])
 LOCALS = ["presliding_deflection", "presliding_deflection_rate", "in_range_indicator", "slip_indicator"]
@@ -25,6 +28,13 @@ def members(native_fmus):
         with zipfile.ZipFile(path) as archive:
             found[version] = {name: archive.read(name) for name in archive.namelist()}
     return found
+
+
+@pytest.fixture(scope="module")
+def folder_by_law(native_unpacked, tmp_path_factory):
+    """Unpacked FMUs of FMI 3.0."""
+    mechanistic = native_folder(tmp_path_factory.mktemp("mechanistic") / "fmu", make_map(law=MECHANISTIC), 3)
+    return {FILM_SHEAR: native_unpacked[3], MECHANISTIC: str(mechanistic)}
 
 
 @pytest.fixture(scope="module")
@@ -123,11 +133,11 @@ def test_structure_is_complete_and_in_order(roots, version):
 
 REGULARISED = {"preload": 1500.0, "speed": 0.13, "temperature": 300.0, "axial_load": 900.0}
 WOUND = {**REGULARISED, "presliding_stiffness": 400.0, "presliding_deflection": 3e-4}
-YIELDING = {**WOUND, "presliding_deflection": 9e-4}
+YIELDING = {FILM_SHEAR: 9e-4, MECHANISTIC: 2e-3}  # [rad] between 0.7 and 1 of the sliding deflection
 CHANGED = {
     "preload": 90000.0, "speed": -400.0, "temperature": 500.0, "axial_load": 14000.0,
-    "apparent_viscosity_ratio": 1.0, "net_sliding_coefficient": 0.004, "roughness_height": 1e-7,
-    "regularization_speed": 3.0, "presliding_stiffness": 350.0, "presliding_damping": 9.0,
+    "apparent_viscosity_ratio": 2.0, "net_sliding_coefficient": 0.004, "roughness_height": 1e-7,
+    "breakaway_factor": 3.0, "regularization_speed": 3.0, "presliding_stiffness": 350.0, "presliding_damping": 9.0,
     "presliding_deflection": 2e-4,
 }  # fmt: skip
 
@@ -155,14 +165,16 @@ def initial_values(folder, names, **start):
         fmu.freeInstance()
 
 
-def test_dependencies_are_those_that_a_change_of_the_value_shows(roots, native_unpacked):
-    root, folder = roots[3], native_unpacked[3]
+@pytest.mark.parametrize("law", LAWS)
+def test_dependencies_are_those_that_a_change_of_the_value_shows(folder_by_law, law):
+    folder = folder_by_law[law]
+    root = ElementTree.parse(f"{folder}/modelDescription.xml").getroot()
     initially = unknowns(root, "InitialUnknown")
     running = unknowns(root, "Output") | unknowns(root, "ContinuousStateDerivative")
     indicators = unknowns(root, "EventIndicator")
     names = [name for name in (*initially, *indicators) if name != "in_range"]
     seen = {name: set() for name in names}
-    for base in (REGULARISED, WOUND, YIELDING):
+    for base in (REGULARISED, WOUND, WOUND | {"presliding_deflection": YIELDING[law]}):
         before = initial_values(folder, names, **base)
         for changed, value in CHANGED.items():
             after = initial_values(folder, names, **(base | {changed: value}))

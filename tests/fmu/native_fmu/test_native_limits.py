@@ -6,6 +6,7 @@ from native_model import NativeModel, compiled_model
 from synthetic_map import make_map
 
 from ballscrew_fmu.models import MONITOR
+from ballscrew_tehl.runtime.packed import FrictionParameters
 from ballscrew_tehl.runtime.preload import estimate_preload
 
 pytestmark = pytest.mark.slow
@@ -43,17 +44,16 @@ def test_preload_is_in_range_where_one_per_cent_moves_the_torque_by_a_hundredth_
     tmp_path, elasticity, determined
 ):
     nut_map = flat_map(elasticity)
-    friction, at = (1e6, 0.0, 0.0), (10.0, 303.15)
+    friction, at = FrictionParameters(1e6, 0.0, 0.0, 1.0), (10.0, 303.15)
     torque = nut_map.evaluate(1000.0, *at, 0.0, *friction).viscous_torque
     state = nut_map.evaluate(1000.0, *at, 0.0, *friction)
     assert state.hysteresis_torque <= 1e-6 * torque
-    found = estimate_preload(nut_map, torque, *at, 0.0, *friction, 0.0)
+    found = estimate_preload(nut_map, torque, *at, 0.0, friction, 0.0)
     assert found.in_range == determined
     model = NativeModel(compiled_model(tmp_path, nut_map, MONITOR), nut_map, model=MONITOR)
     model.step(
         1e-3, torque=torque, speed=at[0], temperature=at[1], axial_load=0.0, speed_min=1.0,
-        regularization_speed=0.0, apparent_viscosity_ratio=friction[0], net_sliding_coefficient=friction[1],
-        roughness_height=friction[2],
+        regularization_speed=0.0, **friction._asdict(),
     )  # fmt: skip
     assert bool(model.get("in_range")) == determined
     if determined:

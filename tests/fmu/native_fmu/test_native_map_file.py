@@ -1,6 +1,7 @@
 """The reader of the native map file: damaged files, and fuzzing under sanitizers."""
 
 import ctypes
+import math
 import struct
 import subprocess
 from pathlib import Path
@@ -8,9 +9,10 @@ from pathlib import Path
 import pytest
 from native_model import compiled_model, sanitized_host
 from paths import NATIVE_HOSTS
-from synthetic_map import make_map
+from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.native_fmu.map_file import checksum, map_bytes
+from ballscrew_tehl.runtime.packed import AXES, DEFAULTS
 
 pytestmark = pytest.mark.slow
 
@@ -19,6 +21,7 @@ HASH = NUT_MAP.header["content_hash"]
 GOOD = map_bytes(NUT_MAP)
 FUZZ_COUNT = 6000
 HEAD = 88  # [bytes] magic, size, checksum, content hash
+LAW = 8 * (3 * len(AXES) + len(DEFAULTS))  # [bytes] axes and defaults, before the law
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +75,12 @@ def test_valid_file_is_accepted(reader, tmp_path):
         (lambda b: sealed(b[: HEAD + 16] + struct.pack("<d", 3.0) + b[HEAD + 24 :]), "axis force"),
         (lambda b: sealed(b[: HEAD + 16] + struct.pack("<d", 1e9) + b[HEAD + 24 :]), "axis force"),
         (lambda b: sealed(b[: HEAD + 16] + struct.pack("<d", 4096.0) + b[HEAD + 24 :]), "size does not fit"),
+        (lambda b: sealed(b[: HEAD + LAW] + struct.pack("<d", 2.0) + b[HEAD + LAW + 8 :]), "friction law"),
+        (lambda b: sealed(b[: HEAD + LAW] + struct.pack("<d", 0.5) + b[HEAD + LAW + 8 :]), "friction law"),
+        (
+            lambda b: sealed(b[: HEAD + LAW] + struct.pack("<d", math.nan) + b[HEAD + LAW + 8 :]),
+            "friction law",
+        ),
         (lambda b: sealed(b[:-8] + struct.pack("<d", float("nan"))), "not finite"),
     ],
 )
@@ -96,9 +105,10 @@ def test_every_flipped_bit_of_the_head_is_found(reader):
         assert reader(bytes(flipped)) is not None, bit
 
 
-def test_fuzzed_files_give_no_sanitizer_report(tmp_path):
+@pytest.mark.parametrize("law", LAWS)
+def test_fuzzed_files_give_no_sanitizer_report(tmp_path, law):
     try:
-        program = sanitized_host(tmp_path, NUT_MAP, NATIVE_HOSTS / "fuzz_map.c")
+        program = sanitized_host(tmp_path, make_map(law=law), NATIVE_HOSTS / "fuzz_map.c")
     except FileNotFoundError as error:
         pytest.skip(str(error))
     run = subprocess.run(

@@ -18,11 +18,13 @@ from native_library import compiled
 from native_model import NativeModel, compiled_model, compiler
 from native_reference import VALIDATION
 from paths import ROOT
+from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.checks.monitor_check import monitor_outputs
 from ballscrew_fmu.models import FRICTION, MONITOR
 from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu, native_file_name
 from ballscrew_fmu.native_fmu.sources import native_sources
+from ballscrew_tehl.runtime.packed import FrictionParameters
 from ballscrew_tehl.runtime.preload import estimate_preload
 
 pytestmark = pytest.mark.slow
@@ -111,7 +113,8 @@ def test_description(fmus, synthetic_nut_map):
 
 CHANGED = {
     "torque": 1.0, "speed": 30.0, "temperature": 310.0, "axial_load": 900.0, "apparent_viscosity_ratio": 5.0,
-    "net_sliding_coefficient": 0.004, "roughness_height": 5e-8, "regularization_speed": 30.0, "speed_min": 50.0,
+    "net_sliding_coefficient": 0.004, "roughness_height": 5e-8, "breakaway_factor": 3.0,
+    "regularization_speed": 30.0, "speed_min": 50.0,
     "torque_uncertainty": 0.1, "initial_preload": 1000.0,
 }  # fmt: skip
 BEYOND = {"torque": 500.0, "speed": 500.0, "temperature": 500.0, "axial_load": 2e5}
@@ -162,8 +165,11 @@ def test_dependencies_are_those_that_a_change_of_the_value_shows(fmus, synthetic
 # --- model ---
 
 
-def test_model_is_that_of_python(model, synthetic_nut_map):
+@pytest.mark.parametrize("law", LAWS)
+def test_model_is_that_of_python(tmp_path, law):
     """Slow, fast, separated, outside; every friction parameter off its default; to 1e-9 where in range."""
+    nut_map = make_map(law=law)
+    model = NativeModel(compiled_model(tmp_path, nut_map, MONITOR), nut_map, model=MONITOR)
     rng = np.random.default_rng(4)
     estimated = 0
     for n in range(4000):
@@ -171,14 +177,17 @@ def test_model_is_that_of_python(model, synthetic_nut_map):
             "apparent_viscosity_ratio": 7.6 if n % 2 else 20.0,
             "net_sliding_coefficient": 0.0051 if n % 3 else 0.0,
             "roughness_height": 24e-9 if n % 5 else 150e-9,
-            "regularization_speed": 0.1 if n % 7 else 2.0,
+            "breakaway_factor": 1.0 if n % 13 else 2.5,
         }
+        regularization_speed = 0.1 if n % 7 else 2.0
         torque = float(rng.choice([-1.0, 1.0])) * 10.0 ** rng.uniform(-3.0, 1.0)
         speed = math.copysign(10.0 ** rng.uniform(-2.0, 2.6), torque if n % 11 else -torque)
         temperature, axial = rng.uniform(280.0, 356.0), rng.normal() * 3000.0 * (n % 4 > 0)
         inputs = {"torque": torque, "speed": speed, "temperature": temperature, "axial_load": axial}
-        model.step(1e-3, speed_min=0.0, **inputs, **parameters)
-        found = estimate_preload(synthetic_nut_map, torque, speed, temperature, axial, *parameters.values())
+        others = {"speed_min": 0.0, "regularization_speed": regularization_speed}
+        model.step(1e-3, **others, **inputs, **parameters)
+        friction = FrictionParameters(**parameters)
+        found = estimate_preload(nut_map, torque, speed, temperature, axial, friction, regularization_speed)
         assert model.get("preload") == pytest.approx(found.preload, rel=1e-9)
         assert model.get("in_range") == found.in_range
         if found.in_range:

@@ -22,22 +22,25 @@ from native_library import (
     references,
 )
 from native_model import compiler
+from synthetic_map import LAWS
 
 from ballscrew_fmu.models import MODELS
 from ballscrew_fmu.native_fmu.sources import native_sources
+from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 pytestmark = pytest.mark.slow
 
 both_versions = pytest.mark.parametrize("version", [2, 3])
 both_kinds = pytest.mark.parametrize("kind", [CS, ME])
+both_laws = pytest.mark.parametrize("law", LAWS)
 START = {"presliding_stiffness": 400.0, "presliding_damping": 0.5, "preload": 1500.0, "axial_load": 200.0}
 LATER = (0.002, 0.02, -0.01, 1.0, 0.0)
 HEAD = 24  # [bytes] magic, checksum, layout, size
 
 
-def wound(version, kind=CS):
+def wound(version, kind=CS, law=FILM_SHEAR):
     """An instance with a deflected bristle at inputs that do not reveal it."""
-    one = NativeInstance(version, kind).start(**START)
+    one = NativeInstance(version, kind, law=law).start(**START)
     if kind == CS:
         one.go(speed=0.2)
         one.go(speed=0.0)
@@ -79,8 +82,9 @@ def disturb(one):
 
 @both_versions
 @both_kinds
-def test_a_state_can_be_restored_repeatedly(version, kind):
-    with wound(version, kind) as one:
+@both_laws
+def test_a_state_can_be_restored_repeatedly(version, kind, law):
+    with wound(version, kind, law) as one:
         state, time = one.save(), one.time
         first = go_on(one)
         for _ in range(2):
@@ -93,8 +97,9 @@ def test_a_state_can_be_restored_repeatedly(version, kind):
 
 @both_versions
 @both_kinds
-def test_a_serialized_state_continues_exactly_in_a_fresh_instance(version, kind):
-    with wound(version, kind) as one, NativeInstance(version, kind) as other:
+@both_laws
+def test_a_serialized_state_continues_exactly_in_a_fresh_instance(version, kind, law):
+    with wound(version, kind, law) as one, NativeInstance(version, kind, law=law) as other:
         content = one.serialize(one.save())
         assert one.serialize(one.save()) == content
         status, state = other.deserialize(content)

@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 from native_host import c_host, sanitized_c_host
-from synthetic_map import make_map
+from synthetic_map import LAWS, make_map
 
 pytestmark = pytest.mark.slow
 
@@ -15,9 +15,9 @@ STEPS = 2_000_000
 COUNTED = ("-Wl,--wrap=malloc", "-Wl,--wrap=calloc", "-Wl,--wrap=realloc")
 
 
-@pytest.fixture(scope="module")
-def soak(tmp_path_factory):
-    return c_host(tmp_path_factory.mktemp("soak"), make_map(), "soak", "-O2", *COUNTED)
+@pytest.fixture(scope="module", params=LAWS)
+def soak(request, tmp_path_factory):
+    return c_host(tmp_path_factory.mktemp("soak"), make_map(law=request.param), "soak", "-O2", *COUNTED)
 
 
 @pytest.fixture(scope="module")

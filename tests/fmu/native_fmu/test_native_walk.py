@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 from native_host import sanitized_c_host
-from synthetic_map import make_map
+from synthetic_map import LAWS, make_map
 
 pytestmark = pytest.mark.slow
 
@@ -18,9 +18,10 @@ CANNOT = {
 }  # fmt: skip
 
 
-def test_random_calls_give_no_sanitizer_report(tmp_path):
+@pytest.mark.parametrize("law", LAWS)
+def test_random_calls_give_no_sanitizer_report(tmp_path, law):
     try:
-        program = sanitized_c_host(tmp_path, make_map(), "walk", "-fsanitize=address,undefined")
+        program = sanitized_c_host(tmp_path, make_map(law=law), "walk", "-fsanitize=address,undefined")
     except FileNotFoundError as error:
         pytest.skip(str(error))
     command = [str(program), str(tmp_path), str(CALLS)]

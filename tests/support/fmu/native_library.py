@@ -27,6 +27,7 @@ from synthetic_map import make_map
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
 from ballscrew_fmu.variables.friction import native_variables
+from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 OK, WARNING, DISCARD, ERROR = range(4)
 CS, ME = "co-simulation", "model exchange"
@@ -43,7 +44,9 @@ HOST = Path(__file__).parent / "native" / "host_states.c"
 
 
 @functools.cache
-def compiled(fmi_version: int, sanitize: bool = False, model: FmuModel = FRICTION) -> Path:
+def compiled(
+    fmi_version: int, sanitize: bool = False, model: FmuModel = FRICTION, law: str = FILM_SHEAR
+) -> Path:
     """Library of the native FMU of the closed-form map, in a folder that holds its map as well.
 
     Parameters   sanitize : the program of native/host_states.c under the address and undefined behaviour
@@ -51,7 +54,7 @@ def compiled(fmi_version: int, sanitize: bool = False, model: FmuModel = FRICTIO
     """
     folder = Path(tempfile.mkdtemp(prefix="ballscrew_native_"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    write_sources(folder, NUT_MAP, fmi_version, model)
+    write_sources(folder, make_map(law=law), fmi_version, model)
     units = sorted(file.name for file in folder.glob("*.c"))
     if sanitize:
         which = () if model is FRICTION else ("-DMONITOR",)
@@ -98,8 +101,9 @@ class NativeInstance:
         functions: Any = None,
         event_mode: bool = False,
         intermediate: int = 0,
+        law: str = FILM_SHEAR,
     ) -> None:
-        library = compiled(version)
+        library = compiled(version, law=law)
         self.library = ctypes.CDLL(str(library))
         self.version, self.kind, self.time = version, kind, 0.0
         self.messages: list[Message] = []

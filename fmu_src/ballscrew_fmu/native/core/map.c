@@ -15,7 +15,7 @@
 #define MAGIC_SIZE (sizeof MAP_MAGIC - 1)
 #define HASH_SIZE 64 /* sha256 in hexadecimal */
 #define HEAD_SIZE (MAGIC_SIZE + 16 + HASH_SIZE)
-#define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS) /* before the coefficients */
+#define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS + 1) /* before the coefficients */
 #define MOST_NODES 4096
 #define LARGEST_FILE 268435456
 
@@ -84,18 +84,19 @@ static bool head_fails(const unsigned char *bytes, size_t size, const char *cont
     return true;
 }
 
-/* Axes and defaults. NULL, or the name of an invalid axis. */
-static const char *axes_from(Map *head, const unsigned char *numbers)
+/* Axes, defaults and law. NULL, or the name of what is invalid. */
+static const char *numbers_from(Map *head, const unsigned char *numbers)
 {
     const struct {
         const char *name;
         Axis *axis;
         bool logarithmic;
-    } axes[MAP_AXES] = {{"force", &head->force, true},
-                        {"speed", &head->speed, true},
-                        {"temperature", &head->temperature, false},
-                        {"preload", &head->preload, true},
-                        {"share", &head->share, false}};
+    } axes[MAP_AXES] = {{"axis force", &head->force, true},
+                        {"axis speed", &head->speed, true},
+                        {"axis temperature", &head->temperature, false},
+                        {"axis preload", &head->preload, true},
+                        {"axis share", &head->share, false}};
+    double law;
 
     for (size_t i = 0; i < MAP_AXES; ++i) {
         if (!axis_from(axes[i].axis, numbers, 3 * i, axes[i].logarithmic)) {
@@ -105,7 +106,13 @@ static const char *axes_from(Map *head, const unsigned char *numbers)
     for (size_t i = 0; i < MAP_DEFAULTS; ++i) {
         head->defaults[i] = number_at(numbers, 3 * MAP_AXES + i);
     }
-    return NULL;
+    law = number_at(numbers, NUMBERS - 1);
+    for (head->law = 0; head->law < LAWS; ++head->law) {
+        if (law == head->law) {
+            return NULL;
+        }
+    }
+    return "friction law";
 }
 
 Map *map_from_bytes(const unsigned char *bytes, size_t size, const char *content_hash, const char *name,
@@ -120,9 +127,9 @@ Map *map_from_bytes(const unsigned char *bytes, size_t size, const char *content
         return NULL;
     }
     memset(&head, 0, sizeof head);
-    wrong = axes_from(&head, numbers);
+    wrong = numbers_from(&head, numbers);
     if (wrong != NULL) {
-        (void)snprintf(message, message_size, "%s: axis %s is invalid", name, wrong);
+        (void)snprintf(message, message_size, "%s: %s is invalid", name, wrong);
         return NULL;
     }
     curves = (size_t)axis_coefficients(&head.force);

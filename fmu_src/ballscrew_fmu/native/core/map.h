@@ -21,6 +21,7 @@ typedef struct {
 } Place;
 
 typedef struct {
+    int law; /* FILM_SHEAR_LAW or MECHANISTIC_LAW */
     Axis force, speed, temperature, preload, share;
     double defaults[MAP_DEFAULTS];
     const double *torque;     /* (speed, temperature, force, TORQUE_COLUMNS) */

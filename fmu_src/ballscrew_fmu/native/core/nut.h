@@ -23,6 +23,7 @@ typedef struct {
     int cell;            /* of the force */
     Number weight[4];    /* of the neighbours in force */
     Number share, third; /* force divided by the lowest of the axis, at most 1; its cube root */
+    Number sliding_load; /* [N.m] as in Loads */
 } LoadedNut;
 
 /* Results of preload and axial load alone. */
@@ -31,7 +32,7 @@ typedef struct {
     int nuts;            /* 1: both have the same force */
     double highest;      /* [N] force of the loaded nut under an axial load, clamped; else 0 */
     Number hysteresis;   /* [N.m] magnitude, sum over both nuts */
-    Number sliding_load; /* [N.m] sliding part divided by its coefficient, sum over both nuts */
+    Number sliding_load; /* [N.m] of balls on each other at coefficient and thrust factor 1, sum over both nuts */
     bool preload_clamped, axial_load_clamped;
 } Loads;
 
@@ -49,6 +50,16 @@ typedef struct {
     int cell; /* -1: none yet */
     Row sums, slope_sums;
 } Columns;
+
+/* Parameters of the friction laws. */
+typedef struct {
+    Number viscosity_ratio, net_sliding, roughness, breakaway; /* 1, 1, [m], 1 */
+} Friction;
+
+/* Magnitudes of the friction parts at motion, sums over both nuts [N.m]. */
+typedef struct {
+    Number viscous, hysteresis, sliding;
+} Parts;
 
 /* Extremes over both nuts. */
 typedef struct {
@@ -69,9 +80,11 @@ NUT_FUNCTION void nut_conditions(const Map *map, Number speed, Number temperatur
 /* Force of the relieved and the loaded nut [N] at a preload of 0 or more and an axial load that is not 0. */
 NUT_FUNCTION void nut_forces(const Map *map, Number preload, Number axial_load, Number force[2]);
 
-/* Viscous torque of both nuts [N.m]. ratio: apparent viscosity ratio; roughness: [m]; columns: of each nut, or NULL */
-NUT_FUNCTION Number nut_viscous_torque(const Map *map, const Loads *loads, const Conditions *now, Columns columns[2],
-                                       Number ratio, Number roughness);
+/* Friction by the law of the map. columns: cache of each nut for these conditions, or NULL */
+NUT_FUNCTION void nut_parts(const Map *map, const Loads *loads, const Conditions *now, Columns columns[2],
+                            const Friction *friction, Parts *out);
+
+static inline Number coulomb_magnitude(const Parts *parts) { return add(parts->hysteresis, parts->sliding); }
 
 NUT_FUNCTION void nut_films(const Map *map, const Loads *loads, const Conditions *now, Films *out);
 

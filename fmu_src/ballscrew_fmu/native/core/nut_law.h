@@ -1,4 +1,4 @@
-/* The law of a nut, compiled for doubles (nut.c) and for dual numbers (each file with derivatives). Twin of
+/* The laws of a nut, compiled for doubles (nut.c) and for dual numbers (each file with derivatives). Twin of
    runtime/nut_law.py. */
 #ifndef BALLSCREW_NUT_LAW_H
 #define BALLSCREW_NUT_LAW_H
@@ -187,9 +187,9 @@ NUT_FUNCTION void nut_loads(const Map *map, Number preload, Number axial_load, L
             multiply(multiply(exponential(weighted(nut->weight, curves + HYSTERESIS_TORQUE_CURVE, CURVE_COLUMNS)),
                               nut->share),
                      nut->third));
-        loads->sliding_load =
-            add(loads->sliding_load,
-                multiply(exponential(weighted(nut->weight, curves + SLIDING_TORQUE_CURVE, CURVE_COLUMNS)), nut->share));
+        nut->sliding_load =
+            multiply(exponential(weighted(nut->weight, curves + SLIDING_TORQUE_CURVE, CURVE_COLUMNS)), nut->share);
+        loads->sliding_load = add(loads->sliding_load, nut->sliding_load);
     }
     if (loads->nuts == 1) {
         loads->hysteresis = times(2.0, loads->hysteresis);
@@ -215,24 +215,35 @@ NUT_FUNCTION void nut_conditions(const Map *map, Number speed, Number temperatur
 
 /* --- torque and films at a point --------------------------------------------------------------------------------- */
 
-/* Viscous torque below the lowest speed of the map, as a share of that at the lowest speed. The exponent of speed at
-   the end of the axis follows from the slopes of torque and film. x: (roughness / film)^2 */
-static inline Number slow_share(const Map *map, Number s, Number torque_slope, Number film_slope, Number x)
+/* Torque below the lowest speed of the map, divided by that at the lowest speed. slope: of its logarithm there, with
+   respect to the position in the cell. */
+static inline Number slow_share(const Map *map, Number s, Number slope)
 {
-    const Number one = constant(1.0), rough = divide(times(2.0, x), add(one, x));
-    const Number exponent = times(map->speed.scale, add(torque_slope, multiply(rough, film_slope)));
+    const Number one = constant(1.0), exponent = times(map->speed.scale, slope);
     const Number c = times(0.5, subtract(clamped(exponent, 0.0, SPEED_EXPONENT_MAX), one));
 
     return multiply(s, add(subtract(one, c), multiply(multiply(c, s), s)));
 }
 
-/* Viscous torque of a nut at apparent viscosity ratio 1. slope_plane: weights of the derivatives with respect to speed,
-   used below the speed axis. columns: cache for these conditions, updated here; NULL: no cache. */
-static inline Number viscous_torque_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now,
-                                           const Row *slope_plane, Columns *columns, Number roughness)
+/* Coulomb part below the lowest speed of the map, divided by that at the lowest speed. factor: Coulomb part there
+   divided by that in a full film; slope: of its logarithm, as above. */
+static inline Number coulomb_rise(const Map *map, Number s, Number factor, Number slope, Number breakaway)
+{
+    const Number one = constant(1.0), square = multiply(s, s);
+    const Number rise = greater(subtract(divide(greater(breakaway, one), factor), one), constant(0.0));
+    const Number steepness =
+        divide(times(-map->speed.scale, slope), greater(rise, constant(LEAST_RISE)));
+    const Number c = subtract(times(0.5, clamped(steepness, 0.0, BREAKAWAY_EXPONENT_MAX)), one);
+
+    return add(one, multiply(rise, subtract(one, multiply(square, add(subtract(one, c), multiply(c, square))))));
+}
+
+/* Surfaces needed for a torque, and below the speed axis their derivatives. slope_plane: weights of the derivatives with
+   respect to speed. columns: cache for these conditions, updated here; NULL: no cache. */
+static inline void surfaces_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now, const Row *slope_plane,
+                                   Columns *columns, Number values[TORQUE_COLUMNS], Number slopes[TORQUE_COLUMNS])
 {
     const bool slow = value_of(now->share) < 1.0;
-    Number values[TORQUE_COLUMNS], slopes[TORQUE_COLUMNS], viscous = constant(0.0);
     Row here[2], *sums = columns != NULL ? &columns->sums : &here[0];
     Row *slope_sums = columns != NULL ? &columns->slope_sums : &here[1];
 
@@ -249,33 +260,91 @@ static inline Number viscous_torque_of_nut(const Map *map, const LoadedNut *nut,
     if (slow) {
         over_force(nut->weight, slope_sums, TORQUE_COLUMNS, slopes);
     }
+}
+
+/* Viscous torque of a nut at apparent viscosity ratio 1, film_shear law. The exponent of speed at the end of the axis
+   follows from the slopes of torque and film. */
+static inline Number viscous_torque_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now,
+                                           const Number values[], const Number slopes[], Number roughness)
+{
+    const Number one = constant(1.0);
+    Number viscous = constant(0.0);
+
     for (int raceway = 0; raceway < 2; ++raceway) {
         const int t = VISCOUS_TORQUE_SCREW + raceway, h = EFFECTIVE_FILM_SCREW + raceway;
-        const Number share = multiply(roughness, exponential(negative(values[h]))), x = multiply(share, share);
-        const Number torque = divide(exponential(values[t]), add(constant(1.0), x));
-        viscous = add(viscous, slow ? multiply(torque, slow_share(map, now->share, slopes[t], slopes[h], x)) : torque);
+        const Number ratio = multiply(roughness, exponential(negative(values[h]))), x = multiply(ratio, ratio);
+        Number torque = divide(exponential(values[t]), add(one, x));
+        if (value_of(now->share) < 1.0) {
+            const Number rough = divide(times(2.0, x), add(one, x));
+            torque = multiply(torque, slow_share(map, now->share, add(slopes[t], multiply(rough, slopes[h]))));
+        }
+        viscous = add(viscous, torque);
     }
     return multiply(viscous, multiply(nut->third, nut->third));
 }
 
-NUT_FUNCTION Number nut_viscous_torque(const Map *map, const Loads *loads, const Conditions *now, Columns columns[2],
-                                       Number ratio, Number roughness)
+/* Rolling torque of a nut at viscosity ratio 1, mechanistic law. */
+static inline Number rolling_torque_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now,
+                                           const Number values[], const Number slopes[])
 {
-    Number total = constant(0.0);
-    Row slope_plane;
+    Number screw = exponential(values[ROLLING_TORQUE_SCREW]), other = exponential(values[ROLLING_TORQUE_NUT]);
 
     if (value_of(now->share) < 1.0) {
+        screw = multiply(screw, slow_share(map, now->share, slopes[ROLLING_TORQUE_SCREW]));
+        other = multiply(other, slow_share(map, now->share, slopes[ROLLING_TORQUE_NUT]));
+    }
+    return multiply(add(screw, other), multiply(nut->third, nut->third));
+}
+
+/* Sliding torque of a nut, mechanistic law: shear of the raceway contacts and friction of balls on each other. */
+static inline Number sliding_torque_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now,
+                                           const Number values[], const Number slopes[], const Friction *friction)
+{
+    const Number factor = exponential(values[THRUST_FACTOR]);
+    const Number shear = multiply(nut->share, exponential(values[SHEAR_TORQUE]));
+    const Number sliding = add(shear, multiply(multiply(friction->net_sliding, nut->sliding_load), factor));
+
+    return value_of(now->share) < 1.0
+               ? multiply(sliding, coulomb_rise(map, now->share, factor, slopes[THRUST_FACTOR], friction->breakaway))
+               : sliding;
+}
+
+NUT_FUNCTION void nut_parts(const Map *map, const Loads *loads, const Conditions *now, Columns columns[2],
+                            const Friction *friction, Parts *out)
+{
+    const bool slow = value_of(now->share) < 1.0;
+    Number viscous = constant(0.0), sliding = constant(0.0);
+    Row slope_plane;
+
+    if (slow) {
         Number w_j[4], w_k[4];
         spline_slopes(now->at_speed, w_j);
         spline_weights(now->at_temperature, w_k);
         plane_weights(w_j, w_k, &slope_plane);
     }
     for (int n = 0; n < loads->nuts; ++n) {
-        total = add(total, viscous_torque_of_nut(map, &loads->nut[n], now, &slope_plane,
-                                                 columns != NULL ? &columns[n] : NULL, roughness));
+        const LoadedNut *nut = &loads->nut[n];
+        Number values[TORQUE_COLUMNS], slopes[TORQUE_COLUMNS];
+        surfaces_of_nut(map, nut, now, &slope_plane, columns != NULL ? &columns[n] : NULL, values, slopes);
+        if (map->law == MECHANISTIC_LAW) {
+            viscous = add(viscous, rolling_torque_of_nut(map, nut, now, values, slopes));
+            sliding = add(sliding, sliding_torque_of_nut(map, nut, now, values, slopes, friction));
+        } else {
+            viscous = add(viscous, viscous_torque_of_nut(map, nut, now, values, slopes, friction->roughness));
+        }
     }
-    total = multiply(ratio, total);
-    return loads->nuts == 1 ? times(2.0, total) : total;
+    viscous = multiply(friction->viscosity_ratio, viscous);
+    out->viscous = loads->nuts == 1 ? times(2.0, viscous) : viscous;
+    out->hysteresis = loads->hysteresis;
+    if (map->law == MECHANISTIC_LAW) {
+        out->sliding = loads->nuts == 1 ? times(2.0, sliding) : sliding;
+    } else {
+        out->sliding = multiply(friction->net_sliding, loads->sliding_load);
+        if (slow) {
+            out->sliding = multiply(
+                out->sliding, coulomb_rise(map, now->share, constant(1.0), constant(0.0), friction->breakaway));
+        }
+    }
 }
 
 static inline Films films_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now)

@@ -9,6 +9,8 @@
 #include "map.h"
 #include "model.h"
 
+#define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS + 1) /* of the head: axes, defaults, law */
+
 static uint64_t state = 88172645463325252u;
 
 static uint64_t next_random(void)
@@ -103,17 +105,16 @@ int main(int argc, char **argv)
         if (kind == 1) {
             bytes[next_random() % length] ^= (unsigned char)(1u << next_random() % 8);
         } else if (kind == 2) {
-            /* the head: axes and defaults */
-            put(bytes + 88 + 8 * (next_random() % 18), next_random());
+            put(bytes + 88 + 8 * (next_random() % NUMBERS), next_random());
             seal(bytes, length);
         } else if (kind == 3) {
             double value = (double)(next_random() % 5000);
             uint64_t bits;
             memcpy(&bits, &value, 8);
-            put(bytes + 88 + 8 * (next_random() % 18), bits);
+            put(bytes + 88 + 8 * (next_random() % NUMBERS), bits);
             seal(bytes, length);
         } else if (kind == 4) {
-            put(bytes + 88 + 8 * (18 + next_random() % ((length - 88) / 8 - 18)), next_random());
+            put(bytes + 88 + 8 * (NUMBERS + next_random() % ((length - 88) / 8 - NUMBERS)), next_random());
             seal(bytes, length);
         } else if (kind == 5) {
             length = n % 4 ? length + 8 : length - 8 * (1 + next_random() % 100);

@@ -7,9 +7,11 @@
 #include "nut.h"
 #include "variables.h"
 
-static inline Number coulomb_magnitude(const Loads *loads, const Number at[])
+static inline Friction friction_of(const Number at[])
 {
-    return add(loads->hysteresis, multiply(at[NET_SLIDING_COEFFICIENT], loads->sliding_load));
+    const Friction out = {at[APPARENT_VISCOSITY_RATIO], at[NET_SLIDING_COEFFICIENT], at[ROUGHNESS_HEIGHT],
+                          at[BREAKAWAY_FACTOR]};
+    return out;
 }
 
 /* step: [s] that the outputs belong to, 0: an instant; slip: mode of a continuous bristle */
@@ -24,12 +26,10 @@ static inline Bristle bristle_at(const Number at[], Number coulomb, double step,
                       : bristle_at_instant(deflection, speed, coulomb, stiffness);
 }
 
-/* viscous: magnitude of the viscous torque [N.m] */
-static inline void torque_outputs(const Loads *loads, Number viscous, const Bristle *bristle, const Number at[],
-                                  Number out[])
+static inline void torque_outputs(const Parts *parts, const Bristle *bristle, const Number at[], Number out[])
 {
-    const Number speed = at[SPEED], coulomb = coulomb_magnitude(loads, at);
-    Number sign, power_loss = multiply(viscous, absolute(speed));
+    const Number speed = at[SPEED], coulomb = coulomb_magnitude(parts);
+    Number sign, power_loss = multiply(parts->viscous, absolute(speed));
 
     if (value_of(at[PRESLIDING_STIFFNESS]) > 0.0) {
         sign = value_of(coulomb) > 0.0 ? divide(bristle->torque, coulomb) : constant(0.0);
@@ -38,9 +38,9 @@ static inline void torque_outputs(const Loads *loads, Number viscous, const Bris
         sign = regularised_sign(speed, at[REGULARIZATION_SPEED]);
         power_loss = add(power_loss, multiply(multiply(coulomb, sign), speed));
     }
-    out[VISCOUS_TORQUE] = with_sign_of(viscous, speed);
-    out[HYSTERESIS_TORQUE] = multiply(sign, loads->hysteresis);
-    out[SLIDING_TORQUE] = multiply(sign, multiply(at[NET_SLIDING_COEFFICIENT], loads->sliding_load));
+    out[VISCOUS_TORQUE] = with_sign_of(parts->viscous, speed);
+    out[HYSTERESIS_TORQUE] = multiply(sign, parts->hysteresis);
+    out[SLIDING_TORQUE] = multiply(sign, parts->sliding);
     out[FRICTION_TORQUE] = add(add(out[VISCOUS_TORQUE], out[HYSTERESIS_TORQUE]), out[SLIDING_TORQUE]);
     out[POWER_LOSS] = power_loss;
 }

@@ -30,10 +30,22 @@ static void locate(Model *model)
     }
 }
 
+/* Magnitudes of the friction parts at the latched point. */
+static const Parts *friction_parts(Model *model)
+{
+    if (!model->parts_known) {
+        const Friction friction = friction_of(model->latched);
+        locate(model);
+        nut_parts(model->map, &model->loads, &model->conditions, NULL, &friction, &model->parts);
+        model->parts_known = true;
+    }
+    return &model->parts;
+}
+
 /* The bristle at the latched point. Its deflection, torque and power are stored in the model. */
 static void compute_bristle(Model *model)
 {
-    const Bristle bristle = bristle_at(model->latched, coulomb_magnitude(&model->loads, model->latched), model->step,
+    const Bristle bristle = bristle_at(model->latched, coulomb_magnitude(friction_parts(model)), model->step,
                                        model->continuous, model->slip);
 
     model->value[PRESLIDING_DEFLECTION] = model->latched[PRESLIDING_DEFLECTION] = bristle.deflection;
@@ -45,12 +57,9 @@ static void compute_bristle(Model *model)
 static void compute_torque(Model *model)
 {
     const double *at = model->latched;
+    const Parts *parts = friction_parts(model);
     Bristle bristle;
-    double viscous;
 
-    locate(model);
-    viscous = nut_viscous_torque(model->map, &model->loads, &model->conditions, NULL, at[APPARENT_VISCOSITY_RATIO],
-                                 at[ROUGHNESS_HEIGHT]);
     if (model->continuous) {
         model->value[PRESLIDING_DEFLECTION_RATE] = 0.0;
         if (at[PRESLIDING_STIFFNESS] > 0.0) {
@@ -59,7 +68,7 @@ static void compute_torque(Model *model)
     }
     bristle.torque = model->bristle_torque;
     bristle.power = model->bristle_power;
-    torque_outputs(&model->loads, viscous, &bristle, at, model->value);
+    torque_outputs(parts, &bristle, at, model->value);
     model->torque_known = true;
 }
 
@@ -95,9 +104,8 @@ void model_latch(Model *model)
     memcpy(model->latched, model->value, sizeof model->latched);
     model->step = 0.0;
     model->deflection_before = model->value[PRESLIDING_DEFLECTION];
-    model->conditions_known = model->torque_known = model->films_known = false;
+    model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
     if (model->value[PRESLIDING_STIFFNESS] > 0.0 && !model->continuous) {
-        compute_loads(model);
         compute_bristle(model);
     }
 }
@@ -107,9 +115,8 @@ void model_step(Model *model, double step)
     memcpy(model->latched, model->value, sizeof model->latched);
     model->step = step;
     model->deflection_before = model->value[PRESLIDING_DEFLECTION];
-    model->conditions_known = model->torque_known = model->films_known = false;
+    model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
     if (model->latched[PRESLIDING_STIFFNESS] > 0.0) {
-        compute_loads(model);
         compute_bristle(model);
     } else if (step > 0.0) {
         /* a bristle that is switched off has no deflection */
@@ -168,7 +175,8 @@ void model_clear_computed(Model *model)
     model->loads_preload = model->loads_axial_load = 0.0;
     memset(&model->loads, 0, sizeof model->loads);
     memset(&model->conditions, 0, sizeof model->conditions);
-    model->conditions_known = model->torque_known = model->films_known = false;
+    memset(&model->parts, 0, sizeof model->parts);
+    model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
 }
 
 /* --- model exchange --- */
@@ -208,7 +216,7 @@ void model_indicators(Model *model)
     } else if (model->slip != 0) {
         out[SLIP_INDICATOR] = model->slip * at[SPEED] + SPEED_HYSTERESIS;
     } else {
-        const double sliding = lesser(coulomb_magnitude(&model->loads, at) / stiffness, TOO_LARGE);
+        const double sliding = lesser(coulomb_magnitude(friction_parts(model)) / stiffness, TOO_LARGE);
         out[SLIP_INDICATOR] = SLIP_FROM * sliding - with_sign_of(at[PRESLIDING_DEFLECTION], at[SPEED]);
     }
 }
@@ -238,8 +246,11 @@ bool model_event(Model *model)
             model->slip = at[SPEED] > 0.0 ? 1 : -1;
         }
     } else if (out[SLIP_INDICATOR] < 0.0) {
-        const double sliding = coulomb_magnitude(&model->loads, at) / at[PRESLIDING_STIFFNESS];
-        model->value[PRESLIDING_DEFLECTION] = model->slip * sliding;
+        /* Never more than the bristle had when it began to slip: a Coulomb torque that has risen since then would give
+           it energy that no motion has put in. */
+        const double sliding = coulomb_magnitude(friction_parts(model)) / at[PRESLIDING_STIFFNESS];
+        const double wound = fabs(at[PRESLIDING_DEFLECTION]);
+        model->value[PRESLIDING_DEFLECTION] = model->slip * (wound < SLIP_FROM * sliding ? wound / SLIP_FROM : sliding);
         model->slip = 0;
         changed = true;
     }

@@ -19,11 +19,12 @@ struct Model {
     bool in_range;                  /* model exchange: at the last event */
     bool events_began;              /* model exchange: the initial event is done */
     int slip;                       /* model exchange: 0 the bristle follows, +1 or -1 direction of slip */
-    bool conditions_known, torque_known, films_known;
+    bool conditions_known, parts_known, torque_known, films_known;
     bool loads_known;                       /* valid while preload and axial load do not change: */
     double loads_preload, loads_axial_load; /* [N] that loads belong to */
     Loads loads;
     Conditions conditions;
+    Parts parts; /* of the latched point */
 };
 
 /* Fields of a saved state other than value and latched: numbers, flags, signs. */

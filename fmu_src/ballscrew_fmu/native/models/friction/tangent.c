@@ -9,10 +9,12 @@
 void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], double step,
                    bool continuous, int slip, double values[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
-    Number in[VARIABLE_COUNT], out[VARIABLE_COUNT], viscous;
+    Number in[VARIABLE_COUNT], out[VARIABLE_COUNT];
     Bristle bristle = {constant(0.0), constant(0.0), constant(0.0), constant(0.0)};
     Loads loads;
     Conditions conditions;
+    Friction friction;
+    Parts parts;
     Films films;
 
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
@@ -20,12 +22,13 @@ void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double
     }
     nut_loads(map, in[PRELOAD], in[AXIAL_LOAD], &loads);
     nut_conditions(map, in[SPEED], in[TEMPERATURE], &conditions);
-    viscous = nut_viscous_torque(map, &loads, &conditions, NULL, in[APPARENT_VISCOSITY_RATIO], in[ROUGHNESS_HEIGHT]);
+    friction = friction_of(in);
+    nut_parts(map, &loads, &conditions, NULL, &friction, &parts);
     nut_films(map, &loads, &conditions, &films);
     if (at[PRESLIDING_STIFFNESS] > 0.0) {
-        bristle = bristle_at(in, coulomb_magnitude(&loads, in), step, continuous, slip);
+        bristle = bristle_at(in, coulomb_magnitude(&parts), step, continuous, slip);
     }
-    torque_outputs(&loads, viscous, &bristle, in, out);
+    torque_outputs(&parts, &bristle, in, out);
     film_outputs(&films, in, out);
     out[PRESLIDING_DEFLECTION_RATE] = bristle.rate;
     for (int i = 0; i < VARIABLE_COUNT; ++i) {

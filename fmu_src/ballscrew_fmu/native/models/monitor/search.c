@@ -11,6 +11,7 @@ typedef struct {
     const double *at;
     Conditions conditions;
     Columns columns[2];
+    Friction friction;
     double sign; /* factor of the Coulomb parts at this speed */
 } Search;
 
@@ -19,6 +20,10 @@ static void begin_search(Search *search, const Map *map, const double at[], doub
     search->map = map;
     search->at = at;
     search->columns[0].cell = search->columns[1].cell = -1;
+    search->friction.viscosity_ratio = constant(at[APPARENT_VISCOSITY_RATIO]);
+    search->friction.net_sliding = constant(at[NET_SLIDING_COEFFICIENT]);
+    search->friction.roughness = constant(at[ROUGHNESS_HEIGHT]);
+    search->friction.breakaway = constant(at[BREAKAWAY_FACTOR]);
     search->sign = value_of(regularised_sign(constant(speed), constant(at[REGULARIZATION_SPEED])));
     nut_conditions(map, constant(speed), constant(at[TEMPERATURE]), &search->conditions);
     out->speed_clamped = search->conditions.speed_clamped;
@@ -27,15 +32,13 @@ static void begin_search(Search *search, const Map *map, const double at[], doub
 
 static void try_preload(Search *search, double preload, Estimate *out)
 {
-    const double *at = search->at;
     Loads loads;
+    Parts parts;
     Number torque;
 
-    nut_loads(search->map, number(preload, 1.0), constant(at[AXIAL_LOAD]), &loads);
-    torque = nut_viscous_torque(search->map, &loads, &search->conditions, search->columns,
-                                constant(at[APPARENT_VISCOSITY_RATIO]), constant(at[ROUGHNESS_HEIGHT]));
-    torque = add(torque, times(search->sign,
-                               add(loads.hysteresis, times(at[NET_SLIDING_COEFFICIENT], loads.sliding_load))));
+    nut_loads(search->map, number(preload, 1.0), constant(search->at[AXIAL_LOAD]), &loads);
+    nut_parts(search->map, &loads, &search->conditions, search->columns, &search->friction, &parts);
+    torque = add(parts.viscous, times(search->sign, coulomb_magnitude(&parts)));
     out->preload = preload;
     out->torque = value_of(torque);
     out->slope = slope_of(torque);
