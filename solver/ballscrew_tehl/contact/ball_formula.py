@@ -29,13 +29,15 @@ def moes_load(parameters: Parameters, raceway: str, load: Array, speed: Any, tem
 
 
 def drawn_ellipse(parameters: Parameters, raceway: str, load: Array) -> HertzContact:
-    """Hertz contact of a ball at the contact angle of the drawing; what is divided by it varies little with the angle."""
+    """Hertz contact of a ball at the contact angle of the drawing, to divide by."""
     screw = parameters.screw
     return ellipse(load, *reduced_radii(screw, screw.contact_angle, raceway), E_prime(screw))
 
 
-def rolling_loss_formula(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
-    """Closed formula of the rolling loss [W], with shear heating of the inlet; load, speed and temperature broadcast."""
+def rolling_loss_formula(
+    parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any
+) -> Array:
+    """Closed formula of the rolling loss [W] with heating of the inlet; load, speed and temperature broadcast."""
     screw, oil = parameters.screw, parameters.lubricant
     radii = reduced_radii(screw, screw.contact_angle, raceway)
     u_e = surface_speeds(parameters, raceway, speed).u_e
@@ -45,7 +47,6 @@ def rolling_loss_formula(parameters: Parameters, raceway: str, load: Array, spee
 
 def film_formula(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
     """Closed film formula that the samples are divided by [m]; load, speed and temperature broadcast."""
-    screw = parameters.screw
     groups, R_x, R_y = _groups(parameters, raceway, load, speed, temperature)
     # the pressure that compresses the oil varies little with the contact angle: that of the drawing
     p_max = drawn_ellipse(parameters, raceway, load).p_max

@@ -57,7 +57,9 @@ def pressure_core(pressure: Array, area: Array) -> tuple[float, float]:
 
 
 def resistance_of_cells(x: Array, pressure: Array, gap: Array, width: Array) -> Array:
-    """Integral of h dp/dx dA [N] of each step along each line (n_y, n_x-1): lines of pressure [Pa], gap [m] (n_y, n_x) at x (n_x,), as wide as width (n_y,) [m].
+    """Integral of h dp/dx dA [N] of each step along each line (n_y, n_x-1).
+
+    Lines of pressure [Pa] and gap [m] (n_y, n_x) at x (n_x,), as wide as width (n_y,) [m].
 
     The gap of every step of the pressure is that of the wedge flux at this face (film/kernels.py, face_fluxes): with
     it the sum is the dissipation of the discrete pressure flow, in which no terms cancel. By the trapezoid the loss of
@@ -87,9 +89,9 @@ def resistance_beyond(
     integral over rays from the centre is closed, with the offset of the gap where a ray leaves the domain. It grows
     with the logarithm of `times` without bound: a point contact in an endless bath has no finite rolling loss.
 
-    Parameters   x, y (k,), gap (k,) [m]: nodes on the border of the domain upstream, from one line of symmetry or end
-                 to the other, x <= 0;  R_x, R_y [m];  shear: eta u_e [N/m] of the oil that enters;  times >= 1: float or by
-                 node (k,), distance of the border of the larger domain over that of this one
+    Parameters   x, y (k,), gap (k,) [m]: nodes on the border of the domain upstream, from one line of symmetry or
+                 end to the other, x <= 0;  R_x, R_y [m];  shear: eta u_e [N/m] of the oil that enters;  times >= 1:
+                 float or by node (k,), distance of the border of the larger domain over that of this one
     Source       derived (test: quadrature); Kapitza 1955 for the pressure of a half Sommerfeld solution
     """
     c = 12.0 * shear / (3.0 + 2.0 * R_x / R_y)
@@ -120,7 +122,7 @@ def _border_upstream(problem: ContactProblem, gap: Array) -> tuple[Array, Array,
 
 
 def _beyond_radius(problem: ContactProblem, gap: Array, cells: Array) -> float:
-    """What is to be added to the resistance [N] of a flooded domain, so that it holds for oil to x = -R_x and y = +-R_x.
+    """What to add to the resistance [N] of a flooded domain, so that it holds for oil to x = -R_x and y = +-R_x.
 
     That is about the radius of the smaller body, where its surface turns away. What the domain lacks is closed, what
     it has beyond is left out.

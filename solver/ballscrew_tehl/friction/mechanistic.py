@@ -52,9 +52,7 @@ QUANTITIES = ("thermal_central_film", "rolling_loss", "core_pressure", "core_are
 class ContactValues(Protocol):
     """Solved contacts of the balls: from a map, or solved at each call."""
 
-    def values(
-        self, raceway: str, load: Array, speed: Array, temperature: Array
-    ) -> Mapping[str, Array]:
+    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> Mapping[str, Array]:
         """QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s] and temperatures (t,) [K]: (n, s, t) each, SI."""
         ...
 
@@ -103,8 +101,8 @@ def breakaway_factor(friction: FrictionParameters) -> float:
 def supply_factor(parameters: Parameters, speed: Any, temperature: Any) -> Any:
     """Share of the flooded rolling loss that the oil supply leaves, by the replenishment or the meniscus of the file.
 
-    Source       replenishment: d, D of the angular contact bearing with this ball and pitch diameter, whose section D - d
-                 is the ball diameter over 0.3 (assumption: SKF's geometry of bearings, no value for screws is known)
+    Source       replenishment: d, D of the angular contact bearing with this ball and pitch diameter, whose section
+                 D - d is the ball diameter over 0.3 (assumption: geometry of bearings, none for screws is known)
     """
     friction, screw = parameters.friction, parameters.screw
     if friction.inlet_films is not None:
@@ -155,8 +153,8 @@ def nut_powers(
                  temperature : (t,) or float [K];  contacts : of the balls, flooded
     Returns      NutPowers with parts (s, t), floats for a single point
     Raises       ValueError: load or speed out of range;  ArithmeticError: equilibrium of a ball not found
-    Source       head of this module; the shear of the mean ball stands for all, with the power 4/3 of the load: the loads
-                 of one nut differ by some percent
+    Source       head of this module; the shear of the mean ball stands for all, with the power 4/3 of the load: the
+                 loads of one nut differ by some percent
     """
     loads = np.asarray(loads, dtype=float)
     if not np.all((loads >= 0.0) & np.isfinite(loads)):
@@ -182,14 +180,13 @@ def nut_powers(
     shear = shear * np.sum((loads / mean) ** SHEAR_EXPONENT) / speed
     thrust = 1.0 + share * (breakaway_factor(friction) - 1.0)
     u = float(entrainment_speed(screw, 1.0))
-    parts = (rolling["screw"], rolling["nut"], shear, thrust)
     single = speed.size == 1
-    return NutPowers(
-        *(float(part[0, 0]) if single else part for part in parts),
-        hysteresis=u * _hysteresis(screw, friction, loads),
-        ball_ball=u * float(loads.sum()),
-        share=float(share[0, 0]) if single else share,
+    screw_side, nut_side, sheared, raised, on_asperities = (
+        float(part[0, 0]) if single else part
+        for part in (rolling["screw"], rolling["nut"], shear, thrust, share)
     )
+    hysteresis, ball_ball = u * _hysteresis(screw, friction, loads), u * float(loads.sum())
+    return NutPowers(screw_side, nut_side, sheared, raised, hysteresis, ball_ball, on_asperities)
 
 
 def _hysteresis(screw: ScrewParameters, friction: FrictionParameters, loads: Array) -> float:
@@ -204,7 +201,11 @@ def _hysteresis(screw: ScrewParameters, friction: FrictionParameters, loads: Arr
 
 
 def _shear(
-    parameters: Parameters, load: float, speed: Array, temperature: Array, at: Mapping[str, Mapping[str, Array]]
+    parameters: Parameters,
+    load: float,
+    speed: Array,
+    temperature: Array,
+    at: Mapping[str, Mapping[str, Array]],
 ) -> tuple[Array, Array]:
     """Shear power of the mean ball [W] and asperity share of its raceways, (s, t)."""
     screw, friction, oil = parameters.screw, parameters.friction, parameters.lubricant
@@ -233,8 +234,8 @@ def _shear(
         column["viscosity"], column["pressure"], column["film"], column["share"], oil.eyring_stress,
         friction.limiting_shear_coefficient, friction.boundary_friction,
     )  # fmt: skip
-    found = ball_equilibrium(motion, speed.ravel(), column["axes"], traction)
+    balls = ball_equilibrium(motion, speed.ravel(), column["axes"], traction)
     # the flanks of an oversize ball count as two nuts, which share the power of the ball
-    power = found.power.sum(axis=1) * (0.5 if screw.preload_kind == FOUR_POINT else 1.0)
+    power = balls.power.sum(axis=1) * (0.5 if screw.preload_kind == FOUR_POINT else 1.0)
     share = 0.5 * (columns["screw"]["share"] + columns["nut"]["share"])
     return power.reshape(speed.shape), share.reshape(speed.shape)

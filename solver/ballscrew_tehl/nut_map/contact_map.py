@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from ..friction import mechanistic
 from ..contact.ball_formula import drawn_ellipse, film_formula, moes_load, rolling_loss_formula
+from ..friction import mechanistic
 from ..parameters.file import Parameters
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0

@@ -50,7 +50,7 @@ VISCOUS_COLUMNS = 4
 
 
 def packaged_map(parameters: Parameters) -> Path:
-    """File of the packaged map of the GD4008-3: by kinematics with the oil of Table 1, or with that of MECHANISTIC_SCREW."""
+    """File of the packaged map of the GD4008-3: by kinematics, or with the oil VG 100 of the mechanistic set."""
     friction = parameters.friction
     name = "vg100" if friction.set == MECHANISTIC else friction.kinematics
     return PACKAGED_DATA / f"map_gd4008_{name}.nc"
@@ -285,15 +285,19 @@ def _defaults(friction: FrictionSet, parameters: Parameters) -> tuple[float, ...
 def _mechanistic_of(
     path: Path, header: dict[str, Any], variables: dict[str, Array], parameters: Parameters
 ) -> None:
-    """Arrays of the mechanistic law with the constants of the parameters: those of the file, or summed anew (seconds)."""
+    """Arrays of the mechanistic law for the constants of the parameters: of the file, or summed anew (seconds)."""
     if MECHANISTIC not in header:
-        raise MapError(f"{path}: map of kinematics {header['kinematics']}; the mechanistic law needs rolling_frame")
+        raise MapError(
+            f"{path}: map of kinematics {header['kinematics']}; the mechanistic law needs rolling_frame"
+        )
     constants = law_constants(parameters)
     if header[MECHANISTIC] == constants:
         return
     from .build import mechanistic_coefficients
 
-    surfaces, curves = mechanistic_coefficients(parameters, _contact_map(header, variables, parameters), header)
+    surfaces, curves = mechanistic_coefficients(
+        parameters, _contact_map(header, variables, parameters), header
+    )
     variables[f"viscous_coefficients_{MECHANISTIC}"] = surfaces
     # pressure and load of the last two columns do not depend on the law
     stored = variables[f"force_coefficients_{MECHANISTIC}"]

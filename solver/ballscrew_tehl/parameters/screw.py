@@ -176,15 +176,21 @@ class FrictionParameters(Table):
     asperity_product: float = bounded("asperity_product", ge=1e-3, le=1)
     asperity_slenderness: float = bounded("asperity_slenderness", ge=1e-6, le=1)
     ball_thrust: float | None = Field(
-        default=None, ge=0, le=100, description="override of the set, mechanistic only: "
-        + BOUNDED["ball_thrust"].meaning,
+        default=None,
+        ge=0,
+        le=100,
+        description="override of the set, mechanistic only: " + BOUNDED["ball_thrust"].meaning,
     )
     replenishment_constant: float = Field(
-        default=6e-8, ge=0, le=1e-6,
+        default=6e-8,
+        ge=0,
+        le=1e-6,
         description="K_rs of SKF, mechanistic only: 6e-8 grease or oil-air, 3e-8 low oil bath or oil jet, 0 flooded",
     )
     inlet_films: float | None = Field(
-        default=None, ge=2, le=1e6,
+        default=None,
+        ge=2,
+        le=1e6,
         description="gap at the meniscus of a starved inlet over the film, in place of replenishment_constant",
     )
     roughness_height: float | None = quantity(

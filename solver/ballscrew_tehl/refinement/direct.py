@@ -237,7 +237,9 @@ class MeanBallContacts:
     def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
         """Quantities of the law (n, 1, 1) at ball loads (n,), the last one that of the mean ball."""
         mean = self.solved[raceway]
-        formula = rolling_loss_formula(self.parameters, raceway, load, float(speed[0, 0]), float(temperature[0]))
+        formula = rolling_loss_formula(
+            self.parameters, raceway, load, float(speed[0, 0]), float(temperature[0])
+        )
         found = mean.integrals
         values = (
             mean.h_c, found.rolling_loss * formula / formula[-1], found.core_pressure, found.core_area,
