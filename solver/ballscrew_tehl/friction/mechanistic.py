@@ -46,14 +46,14 @@ K_Z, BALL_OVER_SECTION = 4.4, 0.3
 #: exponents of the ball load with which shear power follows that of the mean ball: pressure Q^(1/3), slip Q^(1/3)
 SHEAR_EXPONENT = 4.0 / 3.0
 #: quantities of a solved contact that the law takes, see nut_map.contacts
-QUANTITIES = ("thermal_central_film", "rolling_loss", "core_pressure", "core_area", "mean_rise")
+QUANTITIES = ("rolling_loss", "thermal_central_film", "core_pressure", "core_area", "mean_rise")
 
 
 class ContactValues(Protocol):
     """Solved contacts of the balls: from a map, or solved at each call."""
 
-    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> Mapping[str, Array]:
-        """QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s] and temperatures (t,) [K]: (n, s, t) each, SI."""
+    def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
+        """One of QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s], temperatures (t,) [K]: (n, s, t), SI."""
         ...
 
 
@@ -169,13 +169,11 @@ def nut_powers(
         return NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     screw, friction = parameters.screw, parameters.friction
     w, t = speed[:, :1], temperature[0]
-    supply = supply_factor(parameters, speed, temperature)
     mean = np.array([mean_load(loads)])
     rolling, at = {}, {}
     for raceway in RACEWAYS:
-        found = contacts.values(raceway, np.append(loads, mean), w, t)
-        rolling[raceway] = supply * found["rolling_loss"][:-1].sum(axis=0) / speed
-        at[raceway] = {name: np.asarray(values[-1]) for name, values in found.items()}
+        rolling[raceway] = rolling_torque(parameters, raceway, loads, speed, temperature, contacts)
+        at[raceway] = {name: contacts.value(raceway, name, mean, w, t)[0] for name in QUANTITIES[1:]}
     shear, share = _shear(parameters, float(mean[0]), speed, temperature, at)
     shear = shear * np.sum((loads / mean) ** SHEAR_EXPONENT) / speed
     thrust = 1.0 + share * (breakaway_factor(friction) - 1.0)
@@ -187,6 +185,19 @@ def nut_powers(
     )
     hysteresis, ball_ball = u * _hysteresis(screw, friction, loads), u * float(loads.sum())
     return NutPowers(screw_side, nut_side, sheared, raised, hysteresis, ball_ball, on_asperities)
+
+
+def rolling_torque(
+    parameters: Parameters,
+    raceway: str,
+    loads: Array,
+    speed: Array,
+    temperature: Array,
+    contacts: ContactValues,
+) -> Array:
+    """Rolling torque of one raceway of a nut (s, t) [N.m]; loads (n,) > 0; speed, temperature (s, t)."""
+    lost = contacts.value(raceway, "rolling_loss", loads, speed[:, :1], temperature[0]).sum(axis=0)
+    return np.asarray(supply_factor(parameters, speed, temperature) * lost / speed)
 
 
 def _hysteresis(screw: ScrewParameters, friction: FrictionParameters, loads: Array) -> float:

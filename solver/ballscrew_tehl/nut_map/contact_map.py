@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from ..contact.ball_formula import drawn_ellipse, film_formula, moes_load, rolling_loss_formula
-from ..friction import mechanistic
 from ..parameters.file import Parameters
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0
@@ -247,9 +246,6 @@ class MapContacts:
     def __init__(self, contact_map: ContactMap) -> None:
         self.contact_map = contact_map
 
-    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
-        """Quantities of the law (n, s, t) at ball loads (n,), speeds (s, 1) and temperatures (t,)."""
-        return {
-            name: self.contact_map.evaluate_grid(raceway, name, load, speed.ravel(), temperature)
-            for name in mechanistic.QUANTITIES
-        }
+    def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
+        """A quantity (n, s, t) at ball loads (n,), speeds (s, 1) and temperatures (t,)."""
+        return self.contact_map.evaluate_grid(raceway, name, load, speed.ravel(), temperature)

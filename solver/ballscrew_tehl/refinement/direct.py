@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..contact.ball_contact import solve_ball
 from ..contact.ball_formula import film_formula, rolling_loss_formula
 from ..contact.solution import ContactSolution
-from ..friction.mechanistic import QUANTITIES, mean_load, nut_powers
+from ..friction.mechanistic import mean_load, nut_powers, rolling_torque
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
 from ..parameters.file import Parameters, ScrewParameters
@@ -93,8 +93,10 @@ def direct_extremes(
 class RacewayValues(NamedTuple):
     """One raceway of one nut from the contact of its mean ball."""
 
-    viscous_torque: float  # [N.m] at apparent viscosity ratio 1 and full viscous share
-    effective_film: float  # [m] for the viscous share at a roughness height
+    viscous_torque: (
+        float  # [N.m] at apparent viscosity ratio 1 and full viscous share; mechanistic: rolling torque
+    )
+    effective_film: float  # [m] for the viscous share at a roughness height; mechanistic: of the mean ball
     minimum_film: float  # [m] thermal, of the mean ball
     central_film: float  # [m] thermal, of the mean ball
     temperature_rise: float  # [K] of the mean ball
@@ -108,18 +110,19 @@ def _ball_loads(screw: ScrewParameters, force: float, count: int) -> Array:
 class NutContacts:
     """The contacts of the balls of one nut, one solve per raceway and film.
 
-    Parameters   thermal : whether friction takes the film of the thermal solve ("solved_thermal") or of the isothermal
-                 one ("solved"), which is then solved as well
+    Parameters   film : film model of the friction: of the thermal solve ("solved_thermal"), of the isothermal one
+                 ("solved"), which is then solved as well, or "mechanistic"
     """
 
-    def __init__(self, parameters: Parameters, thermal: bool) -> None:
+    def __init__(self, parameters: Parameters, film: str) -> None:
         self.parameters = parameters
-        self.thermal = thermal
+        self.film = film
+        screw = parameters.screw
+        self._count = screw.loaded_ball_count if film == MECHANISTIC else screw.ball_count
 
     def mean_load(self, force: float) -> float:
         """mean_load of the balls in the friction sums of a nut under an axial force [N]."""
-        screw = self.parameters.screw
-        return mean_load(_ball_loads(screw, force, screw.ball_count))
+        return mean_load(_ball_loads(self.parameters.screw, force, self._count))
 
     def extreme_loads(self, force: float) -> tuple[float, float]:
         """Lightest and heaviest of the load-carrying balls [N]."""
@@ -137,19 +140,22 @@ class NutContacts:
         Raises       UnconvergedContactError; ValueError: out of range
         """
         screw = self.parameters.screw
-        loads = _ball_loads(screw, force, screw.ball_count)
+        loads = _ball_loads(screw, force, self._count)
         load = mean_load(loads)
         hot = solve_ball(self.parameters, raceway, load, speed, temperature, thermal=True)
-        own = hot if self.thermal else solve_ball(self.parameters, raceway, load, speed, temperature, False)
+        extremes = hot.h_m, hot.h_c, hot.integrals.temperature_rise_mean
+        if self.film == MECHANISTIC:
+            contacts, at = (
+                MeanBallContacts(self.parameters, {raceway: hot}),
+                (np.array([[speed]]), np.array([[temperature]])),
+            )
+            rolling = rolling_torque(self.parameters, raceway, loads, *at, contacts)
+            return RacewayValues(float(rolling[0, 0]), hot.h_c, *extremes)
+        isothermal = self.film == "solved"
+        own = solve_ball(self.parameters, raceway, load, speed, temperature, False) if isothermal else hot
         film = _PowerFilm(load, {name: (own.h_c, slope) for name in RACEWAYS})
         sums = nut_sums(self.parameters, loads, speed, temperature, film)._asdict()
-        return RacewayValues(
-            sums[f"viscous_{raceway}"],
-            sums[f"film_{raceway}"],
-            hot.h_m,
-            hot.h_c,
-            hot.integrals.temperature_rise_mean,
-        )
+        return RacewayValues(sums[f"viscous_{raceway}"], sums[f"film_{raceway}"], *extremes)
 
 
 class _PowerFilm:
@@ -234,21 +240,22 @@ class MeanBallContacts:
     def __init__(self, parameters: Parameters, solved: Mapping[str, ContactSolution]) -> None:
         self.parameters, self.solved = parameters, solved
 
-    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
-        """Quantities of the law (n, 1, 1) at ball loads (n,), the last one that of the mean ball."""
-        mean = self.solved[raceway]
-        formula = rolling_loss_formula(
-            self.parameters, raceway, load, float(speed[0, 0]), float(temperature[0])
-        )
-        found = mean.integrals
-        values = (
-            mean.h_c, found.rolling_loss * formula / formula[-1], found.core_pressure, found.core_area,
-            found.mean_temperature - mean.conditions.temperature,
-        )  # fmt: skip
-        return {
-            name: np.broadcast_to(value, load.shape)[:, None, None]
-            for name, value in zip(QUANTITIES, values, strict=True)
+    def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
+        """A quantity (n, 1, 1) at ball loads (n,), a speed (1, 1) and a temperature (1,): those of the solution."""
+        mean, at = self.solved[raceway], (float(speed[0, 0]), float(temperature[0]))
+        values = {
+            "thermal_central_film": mean.h_c,
+            "rolling_loss": mean.integrals.rolling_loss,
+            "core_pressure": mean.integrals.core_pressure,
+            "core_area": mean.integrals.core_area,
+            "mean_rise": mean.integrals.mean_temperature - mean.conditions.temperature,
         }
+        found = np.full(load.shape, values[name])
+        if name == "rolling_loss":
+            loads = np.append(load, mean.conditions.load)
+            formula = rolling_loss_formula(self.parameters, raceway, loads, *at)
+            found *= formula[:-1] / formula[-1]
+        return found[:, None, None]
 
 
 def direct_state(
