@@ -161,11 +161,15 @@ def test_pressure_that_no_force_reaches_is_refused(pressure):
 @pytest.mark.parametrize(
     "ends", [(0.0, 1.0), (-1.0, 1.0), (2.0, 1.0), (3.0, 3.0), (1.0, math.inf), (math.nan, 1.0)]
 )
-@pytest.mark.parametrize(("name", "unit"), [("preload", "N"), ("speed", "rad/s"), ("temperature", "K")])
-def test_ends_that_are_no_range_are_refused(name, unit, ends):
-    with pytest.raises(ValueError, match="needs 0 < lowest < highest") as caught:
+@pytest.mark.parametrize(
+    ("name", "unit", "scale", "zero"),
+    [("preload", "N", 1.0, 0.0), ("speed", "r/min", RPM, 0.0), ("temperature", "C", 1.0, -273.15)],
+)
+def test_ends_that_are_no_range_are_refused_in_the_unit_of_the_options(name, unit, scale, zero, ends):
+    with pytest.raises(ValueError, match="lowest < highest") as caught:
         map_grid(GD4008, **{name: ends})
-    assert str(caught.value) == f"{name} = {ends[0]:g} to {ends[1]:g} {unit}; needs 0 < lowest < highest"
+    low, high = (end / scale + zero for end in ends)
+    assert str(caught.value) == f"{name} = {low:.6g} to {high:.6g} {unit}; needs {zero:g} < lowest < highest"
 
 
 # --- contacts ---

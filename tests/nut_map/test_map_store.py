@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 from reference_screw import GD4008
 from scipy.io import netcdf_file
-from synthetic_contacts import GRID, closed_build, partly_failed_row, same_contacts, small_map
+from synthetic_contacts import GRID, closed_build, partly_failed_contact, same_contacts, small_map
 
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
 from ballscrew_tehl.nut_map import build, kriging
@@ -177,7 +177,7 @@ def test_contact_map_is_read_back(saved):
 
 def test_contacts_that_were_not_solved_are_read_back(tmp_path, monkeypatch):
     monkeypatch.setattr(build, "UNCERTAIN", math.inf)
-    built = closed_build(row=partly_failed_row)
+    built = closed_build(solve=partly_failed_contact)
     path = tmp_path / "x.nc"
     save_map(path, built, {})
     found = load_contact_map(path, GD4008)

@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
 FILE_FORMAT = 3
+#: first bytes of a netCDF file that scipy writes
+MAGIC = b"CDF"
 FILM_MODELS = ("solved", "solved_thermal")
 #: columns of the spline coefficients that depend on the film model of the friction set
 VISCOUS_COLUMNS = 4
@@ -51,6 +53,14 @@ def _file_hash(header: str, variables: Mapping[str, Array]) -> str:
         digest.update(f"{name}{array.shape}".encode())
         digest.update(array.tobytes())
     return digest.hexdigest()
+
+
+def is_map_file(path: Path) -> bool:
+    """Whether a file begins like a map of any format, which a new map may replace."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
 
 
 def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) -> str:

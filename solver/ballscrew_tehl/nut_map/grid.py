@@ -37,6 +37,8 @@ LEAST_FORCE, LARGEST_FORCE = 1.0, 1e7
 BACK = 0.98
 #: least share of an axis that a cut may leave
 LEAST_SHARE = 0.25
+#: unit of an axis in messages, which is that of the options, and factor and shift from SI
+SHOWN = {"preload": ("N", 1.0, 0.0), "speed": ("r/min", 1.0 / RPM, 0.0), "temperature": ("C", 1.0, -CELSIUS)}
 #: digits of the ends of a range
 DIGITS = 2
 
@@ -135,11 +137,13 @@ def map_grid(
         speed = SPEED_SPAN * fastest, fastest
     if temperature is None:
         temperature = temperature_range(parameters)
-    for name, unit, (low, high) in (
-        ("preload", "N", preload), ("speed", "rad/s", speed), ("temperature", "K", temperature)
-    ):  # fmt: skip
+    for name, (low, high) in {"preload": preload, "speed": speed, "temperature": temperature}.items():
         if not 0.0 < low < high < math.inf:
-            raise ValueError(f"{name} = {low:g} to {high:g} {unit}; needs 0 < lowest < highest")
+            unit, scale, shift = SHOWN[name]
+            raise ValueError(
+                f"{name} = {scale * low + shift:.6g} to {scale * high + shift:.6g} {unit}; needs {shift:g} < lowest < "
+                "highest"
+            )
     return replace(
         base,
         # an axial load relieves one nut
@@ -174,12 +178,8 @@ def narrowed(parameters: Parameters, grid: MapGrid, points: Array) -> tuple[MapG
     heaviest = np.array([float(nut_loads(screw, float(f), screw.loaded_ball_count).max()) for f in forces])
     preload = np.exp(np.interp(np.log(points[:, 0]), np.log(heaviest), np.log(forces)))
     found: list[tuple[float, MapGrid, str]] = []
-    for name, values, unit, scale, shift in (
-        ("preload", preload, "N", 1.0, 0.0),
-        ("speed", points[:, 1], "r/min", 1.0 / RPM, 0.0),
-        ("temperature", points[:, 2], "C", 1.0, -CELSIUS),
-    ):
-        low, high, nodes = getattr(grid, name)
+    for name, values in (("preload", preload), ("speed", points[:, 1]), ("temperature", points[:, 2])):
+        (unit, scale, shift), (low, high, nodes) = SHOWN[name], getattr(grid, name)
         place = (lambda v: v) if name == "temperature" else math.log
         below, above = float(values.min()), float(values.max())
         for end, before, ends in (
