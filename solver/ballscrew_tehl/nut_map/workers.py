@@ -8,7 +8,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 
 #: called with (finished, total, what) while a build runs
@@ -30,7 +30,10 @@ def _leave_with_parent() -> None:
 
 @contextmanager
 def worker_pool(workers: int | None) -> Iterator[Executor]:
-    """Processes, None: one per core; one BLAS thread each, for matrices are small."""
+    """Processes, None: one per core; one BLAS thread each, for matrices are small.
+
+    Raises       ChildProcessError: a process has died
+    """
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
     before = {name: os.environ.get(name) for name in names}
     os.environ.update(dict.fromkeys(names, "1"))
@@ -38,6 +41,11 @@ def worker_pool(workers: int | None) -> Iterator[Executor]:
         spawn = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(workers or os.cpu_count(), spawn, _leave_with_parent) as pool:
             yield pool
+    except BrokenExecutor as error:
+        raise ChildProcessError(
+            "a worker process has died, killed or out of memory: the same command again continues with the contacts "
+            "that are solved"
+        ) from error
     finally:
         for name, value in before.items():
             if value is None:
