@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from importlib import resources
@@ -134,21 +135,33 @@ def test_temperature_option_is_in_degrees_celsius(closed, tmp_path):
         (("--count", "0"), "--count = 0; allowed: a whole number >= 1"),
         (("--tolerance", "nan"), "--tolerance = nan; allowed: 1e-5 to 0.1"),
         (("--tolerance", "0.2"), "--tolerance = 0.2; allowed: 1e-5 to 0.1"),
-        (("--preload-n", "2000", "500"), "preload = 2000 to 500 N; needs 0 < lowest < highest"),
-        (("--preload-n", "500", "500"), "preload = 500 to 500 N; needs 0 < lowest < highest"),
-        (("--preload-n", "-5", "500"), "preload = -5 to 500 N; needs 0 < lowest < highest"),
-        (("--preload-n", "nan", "500"), "preload = nan to 500 N; needs 0 < lowest < highest"),
-        (("--preload-n", "500", "inf"), "preload = 500 to inf N; needs 0 < lowest < highest"),
+        (("--preload-n", "2000", "500"), "preload = 2000 to 500 N; needs 0.01 <= lowest < highest <= 1e+07"),
+        (("--preload-n", "500", "500"), "preload = 500 to 500 N; needs 0.01 <= lowest < highest <= 1e+07"),
+        (("--preload-n", "-5", "500"), "preload = -5 to 500 N; needs 0.01 <= lowest < highest <= 1e+07"),
+        (("--preload-n", "nan", "500"), "preload = nan to 500 N; needs 0.01 <= lowest < highest <= 1e+07"),
+        (("--preload-n", "500", "inf"), "preload = 500 to inf N; needs 0.01 <= lowest < highest <= 1e+07"),
         (("--preload-n", "500"), "--preload-n: expected 2 arguments"),
         (("--preload-n", "500", "much"), "invalid float value: 'much'"),
-        (("--speed-rpm", "0", "500"), "speed = 0 to 500 r/min; needs 0 < lowest < highest"),
-        (("--speed-rpm", "500", "100"), "speed = 500 to 100 r/min; needs 0 < lowest < highest"),
-        (("--temperature-c", "40", "20"), "temperature = 40 to 20 C; needs -273.15 < lowest < highest"),
-        (("--temperature-c", "-300", "20"), "temperature = -300 to 20 C; needs -273.15 < lowest < highest"),
-        (("--temperature-c", "10", "-1e1"), "temperature = 10 to -10 C; needs -273.15 < lowest < highest"),
+        (("--speed-rpm", "0", "500"), "speed = 0 to 500 r/min; needs 0.001 <= lowest < highest <= 1e+06"),
+        (("--speed-rpm", "500", "100"), "speed = 500 to 100 r/min; needs 0.001 <= lowest < highest <= 1e+06"),
+        (
+            ("--temperature-c", "40", "20"),
+            "temperature = 40 to 20 C; needs -73.15 <= lowest < highest <= 500",
+        ),
+        (
+            ("--temperature-c", "-300", "20"),
+            "temperature = -300 to 20 C; needs -73.15 <= lowest < highest <= 500",
+        ),
+        (("--preload-n", "1e-300", "1e300"), "preload = 1e-300 to 1e+300 N; needs 0.01 <= lowest"),
+        (("--preload-n", "1000", "1e6"), "preload = 1000 to 1e+06 N: Hertz pressure up to "),
+        (("--temperature-c", "80", "400"), "temperature = 80 to 400 C: viscosity of oil of Table 1 "),
+        (
+            ("--temperature-c", "10", "-1e1"),
+            "temperature = 10 to -10 C; needs -73.15 <= lowest < highest <= 500",
+        ),
         (
             ("--temperature-c", "-3e2", "-inf"),
-            "temperature = -300 to -inf C; needs -273.15 < lowest < highest",
+            "temperature = -300 to -inf C; needs -73.15 <= lowest < highest <= 500",
         ),
     ],
 )
@@ -182,6 +195,18 @@ def test_bad_places_are_refused_in_one_line(tmp_path, capsys, arguments, line):
         ("speed_max_rpm = 100.0", "map.speed_min"),
         ("temperature_min_degC = 40.0\ntemperature_max_degC = 20.0", "more than temperature_min"),
         ("preload_min_N = -1.0\npreload_max_N = 100.0", "map.preload_min_N = -1.0"),
+        (
+            "speed_min_rad_s = 1.0\nspeed_max_rad_s = 1e300",
+            "map.speed_max_rad_s = 1e+300; allowed: >= 0.00010472 rad_s, <= 104720 rad_s",
+        ),
+        (
+            "temperature_min_K = 20.0\ntemperature_max_K = 300.0",
+            "map.temperature_min_K = 20.0; allowed: >= 200 K",
+        ),
+        (
+            "temperature_min_degC = 20.0\ntemperature_max_degC = 501.0",
+            "_degC = 501.0; allowed: >= -73.15 degC, <= 500 degC",
+        ),
         ("preload_min = 1.0", "bad unit"),
         ("torque_max_Nm = 1.0", "a known key"),
     ],
@@ -249,6 +274,34 @@ def test_interrupted_build_continues_with_what_it_has(closed, tmp_path, monkeypa
     assert main(arguments) == 0
     assert len(solved) == 2 * 30 - 20
     assert [file.name for file in tmp_path.iterdir()] == ["map.nc"]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="a group of processes is interrupted")
+@pytest.mark.parametrize(
+    "moments", [(0.03,), (0.3,), (0.0, 0.3)], ids=["tables", "start of a worker", "twice"]
+)
+def test_ctrl_c_soon_after_the_plan_ends_the_build(tmp_path, moments):
+    """While tables of points are read or workers start, and again while the build waits for them."""
+    command = [sys.executable, "-m", "ballscrew_tehl", "map", "build", "--output", str(tmp_path / "map.nc")]
+    build_ = subprocess.Popen(
+        [*command, "--quick", "--workers", "1", *NARROW],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    with build_:
+        assert "core-seconds" in build_.stderr.readline()
+        # until it ends: while processes start it is ignored, and sent again, as a user does
+        for moment in itertools.chain(moments, itertools.repeat(1.0, 30)):
+            time.sleep(moment)
+            if build_.poll() is not None:
+                break
+            os.killpg(build_.pid, signal.SIGINT)
+        lines = build_.stderr.readlines()
+    assert build_.returncode == INTERRUPTED
+    assert not any("Traceback" in line for line in lines), lines
+    assert lines[-1] == "ballscrew_tehl map: interrupted; the same command again continues it\n"
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ from synthetic_contacts import GRID, closed_build, closed_contact, same_map, sma
 
 from ballscrew_tehl.nut_map.contacts import QUANTITIES
 from ballscrew_tehl.nut_map.journal import Journal, Solved
+from ballscrew_tehl.nut_map.workers import interrupt_held
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
 POINT = [0.1, 1.0 / 3.0, 303.15]
@@ -308,6 +309,29 @@ if __name__ == "__main__":
         time.sleep(0.1)
     else:
         pytest.fail("the worker is still running")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a signal is sent")
+@pytest.mark.parametrize("ignored", [False, True])
+def test_interrupt_is_raised_after_what_must_not_be_cut_off_or_never(ignored):
+    done = []
+
+    def cut_off():
+        with interrupt_held(ignored):
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.01)
+            done.append("held")
+        done.append("after")
+
+    before = signal.getsignal(signal.SIGINT)
+    if ignored:
+        cut_off()
+        assert done == ["held", "after"]
+    else:
+        with pytest.raises(KeyboardInterrupt):
+            cut_off()
+        assert done == ["held"]
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 # --- a cluster ---

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.stats import qmc
 
 from .. import __version__
 from ..contact.ball_contact import UnconvergedContactError, solve_ball
@@ -26,7 +27,7 @@ from .contact_map import ContactMap, ContactModel
 from .contacts import FILMS, MAPPED, QUANTITIES, Array, ContactRange, SolvedContacts
 from .grid import BuiltMap, MapGrid, contact_range, largest_pressure, map_grid, narrowed
 from .journal import Contact, Journal, Solved
-from .workers import Progress, worker_pool
+from .workers import Progress, interrupt_held, worker_pool
 
 #: share of its friction by which a contact that did not converge may be uncertain; above, the range is cut before it
 UNCERTAIN = 0.02
@@ -262,6 +263,9 @@ def build_map(
     Raises       MapNotBuiltError, ValueError
     """
     grid = grid or map_grid(parameters)
+    with interrupt_held():
+        # the first sequence reads its tables in a function that drops Ctrl-C, and then has none
+        qmc.Sobol(1)
     with ExitStack() as stack:
         if executor is None:
             executor = stack.enter_context(worker_pool(workers))
