@@ -279,7 +279,7 @@ def test_interrupted_build_continues_with_what_it_has(closed, tmp_path, monkeypa
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a group of processes is interrupted")
 @pytest.mark.parametrize(
-    "moments", [(0.03,), (0.3,), (0.0, 0.3)], ids=["tables", "start of a worker", "twice"]
+    "moments", [(0.03,), (0.3,), (0.5, 0.3)], ids=["tables", "start of a worker", "twice"]
 )
 def test_ctrl_c_soon_after_the_plan_ends_the_build(tmp_path, moments):
     """While tables of points are read or workers start, and again while the build waits for them."""
@@ -292,14 +292,17 @@ def test_ctrl_c_soon_after_the_plan_ends_the_build(tmp_path, moments):
     )
     with build_:
         assert "core-seconds" in build_.stderr.readline()
-        # until it ends: while processes start it is ignored, and sent again, as a user does
-        for moment in itertools.chain(moments, itertools.repeat(1.0, 30)):
+        for moment in moments:
             time.sleep(moment)
-            if build_.poll() is not None:
-                break
+            os.killpg(build_.pid, signal.SIGINT)
+        try:
+            build_.wait(20.0)
+        except subprocess.TimeoutExpired:
+            # while a process starts it is ignored: a user sends it again
             os.killpg(build_.pid, signal.SIGINT)
         lines = build_.stderr.readlines()
-    assert build_.returncode == INTERRUPTED
+    # a second one may also come after the line is printed, while Python exits
+    assert build_.returncode == INTERRUPTED or (build_.returncode == -signal.SIGINT and len(moments) == 2)
     assert not any("Traceback" in line for line in lines), lines
     assert lines[-1] == "ballscrew_tehl map: interrupted; the same command again continues it\n"
 

@@ -106,6 +106,23 @@ def test_map_of_the_film_model_of_the_friction_set_is_read_back(saved, monkeypat
     assert (np.abs(thermal - isothermal)[..., : store.VISCOUS_COLUMNS].max(axis=(0, 1, 2)) > 0.01).all()
 
 
+@pytest.mark.parametrize("share", [0.01, 0.5, 0.99])
+def test_full_disk_keeps_the_older_map_and_is_named(saved, tmp_path, share):
+    """The limit of the size of a file stands for a full disk."""
+    resource = pytest.importorskip("resource")
+    path, content = tmp_path / "map.nc", saved.read_bytes()
+    path.write_bytes(content)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(share * len(content)), before[1]))
+    try:
+        with pytest.raises(OSError, match=r"map\.nc"):
+            save_map(path, small_map(), CERTIFICATE)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert [file.name for file in tmp_path.iterdir()] == ["map.nc"]
+    assert path.read_bytes() == content
+
+
 def test_header_holds_the_input_of_the_map(saved):
     header = load_map(saved, GD4008).header
     text = header["parameters_json"]

@@ -85,6 +85,9 @@ def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) 
     try:
         xr.Dataset(variables, attrs=attributes).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
         os.replace(temporary, path)
+    except OSError as error:
+        # a failed write, as on a full disk, names no file
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         temporary.unlink(missing_ok=True)
     return digest
