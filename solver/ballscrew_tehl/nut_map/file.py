@@ -43,6 +43,8 @@ Array = NDArray[np.float64]
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
 FILE_FORMAT = 4
+#: first bytes of a netCDF file that scipy writes
+MAGIC = b"CDF"
 #: what the viscous columns and the curves of a friction set are computed from: name of its film model
 FILM_MODELS = ("solved", "solved_thermal", MECHANISTIC)
 #: columns of the spline coefficients that depend on the film model of the friction set
@@ -63,6 +65,14 @@ def _file_hash(header: str, variables: Mapping[str, Array]) -> str:
         digest.update(f"{name}{array.shape}".encode())
         digest.update(array.tobytes())
     return digest.hexdigest()
+
+
+def is_map_file(path: Path) -> bool:
+    """Whether a file begins like a map of any format, which a new map may replace."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
 
 
 def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) -> str:
@@ -87,6 +97,9 @@ def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) 
     try:
         xr.Dataset(variables, attrs=attributes).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
         os.replace(temporary, path)
+    except OSError as error:
+        # a failed write, as on a full disk, names no file
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         temporary.unlink(missing_ok=True)
     return digest

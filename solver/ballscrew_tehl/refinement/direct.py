@@ -145,10 +145,8 @@ class NutContacts:
         hot = solve_ball(self.parameters, raceway, load, speed, temperature, thermal=True)
         extremes = hot.h_m, hot.h_c, hot.integrals.temperature_rise_mean
         if self.film == MECHANISTIC:
-            contacts, at = (
-                MeanBallContacts(self.parameters, {raceway: hot}),
-                (np.array([[speed]]), np.array([[temperature]])),
-            )
+            contacts = MeanBallContacts(self.parameters, {raceway: hot})
+            at = np.array([[speed]]), np.array([[temperature]])
             rolling = rolling_torque(self.parameters, raceway, loads, *at, contacts)
             return RacewayValues(float(rolling[0, 0]), hot.h_c, *extremes)
         isothermal = self.film == "solved"
