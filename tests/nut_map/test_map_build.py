@@ -124,8 +124,8 @@ def test_solved_contact_has_its_values_under_their_names(monkeypatch):
             traction_force=11.0 * scale * speed, error_estimate=23.0 * scale,
             integrals=SimpleNamespace(
                 temperature_rise_mean=5.0 * scale * load, temperature_rise_smooth=4.0 * scale * load,
-                rolling_loss=13.0 * scale, shear_heat=17.0 * scale, mean_temperature=scale * temperature,
-                mean_viscosity=19.0 * scale,
+                rolling_loss=13.0 * scale, core_pressure=17.0 * scale, core_area=19.0 * scale,
+                mean_temperature=scale * temperature,
             ),
             branch="asymptotic" if speed > 15.0 and not thermal else "resolved",
         )  # fmt: skip
@@ -134,8 +134,8 @@ def test_solved_contact_has_its_values_under_their_names(monkeypatch):
     expected = {
         "isothermal_central_film": 20.0, "thermal_central_film": 40.0, "thermal_minimum_film": 120.0,
         "temperature_rise": 400.0, "temperature_rise_smooth": 320.0, "pressure_max": 4200.0,
-        "traction_force": 440.0, "rolling_loss": 26.0, "shear_heat": 34.0, "mean_temperature": 600.0,
-        "mean_viscosity": 38.0, "error_estimate": 46.0, "asymptotic": 1.0,
+        "traction_force": 440.0, "rolling_loss": 26.0, "core_pressure": 34.0, "core_area": 38.0,
+        "mean_rise": 300.0, "error_estimate": 46.0, "asymptotic": 1.0,
     }  # fmt: skip
     assert build._solve_contact(GD4008, "nut", 40.0, 20.0, 300.0) == expected
     assert build._solve_contact(GD4008, "nut", 40.0, 10.0, 300.0)["asymptotic"] == 0.0
@@ -149,8 +149,8 @@ def test_contact_that_does_not_converge_is_nan(monkeypatch, which):
         return SimpleNamespace(
             h_c=speed, h_m=speed, p_max=1.0, traction_force=1.0, error_estimate=1.0, branch="resolved",
             integrals=SimpleNamespace(
-                temperature_rise_smooth=1.0, temperature_rise_mean=1.0, rolling_loss=1.0, shear_heat=1.0,
-                mean_temperature=1.0, mean_viscosity=1.0,
+                temperature_rise_smooth=1.0, temperature_rise_mean=1.0, rolling_loss=1.0, core_pressure=1.0,
+                core_area=1.0, mean_temperature=1.0,
             ),
         )  # fmt: skip
 

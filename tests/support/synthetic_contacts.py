@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 from reference_screw import GD4008
 
-from ballscrew_tehl.contact.ball_formula import film_formula
+from ballscrew_tehl.contact.ball_formula import drawn_ellipse, film_formula, rolling_loss_formula
 from ballscrew_tehl.nut_map import build
 from ballscrew_tehl.nut_map.build import build_map, map_journal
-from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES
+from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES, RISES
 from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
@@ -40,7 +40,14 @@ GRID = MapGrid(
 CLOSED_FILM, CLOSED_RISE = 1e-3, 1.5e-2
 #: the function of the solver, also while a test replaces it
 SOLVE_CONTACT = build._solve_contact
-SHARE = {FILMS[0]: 1.0, FILMS[1]: 0.8, FILMS[2]: 0.5}
+SHARE = {
+    FILMS[0]: 1.0,
+    FILMS[1]: 0.8,
+    FILMS[2]: 0.5,
+    "rolling_loss": 1.2,
+    "core_pressure": 1.0,
+    "core_area": 0.9,
+}
 
 
 #: exponent of load in the ratio to the closed formula: the film falls with load on the screw and rises on the nut
@@ -68,8 +75,16 @@ def temperature_rise(raceway, load, speed, temperature):
 
 def values(parameters, raceway, name, load, speed, temperature):
     """Any interpolated quantity for ball loads (n,) at one speed and temperature."""
-    if name == "temperature_rise":
-        return temperature_rise(raceway, load, speed, temperature)
+    if name in RISES:
+        share = 1.0 if name == "temperature_rise" else 0.5
+        return share * temperature_rise(raceway, load, speed, temperature)
+    if name == "rolling_loss":
+        formula = rolling_loss_formula(parameters, raceway, np.asarray(load), speed, temperature)
+        return formula * ratio(raceway, name, load, speed, temperature)
+    if name in ("core_pressure", "core_area"):
+        hertz = drawn_ellipse(parameters, raceway, np.asarray(load))
+        core = hertz.p_max if name == "core_pressure" else np.pi * hertz.a * hertz.b
+        return core * ratio(raceway, name, load, speed, temperature) ** 0.1
     formula = film_formula(parameters, raceway, np.asarray(load), speed, temperature)
     return formula * ratio(raceway, name, load, speed, temperature)
 
@@ -89,11 +104,10 @@ class ClosedFilm:
 def closed_contact(parameters, raceway, load, speed, temperature):
     """In place of build._solve_contact."""
     contact = dict.fromkeys(QUANTITIES, 0.0)
-    for name in (*FILMS, "temperature_rise"):
+    for name in MAPPED:
         contact[name] = float(values(parameters, raceway, name, load, speed, temperature))
     contact["pressure_max"] = 1e9 * (load / 40.0) ** (1 / 3)
     contact["traction_force"] = 0.03 * load * math.exp(-speed / 1000.0)
-    contact["mean_temperature"] = temperature + 0.5 * contact["temperature_rise"]
     contact["asymptotic"] = float(load > 100.0)
     return contact
 
