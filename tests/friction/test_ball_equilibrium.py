@@ -103,7 +103,7 @@ def test_newtonian_slip_has_its_closed_power():
 
 def test_contact_that_only_spins_has_the_moment_of_coulomb_friction():
     """One contact held on its axis, all of the oil at its limit: 3/8 mu Q a E(e) (Harris)."""
-    motion, axes, traction = contacts_of(SCREW, 40.0, 1e9)
+    _, axes, traction = contacts_of(SCREW, 40.0, 1e9)
     spin = 7.0
     fixed = ContactMotion(("screw",), np.zeros((1, 3, 4)), np.array([[0.0, 0.0, spin]]), np.zeros(1))
     # a motion that does nothing: the diagonal keeps the system regular

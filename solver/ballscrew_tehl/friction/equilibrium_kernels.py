@@ -12,7 +12,7 @@ RADIAL, AROUND = 8, 16
 #: slip [m/s] over the entrainment speed below which the friction of asperities is proportional to it
 STICTION = 1e-6
 #: an iteration ends where a further step would lower the potential by less than this share of it
-CONVERGED_AT, MOST_STEPS = 1e-10, 80
+CONVERGED_AT, MOST_STEPS = 1e-8, 200
 
 
 @njit(cache=True, error_model="numpy")
@@ -122,6 +122,8 @@ def equilibria(
             # where all of the oil is at its limit the potential is flat along a change of the slip's size
             for m in range(4):
                 hessian[m, m] *= 1.0 + 1e-12
+            if not (np.isfinite(gradient).all() and np.isfinite(hessian).all()):
+                break
             change = np.linalg.solve(hessian, gradient)
             decrement = 0.0
             for m in range(4):

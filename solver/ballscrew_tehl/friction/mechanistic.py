@@ -227,15 +227,18 @@ def _shear(
     for raceway in RACEWAYS:
         found = {name: np.broadcast_to(values, speed.shape).ravel() for name, values in at[raceway].items()}
         pressure, film = found["core_pressure"], found["thermal_central_film"]
-        # as long across rolling as the Hertz ellipse: the core loses its width in front
-        a = float(ellipse(load, *reduced_radii(screw, angle, raceway), E_prime(screw)).a)
+        # as long across rolling as the Hertz ellipse, the core loses its width in front; a film of some percent of the
+        # radius has no core
+        R_x, R_y = (float(R) for R in reduced_radii(screw, angle, raceway))
+        a = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
+        b = np.minimum(found["core_area"] / (math.pi * a), R_x)
         warm = temperature.ravel() + found["mean_rise"]
         columns[raceway] = {
             "pressure": pressure,
             "film": film,
             "share": film_asperity_share(rough, E_prime(screw), film, 2.0 / 3.0 * pressure),
             "viscosity": viscosity(oil, pressure[:, None] * np.sqrt(1.0 - radius**2), warm[:, None]),
-            "axes": np.stack([np.full(pressure.size, a), found["core_area"] / (math.pi * a)], axis=-1),
+            "axes": np.stack([np.full(b.size, a), b], axis=-1),
         }
     column = {
         name: np.stack([columns[raceway][name] for raceway in motion.raceways], axis=1)

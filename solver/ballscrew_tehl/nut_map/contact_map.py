@@ -81,8 +81,12 @@ class ContactModel:
             values = self.solved(name)
             if name not in RISES:
                 values = values / self._below(name, self.points, self.solved)
+            # a film of some percent of the radius has no rolling loss of its own: oil builds it up beyond the bodies
+            known = values > 0.0 if name == "rolling_loss" else np.ones(values.size, dtype=bool)
             self._models[name] = Kriging(
-                self.coordinates(name, self.points), _modelled(name, values), self._hyper.get(name)
+                self.coordinates(name, self.points[known]),
+                _modelled(name, values[known]),
+                self._hyper.get(name),
             )
         return self._models[name]
 
