@@ -73,7 +73,7 @@ def _build_one(wanted: _Wanted, args: Namespace, executor: Executor, progress: P
     try:
         save_map(trial, built, {})
         certificate = deviation_from_direct(
-            load_map(trial, parameters), parameters, args.count, executor, progress
+            load_map(trial, parameters, own_films=True), parameters, args.count, executor, progress
         )
     finally:
         trial.unlink(missing_ok=True)
@@ -201,7 +201,7 @@ def run_map_check(args: Namespace) -> int:
     parameters = screw_of(args)
     if args.count < 1:
         raise ValueError(f"--count = {args.count}; allowed: a whole number >= 1")
-    nut_map = load_map(args.file, parameters)
+    nut_map = load_map(args.file, parameters, own_films=True)
     result = certificate_totals(deviation_from_direct(nut_map, parameters, args.count))
     allowed = float(nut_map.header["certificate"].get("torque_error_max", 0.0))
     good = result["torque_error_max"] <= allowed + 1e-6
@@ -222,7 +222,7 @@ def run_map_info(args: Namespace) -> int:
     """Axes, film model, friction defaults, version, hashes and certificate of a map."""
     from ..nut_map.file import load_map
 
-    header = dict(load_map(args.file, screw_of(args)).header)
+    header = dict(load_map(args.file, screw_of(args), own_films=True).header)
     if args.json:
         print_results([header], True, False)
         return 0
@@ -253,7 +253,9 @@ def run_map_plot(args: Namespace) -> int:
     from ..nut_map.file import load_contact_map, load_map
     from ..nut_map.plot import map_figure, map_picture, save_figure
 
-    picture = map_picture(load_map(args.file, parameters), load_contact_map(args.file, parameters))
+    picture = map_picture(
+        load_map(args.file, parameters, own_films=True), load_contact_map(args.file, parameters)
+    )
     file_hash = picture.nut_map.header["file_hash"]
     save_figure(map_figure(picture, args.error), path, file_hash)
     friction_set = default_friction_set(parameters)

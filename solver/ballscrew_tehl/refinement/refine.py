@@ -114,7 +114,8 @@ class Refinement:
     Validity     within the axes of the map. Beyond them, where values are clamped, known corrections apply and nothing
                  is solved; below the least speed and force the correction is that of the end of the axis. Torque
                  follows direct per-ball solves within the tolerance (in 95 of 100 cases, the rest up to three times
-                 as much); films and temperature rise are corrected as for the mean ball, without a bound. Share
+                 as much); films and temperature rise are corrected as for the mean ball, without a bound, but not those
+                 that are shown of another kinematics. Share
                  of force between the nuts, hysteresis and sliding torque stay those of the map; of the mechanistic law
                  only the rolling part, which is nearly all that follows the film, is corrected
     """
@@ -302,6 +303,8 @@ class Refinement:
         if self.nut_map.law == MECHANISTIC:
             # shear torque or thrust factor: of both raceways together
             correction[1] = 0.0
+        if self.nut_map.header.get("film_kinematics") != self.nut_map.header.get("kinematics"):
+            correction[2:] = 0.0
         return correction
 
     def state(self) -> dict[str, Any]:
