@@ -42,7 +42,7 @@ LEAST_FILM = 1e-9
 ROUNDING = 1e-9
 FILMS = ("isothermal_central_film", "thermal_central_film", "thermal_minimum_film")
 #: what is interpolated
-MAPPED = (*FILMS, "temperature_rise")
+MAPPED = (*FILMS, "temperature_rise", "rolling_loss")
 
 
 @dataclass(frozen=True)

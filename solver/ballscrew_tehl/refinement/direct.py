@@ -266,7 +266,8 @@ def mean_ball_state(
 
     def films_of(raceway: str, mean: float, ends: tuple[float, float]) -> _RacewayFilms:
         hot = solve_ball(parameters, raceway, ends[1], speed, temperature, thermal=True)
-        own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
+        # the loads are a few percent apart
+        own = solve_ball(parameters, raceway, mean, speed, temperature, thermal, hot if thermal else None)
         light, heavy = film_formula(parameters, raceway, np.array(ends), speed, temperature)
         least = min(hot.h_c, hot.h_c * float(light / heavy))
         return _RacewayFilms(own.h_c, float(heavy / light), least, hot.integrals.temperature_rise_mean)
