@@ -319,7 +319,7 @@ def test_impossible_contact_is_refused(arguments, named):
 def test_unconverged_contact_is_solved_on_other_grids_and_named(monkeypatch, thermal):
     calls = []
 
-    def solve(conditions, oil, solid, options):
+    def solve(conditions, oil, solid, options, start):
         calls.append((conditions, oil, solid, options.thermal, options.n_x, options.max_thermal))
         return SimpleNamespace(converged=len(calls) == success, reason="pressure spike wanders")
 
@@ -345,7 +345,7 @@ def test_unconverged_contact_is_solved_on_other_grids_and_named(monkeypatch, the
 # --- film without a map ---
 
 
-def closed_ball(parameters, raceway, load, speed, temperature, thermal):
+def closed_ball(parameters, raceway, load, speed, temperature, thermal, start=None):
     """In place of solve_ball: a cubic of ln(load), which falls on the screw and rises on the nut."""
     x = math.log(load / 30.0)
     h = (0.8e-7 if thermal else 1e-7) * math.exp(LOAD_EXPONENT[raceway] * (x + 0.05 * x**3))
@@ -479,7 +479,7 @@ def test_mean_ball_represents_all_in_a_certificate(monkeypatch):
     """A third of the solves. Films by the formula, with an exponent of load of -0.07: that of closed_ball is +0.12."""
     solves = []
 
-    def solve(parameters, raceway, load, speed, temperature, thermal):
+    def solve(parameters, raceway, load, speed, temperature, thermal, start=None):
         solves.append(load)
         return closed_ball(parameters, raceway, load, speed, temperature, thermal)
 

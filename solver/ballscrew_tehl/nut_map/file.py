@@ -388,4 +388,5 @@ def _contact_map(
         raceway: {name: np.array(values) for name, values in by_name.items()}
         for raceway, by_name in header["kriging"].items()
     }
-    return ContactMap(parameters, range_, contacts, hyper)
+    # maps of before the atlas have none
+    return ContactMap(parameters, range_, contacts, hyper, header.get("atlas", ""))

@@ -56,9 +56,16 @@ def first_points(count: int) -> Array:
     return np.concatenate([frame, sequence])[:count]
 
 
-def first_contacts(parameters: Parameters, raceway: str, range_: ContactRange, count: int) -> Array:
-    """Operating points (n, 3) that a map of a raceway begins with: count of those whose film is above LEAST_FILM."""
-    points = operating_points(range_, first_points(SPARE * count))
+def first_contacts(
+    parameters: Parameters, raceway: str, range_: ContactRange, count: int, frame: bool = True
+) -> Array:
+    """Operating points (n, 3) that a map of a raceway begins with: count of those whose film is above LEAST_FILM.
+
+    frame: whether frame_points are the first of them
+    """
+    border = len(frame_points())
+    unit = first_points(SPARE * count) if frame else first_points(border + SPARE * count)[border:]
+    points = operating_points(range_, unit)
     return points[film_formula(parameters, raceway, *points.T) >= LEAST_FILM][:count]
 
 
