@@ -260,7 +260,7 @@ def solve_points(
 
 
 def fitted(groups: Array, values: Array) -> tuple[dict[str, Interpolant], dict[str, Rows]]:
-    """Interpolants by quantity of contacts with groups (n, 8) and values (n, len(MAPPED)), and the rows that they take."""
+    """Interpolants by quantity of contacts with groups (n, 8) and a value of each of MAPPED, and the rows they take."""
     interpolants: dict[str, Interpolant] = {}
     rows: dict[str, Rows] = {}
     for name, column in zip(MAPPED, values.T, strict=True):
