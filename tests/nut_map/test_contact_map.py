@@ -14,7 +14,7 @@ from ballscrew_tehl.contact.ball_formula import film_formula, moes_load
 from ballscrew_tehl.friction.sets import load_friction_sets
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import file as store
-from ballscrew_tehl.nut_map.contact_map import LEAST_RISE, ContactMap, SolvedFilm
+from ballscrew_tehl.nut_map.contact_map import LEAST, ContactMap, SolvedFilm
 from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES, SolvedContacts
 from ballscrew_tehl.nut_map.file import FILM_MODELS, load_contact_map, load_map, packaged_map
 from ballscrew_tehl.nut_map.sampling import operating_points
@@ -201,7 +201,7 @@ def test_a_thermal_film_may_equal_the_isothermal_one(share):
 def test_rises_of_nothing_are_interpolated():
     contact_map = altered(temperature_rise=0.0)
     rise = contact_map.evaluate("nut", "temperature_rise", np.array([30.0]), 30.0, 303.0)
-    assert rise == pytest.approx(LEAST_RISE, rel=1e-9)
+    assert rise == pytest.approx(LEAST["temperature_rise"], rel=1e-9)
 
 
 def test_contacts_that_were_not_solved_are_interpolated_from_the_others():
