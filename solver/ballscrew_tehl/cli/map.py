@@ -12,7 +12,6 @@ import numpy as np
 
 from .. import __version__
 from ..friction.sets import default_friction_set
-from ..nut_map.build import build_map, contact_counts
 from ..nut_map.certificate import deviation_from_direct
 from ..nut_map.grid import MapGrid, largest_pressure, map_grid
 from ..nut_map.workers import build_executor
@@ -47,6 +46,7 @@ def _build_one(
     parameters: Parameters, path: Path, args: Namespace, executor: Executor, progress: Progress
 ) -> dict[str, Any]:
     """Build, certify and write one map; contacts solved by an interrupted build are not solved again."""
+    from ..nut_map.build import build_map
     from ..nut_map.file import load_map, save_map
 
     journal = path.with_name(path.name + ".contacts")
@@ -102,6 +102,8 @@ def _grid(parameters: Parameters, args: Namespace) -> MapGrid:
 
 def _plan(parameters: Parameters, grid: MapGrid, points: int) -> str:
     """What will be solved, before the first solve."""
+    from ..nut_map.build import contact_counts
+
     least, most = (4 * count for count in contact_counts(parameters, grid))
     contacts = f"{least} to {most}" if least < most else f"{least}"
     pressure = largest_pressure(parameters.screw, grid.preload[1])
