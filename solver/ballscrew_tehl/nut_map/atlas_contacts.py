@@ -88,7 +88,7 @@ SEQUENCES = {
     "transition": Points(
         CATALOGUE, 7, 1638, (8.0, 130.0), (8.0, 110.0), 0.0, lambda k, N: N > 0.5 and k % 6 == 0
     ),
-    "hot": Points(CATALOGUE, 9, 400, (8.0, 150.0), (15.0, 110.0), 0.3, lambda k, N: True),
+    "hot": Points(CATALOGUE, 9, 872, (8.0, 150.0), (15.0, 110.0), 0.3, lambda k, N: True),
 }  # fmt: skip
 #: points of a sequence to draw from, as a power of two, and seed of the random points of the errors
 POWER, CHECK_SEED = 13, 11
