@@ -110,7 +110,7 @@ def _map(commands: argparse._SubParsersAction) -> None:
         metavar="FOLDER",
         help="a map for every screw file *.toml there; --output: folder of the maps",
     )
-    atlas = actions.add_parser("atlas", help="solve the contacts of the atlas that maps begin with; an hour")
+    atlas = actions.add_parser("atlas", help="solve the contacts of the atlas that maps begin with")
     atlas.add_argument("--output", required=True, metavar="FILE.npz", help="where to write it")
     atlas.add_argument(
         "--count", type=int, default=1000, metavar="N", help="random contacts that it is compared with"

@@ -13,7 +13,6 @@ import numpy as np
 
 from .. import __version__
 from ..friction.sets import default_friction_set
-from ..nut_map.build import build_map, contact_counts
 from ..nut_map.certificate import deviation_from_direct
 from ..nut_map.file import is_map_file
 from ..nut_map.grid import MapGrid, largest_pressure, map_grid
@@ -60,6 +59,7 @@ def _build_one(wanted: _Wanted, args: Namespace, executor: Executor, progress: P
 
     Raises       ArithmeticError: too few contacts converged for a map
     """
+    from ..nut_map.build import build_map
     from ..nut_map.file import load_map, save_map
 
     parameters, path, grid, journal = wanted
@@ -114,6 +114,8 @@ def _grid(parameters: Parameters, args: Namespace) -> MapGrid:
 
 def _plan(parameters: Parameters, grid: MapGrid, points: int) -> str:
     """What will be solved, before the first solve."""
+    from ..nut_map.build import contact_counts
+
     least, most = (4 * count for count in contact_counts(parameters, grid))
     contacts = f"{least} to {most}" if least < most else f"{least}"
     pressure = largest_pressure(parameters.screw, grid.preload[1])

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from scipy.interpolate import NdBSpline, make_interp_spline
+from scipy.spatial import KDTree
 
 from ..contact.ball_formula import moes_groups_of
 from ..parameters.file import LubricantParameters, Parameters, SolidParameters
@@ -237,6 +238,13 @@ class ScrewAtlas:
             [np.log(load), np.log(speed * eta0(self.parameters.lubricant, temperature)), temperature], axis=1
         )
         return np.asarray(self._spline(name)(at))
+
+    def distance(self, points: Array) -> Array:
+        """Distance (n,) of points to the next heated contact of the atlas, in lengths of its thermal film."""
+        table = self.atlas.interpolants[FILMS[1]]
+        lengths = np.exp(table.hyper[:-1])
+        at = coordinates(FILMS[1], ball_groups(self.parameters, self.raceway, points))
+        return np.asarray(KDTree(table.points / lengths).query(at / lengths)[0])
 
     def inside(self, points: Array) -> Array:
         """Which of the points lie within the contacts of the atlas (n,)."""

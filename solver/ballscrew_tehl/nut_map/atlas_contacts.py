@@ -2,7 +2,8 @@
 
 The first sequence covers geometry, pressure, speed and oil of all screws for the isothermal film; its first contacts
 are solved with heat as well. The second has the oils of catalogues where they heat: most of the first do not. The third
-is the transition from rigid to flattened contacts, where the film over its closed formula changes most.
+is the transition from rigid to flattened contacts, where the film over its closed formula changes most, the fourth its
+hot contacts.
 """
 
 from __future__ import annotations
@@ -88,6 +89,7 @@ SEQUENCES = {
     "transition": Points(
         CATALOGUE, 7, 1638, (8.0, 130.0), (8.0, 110.0), 0.0, lambda k, N: N > 0.5 and k % 6 == 0
     ),
+    "hot": Points(CATALOGUE, 9, 872, (8.0, 150.0), (15.0, 110.0), 0.3, lambda k, N: True),
 }  # fmt: skip
 #: points of a sequence to draw from, as a power of two, and seed of the random points of the errors
 POWER, CHECK_SEED = 13, 11

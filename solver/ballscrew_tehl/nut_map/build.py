@@ -77,9 +77,11 @@ def build_contact_map(
     first, most = contact_counts(parameters, grid)
     atlas = load_atlas().hash if grid.atlas and atlas_quantities(parameters) else ""
     atlases = screw_atlases(parameters, range_, atlas)
-    # where the atlas holds the films, corners tell nothing new and take the longest: cold oil, light balls, high speed
-    frame = not (grid.atlas and FILMS[1] in atlas_quantities(parameters))
-    points = {r: sampling.first_contacts(parameters, r, range_, first, frame) for r in RACEWAYS}
+    whole = FILMS[1] in atlas_quantities(parameters)
+    points = {
+        r: sampling.first_contacts(parameters, r, range_, first, atlases.get(r) if whole else None)
+        for r in RACEWAYS
+    }
     models: dict[str, ContactModel] = {}
     round_ = 0
     while True:
