@@ -14,7 +14,7 @@ from scipy.stats import t as student_t
 from scipy.stats import wilcoxon
 
 from ..friction.parts import roughness_share
-from ..friction.sets import FITTED
+from ..friction.sets import FITTED, MECHANISTIC_FITTED
 from .fit import HEIGHT, TorqueBasis, Values, fit_values
 
 Array = NDArray[np.float64]
@@ -222,6 +222,11 @@ def predicts_better(ours: Array, theirs: Array) -> bool:
     return bool(wilcoxon(ours, theirs, alternative="less").pvalue < 0.025)
 
 
+def share_name(basis: TorqueBasis) -> str:
+    """What sliding_share is called."""
+    return "share of ball on ball" if basis.names == MECHANISTIC_FITTED else "sliding share"
+
+
 def sliding_share(basis: TorqueBasis, net: float) -> float:
     """Sliding part of the measured torque, mean over the points."""
     return float(net * np.mean(basis.sliding / basis.measured))
@@ -270,7 +275,7 @@ def not_identified(
     within = (max(shares[0], 0.0), min(shares[1], 1.0))
     all_shares = [*within, *(sliding_share(rival.basis, float(rival.values[1])) for rival in equal)]
     if not max(all_shares) - min(all_shares) <= SPLIT_WIDTH:
-        found = [f"sliding share of the torque {100.0 * within[0]:.0f} to {100.0 * within[1]:.0f} %"]
+        found = [f"{share_name(basis)} of the torque {100.0 * within[0]:.0f} to {100.0 * within[1]:.0f} %"]
         for rival, share in zip(equal, all_shares[2:], strict=True):
             found.append(f"{100.0 * share:.0f} % in {_not_worse(rival, left_out)}")
         strongest = max(correlations.items(), key=lambda entry: abs(entry[1]), default=None)

@@ -45,8 +45,8 @@ class TorqueBasis:
     of a nut without load is inf.
     names   of the parameters that a fit determines, the most important first;  held: values of the others
 
-    Mechanistic law, see of_powers: viscous is the rolling part, hysteresis also holds the shear of the contacts, sliding
-    the friction of ball on ball; its film is inf, for the torque does not depend on the roughness height.
+    Mechanistic law, see of_powers: viscous is the rolling part, hysteresis also holds the shear of the contacts,
+    sliding the friction of ball on ball; its film is inf, for the torque does not depend on the roughness height.
     """
 
     measurements: tuple[Measurement, ...]
@@ -86,7 +86,9 @@ class TorqueBasis:
         """Two nuts per point by the mechanistic law; the factor of the rolling part is held at 1."""
         return cls(
             tuple(measurements),
-            np.array([[value for p in nuts for value in (p.rolling_screw, p.rolling_nut)] for nuts in powers]),
+            np.array(
+                [[value for p in nuts for value in (p.rolling_screw, p.rolling_nut)] for nuts in powers]
+            ),
             np.full((len(measurements), 4), np.inf),
             np.array([sum(p.hysteresis + p.shear for p in nuts) for nuts in powers]),
             np.array([sum(p.thrust_factor * p.ball_ball for p in nuts) for nuts in powers]),

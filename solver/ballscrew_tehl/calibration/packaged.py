@@ -19,7 +19,7 @@ from scipy.stats import t as student_t
 from .. import __version__
 from ..friction.film_model import FilmModel
 from ..friction.mechanistic import MECHANISTIC, ContactValues, NutPowers, nut_powers
-from ..friction.sets import FITTED, PACKAGED_SETS, SETS, FrictionSet, write_friction_sets
+from ..friction.sets import FITTED, PACKAGED_SETS, SETS, FrictionSet, load_friction_sets, write_friction_sets
 from ..friction.torque import UNLOADED, NutSums, nut_forces, nut_sums
 from ..parameters.file import Parameters, changed, load_parameters
 from ..parameters.identity import parameters_hash
@@ -263,6 +263,7 @@ def calibrate_packaged(
     parameters: Parameters | None = None,
     path: Path | str | None = PACKAGED_SETS,
     progress: Callable[[str], None] = lambda text: None,
+    only: str | None = None,
 ) -> dict[tuple[str, str], FrictionSet]:
     """Fit the packaged sets, both kinematics times two and three parameters and the mechanistic one, and write them.
 
@@ -272,6 +273,7 @@ def calibrate_packaged(
                  packaged screw with its oil VG 100
                  path : file to write; None = write nothing
                  progress : called with the name of the next step
+                 only : name of the sets to fit, the others as they are packaged; None = all
     Returns      (kinematics, name) -> FrictionSet
     Source       measurements: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Tables 2 and 4
     """
@@ -279,15 +281,22 @@ def calibrate_packaged(
     temperature = screw.lubricant.reference_temperature
     measurements = packaged_measurements(temperature)
     fits = [
-        (changed(screw, friction={"kinematics": kinematics}), name, f"{screw.screw.ball_count} balls per nut", "")
+        (
+            changed(screw, friction={"kinematics": kinematics}),
+            name,
+            f"{screw.screw.ball_count} balls per nut",
+            "",
+        )
         for kinematics in ("published", "rolling_frame")
         for name in ("two_parameter", "three_parameter")
     ]
     own = load_parameters(PACKAGED_VG100)
     balls = f"{own.screw.loaded_ball_count} load-carrying balls per nut"
     fits.append((own, MECHANISTIC, balls, f"{own.lubricant.name}, "))
-    sets = {}
+    sets = {} if only is None else load_friction_sets()
     for variant, name, balls, oil in fits:
+        if only not in (None, name):
+            continue
         kinematics, film = variant.friction.kinematics, film_model(variant, name)
         progress(f"{kinematics}: films of {len(measurements)} operating points with {film.name}")
         basis = torque_basis(variant, film, measurements)

@@ -12,7 +12,14 @@ import numpy as np
 from .. import __version__
 from ..friction.film_model import FilmModel
 from ..friction.mechanistic import ContactValues
-from ..friction.sets import FITTED, MECHANISTIC_FITTED, MECHANISTIC_SETS, SETS, FrictionSet, friction_set_lines
+from ..friction.sets import (
+    FITTED,
+    MECHANISTIC_FITTED,
+    MECHANISTIC_SETS,
+    SETS,
+    FrictionSet,
+    friction_set_lines,
+)
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from .diagnostics import (
@@ -26,6 +33,7 @@ from .diagnostics import (
     point_diagnostics,
     predicts_better,
     profile_limits,
+    share_name,
 )
 from .fit import TorqueBasis, fit_values
 from .measurement_file import MeasurementFile, RowProblem, implausible_for, named_rows, refusal
@@ -46,9 +54,9 @@ FEW_DEGREES = 3
 #: the mechanistic set with one number, and with the supply of the rolling part as the second
 ONE_NUMBER, SUPPLY = MECHANISTIC_SETS
 TRANSFER = (
-    "for other screws of the same maker: net_sliding_coefficient, the thrust between balls, carries over to screws with "
-    "the same kind of balls, returns and finish; the torque of seals, which is not modelled, and the supply of oil or "
-    "grease do not"
+    "for other screws of the same maker: net_sliding_coefficient, the thrust between balls, carries over to screws "
+    "with the same kind of balls, returns and finish; the torque of seals, which is not modelled, and the supply of oil "
+    "or grease do not"
 )
 
 
@@ -212,7 +220,10 @@ def _with_supply(basis: TorqueBasis, name: str, loss: str) -> tuple[str, str]:
     """
     count, ratio = len(SETS[SUPPLY]), MECHANISTIC_FITTED[1]
     if len(basis) <= count:
-        return ONE_NUMBER, f"supply of the rolling part: held at 1, {len(basis)} points are too few to fit it as well"
+        return (
+            ONE_NUMBER,
+            f"supply of the rolling part: held at 1, {len(basis)} points are too few to fit it as well",
+        )
     values = fit_values(basis, count, loss)
     ours, one = (np.abs(left_out_deviations(basis, n, loss)) for n in (count, len(SETS[ONE_NUMBER])))
     low, high = profile_limits(basis, count)[ratio].values()
@@ -361,8 +372,8 @@ def calibration_text(result: Calibration) -> str:
         lines += [f"    {name}: {why}" for name, why in found.not_identified.items()]
     else:
         lines.append(
-            f"Identified by these data: every parameter to {100.0 * PRECISION:.0f} %, the sliding share to "
-            f"{100.0 * SPLIT_WIDTH:.0f} points of per cent"
+            f"Identified by these data: every parameter to {100.0 * PRECISION:.0f} %, the "
+            f"{share_name(result.basis)} to {100.0 * SPLIT_WIDTH:.0f} points of per cent"
         )
     lines += [f"dropped: {problem}" for problem in result.dropped]
     lines += [f"note: {note}" for note in result.notes]

@@ -3,21 +3,71 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 from .. import __version__
-from ..friction.sets import FrictionSet, default_friction_set
-from ..parameters.file import changed
-from .common import map_of, screw_of
+from ..friction.sets import MECHANISTIC_SETS, FrictionSet, default_friction_set
+from ..parameters.file import Parameters, changed, load_parameters
+from .common import say, screw_of
 from .points import print_results
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
+    from ..validation.laws import LawRow
+
+
+class _Law(NamedTuple):
+    """A friction set with the parameters and the map that it is evaluated with."""
+
+    entry: FrictionSet
+    parameters: Parameters
+    nut_map: NutMap
+
+    def torque(self, preload: float, speed: float, temperature: float) -> float:
+        return float(self.nut_map.evaluate(preload, speed, temperature, 0.0, *self.numbers()).friction_torque)
+
+    def numbers(self) -> tuple[float, ...]:
+        """Ratio and coefficient; of the fitted sets also their height, which the mechanistic law does not have."""
+        return self.entry.values[:2] if self.mechanistic else self.entry.values
+
+    @property
+    def mechanistic(self) -> bool:
+        return self.entry.name in MECHANISTIC_SETS
+
+
+def _laws(args: Namespace, parameters: Parameters) -> list[_Law]:
+    """The chosen set, the other packaged sets of its law, for the packaged screw also the mechanistic one.
+
+    The mechanistic set comes with another oil, and so with its own screw file and map.
+    """
+    from ..calibration.packaged import PACKAGED_VG100
+    from ..friction.sets import load_friction_sets
+    from ..nut_map.file import load_map
+
+    chosen = default_friction_set(parameters)
+    law = chosen.name in MECHANISTIC_SETS
+    entries = [chosen] + [
+        entry
+        for entry in load_friction_sets().values()
+        if entry.kinematics == chosen.kinematics
+        and entry.name != chosen.name
+        and (entry.name in MECHANISTIC_SETS) == law
+    ]
+    found = []
+    for entry in entries:
+        # every set needs the film that it was fitted with
+        own = changed(parameters, friction={"set": entry.name})
+        found.append(_Law(entry, own, load_map(args.map, own)))
+    if args.screw is None and not law:
+        own = load_parameters(PACKAGED_VG100)
+        found.append(_Law(default_friction_set(own), own, load_map(None, own)))
+    return found
 
 
 def run_validate(args: Namespace) -> int:
     """Compare the model with measurements and published models, for all fitted sets."""
-    from ..friction.sets import friction_set_text, load_friction_sets
+    from ..friction.sets import friction_set_text
     from ..validation.tables import table_text, validation_tables
 
     parameters = screw_of(args)
@@ -30,35 +80,65 @@ def run_validate(args: Namespace) -> int:
         else:
             print(section5_text(contacts))
         return 0
-    chosen = default_friction_set(parameters)
-    packaged = [s for s in load_friction_sets().values() if s.kinematics == parameters.friction.kinematics]
-    sets = [chosen] + [s for s in packaged if s.name != chosen.name]
-    found = {}
-    for entry in sets:
-        # every set needs the film that it was fitted with
-        own = map_of(args, changed(parameters, friction={"set": entry.name}))
+    if args.plot and not Path(args.plot).absolute().parent.is_dir():
+        raise ValueError(f"{args.plot}: no such folder; allowed: a file in an existing folder")
+    from ..validation.laws import baseline_rows, laws_text
 
-        def evaluate(
-            preload: float, speed: float, temperature: float, own: NutMap = own, entry: FrictionSet = entry
-        ) -> float:
-            state = own.evaluate(preload, speed, temperature, 0.0, *entry.values)
-            return float(state.friction_torque)
-
-        found[entry.name] = validation_tables(evaluate)
+    laws = _laws(args, parameters)
+    found = {law.entry.name: validation_tables(law.torque) for law in laws}
+    # the closed formulas with the oil of the mechanistic set
+    compared = [row for law in laws for row in _rows(law)] + baseline_rows(laws[-1].parameters)
+    if args.plot:
+        _plot(args, laws)
     if args.json:
         result = {
             "kinematics": parameters.friction.kinematics,
-            "map_hash": own.header["file_hash"],
+            "map_hash": laws[0].nut_map.header["file_hash"],
             "version": __version__,
             "tables": {name: [t._asdict() | {"rows": [r._asdict() for r in t.rows]} for t in tables]
                        for name, tables in found.items()},
-            "friction_sets": [vars(entry) for entry in sets],
+            "laws": [row._asdict() | {"twelfth": row.twelfth} for row in compared],
+            "friction_sets": [vars(law.entry) for law in laws],
         }  # fmt: skip
         print_results([result], True, False)
         return 0
-    for name, tables in found.items():
-        print(f"== {parameters.name}, kinematics {parameters.friction.kinematics}, friction set {name}\n")
-        for one in tables:
+    for law in laws:
+        name, kinematics = law.entry.name, law.parameters.friction.kinematics
+        print(f"== {law.parameters.name}, kinematics {kinematics}, friction set {name}\n")
+        for one in found[name]:
             print(table_text(one) + "\n")
-    print(friction_set_text(sets))
+    print(laws_text(compared) + "\n")
+    print(friction_set_text([law.entry for law in laws]))
     return 0
+
+
+def _rows(law: _Law) -> list[LawRow]:
+    """The set in the comparison; the mechanistic one also without any fit, with the default thrust."""
+    from ..friction.mechanistic import ball_ball_coefficient
+    from ..validation.laws import evaluated_row, set_row
+
+    rows = [set_row(law.entry, law.torque)]
+    if law.mechanistic:
+        k = ball_ball_coefficient(law.parameters.friction)
+
+        def unfitted(preload: float, speed: float, temperature: float) -> float:
+            return float(law.nut_map.evaluate(preload, speed, temperature, 0.0, 1.0, k).friction_torque)
+
+        rows.append(evaluated_row(f"mechanistic, k = {k:.3g} by default", 0, unfitted))
+    return rows
+
+
+def _plot(args: Namespace, laws: list[_Law]) -> None:
+    from ..calibration.plot import save_figure
+    from ..validation.shares import Law, shares_figure, shares_text
+    from ..validation.tables import ASSUMED_TEMPERATURE
+
+    law = next((law for law in laws if law.mechanistic), None)
+    if law is None:
+        raise ValueError(
+            "--plot: no mechanistic set; allowed: --kinematics rolling_frame with friction.set mechanistic"
+        )
+    shown = Law(law.parameters, law.entry, law.nut_map, ASSUMED_TEMPERATURE)
+    save_figure(shares_figure(shown), Path(args.plot))
+    say(f"written: {args.plot}")
+    say(shares_text(shown))

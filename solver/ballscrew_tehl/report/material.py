@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..friction.sets import FrictionSet, default_friction_set, load_friction_sets
+from ..friction.sets import MECHANISTIC_SETS, FrictionSet, default_friction_set, load_friction_sets
 from ..nut_map.contact_map import Array
 from ..nut_map.file import load_contact_map, load_map
 from ..nut_map.plot import MapPicture, map_picture
@@ -194,7 +194,10 @@ def friction_sets(parameters: Parameters, map_file: Path | str | None) -> tuple[
     others = [
         entry
         for entry in load_friction_sets().values()
-        if entry.kinematics == chosen.kinematics and entry.name != chosen.name
+        if entry.kinematics == chosen.kinematics
+        and entry.name != chosen.name
+        # the mechanistic set is fitted with another oil
+        and (entry.name in MECHANISTIC_SETS) == (chosen.name in MECHANISTIC_SETS)
     ]
     return tuple(
         Friction(entry, load_map(map_file, changed(parameters, friction={"set": entry.name})))
