@@ -55,8 +55,8 @@ FEW_DEGREES = 3
 ONE_NUMBER, SUPPLY = MECHANISTIC_SETS
 TRANSFER = (
     "for other screws of the same maker: net_sliding_coefficient, the thrust between balls, carries over to screws "
-    "with the same kind of balls, returns and finish; the torque of seals, which is not modelled, and the supply of oil "
-    "or grease do not"
+    "with the same kind of balls, returns and finish; the torque of seals, which is not modelled, and the supply of "
+    "oil or grease do not"
 )
 
 
