@@ -45,12 +45,16 @@ Array = NDArray[np.float64]
 K_Z, BALL_OVER_SECTION = 4.4, 0.3
 #: exponents of the ball load with which shear power follows that of the mean ball: pressure Q^(1/3), slip Q^(1/3)
 SHEAR_EXPONENT = 4.0 / 3.0
+#: name of the law, and of what it takes as a film model
+MECHANISTIC = "mechanistic"
 #: quantities of a solved contact that the law takes, see nut_map.contacts
 QUANTITIES = ("thermal_central_film", "rolling_loss", "core_pressure", "core_area", "mean_rise")
 
 
 class ContactValues(Protocol):
     """Solved contacts of the balls: from a map, or solved at each call."""
+
+    name: str
 
     def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> Mapping[str, Array]:
         """QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s] and temperatures (t,) [K]: (n, s, t) each, SI."""
