@@ -6,9 +6,8 @@ from argparse import Namespace
 from typing import TYPE_CHECKING
 
 from .. import __version__
-from ..friction.sets import FrictionSet, default_friction_set
-from ..parameters.file import changed
-from .common import map_of, screw_of
+from ..friction.origin import other_sets, with_set
+from .common import chosen_of, screw_of
 from .points import print_results
 
 if TYPE_CHECKING:
@@ -17,37 +16,36 @@ if TYPE_CHECKING:
 
 def run_validate(args: Namespace) -> int:
     """Compare the model with measurements and published models, for all fitted sets."""
-    from ..friction.sets import friction_set_text, load_friction_sets
+    from ..friction.sets import friction_set_text
+    from ..nut_map.file import load_map
     from ..validation.tables import table_text, validation_tables
 
-    parameters = screw_of(args)
     if args.contacts:
         from ..validation.section5 import section5_contacts, section5_text
 
-        contacts = section5_contacts(parameters)
+        contacts = section5_contacts(screw_of(args))
         if args.json:
             print_results([row._asdict() for row in contacts], True, True)
         else:
             print(section5_text(contacts))
         return 0
-    chosen = default_friction_set(parameters)
-    packaged = [s for s in load_friction_sets().values() if s.kinematics == parameters.friction.kinematics]
-    sets = [chosen] + [s for s in packaged if s.name != chosen.name]
+    chosen = chosen_of(args)
+    parameters = chosen.parameters
     found = {}
+    sets = [chosen.friction_set, *other_sets(chosen.friction_set, parameters)]
     for entry in sets:
         # every set needs the film that it was fitted with
-        own = map_of(args, changed(parameters, friction={"set": entry.name}))
+        own = (
+            chosen.nut_map(args) if entry is sets[0] else load_map(args.map, with_set(parameters, entry.name))
+        )
 
-        def evaluate(
-            preload: float, speed: float, temperature: float, own: NutMap = own, entry: FrictionSet = entry
-        ) -> float:
-            state = own.evaluate(preload, speed, temperature, 0.0, *entry.values)
-            return float(state.friction_torque)
+        def evaluate(preload: float, speed: float, temperature: float, own: NutMap = own) -> float:
+            return float(own.evaluate(preload, speed, temperature).friction_torque)
 
         found[entry.name] = validation_tables(evaluate)
     if args.json:
         result = {
-            "kinematics": parameters.friction.kinematics,
+            **chosen.described,
             "map_hash": own.header["file_hash"],
             "version": __version__,
             "tables": {name: [t._asdict() | {"rows": [r._asdict() for r in t.rows]} for t in tables]

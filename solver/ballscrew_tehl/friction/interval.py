@@ -32,7 +32,7 @@ from ..parameters.file import Parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
 from ..physics.load import nut_loads
-from .mechanistic import ContactValues, ball_ball_coefficient, nut_powers
+from .mechanistic import MECHANISTIC, ContactValues, ball_ball_coefficient, nut_powers
 from .sets import FrictionSet
 
 Array = NDArray[np.float64]
@@ -77,7 +77,7 @@ class TorqueInterval(NamedTuple):
 def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
     """Names of the bounded constants that the screw file does not state; kappa does not count where it states k."""
     friction = parameters.friction
-    stated = friction.model_fields_set | parameters.lubricant.model_fields_set
+    stated = (friction.model_fields_set - {"roughness_height"}) | parameters.lubricant.model_fields_set
     if friction.roughness_height is not None:
         # stated, or the composite of both surfaces
         stated = stated | {"roughness_height"}
@@ -110,6 +110,13 @@ def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
         value = friction_set.net_sliding_coefficient
         return Fit(max(value - half, 0.0), value + half, left_out)
     return None
+
+
+def zero_fitted(parameters: Parameters) -> FrictionSet:
+    """Set of the mechanistic law without a measured torque: kappa of the screw file, or that of BOUNDED."""
+    friction = parameters.friction
+    k = ball_ball_coefficient(friction, friction.ball_thrust)
+    return FrictionSet(MECHANISTIC, friction.kinematics, MECHANISTIC, 1.0, k, provenance="kappa, not fitted")
 
 
 def torque_of_constants(
@@ -196,7 +203,11 @@ def torque_interval(
     wide = DEVIATIONS * math.sqrt(variance)
     shares = {name: part / (variance or 1.0) for name, (_, part) in moments.items()}
     return TorqueInterval(
-        at, math.exp(middle - wide), math.exp(middle + wide), ends, dict(sorted(shares.items(), key=lambda x: -x[1]))
+        at,
+        math.exp(middle - wide),
+        math.exp(middle + wide),
+        ends,
+        dict(sorted(shares.items(), key=lambda x: -x[1])),
     )
 
 
