@@ -59,14 +59,18 @@ def _screw_options(parser: argparse.ArgumentParser, with_map: bool = True) -> No
     )
     if with_map:
         parser.add_argument("--map", metavar="FILE", help="map file; default: the packaged map")
+        parser.add_argument(
+            "--friction",
+            metavar="NAME|FILE",
+            help="two_parameter, three_parameter, mechanistic, or a file that calibrate --output has written; default: "
+            "as in the screw file. mechanistic without --screw takes the GD4008-3 with an oil ISO VG 100",
+        )
 
 
 def _torque(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser("torque", help="friction torque of the nut at an operating point")
     add_options(parser, TORQUE_POINT)
-    parser.add_argument(
-        "--direct", action="store_true", help="solve every ball's contacts instead of reading the map"
-    )
+    parser.add_argument("--direct", action="store_true", help="solve the contacts instead of reading the map")
     _screw_options(parser)
     parser.set_defaults(run="torque.run_torque")
 

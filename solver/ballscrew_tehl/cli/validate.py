@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from .. import __version__
+from ..friction.origin import other_sets, with_set
 from ..friction.sets import MECHANISTIC_SETS, FrictionSet, default_friction_set
-from ..parameters.file import Parameters, changed, load_parameters
-from .common import say, screw_of
+from ..parameters.file import Parameters, load_parameters
+from ..parameters.packaged_data import PACKAGED_VG100
+from .common import Chosen, chosen_of, say, screw_of
 from .points import print_results
 
 if TYPE_CHECKING:
@@ -25,41 +27,29 @@ class _Law(NamedTuple):
     nut_map: NutMap
 
     def torque(self, preload: float, speed: float, temperature: float) -> float:
-        return float(self.nut_map.evaluate(preload, speed, temperature, 0.0, *self.numbers()).friction_torque)
-
-    def numbers(self) -> tuple[float, ...]:
-        """Ratio and coefficient; of the fitted sets also their height, which the mechanistic law does not have."""
-        return self.entry.values[:2] if self.mechanistic else self.entry.values
+        """With the numbers of the set [N.m]."""
+        return float(self.nut_map.evaluate(preload, speed, temperature).friction_torque)
 
     @property
     def mechanistic(self) -> bool:
+        """Whether it is a set of the mechanistic law."""
         return self.entry.name in MECHANISTIC_SETS
 
 
-def _laws(args: Namespace, parameters: Parameters) -> list[_Law]:
-    """The chosen set, the other packaged sets of its law, for the packaged screw also the mechanistic one.
+def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
+    """The chosen set, the other packaged sets of its screw and oil, for the packaged screw also the mechanistic one.
 
     The mechanistic set comes with another oil, and so with its own screw file and map.
     """
-    from ..calibration.packaged import PACKAGED_VG100
-    from ..friction.sets import load_friction_sets
     from ..nut_map.file import load_map
 
-    chosen = default_friction_set(parameters)
-    law = chosen.name in MECHANISTIC_SETS
-    entries = [chosen] + [
-        entry
-        for entry in load_friction_sets().values()
-        if entry.kinematics == chosen.kinematics
-        and entry.name != chosen.name
-        and (entry.name in MECHANISTIC_SETS) == law
-    ]
-    found = []
-    for entry in entries:
+    first = _Law(chosen.friction_set, chosen.parameters, chosen.nut_map(args))
+    found = [first]
+    for entry in other_sets(chosen.friction_set, chosen.parameters):
         # every set needs the film that it was fitted with
-        own = changed(parameters, friction={"set": entry.name})
+        own = with_set(chosen.parameters, entry.name)
         found.append(_Law(entry, own, load_map(args.map, own)))
-    if args.screw is None and not law:
+    if args.screw is None and not first.mechanistic:
         own = load_parameters(PACKAGED_VG100)
         found.append(_Law(default_friction_set(own), own, load_map(None, own)))
     return found
@@ -70,11 +60,10 @@ def run_validate(args: Namespace) -> int:
     from ..friction.sets import friction_set_text
     from ..validation.tables import table_text, validation_tables
 
-    parameters = screw_of(args)
     if args.contacts:
         from ..validation.section5 import section5_contacts, section5_text
 
-        contacts = section5_contacts(parameters)
+        contacts = section5_contacts(screw_of(args))
         if args.json:
             print_results([row._asdict() for row in contacts], True, True)
         else:
@@ -84,7 +73,8 @@ def run_validate(args: Namespace) -> int:
         raise ValueError(f"{args.plot}: no such folder; allowed: a file in an existing folder")
     from ..validation.laws import baseline_rows, laws_text
 
-    laws = _laws(args, parameters)
+    chosen = chosen_of(args)
+    laws = _laws(args, chosen)
     found = {law.entry.name: validation_tables(law.torque) for law in laws}
     # the closed formulas with the oil of the mechanistic set
     compared = [row for law in laws for row in _rows(law)] + baseline_rows(laws[-1].parameters)
@@ -92,7 +82,7 @@ def run_validate(args: Namespace) -> int:
         _plot(args, laws)
     if args.json:
         result = {
-            "kinematics": parameters.friction.kinematics,
+            **chosen.described,
             "map_hash": laws[0].nut_map.header["file_hash"],
             "version": __version__,
             "tables": {name: [t._asdict() | {"rows": [r._asdict() for r in t.rows]} for t in tables]
