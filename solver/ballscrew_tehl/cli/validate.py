@@ -16,7 +16,6 @@ from .points import print_results
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
-    from ..validation.laws import LawRow
 
 
 class _Law(NamedTuple):
@@ -71,13 +70,16 @@ def run_validate(args: Namespace) -> int:
         return 0
     if args.plot and not Path(args.plot).absolute().parent.is_dir():
         raise ValueError(f"{args.plot}: no such folder; allowed: a file in an existing folder")
-    from ..validation.laws import baseline_rows, laws_text
+    from ..validation.laws import baseline_rows, laws_text, mechanistic_rows, set_row
 
     chosen = chosen_of(args)
     laws = _laws(args, chosen)
     found = {law.entry.name: validation_tables(law.torque) for law in laws}
+    compared = [set_row(law.entry, law.torque) for law in laws]
+    for law in laws:
+        compared += mechanistic_rows(law.parameters, law.nut_map) if law.mechanistic else []
     # the closed formulas with the oil of the mechanistic set
-    compared = [row for law in laws for row in _rows(law)] + baseline_rows(laws[-1].parameters)
+    compared += baseline_rows(laws[-1].parameters)
     if args.plot:
         _plot(args, laws)
     if args.json:
@@ -100,22 +102,6 @@ def run_validate(args: Namespace) -> int:
     print(laws_text(compared) + "\n")
     print(friction_set_text([law.entry for law in laws]))
     return 0
-
-
-def _rows(law: _Law) -> list[LawRow]:
-    """The set in the comparison; the mechanistic one also without any fit, with the default thrust."""
-    from ..friction.mechanistic import ball_ball_coefficient
-    from ..validation.laws import evaluated_row, set_row
-
-    rows = [set_row(law.entry, law.torque)]
-    if law.mechanistic:
-        k = ball_ball_coefficient(law.parameters.friction)
-
-        def unfitted(preload: float, speed: float, temperature: float) -> float:
-            return float(law.nut_map.evaluate(preload, speed, temperature, 0.0, 1.0, k).friction_torque)
-
-        rows.append(evaluated_row(f"mechanistic, k = {k:.3g} by default", 0, unfitted))
-    return rows
 
 
 def _plot(args: Namespace, laws: list[_Law]) -> None:
