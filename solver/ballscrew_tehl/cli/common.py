@@ -4,10 +4,20 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
-from ..friction.sets import FrictionSet
+from ..friction.origin import refuse_other_fit, with_set, without_overrides
+from ..friction.sets import (
+    SETS,
+    FrictionSet,
+    default_friction_set,
+    friction_set_of_file,
+    load_friction_sets,
+)
 from ..parameters.file import Parameters, changed, load_parameters
+from ..parameters.packaged_data import PACKAGED_VG100
+from ..runtime.packed import MECHANISTIC
 from .main import FILMS
 
 if TYPE_CHECKING:
@@ -19,28 +29,62 @@ def say(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def screw_of(args: Namespace) -> Parameters:
+def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
     """The parameters selected by --screw and --kinematics.
 
+    Parameters   default : screw file without --screw; None = the packaged one
     Raises       ParameterError (a ValueError)
     """
-    parameters = load_parameters(args.screw)
+    parameters = load_parameters(default if args.screw is None else args.screw)
     if args.kinematics in (None, parameters.friction.kinematics):
         return parameters
     return changed(parameters, friction={"kinematics": args.kinematics})
 
 
-def map_of(args: Namespace, parameters: Parameters) -> NutMap:
-    from ..nut_map.file import load_map
+class Chosen(NamedTuple):
+    """Screw and friction set of the options; of_file: the set is that of a file, None = a packaged one."""
 
-    return load_map(args.map, parameters)
+    parameters: Parameters
+    friction_set: FrictionSet
+    of_file: FrictionSet | None
+
+    def nut_map(self, args: Namespace) -> NutMap:
+        """The map of --map with the film and the numbers of the friction set."""
+        from ..nut_map.file import load_map
+
+        return load_map(args.map, self.parameters, self.of_file)
+
+    @property
+    def described(self) -> dict[str, str]:
+        """Keys of the answer: screw, set, kinematics, screw of the fit."""
+        return {
+            "screw": self.parameters.name,
+            "kinematics": self.friction_set.kinematics,
+            "friction_set": self.friction_set.name,
+            "friction_screw": self.friction_set.screw,
+        }
 
 
-def warn_of_film(friction_set: FrictionSet, film_model: str) -> None:
-    if friction_set.film_model != film_model:
-        say(
-            f"friction set is fitted with the film model {friction_set.film_model}, the film here is {film_model}"
-        )
+def chosen_of(args: Namespace) -> Chosen:
+    """Screw and friction set selected by --screw, --kinematics and --friction.
+
+    Raises       ValueError: no such set or file, a file for another screw or other kinematics
+    """
+    name = args.friction
+    if name is None:
+        parameters = screw_of(args)
+        return Chosen(parameters, default_friction_set(parameters), None)
+    if name in SETS:
+        parameters = with_set(screw_of(args, PACKAGED_VG100 if name == MECHANISTIC else None), name)
+        return Chosen(parameters, default_friction_set(parameters), None)
+    if not Path(name).is_file():
+        raise ValueError(f"--friction = {name}; allowed: {', '.join(SETS)}, or a file of calibrate --output")
+    sets = load_friction_sets(name, "give a file that calibrate --output has written")
+    only_law = all(entry.film_model == MECHANISTIC for entry in sets.values())
+    parameters = screw_of(args, PACKAGED_VG100 if only_law else None)
+    found = friction_set_of_file(name, parameters)
+    refuse_other_fit(found, parameters)
+    return Chosen(without_overrides(parameters), found, found)
 
 
 def film_model_of(name: str, parameters: Parameters) -> FilmModel:

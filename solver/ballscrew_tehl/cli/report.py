@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
-from .common import say, screw_of
+from .common import chosen_of, say
 from .points import print_results
 
 SUFFIXES = (".html", ".htm")
@@ -20,13 +20,14 @@ def run_report(args: Namespace) -> int:
     path = Path(args.output)
     if path.suffix.lower() not in SUFFIXES or path.is_dir() or not path.parent.is_dir():
         raise ValueError(f"--output = {path}; allowed: a file *.html in a folder that exists")
-    parameters = screw_of(args)
+    selected = chosen_of(args)
+    parameters = selected.parameters
     from ..report.claims import claims
     from ..report.errata import errata
     from ..report.material import gather
     from ..report.sections import whole_page
 
-    material = gather(parameters, args.map, say)
+    material = gather(parameters, args.map, say, selected.of_file)
     chosen = material.chosen.entry
     claimed = (
         claims(parameters, material.frictions, material.tables[chosen.name]) if material.measured else []
@@ -47,9 +48,7 @@ def run_report(args: Namespace) -> int:
         "deviations": {name: {table.name: table.deviations[0] for table in found} for name, found in tables},
         "claims": {claim.id: claim.verdicts[0] for claim in claimed},
         "contacts_converged": all(found.solution.converged for found in material.contacts),
-        "screw": parameters.name,
-        "kinematics": chosen.kinematics,
-        "friction_set": chosen.name,
+        **selected.described,
         "map_hash": material.picture.nut_map.header["file_hash"],
         "version": __version__,
     }

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from argparse import Namespace
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..friction.sets import FrictionSet, default_friction_set
-from ..parameters.file import FOUR_POINT, Parameters
+from ..friction.baselines import nsk_torque
+from ..friction.origin import carried_over
+from ..parameters.file import FOUR_POINT
 from ..parameters.units import CELSIUS, RPM
-from .common import EXTREMES, film_model_of, map_of, say, screw_of, warn_of_film
+from ..runtime.packed import MECHANISTIC
+from .common import EXTREMES, Chosen, chosen_of, film_model_of, say
 from .main import TORQUE_POINT
 from .points import print_results, read_points
 
 if TYPE_CHECKING:
-    from ..runtime.evaluate import NutMap
+    from ..friction.interval import TorqueInterval
 
 
 def _signed(parts: tuple[float, float, float], speed: float) -> dict[str, float]:
@@ -33,93 +36,148 @@ def _signed(parts: tuple[float, float, float], speed: float) -> dict[str, float]
 def run_torque(args: Namespace) -> int:
     """Friction torque, films and contact extremes at one or many operating points."""
     points = read_points(args, TORQUE_POINT)
-    parameters = screw_of(args)
-    friction_set = default_friction_set(parameters)
-    if args.direct:
-        results = _direct_torques(parameters, friction_set, points)
-    else:
-        results = _map_torques(map_of(args, parameters), friction_set, points)
+    chosen = chosen_of(args)
+    if other := carried_over(chosen.friction_set, chosen.parameters):
+        say(other)
     common = {
-        "screw": parameters.name,
-        "kinematics": friction_set.kinematics,
-        "friction_set": friction_set.name,
+        **chosen.described,
+        **({"friction_note": other} if other else {}),
+        "version": __version__,
     }
+    results = _direct_torques(chosen, points) if args.direct else _map_torques(chosen, args, points)
     print_results(
-        [
-            {**result, **_single_nut(parameters, result), **common, "version": __version__}
-            for result in results
-        ],
+        [{**result, **_catalogue(chosen, result), **common} for result in results],
         args.json,
         bool(args.points),
     )
     return 0
 
 
-def _single_nut(parameters: Parameters, point: dict[str, Any]) -> dict[str, Any]:
-    """Additional results of a single nut: its kind, and an upper bound of the torque of spinning balls."""
-    kind = parameters.screw.preload_kind
-    if kind == "double_nut":
-        return {}
-    if kind != FOUR_POINT:
-        return {"preload_kind": kind}
+def _catalogue(chosen: Chosen, point: dict[str, Any]) -> dict[str, Any]:
+    """Catalogue torque; of a single nut its kind, and with a fitted set the spin of oversize balls, which it omits."""
+    screw, preload = chosen.parameters.screw, point["preload_n"]
+    found = {"catalogue_torque_nm": float(nsk_torque(screw, preload))}
+    if screw.preload_kind == "double_nut":
+        return found
+    kind = {"preload_kind": screw.preload_kind}
+    if screw.preload_kind != FOUR_POINT or chosen.friction_set.film_model == MECHANISTIC:
+        return found | kind
     from ..friction.torque import four_point_spin_bound
 
-    bound = four_point_spin_bound(parameters, point["preload_n"], point["axial_load_n"])
-    return {"preload_kind": kind, "spin_torque_not_included_at_most_nm": bound}
+    bound = four_point_spin_bound(chosen.parameters, preload, point["axial_load_n"])
+    return found | kind | {"spin_torque_not_included_at_most_nm": bound}
 
 
-def _map_torques(
-    nut_map: NutMap, friction_set: FrictionSet, points: list[dict[str, float]]
-) -> list[dict[str, Any]]:
-    warn_of_film(friction_set, nut_map.header["film_model"])
+def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
+    """Keys of an interval: its ends over its own torque, applied to that of the answer."""
+    from ..friction.interval import MEANING
+
+    low, high = (share * torque for share in found.relative)
+    shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:3])
+    return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": f"{MEANING}; most by {shares}"}
+
+
+def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]) -> list[dict[str, Any]]:
+    from ..nut_map.trend import unphysical_trend
+
+    nut_map = chosen.nut_map(args)
+    contact_map = None
+    if nut_map.law == MECHANISTIC:
+        from ..nut_map.file import load_contact_map
+
+        contact_map = load_contact_map(args.map, chosen.parameters)
     results = []
     for point in points:
         speed = point["speed_rpm"] * RPM
-        state = nut_map.evaluate(
-            point["preload_n"],
-            speed,
-            point["temperature_c"] + CELSIUS,
-            point["axial_load_n"],
-            *friction_set.values,
-        )
+        at = point["preload_n"], speed, point["temperature_c"] + CELSIUS, point["axial_load_n"]
+        state = nut_map.evaluate(*at)
+        torques = _signed((state.viscous_torque, state.hysteresis_torque, state.sliding_torque), speed)
+        further: dict[str, Any] = {}
+        if trend := unphysical_trend(nut_map, *at).text:
+            further["unphysical_trend"] = trend
+        if contact_map is not None and point["preload_n"] > 0.0:
+            from ..nut_map.interval import map_interval
+
+            found = map_interval(
+                chosen.parameters, contact_map, nut_map.header["axes"], chosen.friction_set, *at
+            )
+            further |= _interval(found, torques["friction_torque_nm"])
         results.append({
             **point,
-            **_signed((state.viscous_torque, state.hysteresis_torque, state.sliding_torque), speed),
+            **torques,
+            **further,
             **{key: float(getattr(state, name)) for name, key in EXTREMES.items()},
-            "in_range": bool(state.in_range),
+            "in_range": bool(state.in_range) and not trend,
             "clamped": list(state.clamped),
             "map_hash": nut_map.header["file_hash"],
         })  # fmt: skip
     return results
 
 
-def _direct_torques(
-    parameters: Parameters, friction_set: FrictionSet, points: list[dict[str, float]]
-) -> list[dict[str, Any]]:
-    from ..friction.torque import double_nut_torque
+def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict[str, Any]]:
     from ..refinement.direct import direct_extremes
     from ..runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
 
     for point in points:
         if point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0:
             raise ValueError("speed_rpm or preload_n = 0; allowed with --direct: not 0 (no film at rest)")
-    film_model = film_model_of(friction_set.film_model, parameters)
+    parameters, friction_set = chosen.parameters, chosen.friction_set
+    solved = _mechanistic(chosen) if friction_set.film_model == MECHANISTIC else _film_shear(chosen)
+    height = friction_set.roughness_height
+    if friction_set.film_model == MECHANISTIC:
+        from ..friction.mechanistic import roughness_of
+
+        height = roughness_of(parameters.friction).sigma
     results = []
     for number, point in enumerate(points, start=1):
         say(f"point {number} of {len(points)}")
         speed, temperature = point["speed_rpm"] * RPM, point["temperature_c"] + CELSIUS
         preload, axial_load = point["preload_n"], point["axial_load_n"]
-        parts = double_nut_torque(
-            parameters, friction_set, film_model, preload, speed, temperature, axial_load
-        )
+        torques = solved(preload, speed, temperature, axial_load)
         extremes = direct_extremes(parameters, preload, axial_load, abs(speed), temperature)
-        lambda_ratio = extremes["film_thickness_min"] / max(friction_set.roughness_height, SMOOTH)
-        extremes["lambda_ratio"] = min(lambda_ratio, LAMBDA_RATIO_MAX)
+        extremes["lambda_ratio"] = min(extremes["film_thickness_min"] / max(height, SMOOTH), LAMBDA_RATIO_MAX)
         results.append({
             **point,
-            **_signed((parts.viscous, parts.hysteresis, parts.sliding), speed),
+            **torques,
             **{key: float(extremes[name]) for name, key in EXTREMES.items()},
             "in_range": True,
             "clamped": [],
         })  # fmt: skip
     return results
+
+
+#: preload [N], speed [rad/s], temperature [K], axial load [N] -> keys of the answer
+_Solved = Callable[[float, float, float, float], dict[str, Any]]
+
+
+def _film_shear(chosen: Chosen) -> _Solved:
+    """Torques of a fitted set, each contact by the solver."""
+    from ..friction.torque import double_nut_torque
+
+    film_model = film_model_of(chosen.friction_set.film_model, chosen.parameters)
+
+    def solved(preload: float, speed: float, temperature: float, axial_load: float) -> dict[str, Any]:
+        parts = double_nut_torque(
+            chosen.parameters, chosen.friction_set, film_model, preload, speed, temperature, axial_load
+        )
+        return _signed((parts.viscous, parts.hysteresis, parts.sliding), speed)
+
+    return solved
+
+
+def _mechanistic(chosen: Chosen) -> _Solved:
+    """Torques by the power balance of the mean balls with their interval."""
+    from ..friction.interval import torque_interval
+    from ..friction.mechanistic import double_nut_parts
+    from ..friction.torque import nut_forces
+    from ..refinement.direct import DirectContacts
+
+    contacts = DirectContacts(chosen.parameters)
+
+    def solved(preload: float, speed: float, temperature: float, axial_load: float) -> dict[str, Any]:
+        forces = nut_forces(chosen.parameters, preload, axial_load)
+        at = chosen.parameters, forces, contacts, abs(speed), temperature
+        torques = _signed(double_nut_parts(*at, *chosen.friction_set.values[:2]), speed)
+        return torques | _interval(torque_interval(*at, chosen.friction_set), torques["friction_torque_nm"])
+
+    return solved

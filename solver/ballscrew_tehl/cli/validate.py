@@ -3,62 +3,118 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 from .. import __version__
-from ..friction.sets import FrictionSet, default_friction_set
-from ..parameters.file import changed
-from .common import map_of, screw_of
+from ..friction.origin import other_sets, with_set
+from ..friction.sets import MECHANISTIC_SETS, FrictionSet, default_friction_set
+from ..parameters.file import Parameters, load_parameters
+from ..parameters.packaged_data import PACKAGED_VG100
+from .common import Chosen, chosen_of, say, screw_of
 from .points import print_results
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
 
 
+class _Law(NamedTuple):
+    """A friction set with the parameters and the map that it is evaluated with."""
+
+    entry: FrictionSet
+    parameters: Parameters
+    nut_map: NutMap
+
+    def torque(self, preload: float, speed: float, temperature: float) -> float:
+        """With the numbers of the set [N.m]."""
+        return float(self.nut_map.evaluate(preload, speed, temperature).friction_torque)
+
+    @property
+    def mechanistic(self) -> bool:
+        """Whether it is a set of the mechanistic law."""
+        return self.entry.name in MECHANISTIC_SETS
+
+
+def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
+    """The chosen set, the other packaged sets of its screw and oil, for the packaged screw also the mechanistic one.
+
+    The mechanistic set comes with another oil, and so with its own screw file and map.
+    """
+    from ..nut_map.file import load_map
+
+    first = _Law(chosen.friction_set, chosen.parameters, chosen.nut_map(args))
+    found = [first]
+    for entry in other_sets(chosen.friction_set, chosen.parameters):
+        # every set needs the film that it was fitted with
+        own = with_set(chosen.parameters, entry.name)
+        found.append(_Law(entry, own, load_map(args.map, own)))
+    if args.screw is None and not first.mechanistic:
+        own = load_parameters(PACKAGED_VG100)
+        found.append(_Law(default_friction_set(own), own, load_map(None, own)))
+    return found
+
+
 def run_validate(args: Namespace) -> int:
     """Compare the model with measurements and published models, for all fitted sets."""
-    from ..friction.sets import friction_set_text, load_friction_sets
+    from ..friction.sets import friction_set_text
     from ..validation.tables import table_text, validation_tables
 
-    parameters = screw_of(args)
     if args.contacts:
         from ..validation.section5 import section5_contacts, section5_text
 
-        contacts = section5_contacts(parameters)
+        contacts = section5_contacts(screw_of(args))
         if args.json:
             print_results([row._asdict() for row in contacts], True, True)
         else:
             print(section5_text(contacts))
         return 0
-    chosen = default_friction_set(parameters)
-    packaged = [s for s in load_friction_sets().values() if s.kinematics == parameters.friction.kinematics]
-    sets = [chosen] + [s for s in packaged if s.name != chosen.name]
-    found = {}
-    for entry in sets:
-        # every set needs the film that it was fitted with
-        own = map_of(args, changed(parameters, friction={"set": entry.name}))
+    if args.plot and not Path(args.plot).absolute().parent.is_dir():
+        raise ValueError(f"{args.plot}: no such folder; allowed: a file in an existing folder")
+    from ..validation.laws import baseline_rows, laws_text, mechanistic_rows, set_row
 
-        def evaluate(
-            preload: float, speed: float, temperature: float, own: NutMap = own, entry: FrictionSet = entry
-        ) -> float:
-            state = own.evaluate(preload, speed, temperature, 0.0, *entry.values)
-            return float(state.friction_torque)
-
-        found[entry.name] = validation_tables(evaluate)
+    chosen = chosen_of(args)
+    laws = _laws(args, chosen)
+    found = {law.entry.name: validation_tables(law.torque) for law in laws}
+    compared = [set_row(law.entry, law.torque) for law in laws]
+    for law in laws:
+        compared += mechanistic_rows(law.parameters, law.nut_map) if law.mechanistic else []
+    # the closed formulas with the oil of the mechanistic set
+    compared += baseline_rows(laws[-1].parameters)
+    if args.plot:
+        _plot(args, laws)
     if args.json:
         result = {
-            "kinematics": parameters.friction.kinematics,
-            "map_hash": own.header["file_hash"],
+            **chosen.described,
+            "map_hash": laws[0].nut_map.header["file_hash"],
             "version": __version__,
             "tables": {name: [t._asdict() | {"rows": [r._asdict() for r in t.rows]} for t in tables]
                        for name, tables in found.items()},
-            "friction_sets": [vars(entry) for entry in sets],
+            "laws": [row._asdict() | {"twelfth": row.twelfth} for row in compared],
+            "friction_sets": [vars(law.entry) for law in laws],
         }  # fmt: skip
         print_results([result], True, False)
         return 0
-    for name, tables in found.items():
-        print(f"== {parameters.name}, kinematics {parameters.friction.kinematics}, friction set {name}\n")
-        for one in tables:
+    for law in laws:
+        name, kinematics = law.entry.name, law.parameters.friction.kinematics
+        print(f"== {law.parameters.name}, kinematics {kinematics}, friction set {name}\n")
+        for one in found[name]:
             print(table_text(one) + "\n")
-    print(friction_set_text(sets))
+    print(laws_text(compared) + "\n")
+    print(friction_set_text([law.entry for law in laws]))
     return 0
+
+
+def _plot(args: Namespace, laws: list[_Law]) -> None:
+    from ..calibration.plot import save_figure
+    from ..validation.shares import Law, shares_figure, shares_text
+    from ..validation.tables import ASSUMED_TEMPERATURE
+
+    law = next((law for law in laws if law.mechanistic), None)
+    if law is None:
+        raise ValueError(
+            "--plot: no mechanistic set; allowed: --kinematics rolling_frame with friction.set mechanistic"
+        )
+    shown = Law(law.parameters, law.entry, law.nut_map, ASSUMED_TEMPERATURE)
+    save_figure(shares_figure(shown), Path(args.plot))
+    say(f"written: {args.plot}")
+    say(shares_text(shown))

@@ -20,7 +20,8 @@ seals, grease churning and the returns are not modelled. The shear stress acts o
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -33,7 +34,7 @@ from ..physics.asperity import Roughness, film_asperity_share, typical_roughness
 from ..physics.ball_motion import contact_motion
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import entrainment_speed
-from ..physics.load import contact_angle_at_ball_load
+from ..physics.load import contact_angle_at_ball_load, nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
 from ..physics.rolling_resistance import replenishment_factor, starvation_factor
 from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
@@ -45,12 +46,16 @@ Array = NDArray[np.float64]
 K_Z, BALL_OVER_SECTION = 4.4, 0.3
 #: exponents of the ball load with which shear power follows that of the mean ball: pressure Q^(1/3), slip Q^(1/3)
 SHEAR_EXPONENT = 4.0 / 3.0
+#: name of the law, and of what it takes as a film model
+MECHANISTIC = "mechanistic"
 #: quantities of a solved contact that the law takes, see nut_map.contacts
 QUANTITIES = ("rolling_loss", "thermal_central_film", "core_pressure", "core_area", "mean_rise")
 
 
 class ContactValues(Protocol):
     """Solved contacts of the balls: from a map, or solved at each call."""
+
+    name: str
 
     def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
         """One of QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s], temperatures (t,) [K]: (n, s, t), SI."""
@@ -253,3 +258,27 @@ def _shear(
     power = balls.power.sum(axis=1) * (0.5 if screw.preload_kind == FOUR_POINT else 1.0)
     share = 0.5 * (columns["screw"]["share"] + columns["nut"]["share"])
     return power.reshape(speed.shape), share.reshape(speed.shape)
+
+
+def double_nut_parts(
+    parameters: Parameters,
+    forces: Sequence[float],
+    contacts: ContactValues,
+    speed: float,
+    temperature: float,
+    ratio: float,
+    coefficient: float,
+) -> tuple[float, float, float]:
+    """Rolling, hysteresis and sliding torque of the nuts [N.m] as runtime.nut_law names them.
+
+    Parameters   forces : of the nuts [N];  contacts : of the balls;  speed [rad/s] > 0, temperature [K]
+                 ratio, coefficient : factor of the rolling part, 2 mu_b Lambda kappa
+    """
+    screw, total = parameters.screw, np.zeros(3)
+    for force, times in Counter(force for force in forces if force > 0.0).items():
+        loads = nut_loads(screw, force, screw.loaded_ball_count)
+        nut = nut_powers(parameters, loads, speed, temperature, contacts)
+        sliding = nut.shear + coefficient * nut.thrust_factor * nut.ball_ball
+        total += times * np.array([ratio * (nut.rolling_screw + nut.rolling_nut), nut.hysteresis, sliding])
+    rolling, hysteresis, sliding = total.tolist()
+    return rolling, hysteresis, sliding

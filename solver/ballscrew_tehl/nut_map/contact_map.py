@@ -287,6 +287,8 @@ class SolvedFilm:
 class MapContacts:
     """Contacts of the mechanistic friction law, read from a contact map (friction.mechanistic.ContactValues)."""
 
+    name = mechanistic.MECHANISTIC
+
     def __init__(self, contact_map: ContactMap) -> None:
         self.contact_map = contact_map
 

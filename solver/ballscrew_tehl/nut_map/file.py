@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
+from ..friction.origin import refuse_other_fit
 from ..friction.sets import FrictionSet, default_friction_set
 from ..parameters.file import Parameters, changed
 from ..parameters.identity import map_parameters_json, parameters_hash
@@ -225,20 +226,6 @@ def _path_for(path: Path | str | None, parameters: Parameters) -> Path:
     return packaged_map(name) if path is None else Path(path)
 
 
-def _refuse_other_fit(friction: FrictionSet, parameters: Parameters) -> None:
-    ours = parameters_hash(parameters)
-    if friction.kinematics != parameters.friction.kinematics:
-        raise MapError(
-            f"friction set {friction.name}: kinematics = {friction.kinematics}; "
-            f"expected {parameters.friction.kinematics}"
-        )
-    if friction.parameters_hash and friction.parameters_hash != ours:
-        raise MapError(
-            f"friction set {friction.name} is fitted for the screw {friction.screw} ({friction.parameters_hash}); "
-            f"expected {parameters.name} ({ours}): calibrate again with this screw file"
-        )
-
-
 def _provenance(friction: FrictionSet) -> dict[str, Any]:
     """Entry of the header about the friction parameters; infinite limits become None, for JSON has no infinity."""
     return {
@@ -302,7 +289,7 @@ def load_map(
     header, variables = _read(path)
     _refuse_other_parameters(path, header, parameters)
     if friction_set is not None:
-        _refuse_other_fit(friction_set, parameters)
+        refuse_other_fit(friction_set, parameters)
     friction = friction_set or default_friction_set(parameters)
     film = friction.film_model
     if film not in FILM_MODELS:

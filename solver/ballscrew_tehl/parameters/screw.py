@@ -159,10 +159,11 @@ class FrictionParameters(Table):
         description="share of the spin at the screw contact, rolling_frame only: 0.5 equal, 0 or 1 raceway control",
     )
     kinematics: Literal["published", "rolling_frame"] = Field(
-        default="published", description="surface speeds"
+        default="rolling_frame", description="surface speeds"
     )
     set: Literal["three_parameter", "two_parameter", "mechanistic"] = Field(
-        default="three_parameter", description="friction law and fitted set"
+        default_factory=lambda d: "mechanistic" if d["kinematics"] == "rolling_frame" else "three_parameter",
+        description="friction law and fitted set; default: mechanistic with rolling_frame",
     )
     apparent_viscosity_ratio: float | None = Field(
         default=None, gt=0, le=1e3, description="override of the set"

@@ -239,6 +239,8 @@ class MeanBallContacts:
     The rolling loss of the others by its closed formula; the law takes nothing else of them.
     """
 
+    name = MECHANISTIC
+
     def __init__(self, parameters: Parameters, solved: Mapping[str, ContactSolution]) -> None:
         self.parameters, self.solved = parameters, solved
 
@@ -258,6 +260,28 @@ class MeanBallContacts:
             formula = rolling_formula(self.parameters, raceway, loads, *at)
             found *= formula[:-1] / formula[-1]
         return found[:, None, None]
+
+
+class DirectContacts:
+    """Contacts of the mechanistic law, the mean ball of each raceway solved at each new point (ContactValues)."""
+
+    name = MECHANISTIC
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.parameters = parameters
+        self._solved: dict[tuple[str, float, float, float], ContactSolution] = {}
+
+    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
+        """Quantities of the law (n, 1, 1) at ball loads (n,), the last one that of the mean ball, and one point.
+
+        Raises       UnconvergedContactError: a contact that did not converge
+        """
+        point = float(load[-1]), float(np.ravel(speed)[0]), float(np.ravel(temperature)[0])
+        key = (raceway, *point)
+        if key not in self._solved:
+            self._solved[key] = solve_ball(self.parameters, raceway, *point, thermal=True)
+        mean = MeanBallContacts(self.parameters, {raceway: self._solved[key]})
+        return mean.values(raceway, load, speed, temperature)
 
 
 def direct_state(

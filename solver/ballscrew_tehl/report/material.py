@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..friction.sets import FrictionSet, default_friction_set, load_friction_sets
+from ..friction.origin import other_sets, with_set
+from ..friction.sets import FrictionSet, default_friction_set
 from ..nut_map.contact_map import Array
 from ..nut_map.file import load_contact_map, load_map
 from ..nut_map.plot import MapPicture, map_picture
@@ -47,7 +48,7 @@ class Friction(NamedTuple):
 
     def parts(self, preload: Any, speed: Any, temperature: Any) -> tuple[Any, Any, Any]:
         """Viscous, hysteresis and sliding torque [N.m] at preload [N], speed [rad/s], temperature [K]."""
-        state = self.nut_map.evaluate(preload, speed, temperature, 0.0, *self.entry.values)
+        state = self.nut_map.evaluate(preload, speed, temperature)
         return state.viscous_torque, state.hysteresis_torque, state.sliding_torque
 
     def torque(self, preload: Any, speed: Any, temperature: Any) -> Any:
@@ -88,8 +89,7 @@ PRELOAD_WORDS = {
     "single_nut_oversize_ball": PreloadWords(
         "single-nut ball screw with oversize balls", "single nut", "set of flanks", "same balls, other flanks",
         "The nut has {count} load-carrying balls, each between four flanks: two opposed sets of them. Under preload "
-        "alone all loads are equal. Torques here do not include the spin of such a ball on its flanks: the command "
-        "torque gives an upper bound of it.",
+        "alone all loads are equal.",
     ),
 }  # fmt: skip
 
@@ -160,13 +160,19 @@ def is_measured_screw(parameters: Parameters) -> bool:
     return all(getattr(parameters, name) == getattr(own, name) for name in tables)
 
 
-def gather(parameters: Parameters, map_file: Path | str | None, progress: Progress) -> Material:
+def gather(
+    parameters: Parameters,
+    map_file: Path | str | None,
+    progress: Progress,
+    friction_set: FrictionSet | None = None,
+) -> Material:
     """Load the map, evaluate it, solve the contacts.
 
     Parameters   map_file: None = the packaged map of the kinematics;  progress: called before every contact
+                 friction_set: of a file; None = the packaged one that the parameters select
     Raises       MapError (a ValueError): map missing, damaged or of another screw
     """
-    frictions = friction_sets(parameters, map_file)
+    frictions = friction_sets(parameters, map_file, friction_set)
     picture = map_picture(frictions[0].nut_map, load_contact_map(map_file, parameters))
     measured = is_measured_screw(parameters)
     tables = {f.entry.name: validation_tables(f.torque) for f in frictions} if measured else {}
@@ -188,17 +194,17 @@ def gather(parameters: Parameters, map_file: Path | str | None, progress: Progre
     )
 
 
-def friction_sets(parameters: Parameters, map_file: Path | str | None) -> tuple[Friction, ...]:
-    """The set selected by the parameters, then the other packaged ones of their kinematics, each with its own film."""
-    chosen = default_friction_set(parameters)
-    others = [
-        entry
-        for entry in load_friction_sets().values()
-        if entry.kinematics == chosen.kinematics and entry.name != chosen.name
-    ]
-    return tuple(
-        Friction(entry, load_map(map_file, changed(parameters, friction={"set": entry.name})))
-        for entry in (chosen, *others)
+def friction_sets(
+    parameters: Parameters, map_file: Path | str | None, of_file: FrictionSet | None = None
+) -> tuple[Friction, ...]:
+    """The chosen set, then the other packaged ones measured on this screw, each with its own film."""
+    first = of_file or default_friction_set(parameters)
+    return (
+        Friction(first, load_map(map_file, parameters, of_file)),
+        *(
+            Friction(entry, load_map(map_file, with_set(parameters, entry.name)))
+            for entry in other_sets(first, parameters)
+        ),
     )
 
 

@@ -6,11 +6,17 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .. import __version__
+from ..friction.baselines import nsk_torque
+from ..friction.origin import carried_over
 from ..friction.sets import FITTED, SETS
-from ..parameters.file import Parameters
+from ..nut_map.trend import THICK, unphysical_trend
+from ..parameters.file import FOUR_POINT, Parameters
 from ..parameters.units import CELSIUS, RPM
 from ..physics.hertz import RACEWAYS
+from ..runtime.packed import MECHANISTIC
 from . import figures
 from .claims import VERDICTS, Claim
 from .errata import Erratum
@@ -65,6 +71,14 @@ def intro(material: Material, claimed: Sequence[Claim]) -> list[Html]:
         content.append(tiles(shown))
     else:
         content.append(paragraph(UNMEASURED, class_="note"))
+    if other := carried_over(material.chosen.entry, parameters):
+        force = float(material.over_speed.rows[0])
+        catalogue = float(nsk_torque(parameters.screw, force))
+        content.append(
+            paragraph(
+                f"{other[0].upper()}{other[1:]}. At {force:.0f} N it is {catalogue:.3f} N m.", class_="note"
+            )
+        )
     contents = [
         ("screw", parameters.name),
         ("oil", parameters.lubricant.name),
@@ -194,7 +208,10 @@ def torque(material: Material) -> Html:
                 figures.torque_over_preload(material),
                 f"Friction torque over preload; the formulas of Zhou and NSK have no speed.{circles}",
             ),
-            figure(figures.torque_over_temperature(material), "Friction torque over oil temperature."),
+            figure(
+                figures.torque_over_temperature(material),
+                f"Friction torque over oil temperature. {_trend_note(material)}".rstrip(),
+            ),
             table(
                 "torques",
                 f"Friction torque [N m], oil at {temperature - CELSIUS:.1f} C",
@@ -202,6 +219,31 @@ def torque(material: Material) -> Html:
                 rows,
             ),
         ),
+    )
+
+
+def _trend_note(material: Material) -> str:
+    """Where the fitted torque has a trend that thick films do not have; "" if nowhere on the lines."""
+    nut_map, by_temperature, by_speed = (
+        material.chosen.nut_map,
+        material.over_temperature,
+        material.over_speed,
+    )
+    over = {
+        "temperature": unphysical_trend(
+            nut_map, by_temperature.fixed, by_temperature.rows[:, None], by_temperature.x
+        ).rises_with_temperature,
+        "speed": unphysical_trend(
+            nut_map, by_speed.rows[:, None], by_speed.x, by_speed.fixed
+        ).falls_with_speed,
+    }
+    if not any(np.any(found) for found in over.values()):
+        return ""
+    shares = {name: f"{100.0 * float(np.mean(found)):.0f} %" for name, found in over.items()}
+    return (
+        f"Not physical: in thick films (lambda above {THICK:g}) the torque of this fitted set rises with temperature "
+        f"on {shares['temperature']} of the lines over temperature and falls with speed on {shares['speed']} of those "
+        "over speed. The command torque reports such points as out of range; an FMU does not."
     )
 
 
@@ -225,6 +267,7 @@ def balls(material: Material) -> Html:
         f"3 Ball loads of the {words.nut}",
         paragraph(
             words.loads.format(count=material.parameters.screw.loaded_ball_count)
+            + _spin_note(material)
             + f" An axial load adds to one {words.side} and relieves the "
             f"other, which is unloaded at {found.separation:.0f} N, {found.separation / found.preload:.2f} "
             f"times the preload (rigid bodies: {2.0**1.5:.2f} times)."
@@ -250,6 +293,15 @@ def balls(material: Material) -> Html:
             ],
             rows,
         ),
+    )
+
+
+def _spin_note(material: Material) -> str:
+    if material.parameters.screw.preload_kind != FOUR_POINT or material.chosen.nut_map.law == MECHANISTIC:
+        return ""
+    return (
+        " Torques here do not include the spin of such a ball on its flanks: the command torque gives an upper bound "
+        "of it."
     )
 
 

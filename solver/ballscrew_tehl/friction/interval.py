@@ -1,0 +1,241 @@
+"""Interval of a torque by the mechanistic law that follows from the constants known within bounds.
+
+Every constant c of parameters.friction_constants is taken as uniform between its ends, independent of the others, and
+moved to both ends alone. With the parabola g_c through ln(T_c/T) at low end, value and high end, T the torque,
+
+    m = ln T + sum_c mean(g_c),   s^2 = sum_c variance(g_c),   interval exp(m -+ 1.2816 s)
+
+is meant to hold 80 % of the torques: mean and variance of a sum of independent quantities, which is nearly normal. The
+logarithm, for most constants are factors of a part of the torque; that a constant changes the effect of another is
+neglected.
+
+Zero fitted: kappa of the ball-ball part is one of the constants. Fitted: the coefficient k has the 95 % interval of its
+fit, mu_b, Lambda and kappa do not count as far as they enter through k, and the mean error of a point left out of the
+fit counts as the scatter of a normal quantity.
+
+A constant that the screw file states counts as known. Not in the interval: viscosity and supply of the oil, the
+solver's error, seals; and what a fit at other constants would take up of their effect, so that a fitted interval is
+rather too wide.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..parameters.file import Parameters
+from ..parameters.friction_constants import BOUNDED
+from ..parameters.identity import parameters_hash
+from ..physics.load import nut_loads
+from .mechanistic import MECHANISTIC, ContactValues, ball_ball_coefficient, nut_powers
+from .sets import FrictionSet
+
+Array = NDArray[np.float64]
+
+#: standard deviations of a normal quantity to the ends of the interval that holds 80 % of it
+DEVIATIONS = 1.2816
+#: standard deviations between the 95 % limits of a fit; of a normal quantity, over its mean absolute value
+FIT_DEVIATIONS, SCATTER_DEVIATION = 2.0 * 1.96, math.sqrt(0.5 * math.pi)
+#: names of what a fit contributes: its coefficient, the error of a point left out
+FITTED_COEFFICIENT, LEFT_OUT = "net_sliding_coefficient", "leave_one_out"
+#: what the ends of an interval are
+MEANING = "about 80 % interval of the bounded constants of the law"
+
+
+class Fit(NamedTuple):
+    """95 % limits of the coefficient fitted to a screw, and mean absolute error of a point left out of the fit."""
+
+    low: float
+    high: float
+    left_out: float
+
+
+class TorqueInterval(NamedTuple):
+    """Torque with its interval [N.m].
+
+    ends : by constant, the torques with this constant alone at its low and high end
+    shares : of the variance of ln(torque), by constant, largest first
+    """
+
+    torque: float
+    low: float
+    high: float
+    ends: Mapping[str, tuple[float, float]]
+    shares: Mapping[str, float]
+
+    @property
+    def relative(self) -> tuple[float, float]:
+        """Ends over the torque."""
+        return self.low / self.torque, self.high / self.torque
+
+
+def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
+    """Names of the bounded constants that the screw file does not state; kappa does not count where it states k."""
+    friction = parameters.friction
+    stated = (friction.model_fields_set - {"roughness_height"}) | parameters.lubricant.model_fields_set
+    if friction.roughness_height is not None:
+        # stated, or the composite of both surfaces
+        stated = stated | {"roughness_height"}
+    if friction.net_sliding_coefficient is not None:
+        stated = stated | {"ball_thrust"}
+    return tuple(name for name in BOUNDED if name not in stated)
+
+
+def with_constants(parameters: Parameters, values: Mapping[str, float]) -> Parameters:
+    """Parameters with other values of bounded constants, within their intervals: not checked again."""
+    oil = {name: value for name, value in values.items() if name == "eyring_stress"}
+    law = {name: value for name, value in values.items() if name not in oil}
+    return parameters.model_copy(
+        update={
+            "lubricant": parameters.lubricant.model_copy(update=oil),
+            "friction": parameters.friction.model_copy(update=law),
+        }
+    )
+
+
+def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
+    """Fit of the coefficient to measurements of this screw with this oil; None: there is none."""
+    if friction_set.parameters_hash != parameters_hash(parameters):
+        return None
+    limits, half = friction_set.limits.get(FITTED_COEFFICIENT), friction_set.intervals.get(FITTED_COEFFICIENT)
+    left_out = friction_set.errors.get("leave_one_out_mean", 0.0)
+    if limits is not None and math.isfinite(limits["high"]):
+        return Fit(limits["low"], limits["high"], left_out)
+    if half is not None:
+        value = friction_set.net_sliding_coefficient
+        return Fit(max(value - half, 0.0), value + half, left_out)
+    return None
+
+
+def zero_fitted(parameters: Parameters) -> FrictionSet:
+    """Set of the mechanistic law without a measured torque: kappa of the screw file, or that of BOUNDED."""
+    friction = parameters.friction
+    k = ball_ball_coefficient(friction, friction.ball_thrust)
+    return FrictionSet(MECHANISTIC, friction.kinematics, MECHANISTIC, 1.0, k, provenance="kappa, not fitted")
+
+
+def torque_of_constants(
+    parameters: Parameters,
+    forces: Sequence[float],
+    contacts: ContactValues,
+    speed: float,
+    temperature: float,
+    friction_set: FrictionSet,
+) -> Callable[[Mapping[str, float]], float]:
+    """Torque [N.m] over values of the bounded constants by name; those not given are as in the parameters.
+
+    Parameters   forces : of the nuts [N];  contacts : of the balls, found once;  speed [rad/s] > 0, temperature [K]
+                 friction_set : its coefficient k is that of the constants in the parameters. It varies with them unless
+                 it was fitted to this screw or the screw file states it
+    """
+    ratio, coefficient, _ = friction_set.values
+    screw, friction = parameters.screw, parameters.friction
+    held = fit_of(friction_set, parameters) is not None or friction.net_sliding_coefficient is not None
+    remembered = _Remembered(contacts)
+    nuts = [
+        (times, nut_loads(screw, force, screw.loaded_ball_count))
+        for force, times in Counter(force for force in forces if force > 0.0).items()
+    ]
+    kappa = implied_thrust(coefficient, parameters)
+
+    def torque(values: Mapping[str, float]) -> float:
+        changed = with_constants(parameters, values)
+        k = coefficient
+        if not held:
+            k = ball_ball_coefficient(changed.friction, values.get("ball_thrust", kappa))
+        k = values.get(FITTED_COEFFICIENT, k)
+        return sum(
+            times * float(nut_powers(changed, loads, speed, temperature, remembered).torque(ratio, k))
+            for times, loads in nuts
+        )
+
+    return torque
+
+
+def implied_thrust(coefficient: float, parameters: Parameters) -> float:
+    """kappa of a coefficient k = 2 mu_b Lambda kappa."""
+    return coefficient / ball_ball_coefficient(parameters.friction, 1.0)
+
+
+def torque_interval(
+    parameters: Parameters,
+    forces: Sequence[float],
+    contacts: ContactValues,
+    speed: float,
+    temperature: float,
+    friction_set: FrictionSet,
+) -> TorqueInterval:
+    """Torque of all nuts with its interval; arguments as torque_of_constants.
+
+    Raises       ValueError, ArithmeticError as nut_powers
+    Source       head of this module
+    """
+    fit = fit_of(friction_set, parameters)
+    torque = torque_of_constants(parameters, forces, contacts, speed, temperature, friction_set)
+    at = torque({})
+    if not at > 0.0:
+        return TorqueInterval(at, at, at, {}, {})
+    ends: dict[str, tuple[float, float]] = {}
+    moments: dict[str, tuple[float, float]] = {}
+    for name in unknown_constants(parameters):
+        if fit is not None and name == "ball_thrust":
+            continue
+        bound = BOUNDED[name]
+        low, high = ends[name] = torque({name: bound.low}), torque({name: bound.high})
+        value = bound.value
+        if name == "ball_thrust":
+            value = implied_thrust(friction_set.net_sliding_coefficient, parameters)
+        place = (value - bound.low) / (bound.high - bound.low)
+        moments[name] = uniform_moments(math.log(low / at), math.log(high / at), place)
+    if fit is not None:
+        low, high = ends[FITTED_COEFFICIENT] = (
+            torque({FITTED_COEFFICIENT: fit.low}), torque({FITTED_COEFFICIENT: fit.high})
+        )  # fmt: skip
+        moments[FITTED_COEFFICIENT] = 0.0, (math.log(high / low) / FIT_DEVIATIONS) ** 2
+        moments[LEFT_OUT] = 0.0, (SCATTER_DEVIATION * fit.left_out) ** 2
+    middle = math.log(at) + sum(mean for mean, _ in moments.values())
+    variance = sum(part for _, part in moments.values())
+    wide = DEVIATIONS * math.sqrt(variance)
+    shares = {name: part / (variance or 1.0) for name, (_, part) in moments.items()}
+    return TorqueInterval(
+        at,
+        math.exp(middle - wide),
+        math.exp(middle + wide),
+        ends,
+        dict(sorted(shares.items(), key=lambda x: -x[1])),
+    )
+
+
+def uniform_moments(low: float, high: float, place: float) -> tuple[float, float]:
+    """Mean and variance over 0 <= x <= 1 of the parabola that is low at 0, 0 at `place`, high at 1.
+
+    Without a place inside it is the straight line from low to high.
+    Example
+        >>> [round(12.0 * moment, 12) for moment in uniform_moments(-1.0, 1.0, 0.5)]
+        [0.0, 4.0]
+    """
+    slope = high - low
+    bend = 0.0
+    if 0.0 < place < 1.0:
+        bend = (low + slope * place) / (place * (1.0 - place))
+    # low + slope x - bend x (1 - x)
+    return low + 0.5 * slope - bend / 6.0, slope**2 / 12.0 + bend**2 / 180.0
+
+
+class _Remembered:
+    """Contacts that are looked up once: the constants of the law do not change them."""
+
+    def __init__(self, contacts: ContactValues) -> None:
+        self.name, self._contacts = contacts.name, contacts
+        self._found: dict[tuple[str, bytes], Mapping[str, Array]] = {}
+
+    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> Mapping[str, Array]:
+        key = raceway, load.tobytes()
+        if key not in self._found:
+            self._found[key] = self._contacts.values(raceway, load, speed, temperature)
+        return self._found[key]

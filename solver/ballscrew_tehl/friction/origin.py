@@ -1,0 +1,74 @@
+"""Where the numbers of a friction set were measured, and what the catalogue says for another screw."""
+
+from __future__ import annotations
+
+from ..parameters.file import Parameters, changed
+from ..parameters.identity import parameters_hash
+from ..runtime.packed import MapError
+from .sets import FITTED, SETS, FrictionSet, load_friction_sets
+
+#: name of the catalogue formula, baselines.nsk_torque
+CATALOGUE = "JIS B 1192 / ISO 3408-3"
+
+
+def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
+    """One sentence if the friction numbers were measured on another screw or with another oil; else "".
+
+    Numbers that the screw file states, all that the set fits, are those of its user.
+    """
+    if not friction_set.parameters_hash or friction_set.parameters_hash == parameters_hash(parameters):
+        return ""
+    friction = parameters.friction
+    stated = {name for name in FITTED if getattr(friction, name) is not None}
+    if friction.ball_thrust is not None:
+        stated.add("net_sliding_coefficient")
+    if stated >= set(SETS[friction_set.name]):
+        return ""
+    return (
+        f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw or 'another screw'}, "
+        f"not on {parameters.name} with this oil: compare the catalogue torque ({CATALOGUE}, 100 r/min), or calibrate "
+        "with measured torques"
+    )
+
+
+def other_sets(chosen: FrictionSet, parameters: Parameters) -> list[FrictionSet]:
+    """Packaged sets of the same kinematics that were measured on this screw with this oil, without the chosen one."""
+    ours = parameters_hash(parameters)
+    return [
+        entry
+        for entry in load_friction_sets().values()
+        if entry.kinematics == chosen.kinematics
+        and entry.name != chosen.name
+        and entry.parameters_hash == ours
+    ]
+
+
+def with_set(parameters: Parameters, name: str) -> Parameters:
+    """Parameters that select a friction set; overrides in the screw file belong to the set that it selects itself."""
+    if name == parameters.friction.set:
+        return parameters
+    return changed(without_overrides(parameters), friction={"set": name})
+
+
+def without_overrides(parameters: Parameters) -> Parameters:
+    """Parameters without fitted numbers that the screw file states."""
+    stated = set(FITTED) & parameters.friction.model_fields_set
+    return changed(parameters, friction=dict.fromkeys(stated)) if stated else parameters
+
+
+def refuse_other_fit(friction: FrictionSet, parameters: Parameters) -> None:
+    """Refuse a set of other kinematics, and one fitted to another screw or oil.
+
+    Raises       MapError (a ValueError)
+    """
+    ours = parameters_hash(parameters)
+    if friction.kinematics != parameters.friction.kinematics:
+        raise MapError(
+            f"friction set {friction.name}: kinematics = {friction.kinematics}; "
+            f"expected {parameters.friction.kinematics}"
+        )
+    if friction.parameters_hash and friction.parameters_hash != ours:
+        raise MapError(
+            f"friction set {friction.name} is fitted for the screw {friction.screw} ({friction.parameters_hash}); "
+            f"expected {parameters.name} ({ours}): calibrate again with this screw file"
+        )

@@ -1,0 +1,68 @@
+"""Interval of the torque of a map by the mechanistic law, from its solved contacts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from ..friction.interval import TorqueInterval, fit_of, torque_interval
+from ..friction.sets import FrictionSet
+from ..friction.torque import nut_forces
+from ..parameters.file import Parameters
+from ..runtime.packed import POINT
+from .contact_map import ContactMap, MapContacts
+
+#: preload [N] and temperature [K] nearest to which the band of a map is stated
+BAND_PRELOAD, BAND_TEMPERATURE = 2000.0, 303.15
+
+
+def map_interval(
+    parameters: Parameters,
+    contact_map: ContactMap,
+    axes: Mapping[str, Any],
+    friction_set: FrictionSet,
+    preload: float,
+    speed: float,
+    temperature: float,
+    axial_load: float = 0.0,
+) -> TorqueInterval:
+    """Interval at an operating point, at the nearest one of the map where that lies beyond its axes.
+
+    Parameters   axes : of the header;  preload [N] > 0, speed [rad/s], temperature [K], axial_load [N]
+    Raises       ArithmeticError: equilibrium of a ball not found
+    """
+    forces = nut_forces(parameters, nearest(axes, "force", preload), axial_load)
+    return torque_interval(
+        parameters,
+        [nearest(axes, "force", force) for force in forces if force > 0.0],
+        MapContacts(contact_map),
+        nearest(axes, "speed", abs(speed)),
+        nearest(axes, "temperature", temperature),
+        friction_set,
+    )
+
+
+def nearest(axes: Mapping[str, Any], axis: str, value: float) -> float:
+    """The value, moved to the nearest end of the axis if it lies beyond."""
+    low, high = axes[axis][:2]
+    return float(min(max(value, low), high))
+
+
+def band_point(axes: Mapping[str, Any]) -> tuple[float, float, float]:
+    """Preload [N], speed [rad/s], temperature [K] of the band: start values of the FMU, middle speed of the axis."""
+    return (
+        nearest(axes, "preload", BAND_PRELOAD),
+        math.sqrt(axes["speed"][0] * axes["speed"][1]),
+        nearest(axes, "temperature", BAND_TEMPERATURE),
+    )
+
+
+def band(
+    parameters: Parameters, contact_map: ContactMap, axes: Mapping[str, Any], friction_set: FrictionSet
+) -> dict[str, Any]:
+    """Entry mechanistic_interval of a header: point (SI), ends over the torque, whether fitted to this screw."""
+    point = band_point(axes)
+    low, high = map_interval(parameters, contact_map, axes, friction_set, *point).relative
+    fitted = fit_of(friction_set, parameters) is not None
+    return {**dict(zip(POINT, point, strict=False)), "low": low, "high": high, "fitted": fitted}

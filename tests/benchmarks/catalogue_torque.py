@@ -1,0 +1,128 @@
+"""Torque of the example screws by the mechanistic law, zero fitted, with its interval, against the catalogue torque.
+
+Conditions of the catalogues: 100 r/min, oil ISO VG 68 (JIS K 2001), 30 C taken for its temperature. Preload: 5 % of the
+dynamic axial load rating by the formula of ISO 3408-5 as recalled, of one set of balls of the screw. Contacts are solved
+for the mean ball, no map. JIS B 1192: the screws are without seals, as in the model. Permissible variation of T_p0 by
+DIN ISO 3408-3, class T3, slender screws (HIWIN table 3.16): 40 % at 0.2 to 0.4 N m, 25 % at 1 to 2.5 N m.
+
+    python tests/benchmarks/catalogue_torque.py [--share 0.05] [--csv FILE]
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+from ballscrew_tehl.friction.baselines import nsk_torque
+from ballscrew_tehl.friction.interval import torque_interval, zero_fitted
+from ballscrew_tehl.friction.torque import nut_forces
+from ballscrew_tehl.parameters.file import Parameters, ScrewParameters, graded_oil, load_parameters
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.refinement.direct import DirectContacts
+
+SCREWS = Path(__file__).parents[1] / "data" / "screws"
+#: speed [r/min], ISO VG and viscosity index, temperature [C], preload over the dynamic rating
+SPEED, OIL, TEMPERATURE, SHARE = 100.0, (68, 95.0), 30.0, 0.05
+
+
+class Row(NamedTuple):
+    """One screw: preload [N], torques [N.m], largest share of the variance, ball-ball part is in it."""
+
+    screw: str
+    kind: str
+    preload: float
+    torque: float
+    low: float
+    high: float
+    catalogue: float
+    most: str
+
+    @property
+    def inside(self) -> bool:
+        """Whether the catalogue torque lies in the interval."""
+        return self.low <= self.catalogue <= self.high
+
+
+def dynamic_rating(screw: ScrewParameters) -> float:
+    """Dynamic axial load rating of the turns of one set of balls [N].
+
+    Source       ISO 3408-5, as recalled: C_s = f_c cos(a)^0.86 z^(2/3) D^1.8 tan(a) cos(phi)^1.3 of one turn [N, mm],
+                 f_c = 93.2 (1 - sin(a)/3) (1/(1 - 1/(2 f_s)))^0.41 g^0.3 (1-g)^1.39/(1+g)^(1/3), g = D cos(a)/D_pw;
+                 with the nut C_s (1 + (C_s/C_n)^(10/3))^-0.3, C_s/C_n = ((1-g)/(1+g))^1.723
+                 ((2 - 1/f_n)/(2 - 1/f_s))^0.41, times turns^0.86
+    """
+    angle, lead = screw.contact_angle, screw.lead_angle
+    ball, pitch = 1e3 * screw.ball_diameter, 2e3 * screw.nominal_radius
+    f_s, f_n = (
+        screw.screw_raceway_radius / screw.ball_diameter,
+        screw.nut_raceway_radius / screw.ball_diameter,
+    )
+    g = ball * math.cos(angle) / pitch
+    per_turn = screw.loaded_ball_count / screw.turns
+    f_c = 93.2 * (1.0 - math.sin(angle) / 3.0) * (1.0 / (1.0 - 0.5 / f_s)) ** 0.41
+    f_c *= g**0.3 * (1.0 - g) ** 1.39 / (1.0 + g) ** (1.0 / 3.0)
+    c_s = (
+        f_c
+        * math.cos(angle) ** 0.86
+        * per_turn ** (2.0 / 3.0)
+        * ball**1.8
+        * math.tan(angle)
+        * math.cos(lead) ** 1.3
+    )
+    over = ((1.0 - g) / (1.0 + g)) ** 1.723 * ((2.0 - 1.0 / f_n) / (2.0 - 1.0 / f_s)) ** 0.41
+    return c_s * (1.0 + over ** (10.0 / 3.0)) ** -0.3 * screw.turns**0.86
+
+
+def catalogue_row(parameters: Parameters, share: float = SHARE) -> Row:
+    """One screw with the oil of the catalogues."""
+    oiled = parameters.model_copy(update={"lubricant": graded_oil(*OIL)})
+    screw = oiled.screw
+    preload = share * dynamic_rating(screw)
+    found = torque_interval(
+        oiled,
+        nut_forces(oiled, preload, 0.0),
+        DirectContacts(oiled),
+        SPEED * RPM,
+        TEMPERATURE + CELSIUS,
+        zero_fitted(oiled),
+    )
+    most = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in list(found.shares.items())[:2])
+    catalogue = float(nsk_torque(screw, preload))
+    return Row(
+        parameters.name, screw.preload_kind, preload, found.torque, found.low, found.high, catalogue, most
+    )
+
+
+def main(arguments: list[str] | None = None) -> list[Row]:
+    """Print the table; rows of all screws."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--share", type=float, default=SHARE, help="preload over the dynamic rating")
+    parser.add_argument("--csv", type=Path, help="write the table")
+    args = parser.parse_args(arguments)
+    head = ("screw", "kind", "preload N", "torque N m", "low", "high", "JIS N m", "torque/JIS", "JIS inside")
+    print("{:<14}{:<26}{:>10}{:>12}{:>8}{:>8}{:>9}{:>12}{:>12}".format(*head))
+    rows = []
+    for path in sorted(SCREWS.glob("*.toml")):
+        row = catalogue_row(load_parameters(path), args.share)
+        rows.append(row)
+        print(
+            f"{row.screw:<14}{row.kind:<26}{row.preload:10.0f}{row.torque:12.3f}{row.low:8.3f}{row.high:8.3f}"
+            f"{row.catalogue:9.3f}{row.torque / row.catalogue:12.2f}{'yes' if row.inside else 'no':>12}",
+            flush=True,
+        )
+    inside = sum(row.inside for row in rows)
+    print(f"catalogue torque in the interval: {inside} of {len(rows)}", file=sys.stderr)
+    if args.csv:
+        with args.csv.open("w", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow((*Row._fields, "inside"))
+            writer.writerows((*row, row.inside) for row in rows)
+    return rows
+
+
+if __name__ == "__main__":
+    main()
