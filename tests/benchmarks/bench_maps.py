@@ -7,6 +7,10 @@ contacts not solved, share of asymptotic ones and the errors of the certificate.
 soon as its map is finished; the same command again builds those that are missing, and continues an interrupted one
 with the contacts in --maps (default: next to the output). Its seconds are then those of the rest alone (column "kept":
 contacts from before).
+
+`--workers-ratio [--only NAME ...] [--quick] [--count N]` builds each map anew with one worker and with two and prints
+the ratio of their seconds, start of the processes and work between the contacts included, with the load of the machine
+before and after (processes that run or wait, mean of a minute): other load lowers it.
 """
 
 from __future__ import annotations
@@ -132,6 +136,44 @@ def build(case: Case, maps: Path, quick: bool, count: int, workers: int | None) 
     )  # fmt: skip
 
 
+class Ratio(NamedTuple):
+    """Seconds of the build of one map with one worker and with two. load: of the machine before and after."""
+
+    screw: str
+    contacts: int
+    one: float
+    two: float
+    ratio: float
+    load_before: float
+    load_after: float
+
+
+def workers_ratio(case: Case, quick: bool, count: int) -> Ratio:
+    """Build a map with one worker and with two.
+
+    Raises       ArithmeticError: no map, or two workers wrote other bytes than one
+    """
+    before = os.getloadavg()[0]
+    built, files = [], []
+    for workers in (1, 2):
+        with tempfile.TemporaryDirectory() as folder:
+            built.append(build(case, Path(folder), quick, count, workers))
+            if built[-1].code:
+                raise ArithmeticError(f"{case.name}: no map")
+            files.append((Path(folder) / f"{case.name}.nc").read_bytes())
+    if files[0] != files[1]:
+        raise ArithmeticError(f"{case.name}: two workers write other bytes than one")
+    one, two = (each.seconds for each in built)
+    return Ratio(case.name, built[0].contacts, one, two, one / two, before, os.getloadavg()[0])
+
+
+def ratio_report(rows: Sequence[Ratio]) -> str:
+    """Table of the ratios."""
+    head = [name.replace("_", " ") for name in Ratio._fields]
+    cells = [[row.screw, str(row.contacts), *(f"{value:.2f}" for value in row[2:])] for row in rows]
+    return table([head, *cells])
+
+
 def report(rows: Sequence[Built]) -> str:
     """Table of the maps; errors and shares in percent."""
     names = [name for name in Built._fields if name not in ("quick", "count", "range_cut")]
@@ -159,15 +201,19 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--quick", action="store_true", help="few contacts")
     options.add_argument("--count", type=int, default=200, metavar="N", help="points of each certificate")
     options.add_argument("--workers", type=int, metavar="W", help="processes; default: one per core")
+    options.add_argument("--workers-ratio", action="store_true", help="seconds with one worker over two")
     options.add_argument("--maps", type=Path, metavar="FOLDER", help="keep the maps, and continue them")
     options.add_argument("--output", type=Path, metavar="FILE.csv", help="figures of finished maps")
     return options
 
 
 def main(arguments: Sequence[str] | None = None) -> list[Built]:
-    """Run the benchmark; returns the rows of the table."""
+    """Run the benchmark; returns the rows of the table, none with --workers-ratio."""
     options = parser().parse_args(arguments)
     wanted = cases(options.screws, options.only)
+    if options.workers_ratio:
+        print(ratio_report([workers_ratio(case, options.quick, options.count) for case in wanted]))
+        return []
     key = "screw", "quick", "count"
     # also the interpolation changes the figures
     solver = solver_hash(Path(ballscrew_tehl.nut_map.__path__[0]))

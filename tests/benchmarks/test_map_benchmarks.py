@@ -2,6 +2,7 @@
 
 import csv
 import math
+from types import SimpleNamespace
 
 import bench_maps
 import pytest
@@ -54,6 +55,40 @@ def test_benchmark_builds_a_map_and_continues(tmp_path, capsys, monkeypatch):
     assert float(kept["torque_99"]) == row.torque_99
     monkeypatch.setattr(bench_maps, "build", None)  # nothing is left to build
     assert bench_maps.main(arguments) == [row]
+
+
+@pytest.mark.slow
+def test_ratio_is_of_one_worker_over_two(tmp_path, capsys, monkeypatch):
+    """The same map twice; seconds are those of the builds."""
+    monkeypatch.setattr(map_commands, "QUICK", SMALL)
+    built, build = [], bench_maps.build
+
+    def counted(*arguments):
+        built.append(build(*arguments))
+        return built[-1]
+
+    monkeypatch.setattr(bench_maps, "build", counted)
+    (case,) = bench_maps.cases(narrow_copy(tmp_path / "screws"), ["example_16x05"])
+    row = bench_maps.workers_ratio(case, True, 1)
+    assert (row.screw, row.contacts) == ("example_16x05", 32)
+    assert (row.one, row.two) == (built[0].seconds, built[1].seconds)
+    assert row.ratio == row.one / row.two
+    monkeypatch.setattr(bench_maps, "workers_ratio", lambda *arguments: row)
+    arguments = ["--screws", str(tmp_path / "screws"), "--only", "example_16x05", "--workers-ratio"]
+    assert bench_maps.main(arguments) == []
+    head, cells = capsys.readouterr().out.splitlines()
+    assert head.split() == ["screw", "contacts", "one", "two", "ratio", "load", "before", "load", "after"]
+    assert float(cells.split()[4]) == pytest.approx(row.ratio, abs=0.005)
+
+
+def test_ratio_of_maps_that_differ_is_refused(monkeypatch):
+    def build(case, maps, quick, count, workers):
+        (maps / f"{case.name}.nc").write_bytes(bytes([workers]))
+        return SimpleNamespace(code=0, seconds=1.0, contacts=1)
+
+    monkeypatch.setattr(bench_maps, "build", build)
+    with pytest.raises(ArithmeticError, match="x: two workers write other bytes than one"):
+        bench_maps.workers_ratio(bench_maps.Case("x", ()), True, 1)
 
 
 def test_cases_are_the_folder_and_the_packaged_screw():

@@ -3,11 +3,13 @@
 import dataclasses
 import itertools
 import json
+import math
 import os
 import re
 import signal
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from importlib import resources
@@ -17,7 +19,7 @@ import numpy as np
 import pytest
 from command_line import refused, run
 from reference_screw import GD4008
-from synthetic_contacts import ClosedFilm, closed_row
+from synthetic_contacts import ClosedFilm, closed_contact
 
 from ballscrew_tehl.cli import map as map_commands
 from ballscrew_tehl.cli.main import INTERRUPTED, main
@@ -70,7 +72,7 @@ def certificate_row(nut_map, parameters, point):
 @pytest.fixture
 def closed(monkeypatch):
     """Contacts in closed form, solved in one thread."""
-    monkeypatch.setattr(build, "_solve_row", closed_row)
+    monkeypatch.setattr(build, "_solve_contact", closed_contact)
     monkeypatch.setattr(map_commands, "MapGrid", lambda: SMALL)
     monkeypatch.setattr(map_commands, "QUICK", QUICK)
     monkeypatch.setattr(map_commands, "build_executor", thread)
@@ -133,17 +135,34 @@ def test_temperature_option_is_in_degrees_celsius(closed, tmp_path):
         (("--count", "0"), "--count = 0; allowed: a whole number >= 1"),
         (("--tolerance", "nan"), "--tolerance = nan; allowed: 1e-5 to 0.1"),
         (("--tolerance", "0.2"), "--tolerance = 0.2; allowed: 1e-5 to 0.1"),
-        (("--preload-n", "2000", "500"), "preload = 2000 to 500 N; needs 0 < lowest < highest"),
-        (("--preload-n", "500", "500"), "preload = 500 to 500 N; needs 0 < lowest < highest"),
-        (("--preload-n", "-5", "500"), "preload = -5 to 500 N; needs 0 < lowest < highest"),
-        (("--preload-n", "nan", "500"), "preload = nan to 500 N; needs 0 < lowest < highest"),
-        (("--preload-n", "500", "inf"), "preload = 500 to inf N; needs 0 < lowest < highest"),
+        (("--preload-n", "2000", "500"), "preload = 2000 to 500 N; needs 0.01 <= lowest < highest <= 1e+07"),
+        (("--preload-n", "500", "500"), "preload = 500 to 500 N; needs 0.01 <= lowest < highest <= 1e+07"),
+        (("--preload-n", "-5", "500"), "preload = -5 to 500 N; needs 0.01 <= lowest < highest <= 1e+07"),
+        (("--preload-n", "nan", "500"), "preload = nan to 500 N; needs 0.01 <= lowest < highest <= 1e+07"),
+        (("--preload-n", "500", "inf"), "preload = 500 to inf N; needs 0.01 <= lowest < highest <= 1e+07"),
         (("--preload-n", "500"), "--preload-n: expected 2 arguments"),
         (("--preload-n", "500", "much"), "invalid float value: 'much'"),
-        (("--speed-rpm", "0", "500"), "speed = 0 to "),
-        (("--speed-rpm", "500", "100"), "; needs 0 < lowest < highest"),
-        (("--temperature-c", "40", "20"), "temperature = 313.15 to 293.15 K; needs 0 < lowest < highest"),
-        (("--temperature-c", "-300", "20"), "temperature = -26.85 to 293.15 K; needs 0 < lowest < highest"),
+        (("--speed-rpm", "0", "500"), "speed = 0 to 500 r/min; needs 0.001 <= lowest < highest <= 1e+06"),
+        (("--speed-rpm", "500", "100"), "speed = 500 to 100 r/min; needs 0.001 <= lowest < highest <= 1e+06"),
+        (
+            ("--temperature-c", "40", "20"),
+            "temperature = 40 to 20 C; needs -73.15 <= lowest < highest <= 500",
+        ),
+        (
+            ("--temperature-c", "-300", "20"),
+            "temperature = -300 to 20 C; needs -73.15 <= lowest < highest <= 500",
+        ),
+        (("--preload-n", "1e-300", "1e300"), "preload = 1e-300 to 1e+300 N; needs 0.01 <= lowest"),
+        (("--preload-n", "1000", "1e6"), "preload = 1000 to 1e+06 N: Hertz pressure up to "),
+        (("--temperature-c", "80", "400"), "temperature = 80 to 400 C: viscosity of oil of Table 1 "),
+        (
+            ("--temperature-c", "10", "-1e1"),
+            "temperature = 10 to -10 C; needs -73.15 <= lowest < highest <= 500",
+        ),
+        (
+            ("--temperature-c", "-3e2", "-inf"),
+            "temperature = -300 to -inf C; needs -73.15 <= lowest < highest <= 500",
+        ),
     ],
 )
 def test_bad_ranges_and_numbers_are_refused_in_one_line(closed, tmp_path, capsys, arguments, line):
@@ -176,6 +195,18 @@ def test_bad_places_are_refused_in_one_line(tmp_path, capsys, arguments, line):
         ("speed_max_rpm = 100.0", "map.speed_min"),
         ("temperature_min_degC = 40.0\ntemperature_max_degC = 20.0", "more than temperature_min"),
         ("preload_min_N = -1.0\npreload_max_N = 100.0", "map.preload_min_N = -1.0"),
+        (
+            "speed_min_rad_s = 1.0\nspeed_max_rad_s = 1e300",
+            "map.speed_max_rad_s = 1e+300; allowed: >= 0.00010472 rad_s, <= 104720 rad_s",
+        ),
+        (
+            "temperature_min_K = 20.0\ntemperature_max_K = 300.0",
+            "map.temperature_min_K = 20.0; allowed: >= 200 K",
+        ),
+        (
+            "temperature_min_degC = 20.0\ntemperature_max_degC = 501.0",
+            "_degC = 501.0; allowed: >= -73.15 degC, <= 500 degC",
+        ),
         ("preload_min = 1.0", "bad unit"),
         ("torque_max_Nm = 1.0", "a known key"),
     ],
@@ -218,31 +249,62 @@ def test_quick_and_tolerance_choose_the_contacts(closed, tmp_path, monkeypatch):
 
 
 def interrupted_after(count):
-    """closed_row that Ctrl-C interrupts."""
+    """closed_contact that Ctrl-C interrupts."""
     left = iter(range(count))
 
-    def row(*arguments):
+    def solve(*arguments):
         if next(left, None) is None:
             raise KeyboardInterrupt
-        return closed_row(*arguments)
+        return closed_contact(*arguments)
 
-    return row
+    return solve
 
 
 @pytest.mark.slow
 def test_interrupted_build_continues_with_what_it_has(closed, tmp_path, monkeypatch, capsys):
     path = tmp_path / "map.nc"
     arguments = ["map", "build", "--output", str(path), "--count", "1", *NARROW]
-    monkeypatch.setattr(build, "_solve_row", interrupted_after(20))
+    monkeypatch.setattr(build, "_solve_contact", interrupted_after(20))
     assert main(arguments) == INTERRUPTED
     last = capsys.readouterr().err.splitlines()[-1]
     assert last == "ballscrew_tehl map: interrupted; the same command again continues it"
     assert [file.name for file in tmp_path.iterdir()] == ["map.nc.contacts"]
     solved = []
-    monkeypatch.setattr(build, "_solve_row", lambda *a: solved.append(a) or closed_row(*a))
+    monkeypatch.setattr(build, "_solve_contact", lambda *a: solved.append(a) or closed_contact(*a))
     assert main(arguments) == 0
     assert len(solved) == 2 * 30 - 20
     assert [file.name for file in tmp_path.iterdir()] == ["map.nc"]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="a group of processes is interrupted")
+@pytest.mark.parametrize(
+    "moments", [(0.03,), (0.3,), (0.5, 0.3)], ids=["tables", "start of a worker", "twice"]
+)
+def test_ctrl_c_soon_after_the_plan_ends_the_build(tmp_path, moments):
+    """While tables of points are read or workers start, and again while the build waits for them."""
+    command = [sys.executable, "-m", "ballscrew_tehl", "map", "build", "--output", str(tmp_path / "map.nc")]
+    build_ = subprocess.Popen(
+        [*command, "--quick", "--workers", "1", *NARROW],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    with build_:
+        assert "core-seconds" in build_.stderr.readline()
+        for moment in moments:
+            time.sleep(moment)
+            os.killpg(build_.pid, signal.SIGINT)
+        try:
+            build_.wait(20.0)
+        except subprocess.TimeoutExpired:
+            # while a process starts it is ignored: a user sends it again
+            os.killpg(build_.pid, signal.SIGINT)
+        lines = build_.stderr.readlines()
+    # a second one may also come after the line is printed, while Python exits
+    assert build_.returncode == INTERRUPTED or (build_.returncode == -signal.SIGINT and len(moments) == 2)
+    assert not any("Traceback" in line for line in lines), lines
+    assert lines[-1] == "ballscrew_tehl map: interrupted; the same command again continues it\n"
 
 
 @pytest.mark.slow
@@ -271,21 +333,21 @@ def test_ctrl_c_on_a_terminal_leaves_one_line(tmp_path):
 
 
 def partly(failed, of):
-    """closed_row without some of so many contacts, as if the solver had not converged."""
+    """closed_contact without some of so many contacts, as if the solver had not converged."""
     numbers = itertools.count()
 
-    def row(*arguments):
-        found = closed_row(*arguments)
+    def solve(*arguments):
+        found = closed_contact(*arguments)
         if next(numbers) % of < failed:
-            found = {name: np.full_like(column, np.nan) for name, column in found.items()}
+            found = dict.fromkeys(found, math.nan)
         return found
 
-    return row
+    return solve
 
 
 @pytest.mark.slow
 def test_contacts_that_do_not_converge_are_counted_and_said(closed, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(build, "_solve_row", partly(1, 20))
+    monkeypatch.setattr(build, "_solve_contact", partly(1, 20))
     code, nut_map = built(tmp_path / "map.nc", *NARROW)
     assert code == 0
     assert nut_map.header["contacts_not_solved"] == 3
@@ -294,7 +356,7 @@ def test_contacts_that_do_not_converge_are_counted_and_said(closed, tmp_path, mo
 
 @pytest.mark.slow
 def test_build_fails_when_most_contacts_do_not_converge(closed, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(build, "_solve_row", partly(3, 5))
+    monkeypatch.setattr(build, "_solve_contact", partly(3, 5))
     path = tmp_path / "map.nc"
     code, out, err = run(capsys, "map", "build", "--output", path, *NARROW)
     assert (code, out) == (1, "")
@@ -345,6 +407,105 @@ def test_family_gets_a_map_for_every_screw(closed, tmp_path, capsys):
         assert stored["points"] == result["points"] == 5
         assert 0.0 < stored["torque_error_mean"] < stored["torque_error_max"] < 0.01
         assert stored["film_error_max"] == pytest.approx(10.0 * stored["torque_error_max"])
+
+
+def family_of(folder, screws):
+    """Screw files by name, each the packaged screw with some text replaced."""
+    folder.mkdir()
+    text = SCREW.read_text(encoding="utf-8")
+    for name, (old, new) in screws.items():
+        assert old in text
+        (folder / f"{name}.toml").write_text(text.replace(old, new), encoding="utf-8")
+    return folder
+
+
+#: name of the packaged screw, and of one whose contacts do not converge
+NAMED, BAD = ('"GD4008-3"', '"GD4008-3"'), ('"GD4008-3"', '"bad"')
+
+
+@pytest.fixture
+def closed_or_lost(closed, monkeypatch):
+    """No contact of a screw with the name "bad" converges."""
+
+    def solve(parameters, *place):
+        found = closed_contact(parameters, *place)
+        return dict.fromkeys(found, math.nan) if parameters.name == "bad" else found
+
+    monkeypatch.setattr(build, "_solve_contact", solve)
+
+
+@pytest.mark.slow
+def test_family_goes_on_after_a_screw_whose_contacts_do_not_converge(closed_or_lost, tmp_path, capsys):
+    folder = family_of(tmp_path / "screws", {"a": NAMED, "b": BAD, "c": NAMED})
+    code, out, err = run(capsys, "map", "build", "--family", folder, "--count", "1", "--json", *NARROW)
+    assert code == 0
+    assert [Path(result["file"]).name for result in json.loads(out)] == ["a.nc", "c.nc"]
+    last = err.splitlines()[-1]
+    assert last.startswith(
+        "2 of 3 maps built; not converged: b.nc: 60 of 60 contacts of the range did not conv"
+    )
+    # what was solved of the second one is kept
+    names = [path.name for path in sorted(folder.iterdir())]
+    assert names == ["a.nc", "a.toml", "b.nc.contacts", "b.toml", "c.nc", "c.toml"]
+
+
+def test_family_without_a_map_fails(closed_or_lost, tmp_path, capsys):
+    folder = family_of(tmp_path / "screws", {"a": BAD, "b": BAD})
+    code, out, err = run(capsys, "map", "build", "--family", folder, "--count", "1", *NARROW)
+    assert (code, out) == (1, "")
+    last = err.splitlines()[-1]
+    assert last.startswith(
+        "ballscrew_tehl map: not converged: 0 of 2 maps built; not converged: a.nc: 60 of 60 "
+    )
+    assert "; b.nc: 60 of 60 " in last
+
+
+def test_bad_input_of_the_last_screw_is_refused_before_the_first_contact(
+    closed, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(build, "build_map", None)
+    folder = family_of(tmp_path / "screws", {"a": NAMED, "b": NAMED})
+    (folder / "b.nc.contacts").write_text("notes\n", encoding="ascii")
+    before = sorted(folder.iterdir())
+    line = refused(capsys, "map", "build", "--family", folder, "--output", folder, *NARROW)
+    assert "b.nc.contacts: not a file of solved contacts: remove or rename it" in line
+    assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.parametrize("output", ["", ".", "{folder}", "{screw}", "/dev/null"])
+def test_output_that_is_no_map_is_never_replaced(tmp_path, capsys, output):
+    screw = screw_file(tmp_path, "")
+    output = output.format(folder=tmp_path, screw=screw)
+    line = refused(capsys, "map", "build", "--screw", screw, "--output", output)
+    assert line.endswith(f"--output = {Path(output)}; allowed: a new file *.nc, or a map to replace")
+    assert [*tmp_path.iterdir()] == [screw]
+
+
+def test_output_below_a_file_is_refused(tmp_path, capsys):
+    line = refused(capsys, "map", "build", "--output", screw_file(tmp_path, "") / "x.nc")
+    assert "Not a directory" in line or "exists" in line
+
+
+@pytest.mark.slow
+def test_second_build_of_a_map_is_refused_also_during_the_certificate_of_the_first(
+    closed, tmp_path, monkeypatch, capsys
+):
+    """With contacts and certificate in one thread, the second command runs within the first one."""
+    path, second = tmp_path / "map.nc", []
+
+    def row(nut_map, parameters, point):
+        second.append(refused(capsys, "map", "build", "--output", path, *NARROW))
+        return certificate_row(nut_map, parameters, point)
+
+    monkeypatch.setattr(certificate, "deviation_at", row)
+    code, _ = built(path, *NARROW)
+    assert code == 0
+    assert len(second) == 1
+    assert (
+        "map.nc.contacts: another build is writing it; remedy: wait for that, or another --output"
+        in second[0]
+    )
+    assert [file.name for file in tmp_path.iterdir()] == ["map.nc"]
 
 
 def test_plain_progress_shows_every_stage_of_a_build_that_adds_work(capsys):

@@ -8,7 +8,7 @@ import pytest
 from contact_cases import OIL, STEEL, conditions, moes, options, solved
 from scipy.integrate import dblquad
 
-from ballscrew_tehl.contact.integrals import resistance_beyond, resistance_of_cells
+from ballscrew_tehl.contact.integrals import pressure_core, resistance_beyond, resistance_of_cells
 from ballscrew_tehl.contact.moes import reference_oil, solve_moes
 from ballscrew_tehl.contact.problem import ContactProblem
 from ballscrew_tehl.contact.solve import SolverOptions, solve_contact
@@ -170,3 +170,22 @@ def test_refined_options_multiply_everything():
     for factor in (0.5, 9.0, np.nan):
         with pytest.raises(ValueError, match="refine = "):
             options.refined(factor)
+
+
+def test_core_of_a_hertz_pressure_is_the_ellipse():
+    x, y = np.meshgrid(np.linspace(-1.2, 1.2, 1201), np.linspace(-1.2, 1.2, 1201))
+    pressure = 8e8 * np.sqrt(np.maximum(1.0 - x**2 - y**2, 0.0))
+    largest, area = pressure_core(pressure, np.full(x.shape, 0.002**2))
+    assert largest == pytest.approx(8e8, rel=1e-4)
+    assert area == pytest.approx(math.pi, rel=1e-4)
+    # a wide slope of low pressure does not change it
+    largest, area = pressure_core(np.maximum(pressure, 1e7), np.full(x.shape, 0.002**2))
+    assert largest == pytest.approx(8e8, rel=1e-3)
+    assert area == pytest.approx(math.pi, rel=1e-3)
+
+
+def test_core_of_an_elastic_contact_is_nearly_the_hertz_ellipse():
+    solution = solve_moes(1000.0, 5.0, 0.035, "roelands").solution
+    found, hertz = solution.integrals, solution.hertz
+    assert found.core_pressure == pytest.approx(float(hertz.p_max), rel=0.03)
+    assert found.core_area == pytest.approx(math.pi * float(hertz.a * hertz.b), rel=0.05)

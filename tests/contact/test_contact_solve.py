@@ -13,7 +13,9 @@ import ballscrew_tehl.contact.solve as solve_module
 from ballscrew_tehl.contact.ball_contact import ball_contact
 from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
 from ballscrew_tehl.contact.continuation import thermal_reduction_continued
+from ballscrew_tehl.contact.coupled import solve_coupled
 from ballscrew_tehl.contact.moes import reference_oil, solve_moes
+from ballscrew_tehl.contact.problem import ContactProblem
 from ballscrew_tehl.contact.solve import solve_contact
 from ballscrew_tehl.physics.film import film_groups, nijenbanning_venner_moes
 from ballscrew_tehl.physics.hertz import ellipse
@@ -417,3 +419,16 @@ def test_extrapolated_thermal_reduction_lies_near_the_solved_one():
         assert getattr(found.integrals, name) == pytest.approx(getattr(known.integrals, name), rel=0.13), name
     # of the exponential of pressure and temperature: 20 % found
     assert found.integrals.mean_viscosity == pytest.approx(known.integrals.mean_viscosity, rel=0.25)
+
+
+@pytest.mark.slow
+def test_undamped_steps_that_lead_away_are_taken_back():
+    """Cold, fast, sliding: damped, it settles within 2 %; an undamped step then moves the film by a third."""
+    at = ball_contact(GD4008, "screw", 248.0, 100.0 * math.pi, 283.15)
+    problem = ContactProblem(at, GD4008.lubricant, GD4008.solid, SolverOptions(n_x=97))
+    start = problem.solve_isothermal(problem.start(), 1e-2, 30)
+    found = solve_coupled(problem, start, None, 3e-5, 150, damped=True)
+    assert found.converged, found.reason
+    assert min(found.temperature_history[:-1]) <= 0.02
+    balance = found.balance()
+    assert abs(balance.defect) <= 2e-3

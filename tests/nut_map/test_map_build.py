@@ -16,10 +16,10 @@ from synthetic_contacts import (
     GRID,
     ClosedFilm,
     closed_build,
-    closed_row,
+    closed_contact,
     nut_map_of,
-    partly_failed_row,
-    partly_solved_row,
+    partly_failed_contact,
+    partly_solved_contact,
     same_map,
     small_map,
     values,
@@ -70,9 +70,8 @@ def test_every_contact_is_stored_at_its_point():
         contact_map = closed_build(executor=executor).contact_map
     for raceway, contacts in contact_map.contacts.items():
         for i, (load, speed, temperature) in enumerate(contacts.points.tolist()):
-            row = closed_row(GD4008, raceway, load, np.array([speed]), temperature)
-            for name in QUANTITIES:
-                assert contacts.values[name][i] == pytest.approx(row[name][0], rel=1e-13, abs=0.0)
+            expected = closed_contact(GD4008, raceway, load, speed, temperature)
+            assert {name: contacts.values[name][i] for name in QUANTITIES} == expected
 
 
 def test_header_counts_the_contacts():
@@ -81,7 +80,7 @@ def test_header_counts_the_contacts():
     assert header["contacts"] == 4 * GRID.contact_first
     assert header["contacts_not_solved"] == 0
     assert header["range_cut"] == ""
-    # closed_row flags loads above 100 N
+    # closed_contact flags loads above 100 N
     share = np.mean([np.mean(each.points[:, 0] > 100.0) for each in contacts.values()])
     assert 0.1 < share < 0.5
     assert header["asymptotic_share"] == pytest.approx(share)
@@ -115,7 +114,7 @@ def test_progress_knows_of_the_contacts_that_are_added():
     assert built.header["contacts"] == 4 * 56
 
 
-def test_row_keeps_its_columns_in_order(monkeypatch):
+def test_solved_contact_has_its_values_under_their_names(monkeypatch):
     """Isothermal film from the isothermal solve, all else but the branch from the thermal one."""
 
     def solve(parameters, raceway, load, speed, temperature, thermal):
@@ -125,42 +124,40 @@ def test_row_keeps_its_columns_in_order(monkeypatch):
             traction_force=11.0 * scale * speed, error_estimate=23.0 * scale,
             integrals=SimpleNamespace(
                 temperature_rise_mean=5.0 * scale * load, temperature_rise_smooth=4.0 * scale * load,
-                rolling_loss=13.0 * scale, shear_heat=17.0 * scale, mean_temperature=scale * temperature,
-                mean_viscosity=19.0 * scale,
+                rolling_loss=13.0 * scale, core_pressure=17.0 * scale, core_area=19.0 * scale,
+                mean_temperature=scale * temperature,
             ),
             branch="asymptotic" if speed > 15.0 and not thermal else "resolved",
         )  # fmt: skip
 
     monkeypatch.setattr(build, "solve_ball", solve)
-    row = build._solve_row(GD4008, "nut", 40.0, np.array([10.0, 20.0]), 300.0)
     expected = {
-        "isothermal_central_film": [10.0, 20.0], "thermal_central_film": [20.0, 40.0],
-        "thermal_minimum_film": [60.0, 120.0], "temperature_rise": [400.0, 400.0],
-        "temperature_rise_smooth": [320.0, 320.0], "pressure_max": [4200.0, 4200.0],
-        "traction_force": [220.0, 440.0], "rolling_loss": [26.0, 26.0], "shear_heat": [34.0, 34.0],
-        "mean_temperature": [600.0, 600.0], "mean_viscosity": [38.0, 38.0], "error_estimate": [46.0, 46.0],
-        "asymptotic": [0.0, 1.0],
+        "isothermal_central_film": 20.0, "thermal_central_film": 40.0, "thermal_minimum_film": 120.0,
+        "temperature_rise": 400.0, "temperature_rise_smooth": 320.0, "pressure_max": 4200.0,
+        "traction_force": 440.0, "rolling_loss": 26.0, "core_pressure": 34.0, "core_area": 38.0,
+        "mean_rise": 300.0, "error_estimate": 46.0, "asymptotic": 1.0,
     }  # fmt: skip
-    assert {name: column.tolist() for name, column in row.items()} == expected
+    assert build._solve_contact(GD4008, "nut", 40.0, 20.0, 300.0) == expected
+    assert build._solve_contact(GD4008, "nut", 40.0, 10.0, 300.0)["asymptotic"] == 0.0
 
 
 @pytest.mark.parametrize("which", [False, True], ids=["isothermal", "thermal"])
-def test_contact_that_does_not_converge_is_nan_and_the_others_of_its_row_are_not(monkeypatch, which):
+def test_contact_that_does_not_converge_is_nan(monkeypatch, which):
     def solve(parameters, raceway, load, speed, temperature, thermal):
-        if speed == 20.0 and thermal == which:
+        if thermal == which:
             raise UnconvergedContactError("contact not solved: any")
         return SimpleNamespace(
             h_c=speed, h_m=speed, p_max=1.0, traction_force=1.0, error_estimate=1.0, branch="resolved",
             integrals=SimpleNamespace(
-                temperature_rise_smooth=1.0, temperature_rise_mean=1.0, rolling_loss=1.0, shear_heat=1.0,
-                mean_temperature=1.0, mean_viscosity=1.0,
+                temperature_rise_smooth=1.0, temperature_rise_mean=1.0, rolling_loss=1.0, core_pressure=1.0,
+                core_area=1.0, mean_temperature=1.0,
             ),
         )  # fmt: skip
 
     monkeypatch.setattr(build, "solve_ball", solve)
-    row = build._solve_row(GD4008, "nut", 40.0, np.array([10.0, 20.0, 30.0]), 300.0)
-    for name in QUANTITIES:
-        assert np.isnan(row[name]).tolist() == [False, True, False]
+    contact = build._solve_contact(GD4008, "nut", 40.0, 20.0, 300.0)
+    assert contact.keys() == QUANTITIES.keys()
+    assert all(math.isnan(value) for value in contact.values())
 
 
 # --- processes and failures ---
@@ -171,7 +168,7 @@ def test_one_and_two_workers_build_the_same_map_and_leave_the_environment(monkey
     """One contact of it is solved, by spawned processes."""
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
-    one, two = (closed_build(row=partly_solved_row, workers=workers) for workers in (1, 2))
+    one, two = (closed_build(solve=partly_solved_contact, workers=workers) for workers in (1, 2))
     assert os.environ["OMP_NUM_THREADS"] == "3"
     assert "MKL_NUM_THREADS" not in os.environ
     same_map(one, two)
@@ -219,7 +216,7 @@ class Reluctant(Executor):
 
 
 def test_range_that_cannot_be_solved_is_refused_with_its_remedies(monkeypatch):
-    """The real row and the real choice of grids; only the solver is replaced."""
+    """The real function of a contact; only the solver is replaced."""
     calls = []
 
     def solve(conditions, oil, solid, options):
@@ -246,27 +243,27 @@ def test_range_that_cannot_be_solved_is_refused_with_its_remedies(monkeypatch):
 def test_map_needs_half_of_its_contacts(share, built):
     failed = []
 
-    def row(parameters, raceway, load, speeds, temperature):
-        found = closed_row(parameters, raceway, load, speeds, temperature)
+    def solve(*arguments):
+        found = closed_contact(*arguments)
         # every other one, so that the rest still covers the range
         if int(share * (len(failed) + 1)) > int(share * len(failed)):
-            found = {name: np.full(1, np.nan) for name in found}
-        failed.append(load)
+            found = dict.fromkeys(found, math.nan)
+        failed.append(arguments)
         return found
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(build, "UNCERTAIN", math.inf)
         if built:
-            assert closed_build(row=row).header["contacts_not_solved"] == int(share * JOBS)
+            assert closed_build(solve=solve).header["contacts_not_solved"] == int(share * JOBS)
         else:
             with pytest.raises(MapNotBuiltError, match=f"{int(share * JOBS)} of {JOBS} contacts"):
-                closed_build(row=row)
+                closed_build(solve=solve)
 
 
 def test_contacts_that_do_not_converge_are_counted_and_leave_the_others_as_they_are(monkeypatch):
     """Heavy, slow contacts of the nut; the map keeps its range, for UNCERTAIN is large here."""
     monkeypatch.setattr(build, "UNCERTAIN", math.inf)
-    built, whole = closed_build(row=partly_failed_row), small_map()
+    built, whole = closed_build(solve=partly_failed_contact), small_map()
     lost = ~built.contact_map.contacts["nut"].good
     points = built.contact_map.contacts["nut"].points
     np.testing.assert_array_equal(lost, (points[:, 0] > 100.0) & (points[:, 1] < 15.0))
@@ -294,7 +291,7 @@ def test_contacts_that_do_not_converge_are_counted_and_leave_the_others_as_they_
 
 def test_range_is_cut_before_contacts_that_leave_the_friction_uncertain(monkeypatch):
     monkeypatch.setattr(build, "UNCERTAIN", 1e-6)
-    built = closed_build(row=partly_failed_row)
+    built = closed_build(solve=partly_failed_contact)
     lost = built.contact_map.contacts["nut"].points[~built.contact_map.contacts["nut"].good]
     axes = built.header["axes"]
     assert built.header["range_cut"].startswith("highest preload ")
@@ -313,7 +310,7 @@ def test_range_is_cut_before_contacts_that_leave_the_friction_uncertain(monkeypa
 
 
 def test_interrupt_cancels_the_rest(monkeypatch):
-    monkeypatch.setattr(build, "_solve_row", closed_row)
+    monkeypatch.setattr(build, "_solve_contact", closed_contact)
 
     def interrupt(*_):
         raise KeyboardInterrupt
@@ -336,14 +333,12 @@ def test_error_of_a_worker_is_unpickled_unchanged():
 def test_contact_that_converged_with_a_number_that_is_not_finite_is_refused(bad, name):
     """Only a contact without a film counts as not solved."""
 
-    def row(parameters, raceway, load, speeds, temperature):
-        found = closed_row(parameters, raceway, load, speeds, temperature)
-        if raceway == "nut" and load > 100.0:
-            found[name][0] = bad
-        return found
+    def solve(parameters, raceway, load, speed, temperature):
+        found = closed_contact(parameters, raceway, load, speed, temperature)
+        return found | {name: bad} if raceway == "nut" and load > 100.0 else found
 
     with pytest.raises(ValueError, match="finite"):
-        closed_build(row=row)
+        closed_build(solve=solve)
 
 
 @pytest.mark.parametrize("name", ["force", "speed", "temperature", "preload"])

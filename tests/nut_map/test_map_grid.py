@@ -25,10 +25,11 @@ from ballscrew_tehl.nut_map.grid import (
     temperature_range,
 )
 from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.parameters.screw import WIDEST_ENDS
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ballscrew_tehl.physics.load import contact_angle_at_ball_load, nut_loads
-from ballscrew_tehl.physics.lubricant import eta0
+from ballscrew_tehl.physics.lubricant import T_MIN, eta0
 
 SCREW = GD4008.screw
 
@@ -159,13 +160,52 @@ def test_pressure_that_no_force_reaches_is_refused(pressure):
 
 
 @pytest.mark.parametrize(
-    "ends", [(0.0, 1.0), (-1.0, 1.0), (2.0, 1.0), (3.0, 3.0), (1.0, math.inf), (math.nan, 1.0)]
+    "ends",
+    [
+        (0.0, 1.0),
+        (-1.0, 1.0),
+        (301.0, 300.0),
+        (300.0, 300.0),
+        (300.0, math.inf),
+        (300.0, 1e9),
+        (math.nan, 300.0),
+    ],
 )
-@pytest.mark.parametrize(("name", "unit"), [("preload", "N"), ("speed", "rad/s"), ("temperature", "K")])
-def test_ends_that_are_no_range_are_refused(name, unit, ends):
-    with pytest.raises(ValueError, match="needs 0 < lowest < highest") as caught:
+@pytest.mark.parametrize(
+    ("name", "unit", "scale", "zero", "widest"),
+    [
+        ("preload", "N", 1.0, 0.0, "0.01 <= lowest < highest <= 1e+07"),
+        ("speed", "r/min", RPM, 0.0, "0.001 <= lowest < highest <= 1e+06"),
+        ("temperature", "C", 1.0, -273.15, "-73.15 <= lowest < highest <= 500"),
+    ],
+)
+def test_ends_that_are_no_range_are_refused_in_the_unit_of_the_options(name, unit, scale, zero, widest, ends):
+    with pytest.raises(ValueError, match="lowest < highest") as caught:
         map_grid(GD4008, **{name: ends})
-    assert str(caught.value) == f"{name} = {ends[0]:g} to {ends[1]:g} {unit}; needs 0 < lowest < highest"
+    low, high = (end / scale + zero for end in ends)
+    assert str(caught.value) == f"{name} = {low:.6g} to {high:.6g} {unit}; needs {widest}"
+
+
+def test_lowest_temperature_is_that_of_the_viscosity():
+    assert WIDEST_ENDS["temperature"][0] == T_MIN
+
+
+def test_preload_beyond_the_pressure_of_the_static_rating_is_refused():
+    most = force_at_pressure(SCREW, 4.2e9)
+    assert map_grid(GD4008, (100.0, 0.999 * most)).preload[1] == 0.999 * most
+    with pytest.raises(ValueError, match=r"N: Hertz pressure up to 4\.2 GPa; allowed: 4\.2 GPa"):
+        map_grid(GD4008, (100.0, 1.001 * most))
+
+
+@pytest.mark.parametrize(
+    ("ends", "found"), [((80.0, 400.0), r"4\.53e-05 to 0\.00251"), ((-60.0, 0.0), r"0\.597 to 7\.62e\+09")]
+)
+def test_temperature_at_which_the_oil_is_no_lubricant_is_refused(ends, found):
+    """At the hot end pressure does not thicken it, at the cold end it is a solid."""
+    kelvin = tuple(end + CELSIUS for end in ends)
+    line = rf"temperature = {ends[0]:g} to {ends[1]:g} C: viscosity of oil of Table 1 {found} Pa s; allowed: 0.0001 to"
+    with pytest.raises(ValueError, match=line):
+        map_grid(GD4008, temperature=kelvin)
 
 
 # --- contacts ---

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from command_line import run
 from reference_screw import GD4008
-from synthetic_contacts import GRID, closed_build, closed_row, partly_failed_row, small_map
+from synthetic_contacts import GRID, closed_build, closed_contact, partly_failed_contact, small_map
 
 from ballscrew_fmu.pages.friction import documentation_files
 from ballscrew_tehl.cli import main as cli
@@ -133,12 +133,12 @@ def test_reference_temperature_beyond_the_map_is_its_end(tmp_path):
 
 
 def test_asymptotic_samples_are_marked_on_their_raceway(tmp_path):
-    def row(parameters, raceway, load, speeds, temperature):
-        found = closed_row(parameters, raceway, load, speeds, temperature)
-        found["asymptotic"][:] = (raceway == "nut") & (load > 100.0) & (speeds < 20.0) & (temperature < 300.0)
-        return found
+    def solve(parameters, raceway, load, speed, temperature):
+        found = closed_contact(parameters, raceway, load, speed, temperature)
+        marked = raceway == "nut" and load > 100.0 and speed < 20.0 and temperature < 300.0
+        return found | {"asymptotic": float(marked)}
 
-    figure = map_figure(picture_of(saved(tmp_path, {}, closed_build(row=row))))
+    figure = map_figure(picture_of(saved(tmp_path, {}, closed_build(solve=solve))))
     assert len(lines(panel(figure, "screw"))) == 1
     x, y = lines(panel(figure, "nut"))[1]
     load, speed, temperature = small_map().contact_map.contacts["nut"].points.T
@@ -150,7 +150,7 @@ def test_asymptotic_samples_are_marked_on_their_raceway(tmp_path):
 
 def test_contacts_that_were_not_solved_are_marked(tmp_path, monkeypatch):
     monkeypatch.setattr(build, "UNCERTAIN", np.inf)
-    picture = picture_of(saved(tmp_path, {}, closed_build(row=partly_failed_row)))
+    picture = picture_of(saved(tmp_path, {}, closed_build(solve=partly_failed_contact)))
     figure = map_figure(picture)
     contacts = picture.contact_map.contacts["nut"]
     solved, flagged, lost = (xy for xy in lines(panel(figure, "nut")))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from reference_screw import GD4008
 from scipy.spatial import KDTree
-from synthetic_contacts import GRID, closed_row, same_contacts, small_map
+from synthetic_contacts import GRID, closed_contact, same_contacts, small_map
 
 from ballscrew_tehl.contact.ball_formula import film_formula
 from ballscrew_tehl.nut_map import build, contacts, sampling
@@ -43,10 +43,10 @@ WIDE = ContactRange((0.1, 250.0), (0.5, 600.0), (283.15, 353.15), 10.0)
 FEW = ContactRange((10.0, 250.0), (0.5, 600.0), (283.15, 353.15), 10.0)
 
 
-def sampled(grid=MORE, row=closed_row, executor=None, progress=None, journal=None):
+def sampled(grid=MORE, solve=closed_contact, executor=None, progress=None, journal=None):
     """build_contact_map with closed contacts, in one thread unless an executor is given."""
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as thread, ExitStack() as stack:
-        patch.setattr(build, "_solve_row", row)
+        patch.setattr(build, "_solve_contact", solve)
         record = None if journal is None else stack.enter_context(Journal(journal, "{}", "1"))
         return build.build_contact_map(GD4008, grid, executor or thread, progress, record)
 
@@ -63,26 +63,26 @@ def negligible_film_floor(monkeypatch):
 
 
 def rough_along(axis, raceways=RACEWAYS, sharpness=2.0):
-    """closed_row with a film that bends sharply along one axis only."""
+    """closed_contact with a film that bends sharply along one axis only."""
 
     def bend(load, speed, temperature):
         along = np.log(load / 30.0), np.log(speed / 30.0), (temperature - 303.15) / 5.0
         return 0.2 * np.tanh(sharpness * along[axis])
 
-    def row(parameters, raceway, load, speeds, temperature):
-        found = closed_row(parameters, raceway, load, speeds, temperature)
+    def solve(parameters, raceway, load, speed, temperature):
+        found = closed_contact(parameters, raceway, load, speed, temperature)
         if raceway in raceways:
             for name in FILMS:
-                found[name] = found[name] * np.exp([bend(load, speed, temperature) for speed in speeds])
+                found[name] *= float(np.exp(bend(load, speed, temperature)))
         return found
 
-    return row
+    return solve
 
 
-def film_errors(contact_map, row, raceway, name=FILMS[0], count=400):
+def film_errors(contact_map, solve, raceway, name=FILMS[0], count=400):
     """Relative errors of a film of a contact map at random points, and those points (count, 3)."""
     points = operating_points(contact_map.range, np.random.default_rng(21).random((count, 3)))
-    true = [row(GD4008, raceway, q, np.array([w]), t)[name][0] for q, w, t in points.tolist()]
+    true = [solve(GD4008, raceway, q, w, t)[name] for q, w, t in points.tolist()]
     return np.abs(contact_map.models[raceway].value(name, points) / true - 1.0), points
 
 
@@ -197,17 +197,17 @@ def test_next_points_go_where_contacts_left_out_are_in_error(monkeypatch):
 def test_next_points_go_where_the_film_is_rough():
     """Waves in an eighth of the range; the first contacts are the same."""
 
-    def row(parameters, raceway, load, speeds, temperature):
-        found = closed_row(parameters, raceway, load, speeds, temperature)
-        waves = 0.1 * np.sin(8.0 * np.log(load)) * np.sin(8.0 * np.log(speeds))
-        rough = [in_octant(smooth, np.array([[load, speed, temperature]]))[0] for speed in speeds]
-        for name in FILMS:
-            found[name] = found[name] * np.exp(np.where(rough, waves, 0.0))
+    def solve(parameters, raceway, load, speed, temperature):
+        found = closed_contact(parameters, raceway, load, speed, temperature)
+        if in_octant(smooth, np.array([[load, speed, temperature]]))[0]:
+            waves = 0.1 * np.sin(8.0 * np.log(load)) * np.sin(8.0 * np.log(speed))
+            for name in FILMS:
+                found[name] *= float(np.exp(waves))
         return found
 
     grid = replace(MORE, contact_first=128, contact_most=128)
     smooth = sampled(grid)
-    rough = sampled(grid, row)
+    rough = sampled(grid, solve)
     for raceway in RACEWAYS:
         shares = []
         for contact_map in (smooth, rough):
@@ -259,10 +259,10 @@ def test_error_left_out_is_that_between_the_contacts():
 
     Found: 0.45 to 0.6 of it for 128 contacts; of 40, the frame is too large a part (2 to 4 times as much).
     """
-    row = rough_along(1)
-    contact_map = sampled(replace(MORE, contact_first=128, contact_most=128), row)
+    solve = rough_along(1)
+    contact_map = sampled(replace(MORE, contact_first=128, contact_most=128), solve)
     for raceway in RACEWAYS:
-        true = np.maximum(*(film_errors(contact_map, row, raceway, name)[0] for name in FILMS[:2]))
+        true = np.maximum(*(film_errors(contact_map, solve, raceway, name)[0] for name in FILMS[:2]))
         assert 0.2 <= np.mean(true) / np.mean(left_out_errors(contact_map.models[raceway])) <= 1.5
 
 
@@ -285,13 +285,13 @@ def test_error_of_thin_films_and_of_light_balls_counts_less(monkeypatch):
 
 @pytest.mark.slow
 def test_smaller_tolerance_gives_more_contacts_and_smaller_errors():
-    row = rough_along(1)
+    solve = rough_along(1)
     grid = replace(MORE, contact_first=64, contact_most=400)
     number, errors = [], []
     for tolerance in (1e-2, 3e-3, 1e-3):
-        contact_map = sampled(replace(grid, contact_tolerance=tolerance), row)
+        contact_map = sampled(replace(grid, contact_tolerance=tolerance), solve)
         number.append(sum(counts(contact_map).values()))
-        errors.append([np.mean(film_errors(contact_map, row, raceway)[0]) for raceway in RACEWAYS])
+        errors.append([np.mean(film_errors(contact_map, solve, raceway)[0]) for raceway in RACEWAYS])
         for raceway in RACEWAYS:
             assert np.mean(left_out_errors(contact_map.models[raceway])) <= tolerance
         assert np.max(errors[-1]) <= tolerance
@@ -300,14 +300,14 @@ def test_smaller_tolerance_gives_more_contacts_and_smaller_errors():
 
 
 def test_raceways_are_sampled_each_by_its_own_error():
-    found = counts(sampled(row=rough_along(1, raceways=("nut",))))
+    found = counts(sampled(solve=rough_along(1, raceways=("nut",))))
     assert found["nut"] >= found["screw"] + 2 * MORE.contact_batch
 
 
 @pytest.mark.parametrize("most", [40, 50, 72])
 def test_refinement_ends_at_the_largest_number_of_contacts(most):
     grid = replace(MORE, contact_most=most, contact_tolerance=1e-12)
-    contact_map = sampled(grid, row=rough_along(1))
+    contact_map = sampled(grid, solve=rough_along(1))
     assert counts(contact_map) == dict.fromkeys(RACEWAYS, most)
     for each in contact_map.contacts.values():
         first = operating_points(contact_map.range, first_points(sampling.SPARE * 40))[:40]
@@ -317,19 +317,19 @@ def test_refinement_ends_at_the_largest_number_of_contacts(most):
 def test_refined_build_is_the_same_with_one_and_three_threads():
     grid = replace(MORE, contact_most=88)
     with ThreadPoolExecutor(3) as three:
-        one, other = (sampled(grid, row=rough_along(0), executor=executor) for executor in (None, three))
+        one, other = (sampled(grid, solve=rough_along(0), executor=executor) for executor in (None, three))
     assert np.max(list(counts(one).values())) > MORE.contact_first + MORE.contact_batch
     same_contacts(one, other)
 
 
 def test_refined_build_continues_from_its_journal(tmp_path):
     """Stopped after contacts were added; those of before are not solved again."""
-    grid, row = replace(MORE, contact_most=88), rough_along(0)
+    grid, solve = replace(MORE, contact_most=88), rough_along(0)
     journal, solved = tmp_path / "x.contacts", []
 
-    def counted(parameters, raceway, load, speeds, temperature):
-        solved.append((raceway, load, *speeds.tolist(), temperature))
-        return row(parameters, raceway, load, speeds, temperature)
+    def counted(parameters, *place):
+        solved.append(place)
+        return solve(parameters, *place)
 
     class InterruptError(Exception):
         pass
@@ -340,11 +340,11 @@ def test_refined_build_continues_from_its_journal(tmp_path):
             raise InterruptError
 
     with pytest.raises(InterruptError):
-        sampled(grid, row=counted, progress=stop, journal=journal)
+        sampled(grid, solve=counted, progress=stop, journal=journal)
     kept = len(journal.read_bytes().splitlines()) - 1
     assert kept > 2 * MORE.contact_first
     solved.clear()
-    resumed = sampled(grid, row=counted, journal=journal)
-    whole = sampled(grid, row=row)
+    resumed = sampled(grid, solve=counted, journal=journal)
+    whole = sampled(grid, solve=solve)
     same_contacts(resumed, whole)
     assert len(solved) == sum(counts(whole).values()) - kept

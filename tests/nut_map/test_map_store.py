@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 from reference_screw import GD4008
 from scipy.io import netcdf_file
-from synthetic_contacts import GRID, closed_build, partly_failed_row, same_contacts, small_map
+from synthetic_contacts import GRID, closed_build, partly_failed_contact, same_contacts, small_map
 
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
 from ballscrew_tehl.nut_map import build, kriging
@@ -106,6 +106,23 @@ def test_map_of_the_film_model_of_the_friction_set_is_read_back(saved, monkeypat
     assert (np.abs(thermal - isothermal)[..., : store.VISCOUS_COLUMNS].max(axis=(0, 1, 2)) > 0.01).all()
 
 
+@pytest.mark.parametrize("share", [0.01, 0.5, 0.99])
+def test_full_disk_keeps_the_older_map_and_is_named(saved, tmp_path, share):
+    """The limit of the size of a file stands for a full disk."""
+    resource = pytest.importorskip("resource")
+    path, content = tmp_path / "map.nc", saved.read_bytes()
+    path.write_bytes(content)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(share * len(content)), before[1]))
+    try:
+        with pytest.raises(OSError, match=r"map\.nc"):
+            save_map(path, small_map(), CERTIFICATE)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert [file.name for file in tmp_path.iterdir()] == ["map.nc"]
+    assert path.read_bytes() == content
+
+
 def test_header_holds_the_input_of_the_map(saved):
     header = load_map(saved, GD4008).header
     text = header["parameters_json"]
@@ -177,7 +194,7 @@ def test_contact_map_is_read_back(saved):
 
 def test_contacts_that_were_not_solved_are_read_back(tmp_path, monkeypatch):
     monkeypatch.setattr(build, "UNCERTAIN", math.inf)
-    built = closed_build(row=partly_failed_row)
+    built = closed_build(solve=partly_failed_contact)
     path = tmp_path / "x.nc"
     save_map(path, built, {})
     found = load_contact_map(path, GD4008)

@@ -10,6 +10,7 @@ from ballscrew_tehl.physics.asperity import (
     Roughness,
     asperity_pressure,
     contact_area_ratio,
+    film_asperity_share,
     height_integral,
     pressure_scale,
     scaled_height_integral,
@@ -188,3 +189,31 @@ def test_bad_arguments():
         ):
             with pytest.raises(ValueError, match=r"h = .* m; needs finite, any sign: check the film"):
                 function(bad)
+
+
+def test_film_share_is_the_pressure_at_the_gap_that_holds_the_film():
+    """The mean gap by quadrature of (h - s) over the heights s below h, at several distances of the mean planes."""
+    rough, mean = typical_roughness(2e-7), 6e8
+    for u in (-3.0, -1.0, 0.0, 1.0, 2.5):
+        s = np.linspace(-12.0, u, 200001)
+        weight = np.exp(-0.5 * s * s) / math.sqrt(2.0 * math.pi)
+        gap = rough.sigma * np.trapezoid((u - s) * weight, s)
+        share = float(film_asperity_share(rough, E_PRIME, gap, mean))
+        expected = min(float(asperity_pressure(rough, E_PRIME, u * rough.sigma)[0]) / mean, 1.0)
+        assert abs(share / expected - 1.0) <= 1e-4
+
+
+def test_film_share_has_its_limits():
+    rough = typical_roughness(2e-7)
+    film = 2e-7 * np.geomspace(1e-9, 10.0, 200)
+    share = film_asperity_share(rough, E_PRIME, film, 6e8)
+    assert np.all(np.diff(share) <= 0.0)
+    assert share[0] == 1.0
+    assert np.max(share[film >= 3.0 * 2e-7]) < 0.01
+    assert np.all(film_asperity_share(SMOOTH, E_PRIME, film, 6e8) == 0.0)
+
+
+@pytest.mark.parametrize("bad", [{"film": 0.0}, {"film": math.nan}, {"mean_pressure": -1.0}])
+def test_film_share_refuses_bad_input(bad):
+    with pytest.raises(ValueError, match=next(iter(bad))):
+        film_asperity_share(ROUGH, E_PRIME, **({"film": 1e-7, "mean_pressure": 1e9} | bad))

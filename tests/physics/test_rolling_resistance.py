@@ -18,6 +18,7 @@ from ballscrew_tehl.physics.rolling_resistance import (
     goksem_hargreaves_line,
     houpert_point,
     inlet_heating_factor,
+    replenishment_factor,
     rigid_line_force,
     rolling_power,
     starvation_factor,
@@ -317,3 +318,32 @@ def test_negative_input(bad):
 def test_rolling_along_the_long_axis():
     with pytest.raises(ValueError, match="R_x <= R_y"):
         biboulet_houpert_point(10.0, 1.0, 5e-2, 2e-3, E_PRIME, 0.1)
+
+
+def test_replenishment_falls_with_speed_and_viscosity_and_is_one_when_flooded():
+    speeds = np.array([0.0, 100.0, 1000.0, 5000.0])
+    factor = replenishment_factor(6e-8, 4.4, speeds, 100.0, 32.0, 48.0)
+    assert factor[0] == 1.0
+    assert np.all(np.diff(factor) < 0.0)
+    assert np.all(replenishment_factor(0.0, 4.4, speeds, 100.0, 32.0, 48.0) == 1.0)
+    # the exponent is linear in each of its factors
+    assert (
+        np.max(np.abs(np.log(replenishment_factor(3e-8, 4.4, speeds, 200.0, 32.0, 48.0)) - np.log(factor)))
+        <= 1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    "bad", [{"K_rs": -1.0}, {"speed_rpm": math.nan}, {"bore_mm": 48.0}, {"bore_mm": 0.0}]
+)
+def test_replenishment_refuses_bad_input(bad):
+    good = {
+        "K_rs": 6e-8,
+        "K_z": 4.4,
+        "speed_rpm": 1.0,
+        "viscosity_mm2_s": 1.0,
+        "bore_mm": 32.0,
+        "outer_mm": 48.0,
+    }
+    with pytest.raises(ValueError, match=next(iter(bad))):
+        replenishment_factor(**(good | bad))

@@ -1,21 +1,23 @@
 """Contacts in closed form instead of solved ones, for fast tests of the map build and of its file.
 
 The logarithms of the ratios to the closed film formula and of the temperature rise are cubic polynomials or
-less in (ln load, ln speed, temperature): smooth, but kriging does not hold them exactly (CLOSED_FILM). The row
-function can be sent to other processes.
+less in (ln load, ln speed, temperature): smooth, but kriging does not hold them exactly (CLOSED_FILM). The
+functions of a contact can be sent to other processes.
 """
 
+import math
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from functools import cache
 
 import numpy as np
 import pytest
 from reference_screw import GD4008
 
-from ballscrew_tehl.contact.ball_formula import film_formula
+from ballscrew_tehl.contact.ball_formula import drawn_ellipse, film_formula, rolling_loss_formula
 from ballscrew_tehl.nut_map import build
-from ballscrew_tehl.nut_map.build import build_map
-from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES
+from ballscrew_tehl.nut_map.build import build_map, map_journal
+from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES, RISES
 from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
@@ -36,9 +38,16 @@ GRID = MapGrid(
 #: 2000 random points (mean): 96 contacts 6.2e-4 (3e-5) and 1.2e-2 (3e-4, in a corner); 64: 1.8e-3 and 1.4e-2; 128:
 #: 6.0e-4 and 1.1e-2
 CLOSED_FILM, CLOSED_RISE = 1e-3, 1.5e-2
-#: the row of the solver, also while a test replaces it
-SOLVE_ROW = build._solve_row
-SHARE = {FILMS[0]: 1.0, FILMS[1]: 0.8, FILMS[2]: 0.5}
+#: the function of the solver, also while a test replaces it
+SOLVE_CONTACT = build._solve_contact
+SHARE = {
+    FILMS[0]: 1.0,
+    FILMS[1]: 0.8,
+    FILMS[2]: 0.5,
+    "rolling_loss": 1.2,
+    "core_pressure": 1.0,
+    "core_area": 0.9,
+}
 
 
 #: exponent of load in the ratio to the closed formula: the film falls with load on the screw and rises on the nut
@@ -66,8 +75,16 @@ def temperature_rise(raceway, load, speed, temperature):
 
 def values(parameters, raceway, name, load, speed, temperature):
     """Any interpolated quantity for ball loads (n,) at one speed and temperature."""
-    if name == "temperature_rise":
-        return temperature_rise(raceway, load, speed, temperature)
+    if name in RISES:
+        share = 1.0 if name == "temperature_rise" else 0.5
+        return share * temperature_rise(raceway, load, speed, temperature)
+    if name == "rolling_loss":
+        formula = rolling_loss_formula(parameters, raceway, np.asarray(load), speed, temperature)
+        return formula * ratio(raceway, name, load, speed, temperature)
+    if name in ("core_pressure", "core_area"):
+        hertz = drawn_ellipse(parameters, raceway, np.asarray(load))
+        core = hertz.p_max if name == "core_pressure" else np.pi * hertz.a * hertz.b
+        return core * ratio(raceway, name, load, speed, temperature) ** 0.1
     formula = film_formula(parameters, raceway, np.asarray(load), speed, temperature)
     return formula * ratio(raceway, name, load, speed, temperature)
 
@@ -84,47 +101,50 @@ class ClosedFilm:
         return values(self.parameters, raceway, self._quantity, load, speed, temperature)
 
 
-def closed_row(parameters, raceway, load, speeds, temperature):
-    """In place of build._solve_row."""
-    row = {name: np.zeros(speeds.size) for name in QUANTITIES}
-    for i, speed in enumerate(speeds):
-        for name in (*FILMS, "temperature_rise"):
-            row[name][i] = values(parameters, raceway, name, load, speed, temperature)
-    row["pressure_max"][:] = 1e9 * (load / 40.0) ** (1 / 3)
-    row["traction_force"][:] = 0.03 * load * np.exp(-speeds / 1000.0)
-    row["mean_temperature"][:] = temperature + 0.5 * row["temperature_rise"]
-    row["asymptotic"][:] = load > 100.0
-    return row
+def closed_contact(parameters, raceway, load, speed, temperature):
+    """In place of build._solve_contact."""
+    contact = dict.fromkeys(QUANTITIES, 0.0)
+    for name in MAPPED:
+        contact[name] = float(values(parameters, raceway, name, load, speed, temperature))
+    contact["pressure_max"] = 1e9 * (load / 40.0) ** (1 / 3)
+    contact["traction_force"] = 0.03 * load * math.exp(-speed / 1000.0)
+    contact["asymptotic"] = float(load > 100.0)
+    return contact
 
 
-def partly_solved_row(parameters, raceway, load, speeds, temperature):
-    """closed_row with one contact of the nut solved: lowest load, speed and temperature."""
-    row = closed_row(parameters, raceway, load, speeds, temperature)
-    slowest = np.isclose(speeds, GRID.speed[0])
-    if raceway == "nut" and load < 7.0 and temperature < 294.0 and slowest.any():
-        for name, solved in SOLVE_ROW(parameters, raceway, load, speeds[slowest], temperature).items():
-            row[name][slowest] = solved
-    return row
+def partly_solved_contact(parameters, raceway, load, speed, temperature):
+    """closed_contact with one contact of the nut solved: lowest load, speed and temperature."""
+    slowest = math.isclose(speed, GRID.speed[0])
+    if raceway == "nut" and load < 7.0 and temperature < 294.0 and slowest:
+        return SOLVE_CONTACT(parameters, raceway, load, speed, temperature)
+    return closed_contact(parameters, raceway, load, speed, temperature)
 
 
-def partly_failed_row(parameters, raceway, load, speeds, temperature):
-    """closed_row without heavy, slow contacts of the nut, as if the solver had not converged."""
-    row = closed_row(parameters, raceway, load, speeds, temperature)
-    if raceway == "nut" and load > 100.0:
-        for column in row.values():
-            column[speeds < 15.0] = np.nan
-    return row
+def partly_failed_contact(parameters, raceway, load, speed, temperature):
+    """closed_contact without heavy, slow contacts of the nut, as if the solver had not converged."""
+    if raceway == "nut" and load > 100.0 and speed < 15.0:
+        return dict.fromkeys(QUANTITIES, math.nan)
+    return closed_contact(parameters, raceway, load, speed, temperature)
 
 
 def closed_build(
-    parameters=GD4008, grid=GRID, progress=None, row=closed_row, executor=None, workers=None, journal=None
+    parameters=GD4008,
+    grid=GRID,
+    progress=None,
+    solve=closed_contact,
+    executor=None,
+    workers=None,
+    journal=None,
 ) -> BuiltMap:
-    """build_map with closed contacts, in one thread unless an executor or a number of workers is given."""
-    with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as thread:
-        patch.setattr(build, "_solve_row", row)
-        if workers is not None:
-            return build_map(parameters, workers, progress, grid, journal=journal)
-        return build_map(parameters, None, progress, grid, executor or thread, journal)
+    """build_map with closed contacts, in one thread unless an executor or a number of workers is given.
+
+    journal: path of the file of contacts
+    """
+    with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as thread, ExitStack() as stack:
+        patch.setattr(build, "_solve_contact", solve)
+        record = None if journal is None else stack.enter_context(map_journal(journal, parameters))
+        own = None if workers is not None else executor or thread
+        return build_map(parameters, workers, progress, grid, own, record)
 
 
 @cache

@@ -13,10 +13,12 @@ package BallScrewFriction "Friction of a preloaded double-nut ball screw at a ro
       "Net coefficient of sliding friction, calibrated with the map";
     parameter SI.Length roughnessHeight(min=0) = Map.roughnessHeight(map)
       "Roughness in the film of the viscous torque, calibrated with the map";
+    parameter Real breakawayFactor(min=0) = Map.breakawayFactor(map)
+      "Coulomb part at standstill over that in a full film; 1: off";
     final parameter Map.FrictionMap map = Map.FrictionMap(fileName);
     Real covered "1: the map covers the operating point; 0: inputs are clamped";
   equation
-    coulomb = Map.coulombTorque(map, preload, axialLoad, netSlidingCoefficient);
+    coulomb = Map.coulombTorque(map, preload, w, T, axialLoad, netSlidingCoefficient, breakawayFactor);
     viscous = Map.viscousTorque(map, preload, w, T, axialLoad, apparentViscosityRatio, roughnessHeight);
     covered = Map.covered(map, preload, w, T, axialLoad);
     annotation (Documentation(info="<html><p>Compare BallScrewFrictionNative_fmi2.fmu in model exchange: same map, same C
@@ -80,7 +82,8 @@ functions, same law at standstill.</p></html>"));
         slip = 0;
       end when;
       when turned then
-        reinit(z, pre(slip)*sliding);
+        // not more than when it began to slip: a Coulomb torque that has risen gives the bristle no energy
+        reinit(z, pre(slip)*min(sliding, abs(z)/slipFrom));
       end when;
     end PartialScrewFriction;
   end Interfaces;
@@ -112,27 +115,37 @@ functions, same law at standstill.</p></html>"));
     pure function coulombTorque "Magnitude of hysteresis and sliding part, both nuts"
       input FrictionMap map;
       input SI.Force preload;
+      input SI.AngularVelocity w;
+      input SI.Temperature T;
       input SI.Force axialLoad;
       input Real netSlidingCoefficient;
+      input Real breakawayFactor;
       output SI.Torque coulomb;
-      external "C" coulomb = ballScrewMap_coulomb(map, preload, axialLoad, netSlidingCoefficient) annotation (
+      external "C" coulomb = ballScrewMap_coulomb(map, preload, w, T, axialLoad, netSlidingCoefficient,
+        breakawayFactor) annotation (
         Include="#include \"BallScrewFriction.h\"",
         IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
         Library="BallScrewFriction",
         LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
-      annotation (derivative(zeroDerivative=netSlidingCoefficient) = coulombTorque_der);
+      annotation (derivative(zeroDerivative=netSlidingCoefficient, zeroDerivative=breakawayFactor) =
+        coulombTorque_der);
     end coulombTorque;
 
     pure function coulombTorque_der "Its rate, analytic"
       input FrictionMap map;
       input SI.Force preload;
+      input SI.AngularVelocity w;
+      input SI.Temperature T;
       input SI.Force axialLoad;
       input Real netSlidingCoefficient;
+      input Real breakawayFactor;
       input Real der_preload(unit="N/s");
+      input SI.AngularAcceleration der_w;
+      input Real der_T(unit="K/s");
       input Real der_axialLoad(unit="N/s");
       output Real der_coulomb(unit="N.m/s");
-      external "C" der_coulomb = ballScrewMap_coulombRate(map, preload, axialLoad, netSlidingCoefficient,
-        der_preload, der_axialLoad) annotation (
+      external "C" der_coulomb = ballScrewMap_coulombRate(map, preload, w, T, axialLoad, netSlidingCoefficient,
+        breakawayFactor, der_preload, der_w, der_T, der_axialLoad) annotation (
         Include="#include \"BallScrewFriction.h\"",
         IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
         Library="BallScrewFriction",
@@ -240,6 +253,16 @@ functions, same law at standstill.</p></html>"));
         Library="BallScrewFriction",
         LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
     end roughnessHeight;
+
+    pure function breakawayFactor "As stored with the map"
+      input FrictionMap map;
+      output Real factor;
+      external "C" factor = ballScrewMap_breakawayFactor(map) annotation (
+        Include="#include \"BallScrewFriction.h\"",
+        IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+        Library="BallScrewFriction",
+        LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+    end breakawayFactor;
   end Map;
 
   package Examples

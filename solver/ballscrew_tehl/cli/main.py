@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
-import re
 import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
@@ -46,6 +45,13 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(allow_abbrev=False, **settings)
+        # of arguments that stay text
+        self.register("type", None, _unshielded)
+
+    def add_subparsers(self, **settings: Any) -> argparse._SubParsersAction:
+        """Arguments of a command are left to its own parser as they are."""
+        self.register("type", None, str)
+        return super().add_subparsers(**settings)
 
     def error(self, message: str) -> NoReturn:
         """Print the error and exit with code 2."""
@@ -229,21 +235,22 @@ def build_parser() -> Parser:
     return parser
 
 
-def _join_negative_numbers(arguments: Sequence[str]) -> list[str]:
-    """--axial-load-n -1e3 as --axial-load-n=-1e3: argparse reads -1e3, -inf as options."""
-    joined: list[str] = []
+def _unshielded(text: str) -> str:
+    """An argument as it was typed, before _shield_negative_numbers."""
+    return text.removeprefix(" ") if text.startswith(" -") else text
+
+
+def _shield_negative_numbers(arguments: Sequence[str]) -> list[str]:
+    """A space before every negative number: argparse reads -1e3 and -inf as options, but " -1e3" as a value."""
+    shielded: list[str] = []
     for argument in arguments:
         try:
             # NaN included: it is rejected later by name
             negative = argument.startswith("-") and isinstance(float(argument), float)
         except ValueError:
             negative = False
-        plain = re.fullmatch(r"-\d+|-\d*\.\d+", argument)
-        if negative and not plain and joined and joined[-1].startswith("--") and "=" not in joined[-1]:
-            joined[-1] += f"={argument}"
-        else:
-            joined.append(argument)
-    return joined
+        shielded.append(f" {argument}" if negative else argument)
+    return shielded
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -254,7 +261,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     # the solver's matrices are small: BLAS threads would cost more than they save (read when numpy is imported)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    args = build_parser().parse_args(_join_negative_numbers(sys.argv[1:] if arguments is None else arguments))
+    args = build_parser().parse_args(
+        _shield_negative_numbers(sys.argv[1:] if arguments is None else arguments)
+    )
     module, function = args.run.split(".")
     try:
         return int(getattr(importlib.import_module(f".{module}", __package__), function)(args))

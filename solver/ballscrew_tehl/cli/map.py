@@ -5,15 +5,18 @@ from __future__ import annotations
 import dataclasses
 from argparse import Namespace
 from concurrent.futures import Executor
+from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from .. import __version__
 from ..friction.sets import default_friction_set
 from ..nut_map.certificate import deviation_from_direct
+from ..nut_map.file import is_map_file
 from ..nut_map.grid import MapGrid, largest_pressure, map_grid
+from ..nut_map.journal import Journal
 from ..nut_map.workers import build_executor
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
@@ -35,15 +38,24 @@ POINTS, QUICK_POINTS = 200, 12
 SECONDS_PER_CONTACT = 0.15
 
 
-def _build_one(
-    parameters: Parameters, path: Path, args: Namespace, executor: Executor, progress: Progress
-) -> dict[str, Any]:
-    """Build, certify and write one map; contacts solved by an interrupted build are not solved again."""
+class _Wanted(NamedTuple):
+    """A map to build; the lock of its open journal keeps other builds from the file."""
+
+    parameters: Parameters
+    path: Path
+    grid: MapGrid
+    journal: Journal
+
+
+def _build_one(wanted: _Wanted, args: Namespace, executor: Executor, progress: Progress) -> dict[str, Any]:
+    """Build, certify and write one map; contacts solved by an interrupted build are not solved again.
+
+    Raises       ArithmeticError: too few contacts converged for a map
+    """
     from ..nut_map.build import build_map
     from ..nut_map.file import load_map, save_map
 
-    journal = path.with_name(path.name + ".contacts")
-    grid = _grid(parameters, args)
+    parameters, path, grid, journal = wanted
     say(_plan(parameters, grid, args.count))
     built = build_map(parameters, progress=progress, grid=grid, executor=executor, journal=journal)
     unsolved = built.header["contacts_not_solved"]
@@ -61,12 +73,12 @@ def _build_one(
     try:
         save_map(trial, built, {})
         certificate = deviation_from_direct(
-            load_map(trial, parameters), parameters, args.count, executor, progress
+            load_map(trial, parameters, own_films=True), parameters, args.count, executor, progress
         )
     finally:
         trial.unlink(missing_ok=True)
     file_hash = save_map(path, built, certificate)
-    journal.unlink()
+    journal.discard()
     return {"file": str(path), "file_hash": file_hash, **certificate_totals(certificate)}
 
 
@@ -117,17 +129,51 @@ def run_map_build(args: Namespace) -> int:
             raise ValueError(f"--{name} = {value}; allowed: a whole number >= 1")
     if args.tolerance is not None and not 1e-5 <= args.tolerance <= 0.1:
         raise ValueError(f"--tolerance = {args.tolerance}; allowed: 1e-5 to 0.1, relative error of the film")
-    if args.family is not None:
-        wanted = _family(args)
-    else:
-        parameters = screw_of(args)
-        if args.output is None:
-            raise ValueError("--output (missing); allowed: a file *.nc for the map")
-        wanted = [(parameters, Path(args.output))]
-    with build_executor(args.workers, args.dask) as executor, progress_bar() as progress:
-        results = [_build_one(*one, args, executor, progress) for one in wanted]
+    results, failed = [], []
+    with ExitStack() as stack:
+        # bad input of any map is refused before the first contact is solved
+        wanted = [_opened(parameters, path, args, stack) for parameters, path in _screws(args)]
+        executor = stack.enter_context(build_executor(args.workers, args.dask))
+        progress = stack.enter_context(progress_bar())
+        for one in wanted:
+            try:
+                results.append(_build_one(one, args, executor, progress))
+            except ArithmeticError as error:
+                if args.family is None:
+                    raise
+                failed.append(f"{one.path.name}: {error}")
+                say(f"not converged: {failed[-1]}")
+    if failed:
+        text = f"{len(results)} of {len(wanted)} maps built; not converged: {'; '.join(failed)}"
+        if not results:
+            raise ArithmeticError(text)
+        say(text)
     print_results(results, args.json, args.family is not None)
     return 0
+
+
+def _screws(args: Namespace) -> list[tuple[Parameters, Path]]:
+    """Parameters and map file of every map that is asked for."""
+    if args.family is not None:
+        return _family(args)
+    parameters = screw_of(args)
+    if args.output is None:
+        raise ValueError("--output (missing); allowed: a file *.nc for the map")
+    return [(parameters, Path(args.output))]
+
+
+def _opened(parameters: Parameters, path: Path, args: Namespace, stack: ExitStack) -> _Wanted:
+    """A map to build, with its range and its journal, which is open until the stack is left.
+
+    Raises       ValueError, OSError: no range, or no place for the map
+    """
+    from ..nut_map.build import map_journal
+
+    grid = _grid(parameters, args)
+    if path.exists() and not is_map_file(path):
+        raise ValueError(f"--output = {path}; allowed: a new file *.nc, or a map to replace")
+    journal = map_journal(path.with_name(path.name + ".contacts"), parameters)
+    return _Wanted(parameters, path, grid, stack.enter_context(journal))
 
 
 def _family(args: Namespace) -> list[tuple[Parameters, Path]]:
@@ -155,7 +201,7 @@ def run_map_check(args: Namespace) -> int:
     parameters = screw_of(args)
     if args.count < 1:
         raise ValueError(f"--count = {args.count}; allowed: a whole number >= 1")
-    nut_map = load_map(args.file, parameters)
+    nut_map = load_map(args.file, parameters, own_films=True)
     result = certificate_totals(deviation_from_direct(nut_map, parameters, args.count))
     allowed = float(nut_map.header["certificate"].get("torque_error_max", 0.0))
     good = result["torque_error_max"] <= allowed + 1e-6
@@ -176,7 +222,7 @@ def run_map_info(args: Namespace) -> int:
     """Axes, film model, friction defaults, version, hashes and certificate of a map."""
     from ..nut_map.file import load_map
 
-    header = dict(load_map(args.file, screw_of(args)).header)
+    header = dict(load_map(args.file, screw_of(args), own_films=True).header)
     if args.json:
         print_results([header], True, False)
         return 0
@@ -207,7 +253,9 @@ def run_map_plot(args: Namespace) -> int:
     from ..nut_map.file import load_contact_map, load_map
     from ..nut_map.plot import map_figure, map_picture, save_figure
 
-    picture = map_picture(load_map(args.file, parameters), load_contact_map(args.file, parameters))
+    picture = map_picture(
+        load_map(args.file, parameters, own_films=True), load_contact_map(args.file, parameters)
+    )
     file_hash = picture.nut_map.header["file_hash"]
     save_figure(map_figure(picture, args.error), path, file_hash)
     friction_set = default_friction_set(parameters)

@@ -39,8 +39,8 @@ AITKEN_BELOW = 0.1
 GROWTH, FAR_GROWTH = 1.5, 1.2
 #: growth of the change, after a step longer than UNDAMPED_STEP, that forbids such steps; moved to 1 or 5: no effect
 REBOUND = 1.2
-#: relative change below which damping ends, moved to 0.1: a hot inlet does not converge; it returns when the change has
-#: grown by RETURN, and then ends at the share 1/RETURN of this bound
+#: relative change below which damping ends, moved to 0.1: a hot inlet does not converge; when the change has grown by
+#: RETURN, it goes on from the state where it ended, and then ends at the share 1/RETURN of this bound
 UNDAMPED_BELOW, RETURN = 0.02, 5.0
 #: iterations without progress that end a solve (LOST_SLOWLY with damping), moved to 4 or 16: 3 % fewer iterations at
 #: best; change below which it continues all the same; share to which the least change must fall to count as progress
@@ -63,7 +63,7 @@ LEAST_FILM_SHARE = 1e-2
 CONVERGED_AT = 10.0
 #: a solution is also converged where the film is expected to change by less than that, and the mean temperature,
 #: weighted by pressure, has changed by MEAN_SHARE of it: the node of a pressure spike may still oscillate, by
-#: SPIKE_CHANGE of the mean rise. Bounds of the ratio of the changes
+#: SPIKE_CHANGE of the mean rise. Bounds of the ratio of the changes; damped, it is taken as the largest: they creep
 MEAN_SHARE, SPIKE_CHANGE, LEAST_RATIO, LARGEST_RATIO = 10.0, 0.5, 0.3, 0.98
 #: sweeps of the energy equation each way per iteration: oil circulates in the inlet. With 1, the heat balance of a
 #: thick sliding film closes to 3e-5 only; no iteration more on 12 contacts of a map
@@ -153,6 +153,9 @@ class _CoupledRun:
         #: largest change of temperature over the mean rise
         self.spike = np.inf
         self.wasted = 0
+        #: pressure, temperature and thinning where damping last ended; whether undamped steps have led away from there
+        self.kept = it.state, temperature, it.flow.thinning
+        self.returned = False
 
     def step_pressure(self) -> NewtonHistory:
         """Newton steps of the pressure, as close as the temperatures are known, which follow it."""
@@ -168,12 +171,16 @@ class _CoupledRun:
             it.state, newton, it.preconditioner = problem.geometry.solve(
                 it.state, film, problem.film_scale, aim, steps, preconditioner=it.preconditioner
             )
-        estimate = problem.scales.film_estimate
         self.films.append(problem.central_film(it))
-        problem.film_scale = min(max(self.films[-1], LEAST_FILM_SHARE * estimate), estimate)
+        self._rescale(self.films[-1])
         it.history.extend(newton)
         self.temperature = film.temperature
         return newton
+
+    def _rescale(self, film: float) -> None:
+        """Take a film [b^2/R_x] as that of the iteration."""
+        estimate = self.problem.scales.film_estimate
+        self.problem.film_scale = min(max(film, LEAST_FILM_SHARE * estimate), estimate)
 
     def step_rheology(self) -> float:
         """Flow at the new pressure; the largest change of ln(viscosity) by shear thinning that was taken."""
@@ -196,9 +203,7 @@ class _CoupledRun:
         it, damped = self.it, self.relaxation.damped
         self.new = equation.solve(it, self.temperature, self.gap, damped)
         if damped:
-            # far away, they would follow the wrong way
-            for part in (it.heat.source, it.heat.squeeze, it.heat.lift, it.heat.widen):
-                part[:] = 0.0
+            self._hold_temperatures()
         residual = self.new - self.temperature
         rise = max(float(self.new.max()) - self.problem.conditions.temperature, LEAST_RISE)
         # far upstream oil circulates between the bodies, without an effect on the film
@@ -211,12 +216,34 @@ class _CoupledRun:
         heated = float(np.sum(carried * self.new.mean(axis=2))) - self.problem.conditions.temperature
         self.spike = float(np.max(np.abs(residual[near]), initial=0.0)) / max(heated, LEAST_RISE)
         step = self.relaxation.step(residual * near[..., None], change, it.temperature_history)
-        if damped or self.relaxation.damped:
+        if damped and not self.relaxation.damped:
+            self.kept = it.state, self.temperature, it.flow.thinning.copy()
+        elif self.relaxation.damped and not damped:
+            self._go_back()
+            return change
+        if damped and not self.returned:
             # it creeps: changes are small while much is left to change
             self.films.clear()
         step = min(step, TEMPERATURE_LIMIT / max(float(np.max(np.abs(residual[near]), initial=0.0)), TINY))
         self.temperature = self.temperature + np.where(near[..., None], step, 1.0) * residual
         return change
+
+    def _hold_temperatures(self) -> None:
+        """The next Newton steps at given temperatures: far away, they would follow the wrong way."""
+        heat = self.it.heat
+        for part in (heat.source, heat.squeeze, heat.lift, heat.widen):
+            part[:] = 0.0
+
+    def _go_back(self) -> None:
+        """To where damping ended: one undamped step may leave a film that takes dozens of iterations to recover."""
+        it = self.it
+        it.state, self.temperature, it.flow.thinning[:] = self.kept
+        it.preconditioner = None
+        self._rescale(self.problem.central_film(it))
+        self.gap = self.problem.update_flow(it, self.temperature)
+        self._hold_temperatures()
+        self.films.clear()
+        self.returned = True
 
     def pressure_failure(self, newton: NewtonHistory) -> str:
         """Why the Newton steps end the solve; empty if they do not."""
@@ -244,7 +271,7 @@ class _CoupledRun:
             self.mean_changes
             and self.spike <= SPIKE_CHANGE
             and self.mean_changes[-1] <= MEAN_SHARE * tolerance
-            and _left(self.films) <= tolerance
+            and _left(self.films, LARGEST_RATIO if self.relaxation.damped else LEAST_RATIO) <= tolerance
         ):
             return f"film and mean temperature within tolerance, largest change {changes[-1]:.0e} of the rise"
         return ""
@@ -256,15 +283,15 @@ def _lost(changes: list[float], patience: int) -> bool:
     return len(before) > 2 and min(lately) > LOST_ABOVE and not min(lately) < PROGRESS * min(before)
 
 
-def _left(films: list[float]) -> float:
+def _left(films: list[float], least: float) -> float:
     """Relative change that the film is expected to make yet: the last change continued as a geometric series.
 
-    By the larger of its last two ratios: one change may be small by chance.
+    By the larger of its last two ratios, and at least by one: one change may be small by chance.
     """
     if len(films) < 3:
         return np.inf
     changes = np.maximum(np.abs(np.diff(films[-4:])), TINY)
-    ratio = min(max(float(np.max(changes[1:] / changes[:-1])), LEAST_RATIO), LARGEST_RATIO)
+    ratio = min(max(float(np.max(changes[1:] / changes[:-1])), least), LARGEST_RATIO)
     return float(changes[-1]) * ratio / (1.0 - ratio) / abs(films[-1])
 
 
@@ -305,7 +332,7 @@ class Relaxation:
         if self.damped and change < self._undamped_below:
             self.damped, self.share, self._residual = False, UNDAMPED_STEP, None
         elif self.ever_damped and not self.damped and change > RETURN * self._undamped_below:
-            self.damped, self.share = True, DAMPED_STEP
+            self.damped, self.share, self._residual = True, DAMPED_STEP, None
             self._undamped_below /= RETURN
 
 

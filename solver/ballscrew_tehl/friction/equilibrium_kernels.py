@@ -12,7 +12,7 @@ RADIAL, AROUND = 8, 16
 #: slip [m/s] over the entrainment speed below which the friction of asperities is proportional to it
 STICTION = 1e-6
 #: an iteration ends where a further step would lower the potential by less than this share of it
-CONVERGED_AT, MOST_STEPS = 1e-10, 80
+CONVERGED_AT, MOST_STEPS = 1e-8, 200
 
 
 @njit(cache=True, error_model="numpy")
@@ -23,19 +23,16 @@ def shear_stress(v, film, eta, p, tau_0, limiting, boundary, f, sticky):
     ln_limit = most / tau_0
     # beyond 1e12 the logarithm is exact, and sinh overflows at last
     z_limit = math.sinh(min(ln_limit, 300.0))
-    if z < z_limit:
+    if z >= z_limit:
+        content = math.sqrt(1.0 + z_limit * z_limit) - 1.0
+        content = 0.5 * z_limit * z_limit if z_limit < 1e-4 else z_limit * ln_limit - content
+        potential, stress, slope = tau_0 / k * content + most * (v - z_limit / k), most, 0.0
+    else:
         root = math.sqrt(1.0 + z * z)
         arc = math.asinh(z)
         # for small z the difference z asinh(z) - (root - 1) loses its digits
         content = 0.5 * z * z if z < 1e-4 else z * arc - (root - 1.0)
         potential, stress, slope = tau_0 / k * content, tau_0 * arc, tau_0 * k / root
-    else:
-        content = (
-            0.5 * z_limit * z_limit
-            if z_limit < 1e-4
-            else (z_limit * ln_limit - (math.sqrt(1.0 + z_limit * z_limit) - 1.0))
-        )
-        potential, stress, slope = tau_0 / k * content + most * (v - z_limit / k), most, 0.0
     if f > 0.0:
         root = math.sqrt(v * v + sticky * sticky)
         dry = boundary * p
@@ -125,11 +122,13 @@ def equilibria(
             # where all of the oil is at its limit the potential is flat along a change of the slip's size
             for m in range(4):
                 hessian[m, m] *= 1.0 + 1e-12
+            if not (np.isfinite(gradient).all() and np.isfinite(hessian).all()):
+                break
             change = np.linalg.solve(hessian, gradient)
             decrement = 0.0
             for m in range(4):
                 decrement += gradient[m] * change[m]
-            if not decrement > CONVERGED_AT * value:
+            if decrement <= CONVERGED_AT * value:
                 steps[i] = step
                 break
             share = 1.0

@@ -49,7 +49,7 @@ SHEAR_EXPONENT = 4.0 / 3.0
 #: name of the law, and of what it takes as a film model
 MECHANISTIC = "mechanistic"
 #: quantities of a solved contact that the law takes, see nut_map.contacts
-QUANTITIES = ("thermal_central_film", "rolling_loss", "core_pressure", "core_area", "mean_rise")
+QUANTITIES = ("rolling_loss", "thermal_central_film", "core_pressure", "core_area", "mean_rise")
 
 
 class ContactValues(Protocol):
@@ -57,8 +57,8 @@ class ContactValues(Protocol):
 
     name: str
 
-    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> Mapping[str, Array]:
-        """QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s] and temperatures (t,) [K]: (n, s, t) each, SI."""
+    def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
+        """One of QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s], temperatures (t,) [K]: (n, s, t), SI."""
         ...
 
 
@@ -174,13 +174,11 @@ def nut_powers(
         return NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     screw, friction = parameters.screw, parameters.friction
     w, t = speed[:, :1], temperature[0]
-    supply = supply_factor(parameters, speed, temperature)
     mean = np.array([mean_load(loads)])
     rolling, at = {}, {}
     for raceway in RACEWAYS:
-        found = contacts.values(raceway, np.append(loads, mean), w, t)
-        rolling[raceway] = supply * found["rolling_loss"][:-1].sum(axis=0) / speed
-        at[raceway] = {name: np.asarray(values[-1]) for name, values in found.items()}
+        rolling[raceway] = rolling_torque(parameters, raceway, loads, speed, temperature, contacts)
+        at[raceway] = {name: contacts.value(raceway, name, mean, w, t)[0] for name in QUANTITIES[1:]}
     shear, share = _shear(parameters, float(mean[0]), speed, temperature, at)
     shear = shear * np.sum((loads / mean) ** SHEAR_EXPONENT) / speed
     thrust = 1.0 + share * (breakaway_factor(friction) - 1.0)
@@ -192,6 +190,19 @@ def nut_powers(
     )
     hysteresis, ball_ball = u * _hysteresis(screw, friction, loads), u * float(loads.sum())
     return NutPowers(screw_side, nut_side, sheared, raised, hysteresis, ball_ball, on_asperities)
+
+
+def rolling_torque(
+    parameters: Parameters,
+    raceway: str,
+    loads: Array,
+    speed: Array,
+    temperature: Array,
+    contacts: ContactValues,
+) -> Array:
+    """Rolling torque of one raceway of a nut (s, t) [N.m]; loads (n,) > 0; speed, temperature (s, t)."""
+    lost = contacts.value(raceway, "rolling_loss", loads, speed[:, :1], temperature[0]).sum(axis=0)
+    return np.asarray(supply_factor(parameters, speed, temperature) * lost / speed)
 
 
 def _hysteresis(screw: ScrewParameters, friction: FrictionParameters, loads: Array) -> float:
@@ -221,15 +232,18 @@ def _shear(
     for raceway in RACEWAYS:
         found = {name: np.broadcast_to(values, speed.shape).ravel() for name, values in at[raceway].items()}
         pressure, film = found["core_pressure"], found["thermal_central_film"]
-        # as long across rolling as the Hertz ellipse: the core loses its width in front
-        a = float(ellipse(load, *reduced_radii(screw, angle, raceway), E_prime(screw)).a)
+        # as long across rolling as the Hertz ellipse, the core loses its width in front; a film of some percent of the
+        # radius has no core
+        R_x, R_y = (float(R) for R in reduced_radii(screw, angle, raceway))
+        a = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
+        b = np.minimum(found["core_area"] / (math.pi * a), R_x)
         warm = temperature.ravel() + found["mean_rise"]
         columns[raceway] = {
             "pressure": pressure,
             "film": film,
             "share": film_asperity_share(rough, E_prime(screw), film, 2.0 / 3.0 * pressure),
             "viscosity": viscosity(oil, pressure[:, None] * np.sqrt(1.0 - radius**2), warm[:, None]),
-            "axes": np.stack([np.full(pressure.size, a), found["core_area"] / (math.pi * a)], axis=-1),
+            "axes": np.stack([np.full(b.size, a), b], axis=-1),
         }
     column = {
         name: np.stack([columns[raceway][name] for raceway in motion.raceways], axis=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from concurrent.futures import Executor, as_completed
 from contextlib import ExitStack
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.stats import qmc
 
 from .. import __version__
 from ..contact.ball_contact import UnconvergedContactError, solve_ball
@@ -25,8 +27,8 @@ from . import sampling
 from .contact_map import ContactMap, ContactModel, MapContacts
 from .contacts import FILMS, MAPPED, QUANTITIES, Array, ContactRange, SolvedContacts
 from .grid import BuiltMap, MapGrid, contact_range, largest_pressure, map_grid, narrowed
-from .journal import Journal, Solved
-from .workers import Progress, worker_pool
+from .journal import Contact, Journal, Solved
+from .workers import Progress, interrupt_held, worker_pool
 
 #: share of its friction by which a contact that did not converge may be uncertain; above, the range is cut before it
 UNCERTAIN = 0.02
@@ -38,27 +40,23 @@ class MapNotBuiltError(ArithmeticError):
     """Too few contacts of the range could be solved; the message says which share and what remedies there are."""
 
 
-def _solve_row(
-    parameters: Parameters, raceway: str, load: float, speeds: Array, temperature: float
-) -> dict[str, Array]:
-    """Contacts of one ball load and temperature at some speeds; one that does not converge is NaN."""
-    row = {name: np.full(speeds.size, np.nan) for name in QUANTITIES}
-    for i, speed in enumerate(speeds):
-        point = raceway, load, float(speed), temperature
-        try:
-            cold = solve_ball(parameters, *point, thermal=False)
-            hot = solve_ball(parameters, *point, thermal=True)
-        except UnconvergedContactError:
-            continue
-        found = hot.integrals
-        values = (
-            cold.h_c, hot.h_c, hot.h_m, found.temperature_rise_mean, found.temperature_rise_smooth, hot.p_max,
-            hot.traction_force, found.rolling_loss, found.core_pressure, found.core_area,
-            found.mean_temperature - temperature, hot.error_estimate, float("asymptotic" in (cold.branch, hot.branch)),
-        )  # fmt: skip
-        for name, value in zip(QUANTITIES, values, strict=True):
-            row[name][i] = value
-    return row
+def _solve_contact(
+    parameters: Parameters, raceway: str, load: float, speed: float, temperature: float
+) -> Contact:
+    """Isothermal and thermal contact of one ball; one that does not converge is NaN."""
+    point = raceway, load, speed, temperature
+    try:
+        cold = solve_ball(parameters, *point, thermal=False)
+        hot = solve_ball(parameters, *point, thermal=True)
+    except UnconvergedContactError:
+        return dict.fromkeys(QUANTITIES, math.nan)
+    found = hot.integrals
+    values = (
+        cold.h_c, hot.h_c, hot.h_m, found.temperature_rise_mean, found.temperature_rise_smooth, hot.p_max,
+        hot.traction_force, found.rolling_loss, found.core_pressure, found.core_area,
+        found.mean_temperature - temperature, hot.error_estimate, float("asymptotic" in (cold.branch, hot.branch)),
+    )  # fmt: skip
+    return {name: float(value) for name, value in zip(QUANTITIES, values, strict=True)}
 
 
 def build_contact_map(
@@ -123,11 +121,9 @@ def _solve_missing(
     """Solve the points of each raceway that are not solved yet; every finished contact is stored at once."""
     jobs = {}
     for raceway, at in points.items():
-        for load, speed, temperature in at.tolist():
-            missing = solved.missing(raceway, load, np.array([speed]), temperature)
-            if missing.size:
-                job = executor.submit(_solve_row, parameters, raceway, load, missing, temperature)
-                jobs[job] = raceway, load, missing, temperature
+        for point in at.tolist():
+            if not solved.holds(raceway, point):
+                jobs[executor.submit(_solve_contact, parameters, raceway, *point)] = raceway, point
     # grows as points are added
     total = 2 * (len(solved) + len(jobs))
     try:
@@ -274,30 +270,35 @@ def _nodes(grid: MapGrid) -> tuple[Array, Array, Array]:
     return np.geomspace(*grid.force), np.geomspace(*grid.speed), np.linspace(*grid.temperature)
 
 
+def map_journal(path: Path, parameters: Parameters) -> Journal:
+    """File of the contacts of a map, to be opened by `with` for build_map: a build continues what it holds."""
+    return Journal(path, map_parameters_json(parameters), __version__)
+
+
 def build_map(
     parameters: Parameters,
     workers: int | None = None,
     progress: Progress | None = None,
     grid: MapGrid | None = None,
     executor: Executor | None = None,
-    journal: Path | None = None,
+    journal: Journal | None = None,
 ) -> BuiltMap:
     """Build the map of a screw with the kinematics that its parameters name.
 
     Parameters   workers: processes, None = one per core;  progress: called while it runs;  grid: None = the default
-                 executor: any executor of the concurrent.futures interface instead of own processes;  journal: file
-                 of contacts solved by a build that was interrupted, continued by this one
+                 executor: any executor of the concurrent.futures interface instead of own processes
+                 journal: open file of contacts (map_journal), with those of a build that was interrupted
     Returns      BuiltMap, to be written by file.save_map
     Raises       MapNotBuiltError, ValueError
     """
     grid = grid or map_grid(parameters)
+    with interrupt_held():
+        # the first sequence reads its tables in a function that drops Ctrl-C, and then has none
+        qmc.Sobol(1)
     with ExitStack() as stack:
-        record = None
-        if journal is not None:
-            record = stack.enter_context(Journal(journal, map_parameters_json(parameters), __version__))
         if executor is None:
             executor = stack.enter_context(worker_pool(workers))
-        contact_map = build_contact_map(parameters, grid, executor, progress, record)
+        contact_map = build_contact_map(parameters, grid, executor, progress, journal)
     uncertain, cut = contact_map.uncertain_points(UNCERTAIN), ""
     if len(uncertain):
         grid, cut = narrowed(parameters, grid, uncertain)

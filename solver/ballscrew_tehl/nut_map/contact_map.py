@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from ..contact.ball_formula import drawn_ellipse, film_formula, moes_load, rolling_loss_formula
-from ..friction import mechanistic
 from ..parameters.file import Parameters
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0
@@ -82,8 +81,12 @@ class ContactModel:
             values = self.solved(name)
             if name not in RISES:
                 values = values / self._below(name, self.points, self.solved)
+            # a film of some percent of the radius has no rolling loss of its own: oil builds it up beyond the bodies
+            known = values > 0.0 if name == "rolling_loss" else np.ones(values.size, dtype=bool)
             self._models[name] = Kriging(
-                self.coordinates(name, self.points), _modelled(name, values), self._hyper.get(name)
+                self.coordinates(name, self.points[known]),
+                _modelled(name, values[known]),
+                self._hyper.get(name),
             )
         return self._models[name]
 
@@ -249,9 +252,6 @@ class MapContacts:
     def __init__(self, contact_map: ContactMap) -> None:
         self.contact_map = contact_map
 
-    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
-        """Quantities of the law (n, s, t) at ball loads (n,), speeds (s, 1) and temperatures (t,)."""
-        return {
-            name: self.contact_map.evaluate_grid(raceway, name, load, speed.ravel(), temperature)
-            for name in mechanistic.QUANTITIES
-        }
+    def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
+        """A quantity (n, s, t) at ball loads (n,), speeds (s, 1) and temperatures (t,)."""
+        return self.contact_map.evaluate_grid(raceway, name, load, speed.ravel(), temperature)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.origin import refuse_other_fit
 from ..friction.sets import FrictionSet, default_friction_set
-from ..parameters.file import Parameters
+from ..parameters.file import Parameters, changed
 from ..parameters.identity import map_parameters_json, parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.hertz import RACEWAYS
@@ -44,8 +44,12 @@ Array = NDArray[np.float64]
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
 FILE_FORMAT = 4
+#: first bytes of a netCDF file that scipy writes
+MAGIC = b"CDF"
 #: what the viscous columns and the curves of a friction set are computed from: name of its film model
 FILM_MODELS = ("solved", "solved_thermal", MECHANISTIC)
+#: kinematics whose films are shown, and the axes that they are stored over
+ROLLING_FRAME, SURFACE_AXES = "rolling_frame", ("force", "speed", "temperature")
 #: columns of the spline coefficients that depend on the film model of the friction set
 VISCOUS_COLUMNS = 4
 
@@ -64,6 +68,14 @@ def _file_hash(header: str, variables: Mapping[str, Array]) -> str:
         digest.update(f"{name}{array.shape}".encode())
         digest.update(array.tobytes())
     return digest.hexdigest()
+
+
+def is_map_file(path: Path) -> bool:
+    """Whether a file begins like a map of any format, which a new map may replace."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
 
 
 def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) -> str:
@@ -88,6 +100,9 @@ def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) 
     try:
         xr.Dataset(variables, attrs=attributes).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
         os.replace(temporary, path)
+    except OSError as error:
+        # a failed write, as on a full disk, names no file
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         temporary.unlink(missing_ok=True)
     return digest
@@ -224,13 +239,48 @@ def _provenance(friction: FrictionSet) -> dict[str, Any]:
     }
 
 
+def _show_rolling_films(header: dict[str, Any], variables: dict[str, Array], parameters: Parameters) -> None:
+    """Film columns and their certificate of the packaged map of rolling_frame, if it has the same screw and axes.
+
+    The speeds of the published kinematics cannot be physical, so its films are not to be trusted; its torque is fitted.
+    """
+    if parameters.friction.kinematics == ROLLING_FRAME:
+        return
+    rolling = changed(parameters, friction={"kinematics": ROLLING_FRAME})
+    other, theirs = _read(packaged_map(rolling))
+    same = other["parameters_json"] == map_parameters_json(rolling)
+    if not same or any(other["axes"][name] != header["axes"][name] for name in SURFACE_AXES):
+        return
+    variables["extreme_coefficients"] = theirs["extreme_coefficients"]
+    header["film_kinematics"] = ROLLING_FRAME
+    certificate, of_films = header["certificate"], other["certificate"]
+    header["certificate"] = _with_films(certificate, of_films)
+    if "regions" in certificate and "regions" in of_films:
+        header["certificate"]["regions"] = {
+            name: _with_films(errors, of_films["regions"].get(name, {}))
+            for name, errors in certificate["regions"].items()
+        }
+
+
+def _with_films(errors: Mapping[str, Any], of_films: Mapping[str, Any]) -> dict[str, Any]:
+    """Errors of a certificate with those of the films and the temperature rise of another one."""
+    return {
+        **errors,
+        **{name: e for name, e in of_films.items() if name.startswith(("film_", "temperature_"))},
+    }
+
+
 def load_map(
-    path: Path | str | None, parameters: Parameters, friction_set: FrictionSet | None = None
+    path: Path | str | None,
+    parameters: Parameters,
+    friction_set: FrictionSet | None = None,
+    own_films: bool = False,
 ) -> NutMap:
     """Nut map of a screw, with the film model and the default friction parameters of its friction set.
 
     Parameters   path : map file; None = the packaged map of the parameters' kinematics
                  friction_set : None = the packaged set that the parameters select, with their overrides
+                 own_films : show the films of the file even where those of rolling_frame are known
     Raises       MapError (a ValueError): missing, damaged, of another format or of other parameters
     """
     path = _path_for(path, parameters)
@@ -245,6 +295,9 @@ def load_map(
             f"{path}: friction set {friction.name} is fitted with the film {film}; expected one of "
             f"{', '.join(FILM_MODELS)}: the map has no other"
         )
+    header["film_kinematics"] = header["kinematics"]
+    if not own_films:
+        _show_rolling_films(header, variables, parameters)
     if film == MECHANISTIC:
         _mechanistic_of(path, header, variables, parameters)
     force = f"force_coefficients_{film}" if film == MECHANISTIC else "force_coefficients"

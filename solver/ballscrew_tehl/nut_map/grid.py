@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..parameters.file import Parameters, ScrewParameters
+from ..parameters.screw import WIDEST_ENDS
 from ..parameters.units import CELSIUS, RPM
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.load import contact_angle_at_ball_load, nut_loads
@@ -32,11 +34,17 @@ THINNEST_OIL, THICKEST_OIL = 2e-3, 2.0
 #: least distance of the ends of the temperatures [K]
 LEAST_SPAN = 10.0
 #: force [N] between which the limit of pressure is sought
-LEAST_FORCE, LARGEST_FORCE = 1.0, 1e7
+LEAST_FORCE, LARGEST_FORCE = 1.0, WIDEST_ENDS["preload"][1]
 #: share of the distance from the far end of an axis to a contact, at which a cut range ends short of it
 BACK = 0.98
 #: least share of an axis that a cut may leave
 LEAST_SHARE = 0.25
+#: viscosities at ambient pressure [Pa s] of any map: thinner oils do not thicken with pressure by the law of Roelands
+#: (ln eta0 > -9.67); largest pressure [Pa]: of the static rating
+WIDEST_VISCOSITY = 1e-4, 1e4
+PRESSURE_MOST = 2.0 * PRESSURE_LIMIT
+#: unit of an axis in messages, which is that of the options, and factor and shift from SI
+SHOWN = {"preload": ("N", 1.0, 0.0), "speed": ("r/min", 1.0 / RPM, 0.0), "temperature": ("C", 1.0, -CELSIUS)}
 #: digits of the ends of a range
 DIGITS = 2
 
@@ -124,7 +132,8 @@ def map_grid(
                  force_at_pressure, speed to SPEED_FACTOR_LIMIT over the diameter of the ball centre circle, both
                  rounded down to two digits; temperature_range
                  base: nodes and tolerances; None = the default
-    Raises       ValueError: an end that is not positive, ends in the wrong order, no range in the parameters
+    Raises       ValueError: ends beyond WIDEST_ENDS or in the wrong order, too high a pressure, an oil too thick or
+                 too thin, no range in the parameters
     """
     base = base or MapGrid()
     if preload is None:
@@ -135,11 +144,7 @@ def map_grid(
         speed = SPEED_SPAN * fastest, fastest
     if temperature is None:
         temperature = temperature_range(parameters)
-    for name, unit, (low, high) in (
-        ("preload", "N", preload), ("speed", "rad/s", speed), ("temperature", "K", temperature)
-    ):  # fmt: skip
-        if not 0.0 < low < high < math.inf:
-            raise ValueError(f"{name} = {low:g} to {high:g} {unit}; needs 0 < lowest < highest")
+    _refuse_ends(parameters, {"preload": preload, "speed": speed, "temperature": temperature})
     return replace(
         base,
         # an axial load relieves one nut
@@ -148,6 +153,30 @@ def map_grid(
         temperature=(*temperature, base.temperature[2]),
         preload=(*preload, base.preload[2]),
     )
+
+
+def _refuse_ends(parameters: Parameters, ends: Mapping[str, tuple[float, float]]) -> None:
+    """Raise ValueError, in the units of the options, unless a map can have these ends of its axes."""
+    what = {}
+    for name, (low, high) in ends.items():
+        (unit, scale, shift), (least, most) = SHOWN[name], WIDEST_ENDS[name]
+        what[name] = f"{name} = {scale * low + shift:.6g} to {scale * high + shift:.6g} {unit}"
+        if not least <= low < high <= most:
+            raise ValueError(
+                f"{what[name]}; needs {scale * least + shift:.6g} <= lowest < highest <= {scale * most + shift:.6g}"
+            )
+    pressure = 1e-9 * largest_pressure(parameters.screw, ends["preload"][1])
+    if not pressure <= 1e-9 * PRESSURE_MOST:
+        raise ValueError(
+            f"{what['preload']}: Hertz pressure up to {pressure:.3g} GPa; allowed: {1e-9 * PRESSURE_MOST:.3g} GPa"
+        )
+    thick, thin = (float(eta0(parameters.lubricant, temperature)) for temperature in ends["temperature"])
+    least, most = WIDEST_VISCOSITY
+    if not least <= thin <= thick <= most:
+        raise ValueError(
+            f"{what['temperature']}: viscosity of {parameters.lubricant.name} {thin:.3g} to {thick:.3g} Pa s; allowed: "
+            f"{least:g} to {most:g} Pa s"
+        )
 
 
 def contact_range(parameters: Parameters, grid: MapGrid) -> ContactRange:
@@ -174,12 +203,8 @@ def narrowed(parameters: Parameters, grid: MapGrid, points: Array) -> tuple[MapG
     heaviest = np.array([float(nut_loads(screw, float(f), screw.loaded_ball_count).max()) for f in forces])
     preload = np.exp(np.interp(np.log(points[:, 0]), np.log(heaviest), np.log(forces)))
     found: list[tuple[float, MapGrid, str]] = []
-    for name, values, unit, scale, shift in (
-        ("preload", preload, "N", 1.0, 0.0),
-        ("speed", points[:, 1], "r/min", 1.0 / RPM, 0.0),
-        ("temperature", points[:, 2], "C", 1.0, -CELSIUS),
-    ):
-        low, high, nodes = getattr(grid, name)
+    for name, values in (("preload", preload), ("speed", points[:, 1]), ("temperature", points[:, 2])):
+        (unit, scale, shift), (low, high, nodes) = SHOWN[name], getattr(grid, name)
         place = (lambda v: v) if name == "temperature" else math.log
         below, above = float(values.min()), float(values.max())
         for end, before, ends in (

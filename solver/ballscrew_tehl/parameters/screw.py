@@ -15,6 +15,7 @@ from pydantic import Field, model_validator
 from .checked_table import FieldError, Table, quantity
 from .friction_constants import BOUNDED, bounded
 from .oil import LubricantParameters
+from .units import CELSIUS, RPM
 
 #: preload kind whose balls touch four flanks
 FOUR_POINT = "single_nut_oversize_ball"
@@ -232,15 +233,26 @@ class PublishedSpeeds(Table):
     nut: tuple[float, float] = quantity("velocity", "raceway and ball at the nut contact")
 
 
+#: widest ends of the range of a map: force [N], speed [rad/s], temperature [K], from where an oil has a viscosity
+WIDEST_ENDS = {
+    "preload": (1e-2, 1e7), "speed": (1e-3 * RPM, 1e6 * RPM), "temperature": (200.0, 500.0 + CELSIUS)
+}  # fmt: skip
+
+
+def _end(name: str, dimension: str, description: str) -> Any:
+    least, most = WIDEST_ENDS[name]
+    return quantity(dimension, description, default=None, ge=least, le=most)
+
+
 class MapParameters(Table):
     """Range of the map of this screw, where it is not to follow from the screw and its oil: both ends or none."""
 
-    preload_min: float | None = quantity("force", "lowest preload", default=None, gt=0)
-    preload_max: float | None = quantity("force", "highest preload", default=None, gt=0)
-    speed_min: float | None = quantity("angular_velocity", "lowest speed", default=None, gt=0)
-    speed_max: float | None = quantity("angular_velocity", "highest speed", default=None, gt=0)
-    temperature_min: float | None = quantity("temperature", "lowest oil temperature", default=None, gt=0)
-    temperature_max: float | None = quantity("temperature", "highest oil temperature", default=None, gt=0)
+    preload_min: float | None = _end("preload", "force", "lowest preload")
+    preload_max: float | None = _end("preload", "force", "highest preload")
+    speed_min: float | None = _end("speed", "angular_velocity", "lowest speed")
+    speed_max: float | None = _end("speed", "angular_velocity", "highest speed")
+    temperature_min: float | None = _end("temperature", "temperature", "lowest oil temperature")
+    temperature_max: float | None = _end("temperature", "temperature", "highest oil temperature")
 
     @model_validator(mode="after")
     def _both_ends_in_order(self) -> MapParameters:

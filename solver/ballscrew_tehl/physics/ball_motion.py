@@ -1,8 +1,9 @@
 """How a ball slides and spins on its raceways for any attitude: rigid-body kinematics on the exact helix.
 
 The frame moves along the helix with the ball centre: e_r away from the screw axis, e_t along the helix,
-e_b = e_r x e_t. A raceway turns about the screw axis, with w - w_c (screw) or -w_c (nut), and slides along itself; the ball turns with
-w_b. The motion of the ball, q = (w_c, w_b), is unknown: its equilibrium gives it (friction.ball_equilibrium).
+e_b = e_r x e_t. A raceway turns about the screw axis, with w - w_c (screw) or -w_c (nut), and slides along itself;
+the ball turns with w_b. The motion of the ball, q = (w_c, w_b), is unknown: its equilibrium gives it
+(friction.ball_equilibrium).
 
 Contact frame as in kinematics: x along rolling at positive speed, z along the normal from raceway to ball,
 y = z cross x; slip and spin are those of the raceway against the ball.

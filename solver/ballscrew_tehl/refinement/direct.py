@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from ..contact.ball_contact import solve_ball
 from ..contact.ball_formula import film_formula, rolling_loss_formula
 from ..contact.solution import ContactSolution
-from ..friction.mechanistic import QUANTITIES, mean_load, nut_powers
+from ..friction.mechanistic import mean_load, nut_powers, rolling_torque
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
-from ..parameters.file import Parameters, ScrewParameters
+from ..parameters.file import Parameters, ScrewParameters, changed
 from ..physics.hertz import RACEWAYS
 from ..physics.load import EQUAL_LOADS, load_nodes, nut_loads
 from ..runtime.packed import MECHANISTIC
@@ -64,11 +64,15 @@ def direct_extremes(
 ) -> dict[str, float]:
     """Film, temperature, pressure and load extremes of the load-carrying balls of both nuts, by thermal solves.
 
+    With the speeds of rolling_frame, as a map shows them: those of the published kinematics cannot be physical.
+
     Parameters   preload [N] > 0, axial_load [N]; speed [rad/s] > 0, temperature [K]
     Returns      the outputs of NutMap.evaluate of the same names (without lambda_ratio), SI
     Raises       UnconvergedContactError
     """
     screw = parameters.screw
+    if parameters.friction.kinematics != "rolling_frame":
+        parameters = changed(parameters, friction={"kinematics": "rolling_frame"})
     forces = {force for force in nut_forces(parameters, preload, axial_load) if force > 0.0}
     loads = np.concatenate([nut_loads(screw, force, screw.loaded_ball_count) for force in forces])
     heaviest, lightest = float(loads.max()), float(loads[loads > 0.0].min())
@@ -93,8 +97,10 @@ def direct_extremes(
 class RacewayValues(NamedTuple):
     """One raceway of one nut from the contact of its mean ball."""
 
-    viscous_torque: float  # [N.m] at apparent viscosity ratio 1 and full viscous share
-    effective_film: float  # [m] for the viscous share at a roughness height
+    viscous_torque: (
+        float  # [N.m] at apparent viscosity ratio 1 and full viscous share; mechanistic: rolling torque
+    )
+    effective_film: float  # [m] for the viscous share at a roughness height; mechanistic: of the mean ball
     minimum_film: float  # [m] thermal, of the mean ball
     central_film: float  # [m] thermal, of the mean ball
     temperature_rise: float  # [K] of the mean ball
@@ -108,18 +114,19 @@ def _ball_loads(screw: ScrewParameters, force: float, count: int) -> Array:
 class NutContacts:
     """The contacts of the balls of one nut, one solve per raceway and film.
 
-    Parameters   thermal : whether friction takes the film of the thermal solve ("solved_thermal") or of the isothermal
-                 one ("solved"), which is then solved as well
+    Parameters   film : film model of the friction: of the thermal solve ("solved_thermal"), of the isothermal one
+                 ("solved"), which is then solved as well, or "mechanistic"
     """
 
-    def __init__(self, parameters: Parameters, thermal: bool) -> None:
+    def __init__(self, parameters: Parameters, film: str) -> None:
         self.parameters = parameters
-        self.thermal = thermal
+        self.film = film
+        screw = parameters.screw
+        self._count = screw.loaded_ball_count if film == MECHANISTIC else screw.ball_count
 
     def mean_load(self, force: float) -> float:
         """mean_load of the balls in the friction sums of a nut under an axial force [N]."""
-        screw = self.parameters.screw
-        return mean_load(_ball_loads(screw, force, screw.ball_count))
+        return mean_load(_ball_loads(self.parameters.screw, force, self._count))
 
     def extreme_loads(self, force: float) -> tuple[float, float]:
         """Lightest and heaviest of the load-carrying balls [N]."""
@@ -137,19 +144,20 @@ class NutContacts:
         Raises       UnconvergedContactError; ValueError: out of range
         """
         screw = self.parameters.screw
-        loads = _ball_loads(screw, force, screw.ball_count)
+        loads = _ball_loads(screw, force, self._count)
         load = mean_load(loads)
         hot = solve_ball(self.parameters, raceway, load, speed, temperature, thermal=True)
-        own = hot if self.thermal else solve_ball(self.parameters, raceway, load, speed, temperature, False)
+        extremes = hot.h_m, hot.h_c, hot.integrals.temperature_rise_mean
+        if self.film == MECHANISTIC:
+            contacts = MeanBallContacts(self.parameters, {raceway: hot})
+            at = np.array([[speed]]), np.array([[temperature]])
+            rolling = rolling_torque(self.parameters, raceway, loads, *at, contacts)
+            return RacewayValues(float(rolling[0, 0]), hot.h_c, *extremes)
+        isothermal = self.film == "solved"
+        own = solve_ball(self.parameters, raceway, load, speed, temperature, False) if isothermal else hot
         film = _PowerFilm(load, {name: (own.h_c, slope) for name in RACEWAYS})
         sums = nut_sums(self.parameters, loads, speed, temperature, film)._asdict()
-        return RacewayValues(
-            sums[f"viscous_{raceway}"],
-            sums[f"film_{raceway}"],
-            hot.h_m,
-            hot.h_c,
-            hot.integrals.temperature_rise_mean,
-        )
+        return RacewayValues(sums[f"viscous_{raceway}"], sums[f"film_{raceway}"], *extremes)
 
 
 class _PowerFilm:
@@ -236,21 +244,22 @@ class MeanBallContacts:
     def __init__(self, parameters: Parameters, solved: Mapping[str, ContactSolution]) -> None:
         self.parameters, self.solved = parameters, solved
 
-    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
-        """Quantities of the law (n, 1, 1) at ball loads (n,), the last one that of the mean ball."""
-        mean = self.solved[raceway]
-        formula = rolling_loss_formula(
-            self.parameters, raceway, load, float(speed[0, 0]), float(temperature[0])
-        )
-        found = mean.integrals
-        values = (
-            mean.h_c, found.rolling_loss * formula / formula[-1], found.core_pressure, found.core_area,
-            found.mean_temperature - mean.conditions.temperature,
-        )  # fmt: skip
-        return {
-            name: np.broadcast_to(value, load.shape)[:, None, None]
-            for name, value in zip(QUANTITIES, values, strict=True)
+    def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
+        """A quantity (n, 1, 1) at ball loads (n,), a speed (1, 1) and a temperature (1,): those of the solution."""
+        mean, at = self.solved[raceway], (float(speed[0, 0]), float(temperature[0]))
+        values = {
+            "thermal_central_film": mean.h_c,
+            "rolling_loss": mean.integrals.rolling_loss,
+            "core_pressure": mean.integrals.core_pressure,
+            "core_area": mean.integrals.core_area,
+            "mean_rise": mean.integrals.mean_temperature - mean.conditions.temperature,
         }
+        found = np.full(load.shape, values[name])
+        if name == "rolling_loss":
+            loads = np.append(load, mean.conditions.load)
+            formula = rolling_loss_formula(self.parameters, raceway, loads, *at)
+            found *= formula[:-1] / formula[-1]
+        return found[:, None, None]
 
 
 class DirectContacts:
@@ -262,17 +271,18 @@ class DirectContacts:
         self.parameters = parameters
         self._solved: dict[tuple[str, float, float, float], ContactSolution] = {}
 
-    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
-        """Quantities of the law (n, 1, 1) at ball loads (n,), the last one that of the mean ball, and one point.
+    def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
+        """A quantity (n, 1, 1) at the ball loads (n,) of a nut, or at their mean_load alone, at a single point.
 
         Raises       UnconvergedContactError: a contact that did not converge
         """
-        point = float(load[-1]), float(np.ravel(speed)[0]), float(np.ravel(temperature)[0])
-        key = (raceway, *point)
+        # the mean of many loads and that of their mean differ by rounding
+        mean = float(f"{mean_load(load):.12g}")
+        key = raceway, mean, float(speed[0, 0]), float(temperature[0])
         if key not in self._solved:
-            self._solved[key] = solve_ball(self.parameters, raceway, *point, thermal=True)
-        mean = MeanBallContacts(self.parameters, {raceway: self._solved[key]})
-        return mean.values(raceway, load, speed, temperature)
+            self._solved[key] = solve_ball(self.parameters, *key, thermal=True)
+        contacts = MeanBallContacts(self.parameters, {raceway: self._solved[key]})
+        return contacts.value(raceway, name, load, speed, temperature)
 
 
 def direct_state(

@@ -26,7 +26,7 @@ import numpy as np
 
 from ..parameters.file import Parameters
 from ..physics.hertz import RACEWAYS
-from ..runtime.packed import FILM_SHEAR
+from ..runtime.packed import MECHANISTIC
 from .corrections import Array, CorrectionStore
 from .direct import NutContacts
 
@@ -85,7 +85,17 @@ def map_parameters(header: Mapping[str, Any]) -> Parameters:
     Raises       ValueError: the header carries none
     """
     content = json.loads(header["parameters_json"])
-    oil = content.get("lubricant", {})
+    oil, friction = content.get("lubricant", {}), content.get("friction", {})
+    # not in the identity of the map
+    constants = dict(header.get(MECHANISTIC, {}))
+    if constants:
+        oil["eyring_stress"] = constants.pop("eyring_stress")
+        friction |= constants
+        friction["set"] = (
+            MECHANISTIC if header.get("law") == MECHANISTIC else friction.get("set", "three_parameter")
+        )
+        if friction["inlet_films"] is not None:
+            del friction["replenishment_constant"]
     if oil.get("viscosity_law") == "astm_d341":
         del oil["viscosity"]  # follows from the two points
     return Parameters.model_validate_json(json.dumps(content))
@@ -104,8 +114,10 @@ class Refinement:
     Validity     within the axes of the map. Beyond them, where values are clamped, known corrections apply and nothing
                  is solved; below the least speed and force the correction is that of the end of the axis. Torque
                  follows direct per-ball solves within the tolerance (in 95 of 100 cases, the rest up to three times
-                 as much); films and temperature rise are corrected as for the mean ball, without a bound. Share
-                 of force between the nuts, hysteresis and sliding torque stay those of the map
+                 as much); films and temperature rise are corrected as for the mean ball, without a bound, but not those
+                 that are shown of another kinematics. Share
+                 of force between the nuts, hysteresis and sliding torque stay those of the map; of the mechanistic law
+                 only the rolling part, which is nearly all that follows the film, is corrected
     """
 
     def __init__(
@@ -116,17 +128,17 @@ class Refinement:
         capacity: int = CAPACITY,
         report: Callable[[Solve], None] | None = None,
     ) -> None:
-        if nut_map.law != FILM_SHEAR:
-            raise ValueError(f"friction law of the map = {nut_map.law}; refinement needs {FILM_SHEAR}")
         film = nut_map.header["film_model"]
-        if film not in ("solved", "solved_thermal"):
-            raise ValueError(f"film model of the map = {film}; refinement needs solved or solved_thermal")
+        if film not in ("solved", "solved_thermal", MECHANISTIC):
+            raise ValueError(
+                f"film model of the map = {film}; refinement needs solved, solved_thermal or {MECHANISTIC}"
+            )
         if not capacity >= 4:
             raise ValueError(f"capacity = {capacity}; needs a whole number >= 4")
         self.nut_map = nut_map
         self.tolerance = tolerance
         self.solves: deque[Solve] = deque(maxlen=capacity)
-        self._contacts = NutContacts(parameters or map_parameters(nut_map.header), film == "solved_thermal")
+        self._contacts = NutContacts(parameters or map_parameters(nut_map.header), film)
         self._report = report or _logged
         self._cell = np.array(_cell(nut_map.header))
         expected = _expected_correction(nut_map.header)
@@ -207,7 +219,9 @@ class Refinement:
                 found = store.look_up(self._place(force, *point))
                 corrected[raceway::2] = [v + c for v, c in zip(values[raceway::2], found.values, strict=True)]
                 torque, film = corrected[raceway:4:2]  # logarithms of this raceway
-                viscous = share * math.exp(torque) / (1.0 + (roughness / math.exp(film)) ** 2)
+                viscous = share * math.exp(torque)
+                if self.nut_map.law != MECHANISTIC:
+                    viscous /= 1.0 + (roughness / math.exp(film)) ** 2
                 asked.append(_LookUp(raceway, force, viscous, found.deviation, found.distance))
             return corrected
 
@@ -285,7 +299,13 @@ class Refinement:
             expected[column] += slope * beyond
         if not min(found) > 0.0:
             raise ValueError(f"{found}; needs > 0")
-        return np.log(found) - expected
+        correction = np.log(found) - expected
+        if self.nut_map.law == MECHANISTIC:
+            # shear torque or thrust factor: of both raceways together
+            correction[1] = 0.0
+        if self.nut_map.header.get("film_kinematics") != self.nut_map.header.get("kinematics"):
+            correction[2:] = 0.0
+        return correction
 
     def state(self) -> dict[str, Any]:
         """All that later results depend on except map and tolerance; exact in JSON."""

@@ -267,6 +267,7 @@ def test_friction_parameters_act(monitors, synthetic_nut_map, subject):
         "apparent_viscosity_ratio": 3.0,
         "net_sliding_coefficient": 0.008,
         "roughness_height": 60e-9,
+        "breakaway_factor": 2.0,
         "regularization_speed": 5.0,
         "speed_min": 0.01,
         "torque_uncertainty": 0.05,

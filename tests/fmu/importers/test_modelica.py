@@ -3,6 +3,7 @@
 rumoca has no external functions, and no standard library is installed: stubs replace the map and the library.
 """
 
+import math
 import re
 import subprocess
 import sys
@@ -15,8 +16,10 @@ import servo_axis
 from modelica_host import build, call, externals
 from paths import FMU_SUPPORT
 from rotor_fmu import RUNS_HERE
+from synthetic_map import make_map
 
 from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_tehl.runtime.packed import MECHANISTIC
 from ballscrew_tehl.runtime.standstill import presliding_step
 
 pytestmark = [
@@ -26,7 +29,7 @@ pytestmark = [
 TEXT = (modelica_package.SOURCE / "package.mo").read_text().replace("within ;", "", 1)
 STAND_INS = FMU_SUPPORT / "modelica" / "standard_library.mo"
 LIBRARY = STAND_INS.read_text().replace("within ;", "", 1)
-DEFAULTS = ("apparentViscosityRatio", "netSlidingCoefficient", "roughnessHeight")
+DEFAULTS = ("apparentViscosityRatio", "netSlidingCoefficient", "roughnessHeight", "breakawayFactor")
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +76,7 @@ def test_the_package_contains_the_files_of_its_functions(package):
     assert {"package.mo", "Resources/Include/BallScrewFriction.h", "Resources/Data/nut_map.bin"} < names
     assert "Resources/Library/linux64/libBallScrewFriction.a" in names
     functions = externals(TEXT)
-    assert len(functions) == 11
+    assert len(functions) == 12
     assert TEXT.count('Include="#include \\"BallScrewFriction.h\\""') == len(functions)
     for annotation in ("Include", "Library"):
         folder = f'{annotation}Directory="modelica://BallScrewFriction/Resources/{annotation}"'
@@ -82,9 +85,9 @@ def test_the_package_contains_the_files_of_its_functions(package):
 
 def test_functions_give_the_values_of_the_fmu(program, package, native_fmu, synthetic_nut_map, defaults):
     rows = points(synthetic_nut_map.header["axes"])
-    ratio, coefficient, roughness = defaults
+    ratio, coefficient, roughness, breakaway = defaults
     calls = [("viscousTorque", *row, ratio, roughness) for row in rows]
-    calls += [("coulombTorque", row[0], row[3], coefficient) for row in rows]
+    calls += [("coulombTorque", *row, coefficient, breakaway) for row in rows]
     calls += [("covered", *row) for row in rows] + [("films", *row) for row in rows]
     answers = call(program, map_of(package), calls)
     viscous, coulomb, covered, films = (answers[n * len(rows) : (n + 1) * len(rows)] for n in range(4))
@@ -105,14 +108,13 @@ def test_functions_give_the_values_of_the_fmu(program, package, native_fmu, synt
 
 def test_parameters_of_the_map_are_its_defaults_and_are_used(program, package, synthetic_nut_map, defaults):
     stored = synthetic_nut_map.header["defaults"]
-    assert defaults == [
-        stored[n] for n in ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
-    ]
-    ratio, coefficient, roughness = defaults
+    names = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height", "breakaway_factor")
+    assert defaults == [stored[name] for name in names]
+    ratio, coefficient, roughness, breakaway = defaults
     at = (2000.0, 50.0, 303.15, 0.0)
     calls = [("viscousTorque", *at, ratio, roughness), ("viscousTorque", *at, 2.0 * ratio, roughness),
-             ("viscousTorque", *at, ratio, 2.0 * roughness + 1e-8), ("coulombTorque", 2000.0, 0.0, coefficient),
-             ("coulombTorque", 2000.0, 0.0, 2.0 * coefficient)]  # fmt: skip
+             ("viscousTorque", *at, ratio, 2.0 * roughness + 1e-8), ("coulombTorque", *at, coefficient, breakaway),
+             ("coulombTorque", *at, 2.0 * coefficient, breakaway)]  # fmt: skip
     (first,), (doubled,), (rough,), (coulomb,), (more,) = call(program, map_of(package), calls)
     assert doubled == pytest.approx(2.0 * first)
     assert rough < first
@@ -122,18 +124,41 @@ def test_parameters_of_the_map_are_its_defaults_and_are_used(program, package, s
 
 def test_rates_are_those_of_the_functions(program, package, defaults):
     """Analytic derivatives against central differences along a line."""
-    ratio, coefficient, roughness = defaults
+    ratio, coefficient, roughness, breakaway = defaults
     at, along = np.array([2000.0, 40.0, 305.0, 300.0]), np.array([300.0, -4.0, 2.0, 80.0])
     h = 1e-4
     ends = [at - h * along, at + h * along]
     calls = [("viscousTorque", *x, ratio, roughness) for x in ends]
-    calls += [("coulombTorque", x[0], x[3], coefficient) for x in ends]
+    calls += [("coulombTorque", *x, coefficient, breakaway) for x in ends]
     calls += [("viscousTorque_der", *at, ratio, roughness, *along),
-              ("coulombTorque_der", at[0], at[3], coefficient, along[0], along[3])]  # fmt: skip
+              ("coulombTorque_der", *at, coefficient, breakaway, *along)]  # fmt: skip
     low, high, below, above, viscous, coulomb = (value for (value,) in call(program, map_of(package), calls))
     assert viscous == pytest.approx((high - low) / (2.0 * h), rel=1e-6)
     assert coulomb == pytest.approx((above - below) / (2.0 * h), rel=1e-6)
     assert viscous != 0.0 != coulomb
+
+
+def test_functions_of_the_mechanistic_law(tmp_path):
+    """Values at rest, below and within the map against Python; rates against central differences."""
+    nut_map = make_map(law=MECHANISTIC)
+    package = modelica_package.assemble(nut_map, tmp_path / "package", ("x86_64-linux",))
+    program = build(tmp_path / "host", package)
+    ratio, coefficient, roughness, breakaway = friction = tuple(nut_map.defaults)
+    rows = [(2000.0, w, T, F) for w in (0.0, -0.2, 0.2, 30.0) for T in (290.0, 330.0) for F in (0.0, 900.0)]
+    calls = [("coulombTorque", *row, coefficient, breakaway) for row in rows]
+    calls += [("viscousTorque", *row, ratio, roughness) for row in rows]
+    values = [value for (value,) in call(program, map_of(package), calls)]
+    for row, coulomb, viscous in zip(rows, values[: len(rows)], values[len(rows) :], strict=True):
+        state = nut_map.evaluate(*row, *friction)
+        assert coulomb == pytest.approx(state.coulomb_torque, rel=1e-12, abs=0.0)
+        assert viscous == pytest.approx(math.copysign(state.viscous_torque, row[1]), rel=1e-12, abs=0.0)
+    along, h = np.array([300.0, -0.4, 2.0, 80.0]), 1e-4
+    for w in (-0.2, 0.3, 40.0):
+        at = np.array([2000.0, w, 305.0, 300.0])
+        calls = [("coulombTorque", *x, coefficient, breakaway) for x in (at - h * along, at + h * along)]
+        calls += [("coulombTorque_der", *at, coefficient, breakaway, *along)]
+        low, high, rate = (value for (value,) in call(program, map_of(package), calls))
+        assert rate == pytest.approx((high - low) / (2.0 * h), rel=1e-6)
 
 
 def test_bad_files_and_values_stop_with_a_message(program, package, tmp_path):
@@ -145,7 +170,7 @@ def test_bad_files_and_values_stop_with_a_message(program, package, tmp_path):
     with pytest.raises(RuntimeError, match="exit 3: BallScrewFriction: speed = nan; needs a finite number"):
         call(program, map_of(package), [("covered", 2000.0, float("nan"), 303.0, 0.0)])
     with pytest.raises(RuntimeError, match=r"net_sliding_coefficient = -0\.1; needs"):
-        call(program, map_of(package), [("coulombTorque", 2000.0, 0.0, -0.1)])
+        call(program, map_of(package), [("coulombTorque", 2000.0, 0.0, 303.0, 0.0, -0.1, 1.0)])
 
 
 def test_sanitizers_find_nothing(package, program, tmp_path, synthetic_nut_map, defaults):
@@ -277,7 +302,9 @@ def simulated(model, stop, interval, **values):
 
 @pytest.fixture(scope="module")
 def coulomb(program, package, defaults):
-    ((value,),) = call(program, map_of(package), [("coulombTorque", 2000.0, 0.0, defaults[1])])
+    ((value,),) = call(
+        program, map_of(package), [("coulombTorque", 2000.0, 0.0, 303.15, 0.0, defaults[1], defaults[3])]
+    )
     return value
 
 
@@ -355,6 +382,7 @@ BODIES = {  # stubs of the external functions
     "apparentViscosityRatio": "ratio := 1;",
     "netSlidingCoefficient": "coefficient := 1;",
     "roughnessHeight": "height := 1;",
+    "breakawayFactor": "factor := 1;",
 }
 
 

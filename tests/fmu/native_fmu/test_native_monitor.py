@@ -122,6 +122,7 @@ BASES = (
     {"torque": 0.8, "speed": 20.0, "axial_load": 300.0},
     {"torque": 0.8, "speed": 0.0, "axial_load": 300.0},
     {"torque": 0.8, "speed": 20.0, "axial_load": 300.0, "speed_min": 20.1},
+    {"torque": 0.8, "speed": 0.2, "axial_load": 300.0, "speed_min": 0.1},  # below the slowest node: breakaway
 )
 
 
@@ -193,7 +194,7 @@ def test_model_is_that_of_python(tmp_path, law):
         if found.in_range:
             estimated += 1
             assert model.get("torque_sensitivity") == pytest.approx(found.torque_sensitivity, rel=1e-9)
-    assert estimated > 1000
+    assert estimated > 500
 
 
 # --- model exchange ---

@@ -13,10 +13,12 @@ extern "C" {
 void *ballScrewMap_open(const char *fileName);
 void ballScrewMap_close(void *map);
 
-/* Magnitude [N.m] of hysteresis and sliding part; its rate for rates of preload and axial load. */
-double ballScrewMap_coulomb(void *map, double preload, double axialLoad, double netSlidingCoefficient);
-double ballScrewMap_coulombRate(void *map, double preload, double axialLoad, double netSlidingCoefficient,
-                                double der_preload, double der_axialLoad);
+/* Magnitude [N.m] of hysteresis and sliding part; its rate for rates of the inputs. */
+double ballScrewMap_coulomb(void *map, double preload, double w, double T, double axialLoad,
+                            double netSlidingCoefficient, double breakawayFactor);
+double ballScrewMap_coulombRate(void *map, double preload, double w, double T, double axialLoad,
+                                double netSlidingCoefficient, double breakawayFactor, double der_preload, double der_w,
+                                double der_T, double der_axialLoad);
 
 /* Viscous part [N.m] with the sign of the speed; its rate for rates of the inputs. */
 double ballScrewMap_viscous(void *map, double preload, double w, double T, double axialLoad,
@@ -35,6 +37,7 @@ void ballScrewMap_films(void *map, double preload, double w, double T, double ax
 double ballScrewMap_apparentViscosityRatio(void *map);
 double ballScrewMap_netSlidingCoefficient(void *map);
 double ballScrewMap_roughnessHeight(void *map);
+double ballScrewMap_breakawayFactor(void *map);
 
 #ifdef __cplusplus
 }

@@ -2,6 +2,7 @@
    latched, results are read. */
 #include "BallScrewFriction.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "model.h"
@@ -68,32 +69,40 @@ void ballScrewMap_close(void *map)
     }
 }
 
-/* The Coulomb part depends neither on temperature nor, in magnitude, on speed. */
-static Model *at_coulomb(void *map, double preload, double axialLoad, double netSlidingCoefficient)
+/* At rest the parts have no sign: their magnitude is that of the slowest motion. */
+#define SLOWEST 1e-100 /* [rad/s] */
+
+static Model *at_coulomb(void *map, double preload, double w, double T, double axialLoad, double netSlidingCoefficient,
+                         double breakawayFactor)
 {
     const Setting point[] = {{PRELOAD, preload},
+                             {SPEED, fabs(w) < SLOWEST ? SLOWEST : fabs(w)},
+                             {TEMPERATURE, T},
                              {AXIAL_LOAD, axialLoad},
-                             {SPEED, 1.0},
-                             {NET_SLIDING_COEFFICIENT, netSlidingCoefficient}};
+                             {NET_SLIDING_COEFFICIENT, netSlidingCoefficient},
+                             {BREAKAWAY_FACTOR, breakawayFactor}};
     return at(map, sizeof point / sizeof *point, point);
 }
 
-double ballScrewMap_coulomb(void *map, double preload, double axialLoad, double netSlidingCoefficient)
+double ballScrewMap_coulomb(void *map, double preload, double w, double T, double axialLoad,
+                            double netSlidingCoefficient, double breakawayFactor)
 {
-    Model *model = at_coulomb(map, preload, axialLoad, netSlidingCoefficient);
+    Model *model = at_coulomb(map, preload, w, T, axialLoad, netSlidingCoefficient, breakawayFactor);
 
     return model_get(model, HYSTERESIS_TORQUE) + model_get(model, SLIDING_TORQUE);
 }
 
-double ballScrewMap_coulombRate(void *map, double preload, double axialLoad, double netSlidingCoefficient,
-                                double der_preload, double der_axialLoad)
+double ballScrewMap_coulombRate(void *map, double preload, double w, double T, double axialLoad,
+                                double netSlidingCoefficient, double breakawayFactor, double der_preload, double der_w,
+                                double der_T, double der_axialLoad)
 {
-    static const int parts[] = {HYSTERESIS_TORQUE, SLIDING_TORQUE}, forces[] = {PRELOAD, AXIAL_LOAD};
-    const double seed[] = {der_preload, der_axialLoad};
+    static const int parts[] = {HYSTERESIS_TORQUE, SLIDING_TORQUE};
+    static const int inputs[] = {PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD};
+    const double seed[] = {der_preload, w < 0.0 ? -der_w : der_w, der_T, der_axialLoad};
     double rate[2];
 
-    model_directional_derivative(at_coulomb(map, preload, axialLoad, netSlidingCoefficient), parts, 2, forces, 2, seed,
-                                 rate);
+    model_directional_derivative(at_coulomb(map, preload, w, T, axialLoad, netSlidingCoefficient, breakawayFactor),
+                                 parts, 2, inputs, 4, seed, rate);
     return rate[0] + rate[1];
 }
 
@@ -163,4 +172,9 @@ double ballScrewMap_netSlidingCoefficient(void *map)
 double ballScrewMap_roughnessHeight(void *map)
 {
     return ((Handle *)map)->map->defaults[ROUGHNESS_HEIGHT_DEFAULT];
+}
+
+double ballScrewMap_breakawayFactor(void *map)
+{
+    return ((Handle *)map)->map->defaults[BREAKAWAY_FACTOR_DEFAULT];
 }

@@ -1,0 +1,77 @@
+"""Motion of the contacts of a ball against the zero-lead formulas, and what no motion of the ball can remove."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_parameters
+from ballscrew_tehl.physics.ball_motion import contact_motion
+from ballscrew_tehl.physics.kinematics import cage_speed, entrainment_speed, slip_field
+
+ROLLING = changed(load_parameters(), friction={"kinematics": "rolling_frame"})
+SCREW = ROLLING.screw
+
+
+def rolling_motion(screw, contact_angle, spin_split):
+    """Motion of a ball that rolls without slip in the limit of zero lead, per screw speed; spin shared by the split."""
+    w_c = float(cage_speed(screw, 1.0))
+    rolling = float(entrainment_speed(screw, 1.0)) / (0.5 * screw.ball_diameter)
+    along = np.array([-math.sin(contact_angle), 0.0, math.cos(contact_angle)])
+    normal = np.array([math.cos(contact_angle), 0.0, math.sin(contact_angle)])
+    # spin of the ball about the normal from screw to ball: W of the screw less its share of the spin
+    turn = (1.0 - w_c - spin_split) * math.sin(contact_angle)
+    return np.array([w_c, *(-rolling * along + turn * normal)])
+
+
+@pytest.mark.parametrize("split", [0.0, 0.3, 1.0])
+def test_without_lead_a_rolling_ball_has_no_slip_and_the_spin_of_the_split(split):
+    flat = SCREW.model_copy(update={"lead_angle": 1e-12})
+    beta = SCREW.contact_angle
+    motion = contact_motion(flat, beta)
+    found = motion.matrix @ rolling_motion(flat, beta, split) + motion.offset
+    assert np.max(np.abs(found[:, :2])) <= 1e-12 * SCREW.nominal_radius
+    fields = [
+        slip_field(changed(ROLLING, friction={"spin_split": split}), raceway, 1.0, beta)
+        for raceway in motion.raceways
+    ]
+    # slip_field speaks of ball against raceway on the flank where y leads away from the axis
+    spins = np.array([float(field.spin_1 - field.spin_2) for field in fields])
+    assert np.max(np.abs(np.abs(found[:, 2]) - np.abs(spins))) <= 1e-9
+    assert abs(abs(found[0, 2]) + abs(found[1, 2]) - math.sin(beta)) <= 1e-9
+    slip = [float(field.differential_1 - field.differential_2) for field in fields]
+    assert motion.differential == pytest.approx(slip, rel=1e-9)
+
+
+def test_helix_leaves_a_slip_across_rolling_that_no_motion_removes():
+    """Sum over both contacts: r_b w sin(lambda), for any motion of the ball and the balls."""
+    motion = contact_motion(SCREW, SCREW.contact_angle)
+    expected = 0.5 * SCREW.ball_diameter * math.sin(SCREW.lead_angle)
+    for q in np.random.default_rng(3).normal(size=(5, 4)):
+        across = (motion.matrix @ q + motion.offset)[:, 1]
+        # y of both contacts point the same way round the ball
+        assert (
+            abs(abs(across.sum()) - expected) <= 1e-12 or abs(abs(across[0] - across[1]) - expected) <= 1e-12
+        )
+    spin = (motion.matrix @ q + motion.offset)[:, 2]
+    whole = math.sin(SCREW.contact_angle) * math.cos(SCREW.lead_angle)
+    assert min(abs(abs(spin.sum()) - whole), abs(abs(spin[0] - spin[1]) - whole)) <= 1e-12
+
+
+def test_oversize_ball_has_four_contacts_in_mirrored_pairs():
+    screw = changed(ROLLING, screw={"preload_kind": FOUR_POINT}).screw
+    motion = contact_motion(screw, screw.contact_angle)
+    assert motion.raceways == ("screw", "screw", "nut", "nut")
+    two = contact_motion(SCREW, SCREW.contact_angle)
+    for first, found in ((0, 0), (1, 2)):
+        assert np.max(np.abs(motion.matrix[found] - two.matrix[first])) <= 1e-15
+    # no motion stops the slip of all four at once
+    q = np.linalg.lstsq(motion.matrix[:, :2].reshape(-1, 4), -motion.offset[:, :2].reshape(-1), rcond=None)[0]
+    left = motion.matrix @ q + motion.offset
+    assert np.max(np.abs(left[:, 2])) >= 0.5
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5 * math.pi, math.nan])
+def test_contact_angle_is_checked(angle):
+    with pytest.raises(ValueError, match="contact_angle"):
+        contact_motion(SCREW, angle)
