@@ -14,8 +14,8 @@ from scipy.stats import t as student_t
 from scipy.stats import wilcoxon
 
 from ..friction.parts import roughness_share
-from ..friction.sets import FITTED
-from .fit import TorqueBasis, Values, fit_values
+from ..friction.sets import FITTED, MECHANISTIC_FITTED
+from .fit import HEIGHT, TorqueBasis, Values, fit_values
 
 Array = NDArray[np.float64]
 
@@ -37,14 +37,14 @@ def degrees_of_freedom(basis: TorqueBasis, count: int) -> int:
     return len(basis) - count
 
 
-def _free(values: Values, count: int) -> list[int]:
-    """Indices of the parameters that change the torque to first order: all but a height of 0."""
-    return [i for i in range(count) if i < 2 or values[i] > 0.0]
+def free_parameters(basis: TorqueBasis, values: Values, count: int) -> list[int]:
+    """Numbers of the fitted parameters that change the torque to first order: all but a height of 0."""
+    return [i for i in basis.fitted(count) if i != HEIGHT or values[i] > 0.0]
 
 
 def condition(basis: TorqueBasis, values: Values, count: int) -> float:
     """Condition number of the derivatives with respect to relative changes; inf if a parameter has no effect."""
-    J = basis.jacobian(values)[:, _free(values, count)]
+    J = basis.jacobian(values)[:, free_parameters(basis, values, count)]
     norm = np.linalg.norm(J, axis=0)
     return float(np.linalg.cond(J / norm)) if np.all(norm > 0.0) else math.inf
 
@@ -53,11 +53,12 @@ class _Profile:
     """Least sum of squared errors with one parameter fixed, the others free and not negative."""
 
     def __init__(self, basis: TorqueBasis, count: int) -> None:
-        self.basis, self.count = basis, count
-        scale = float(basis.film.min())
-        self.heights = scale * np.r_[0.0, np.geomspace(0.03, 30.0, 50)] if count == 3 else np.zeros(1)
+        self.basis = basis
+        self.free = basis.fitted(count)
+        heights = np.r_[0.0, np.geomspace(0.03, 30.0, 50)]
+        self.heights = float(basis.film.min()) * heights if HEIGHT in self.free else np.zeros(1)
         self.factor = basis.weights / basis.measured
-        self.rest = basis.errors((0.0, 0.0, 0.0))
+        self.rest = basis.errors([0.0 if i in self.free else held for i, held in enumerate(basis.held)])
 
     def _viscous(self, heights: Array) -> Array:
         """Weighted viscous torque at ratio 1 (heights, n)."""
@@ -73,9 +74,12 @@ class _Profile:
 
     def at(self, parameter: int, value: float) -> float:
         """Ratio (0), net sliding coefficient (1) or roughness height (2) fixed."""
-        if parameter == 2:
+        if parameter == HEIGHT:
             return self.at_height(value)
         sliding = self.basis.sliding * self.factor
+        if self.free == [parameter]:
+            own = sliding if parameter else self._viscous(self.heights)[0]
+            return float(np.sum((self.rest + value * own) ** 2))
 
         def costs(heights: Array) -> Array:
             viscous = self._viscous(heights)
@@ -86,7 +90,7 @@ class _Profile:
 
         found = costs(self.heights)
         i = int(np.argmin(found))
-        if self.count == 2:
+        if HEIGHT not in self.free:
             return float(found[0])
         around = (self.heights[max(i - 1, 0)], self.heights[min(i + 1, len(self.heights) - 1)])
         refined = minimize_scalar(lambda h: float(costs(np.array([h]))[0]), bounds=around, method="bounded",
@@ -105,7 +109,7 @@ def profile_limits(basis: TorqueBasis, count: int) -> dict[str, dict[str, float]
     """
     freedom = degrees_of_freedom(basis, count)
     if freedom < 1:
-        return {name: {"low": 0.0, "high": math.inf} for name in FITTED[:count]}
+        return {name: {"low": 0.0, "high": math.inf} for name in basis.names[:count]}
     values = fit_values(basis, count, "least_squares")
     least = float(np.sum(basis.errors(values) ** 2))
     # rounding errors are not a spread
@@ -114,7 +118,7 @@ def profile_limits(basis: TorqueBasis, count: int) -> dict[str, dict[str, float]
     jacobian = basis.jacobian((1.0, 1.0, 0.0))[:, :2]
     sizes = (*(1.0 / np.abs(jacobian).mean(axis=0)), float(basis.film.min()))
     found = {}
-    for i, name in enumerate(FITTED[:count]):
+    for i in basis.fitted(count):
 
         def excess(value: float, i: int = i) -> float:
             return profile.at(i, value) - allowed
@@ -131,7 +135,7 @@ def profile_limits(basis: TorqueBasis, count: int) -> dict[str, dict[str, float]
                 )
                 break
             start, step = best + step, 2.0 * step
-        found[name] = {"low": low, "high": high}
+        found[FITTED[i]] = {"low": low, "high": high}
     return found
 
 
@@ -178,7 +182,7 @@ def point_diagnostics(basis: TorqueBasis, values: Values, count: int) -> PointDi
     n, freedom = len(basis), degrees_of_freedom(basis, count)
     squares = fit_values(basis, count, "least_squares")
     residual = basis.errors(squares)
-    J = basis.jacobian(squares)[:, _free(squares, count)]
+    J = basis.jacobian(squares)[:, free_parameters(basis, squares, count)]
     leverage = np.sum(np.linalg.svd(J / np.linalg.norm(J, axis=0), full_matrices=False)[0] ** 2, axis=1)
     studentised, limit = np.full(n, math.nan), math.inf
     if freedom >= 2:
@@ -218,6 +222,11 @@ def predicts_better(ours: Array, theirs: Array) -> bool:
     return bool(wilcoxon(ours, theirs, alternative="less").pvalue < 0.025)
 
 
+def share_name(basis: TorqueBasis) -> str:
+    """What sliding_share is called."""
+    return "share of ball on ball" if basis.names == MECHANISTIC_FITTED else "sliding share"
+
+
 def sliding_share(basis: TorqueBasis, net: float) -> float:
     """Sliding part of the measured torque, mean over the points."""
     return float(net * np.mean(basis.sliding / basis.measured))
@@ -243,7 +252,8 @@ def not_identified(
     """
     reasons: dict[str, list[str]] = {}
     equal = [rival for rival in rivals if not predicts_better(left_out, rival.left_out)]
-    for i, name in enumerate(FITTED[:count]):
+    for i in basis.fitted(count):
+        name = FITTED[i]
         value, low, high = float(values[i]), limits[name]["low"], limits[name]["high"]
         found = []
         if not 0.5 * (high - low) <= PRECISION * value:
@@ -265,7 +275,7 @@ def not_identified(
     within = (max(shares[0], 0.0), min(shares[1], 1.0))
     all_shares = [*within, *(sliding_share(rival.basis, float(rival.values[1])) for rival in equal)]
     if not max(all_shares) - min(all_shares) <= SPLIT_WIDTH:
-        found = [f"sliding share of the torque {100.0 * within[0]:.0f} to {100.0 * within[1]:.0f} %"]
+        found = [f"{share_name(basis)} of the torque {100.0 * within[0]:.0f} to {100.0 * within[1]:.0f} %"]
         for rival, share in zip(equal, all_shares[2:], strict=True):
             found.append(f"{100.0 * share:.0f} % in {_not_worse(rival, left_out)}")
         strongest = max(correlations.items(), key=lambda entry: abs(entry[1]), default=None)

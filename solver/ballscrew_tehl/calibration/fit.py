@@ -10,13 +10,15 @@ soft_l1         sum of 2 s^2 (sqrt(1 + (r/s)^2) - 1), s = 1 %: squares below abo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, nnls
 
+from ..friction.mechanistic import NutPowers
 from ..friction.parts import roughness_share, roughness_share_slope
+from ..friction.sets import FITTED, MECHANISTIC_FITTED
 from ..friction.torque import NutSums
 from .measurements import Measurement
 
@@ -27,7 +29,10 @@ NO_TABLE = "all"
 #: relative error at which soft_l1 changes from squares to absolute values
 SOFT_SCALE = 0.01
 
-#: ratio [1], net sliding coefficient [1], roughness height [m]
+#: number of the roughness height in FITTED, the parameter in which the torque is not linear
+HEIGHT = 2
+
+#: ratio [1], net sliding coefficient [1], roughness height [m], as FITTED
 Values = Sequence[float] | NDArray[np.float64]
 
 
@@ -38,6 +43,10 @@ class TorqueBasis:
     viscous (n, 2) [N.m] and film (n, 2) [m] of screw and nut raceway, hysteresis (n,) and sliding (n,) [N.m]:
     the sums of NutSums over both nuts. Nuts under different forces: (n, 4), first nut, then second nut. The film
     of a nut without load is inf.
+    names   of the parameters that a fit determines, the most important first;  held: values of the others
+
+    Mechanistic law, see of_powers: viscous is the rolling part, hysteresis also holds the shear of the contacts,
+    sliding the friction of ball on ball; its film is inf, for the torque does not depend on the roughness height.
     """
 
     measurements: tuple[Measurement, ...]
@@ -45,6 +54,8 @@ class TorqueBasis:
     film: np.ndarray
     hysteresis: np.ndarray
     sliding: np.ndarray
+    names: tuple[str, ...] = FITTED
+    held: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @classmethod
     def of_equal_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[NutSums]) -> TorqueBasis:
@@ -68,6 +79,27 @@ class TorqueBasis:
             np.array([sum(s.sliding for s in nuts) for nuts in sums]),
         )
 
+    @classmethod
+    def of_powers(
+        cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[NutPowers]]
+    ) -> TorqueBasis:
+        """Two nuts per point by the mechanistic law; the factor of the rolling part is held at 1."""
+        return cls(
+            tuple(measurements),
+            np.array(
+                [[value for p in nuts for value in (p.rolling_screw, p.rolling_nut)] for nuts in powers]
+            ),
+            np.full((len(measurements), 4), np.inf),
+            np.array([sum(p.hysteresis + p.shear for p in nuts) for nuts in powers]),
+            np.array([sum(p.thrust_factor * p.ball_ball for p in nuts) for nuts in powers]),
+            MECHANISTIC_FITTED,
+            (1.0, 0.0, 0.0),
+        )
+
+    def fitted(self, count: int) -> list[int]:
+        """Numbers of the first parameters that a fit determines, in the order of names."""
+        return [FITTED.index(name) for name in self.names[:count]]
+
     def __len__(self) -> int:
         return len(self.measurements)
 
@@ -75,8 +107,13 @@ class TorqueBasis:
         """The points with these numbers."""
         rows = list(keep)
         chosen = tuple(self.measurements[i] for i in rows)
-        return TorqueBasis(
-            chosen, self.viscous[rows], self.film[rows], self.hysteresis[rows], self.sliding[rows]
+        return replace(
+            self,
+            measurements=chosen,
+            viscous=self.viscous[rows],
+            film=self.film[rows],
+            hysteresis=self.hysteresis[rows],
+            sliding=self.sliding[rows],
         )
 
     def torque(self, values: Values) -> np.ndarray:
@@ -119,41 +156,51 @@ class TorqueBasis:
         return {name: np.array(rows) for name, rows in found.items()}
 
 
-def _linear_fit(basis: TorqueBasis, height: float) -> np.ndarray:
-    """Least squares in ratio and net coefficient, none negative, for a given roughness height."""
-    matrix = basis.jacobian((1.0, 1.0, height))[:, :2]
+def _linear_fit(basis: TorqueBasis, height: float, count: int = 2) -> np.ndarray:
+    """Least squares in the fitted parameters but the roughness height, none negative, for a given height."""
+    free = [i for i in basis.fitted(count) if i != HEIGHT]
+    values = np.array([*basis.held[:HEIGHT], height])
+    values[free] = 0.0
+    matrix = np.take(basis.jacobian((1.0, 1.0, height)), free, axis=1)
     scale = 1.0 / np.linalg.norm(matrix, axis=0)
-    solution, _ = nnls(matrix * scale, -basis.errors((0.0, 0.0, height)))
-    return np.array([*(solution * scale), height])
+    solution, _ = nnls(matrix * scale, -basis.errors(values))
+    values[free] = solution * scale
+    return values
 
 
-def _scale(basis: TorqueBasis) -> np.ndarray:
-    """Scale of the parameters: each part alone gives the torque; the thinnest film for the height."""
-    matrix = basis.jacobian((1.0, 1.0, 0.0))[:, :2]
-    return np.array([*(1.0 / np.abs(matrix).mean(axis=0)), basis.film.min()])
+def _scale(basis: TorqueBasis, free: list[int]) -> np.ndarray:
+    """Scale of the fitted parameters: each part alone gives the torque; the thinnest film for the height."""
+    columns = np.abs(basis.jacobian((1.0, 1.0, 0.0))).mean(axis=0)
+    return np.array([basis.film.min() if i == HEIGHT else 1.0 / columns[i] for i in free])
 
 
 def _smallest(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
     """Least sum of scipy's loss of the errors, none of the parameters negative."""
-    if count == 2 and loss == "linear":
-        return _linear_fit(basis, 0.0)
-    best, lowest, scale = None, np.inf, _scale(basis)
+    free = basis.fitted(count)
+    rough = HEIGHT in free
+    if not rough and loss == "linear":
+        return _linear_fit(basis, 0.0, count)
+    best, lowest, scale, thinnest = None, np.inf, _scale(basis, free), basis.film.min()
+    root = np.array([i == HEIGHT for i in free])
 
     # the square of the height as unknown: the torque changes linearly with it near 0
     def values(x: np.ndarray) -> np.ndarray:
-        return scale * np.array([x[0], x[1], np.sqrt(x[2]) if count == 3 else 0.0])
+        found = np.array(basis.held)
+        found[free] = scale * np.where(root, np.sqrt(x), x)
+        return found
 
     def slopes(x: np.ndarray) -> np.ndarray:
-        slope = np.array([1.0, 1.0, 0.5 / np.sqrt(x[2]) if count == 3 else 0.0])
-        return (basis.jacobian(values(x)) * scale * slope)[:, :count]
+        slope = np.where(root, 0.5 / np.sqrt(x), 1.0)
+        return np.take(basis.jacobian(values(x)), free, axis=1) * scale * slope
 
     # the loss may have several minima in the roughness height
-    for height in (0.3, 1.0, 3.0) if count == 3 else (0.0,):
-        start = np.maximum(_linear_fit(basis, height * scale[2]) / scale, 1e-3)
-        start[2] = height**2
+    for share in (0.3, 1.0, 3.0) if rough else (0.0,):
+        height = share * thinnest if rough else 0.0
+        start = np.maximum(_linear_fit(basis, height, count)[free] / scale, 1e-3)
+        start[root] = share**2
         found = least_squares(
             lambda x: basis.errors(values(x)),
-            start[:count],
+            start,
             jac=slopes,
             bounds=(0.0, np.inf),
             loss=loss,
@@ -168,7 +215,7 @@ def _smallest(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
         if found.cost < lowest * (1.0 - 1e-12):
             best, lowest = values(found.x), found.cost
     assert best is not None
-    if count == 3 and best[2] < 1e-3 * basis.film.min():
+    if rough and best[HEIGHT] < 1e-3 * thinnest:
         # the method stays inside its bounds: a negligible height is set to 0
         return _smallest(basis, 2, loss)
     return best
@@ -177,14 +224,14 @@ def _smallest(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
 def fit_values(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
     """Ratio [1], net sliding coefficient [1], roughness height [m] that minimise a loss.
 
-    Parameters   basis : n points, n >= count;  count : 2 (no roughness height) or 3
+    Parameters   basis : n points, n >= count;  count : fitted parameters, the first of basis.names
                  loss : name, see the top of this file
     Raises       ValueError: unknown loss, too few points, no minimum found
     """
     if loss not in LOSSES:
         raise ValueError(f"loss = {loss!r}; allowed: {', '.join(LOSSES)}")
-    if count not in (2, 3):
-        raise ValueError(f"count = {count}; allowed: 2, 3 fitted parameters")
+    if not 1 <= count <= len(basis.names):
+        raise ValueError(f"count = {count}; allowed: 1 to {len(basis.names)} fitted parameters")
     if len(basis) < count:
         raise ValueError(f"{len(basis)} distinct points; {count} fitted parameters need at least {count}")
     return _smallest(basis, count, LOSSES[loss])

@@ -11,7 +11,15 @@ import numpy as np
 
 from .. import __version__
 from ..friction.film_model import FilmModel
-from ..friction.sets import SETS, FrictionSet, friction_set_lines
+from ..friction.mechanistic import ContactValues
+from ..friction.sets import (
+    FITTED,
+    MECHANISTIC_FITTED,
+    MECHANISTIC_SETS,
+    SETS,
+    FrictionSet,
+    friction_set_lines,
+)
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from .diagnostics import (
@@ -24,6 +32,8 @@ from .diagnostics import (
     not_identified,
     point_diagnostics,
     predicts_better,
+    profile_limits,
+    share_name,
 )
 from .fit import TorqueBasis, fit_values
 from .measurement_file import MeasurementFile, RowProblem, implausible_for, named_rows, refusal
@@ -41,6 +51,13 @@ from .packaged import (
 DROPS = ("impossible", "outside", "outliers")
 #: degrees of freedom below which a note says that intervals are rough
 FEW_DEGREES = 3
+#: the mechanistic set with one number, and with the supply of the rolling part as the second
+ONE_NUMBER, SUPPLY = MECHANISTIC_SETS
+TRANSFER = (
+    "for other screws of the same maker: net_sliding_coefficient, the thrust between balls, carries over to screws "
+    "with the same kind of balls, returns and finish; the torque of seals, which is not modelled, and the supply of "
+    "oil or grease do not"
+)
 
 
 @dataclass(frozen=True)
@@ -141,7 +158,7 @@ def _check_count(points: list[Measurement], name: str) -> list[str]:
 def calibrate_file(
     file: MeasurementFile,
     parameters: Parameters,
-    film_model: Callable[[str], FilmModel],
+    film_model: Callable[[str], FilmModel | ContactValues],
     name: str,
     loss: str = "least_squares",
     drop: Collection[str] = (),
@@ -151,11 +168,12 @@ def calibrate_file(
 ) -> Calibration:
     """Fit one set to a file with error estimates and diagnostics.
 
-    The other set, with its film, is fitted as well. If its errors at left-out points are not significantly larger,
-    parameters in which both differ are not identified.
+    The other set of the law, with its film, is fitted as well. If its errors at left-out points are not significantly
+    larger, parameters in which both differ are not identified. mechanistic_supply is fitted only where the points
+    identify its second number, otherwise mechanistic, with a note.
 
-    Parameters   film_model : name of a film -> film model of the parameters;  films : set -> name of its film
-                 name : "two_parameter" or "three_parameter";  loss : see fit
+    Parameters   film_model : name of a film -> film model of the parameters, of the mechanistic sets their contacts
+                 films : set -> name of its film;  name : of SETS;  loss : see fit
                  drop : kinds of DROPS;  outside : see usable_points;  progress : called during the solves and fits
     Raises       ValueError: as usable_points; too few points; viscous and sliding part proportional at all points
     """
@@ -168,14 +186,19 @@ def calibrate_file(
         basis, outliers = _without_outliers(basis, count)
         dropped = dropped + outliers
         notes += _check_count(list(basis.measurements), name) if outliers else []
-    check_parts_differ(basis)
+    if name in MECHANISTIC_SETS:
+        name, text = _with_supply(basis, name, loss)
+        count = len(SETS[name])
+        notes += [text, TRANSFER]
+    check_parts_differ(basis, count)
     left_out = left_out_deviations(basis, count, loss, progress)
     provenance = _provenance(file, basis, dropped)
     found = fit_friction_set(basis, parameters, film.name, name, loss, provenance, left_out)
     missed = np.abs(left_out)
     rivals = []
     for other, fitted in SETS.items():
-        if other != name and len(basis) > len(fitted):
+        same_law = (other in MECHANISTIC_SETS) == (name in MECHANISTIC_SETS)
+        if other != name and same_law and len(basis) > len(fitted):
             theirs = basis
             if films[other] != films[name]:
                 theirs = torque_basis(parameters, film_model(films[other]), basis.measurements, progress)
@@ -187,6 +210,35 @@ def calibrate_file(
         replace(found, not_identified=unknown), basis, diagnostics, left_out, dropped, notes,
         condition(basis, found.values, count), _spread(basis, found, count),
     )  # fmt: skip
+
+
+def _with_supply(basis: TorqueBasis, name: str, loss: str) -> tuple[str, str]:
+    """The mechanistic set that the points support, and why.
+
+    Returns      SUPPLY only if it is asked for, its factor is identified as in not_identified, and it predicts left-out
+                 points better than ONE_NUMBER;  a sentence on the factor
+    """
+    count, ratio = len(SETS[SUPPLY]), MECHANISTIC_FITTED[1]
+    if len(basis) <= count:
+        return (
+            ONE_NUMBER,
+            f"supply of the rolling part: held at 1, {len(basis)} points are too few to fit it as well",
+        )
+    values = fit_values(basis, count, loss)
+    ours, one = (np.abs(left_out_deviations(basis, n, loss)) for n in (count, len(SETS[ONE_NUMBER])))
+    low, high = profile_limits(basis, count)[ratio].values()
+    factor = float(values[FITTED.index(ratio)])
+    text = (
+        f"supply of the rolling part: fitted as well, its factor is {factor:.3g} (95 % {low:.3g} to {high:.3g}) and "
+        f"left-out points are missed by {100.0 * ours.mean():.1f} %, with the factor 1 by {100.0 * one.mean():.1f} %"
+    )
+    if not 0.5 * (high - low) <= PRECISION * factor:
+        return ONE_NUMBER, f"{text}: these points do not identify it, held at 1"
+    if not predicts_better(ours, one):
+        return ONE_NUMBER, f"{text}: not significantly better, held at 1"
+    if name == SUPPLY:
+        return SUPPLY, f"{text}: identified, a property of this screw and its lubrication"
+    return ONE_NUMBER, f"{text}: these points identify it, to fit it: --set {SUPPLY}"
 
 
 def _provenance(file: MeasurementFile, basis: TorqueBasis, dropped: list[RowProblem]) -> str:
@@ -320,8 +372,8 @@ def calibration_text(result: Calibration) -> str:
         lines += [f"    {name}: {why}" for name, why in found.not_identified.items()]
     else:
         lines.append(
-            f"Identified by these data: every parameter to {100.0 * PRECISION:.0f} %, the sliding share to "
-            f"{100.0 * SPLIT_WIDTH:.0f} points of per cent"
+            f"Identified by these data: every parameter to {100.0 * PRECISION:.0f} %, the "
+            f"{share_name(result.basis)} to {100.0 * SPLIT_WIDTH:.0f} points of per cent"
         )
     lines += [f"dropped: {problem}" for problem in result.dropped]
     lines += [f"note: {note}" for note in result.notes]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..calibration.measurements import Measurement
-from ..friction.sets import PACKAGED_SETS, write_friction_sets
+from ..friction.sets import MECHANISTIC_SETS, PACKAGED_SETS, FrictionSet, write_friction_sets
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from .common import film_model_of, say, screw_of
@@ -20,6 +20,10 @@ from .progress import progress_bar
 if TYPE_CHECKING:
     from ..calibration.user import Calibration
     from ..friction.film_model import FilmModel
+    from ..friction.mechanistic import ContactValues
+
+    #: name -> film model, or contacts of the mechanistic law
+    _Films = Callable[[str], FilmModel | ContactValues]
 
 #: seconds before the first progress message
 QUIET = 2.0
@@ -60,11 +64,20 @@ def run_calibrate(args: Namespace) -> int:
     from ..calibration.user import calibration_text
 
     print(calibration_text(result))
-    print(f'For the screw file:\n[friction]\nset = "{found.name}"')
-    print(f"apparent_viscosity_ratio = {found.apparent_viscosity_ratio:.6g}")
-    print(f"net_sliding_coefficient = {found.net_sliding_coefficient:.6g}")
-    print(f"roughness_height_m = {found.roughness_height:.6g}")
+    print("For the screw file:\n" + "\n".join(_screw_file_lines(found)))
     return 0
+
+
+def _screw_file_lines(found: FrictionSet) -> list[str]:
+    """Table friction of a screw file with the fitted numbers."""
+    ratio, net, height = (f"{value:.6g}" for value in found.values)
+    mechanistic = found.name in MECHANISTIC_SETS
+    lines = ["[friction]", f'set = "{MECHANISTIC_SETS[0] if mechanistic else found.name}"']
+    if found.name != MECHANISTIC_SETS[0]:
+        lines.append(f"apparent_viscosity_ratio = {ratio}")
+    lines.append(f"net_sliding_coefficient = {net}")
+    # with the mechanistic law the height in the screw file is that of its surfaces
+    return lines if mechanistic else [*lines, f"roughness_height_m = {height}"]
 
 
 def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
@@ -77,10 +90,12 @@ def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
         temperature = TEMPERATURE.checked("--temperature-c", args.temperature_c) + CELSIUS
     name = args.set or parameters.friction.set
     films = dict(PACKAGED_FILM)
+    if args.film and name in MECHANISTIC_SETS:
+        raise ValueError(f"--film with the set {name}; allowed: none, it takes the thermal solve")
     if args.film:
         # the other set keeps its own film, unless the film is not one of the solver
         films = (
-            dict.fromkeys(films, args.film) if args.film == "hamrock_dowson" else {**films, name: args.film}
+            dict.fromkeys(films, args.film) if args.film == "hamrock_dowson" else films | {name: args.film}
         )
     file = read_measurement_file(args.measurements, temperature)
     film_model, outside = _films(args, parameters)
@@ -106,18 +121,16 @@ def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
         )
 
 
-def _films(
-    args: Namespace, parameters: Parameters
-) -> tuple[Callable[[str], FilmModel], Callable[[Measurement], str]]:
-    """Film models by name, and why a point is outside the map ("" if it is not, or without a map)."""
+def _films(args: Namespace, parameters: Parameters) -> tuple[_Films, Callable[[Measurement], str]]:
+    """Film models by name or contacts of the mechanistic law, and why a point is outside the map, "" if it is not."""
     if args.map is None:
-        return lambda film: film_model_of(film, parameters), lambda m: ""
+        return lambda film: _film_or_contacts(film, parameters), lambda m: ""
     if args.film == "hamrock_dowson":
         raise ValueError(
             "--map with --film hamrock_dowson; allowed: solved, solved_thermal, the films of a map"
         )
     from ..friction.torque import nut_forces
-    from ..nut_map.contact_map import SolvedFilm
+    from ..nut_map.contact_map import MapContacts, SolvedFilm
     from ..nut_map.file import load_contact_map, load_map
 
     contact_map = load_contact_map(args.map, parameters)
@@ -141,24 +154,37 @@ def _films(
                 )
         return "; ".join(found)
 
-    return lambda film: SolvedFilm(contact_map, film == "solved_thermal"), outside
+    def films(name: str) -> FilmModel | ContactValues:
+        if name == MapContacts.name:
+            return MapContacts(contact_map)
+        return SolvedFilm(contact_map, name == "solved_thermal")
+
+    return films, outside
+
+
+def _film_or_contacts(name: str, parameters: Parameters) -> FilmModel | ContactValues:
+    """Film model by its name, or the contacts of the mechanistic law."""
+    from ..refinement.direct import DirectContacts
+
+    return DirectContacts(parameters) if name == DirectContacts.name else film_model_of(name, parameters)
 
 
 def _packaged(args: Namespace, parameters: Parameters) -> int:
     from ..calibration.packaged import PACKAGED_FILM, calibrate_packaged
     from ..friction.sets import friction_set_text
 
-    unused = {"--plot": args.plot, "--map": args.map, "--set": args.set, "--drop": args.drop, "--loss": args.loss,
+    unused = {"--plot": args.plot, "--map": args.map, "--drop": args.drop, "--loss": args.loss,
               "--temperature-c": args.temperature_c}  # fmt: skip
     for option, value in unused.items():
         if value:
             raise ValueError(f"{option} with --packaged; allowed: with MEASUREMENTS.csv only")
     output = args.output or PACKAGED_SETS
 
-    def film_model(variant: Parameters, name: str) -> FilmModel:
-        return film_model_of(args.film or PACKAGED_FILM[name], variant)
+    def film_model(variant: Parameters, name: str) -> FilmModel | ContactValues:
+        film = PACKAGED_FILM[name]
+        return _film_or_contacts(film if name in MECHANISTIC_SETS else args.film or film, variant)
 
-    sets = calibrate_packaged(film_model, parameters, output, say)
+    sets = calibrate_packaged(film_model, parameters, output, say, args.set)
     say(f"written: {output}")
     if args.json:
         entries = {f"{kinematics}.{name}": vars(entry) for (kinematics, name), entry in sets.items()}

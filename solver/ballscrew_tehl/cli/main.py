@@ -31,7 +31,7 @@ PRELOAD_POINT = (TORQUE, TURNING, TEMPERATURE)
 
 FILMS = ("solved", "solved_thermal", "hamrock_dowson")
 KINEMATICS = ("published", "rolling_frame")
-SET_NAMES = ("two_parameter", "three_parameter")
+SET_NAMES = ("two_parameter", "three_parameter", "mechanistic", "mechanistic_supply")
 #: exit code after Ctrl-C: 128 and the number of the signal
 INTERRUPTED = 130
 CERTIFIED = ("torque", "film", "temperature_rise")
@@ -159,12 +159,19 @@ def _calibrate(commands: argparse._SubParsersAction) -> None:
         help="where to write the sets, for build_fmu.py --friction (--packaged: data of the package)",
     )
     parser.add_argument("--plot", metavar="FILE.png", help="draw computed over measured torque")
-    parser.add_argument("--set", choices=SET_NAMES, help="parameters to fit; default: as in the screw file")
-    parser.add_argument("--loss", choices=LOSS_NAMES, help="default: least_squares; --packaged: soft_l1")
+    parser.add_argument(
+        "--set",
+        choices=SET_NAMES,
+        help="parameters to fit; default: as in the screw file, --packaged: all; mechanistic_supply: with the supply "
+        "of the rolling part as a second number, where the data identify it",
+    )
+    parser.add_argument(
+        "--loss", choices=LOSS_NAMES, help="default: least_squares; --packaged: that of the set"
+    )
     parser.add_argument(
         "--film",
         choices=FILMS,
-        help="film model; default: solved for two_parameter, solved_thermal for three_parameter",
+        help="film model; default: solved for two_parameter, solved_thermal for three_parameter; not for mechanistic",
     )
     parser.add_argument(
         "--temperature-c",
@@ -194,6 +201,11 @@ def _validate(commands: argparse._SubParsersAction) -> None:
         "--contacts",
         action="store_true",
         help="solve instead the contact of section 5.1 of the paper with both kinematics; shows the printed values",
+    )
+    parser.add_argument(
+        "--plot",
+        metavar="FILE.png",
+        help="draw which part of the mechanistic law carries what share of the torque",
     )
     _screw_options(parser)
     add_json(parser)

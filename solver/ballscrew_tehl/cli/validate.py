@@ -3,21 +3,61 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 from .. import __version__
 from ..friction.origin import other_sets, with_set
-from .common import chosen_of, screw_of
+from ..friction.sets import MECHANISTIC_SETS, FrictionSet, default_friction_set
+from ..parameters.file import Parameters, load_parameters
+from .common import PACKAGED_LAW, Chosen, chosen_of, say, screw_of
 from .points import print_results
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
+    from ..validation.laws import LawRow
+
+
+class _Law(NamedTuple):
+    """A friction set with the parameters and the map that it is evaluated with."""
+
+    entry: FrictionSet
+    parameters: Parameters
+    nut_map: NutMap
+
+    def torque(self, preload: float, speed: float, temperature: float) -> float:
+        return float(self.nut_map.evaluate(preload, speed, temperature, 0.0, *self.numbers()).friction_torque)
+
+    def numbers(self) -> tuple[float, ...]:
+        """Ratio and coefficient; of the fitted sets also their height, which the mechanistic law does not have."""
+        return self.entry.values[:2] if self.mechanistic else self.entry.values
+
+    @property
+    def mechanistic(self) -> bool:
+        return self.entry.name in MECHANISTIC_SETS
+
+
+def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
+    """The chosen set, the other packaged ones measured on this screw, for the packaged screw also the mechanistic one.
+
+    The mechanistic set comes with another oil, and so with its own screw file and map.
+    """
+    from ..nut_map.file import load_map
+
+    found = [_Law(chosen.friction_set, chosen.parameters, chosen.nut_map(args))]
+    for entry in other_sets(chosen.friction_set, chosen.parameters):
+        # every set needs the film that it was fitted with
+        own = with_set(chosen.parameters, entry.name)
+        found.append(_Law(entry, own, load_map(args.map, own)))
+    if args.screw is None and not found[0].mechanistic:
+        own = load_parameters(PACKAGED_LAW)
+        found.append(_Law(default_friction_set(own), own, load_map(None, own)))
+    return found
 
 
 def run_validate(args: Namespace) -> int:
     """Compare the model with measurements and published models, for all fitted sets."""
     from ..friction.sets import friction_set_text
-    from ..nut_map.file import load_map
     from ..validation.tables import table_text, validation_tables
 
     if args.contacts:
@@ -29,34 +69,66 @@ def run_validate(args: Namespace) -> int:
         else:
             print(section5_text(contacts))
         return 0
+    if args.plot and not Path(args.plot).absolute().parent.is_dir():
+        raise ValueError(f"{args.plot}: no such folder; allowed: a file in an existing folder")
+    from ..validation.laws import baseline_rows, laws_text
+
     chosen = chosen_of(args)
-    parameters = chosen.parameters
-    found = {}
-    sets = [chosen.friction_set, *other_sets(chosen.friction_set, parameters)]
-    for entry in sets:
-        # every set needs the film that it was fitted with
-        own = (
-            chosen.nut_map(args) if entry is sets[0] else load_map(args.map, with_set(parameters, entry.name))
-        )
-
-        def evaluate(preload: float, speed: float, temperature: float, own: NutMap = own) -> float:
-            return float(own.evaluate(preload, speed, temperature).friction_torque)
-
-        found[entry.name] = validation_tables(evaluate)
+    laws = _laws(args, chosen)
+    found = {law.entry.name: validation_tables(law.torque) for law in laws}
+    # the closed formulas with the oil of the mechanistic set
+    compared = [row for law in laws for row in _rows(law)] + baseline_rows(laws[-1].parameters)
+    if args.plot:
+        _plot(args, laws)
     if args.json:
         result = {
             **chosen.described,
-            "map_hash": own.header["file_hash"],
+            "map_hash": laws[0].nut_map.header["file_hash"],
             "version": __version__,
             "tables": {name: [t._asdict() | {"rows": [r._asdict() for r in t.rows]} for t in tables]
                        for name, tables in found.items()},
-            "friction_sets": [vars(entry) for entry in sets],
+            "laws": [row._asdict() | {"twelfth": row.twelfth} for row in compared],
+            "friction_sets": [vars(law.entry) for law in laws],
         }  # fmt: skip
         print_results([result], True, False)
         return 0
-    for name, tables in found.items():
-        print(f"== {parameters.name}, kinematics {parameters.friction.kinematics}, friction set {name}\n")
-        for one in tables:
+    for law in laws:
+        name, kinematics = law.entry.name, law.parameters.friction.kinematics
+        print(f"== {law.parameters.name}, kinematics {kinematics}, friction set {name}\n")
+        for one in found[name]:
             print(table_text(one) + "\n")
-    print(friction_set_text(sets))
+    print(laws_text(compared) + "\n")
+    print(friction_set_text([law.entry for law in laws]))
     return 0
+
+
+def _rows(law: _Law) -> list[LawRow]:
+    """The set in the comparison; the mechanistic one also without any fit, with the default thrust."""
+    from ..friction.mechanistic import ball_ball_coefficient
+    from ..validation.laws import evaluated_row, set_row
+
+    rows = [set_row(law.entry, law.torque)]
+    if law.mechanistic:
+        k = ball_ball_coefficient(law.parameters.friction)
+
+        def unfitted(preload: float, speed: float, temperature: float) -> float:
+            return float(law.nut_map.evaluate(preload, speed, temperature, 0.0, 1.0, k).friction_torque)
+
+        rows.append(evaluated_row(f"mechanistic, k = {k:.3g} by default", 0, unfitted))
+    return rows
+
+
+def _plot(args: Namespace, laws: list[_Law]) -> None:
+    from ..calibration.plot import save_figure
+    from ..validation.shares import Law, shares_figure, shares_text
+    from ..validation.tables import ASSUMED_TEMPERATURE
+
+    law = next((law for law in laws if law.mechanistic), None)
+    if law is None:
+        raise ValueError(
+            "--plot: no mechanistic set; allowed: --kinematics rolling_frame with friction.set mechanistic"
+        )
+    shown = Law(law.parameters, law.entry, law.nut_map, ASSUMED_TEMPERATURE)
+    save_figure(shares_figure(shown), Path(args.plot))
+    say(f"written: {args.plot}")
+    say(shares_text(shown))

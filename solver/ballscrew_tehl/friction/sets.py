@@ -19,16 +19,22 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from ..parameters.file import Parameters, changed
+from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
 
 #: fitted parameters in their fixed order
 FITTED = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
+#: those of the mechanistic law, in the order in which data identify them
+MECHANISTIC_FITTED = ("net_sliding_coefficient", "apparent_viscosity_ratio")
 #: which of them a set fits; the others are zero
 SETS: dict[str, tuple[str, ...]] = {
     "two_parameter": FITTED[:2],
     "three_parameter": FITTED,
-    "mechanistic": FITTED[1:2],
+    "mechanistic": MECHANISTIC_FITTED[:1],
+    "mechanistic_supply": MECHANISTIC_FITTED,
 }
+#: sets of the mechanistic law; their ratio is a factor of supply of the rolling part, 1 unless it is fitted
+MECHANISTIC_SETS = ("mechanistic", "mechanistic_supply")
 #: unit that the keys of the file carry
 _SUFFIX = {"roughness_height": "roughness_height_m"}
 
@@ -39,9 +45,9 @@ PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
 class FrictionSet:
     """One set of friction parameters with its provenance.
 
-    apparent_viscosity_ratio  apparent shear viscosity over film viscosity [1]
-    net_sliding_coefficient   mu_s (1 - 3c + c^3) as one number [1]
-    roughness_height          h_r of the share 1/(1 + (h_r/h)^2) of the viscous part [m]
+    apparent_viscosity_ratio  apparent shear viscosity over film viscosity [1]; mechanistic: factor of the rolling part
+    net_sliding_coefficient   mu_s (1 - 3c + c^3) as one number [1]; mechanistic: 2 mu_b Lambda kappa of ball on ball
+    roughness_height          h_r of the share 1/(1 + (h_r/h)^2) of the viscous part [m]; mechanistic: 0, not used
     loss, provenance          what was minimised, over which data
     intervals                 half-width of the 95 % Student-t interval per fitted parameter (SI)
     correlations              "first, second" -> correlation of two fitted parameters
@@ -131,8 +137,12 @@ def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSe
             "or choose the other kinematics"
         )
     entry = fitting[chosen.set] if chosen.set in fitting else next(iter(fitting.values()))
+    numbers = dict(zip(FITTED, entry.values, strict=True))
+    if entry.name in MECHANISTIC_SETS:
+        # in the screw file the height is that of its surfaces
+        del numbers["roughness_height"]
     try:
-        changed(parameters, friction=dict(zip(FITTED, entry.values, strict=True)))
+        changed(parameters, friction=numbers)
     except ValidationError as err:
         first = err.errors()[0]
         allowed = first["msg"].replace("Input should be", "allowed:")
@@ -145,7 +155,10 @@ def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSe
 def default_friction_set(parameters: Parameters) -> FrictionSet:
     """The set that the parameters select (friction.kinematics, friction.set), with their overrides.
 
-    Raises       ValueError: no packaged set of these names
+    The number of the mechanistic set belongs to no screw: without an override it is carried over from that of the fit,
+    and the provenance says so.
+
+    Raises       ValueError: no packaged set of these names; two overrides of one number
     """
     chosen = parameters.friction
     sets = load_friction_sets()
@@ -154,13 +167,33 @@ def default_friction_set(parameters: Parameters) -> FrictionSet:
         known = "; ".join(f"{kinematics}, {name}" for kinematics, name in sets)
         raise ValueError(f"friction set = {key[0]}, {key[1]}; known: {known}")
     overrides = {name: value for name in FITTED if (value := getattr(chosen, name)) is not None}
+    given = list(overrides)
+    if chosen.set in MECHANISTIC_SETS:
+        # the height of the screw file is that of its surfaces
+        overrides.pop("roughness_height", None)
+        given = list(overrides)
+        if chosen.ball_thrust is not None:
+            from .mechanistic import ball_ball_coefficient
+
+            if "net_sliding_coefficient" in overrides:
+                raise ValueError(
+                    f"friction.ball_thrust = {chosen.ball_thrust:g}; allowed: no entry with net_sliding_coefficient"
+                )
+            overrides["net_sliding_coefficient"] = ball_ball_coefficient(chosen, chosen.ball_thrust)
+            given.append("ball_thrust")
+        if not overrides and sets[key].parameters_hash != parameters_hash(parameters):
+            return _without_fit(sets[key], f"carried over from {sets[key].screw}: {sets[key].provenance}")
     if not overrides:
         return sets[key]
-    # what was found out about the fit is not true of numbers set by hand
+    text = f"{sets[key].name}, overridden in the screw file: {', '.join(given)}"
+    return dataclasses.replace(_without_fit(sets[key], text), **overrides)
+
+
+def _without_fit(entry: FrictionSet, provenance: str) -> FrictionSet:
+    """The numbers of a set without what was found out about its fit, which is not true of this screw."""
     return dataclasses.replace(
-        sets[key],
-        **overrides,
-        provenance=f"{sets[key].name}, overridden in the screw file: {', '.join(overrides)}",
+        entry,
+        provenance=provenance,
         loss="",
         intervals={},
         correlations={},

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..contact.ball_formula import drawn_ellipse, film_formula, moes_load, rolling_loss_formula
+from ..friction.mechanistic import MECHANISTIC
 from ..parameters.file import Parameters
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0
@@ -247,7 +248,7 @@ class SolvedFilm:
 class MapContacts:
     """Contacts of the mechanistic friction law, read from a contact map (friction.mechanistic.ContactValues)."""
 
-    name = mechanistic.MECHANISTIC
+    name = MECHANISTIC
 
     def __init__(self, contact_map: ContactMap) -> None:
         self.contact_map = contact_map
