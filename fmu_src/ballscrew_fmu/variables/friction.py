@@ -108,9 +108,10 @@ def band_text(header: Header) -> str:
     if band is None:
         return ""
     kind = "fitted to this screw" if band["fitted"] else "not fitted to this screw"
+    rpm, degrees = band["speed"] * 30.0 / math.pi, band["temperature"] - 273.15
     return (
         f"torque {band['low']:.2f} to {band['high']:.2f} times the computed one (about 80 %) at "
-        f"{band['preload']:.0f} N, {band['speed'] * 30.0 / math.pi:.0f} r/min, {band['temperature'] - 273.15:.0f} degC, {kind}"
+        f"{band['preload']:.0f} N, {rpm:.0f} r/min, {degrees:.0f} degC, {kind}"
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..friction.interval import TorqueInterval, fit_of, torque_interval, unknown_constants
 from ..friction.mechanistic import law_constants
@@ -12,7 +12,9 @@ from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces
 from ..parameters.file import Parameters
 from ..runtime.packed import POINT
-from .contact_map import ContactMap, MapContacts
+
+if TYPE_CHECKING:
+    from .contact_map import ContactMap
 
 #: key of a header
 BAND = "mechanistic_interval"
@@ -35,6 +37,8 @@ def map_interval(
     Parameters   axes : of the header;  preload [N] > 0, speed [rad/s], temperature [K], axial_load [N]
     Raises       ArithmeticError: equilibrium of a ball not found
     """
+    from .contact_map import MapContacts
+
     forces = nut_forces(parameters, nearest(axes, "force", preload), axial_load)
     return torque_interval(
         parameters,
