@@ -155,6 +155,8 @@ def _build(args: argparse.Namespace) -> int:
     print(text)
     if friction := nut_map.header.get("friction"):
         print(f"friction: {friction['set']}, {friction['loss'] or 'not fitted'}; {friction['provenance']}")
+        if friction["carried_over"]:
+            print(friction["carried_over"], file=sys.stderr)
     for path in paths:
         content = path.read_bytes()
         print(f"{path}  {len(content) / 1024:.0f} kB\nsha256 {hashlib.sha256(content).hexdigest()}")

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.variables.friction import UNITS, Variable, law_name
+from ballscrew_fmu.variables.friction import UNITS, Variable, band_text, law_name
 
 LOG_CATEGORIES = {
     "logStatusWarning": "An input is outside the map and is clamped",
@@ -45,6 +45,7 @@ def model_description(
         description=(
             f"{model.summary}, thermal elastohydrodynamic lubrication; "
             f"{law_name(header)} friction law, {header['kinematics']} kinematics, map {header['content_hash'][:12]}"
+            f"{'; ' if band_text(header) else ''}{band_text(header)}"
         ),
         version=str(header["version"]),
         license="MIT",

@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, SubElement
 from ballscrew_fmu.description.fmi2 import LOG_CATEGORIES as PYTHON_CATEGORIES
 from ballscrew_fmu.description.fmi2 import _scalar_variable, _unit_definitions
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.variables.friction import TIME, Variable, law_name
+from ballscrew_fmu.variables.friction import TIME, Variable, band_text, law_name
 
 LOG_CATEGORIES = {
     "logStatusWarning": PYTHON_CATEGORIES["logStatusWarning"],
@@ -124,6 +124,7 @@ def native_description(
             "description": (
                 f"{model.summary}, thermal elastohydrodynamic lubrication; {law_name(header)} friction law, "
                 f"{header['kinematics']} kinematics, map {header['content_hash'][:12]}"
+                f"{'; ' if band_text(header) else ''}{band_text(header)}"
             ),
             "version": str(header["version"]),
             "license": "MIT",

@@ -7,7 +7,7 @@ from typing import Any
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.pages import monitor
 from ballscrew_fmu.pages.page import Part, documentation_page, part
-from ballscrew_fmu.variables.friction import law_name
+from ballscrew_fmu.variables.friction import band_text, law_name
 from ballscrew_tehl.report.page import bullets, paragraph
 from ballscrew_tehl.runtime.constants import TOO_LARGE
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
@@ -63,6 +63,12 @@ BREAKAWAY = (
 )
 
 
+BAND = (
+    "Interval that follows from the constants of the law, each known within bounds: {}. It does not contain the "
+    "viscosity and supply of the oil, nor seals. Speed and load change it: the command torque gives it for every point."
+)
+
+
 def friction_law(header: Mapping[str, Any]) -> str:
     """The friction law of a map, for the beginning of a page."""
     return f"Friction law: {law_name(header)}, that is {LAWS[header['law']]} "
@@ -75,8 +81,10 @@ def validity(header: Mapping[str, Any]) -> Part:
         split = "Torque of another screw: net_sliding_coefficient has to be fitted to a measured torque of that screw."
     if (header.get("friction") or {}).get("not_identified") is not None:
         split = "Friction parameters: the part above lists those that the calibration does not identify."
+    band = band_text(header)
     content = bullets(
         split,
+        *((BAND.format(band),) if band else ()),
         "With the published kinematics the torque reproduces the publication, but film thickness and temperature rise "
         "are computed with its surface speeds in a fixed frame. Use rolling_frame kinematics for film and temperature.",
         "Films are those of smooth surfaces fully supplied with oil.",

@@ -63,6 +63,8 @@ def friction_provenance(header: Mapping[str, Any]) -> list[Html]:
         return [paragraph(", ".join(f"{name} = {value:.6g}" for name, value in values.items()))]
     text = f"{found['set']}, {found['loss'] or 'not fitted'}: {found['provenance']}"
     content = [paragraph(text)]
+    if other := found.get("carried_over"):
+        content.append(paragraph(f"{other[0].upper()}{other[1:]}."))
     if found["errors"]:
         errors = ", ".join(f"{name} {100.0 * value:.2f} %" for name, value in found["errors"].items())
         content.append(paragraph(f"Relative deviations from the measured torque: {errors}"))

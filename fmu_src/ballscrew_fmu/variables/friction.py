@@ -5,6 +5,7 @@ is its index in the table. What depends on the map comes from its header (of_map
 and dependencies of its friction law. The table of BallScrewPreloadMonitor is in monitor.py.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -99,6 +100,19 @@ def _nearest(value: float, low: OfMap, high: OfMap) -> OfMap:
 def law_name(header: Header) -> str:
     """Friction law of a map, as text."""
     return _LAW_NAMES[header["law"]]
+
+
+def band_text(header: Header) -> str:
+    """Interval of the torque at one point of the map, as text; "" without one."""
+    band = header.get("mechanistic_interval")
+    if band is None:
+        return ""
+    kind = "fitted to this screw" if band["fitted"] else "not fitted to this screw"
+    rpm, degrees = band["speed"] * 30.0 / math.pi, band["temperature"] - 273.15
+    return (
+        f"torque {band['low']:.2f} to {band['high']:.2f} times the computed one (about 80 %) at "
+        f"{band['preload']:.0f} N, {rpm:.0f} r/min, {degrees:.0f} degC, {kind}"
+    )
 
 
 def _by_law(film_shear: Any, mechanistic: Any) -> OfMap:

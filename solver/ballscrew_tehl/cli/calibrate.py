@@ -122,7 +122,7 @@ def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
 
 
 def _films(args: Namespace, parameters: Parameters) -> tuple[Films, Callable[[Measurement], str]]:
-    """Films by name, and why a point is outside the map ("" if it is not, or without a map)."""
+    """Film models by name or contacts of the mechanistic law, and why a point is outside the map, "" if it is not."""
     if args.map is None:
         return lambda film: _film_or_contacts(film, parameters), lambda m: ""
     if args.film == "hamrock_dowson":

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ..friction.origin import refuse_other_fit, with_set, without_overrides
 from ..friction.sets import (
-    SETS,
     FrictionSet,
     default_friction_set,
     friction_set_of_file,
@@ -38,6 +37,10 @@ def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
     parameters = load_parameters(default if args.screw is None else args.screw)
     if args.kinematics in (None, parameters.friction.kinematics):
         return parameters
+    if args.kinematics == "published" and parameters.published_speeds is None:
+        raise ValueError(
+            f"--kinematics = published; allowed: rolling_frame, {parameters.name} has no table published_speeds"
+        )
     return changed(parameters, friction={"kinematics": args.kinematics})
 
 
@@ -74,11 +77,14 @@ def chosen_of(args: Namespace) -> Chosen:
     if name is None:
         parameters = screw_of(args)
         return Chosen(parameters, default_friction_set(parameters), None)
-    if name in SETS:
+    packaged = dict.fromkeys(known for _, known in load_friction_sets())
+    if name in packaged:
         parameters = with_set(screw_of(args, PACKAGED_VG100 if name == MECHANISTIC else None), name)
         return Chosen(parameters, default_friction_set(parameters), None)
     if not Path(name).is_file():
-        raise ValueError(f"--friction = {name}; allowed: {', '.join(SETS)}, or a file of calibrate --output")
+        raise ValueError(
+            f"--friction = {name}; allowed: {', '.join(packaged)}, or a file of calibrate --output"
+        )
     sets = load_friction_sets(name, "give a file that calibrate --output has written")
     only_law = all(entry.film_model == MECHANISTIC for entry in sets.values())
     parameters = screw_of(args, PACKAGED_VG100 if only_law else None)

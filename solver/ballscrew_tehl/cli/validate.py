@@ -36,19 +36,18 @@ class _Law(NamedTuple):
 
 
 def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
-    """The chosen set, the other packaged sets of its screw and oil, for the packaged screw also the mechanistic one.
+    """The chosen set, the other packaged ones measured on this screw, for the packaged screw also the mechanistic one.
 
     The mechanistic set comes with another oil, and so with its own screw file and map.
     """
     from ..nut_map.file import load_map
 
-    first = _Law(chosen.friction_set, chosen.parameters, chosen.nut_map(args))
-    found = [first]
+    found = [_Law(chosen.friction_set, chosen.parameters, chosen.nut_map(args))]
     for entry in other_sets(chosen.friction_set, chosen.parameters):
         # every set needs the film that it was fitted with
         own = with_set(chosen.parameters, entry.name)
         found.append(_Law(entry, own, load_map(args.map, own)))
-    if args.screw is None and not first.mechanistic:
+    if args.screw is None and not found[0].mechanistic:
         own = load_parameters(PACKAGED_VG100)
         found.append(_Law(default_friction_set(own), own, load_map(None, own)))
     return found

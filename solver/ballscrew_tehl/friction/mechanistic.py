@@ -37,7 +37,6 @@ from ..physics.kinematics import entrainment_speed
 from ..physics.load import contact_angle_at_ball_load, nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
 from ..physics.rolling_resistance import replenishment_factor, starvation_factor
-from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
 from .parts import hysteresis_force
 
 Array = NDArray[np.float64]
@@ -224,6 +223,9 @@ def _shear(
     at: Mapping[str, Mapping[str, Array]],
 ) -> tuple[Array, Array]:
     """Shear power of the mean ball [W] and asperity share of its raceways, (s, t)."""
+    # compiled kernels: not imported by who only reads a map
+    from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
+
     screw, friction, oil = parameters.screw, parameters.friction, parameters.lubricant
     angle = float(contact_angle_at_ball_load(screw, load))
     motion = contact_motion(screw, angle)

@@ -14,7 +14,9 @@ from scipy.stats import qmc
 
 from .. import __version__
 from ..contact.ball_contact import UnconvergedContactError, solve_ball
+from ..friction.interval import zero_fitted
 from ..friction.mechanistic import law_constants, nut_powers
+from ..friction.sets import MECHANISTIC_SETS, default_friction_set
 from ..friction.torque import nut_sums
 from ..parameters.file import Parameters
 from ..parameters.identity import map_parameters_json
@@ -28,6 +30,7 @@ from .atlas import atlas_quantities, load_atlas
 from .contact_map import ContactMap, ContactModel, MapContacts, screw_atlases
 from .contacts import FILMS, MAPPED, QUANTITIES, Array, ContactRange, SolvedContacts
 from .grid import BuiltMap, MapGrid, contact_range, largest_pressure, map_grid, narrowed
+from .interval import BAND, band
 from .journal import Contact, Journal, Solved
 from .workers import Progress, interrupt_held, worker_pool
 
@@ -377,4 +380,8 @@ def build_map(
             np.mean(c.values["asymptotic"][c.good]) for c in contact_map.contacts.values()
         ])),
     }  # fmt: skip
+    if MECHANISTIC in arrays:
+        chosen = parameters.friction.set in MECHANISTIC_SETS
+        friction_set = default_friction_set(parameters) if chosen else zero_fitted(parameters)
+        header[BAND] = band(parameters, contact_map, header["axes"], friction_set)
     return BuiltMap(header, arrays, contact_map)

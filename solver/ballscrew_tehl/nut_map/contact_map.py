@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..contact.ball_formula import drawn_ellipse, film_formula, moes_load, rolling_formula
+from ..friction.mechanistic import MECHANISTIC
 from ..parameters.file import Parameters
 from ..physics.hertz import RACEWAYS
 from ..physics.load import load_nodes
@@ -287,7 +288,7 @@ class SolvedFilm:
 class MapContacts:
     """Contacts of the mechanistic friction law, read from a contact map (friction.mechanistic.ContactValues)."""
 
-    name = mechanistic.MECHANISTIC
+    name = MECHANISTIC
 
     def __init__(self, contact_map: ContactMap) -> None:
         self.contact_map = contact_map

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
-from ..friction.origin import refuse_other_fit
+from ..friction.origin import carried_over, refuse_other_fit
 from ..friction.sets import FrictionSet, default_friction_set
 from ..parameters.file import Parameters, changed
 from ..parameters.identity import map_parameters_json, parameters_hash
@@ -34,6 +34,7 @@ from ..runtime.packed import (
     MapError,
     sealed,
 )
+from .interval import BAND, band, band_numbers
 
 if TYPE_CHECKING:
     from .contact_map import ContactMap
@@ -226,12 +227,13 @@ def _path_for(path: Path | str | None, parameters: Parameters) -> Path:
     return packaged_map(name) if path is None else Path(path)
 
 
-def _provenance(friction: FrictionSet) -> dict[str, Any]:
+def _provenance(friction: FrictionSet, parameters: Parameters) -> dict[str, Any]:
     """Entry of the header about the friction parameters; infinite limits become None, for JSON has no infinity."""
     return {
         "set": friction.name,
         "loss": friction.loss,
         "provenance": friction.provenance,
+        "carried_over": carried_over(friction, parameters),
         "errors": {name: value for name, value in friction.errors.items() if math.isfinite(value)},
         "limits": {
             name: [ends["low"], ends["high"] if math.isfinite(ends["high"]) else None]
@@ -302,6 +304,9 @@ def load_map(
         _show_rolling_films(header, variables, parameters)
     if film == MECHANISTIC:
         _mechanistic_of(path, header, variables, parameters)
+        header[BAND] = _band(header, variables, parameters, friction)
+    else:
+        header.pop(BAND, None)
     force = f"force_coefficients_{film}" if film == MECHANISTIC else "force_coefficients"
     arrays = {
         "coefficients": np.concatenate(
@@ -312,7 +317,9 @@ def load_map(
     }
     defaults = dict(zip(DEFAULTS, _defaults(friction, parameters), strict=True))
     law = MECHANISTIC if film == MECHANISTIC else FILM_SHEAR
-    header = dict(header, film_model=film, law=law, defaults=defaults, friction=_provenance(friction))
+    header = dict(
+        header, film_model=film, law=law, defaults=defaults, friction=_provenance(friction, parameters)
+    )
     return NutMap.from_arrays(sealed(header, arrays), arrays)
 
 
@@ -345,6 +352,19 @@ def _mechanistic_of(
     stored = variables[f"force_coefficients_{MECHANISTIC}"]
     variables[f"force_coefficients_{MECHANISTIC}"] = np.concatenate([curves, stored[:, 2:]], axis=-1)
     header[MECHANISTIC] = constants
+
+
+def _band(
+    header: Mapping[str, Any],
+    variables: Mapping[str, Array],
+    parameters: Parameters,
+    friction: FrictionSet,
+) -> dict[str, Any]:
+    """Band of the torque at the point of the header: of the file if it is for these numbers, or anew (0.1 s)."""
+    stored = header.get(BAND)
+    if stored is None or stored["numbers"] != band_numbers(parameters, friction):
+        stored = band(parameters, _contact_map(header, variables, parameters), header["axes"], friction)
+    return dict(stored, fitted=stored["numbers"]["fit"] is not None)
 
 
 def load_contact_map(path: Path | str | None, parameters: Parameters) -> ContactMap:

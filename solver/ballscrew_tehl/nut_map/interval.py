@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ..friction.interval import TorqueInterval, fit_of, torque_interval
+from ..friction.interval import TorqueInterval, fit_of, torque_interval, unknown_constants
+from ..friction.mechanistic import law_constants
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces
 from ..parameters.file import Parameters
 from ..runtime.packed import POINT
-from .contact_map import ContactMap, MapContacts
 
+if TYPE_CHECKING:
+    from .contact_map import ContactMap
+
+#: key of a header
+BAND = "mechanistic_interval"
 #: preload [N] and temperature [K] nearest to which the band of a map is stated
 BAND_PRELOAD, BAND_TEMPERATURE = 2000.0, 303.15
 
@@ -32,6 +37,8 @@ def map_interval(
     Parameters   axes : of the header;  preload [N] > 0, speed [rad/s], temperature [K], axial_load [N]
     Raises       ArithmeticError: equilibrium of a ball not found
     """
+    from .contact_map import MapContacts
+
     forces = nut_forces(parameters, nearest(axes, "force", preload), axial_load)
     return torque_interval(
         parameters,
@@ -61,8 +68,23 @@ def band_point(axes: Mapping[str, Any]) -> tuple[float, float, float]:
 def band(
     parameters: Parameters, contact_map: ContactMap, axes: Mapping[str, Any], friction_set: FrictionSet
 ) -> dict[str, Any]:
-    """Entry mechanistic_interval of a header: point (SI), ends over the torque, whether fitted to this screw."""
+    """Entry mechanistic_interval of a header: point (SI), ends over the torque, the numbers that it is true of."""
     point = band_point(axes)
     low, high = map_interval(parameters, contact_map, axes, friction_set, *point).relative
-    fitted = fit_of(friction_set, parameters) is not None
-    return {**dict(zip(POINT, point, strict=False)), "low": low, "high": high, "fitted": fitted}
+    return {
+        **dict(zip(POINT, point, strict=False)),
+        "low": low,
+        "high": high,
+        "numbers": band_numbers(parameters, friction_set),
+    }
+
+
+def band_numbers(parameters: Parameters, friction_set: FrictionSet) -> dict[str, Any]:
+    """What a band depends on beside the map: constants, the unknown ones of them, friction numbers and their fit."""
+    fit = fit_of(friction_set, parameters)
+    return {
+        "constants": law_constants(parameters),
+        "unknown": list(unknown_constants(parameters)),
+        "values": list(friction_set.values[:2]),
+        "fit": None if fit is None else list(fit),
+    }

@@ -271,17 +271,18 @@ class DirectContacts:
         self.parameters = parameters
         self._solved: dict[tuple[str, float, float, float], ContactSolution] = {}
 
-    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
-        """Quantities of the law (n, 1, 1) at ball loads (n,), the last one that of the mean ball, and one point.
+    def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
+        """A quantity (n, 1, 1) at the ball loads (n,) of a nut, or at their mean_load alone, at a single point.
 
         Raises       UnconvergedContactError: a contact that did not converge
         """
-        point = float(load[-1]), float(np.ravel(speed)[0]), float(np.ravel(temperature)[0])
-        key = (raceway, *point)
+        # the mean of many loads and that of their mean differ by rounding
+        mean = float(f"{mean_load(load):.12g}")
+        key = raceway, mean, float(speed[0, 0]), float(temperature[0])
         if key not in self._solved:
-            self._solved[key] = solve_ball(self.parameters, raceway, *point, thermal=True)
-        mean = MeanBallContacts(self.parameters, {raceway: self._solved[key]})
-        return mean.values(raceway, load, speed, temperature)
+            self._solved[key] = solve_ball(self.parameters, *key, thermal=True)
+        contacts = MeanBallContacts(self.parameters, {raceway: self._solved[key]})
+        return contacts.value(raceway, name, load, speed, temperature)
 
 
 def direct_state(
