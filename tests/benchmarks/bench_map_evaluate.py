@@ -17,7 +17,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
-from ballscrew_tehl.runtime.packed import SURFACES
+from ballscrew_tehl.runtime.packed import COLUMNS
 
 
 def main() -> None:
@@ -37,15 +37,15 @@ def main() -> None:
     force, speed = inside(*axes["force"][:2]), inside(*axes["speed"][:2])
     temperature = rng.uniform(*axes["temperature"][:2], args.points)
     nodes = [np.linspace(0.0, 1.0, axes[name][2]) for name in ("force", "speed", "temperature")]
-    table = rng.random((*(n.size for n in nodes), len(SURFACES)))
+    table = rng.random((*(n.size for n in nodes), COLUMNS))
     points = rng.random((args.points, 3))
     linear = RegularGridInterpolator(nodes, table)
     cubic = RegularGridInterpolator(nodes, table, method="cubic")
     calls = {
         "map, no axial load": (lambda: nut_map.evaluate(force, speed, temperature), args.points),
         "map, axial load": (lambda: nut_map.evaluate(force, speed, temperature, 0.1 * force), args.points),
-        f"RegularGridInterpolator, linear, {len(SURFACES)} columns": (lambda: linear(points), args.points),
-        f"RegularGridInterpolator, cubic, {len(SURFACES)} columns": (lambda: cubic(points), args.points),
+        f"RegularGridInterpolator, linear, {COLUMNS} columns": (lambda: linear(points), args.points),
+        f"RegularGridInterpolator, cubic, {COLUMNS} columns": (lambda: cubic(points), args.points),
     }
     seconds: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(args.repeat):

@@ -3,7 +3,7 @@
 `python tests/benchmarks/bench_native_step.py` builds the libraries as they are delivered and the C host
 native/step_costs.c with -O2 and prints medians of many short runs, so that other work on the machine does not
 count. `--profile CASE` counts the instructions of a step under valgrind instead. `--monitor`: the
-FMUs BallScrewPreloadMonitor, which have no target.
+FMUs BallScrewPreloadMonitor, which have no target. `--law mechanistic`: a map of that friction law in closed form.
 """
 
 import argparse
@@ -20,6 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a scrip
 sys.path.insert(0, str(Path(__file__).parents[1] / "support" / "fmu"))
 from native_host import TOKEN, build, c_host
 from paths import NATIVE_HOSTS
+from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.models import FRICTION, MONITOR, FmuModel
@@ -29,6 +30,7 @@ from ballscrew_fmu.native_fmu.sources import native_sources
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 REPETITIONS, CALLS = 1001, 300
 PYTHON = "python"
@@ -143,9 +145,10 @@ def main() -> None:
         "--profile", metavar="CASE", nargs="+", choices=[c for c in CASES if c not in ("load", PYTHON)]
     )
     parser.add_argument("--monitor", action="store_true", help="the preload monitor instead of the friction")
+    parser.add_argument("--law", choices=LAWS, default=FILM_SHEAR)
     args = parser.parse_args()
     model, first = (MONITOR, 0.9) if args.monitor else (FRICTION, 2000.0)
-    nut_map = load_map(None, load_parameters())
+    nut_map = load_map(None, load_parameters()) if args.law == FILM_SHEAR else make_map(law=args.law)
     with tempfile.TemporaryDirectory() as scratch:
         command = host_command(Path(scratch), nut_map, model)
         if args.profile:

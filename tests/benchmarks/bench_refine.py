@@ -133,7 +133,7 @@ def to_and_fro(axis: servo_axis.Axis, duration: float) -> servo_axis.Motion:
 def deviations(parameters: Parameters, nut_map: NutMap, rows: np.ndarray, count: int) -> dict[str, float]:
     """Refined torque and map against direct per-ball solves at random steps of a run; rows as RefinedFmu.rows."""
     film = str(nut_map.header["film_model"])
-    friction_set = FrictionSet("map", parameters.friction.kinematics, film, *nut_map.defaults)
+    friction_set = FrictionSet("map", parameters.friction.kinematics, film, *nut_map.defaults[:3])
     model = DirectFilm(parameters, film == "solved_thermal")
     axis = servo_axis.Axis()
     sliding = rows[np.abs(rows[:, 0]) > 2.0]  # there the regularised sign is 1

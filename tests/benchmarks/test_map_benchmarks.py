@@ -13,7 +13,7 @@ from ballscrew_tehl.nut_map.grid import MapGrid
 #: few contacts and nodes
 SMALL = MapGrid(
     force=(1.0, 2.0, 9), speed=(1.0, 2.0, 7), temperature=(300.0, 310.0, 5), preload=(1.0, 2.0, 7),
-    contact_first=8, contact_most=8,
+    contact_first=8, contact_most=8, atlas=False,
 )  # fmt: skip
 
 

@@ -309,7 +309,7 @@ def test_friction_file_contains_values_and_provenance(capsys, measured, tmp_path
     }
     assert entry.not_identified == {}
     nut_map = load_map(None, GD4008, entry)
-    assert tuple(nut_map.header["defaults"].values()) == entry.values
+    assert tuple(nut_map.defaults) == (*entry.values, 1.0)
     assert nut_map.header["friction"]["provenance"].startswith("measured.csv (SHA-256 ")
     assert nut_map.header["film_model"] == "solved_thermal"
 

@@ -40,7 +40,7 @@ SCREW = resources.files("ballscrew_tehl") / "data" / "gd4008.toml"
 #: few nodes and contacts; the range is that of the command
 SMALL = MapGrid(
     force=(1.0, 2.0, 9), speed=(1.0, 2.0, 9), temperature=(300.0, 310.0, 7), preload=(1.0, 2.0, 7),
-    contact_first=30, contact_batch=8, contact_most=30,
+    contact_first=30, contact_batch=8, contact_most=30, atlas=False,
 )  # fmt: skip
 QUICK = dataclasses.replace(SMALL, contact_first=12, contact_most=12)
 #: range of most tests here

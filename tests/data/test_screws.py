@@ -92,7 +92,7 @@ def test_ball_loads_carry_the_force_and_lie_in_the_range(name):
 PRELOADS, SPEEDS, TEMPERATURES = (0.1, 0.4), (0.05, 0.2), (303.15, 323.15)
 SMALL = MapGrid(
     force=(1.0, 2.0, 13), speed=(1.0, 2.0, 9), temperature=(300.0, 310.0, 7), preload=(1.0, 2.0, 9),
-    contact_first=20, contact_most=20,
+    contact_first_atlas=12, contact_most_atlas=12,
 )  # fmt: skip
 #: relative error of the torque; found: 1.4e-4 at most with 20 contacts of a raceway, 7e-3 with 14
 BOUND = 1e-3
@@ -109,7 +109,8 @@ def test_small_map_agrees_with_direct_solves(tmp_path, name):
     grid = map_grid(parameters, tuple(preload), tuple(speed), TEMPERATURES, SMALL)
     with ThreadPoolExecutor(1) as thread:
         built = build_map(parameters, grid=grid, executor=thread)
-    assert built.header["contacts"] == 4 * SMALL.contact_first
+    assert built.header["contacts"] == 4 * SMALL.contact_first_atlas
+    assert built.header["atlas_share"] == 1.0
     assert built.header["contacts_not_solved"] == 0
     path = tmp_path / "map.nc"
     save_map(path, built, {})

@@ -14,7 +14,7 @@ from ballscrew_tehl.contact.ball_formula import film_formula, moes_load
 from ballscrew_tehl.friction.sets import load_friction_sets
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import file as store
-from ballscrew_tehl.nut_map.contact_map import LEAST_RISE, ContactMap, SolvedFilm
+from ballscrew_tehl.nut_map.contact_map import LEAST, ContactMap, SolvedFilm
 from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES, SolvedContacts
 from ballscrew_tehl.nut_map.file import FILM_MODELS, load_contact_map, load_map, packaged_map
 from ballscrew_tehl.nut_map.sampling import operating_points
@@ -201,7 +201,7 @@ def test_a_thermal_film_may_equal_the_isothermal_one(share):
 def test_rises_of_nothing_are_interpolated():
     contact_map = altered(temperature_rise=0.0)
     rise = contact_map.evaluate("nut", "temperature_rise", np.array([30.0]), 30.0, 303.0)
-    assert rise == pytest.approx(LEAST_RISE, rel=1e-9)
+    assert rise == pytest.approx(LEAST["temperature_rise"], rel=1e-9)
 
 
 def test_contacts_that_were_not_solved_are_interpolated_from_the_others():
@@ -319,7 +319,7 @@ def test_impossible_contact_is_refused(arguments, named):
 def test_unconverged_contact_is_solved_on_other_grids_and_named(monkeypatch, thermal):
     calls = []
 
-    def solve(conditions, oil, solid, options):
+    def solve(conditions, oil, solid, options, start):
         calls.append((conditions, oil, solid, options.thermal, options.n_x, options.max_thermal))
         return SimpleNamespace(converged=len(calls) == success, reason="pressure spike wanders")
 
@@ -345,7 +345,7 @@ def test_unconverged_contact_is_solved_on_other_grids_and_named(monkeypatch, the
 # --- film without a map ---
 
 
-def closed_ball(parameters, raceway, load, speed, temperature, thermal):
+def closed_ball(parameters, raceway, load, speed, temperature, thermal, start=None):
     """In place of solve_ball: a cubic of ln(load), which falls on the screw and rises on the nut."""
     x = math.log(load / 30.0)
     h = (0.8e-7 if thermal else 1e-7) * math.exp(LOAD_EXPONENT[raceway] * (x + 0.05 * x**3))
@@ -479,7 +479,7 @@ def test_mean_ball_represents_all_in_a_certificate(monkeypatch):
     """A third of the solves. Films by the formula, with an exponent of load of -0.07: that of closed_ball is +0.12."""
     solves = []
 
-    def solve(parameters, raceway, load, speed, temperature, thermal):
+    def solve(parameters, raceway, load, speed, temperature, thermal, start=None):
         solves.append(load)
         return closed_ball(parameters, raceway, load, speed, temperature, thermal)
 

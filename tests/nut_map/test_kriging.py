@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ballscrew_tehl.nut_map import kriging
-from ballscrew_tehl.nut_map.kriging import LENGTHS, NOISE, QUADRATIC_FROM, Kriging
+from ballscrew_tehl.nut_map.kriging import LENGTHS, NOISE, QUADRATIC_FROM, Interpolant, Kriging
 
 #: lengths of three coordinates; noise that counts as none
 LENGTH, NO_NOISE = np.array([0.4, 0.7, 1.1]), 1e-9
@@ -219,3 +219,25 @@ def test_numbers_that_are_not_finite_are_refused(bad, which):
     (points if which == "points" else values)[(7,)] = bad
     with pytest.raises(ValueError, match="kriging: points and values need to be finite"):
         Kriging(points, values)
+
+
+def test_trend_of_a_given_degree():
+    """Far from the points a constant trend goes back to one value, a linear one goes on."""
+    points = np.random.default_rng(6).random((30, 2))
+    values = 1.0 + 2.0 * points[:, 0]
+    hyper = np.log([0.1, 0.1, 1e-3])
+    far = np.array([[30.0, 0.5], [60.0, 0.5]])
+    constant = Kriging(points, values, hyper, 0)(far)
+    assert constant[0] == pytest.approx(constant[1], rel=1e-12)
+    np.testing.assert_allclose(Kriging(points, values, hyper, 1)(far), 1.0 + 2.0 * far[:, 0], rtol=1e-9)
+
+
+def test_interpolant_alone_gives_the_same():
+    """More points than are interpolated at a time."""
+    generator = np.random.default_rng(7)
+    model = Kriging(generator.random((40, 3)), generator.random(40), np.log([0.4, 0.5, 0.6, 1e-2]))
+    at = generator.random((2 * kriging.CHUNK + 3, 3))
+    part = model.interpolant
+    np.testing.assert_array_equal(Interpolant(*part)(at), model(at))
+    np.testing.assert_allclose(model(at)[-5:], model(at[-5:]), rtol=1e-12)
+    assert part(np.empty((0, 3))).shape == (0,)

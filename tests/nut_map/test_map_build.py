@@ -219,7 +219,7 @@ def test_range_that_cannot_be_solved_is_refused_with_its_remedies(monkeypatch):
     """The real function of a contact; only the solver is replaced."""
     calls = []
 
-    def solve(conditions, oil, solid, options):
+    def solve(conditions, oil, solid, options, start):
         calls.append(options.thermal)
         return SimpleNamespace(converged=False, reason="step too small", M=1e3)
 

@@ -5,6 +5,7 @@ import math
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -348,3 +349,15 @@ def test_refined_build_continues_from_its_journal(tmp_path):
     whole = sampled(grid, solve=solve)
     same_contacts(resumed, whole)
     assert len(solved) == sum(counts(whole).values()) - kept
+
+
+def test_with_an_atlas_half_of_the_first_contacts_are_far_from_it():
+    """An atlas that is farther the faster the contact."""
+    atlas = SimpleNamespace(distance=lambda points: points[:, 1])
+    found = first_contacts(GD4008, "nut", FEW, 24, atlas)
+    every = operating_points(FEW, first_points(122)[len(frame_points()) :])
+    every = every[film_formula(GD4008, "nut", *every.T) >= LEAST_FILM]
+    np.testing.assert_array_equal(found[:12], every[:12])
+    assert len({tuple(point) for point in found.tolist()}) == 24
+    assert found[12:, 1].min() >= np.sort(every[12:, 1])[-20]
+    assert (np.diff(found[12:, 1]) <= 0.0).all()

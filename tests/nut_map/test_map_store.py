@@ -28,7 +28,7 @@ from ballscrew_tehl.parameters.file import changed, graded_oil
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.kinematics import KINEMATICS
 from ballscrew_tehl.refinement.refine import map_parameters
-from ballscrew_tehl.runtime.packed import FORCE_CURVES, SURFACES, MapError
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, FORCE_CURVES, SURFACES, MapError
 
 PACKAGED = [name for name in KINEMATICS if packaged_map(name).exists()]
 CERTIFICATE = {"points": 3, "torque_error_max": 5e-4}
@@ -73,7 +73,8 @@ def test_packaged_map_is_finite_over_its_whole_range(kinematics):
     nut_map = load_map(None, parameters)
     assert nut_map.header["kinematics"] == kinematics
     assert nut_map.header["film_model"] == default_friction_set(parameters).film_model
-    assert nut_map.defaults == default_friction_set(parameters).values
+    assert nut_map.law == FILM_SHEAR
+    assert nut_map.defaults == (*default_friction_set(parameters).values, 1.0)
     rng = np.random.default_rng(7)
     axes = nut_map.header["axes"]
     # axial load included, down to standstill, up to the ends
@@ -99,7 +100,7 @@ def test_map_of_the_film_model_of_the_friction_set_is_read_back(saved, monkeypat
     monkeypatch.setattr(store, "default_friction_set", lambda parameters: friction)
     nut_map = load_map(saved, GD4008)
     assert nut_map.header["film_model"] == film
-    assert nut_map.defaults == friction.values
+    assert nut_map.defaults == (*friction.values, 1.0)
     for name, array in small_map().arrays[film].items():
         np.testing.assert_array_equal(nut_map.arrays[name], array)
     thermal, isothermal = (small_map().arrays[name]["coefficients"] for name in reversed(store.FILM_MODELS))
@@ -250,7 +251,7 @@ def test_file_is_self_describing_in_xarray(saved):
         titles = [data[name].attrs["long_name"] for name in data if name.endswith("coefficients_solved")]
         titles += [data[f"{name}_coefficients"].attrs["long_name"] for name in ("extreme", "force")]
         columns = [title.split(": ")[1].split(", ") for title in titles]
-        assert columns == [list(SURFACES[:4]), list(SURFACES[4:]), list(FORCE_CURVES)]
+        assert columns == [list(SURFACES[FILM_SHEAR][:4]), list(SURFACES[FILM_SHEAR][4:]), list(FORCE_CURVES)]
         assert data["extreme_coefficients"].shape[-1] == len(columns[1])
 
 
@@ -397,7 +398,7 @@ def test_map_holds_for_every_friction_set(saved, friction):
     """Fitted friction parameters are only defaults in the header; the build does not use them."""
     parameters = changed(GD4008, friction=friction)
     found, usual = load_map(saved, parameters), load_map(saved, GD4008)
-    assert found.defaults == default_friction_set(parameters).values
+    assert found.defaults == (*default_friction_set(parameters).values, 1.0)
     assert (found.defaults == usual.defaults) == (
         not friction.keys().isdisjoint(("sliding_coefficient", "spin_split"))
     )

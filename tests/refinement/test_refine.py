@@ -457,7 +457,7 @@ def test_refined_torque_is_that_of_the_direct_command(solved_contacts):
     parameters = load_parameters()
     packaged = load_map(None, parameters)
     film = packaged.header["film_model"]
-    friction_set = FrictionSet("any", "published", film, *packaged.defaults)
+    friction_set = FrictionSet("any", "published", film, *packaged.defaults[:3])
     model = DirectFilm(parameters, film == "solved_thermal")
     for point in ((1500.0, 40.0, 303.15, 0.0), (4000.0, 9.0, 295.0, 1500.0)):
         expected = double_nut_torque(parameters, friction_set, model, *point).total

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from reference_screw import GD4008
 
-from ballscrew_tehl.contact.ball_formula import drawn_ellipse, film_formula, rolling_loss_formula
+from ballscrew_tehl.contact.ball_formula import drawn_ellipse, film_formula, rolling_formula
 from ballscrew_tehl.nut_map import build
 from ballscrew_tehl.nut_map.build import build_map, map_journal
 from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES, RISES
@@ -33,6 +33,8 @@ GRID = MapGrid(
     contact_first=96,
     contact_batch=16,
     contact_most=96,
+    # the atlas is that of solved contacts
+    atlas=False,
 )
 #: largest error of a film and of a temperature rise of the contact map over GRID against the closed contacts; found at
 #: 2000 random points (mean): 96 contacts 6.2e-4 (3e-5) and 1.2e-2 (3e-4, in a corner); 64: 1.8e-3 and 1.4e-2; 128:
@@ -44,7 +46,7 @@ SHARE = {
     FILMS[0]: 1.0,
     FILMS[1]: 0.8,
     FILMS[2]: 0.5,
-    "rolling_loss": 1.2,
+    "rolling_loss": 0.7,
     "core_pressure": 1.0,
     "core_area": 0.9,
 }
@@ -59,7 +61,7 @@ def _coordinates(load, speed, temperature):
 
 
 def ratio(raceway, name, load, speed, temperature):
-    """Film over closed formula."""
+    """Film or rolling loss over closed formula."""
     x, y, z = _coordinates(load, speed, temperature)
     cooling = 0.0 if name == FILMS[0] else 0.1 * y + 0.02 * y**2 - 0.03 * z * y
     bend = 0.001 * x**3 + 0.01 * y * x - 0.01 * z**2
@@ -79,7 +81,7 @@ def values(parameters, raceway, name, load, speed, temperature):
         share = 1.0 if name == "temperature_rise" else 0.5
         return share * temperature_rise(raceway, load, speed, temperature)
     if name == "rolling_loss":
-        formula = rolling_loss_formula(parameters, raceway, np.asarray(load), speed, temperature)
+        formula = rolling_formula(parameters, raceway, np.asarray(load), speed, temperature)
         return formula * ratio(raceway, name, load, speed, temperature)
     if name in ("core_pressure", "core_area"):
         hertz = drawn_ellipse(parameters, raceway, np.asarray(load))

@@ -23,7 +23,7 @@ from ..friction.sets import FITTED, PACKAGED_SETS, SETS, FrictionSet, load_frict
 from ..friction.torque import UNLOADED, NutSums, nut_forces, nut_sums
 from ..parameters.file import Parameters, changed, load_parameters
 from ..parameters.identity import parameters_hash
-from ..parameters.packaged_data import PACKAGED_DATA
+from ..parameters.packaged_data import PACKAGED_VG100
 from ..physics.load import nut_loads
 from .diagnostics import free_parameters, profile_limits
 from .fit import LOSSES, TorqueBasis, Values, fit_values
@@ -44,8 +44,6 @@ PACKAGED_FILM = {
     "mechanistic": MECHANISTIC,
     "mechanistic_supply": MECHANISTIC,
 }
-#: the screw of the paper with the oil of the mechanistic set
-PACKAGED_VG100 = PACKAGED_DATA / "gd4008_vg100.toml"
 UNLOADED_POWERS = NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..friction.mechanistic import ContactValues
 
     #: name -> film model, or contacts of the mechanistic law
-    _Films = Callable[[str], FilmModel | ContactValues]
+    Films = Callable[[str], FilmModel | ContactValues]
 
 #: seconds before the first progress message
 QUIET = 2.0
@@ -121,7 +121,7 @@ def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
         )
 
 
-def _films(args: Namespace, parameters: Parameters) -> tuple[_Films, Callable[[Measurement], str]]:
+def _films(args: Namespace, parameters: Parameters) -> tuple[Films, Callable[[Measurement], str]]:
     """Film models by name or contacts of the mechanistic law, and why a point is outside the map, "" if it is not."""
     if args.map is None:
         return lambda film: _film_or_contacts(film, parameters), lambda m: ""

@@ -15,16 +15,13 @@ from ..friction.sets import (
     load_friction_sets,
 )
 from ..parameters.file import Parameters, changed, load_parameters
-from ..parameters.packaged_data import PACKAGED_DATA
+from ..parameters.packaged_data import PACKAGED_VG100
 from ..runtime.packed import MECHANISTIC
 from .main import FILMS
 
 if TYPE_CHECKING:
     from ..friction.film_model import FilmModel
     from ..runtime.evaluate import NutMap
-
-#: screw file of the packaged mechanistic set
-PACKAGED_LAW = PACKAGED_DATA / "gd4008_vg100.toml"
 
 
 def say(text: str) -> None:
@@ -82,7 +79,7 @@ def chosen_of(args: Namespace) -> Chosen:
         return Chosen(parameters, default_friction_set(parameters), None)
     packaged = dict.fromkeys(known for _, known in load_friction_sets())
     if name in packaged:
-        parameters = with_set(screw_of(args, PACKAGED_LAW if name == MECHANISTIC else None), name)
+        parameters = with_set(screw_of(args, PACKAGED_VG100 if name == MECHANISTIC else None), name)
         return Chosen(parameters, default_friction_set(parameters), None)
     if not Path(name).is_file():
         raise ValueError(
@@ -90,7 +87,7 @@ def chosen_of(args: Namespace) -> Chosen:
         )
     sets = load_friction_sets(name, "give a file that calibrate --output has written")
     only_law = all(entry.film_model == MECHANISTIC for entry in sets.values())
-    parameters = screw_of(args, PACKAGED_LAW if only_law else None)
+    parameters = screw_of(args, PACKAGED_VG100 if only_law else None)
     found = friction_set_of_file(name, parameters)
     refuse_other_fit(found, parameters)
     return Chosen(without_overrides(parameters), found, found)

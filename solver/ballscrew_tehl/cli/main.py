@@ -114,6 +114,17 @@ def _map(commands: argparse._SubParsersAction) -> None:
         metavar="FOLDER",
         help="a map for every screw file *.toml there; --output: folder of the maps",
     )
+    atlas = actions.add_parser("atlas", help="solve the contacts of the atlas that maps begin with")
+    atlas.add_argument("--output", required=True, metavar="FILE.npz", help="where to write it")
+    atlas.add_argument(
+        "--count", type=int, default=1000, metavar="N", help="random contacts that it is compared with"
+    )
+    atlas.add_argument("--workers", type=int, metavar="N", help="processes; default: one per core")
+    atlas.add_argument(
+        "--dask", metavar="ADDRESS", help="solve on a Dask cluster: tcp://HOST:PORT of its scheduler"
+    )
+    add_json(atlas)
+    atlas.set_defaults(run="atlas.run_map_atlas")
     check = actions.add_parser("check", help="load a map, verify its hash and compare it with direct solves")
     info = actions.add_parser("info", help="axes, parameters, version and certificate of a map")
     plot = actions.add_parser(

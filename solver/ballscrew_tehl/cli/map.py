@@ -31,7 +31,14 @@ if TYPE_CHECKING:
 
 
 #: contacts of `map build --quick`, for a first look: its certificate says how good it is
-QUICK = MapGrid(contact_first=48, contact_most=48, contact_batch=16)
+QUICK = MapGrid(
+    contact_first=48,
+    contact_most=48,
+    contact_batch=16,
+    contact_first_atlas=8,
+    contact_most_atlas=8,
+    quick=True,
+)
 #: points of a certificate: of a build, of a quick one
 POINTS, QUICK_POINTS = 200, 12
 #: time of a contact on one core of 2023 [s], mean of isothermal and thermal
@@ -107,7 +114,9 @@ def _grid(parameters: Parameters, args: Namespace) -> MapGrid:
 
 def _plan(parameters: Parameters, grid: MapGrid, points: int) -> str:
     """What will be solved, before the first solve."""
-    least, most = 4 * grid.contact_first, 4 * grid.contact_most
+    from ..nut_map.build import contact_counts
+
+    least, most = (4 * count for count in contact_counts(parameters, grid))
     contacts = f"{least} to {most}" if least < most else f"{least}"
     pressure = largest_pressure(parameters.screw, grid.preload[1])
     return (

@@ -10,12 +10,12 @@ from .. import __version__
 from ..friction.origin import other_sets, with_set
 from ..friction.sets import MECHANISTIC_SETS, FrictionSet, default_friction_set
 from ..parameters.file import Parameters, load_parameters
-from .common import PACKAGED_LAW, Chosen, chosen_of, say, screw_of
+from ..parameters.packaged_data import PACKAGED_VG100
+from .common import Chosen, chosen_of, say, screw_of
 from .points import print_results
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
-    from ..validation.laws import LawRow
 
 
 class _Law(NamedTuple):
@@ -26,14 +26,12 @@ class _Law(NamedTuple):
     nut_map: NutMap
 
     def torque(self, preload: float, speed: float, temperature: float) -> float:
-        return float(self.nut_map.evaluate(preload, speed, temperature, 0.0, *self.numbers()).friction_torque)
-
-    def numbers(self) -> tuple[float, ...]:
-        """Ratio and coefficient; of the fitted sets also their height, which the mechanistic law does not have."""
-        return self.entry.values[:2] if self.mechanistic else self.entry.values
+        """With the numbers of the set [N.m]."""
+        return float(self.nut_map.evaluate(preload, speed, temperature).friction_torque)
 
     @property
     def mechanistic(self) -> bool:
+        """Whether it is a set of the mechanistic law."""
         return self.entry.name in MECHANISTIC_SETS
 
 
@@ -50,7 +48,7 @@ def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
         own = with_set(chosen.parameters, entry.name)
         found.append(_Law(entry, own, load_map(args.map, own)))
     if args.screw is None and not found[0].mechanistic:
-        own = load_parameters(PACKAGED_LAW)
+        own = load_parameters(PACKAGED_VG100)
         found.append(_Law(default_friction_set(own), own, load_map(None, own)))
     return found
 
@@ -71,13 +69,16 @@ def run_validate(args: Namespace) -> int:
         return 0
     if args.plot and not Path(args.plot).absolute().parent.is_dir():
         raise ValueError(f"{args.plot}: no such folder; allowed: a file in an existing folder")
-    from ..validation.laws import baseline_rows, laws_text
+    from ..validation.laws import baseline_rows, laws_text, mechanistic_rows, set_row
 
     chosen = chosen_of(args)
     laws = _laws(args, chosen)
     found = {law.entry.name: validation_tables(law.torque) for law in laws}
+    compared = [set_row(law.entry, law.torque) for law in laws]
+    for law in laws:
+        compared += mechanistic_rows(law.parameters, law.nut_map) if law.mechanistic else []
     # the closed formulas with the oil of the mechanistic set
-    compared = [row for law in laws for row in _rows(law)] + baseline_rows(laws[-1].parameters)
+    compared += baseline_rows(laws[-1].parameters)
     if args.plot:
         _plot(args, laws)
     if args.json:
@@ -100,22 +101,6 @@ def run_validate(args: Namespace) -> int:
     print(laws_text(compared) + "\n")
     print(friction_set_text([law.entry for law in laws]))
     return 0
-
-
-def _rows(law: _Law) -> list[LawRow]:
-    """The set in the comparison; the mechanistic one also without any fit, with the default thrust."""
-    from ..friction.mechanistic import ball_ball_coefficient
-    from ..validation.laws import evaluated_row, set_row
-
-    rows = [set_row(law.entry, law.torque)]
-    if law.mechanistic:
-        k = ball_ball_coefficient(law.parameters.friction)
-
-        def unfitted(preload: float, speed: float, temperature: float) -> float:
-            return float(law.nut_map.evaluate(preload, speed, temperature, 0.0, 1.0, k).friction_torque)
-
-        rows.append(evaluated_row(f"mechanistic, k = {k:.3g} by default", 0, unfitted))
-    return rows
 
 
 def _plot(args: Namespace, laws: list[_Law]) -> None:

@@ -52,16 +52,18 @@ def ball_contact(
 
 
 def solve_ball(
-    parameters: Parameters, raceway: str, load: float, speed: float, temperature: float, thermal: bool
-) -> ContactSolution:
+    parameters: Parameters, raceway: str, load: float, speed: float, temperature: float, thermal: bool,
+    start: ContactSolution | None = None,
+) -> ContactSolution:  # fmt: skip
     """Solve the contact of one ball, with a further attempt on another grid.
 
+    Parameters   start: solution of a ball close by, None = from the dry contact
     Raises       UnconvergedContactError: names the contact and the reason
     """
     conditions = ball_contact(parameters, raceway, load, speed, temperature)
     for n_x, most_iterations in ATTEMPTS:
         options = SolverOptions(thermal=thermal, n_x=n_x, max_thermal=most_iterations)
-        solution = solve_contact(conditions, parameters.lubricant, parameters.solid, options)
+        solution = solve_contact(conditions, parameters.lubricant, parameters.solid, options, start)
         if solution.converged:
             return solution
     raise UnconvergedContactError(

@@ -7,16 +7,17 @@ from typing import Any
 import numpy as np
 
 from ..parameters.file import Parameters
-from ..physics.film import central_film_estimate, moes_groups, thermal_load_parameter
+from ..physics.film import central_film_estimate, moes_groups
 from ..physics.hertz import E_prime, HertzContact, ellipse, reduced_radii
 from ..physics.kinematics import surface_speeds
 from ..physics.load import contact_angle_at_ball_load
 from ..physics.lubricant import eta0
-from ..physics.rolling_resistance import biboulet_houpert_point, inlet_heating_factor, rolling_power
+from ..physics.rolling_resistance import biboulet_houpert_point, rolling_power
 from .half_space.grid import Array
 
 
-def _groups(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Any:
+def moes_groups_of(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Any:
+    """FilmGroups, R_x and R_y [m] of a ball with its own contact angle; load, speed and temperature broadcast."""
     screw = parameters.screw
     R_x, R_y = reduced_radii(screw, contact_angle_at_ball_load(screw, load), raceway)
     u_e = surface_speeds(parameters, raceway, speed).u_e
@@ -25,7 +26,7 @@ def _groups(parameters: Parameters, raceway: str, load: Array, speed: Any, tempe
 
 def moes_load(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
     """Moes load M of a ball; load, speed and temperature broadcast."""
-    return np.asarray(_groups(parameters, raceway, load, speed, temperature)[0].M)
+    return np.asarray(moes_groups_of(parameters, raceway, load, speed, temperature)[0].M)
 
 
 def drawn_ellipse(parameters: Parameters, raceway: str, load: Array) -> HertzContact:
@@ -34,20 +35,20 @@ def drawn_ellipse(parameters: Parameters, raceway: str, load: Array) -> HertzCon
     return ellipse(load, *reduced_radii(screw, screw.contact_angle, raceway), E_prime(screw))
 
 
-def rolling_loss_formula(
-    parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any
-) -> Array:
-    """Closed formula of the rolling loss [W] with heating of the inlet; load, speed and temperature broadcast."""
-    screw, oil = parameters.screw, parameters.lubricant
-    radii = reduced_radii(screw, screw.contact_angle, raceway)
-    u_e = surface_speeds(parameters, raceway, speed).u_e
-    force = biboulet_houpert_point(load, u_e, *radii, E_prime(screw), eta0(oil, temperature)).force
-    return rolling_power(force, u_e) * inlet_heating_factor(thermal_load_parameter(oil, u_e, temperature))
-
-
 def film_formula(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
     """Closed film formula that the samples are divided by [m]; load, speed and temperature broadcast."""
-    groups, R_x, R_y = _groups(parameters, raceway, load, speed, temperature)
+    groups, R_x, R_y = moes_groups_of(parameters, raceway, load, speed, temperature)
     # the pressure that compresses the oil varies little with the contact angle: that of the drawing
     p_max = drawn_ellipse(parameters, raceway, load).p_max
     return np.asarray(central_film_estimate(parameters.lubricant, groups, R_x, R_y, p_max, temperature))
+
+
+def rolling_formula(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
+    """Closed formula of the rolling loss without heating that the samples are divided by [W]; broadcast."""
+    screw = parameters.screw
+    # the loss varies little with the contact angle: that of the drawing
+    R_x, R_y = (float(r) for r in reduced_radii(screw, screw.contact_angle, raceway))
+    u_e = surface_speeds(parameters, raceway, speed).u_e
+    viscosity = eta0(parameters.lubricant, temperature)
+    force = biboulet_houpert_point(load, u_e, R_x, R_y, E_prime(screw), viscosity).force
+    return np.asarray(rolling_power(force, u_e))

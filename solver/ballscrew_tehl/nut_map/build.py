@@ -26,7 +26,8 @@ from ..physics.load import double_nut_loads, nut_loads, separation_load
 from ..runtime.bspline import fit, map_arrays
 from ..runtime.packed import FORCE_CURVES, MECHANISTIC
 from . import sampling
-from .contact_map import ContactMap, ContactModel, MapContacts
+from .atlas import atlas_quantities, load_atlas
+from .contact_map import ContactMap, ContactModel, MapContacts, screw_atlases
 from .contacts import FILMS, MAPPED, QUANTITIES, Array, ContactRange, SolvedContacts
 from .grid import BuiltMap, MapGrid, contact_range, largest_pressure, map_grid, narrowed
 from .interval import BAND, band
@@ -76,7 +77,14 @@ def build_contact_map(
     """
     range_ = contact_range(parameters, grid)
     solved = Solved(journal)
-    points = {r: sampling.first_contacts(parameters, r, range_, grid.contact_first) for r in RACEWAYS}
+    first, most = contact_counts(parameters, grid)
+    atlas = load_atlas().hash if grid.atlas and atlas_quantities(parameters) else ""
+    atlases = screw_atlases(parameters, range_, atlas)
+    whole = FILMS[1] in atlas_quantities(parameters)
+    points = {
+        r: sampling.first_contacts(parameters, r, range_, first, atlases.get(r) if whole else None)
+        for r in RACEWAYS
+    }
     models: dict[str, ContactModel] = {}
     round_ = 0
     while True:
@@ -84,23 +92,34 @@ def build_contact_map(
         contacts = {raceway: solved.contacts(raceway, points[raceway]) for raceway in RACEWAYS}
         _refuse_unsolved(contacts, range_)
         hyper = {r: model.hyper for r, model in models.items()} if round_ % 2 else {}
-        models = {r: ContactModel(parameters, r, range_, contacts[r], hyper.get(r)) for r in RACEWAYS}
-        open_ = [
-            raceway
-            for raceway in RACEWAYS
-            if len(points[raceway]) < grid.contact_most
-            and sampling.left_out_errors(models[raceway]).mean() > grid.contact_tolerance
-        ]
+        models = {
+            r: ContactModel(parameters, r, range_, contacts[r], hyper.get(r), atlases.get(r))
+            for r in RACEWAYS
+        }
+        open_ = [r for r in RACEWAYS if len(points[r]) < most and not _well_known(models[r], grid)]
         if not open_:
             for model in models.values():
                 for name in MAPPED:
                     model.kriging(name)
-            return ContactMap(parameters, range_, contacts, {r: models[r].hyper for r in RACEWAYS})
+            return ContactMap(parameters, range_, contacts, {r: models[r].hyper for r in RACEWAYS}, atlas)
         for raceway in open_:
-            count = min(grid.contact_batch, grid.contact_most - len(points[raceway]))
+            count = min(grid.contact_batch, most - len(points[raceway]))
             more = sampling.next_points(models[raceway], count, round_)
             points[raceway] = np.concatenate([points[raceway], more])
         round_ += 1
+
+
+def contact_counts(parameters: Parameters, grid: MapGrid) -> tuple[int, int]:
+    """Contacts of each raceway that a map begins with, and the most that it takes."""
+    if grid.atlas and FILMS[1] in atlas_quantities(parameters):
+        return grid.contact_first_atlas, grid.contact_most_atlas
+    return grid.contact_first, grid.contact_most
+
+
+def _well_known(model: ContactModel, grid: MapGrid) -> bool:
+    """Whether films that are left out are predicted well enough: in the mean, and the worst of them."""
+    errors = sampling.left_out_errors(model)
+    return bool(errors.mean() <= grid.contact_tolerance and errors.max() <= grid.contact_largest)
 
 
 def _refuse_unsolved(contacts: Mapping[str, SolvedContacts], range_: ContactRange) -> None:
@@ -138,6 +157,26 @@ def _solve_missing(
         for job in jobs:
             job.cancel()
         raise
+
+
+def atlas_share(contact_map: ContactMap) -> float:
+    """Share of the solved contacts that lie within the range of the atlas; 0 without one."""
+    inside = [
+        np.zeros(len(model.points), dtype=bool) if model.atlas is None else model.atlas.inside(model.points)
+        for model in contact_map.models.values()
+    ]
+    return float(np.concatenate(inside).mean())
+
+
+def left_out_errors(contact_map: ContactMap) -> dict[str, dict[str, dict[str, float]]]:
+    """Mean and largest relative error of each interpolated quantity when its contact is left out, by raceway."""
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for raceway, model in contact_map.models.items():
+        errors = {name: np.abs(model.left_out(name)) for name in MAPPED}
+        found[raceway] = {
+            name: {"mean": float(e.mean()), "max": float(e.max())} for name, e in errors.items()
+        }
+    return found
 
 
 def sampling_errors(contact_map: ContactMap) -> dict[str, float]:
@@ -328,11 +367,15 @@ def build_map(
             "share": [0.0, 1.0, grid.share_nodes],
         },
         "kinematics": parameters.friction.kinematics,
+        "quick": grid.quick,
         "version": __version__,
         "contacts": 2 * sum(len(contacts) for contacts in contact_map.contacts.values()),
         "contacts_not_solved": sum(int(np.sum(~c.good)) for c in contact_map.contacts.values()),
         "range_cut": cut,
         "sampling_errors": sampling_errors(contact_map),
+        "left_out_errors": left_out_errors(contact_map),
+        "atlas": contact_map.atlas,
+        "atlas_share": atlas_share(contact_map),
         "asymptotic_share": float(np.mean([
             np.mean(c.values["asymptotic"][c.good]) for c in contact_map.contacts.values()
         ])),

@@ -3,7 +3,8 @@
 What is interpolated, and over what, so that few contacts do. The isothermal film over its closed formula changes with
 the Moes load M, most between rigid and flattened contacts: a dip of 15 % from M = 15 to 60, which the first coordinate
 stretches. The loss of film by heat, 1/share - 1, is nearly a power of the thermal load parameter beta eta0 u_e^2/k: of
-ln(speed) + ln(viscosity)/2. Viscosity: of the oil at ambient pressure. Third coordinate of both: temperature.
+ln(speed) + ln(viscosity)/2. Viscosity: of the oil at ambient pressure. Third coordinate of both: temperature. Rolling
+loss: over its closed formula. With an atlas, what is interpolated is the difference from it.
 """
 
 from __future__ import annotations
@@ -15,12 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.ball_formula import drawn_ellipse, film_formula, moes_load, rolling_loss_formula
+from ..contact.ball_formula import drawn_ellipse, film_formula, moes_load, rolling_formula
 from ..friction.mechanistic import MECHANISTIC
 from ..parameters.file import Parameters
+from ..physics.hertz import RACEWAYS
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0
-from .contacts import FILMS, MAPPED, RISES, Array, ContactRange, SolvedContacts, film_weight
+from .atlas import AtlasError, ScrewAtlas, load_atlas
+from .contacts import CORE, FILMS, MAPPED, RISES, Array, ContactRange, SolvedContacts, film_weight
 from .kriging import Kriging
 
 #: film that another film is interpolated over; the others over closed formulas
@@ -32,15 +35,19 @@ STRETCH, WIDTH, TURN = 4.0, 0.9, 33.0
 #: the share itself is interpolated
 NO_LOSS = 0.02
 #: power of the viscosity in the second coordinate: 1 what the isothermal film sets, else 1/2
-THICKENING = {name: 1.0 if name in (FILMS[0], "core_pressure", "core_area") else 0.5 for name in MAPPED}
-#: temperature rise below which it counts as that [K]
-LEAST_RISE = 1e-3
+THICKENING = {name: 1.0 if name in (FILMS[0], *CORE) else 0.5 for name in MAPPED}
+#: degree of the trend of what the atlas leaves
+ATLAS_DEGREE = 0
+#: temperature rise [K], and rolling loss over its closed formula, below which they count as that: the hottest inlets
+#: have next to no loss, and a film of some percent of the radius none of its own
+LEAST = {**dict.fromkeys(RISES, 1e-3), "rolling_loss": 1e-2}
 
 
 class ContactModel:
-    """Films and rise of one raceway by kriging of its solved contacts.
+    """Films, rise and rolling loss of one raceway by kriging of its solved contacts.
 
     Parameters   hyper: lengths and noise by quantity of an earlier model, None = the most likely ones
+                 atlas: whose difference from the contacts is interpolated, None = without
     """
 
     def __init__(
@@ -50,8 +57,9 @@ class ContactModel:
         range_: ContactRange,
         contacts: SolvedContacts,
         hyper: Mapping[str, Array] | None = None,
+        atlas: ScrewAtlas | None = None,
     ) -> None:
-        self.parameters, self.raceway, self.range = parameters, raceway, range_
+        self.parameters, self.raceway, self.range, self.atlas = parameters, raceway, range_, atlas
         self.contacts, self._hyper = contacts, hyper or {}
         self.points = contacts.points[contacts.good]
         self._models: dict[str, Kriging] = {}
@@ -77,78 +85,87 @@ class ContactModel:
         )
 
     def kriging(self, name: str) -> Kriging:
-        """Model of a quantity, of what `_modelled` makes of it."""
+        """Model of a quantity, of what `modelled` makes of it."""
         if name not in self._models:
-            values = self.solved(name)
-            if name not in RISES:
-                values = values / self._below(name, self.points, self.solved)
-            # a film of some percent of the radius has no rolling loss of its own: oil builds it up beyond the bodies
-            known = values > 0.0 if name == "rolling_loss" else np.ones(values.size, dtype=bool)
-            self._models[name] = Kriging(
-                self.coordinates(name, self.points[known]),
-                _modelled(name, values[known]),
-                self._hyper.get(name),
-            )
+            values = modelled(name, self.solved(name) / self._below(name, self.points, self.solved))
+            rest = values - self._from_atlas(name, self.points)
+            at, hyper = self.coordinates(name, self.points), self._hyper.get(name)
+            # what the atlas leaves has hardly a trend
+            self._models[name] = Kriging(at, rest, hyper, ATLAS_DEGREE if self._in_atlas(name) else None)
         return self._models[name]
+
+    def _in_atlas(self, name: str) -> bool:
+        return self.atlas is not None and name in self.atlas.quantities
+
+    def _from_atlas(self, name: str, points: Array) -> Array:
+        """What the atlas holds of what is interpolated of a quantity; without it 0."""
+        if self.atlas is None or not self._in_atlas(name):
+            return np.zeros(len(points))
+        values = self.atlas(name, points)
+        return np.maximum(values, np.log(LEAST[name])) if name in RISES else values
+
+    def _interpolated(self, name: str, points: Array) -> Array:
+        return self.kriging(name)(self.coordinates(name, points)) + self._from_atlas(name, points)
 
     @property
     def hyper(self) -> dict[str, Array]:
         """Lengths and noise of the quantities modelled so far."""
         return {name: model.hyper for name, model in self._models.items()}
 
-    def _below(self, name: str, points: Array, film: Any) -> Array:
+    def _below(self, name: str, points: Array, quantity: Any) -> Array:
+        """What a quantity is interpolated over at points: another quantity, or a closed formula."""
+        if name in RISES:
+            return np.ones(len(points))
         over = OVER.get(name)
         if over is not None:
-            return np.asarray(film(over))
+            return np.asarray(quantity(over))
         at = self.parameters, self.raceway, *points.T
-        if name == FILMS[0]:
-            return film_formula(*at)
-        if name == "rolling_loss":
-            return rolling_loss_formula(*at)
-        hertz = drawn_ellipse(*at[:3])
-        return np.asarray(hertz.p_max if name == "core_pressure" else np.pi * hertz.a * hertz.b)
+        if name in CORE:
+            hertz = drawn_ellipse(*at[:3])
+            return np.asarray(hertz.p_max if name == CORE[0] else np.pi * hertz.a * hertz.b)
+        formula = rolling_formula if name == "rolling_loss" else film_formula
+        return formula(*at)
 
     def film(self, name: str, points: Array) -> Array:
-        """A film [m], or another quantity over a closed formula, at operating points (n, 3)."""
-        ratio = _unmodelled(name, self.kriging(name)(self.coordinates(name, points)))
+        """A film [m] at operating points (n, 3), or another quantity."""
+        ratio = unmodelled(name, self._interpolated(name, points))
         return np.asarray(ratio * self._below(name, points, lambda over: self.film(over, points)))
 
     def covariance(self, name: str, points: Array) -> Array:
         """Covariance (m, m) of the relative errors of a film over what it is interpolated over."""
         at = self.coordinates(name, points)
         model = self.kriging(name)
-        slope = _slope(name, model(at))
+        slope = _slope(name, self._interpolated(name, points))
         return np.asarray(model.covariance(at) * slope[:, None] * slope)
 
     def deviation(self, name: str, points: Array) -> Array:
         """Standard deviation (m,) of these relative errors."""
         at = self.coordinates(name, points)
         model = self.kriging(name)
-        return np.asarray(model.deviation(at) * _slope(name, model(at)))
+        return np.asarray(model.deviation(at) * _slope(name, self._interpolated(name, points)))
 
     def left_out(self, name: str) -> Array:
-        """Relative error (n,) of a film, over what it is interpolated over, at every contact when it is left out."""
+        """Relative error (n,) of a quantity, over what it is interpolated over, at each contact when it is left out."""
         model = self.kriging(name)
-        predicted = _unmodelled(name, model.values - model.left_out)
-        return np.asarray(predicted / _unmodelled(name, model.values) - 1.0)
+        solved = model.values + self._from_atlas(name, self.points)
+        return np.asarray(unmodelled(name, solved - model.left_out) / unmodelled(name, solved) - 1.0)
 
     def value(self, name: str, points: Array) -> Array:
         """A quantity (SI) at operating points (n, 3)."""
-        if name in RISES:
-            return _unmodelled(name, self.kriging(name)(self.coordinates(name, points)))
         film = self.film(name, points)
         # interpolated, the minimum film may exceed the central one
         return film if name != FILMS[2] else np.minimum(film, self.film(FILMS[1], points))
 
 
-def _modelled(name: str, values: Array) -> Array:
-    """What is interpolated of a share of the film or of a rise: see the head of this module."""
+def modelled(name: str, values: Array) -> Array:
+    """What is interpolated of a share of the film, a rise or a loss: see the head of this module."""
     if name == FILMS[1]:
         return np.log(np.maximum(1.0 / values - 1.0, -0.5 * NO_LOSS) + NO_LOSS)
-    return np.log(np.maximum(values, LEAST_RISE) if name in RISES else values)
+    return np.log(np.maximum(values, LEAST[name]) if name in LEAST else values)
 
 
-def _unmodelled(name: str, values: Array) -> Array:
+def unmodelled(name: str, values: Array) -> Array:
+    """The share, rise or loss of what is interpolated."""
     if name == FILMS[1]:
         return np.asarray(1.0 / (1.0 - NO_LOSS + np.exp(values)))
     return np.exp(values)
@@ -161,25 +178,48 @@ def _slope(name: str, values: Array) -> Array:
     return np.ones_like(values)
 
 
+def screw_atlases(parameters: Parameters, range_: ContactRange, atlas: str) -> dict[str, ScrewAtlas]:
+    """The packaged atlas over the range of both raceways; atlas: its hash, empty = none.
+
+    Raises       AtlasError: another atlas is packaged
+    """
+    if not atlas:
+        return {}
+    packaged = load_atlas()
+    if packaged.hash != atlas:
+        raise AtlasError(
+            f"contacts over the atlas {atlas[:12]}; packaged: {packaged.hash[:12]}: build the map again with "
+            "python -m ballscrew_tehl map build"
+        )
+    return {raceway: ScrewAtlas(packaged, parameters, raceway, range_) for raceway in RACEWAYS}
+
+
 @dataclass(frozen=True)
 class ContactMap:
     """Films and rises of the contacts of one ball on both raceways, for one screw with one kinematics.
 
     contacts: what was solved, by raceway; hyper: lengths and noise of the kriging by raceway and quantity, None = the
-    most likely ones.
+    most likely ones; atlas: hash of the one whose difference is interpolated, empty = without.
     """
 
     parameters: Parameters
     range: ContactRange
     contacts: Mapping[str, SolvedContacts]
     hyper: Mapping[str, Mapping[str, Array]] | None = None
+    atlas: str = ""
 
     @cached_property
     def models(self) -> dict[str, ContactModel]:
         """Model of each raceway."""
+        atlases = screw_atlases(self.parameters, self.range, self.atlas)
         return {
             raceway: ContactModel(
-                self.parameters, raceway, self.range, contacts, (self.hyper or {}).get(raceway)
+                self.parameters,
+                raceway,
+                self.range,
+                contacts,
+                (self.hyper or {}).get(raceway),
+                atlases.get(raceway),
             )
             for raceway, contacts in self.contacts.items()
         }

@@ -44,8 +44,10 @@ ROUNDING = 1e-9
 FILMS = ("isothermal_central_film", "thermal_central_film", "thermal_minimum_film")
 #: temperature rises
 RISES = ("temperature_rise", "mean_rise")
+#: pressure and area of the core of a contact
+CORE = ("core_pressure", "core_area")
 #: what is interpolated
-MAPPED = (*FILMS, *RISES, "rolling_loss", "core_pressure", "core_area")
+MAPPED = (*FILMS, *RISES, "rolling_loss", *CORE)
 
 
 @dataclass(frozen=True)

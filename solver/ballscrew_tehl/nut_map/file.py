@@ -49,16 +49,16 @@ FILE_FORMAT = 4
 MAGIC = b"CDF"
 #: what the viscous columns and the curves of a friction set are computed from: name of its film model
 FILM_MODELS = ("solved", "solved_thermal", MECHANISTIC)
+#: name of the packaged map of the mechanistic set
+VG100 = "vg100"
 #: kinematics whose films are shown, and the axes that they are stored over
 ROLLING_FRAME, SURFACE_AXES = "rolling_frame", ("force", "speed", "temperature")
 #: columns of the spline coefficients that depend on the film model of the friction set
 VISCOUS_COLUMNS = 4
 
 
-def packaged_map(parameters: Parameters) -> Path:
-    """File of the packaged map of the GD4008-3: by kinematics, or with the oil VG 100 of the mechanistic set."""
-    friction = parameters.friction
-    name = "vg100" if friction.set == MECHANISTIC else friction.kinematics
+def packaged_map(name: str) -> Path:
+    """File of a packaged map of the GD4008-3: of a kinematics, or VG100 with the oil of the mechanistic set."""
     return PACKAGED_DATA / f"map_gd4008_{name}.nc"
 
 
@@ -222,7 +222,9 @@ def _refuse_other_parameters(path: Path, header: Mapping[str, Any], parameters: 
 
 
 def _path_for(path: Path | str | None, parameters: Parameters) -> Path:
-    return packaged_map(parameters) if path is None else Path(path)
+    friction = parameters.friction
+    name = VG100 if friction.set == MECHANISTIC else friction.kinematics
+    return packaged_map(name) if path is None else Path(path)
 
 
 def _provenance(friction: FrictionSet, parameters: Parameters) -> dict[str, Any]:
@@ -249,7 +251,7 @@ def _show_rolling_films(header: dict[str, Any], variables: dict[str, Array], par
     if parameters.friction.kinematics == ROLLING_FRAME:
         return
     rolling = changed(parameters, friction={"kinematics": ROLLING_FRAME})
-    other, theirs = _read(packaged_map(rolling))
+    other, theirs = _read(packaged_map(ROLLING_FRAME))
     same = other["parameters_json"] == map_parameters_json(rolling)
     if not same or any(other["axes"][name] != header["axes"][name] for name in SURFACE_AXES):
         return
@@ -395,4 +397,5 @@ def _contact_map(
         raceway: {name: np.array(values) for name, values in by_name.items()}
         for raceway, by_name in header["kriging"].items()
     }
-    return ContactMap(parameters, range_, contacts, hyper)
+    # maps of before the atlas have none
+    return ContactMap(parameters, range_, contacts, hyper, header.get("atlas", ""))

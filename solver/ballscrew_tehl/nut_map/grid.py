@@ -56,7 +56,10 @@ class MapGrid:
     force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; the force goes lower than
     the preload, for an axial load relieves one nut; share: nodes of the axial load from 0 to the separation load.
     Contacts of each raceway: contact_first, then contact_batch at a time until the mean error of a film that is left
-    out is below contact_tolerance, at most contact_most (sampling.py).
+    out is below contact_tolerance and the largest, weighted, below contact_largest, at most contact_most (sampling.py).
+    Where the packaged atlas holds the thermal films of the screw: contact_first_atlas, contact_most_atlas instead, the
+    difference from it being what is interpolated, and none of them at the borders of the range. atlas: whether it is
+    used; quick: stated in the header.
     """
 
     force: tuple[float, float, int] = (12.0, 12000.0, 31)
@@ -68,6 +71,11 @@ class MapGrid:
     contact_batch: int = 32
     contact_most: int = 256
     contact_tolerance: float = 1.5e-3
+    contact_largest: float = 0.02
+    atlas: bool = True
+    contact_first_atlas: int = 32
+    contact_most_atlas: int = 160
+    quick: bool = False
 
 
 def largest_pressure(screw: ScrewParameters, force: float) -> float:

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve, cholesky
 from scipy.optimize import minimize
+from scipy.spatial.distance import cdist
 
 Array = NDArray[np.float64]
 
@@ -23,27 +25,50 @@ LENGTHS, NOISE = (0.05, 20.0), (1e-5, 1.0)
 FIRST_LENGTH, FIRST_NOISE, MOST_EVALUATIONS, SEARCH_TOLERANCE = 0.5, 3e-3, 160, 0.05
 #: fewest points that a quadratic trend takes: with fewer, the trend is linear
 QUADRATIC_FROM = 24
+#: points interpolated at a time: their correlations with some thousand others stay within the cache
+CHUNK = 256
+
+
+class Interpolant(NamedTuple):
+    """What interpolates, without its errors: points (n, d), hyper (d+1,), slopes of the trend, weights (n,)."""
+
+    points: Array
+    hyper: Array
+    slopes: Array
+    weights: Array
+
+    def __call__(self, at: Array) -> Array:
+        """Interpolated values at points (m, d)."""
+        trend = _terms(at, _degree(self.slopes.size, at.shape[1])) @ self.slopes
+        parts = [
+            _correlation(at[i : i + CHUNK], self.points, self.hyper) @ self.weights
+            for i in range(0, len(at), CHUNK)
+        ]
+        return np.asarray(trend + np.concatenate(parts) if parts else trend)
 
 
 class Kriging:
     """Values at scattered points, interpolated.
 
     Parameters   points (n, d): coordinates of about unit range;  values (n,);  hyper (d+1,): logarithms of lengths and
-                 noise found before, None = search for the most likely ones
-    Raises       ValueError: fewer points than the linear trend has terms, or numbers that are not finite
+                 noise found before, None = search for the most likely ones;  degree: of the trend, 0 to 2, None = by
+                 the number of points
+    Raises       ValueError: fewer points than a linear trend has terms, or numbers that are not finite
     """
 
-    def __init__(self, points: Array, values: Array, hyper: Array | None = None) -> None:
+    def __init__(
+        self, points: Array, values: Array, hyper: Array | None = None, degree: int | None = None
+    ) -> None:
         n, dimensions = points.shape
         if not n > dimensions + 1:
             raise ValueError(f"kriging: {n} points; needs more than {dimensions + 1}")
         if not (np.isfinite(points).all() and np.isfinite(values).all()):
             raise ValueError("kriging: points and values need to be finite")
         self.points, self.values = points, values
-        self._trend = _terms(points, quadratic=n >= QUADRATIC_FROM)
-        self._squares = (points[:, None, :] - points[None, :, :]) ** 2
+        self._trend = _terms(points, (2 if n >= QUADRATIC_FROM else 1) if degree is None else degree)
         self.hyper = self._most_likely() if hyper is None else hyper
-        self._factor, self._slopes, self._weights, self.scale, _ = self._solved(self.hyper)
+        self._factor, slopes, self._weights, self.scale, _ = self._solved(self.hyper)
+        self.interpolant = Interpolant(points, self.hyper, slopes, self._weights)
 
     def _most_likely(self) -> Array:
         dimensions = self.points.shape[1]
@@ -67,7 +92,7 @@ class Kriging:
     def _solved(self, hyper: Array) -> tuple[Array, Array, Array, float, float]:
         """Factor of the correlations, coefficients of the trend, weights, deviation, negative log likelihood."""
         n = self.values.size
-        correlation = _matern(self._squares @ np.exp(-2.0 * hyper[:-1]))
+        correlation = _correlation(self.points, self.points, hyper)
         correlation[np.diag_indices(n)] += math.exp(2.0 * hyper[-1])
         factor = cholesky(correlation, lower=True)
         whitened = cho_solve((factor, True), self._trend)
@@ -80,26 +105,17 @@ class Kriging:
 
     def __call__(self, points: Array) -> Array:
         """Interpolated values at points (m, d)."""
-        quadratic = self._trend.shape[1] > self.points.shape[1] + 1
-        return np.asarray(_terms(points, quadratic) @ self._slopes + self._correlated(points) @ self._weights)
-
-    def _correlated(self, points: Array) -> Array:
-        squares = sum(
-            (points[:, k, None] - self.points[:, k]) ** 2 * math.exp(-2.0 * self.hyper[k])
-            for k in range(points.shape[1])
-        )
-        return _matern(np.asarray(squares))
+        return self.interpolant(points)
 
     def covariance(self, points: Array) -> Array:
         """Posterior covariance (m, m) at points (m, d), without noise, trend taken as known."""
-        correlated = self._correlated(points)
+        correlated = _correlation(points, self.points, self.hyper)
         solved = cho_solve((self._factor, True), correlated.T)
-        squares = ((points[:, None, :] - points[None, :, :]) ** 2) @ np.exp(-2.0 * self.hyper[:-1])
-        return np.asarray(self.scale**2 * (_matern(squares) - correlated @ solved))
+        return np.asarray(self.scale**2 * (_correlation(points, points, self.hyper) - correlated @ solved))
 
     def deviation(self, points: Array) -> Array:
         """Standard deviation (m,) of the interpolated values at points (m, d)."""
-        correlated = self._correlated(points)
+        correlated = _correlation(points, self.points, self.hyper)
         solved = cho_solve((self._factor, True), correlated.T)
         return np.asarray(
             self.scale * np.sqrt(np.maximum(1.0 - np.einsum("mn,nm->m", correlated, solved), 0.0))
@@ -112,16 +128,22 @@ class Kriging:
         return np.asarray(self._weights / np.diag(inverse))
 
 
-def _matern(squares: Array) -> Array:
-    """Correlation of order 5/2 at squared distances in lengths."""
-    s = np.sqrt(5.0 * squares)
+def _correlation(one: Array, two: Array, hyper: Array) -> Array:
+    """Correlations (m, n) of order 5/2 between points (m, d) and (n, d)."""
+    scale = math.sqrt(5.0) * np.exp(-hyper[:-1])
+    s = cdist(one * scale, two * scale)
     return np.asarray((1.0 + s + s * s / 3.0) * np.exp(-s))
 
 
-def _terms(points: Array, quadratic: bool) -> Array:
-    """1, the coordinates and, if quadratic, their products (n, terms)."""
-    columns = [np.ones(len(points)), *points.T]
-    if quadratic:
+def _degree(terms: int, dimensions: int) -> int:
+    """Degree of a trend of so many terms."""
+    return 0 if terms == 1 else 1 if terms == dimensions + 1 else 2
+
+
+def _terms(points: Array, degree: int) -> Array:
+    """1, from degree 1 up the coordinates, from degree 2 up their products (n, terms)."""
+    columns = [np.ones(len(points)), *(points.T if degree else ())]
+    if degree == 2:
         d = points.shape[1]
         columns += [points[:, i] * points[:, j] for i in range(d) for j in range(i, d)]
     return np.stack(columns, axis=1)

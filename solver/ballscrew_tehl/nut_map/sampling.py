@@ -14,6 +14,7 @@ from scipy.stats import qmc
 
 from ..contact.ball_formula import film_formula
 from ..parameters.file import Parameters
+from .atlas import ScrewAtlas
 from .contact_map import ContactModel
 from .contacts import FILMS, LEAST_FILM, Array, ContactRange, film_weight
 
@@ -56,10 +57,24 @@ def first_points(count: int) -> Array:
     return np.concatenate([frame, sequence])[:count]
 
 
-def first_contacts(parameters: Parameters, raceway: str, range_: ContactRange, count: int) -> Array:
-    """Operating points (n, 3) that a map of a raceway begins with: count of those whose film is above LEAST_FILM."""
-    points = operating_points(range_, first_points(SPARE * count))
-    return points[film_formula(parameters, raceway, *points.T) >= LEAST_FILM][:count]
+def first_contacts(
+    parameters: Parameters, raceway: str, range_: ContactRange, count: int, atlas: ScrewAtlas | None = None
+) -> Array:
+    """Operating points (n, 3) that a map of a raceway begins with: count of those whose film is above LEAST_FILM.
+
+    atlas: that holds the films. Then no frame_points, which are outside the atlas or take long, but every second point
+    is one of those farthest from its contacts
+    """
+    if atlas is None:
+        points = operating_points(range_, first_points(SPARE * count))
+        return points[film_formula(parameters, raceway, *points.T) >= LEAST_FILM][:count]
+    border = len(frame_points())
+    points = operating_points(range_, first_points(border + SPARE * count)[border:])
+    points = points[film_formula(parameters, raceway, *points.T) >= LEAST_FILM]
+    even, others = points[: count - count // 2], points[count - count // 2 :]
+    weight = film_weight(range_, others[:, 0], film_formula(parameters, raceway, *others.T))
+    far = np.argsort(-weight * atlas.distance(others), kind="stable")[: count // 2]
+    return np.concatenate([even, others[far]])
 
 
 def left_out_errors(model: ContactModel) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contact.ball_contact import solve_ball
-from ..contact.ball_formula import film_formula, rolling_loss_formula
+from ..contact.ball_formula import film_formula, rolling_formula
 from ..contact.solution import ContactSolution
 from ..friction.mechanistic import mean_load, nut_powers, rolling_torque
 from ..friction.sets import FrictionSet
@@ -257,7 +257,7 @@ class MeanBallContacts:
         found = np.full(load.shape, values[name])
         if name == "rolling_loss":
             loads = np.append(load, mean.conditions.load)
-            formula = rolling_loss_formula(self.parameters, raceway, loads, *at)
+            formula = rolling_formula(self.parameters, raceway, loads, *at)
             found *= formula[:-1] / formula[-1]
         return found[:, None, None]
 
@@ -326,7 +326,8 @@ def mean_ball_state(
 
     def films_of(raceway: str, mean: float, ends: tuple[float, float]) -> _RacewayFilms:
         hot = solve_ball(parameters, raceway, ends[1], speed, temperature, thermal=True)
-        own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
+        # the loads are a few percent apart
+        own = solve_ball(parameters, raceway, mean, speed, temperature, thermal, hot if thermal else None)
         light, heavy = film_formula(parameters, raceway, np.array(ends), speed, temperature)
         least = min(hot.h_c, hot.h_c * float(light / heavy))
         return _RacewayFilms(own, float(heavy / light), least, hot.integrals.temperature_rise_mean)

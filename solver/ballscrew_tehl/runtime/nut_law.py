@@ -57,7 +57,7 @@ Numbers = Sequence[Any] | NDArray[Any]  # one number, array or Dual per column
 class DoubleNutState(NamedTuple):
     """Operating point of the double nut; torques are magnitudes >= 0, floats or arrays."""
 
-    viscous_torque: Any  # [N.m]
+    viscous_torque: Any  # [N.m] mechanistic law: rolling loss of the films
     hysteresis_torque: Any  # [N.m]
     sliding_torque: Any  # [N.m]
     film_thickness_min: Any  # [m]

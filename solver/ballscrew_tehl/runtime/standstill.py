@@ -57,7 +57,7 @@ def coulomb_friction(
 ) -> CoulombFriction:
     """Standstill law of the FMU: the bristle where its stiffness is positive, else the regularised sign.
 
-    Parameters   coulomb_torque : hysteresis and sliding part at full motion [N.m], >= 0
+    Parameters   coulomb_torque : hysteresis and sliding part at these inputs, at motion [N.m], >= 0
                  step : [s]; None or 0: at an instant, which leaves the deflection
                  the rest : as in regularised_sign and presliding_step
     """

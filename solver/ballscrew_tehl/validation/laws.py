@@ -11,15 +11,20 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..calibration.fit import TorqueBasis, fit_values
 from ..calibration.measurements import Measurement, packaged_measurements
 from ..calibration.packaged import leave_one_table_out, left_out_deviations
 from ..friction.baselines import jungnickel_torque, nsk_torque, zhou_torque
+from ..friction.mechanistic import ball_ball_coefficient
 from ..friction.sets import MECHANISTIC_FITTED, SETS, FrictionSet
 from ..parameters.file import Parameters
 from ..parameters.units import RPM
+from ..runtime.evaluate import NutMap
 from .tables import ASSUMED_TEMPERATURE, Evaluate
+
+Array = NDArray[np.float64]
 
 #: inferred, not printed: coefficients of friction over speed in the text on Fig. 16 of Zhao et al. (2023), on the scale
 #: that the measured 1 and 6 kN at 100 r/min fix, if their ends are 1 and 6 kN
@@ -71,27 +76,46 @@ def set_row(entry: FrictionSet, evaluate: Evaluate, name: str | None = None) -> 
     return row._replace(from_rest=rest or None, left_out=left_out)
 
 
+def _basis(points: Sequence[Measurement], rolling: Array, constant: Array, sliding: Array) -> TorqueBasis:
+    """Torque a rolling + constant + k sliding (n,): k is fitted first, a is 1 unless it is fitted as well."""
+    both = 0.5 * np.stack([rolling, rolling], axis=1)
+    thick = np.full(both.shape, np.inf)
+    return TorqueBasis(tuple(points), both, thick, constant, sliding, MECHANISTIC_FITTED, (1.0, 0.0, 0.0))
+
+
 def jungnickel_basis(parameters: Parameters, points: Sequence[Measurement]) -> TorqueBasis:
-    """Torque a J + L F: Jungnickel's J with the factor a, held at 1 unless fitted, and a length L times the preload."""
-    rolling = np.array([jungnickel_torque(parameters, m.preload, m.speed, m.temperature) for m in points])
-    return TorqueBasis(
-        tuple(points), 0.5 * np.stack([rolling, rolling], axis=1), np.full((len(points), 2), np.inf),
-        np.zeros(len(points)), np.array([m.preload for m in points]), MECHANISTIC_FITTED, (1.0, 0.0, 0.0),
-    )  # fmt: skip
+    """Torque a J + L F: Jungnickel's J with the factor a, and a length L [mm] times the preload F."""
+    rolling = [jungnickel_torque(parameters, m.preload, m.speed, m.temperature) for m in points]
+    per_mm = 1e-3 * np.array([m.preload for m in points])
+    return _basis(points, np.array(rolling), np.zeros(len(points)), per_mm)
 
 
-def jungnickel_row(parameters: Parameters, numbers: int) -> LawRow:
-    """The closed baseline: its length L fitted, with numbers = 2 its factor as well, by least squares."""
-    basis = jungnickel_basis(parameters, law_points())
+def map_basis(nut_map: NutMap, points: Sequence[Measurement]) -> TorqueBasis:
+    """Torque of the mechanistic law from a map."""
+    one, none = (
+        [nut_map.evaluate(m.preload, m.speed, m.temperature, 0.0, 1.0, k) for m in points] for k in (1.0, 0.0)
+    )
+    sheared = np.array([float(state.sliding_torque) for state in none])
+    return _basis(
+        points,
+        np.array([float(state.viscous_torque) for state in one]),
+        np.array([float(state.hysteresis_torque) for state in one]) + sheared,
+        np.array([float(state.sliding_torque) for state in one]) - sheared,
+    )
+
+
+def fitted_row(name: str, basis: TorqueBasis, numbers: int) -> LawRow:
+    """A law fitted to all points of a basis but the last, TWELFTH, by least squares.
+
+    Parameters   name : with places for its factor {a} and coefficient {k};  numbers : 1, or 2 with the factor
+    """
     fitted, loss = basis.subset(range(len(basis) - 1)), "least_squares"
     values = fit_values(fitted, numbers, loss)
     missed = np.abs(fitted.torque(values) / fitted.measured - 1.0)
     left_out = np.abs(left_out_deviations(fitted, numbers, loss))
     rest = leave_one_table_out(fitted, numbers, loss)
-    ratio, length, _ = values
-    factor = "J" if numbers == 1 else f"{ratio:.3g} J"
     return LawRow(
-        f"Jungnickel {factor} + {1e3 * length:.3g} mm F",
+        name.format(a=values[0], k=values[1]),
         numbers,
         tuple(float(t) for t in basis.torque(values)),
         float(missed.mean()),
@@ -104,11 +128,25 @@ def jungnickel_row(parameters: Parameters, numbers: int) -> LawRow:
 def baseline_rows(parameters: Parameters) -> list[LawRow]:
     """Closed formulas for the screw and oil of the parameters."""
     screw = parameters.screw
+    jungnickel = jungnickel_basis(parameters, law_points())
     return [
-        jungnickel_row(parameters, 1),
-        jungnickel_row(parameters, 2),
+        fitted_row("Jungnickel J + {k:.3g} mm F", jungnickel, 1),
+        fitted_row("Jungnickel {a:.3g} J + {k:.3g} mm F", jungnickel, 2),
         evaluated_row("Zhou", 0, lambda preload, *_: float(zhou_torque(screw, preload))),
         evaluated_row("NSK", 0, lambda preload, *_: float(nsk_torque(screw, preload))),
+    ]
+
+
+def mechanistic_rows(parameters: Parameters, nut_map: NutMap) -> list[LawRow]:
+    """The mechanistic law without a fit, with the default thrust; with the supply of the rolling part fitted too."""
+    k = ball_ball_coefficient(parameters.friction)
+
+    def unfitted(preload: float, speed: float, temperature: float) -> float:
+        return float(nut_map.evaluate(preload, speed, temperature, 0.0, 1.0, k).friction_torque)
+
+    return [
+        evaluated_row(f"mechanistic, k = {k:.3g} by default", 0, unfitted),
+        fitted_row("mechanistic, {a:.2f} of rolling", map_basis(nut_map, law_points()), 2),
     ]
 
 

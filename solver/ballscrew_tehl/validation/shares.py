@@ -91,7 +91,8 @@ def shares_figure(law: Law) -> Figure:
     for axes in panels.flat:
         axes.set(ylabel="friction torque [N m]", ylim=(0.0, None))
         axes.margins(x=0.0)
-    handles, labels = panels[0, 0].get_legend_handles_labels()
+    # the panel with both kinds of points
+    handles, labels = panels[0, 1].get_legend_handles_labels()
     figure.legend(handles[::-1], labels[::-1], loc="outside right upper", fontsize="small")
     figure.suptitle(
         f"{law.parameters.name}, {law.parameters.lubricant.name}, {law.temperature:g} K, mechanistic with k = "

@@ -237,7 +237,7 @@ def test_pymoca_reads_the_package():
     tree = parser.parse(TEXT)
     found = tree.classes["BallScrewFriction"].classes
     assert list(found) == ["ScrewFriction", "Interfaces", "Map", "Examples"]
-    assert len(found["Map"].classes) == 10
+    assert len(found["Map"].classes) == 11
     with pytest.raises(Exception, match="extraneous input"):
         parser.parse(TEXT.replace("  equation\n", "  equations\n", 1))
 

@@ -11,7 +11,16 @@ import fmpy
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from native_library import ERROR, OUTPUTS, PARAMETERS, NativeInstance, c_size_t, doubles, references
+from native_library import (
+    ERROR,
+    OUTPUTS,
+    PARAMETERS,
+    VARIABLES,
+    NativeInstance,
+    c_size_t,
+    doubles,
+    references,
+)
 
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.python_fmu.package import build_fmu
@@ -32,6 +41,7 @@ VALUES = st.one_of(
     st.tuples(st.just("apparent_viscosity_ratio"), st.floats(0.0, 20.0)),
     st.tuples(st.just("net_sliding_coefficient"), st.floats(0.0, 0.02)),
     st.tuples(st.just("roughness_height"), st.floats(0.0, 1e-7)),
+    st.tuples(st.just("breakaway_factor"), st.floats(0.0, 3.0)),
     st.tuples(st.just("regularization_speed"), st.floats(0.0, 1.0)),
     st.tuples(st.just("presliding_stiffness"), st.sampled_from([0.0, 50.0, 400.0, 2000.0])),
     st.tuples(st.just("presliding_damping"), st.floats(0.0, 2.0)),
@@ -358,7 +368,8 @@ class Caller:
 
 
 BAD = st.sampled_from([math.nan, math.inf, -math.inf])
-UNKNOWN = st.sampled_from([27, 28, 1000, 2**32 - 1])  # 27: time in FMI 3, which cannot be set
+TIME = len(VARIABLES)  # reference of the time in FMI 3, which cannot be set
+UNKNOWN = st.sampled_from([TIME, TIME + 1, 1000, 2**32 - 1])
 
 
 def simple(*names):
@@ -379,7 +390,7 @@ CALLS = st.lists(
             "terminate", "set_output", "get_boolean_of_real", "event_mode", "set_time", "output_derivatives"
         ),
         st.tuples(st.sampled_from(["set_unknown"]), UNKNOWN),
-        st.tuples(st.just("get_unknown"), st.sampled_from([28, 1000, 2**32 - 1])),
+        st.tuples(st.just("get_unknown"), st.sampled_from([TIME + 1, 1000, 2**32 - 1])),
         st.tuples(st.sampled_from(["set_inputs", "set_parameter"]), BAD),
         st.tuples(st.just("step"), st.one_of(BAD, st.sampled_from([0.0, -1e-3, -1e9]))),
     ),
