@@ -9,6 +9,7 @@ from reference_screw import GD4008
 
 from ballscrew_tehl.parameters.file import changed, load_parameters, parameters_json
 from ballscrew_tehl.parameters.screw import FrictionParameters
+from ballscrew_tehl.parameters.template import example_parameters
 from ballscrew_tehl.parameters.toml import ParameterError
 
 PACKAGED = (resources.files("ballscrew_tehl") / "data" / "gd4008.toml").read_text(encoding="utf-8")
@@ -358,3 +359,19 @@ def test_json_is_canonical(read):
     assert text == parameters_json(read(edited("lead_mm = 8.0", "lead_m = 0.008")))
     assert '"ball_diameter":0.004763,' in text
     assert text != parameters_json(changed(GD4008, lubricant={"viscosity": math.nextafter(0.033, 1)}))
+
+
+def test_law_follows_the_kinematics_where_a_file_states_none(read):
+    """The packaged screw and copies of its file keep the fitted set; other screws follow their film."""
+    assert (GD4008.friction.kinematics, GD4008.friction.set) == ("published", "three_parameter")
+    rolling = changed(GD4008, friction={"kinematics": "rolling_frame"})
+    assert rolling.friction.set == "three_parameter"
+    unset = 'set = "three_parameter"'
+    assert read(edited(unset, "")).friction.set == "three_parameter"
+    text = edited(unset, "").replace('kinematics = "published"', 'kinematics = "rolling_frame"')
+    assert read(text).friction.set == "mechanistic"
+    bare = read(edited(unset, "").replace('kinematics = "published"', "")).friction
+    assert (bare.kinematics, bare.set) == ("rolling_frame", "mechanistic")
+    own = example_parameters().friction
+    assert (own.kinematics, own.set) == ("rolling_frame", "mechanistic")
+    assert {"kinematics", "set"} <= own.model_fields_set

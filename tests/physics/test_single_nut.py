@@ -32,6 +32,7 @@ from ballscrew_tehl.physics.ball_law import (
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
 from ballscrew_tehl.physics.kinematics import cage_speed, entrainment_speed, slip_field, spin_share
 from ballscrew_tehl.physics.load import double_nut_loads, nut_loads, separation_load
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 FOUR = changed(GD4008, screw={"preload_kind": "single_nut_oversize_ball"})
 OFFSET = changed(GD4008, screw={"preload_kind": "single_nut_offset"})
@@ -380,13 +381,18 @@ def test_report_names_the_kind_of_preload(parameters, words, not_said):
     from ballscrew_tehl.report import material, sections
 
     balls = material.ball_loads(parameters, 2000.0)
-    text = str(sections.balls(SimpleNamespace(parameters=parameters, balls=balls)))
+    chosen = SimpleNamespace(nut_map=SimpleNamespace(law=FILM_SHEAR))
+    shown = SimpleNamespace(parameters=parameters, balls=balls, chosen=chosen)
+    text = str(sections.balls(shown))
     # text inside pictures is not counted
     text = re.sub(r"src=\S+", "", text)
     for word in words:
         assert word in text
     assert not_said not in text
     assert f"unloaded at {balls.separation:.0f} N" in text
+    # the equilibrium of the ball includes it
+    chosen.nut_map.law = MECHANISTIC
+    assert "spin of such a ball" not in str(sections.balls(shown))
 
 
 def test_output_for_a_double_nut_does_not_mention_spin(capsys):

@@ -1,0 +1,64 @@
+"""Trends of a fitted torque that thick films do not have."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import synthetic_map
+
+from ballscrew_tehl.nut_map.trend import Trend, unphysical_trend
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
+
+
+class PowerLaw:
+    """Stands for a map: torque speed^a exp(b (T - 300 K)); film ratio 1 at 10 rad/s, proportional to the speed."""
+
+    def __init__(self, a, b, law=FILM_SHEAR):
+        self.a, self.b, self.law = a, b, law
+        self.header = {"axes": {"speed": [1.0, 1000.0, 4], "temperature": [280.0, 350.0, 4]}}
+
+    def evaluate(self, preload, speed, temperature, axial_load):
+        torque = preload * speed**self.a * np.exp(self.b * (temperature - 300.0)) + 0.0 * axial_load
+        return SimpleNamespace(friction_torque=torque, lambda_ratio=0.1 * speed + 0.0 * torque)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "text"),
+    [
+        (0.3, -0.01, ""),
+        (0.3, 0.01, "torque rises with temperature in a thick film (lambda > 3)"),
+        (-0.3, -0.01, "torque falls with speed in a thick film (lambda > 3)"),
+        (-0.3, 0.01, "torque rises with temperature and falls with speed in a thick film (lambda > 3)"),
+        # below the least change that counts
+        (-0.004, 0.00009, ""),
+    ],
+)
+def test_trends_of_a_power_law(a, b, text):
+    assert unphysical_trend(PowerLaw(a, b), 1000.0, 100.0, 310.0).text == text
+    # the direction of motion does not matter, a thin film has no such trend
+    assert unphysical_trend(PowerLaw(a, b), 1000.0, -100.0, 310.0).text == text
+    assert unphysical_trend(PowerLaw(a, b), 1000.0, 29.0, 310.0).text == ""
+    assert unphysical_trend(PowerLaw(a, b, MECHANISTIC), 1000.0, 100.0, 310.0).text == ""
+
+
+def test_ends_of_the_map_and_beyond():
+    law = PowerLaw(-0.3, 0.01)
+    assert unphysical_trend(law, 1000.0, 1000.0, 350.0).unphysical
+    for speed, temperature in ((1001.0, 310.0), (0.5, 310.0), (100.0, 351.0), (100.0, 279.0)):
+        assert not unphysical_trend(law, 1000.0, speed, temperature).unphysical
+
+
+def test_arrays_are_single_points():
+    law, speed = PowerLaw(-0.3, 0.01), np.array([5.0, 29.0, 31.0, 900.0])
+    found = unphysical_trend(law, np.array([[500.0], [2000.0]]), speed, 310.0)
+    assert found.unphysical.tolist() == [[False, False, True, True]] * 2
+    assert isinstance(found, Trend)
+
+
+def test_real_map_has_physical_trends_where_its_torque_has():
+    """Torque of the synthetic map grows with speed and falls with temperature everywhere."""
+    nut_map = synthetic_map.make_map()
+    force, speed = np.geomspace(200.0, 9000.0, 5)[:, None, None], np.geomspace(1.0, 600.0, 9)[:, None]
+    temperature = np.linspace(284.0, 350.0, 4)
+    assert not unphysical_trend(nut_map, force, speed, temperature, 100.0).unphysical.any()
+    assert nut_map.evaluate(force, speed, temperature, 100.0).lambda_ratio.max() > 3.0
