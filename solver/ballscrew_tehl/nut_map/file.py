@@ -24,6 +24,7 @@ from ..parameters.file import Parameters, changed
 from ..parameters.identity import map_parameters_json, parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.hertz import RACEWAYS
+from ..runtime.bspline import fit
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import (
     DEFAULTS,
@@ -244,7 +245,7 @@ def _provenance(friction: FrictionSet, parameters: Parameters) -> dict[str, Any]
 
 
 def _show_rolling_films(header: dict[str, Any], variables: dict[str, Array], parameters: Parameters) -> None:
-    """Film columns and their certificate of the packaged map of rolling_frame, if it has the same screw and axes.
+    """Film columns and their certificate of the packaged map of rolling_frame, if it is of the same screw and as wide.
 
     The speeds of the published kinematics cannot be physical, so its films are not to be trusted; its torque is fitted.
     """
@@ -252,10 +253,21 @@ def _show_rolling_films(header: dict[str, Any], variables: dict[str, Array], par
         return
     rolling = changed(parameters, friction={"kinematics": ROLLING_FRAME})
     other, theirs = _read(packaged_map(ROLLING_FRAME))
-    same = other["parameters_json"] == map_parameters_json(rolling)
-    if not same or any(other["axes"][name] != header["axes"][name] for name in SURFACE_AXES):
+    ours, known = ([axes[name] for name in SURFACE_AXES] for axes in (header["axes"], other["axes"]))
+    wide = all(b[0] <= a[0] and a[1] <= b[1] for a, b in zip(ours, known, strict=True))
+    if other["parameters_json"] != map_parameters_json(rolling) or not wide:
         return
-    variables["extreme_coefficients"] = theirs["extreme_coefficients"]
+    if ours == known:
+        variables["extreme_coefficients"] = theirs["extreme_coefficients"]
+    else:
+        (f_0, f_1, f), (s_0, s_1, s), (t_0, t_1, t) = ours
+        nodes = (
+            np.geomspace(f_0, f_1, f)[:, None, None],
+            np.geomspace(s_0, s_1, s)[:, None],
+            np.linspace(t_0, t_1, t),
+        )
+        films = load_map(packaged_map(ROLLING_FRAME), rolling).surfaces(*nodes)[VISCOUS_COLUMNS:]
+        variables["extreme_coefficients"] = fit(np.moveaxis(films, 0, -1), (0, 1, 2))
     header["film_kinematics"] = ROLLING_FRAME
     certificate, of_films = header["certificate"], other["certificate"]
     header["certificate"] = _with_films(certificate, of_films)
