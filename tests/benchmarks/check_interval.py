@@ -1,6 +1,6 @@
 """Interval of the mechanistic torque at the measured points of the GD4008-3, zero fitted and fitted.
 
-Direct solves of the mean ball, oil ISO VG 100, 303 K; the twelfth point is inferred, see validation. With --sample N the
+Direct solves of the mean ball, oil ISO VG 100, 303 K. With --sample N the
 share of N points of a Latin hypercube of the constants that the zero fitted interval holds, at two points.
 
     python tests/benchmarks/check_interval.py [--sample 600]
