@@ -1,10 +1,16 @@
 """NSK and Zhou against their stated slopes and the printed torques; mean deviations of all published models."""
 
+import math
+
 import numpy as np
 import pytest
+from law_contacts import VG100
 from reference_screw import GD4008, published_rows
 
 from ballscrew_tehl.friction import baselines
+from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.physics.hertz import E_prime
 
 SCREW = GD4008.screw
 
@@ -35,3 +41,28 @@ def test_mean_deviations_of_the_published_models(table, measured, columns, perce
         errors = [abs(float(row[column]) / float(row[measured]) - 1.0) for row in rows]
         digits = len(str(stated).split(".")[1])
         assert round(100.0 * float(np.mean(errors)), digits) == stated
+
+
+def jungnickel(preload=1000.0, rpm=100.0, temperature=303.0, parameters=VG100):
+    return baselines.jungnickel_torque(parameters, preload, rpm * RPM, temperature)
+
+
+def test_jungnickel_against_hand_calculation():
+    """Oil ISO VG 100 of 0.157 Pa s at 303 K and 1.0e-4 m2/s at 40 C, E' = 205/0.91 GPa."""
+    E, r_b, r_m, z = 205e9 / 0.91, 2.3815e-3, 0.02, 72
+    assert E_prime(VG100.screw) == pytest.approx(E, rel=1e-12)
+    lead = math.radians(3.64)
+    F_k = 1000.0 / (z * math.sin(math.radians(45.0)) * math.cos(lead))
+    G = 1.29e-7 * 1e-4**0.204 * E
+    W, U = F_k / (E * r_b**2), 0.157 * 100.0 * math.pi / 30.0 * r_m / (2.0 * math.cos(lead) * E * r_b)
+    expected = 2.0 * z * 9.16 * G**-0.2 * W**-0.516 * U**0.512 * F_k * r_m / math.cos(lead)
+    # three digits of the viscosity
+    assert jungnickel() == pytest.approx(expected, rel=3e-3)
+
+
+def test_jungnickel_follows_its_exponents():
+    assert jungnickel(2000.0) / jungnickel() == pytest.approx(2.0**0.484, rel=1e-12)
+    assert jungnickel(rpm=500.0) / jungnickel() == pytest.approx(5.0**0.512, rel=1e-12)
+    assert jungnickel(temperature=323.0) < 0.7 * jungnickel()
+    more = changed(VG100, screw={"loaded_ball_count": 36})
+    assert jungnickel(parameters=more) / jungnickel() == pytest.approx(0.5**0.516, rel=1e-12)

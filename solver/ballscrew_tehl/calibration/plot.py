@@ -37,7 +37,8 @@ def calibration_figure(result: Calibration) -> Figure:
     right.legend(loc="best", fontsize="small")
     errors, count = found.errors, len(SETS[found.name])
     figure.suptitle(
-        f"{len(basis)} points, {count} fitted parameters ({found.kinematics}, film {found.film_model}, {found.loss}): "
+        f"{len(basis)} points, {count} fitted parameter{'s' if count > 1 else ''} ({found.kinematics}, "
+        f"film {found.film_model}, {found.loss}): "
         f"mean deviation {100.0 * errors['mean']:.2f} %, left out {100.0 * errors['leave_one_out_mean']:.2f} %",
         fontsize="medium",
     )

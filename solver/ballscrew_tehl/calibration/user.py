@@ -53,6 +53,8 @@ DROPS = ("impossible", "outside", "outliers")
 FEW_DEGREES = 3
 #: the mechanistic set with one number, and with the supply of the rolling part as the second
 ONE_NUMBER, SUPPLY = MECHANISTIC_SETS
+#: set -> that of the same law with one parameter less
+SMALLER = {"three_parameter": "two_parameter", SUPPLY: ONE_NUMBER}
 TRANSFER = (
     "for other screws of the same maker: net_sliding_coefficient, the thrust between balls, carries over to screws "
     "with the same kind of balls, returns and finish; the torque of seals, which is not modelled, and the supply of "
@@ -133,12 +135,13 @@ def _check_count(points: list[Measurement], name: str) -> list[str]:
     count = len(SETS[name])
     distinct = {(m.preload, m.speed, m.temperature, m.axial_load) for m in points}
     if len(distinct) < count or len(points) <= count:
+        need = f"the {count} parameters of {name} need" if count > 1 else f"the parameter of {name} needs"
         raise ValueError(
-            f"{len(points)} usable rows at {len(distinct)} operating points; the {count} parameters of {name} need at "
-            f"least {count + 1} rows at {count} operating points: measure more"
+            f"{len(points)} usable rows at {len(distinct)} operating points; {need} at least {count + 1} rows at "
+            f"{count} operating points: measure more"
             + (
-                ", or fit --set two_parameter"
-                if count == 3 and len(points) == 3 and len(distinct) >= 2
+                f", or fit --set {SMALLER[name]}"
+                if name in SMALLER and len(points) == count and len(distinct) >= count - 1
                 else ""
             )
         )

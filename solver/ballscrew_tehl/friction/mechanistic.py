@@ -223,8 +223,10 @@ def _shear(
     at: Mapping[str, Mapping[str, Array]],
 ) -> tuple[Array, Array]:
     """Shear power of the mean ball [W] and asperity share of its raceways, (s, t)."""
-    # compiled kernels: not imported by who only reads a map
+    # imports numba, which what only reads a map does without
     from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
+
+    # compiled kernels: not imported by who only reads a map
 
     screw, friction, oil = parameters.screw, parameters.friction, parameters.lubricant
     angle = float(contact_angle_at_ball_load(screw, load))

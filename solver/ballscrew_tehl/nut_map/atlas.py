@@ -1,4 +1,4 @@
-"""Atlas: films, rise and rolling loss of rolling contacts of steel in dimensionless numbers, solved once, packaged.
+"""Atlas: films and rise of rolling contacts of steel in dimensionless numbers, solved once, packaged.
 
 An isothermal contact is given by M, L, R_x/R_y and the pressure law of its oil: by Z and, for steel, the Hertz
 pressure over p_r. Its heating in pure rolling adds N = beta eta0 u_e^2/k and weakly beta and the temperature itself.
@@ -27,10 +27,10 @@ from ..physics.film import thermal_load_parameter
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import surface_speeds
 from ..physics.lubricant import eta0, temperature_slope
-from .contacts import CORE, FILMS, MAPPED, RISES, Array, ContactRange
+from .contacts import FILMS, Array, ContactRange
 from .kriging import Interpolant
 
-ATLAS_FORMAT = 2
+ATLAS_FORMAT = 1
 #: steel of the atlas: E' [Pa] and its walls
 STEEL_MODULUS = 226e9
 STEEL = SolidParameters(density=7800.0, specific_heat=460.0, thermal_conductivity=46.0)
@@ -46,11 +46,10 @@ COORDINATES: dict[str, tuple[str, ...]] = {
     FILMS[0]: ("transition", "L", "radius_ratio", "z", "pressure"),
     FILMS[1]: ("M", "N", "L", "radius_ratio", "z", "pressure", "slope", "temperature"),
     FILMS[2]: ("transition", "N", "L", "radius_ratio", "z", "pressure"),
-    **dict.fromkeys(
-        (*RISES, "rolling_loss"), ("transition", "N", "L", "radius_ratio", "z", "pressure", "slope")
-    ),
-    **dict.fromkeys(CORE, ("transition", "N", "L", "radius_ratio", "z", "pressure")),
+    "temperature_rise": ("transition", "N", "L", "radius_ratio", "z", "pressure", "slope"),
 }
+#: quantities that the atlas holds
+HELD = tuple(COORDINATES)
 #: ranges by which the coordinates are divided
 SPANS = {
     "transition": 12.7, "M": 12.0, "L": 3.0, "radius_ratio": 1.5, "z": 0.35, "pressure": 2.8, "N": 15.0, "slope": 0.1,
@@ -110,7 +109,7 @@ def atlas_quantities(parameters: Parameters) -> tuple[str, ...]:
         return ()
     rolling = all(surface_speeds(parameters, raceway, 1.0).srr == 0.0 for raceway in RACEWAYS)
     near = abs(effusivity[0] / effusivity[1] - 1.0) <= NEAR_EFFUSIVITY
-    return MAPPED if rolling and near and oil.viscosity_law != "constant" else FILMS[:1]
+    return HELD if rolling and near and oil.viscosity_law != "constant" else FILMS[:1]
 
 
 class Atlas:
@@ -184,7 +183,7 @@ def load_atlas(path: Path | None = None) -> Atlas:
         )
     groups = arrays["groups"].astype(float)
     interpolants = {}
-    for name in MAPPED:
+    for name in HELD:
         rows = arrays[f"{name}_rows"]
         interpolants[name] = Interpolant(
             coordinates(name, groups[rows]),
@@ -219,7 +218,7 @@ class ScrewAtlas:
             places[:, :2] = np.exp(places[:, :2])
             groups = ball_groups(self.parameters, self.raceway, places)
             table = self.atlas.modelled(name, groups)
-            if name in RISES:
+            if name == "temperature_rise":
                 columns = dict(zip(GROUPS, groups.T, strict=True))
                 table = table + np.log(columns["N"] / columns["slope"])
             table = table.reshape(TABLE_NODES)

@@ -30,10 +30,19 @@ from ..parameters.mineral_oil import D341_SHIFT
 from ..parameters.oil import ROELANDS_LN, ROELANDS_PRESSURE
 from ..parameters.units import CELSIUS
 from ..physics.hertz import ellipse
-from ..physics.rolling_resistance import biboulet_houpert_point, rolling_power
-from .atlas import ATLAS_FORMAT, GROUPS, STEEL, STEEL_MODULUS, Atlas, content_hash, coordinates, oil_groups
+from .atlas import (
+    ATLAS_FORMAT,
+    GROUPS,
+    HELD,
+    STEEL,
+    STEEL_MODULUS,
+    Atlas,
+    content_hash,
+    coordinates,
+    oil_groups,
+)
 from .contact_map import modelled, unmodelled
-from .contacts import CORE, FILMS, LEAST_FILM, MAPPED, RISES, Array
+from .contacts import FILMS, LEAST_FILM, Array
 from .kriging import Interpolant, Kriging
 from .workers import Progress
 
@@ -182,10 +191,10 @@ def check_points(count: int) -> list[AtlasPoint]:
 
 
 def solve_point(values: tuple[float, ...], heated: bool) -> list[float]:
-    """What is interpolated of the quantities of a point (MAPPED), NaN where it was not solved."""
+    """What is interpolated of the quantities of a point (HELD), NaN where it was not solved."""
     conditions, oil = contact_of(values)
     groups, scales = contact_groups(values)
-    result = dict.fromkeys(MAPPED, math.nan)
+    result = dict.fromkeys(HELD, math.nan)
     n_x, most = ATTEMPTS[0]
     cold = solve_contact(conditions, oil, STEEL, SolverOptions(thermal=False, n_x=n_x))
     if cold.converged:
@@ -193,30 +202,17 @@ def solve_point(values: tuple[float, ...], heated: bool) -> list[float]:
     if cold.converged and heated:
         hot = solve_contact(conditions, oil, STEEL, SolverOptions(n_x=n_x, max_thermal=most), start=cold)
         if hot.converged:
-            result |= thermal_values(values, groups, cold, hot)
-    return [result[name] for name in MAPPED]
+            result |= thermal_values(groups, cold, hot)
+    return [result[name] for name in HELD]
 
 
-def thermal_values(
-    values: tuple[float, ...], groups: Array, cold: ContactSolution, hot: ContactSolution
-) -> dict[str, float]:
+def thermal_values(groups: Array, cold: ContactSolution, hot: ContactSolution) -> dict[str, float]:
     """What is interpolated of a contact with heat, solved without and with it."""
-    conditions, _ = contact_of(values)
-    columns, found = dict(zip(GROUPS, groups.tolist(), strict=True)), hot.integrals
-    force = biboulet_houpert_point(
-        conditions.load, conditions.u_e, conditions.R_x, conditions.R_y, STEEL_MODULUS, values[4]
-    ).force
-    over = {
-        FILMS[1]: hot.h_c / cold.h_c,
-        FILMS[2]: hot.h_m / hot.h_c,
-        "rolling_loss": found.rolling_loss / rolling_power(force, conditions.u_e),
-        CORE[0]: found.core_pressure / hot.hertz.p_max,
-        CORE[1]: found.core_area / (math.pi * hot.hertz.a * hot.hertz.b),
-    }
+    columns = dict(zip(GROUPS, groups.tolist(), strict=True))
+    over = {FILMS[1]: hot.h_c / cold.h_c, FILMS[2]: hot.h_m / hot.h_c}
     result = {name: float(modelled(name, np.asarray(value))) for name, value in over.items()}
-    rises = found.temperature_rise_mean, found.mean_temperature - conditions.temperature
-    for name, rise in zip(RISES, rises, strict=True):
-        result[name] = math.log(max(rise, 1e-12) * columns["slope"] / columns["N"])
+    rise = max(hot.integrals.temperature_rise_mean, 1e-12)
+    result["temperature_rise"] = math.log(rise * columns["slope"] / columns["N"])
     return result
 
 
@@ -262,10 +258,10 @@ def solve_points(
 
 
 def fitted(groups: Array, values: Array) -> tuple[dict[str, Interpolant], dict[str, Rows]]:
-    """Interpolants by quantity of contacts with groups (n, 8) and a value of each of MAPPED, and the rows they take."""
+    """Interpolants by quantity of contacts with groups (n, 8) and a value of each of HELD, and the rows they take."""
     interpolants: dict[str, Interpolant] = {}
     rows: dict[str, Rows] = {}
-    for name, column in zip(MAPPED, values.T, strict=True):
+    for name, column in zip(HELD, values.T, strict=True):
         rows[name] = np.flatnonzero(np.isfinite(column))
         at = coordinates(name, groups[rows[name]])
         # spread over both sequences
@@ -283,12 +279,12 @@ def _single(rows: list[Any]) -> Array:
 def errors_at(atlas: Atlas, groups: Array, values: Array) -> dict[str, dict[str, float]]:
     """Relative errors by quantity at contacts that were not used: number, mean, 99 % quantile, largest."""
     found = {}
-    for name, column in zip(MAPPED, values.T, strict=True):
+    for name, column in zip(HELD, values.T, strict=True):
         known = np.isfinite(column)
         if known.any():
             predicted = unmodelled(name, atlas.modelled(name, groups[known]))
             error = np.abs(predicted / unmodelled(name, column[known]) - 1.0)
-            if name in RISES:
+            if name == "temperature_rise":
                 columns = dict(zip(GROUPS, groups[known].T, strict=True))
                 # of 1 K where the rise is less, as in the certificate of a map
                 error *= np.minimum(np.exp(column[known]) * columns["N"] / columns["slope"], 1.0)

@@ -1,0 +1,143 @@
+"""Laws compared: rows, their fits against direct formulas, the twelfth point, parts of the torque and their picture."""
+
+import numpy as np
+import pytest
+from law_contacts import VG100
+from synthetic_map import make_map
+
+from ballscrew_tehl.calibration.measurements import packaged_measurements
+from ballscrew_tehl.friction.baselines import jungnickel_torque, zhou_torque
+from ballscrew_tehl.friction.sets import FrictionSet, load_friction_sets
+from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.validation.laws import (
+    TWELFTH,
+    baseline_rows,
+    evaluated_row,
+    jungnickel_basis,
+    law_points,
+    laws_text,
+    map_basis,
+    mechanistic_rows,
+    set_row,
+)
+from ballscrew_tehl.validation.shares import PARTS, Law, shares_figure, shares_text, torque_parts
+
+POINTS = packaged_measurements(303.0)
+MEASURED = np.array([m.torque for m in POINTS])
+
+
+def exact(preload, speed, temperature):
+    """Every measured torque, 3.04 N.m elsewhere."""
+    found = [m.torque for m in POINTS if (m.preload, m.speed) == (preload, speed)]
+    return found[0] if found else 3.04
+
+
+def test_points_are_the_measured_ones_and_one_more():
+    assert len(law_points()) == 12
+    assert law_points()[:-1] == POINTS
+    assert (TWELFTH.preload, TWELFTH.speed / RPM, TWELFTH.torque) == (6000.0, pytest.approx(2500.0), 3.80)
+
+
+def test_row_of_a_law_that_is_not_fitted():
+    row = evaluated_row("exact", 0, exact)
+    assert (row.mean, row.most) == (0.0, 0.0)
+    assert row.twelfth == pytest.approx(-0.2, rel=1e-12)
+    other = evaluated_row("more", 0, lambda *point: 1.1 * exact(*point))
+    assert other.mean == pytest.approx(0.1, rel=1e-9)
+
+
+def test_row_of_a_set_has_the_figures_of_its_fit():
+    entry = load_friction_sets()["rolling_frame", "mechanistic"]
+    row = set_row(entry, exact)
+    assert row.numbers == 1
+    assert row.from_rest == {name: entry.leave_one_table_out[name]["mean"] for name in ("table2", "table4")}
+    assert row.left_out == (entry.errors["leave_one_out_mean"], entry.errors["leave_one_out_max"])
+    assert row.mean == 0.0
+    by_hand = set_row(FrictionSet("by hand", "rolling_frame", "mechanistic", 1.0, 0.01), exact)
+    assert by_hand.from_rest is by_hand.left_out is None
+
+
+def test_closed_baseline_is_its_least_squares():
+    J = np.array([jungnickel_torque(VG100, m.preload, m.speed, 303.0) for m in law_points()])
+    F = np.array([m.preload for m in law_points()])
+    one, two, zhou, nsk = baseline_rows(VG100)
+    over = F[:-1] / MEASURED
+    length = float(np.sum((1.0 - J[:-1] / MEASURED) * over) / np.sum(over**2))
+    np.testing.assert_allclose(one.torques, J + length * F, rtol=1e-9)
+    assert f"{1e3 * length:.3g} mm F" in one.name
+    both, *_ = np.linalg.lstsq(np.stack([J[:-1] / MEASURED, over], axis=1), np.ones(11), rcond=None)
+    np.testing.assert_allclose(two.torques, both[0] * J + both[1] * F, rtol=1e-9)
+    assert (one.numbers, two.numbers, zhou.numbers, nsk.numbers) == (1, 2, 0, 0)
+    # table 4 by the fit to table 2: points of table 4 only
+    first = [i for i, m in enumerate(POINTS) if "table2" in m.tables]
+    rest = [i for i in range(11) if i not in first]
+    length = float(np.sum(((1.0 - J[:-1] / MEASURED) * over)[first]) / np.sum(over[first] ** 2))
+    missed = np.abs((J[:-1] + length * F[:-1]) / MEASURED - 1.0)[rest]
+    assert one.from_rest["table4"] == pytest.approx(float(missed.mean()), rel=1e-9)
+    assert zhou.torques[3] == float(zhou_torque(VG100.screw, 4000.0))
+
+
+@pytest.fixture(scope="module")
+def nut_map():
+    return make_map(law="mechanistic")
+
+
+def test_basis_of_a_map_is_its_torque(nut_map):
+    basis = map_basis(nut_map, POINTS)
+    for values in ((1.0, 0.0048, 0.0), (0.7, 0.02, 0.0)):
+        states = [nut_map.evaluate(m.preload, m.speed, m.temperature, 0.0, *values[:2]) for m in POINTS]
+        np.testing.assert_allclose(
+            basis.torque(values), [float(s.friction_torque) for s in states], rtol=1e-12
+        )
+    assert jungnickel_basis(VG100, POINTS).names == basis.names
+
+
+def test_rows_of_the_mechanistic_law(nut_map):
+    unfitted, both = mechanistic_rows(VG100, nut_map)
+    assert "0.012" in unfitted.name
+    state = nut_map.evaluate(1000.0, POINTS[0].speed, 303.0, 0.0, 1.0, 0.012)
+    assert unfitted.torques[0] == float(state.friction_torque)
+    assert both.numbers == 2
+    assert both.mean <= unfitted.mean
+
+
+def test_text_has_a_line_per_point_and_per_law(nut_map):
+    rows = [*mechanistic_rows(VG100, nut_map), *baseline_rows(VG100)]
+    text = laws_text(rows)
+    assert text.count("inferred") == 1
+    assert all(text.count(row.name) == 2 for row in rows)
+    zhou = next(line for line in text.splitlines() if line.startswith("Zhou "))
+    assert zhou.split()[1] == "0"
+    assert zhou.split().count("-") == 4
+
+
+@pytest.fixture(scope="module")
+def law(nut_map):
+    return Law(VG100, FrictionSet("mechanistic", "rolling_frame", "mechanistic", 1.0, 0.0048), nut_map, 303.0)
+
+
+def test_parts_add_up_to_the_torque(law):
+    preload, speed = np.array([[600.0], [3000.0]]), np.array([5.0, 50.0, 200.0])
+    parts = torque_parts(law, preload, speed)
+    assert parts.shape == (len(PARTS), 2, 3)
+    whole = law.nut_map.evaluate(preload, speed, 303.0, 0.0, 1.0, 0.0048)
+    np.testing.assert_allclose(parts.sum(axis=0), whole.friction_torque, rtol=1e-12)
+    np.testing.assert_allclose(parts[list(PARTS).index("rolling")], whole.viscous_torque, rtol=1e-12)
+
+
+def test_shares_are_per_cent(law):
+    for line in shares_text(law).splitlines()[2:]:
+        shares = [float(cell) for cell in line.split()[4:]]
+        assert len(shares) == len(PARTS)
+        assert sum(shares) == pytest.approx(100.0, abs=0.3)
+
+
+def test_picture_has_four_panels_and_all_points(law):
+    figure = shares_figure(law)
+    panels = figure.axes
+    assert len(panels) == 4
+    shown = [len(line.get_xdata()) for axes in panels for line in axes.lines]
+    # 1 kN: 6 measured; 6 kN: 1 and the inferred; 100 r/min: 6; 2500: 1 and the inferred
+    assert shown == [6, 1, 1, 6, 1, 1]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {*PARTS, "measured", "inferred"} == set(labels)
