@@ -41,7 +41,8 @@ def run_torque(args: Namespace) -> int:
         say(other)
     common = {
         **chosen.described,
-        **({"friction_note": other} if other else {}),
+        # stderr has it beside a table
+        **({"friction_note": other} if other and args.json else {}),
         "version": __version__,
     }
     results = _direct_torques(chosen, points) if args.direct else _map_torques(chosen, args, points)
@@ -73,8 +74,8 @@ def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
     from ..friction.interval import MEANING
 
     low, high = (share * torque for share in found.relative)
-    shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:3])
-    return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": f"{MEANING}; most by {shares}"}
+    shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:2])
+    return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": f"{MEANING}: {shares}"}
 
 
 def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]) -> list[dict[str, Any]]:
