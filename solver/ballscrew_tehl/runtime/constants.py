@@ -5,9 +5,9 @@ written to constants.h as well.
 """
 
 # nut law (evaluate.py)
-BREAKAWAY_EXPONENT_MAX = (
-    4.0  # of the Coulomb part at the slowest node; above it the law towards rest is not monotone
-)
+BREAKAWAY_EXPONENT_MAX = 1.0  # of the Coulomb part at the slowest node, steepest law towards rest
+REST = 0.02  # speed over that of the slowest node below which the Coulomb part is flat
+LEAST_HALF = 0.01  # the same, at which half of the rise to breakaway is left in a full film
 FILM_SPEED_EXPONENT = 0.67  # film over speed below the slowest node: Hamrock & Dowson 1977, central film
 LEAST_RISE = 1e-30  # of the Coulomb part towards rest; avoids a division by zero, no effect on a torque
 LAMBDA_RATIO_MAX = 1000.0  # reported for a smooth surface

@@ -24,7 +24,9 @@ from ballscrew_tehl.runtime.constants import (
     BREAKAWAY_EXPONENT_MAX,
     FILM_SPEED_EXPONENT,
     LAMBDA_RATIO_MAX,
+    LEAST_HALF,
     LEAST_RISE,
+    REST,
     SMOOTH,
     SPEED_EXPONENT_MAX,
 )
@@ -180,18 +182,22 @@ def _slow_share(slope: Any, s: Any, ops: Ops) -> Any:
 def coulomb_rise(s: Any, factor: Any, slope: Any, breakaway: Any, ops: Ops) -> Any:
     """Coulomb part below the slowest node over that there: even in speed, rises monotonically to standstill.
 
+    A film thins with a power of the speed and asperities take over slowly: from the slowest node on the part follows
+    its own slope, and reaches breakaway at standstill only.
+
     Parameters   s : speed over that of the node, at most 1
                  factor : Coulomb part at the node over that in a full film, >= 1
                  slope : of its logarithm over ln speed at the node
                  breakaway : the same at standstill; at or below the factor nothing rises
     Returns      1 at s = 1, breakaway/factor at standstill, with the slope of the factor at s = 1 where that is
-                 between 0 and -BREAKAWAY_EXPONENT_MAX times the rise
+                 between LEAST_HALF and BREAKAWAY_EXPONENT_MAX times the rise, downwards
     """
     rise = ops.most(ops.most(breakaway, 1.0) / factor - 1.0, 0.0)
     q = ops.least(ops.most(0.0 - slope / ops.most(rise, LEAST_RISE), 0.0), BREAKAWAY_EXPONENT_MAX)
-    c = 0.5 * q - 1.0
-    square = s * s
-    return 1.0 + rise * (1.0 - square * (1.0 - c + c * square))
+    # speed, with slope 0 at rest; half: where half of the rise is left
+    t = (1.0 + REST) * s * s / (s + REST)
+    half = ops.most(q / ((1.0 + 2.0 * REST) / (1.0 + REST) - q), LEAST_HALF)
+    return 1.0 + rise * (1.0 - (1.0 + half) * t / (t + half))
 
 
 def nut_extremes(surfaces: Numbers, curves: Numbers, f: Any, s: Any, ops: Ops) -> tuple[Any, ...]:

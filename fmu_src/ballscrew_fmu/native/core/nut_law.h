@@ -229,13 +229,17 @@ static inline Number slow_share(const Map *map, Number s, Number slope)
    divided by that in a full film; slope: of its logarithm, as above. */
 static inline Number coulomb_rise(const Map *map, Number s, Number factor, Number slope, Number breakaway)
 {
-    const Number one = constant(1.0), square = multiply(s, s);
+    const Number one = constant(1.0);
     const Number rise = greater(subtract(divide(greater(breakaway, one), factor), one), constant(0.0));
     const Number steepness =
         divide(times(-map->speed.scale, slope), greater(rise, constant(LEAST_RISE)));
-    const Number c = subtract(times(0.5, clamped(steepness, 0.0, BREAKAWAY_EXPONENT_MAX)), one);
+    const Number q = clamped(steepness, 0.0, BREAKAWAY_EXPONENT_MAX);
+    /* speed, with slope 0 at rest; half: where half of the rise is left */
+    const Number t = divide(times(1.0 + REST, multiply(s, s)), add(s, constant(REST)));
+    const Number half =
+        greater(divide(q, subtract(constant((1.0 + 2.0 * REST) / (1.0 + REST)), q)), constant(LEAST_HALF));
 
-    return add(one, multiply(rise, subtract(one, multiply(square, add(subtract(one, c), multiply(c, square))))));
+    return add(one, multiply(rise, subtract(one, divide(multiply(add(one, half), t), add(t, half)))));
 }
 
 /* Surfaces needed for a torque, and below the speed axis their derivatives. slope_plane: weights of the derivatives with
