@@ -63,6 +63,7 @@ def test_named_law_takes_its_own_screw_file(capsys, law_map):
     assert (found["screw"], found["friction_set"], found["kinematics"], found["friction_screw"]) == (
         "GD4008-3", "mechanistic", "rolling_frame", "GD4008-3",
     )  # fmt: skip
+    assert found["film_kinematics"] == "rolling_frame"
     assert "friction_note" not in found
     assert err == ""
 

@@ -18,7 +18,11 @@ class ClosedContacts:
     def __init__(self, film=2e-7):
         self.film = film
 
+    def value(self, raceway, name, load, speed, temperature):
+        return self.values(raceway, load, speed, temperature)[name]
+
     def values(self, raceway, load, speed, temperature):
+        """All of mechanistic.QUANTITIES by name."""
         q, n = np.asarray(load)[:, None, None] / 20.0, np.asarray(speed) / 10.0
         warm = np.exp(-0.04 * (np.asarray(temperature) - 303.0))
         screw = VG100.screw

@@ -39,7 +39,7 @@ def run_preload(args: Namespace) -> int:
             "in_range": bool(state.in_range),
             "clamped": list(state.clamped),
             **chosen.described,
-            **({"friction_note": other} if other else {}),
+            **({"friction_note": other} if other and args.json else {}),
             "map_hash": nut_map.header["file_hash"],
             "version": __version__,
         })  # fmt: skip

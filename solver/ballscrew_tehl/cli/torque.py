@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from .. import __version__
 from ..friction.baselines import nsk_torque
 from ..friction.origin import carried_over
-from ..parameters.file import FOUR_POINT
+from ..parameters.file import FOUR_POINT, changed
 from ..parameters.units import CELSIUS, RPM
 from ..runtime.packed import MECHANISTIC
 from .common import EXTREMES, Chosen, chosen_of, film_model_of, say
@@ -41,7 +41,8 @@ def run_torque(args: Namespace) -> int:
         say(other)
     common = {
         **chosen.described,
-        **({"friction_note": other} if other else {}),
+        # stderr has it beside a table
+        **({"friction_note": other} if other and args.json else {}),
         "version": __version__,
     }
     results = _direct_torques(chosen, points) if args.direct else _map_torques(chosen, args, points)
@@ -73,8 +74,8 @@ def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
     from ..friction.interval import MEANING
 
     low, high = (share * torque for share in found.relative)
-    shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:3])
-    return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": f"{MEANING}; most by {shares}"}
+    shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:2])
+    return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": f"{MEANING}: {shares}"}
 
 
 def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]) -> list[dict[str, Any]]:
@@ -109,12 +110,14 @@ def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]
             **{key: float(getattr(state, name)) for name, key in EXTREMES.items()},
             "in_range": bool(state.in_range) and not trend,
             "clamped": list(state.clamped),
+            "film_kinematics": nut_map.header["film_kinematics"],
             "map_hash": nut_map.header["file_hash"],
         })  # fmt: skip
     return results
 
 
 def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict[str, Any]]:
+    from ..nut_map.file import ROLLING_FRAME
     from ..refinement.direct import direct_extremes
     from ..runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
 
@@ -128,13 +131,15 @@ def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict
         from ..friction.mechanistic import roughness_of
 
         height = roughness_of(parameters.friction).sigma
+    # speeds of the published kinematics are not physical: its films are not shown, as by the map
+    rolling = changed(parameters, friction={"kinematics": ROLLING_FRAME})
     results = []
     for number, point in enumerate(points, start=1):
         say(f"point {number} of {len(points)}")
         speed, temperature = point["speed_rpm"] * RPM, point["temperature_c"] + CELSIUS
         preload, axial_load = point["preload_n"], point["axial_load_n"]
         torques = solved(preload, speed, temperature, axial_load)
-        extremes = direct_extremes(parameters, preload, axial_load, abs(speed), temperature)
+        extremes = direct_extremes(rolling, preload, axial_load, abs(speed), temperature)
         extremes["lambda_ratio"] = min(extremes["film_thickness_min"] / max(height, SMOOTH), LAMBDA_RATIO_MAX)
         results.append({
             **point,
@@ -142,6 +147,7 @@ def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict
             **{key: float(extremes[name]) for name, key in EXTREMES.items()},
             "in_range": True,
             "clamped": [],
+            "film_kinematics": ROLLING_FRAME,
         })  # fmt: skip
     return results
 

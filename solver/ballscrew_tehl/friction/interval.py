@@ -45,7 +45,7 @@ FIT_DEVIATIONS, SCATTER_DEVIATION = 2.0 * 1.96, math.sqrt(0.5 * math.pi)
 #: names of what a fit contributes: its coefficient, the error of a point left out
 FITTED_COEFFICIENT, LEFT_OUT = "net_sliding_coefficient", "leave_one_out"
 #: what the ends of an interval are
-MEANING = "about 80 % interval of the bounded constants of the law"
+MEANING = "about 80 %, from bounded constants"
 
 
 class Fit(NamedTuple):
