@@ -9,8 +9,8 @@ from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import RPM
 
 SCREW = load_parameters(PACKAGED_VG100)
-#: film [m] of a hundredth of the ball's radius: thicker ones are no contacts any more
-THICKEST = 0.01 * 0.5 * SCREW.screw.ball_diameter
+#: film [m] above which light balls of cold oil at high speed hardly flatten: their rolling loss falls with the film
+THICKEST = 5e-6
 #: relative error of the map's torque where films are thick: neighbouring points may differ by it against the sign
 MAP_ERROR = 5e-3
 
