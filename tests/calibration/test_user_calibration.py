@@ -29,7 +29,7 @@ from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.refinement.direct import DirectFilm
 from ballscrew_tehl.runtime.packed import MapError
 
-MAP = str(packaged_map(GD4008))
+MAP = str(packaged_map("published"))
 TRUTH = (5.2, 0.0055, 22e-9)
 HEAD = "preload [kN],speed [1/min],temperature [degC],torque [N.m],axial load [N]"
 POINTS = [

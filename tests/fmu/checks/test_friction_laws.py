@@ -91,19 +91,6 @@ def test_the_bristle_slides_at_the_coulomb_torque_of_its_conditions(fmus, nut_ma
     assert seen[3] < seen[4]
 
 
-def test_refinement_of_the_mechanistic_law_is_refused_with_the_results_of_the_map(fmus, nut_map):
-    if nut_map.law != MECHANISTIC:
-        pytest.skip("refinement of film_shear: test_refine_fmu.py")
-    with FmuInstance(fmus[FRICTION.name, "python"]) as one:
-        one.step(speed=30.0)
-        plain = one.outputs()
-        one.step(refine=True)
-        assert one.outputs() == plain
-        refused = [text for _, text in one.messages if text.startswith("refine: ")]
-        assert len(refused) == 1
-        assert "friction law of the map = mechanistic; refinement needs film_shear" in refused[0]
-
-
 def test_the_monitor_recovers_the_preload_below_the_slowest_speed_of_the_map(fmus, nut_map):
     for subject in SUBJECTS:
         friction, monitor = (fmus[model.name, subject] for model in (FRICTION, MONITOR))
