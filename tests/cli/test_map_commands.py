@@ -276,6 +276,11 @@ def test_interrupted_build_continues_with_what_it_has(closed, tmp_path, monkeypa
     assert [file.name for file in tmp_path.iterdir()] == ["map.nc"]
 
 
+def interruptible():
+    """Ctrl-C reaches a child also where the tests themselves run in the background of a script, which ignores it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a group of processes is interrupted")
 @pytest.mark.parametrize(
@@ -289,6 +294,7 @@ def test_ctrl_c_soon_after_the_plan_ends_the_build(tmp_path, moments):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        preexec_fn=interruptible,
     )
     with build_:
         assert "core-seconds" in build_.stderr.readline()
@@ -314,8 +320,9 @@ def test_ctrl_c_on_a_terminal_leaves_one_line(tmp_path):
     path = tmp_path / "map.nc"
     command = [sys.executable, "-m", "ballscrew_tehl", "map", "build", "--output", str(path), "--quick"]
     build_ = subprocess.Popen(
-        [*command, "--workers", "1", *NARROW], stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
+        [*command, "--workers", "1", *NARROW], stderr=subprocess.PIPE, text=True, start_new_session=True,
+        preexec_fn=interruptible,
+    )  # fmt: skip
     with build_:
         lines = []
         for line in build_.stderr:

@@ -429,6 +429,6 @@ def test_undamped_steps_that_lead_away_are_taken_back():
     start = problem.solve_isothermal(problem.start(), 1e-2, 30)
     found = solve_coupled(problem, start, None, 3e-5, 150, damped=True)
     assert found.converged, found.reason
-    assert min(found.temperature_history[:-1]) <= 0.02
+    assert np.min(found.temperature_history[:-1]) <= 0.02
     balance = found.balance()
     assert abs(balance.defect) <= 2e-3

@@ -92,10 +92,10 @@ def test_ball_loads_carry_the_force_and_lie_in_the_range(name):
 PRELOADS, SPEEDS, TEMPERATURES = (0.1, 0.4), (0.05, 0.2), (303.15, 323.15)
 SMALL = MapGrid(
     force=(1.0, 2.0, 13), speed=(1.0, 2.0, 9), temperature=(300.0, 310.0, 7), preload=(1.0, 2.0, 9),
-    contact_first_atlas=12, contact_most_atlas=12,
+    contact_first_atlas=32, contact_most_atlas=32,
 )  # fmt: skip
-#: relative error of the torque; found: 1.4e-4 at most with 20 contacts of a raceway, 7e-3 with 14
-BOUND = 1e-3
+#: relative error of the torque by the mechanistic law, whose rolling loss is interpolated over a closed formula
+BOUND = 5e-3
 
 
 @pytest.mark.slow

@@ -287,7 +287,7 @@ def test_error_of_thin_films_and_of_light_balls_counts_less(monkeypatch):
 @pytest.mark.slow
 def test_smaller_tolerance_gives_more_contacts_and_smaller_errors():
     solve = rough_along(1)
-    grid = replace(MORE, contact_first=64, contact_most=400)
+    grid = replace(MORE, contact_first=64, contact_most=400, contact_largest=1.0)
     number, errors = [], []
     for tolerance in (1e-2, 3e-3, 1e-3):
         contact_map = sampled(replace(grid, contact_tolerance=tolerance), solve)

@@ -93,7 +93,7 @@ def test_packaged_map_is_finite_over_its_whole_range(kinematics):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("film", store.FILM_MODELS)
+@pytest.mark.parametrize("film", store.FILM_MODELS[:2])
 def test_map_of_the_film_model_of_the_friction_set_is_read_back(saved, monkeypatch, film):
     """Both film models are in the file; extremes and force curves are common to both."""
     friction = next(entry for entry in load_friction_sets().values() if entry.film_model == film)
@@ -103,7 +103,9 @@ def test_map_of_the_film_model_of_the_friction_set_is_read_back(saved, monkeypat
     assert nut_map.defaults == (*friction.values, 1.0)
     for name, array in small_map().arrays[film].items():
         np.testing.assert_array_equal(nut_map.arrays[name], array)
-    thermal, isothermal = (small_map().arrays[name]["coefficients"] for name in reversed(store.FILM_MODELS))
+    thermal, isothermal = (
+        small_map().arrays[name]["coefficients"] for name in reversed(store.FILM_MODELS[:2])
+    )
     assert (np.abs(thermal - isothermal)[..., : store.VISCOUS_COLUMNS].max(axis=(0, 1, 2)) > 0.01).all()
 
 

@@ -468,7 +468,7 @@ def test_refined_torque_is_that_of_the_direct_command(solved_contacts):
 
 @pytest.mark.slow
 def test_the_mean_ball_equals_the_sum_over_all_balls(solved_contacts):
-    contacts = NutContacts(GD4008, thermal=False)
+    contacts = NutContacts(GD4008, "solved")
     found = contacts.solve("screw", 2000.0, 60.0, 303.15, slope=-0.07)
     film = DirectFilm(GD4008, thermal=False)
     loads = nut_loads(GD4008.screw, 2000.0, GD4008.screw.ball_count)

@@ -245,18 +245,13 @@ def _provenance(friction: FrictionSet, parameters: Parameters) -> dict[str, Any]
 
 
 def _show_rolling_films(header: dict[str, Any], variables: dict[str, Array], parameters: Parameters) -> None:
-    """Film columns and their certificate of the packaged map of rolling_frame, if it is of the same screw and as wide.
+    """Film columns and their certificate of the packaged map of rolling_frame, in that of the published kinematics.
 
     The speeds of the published kinematics cannot be physical, so its films are not to be trusted; its torque is fitted.
     """
-    if parameters.friction.kinematics == ROLLING_FRAME:
-        return
     rolling = changed(parameters, friction={"kinematics": ROLLING_FRAME})
     other, theirs = _read(packaged_map(ROLLING_FRAME))
     ours, known = ([axes[name] for name in SURFACE_AXES] for axes in (header["axes"], other["axes"]))
-    wide = all(b[0] <= a[0] and a[1] <= b[1] for a, b in zip(ours, known, strict=True))
-    if other["parameters_json"] != map_parameters_json(rolling) or not wide:
-        return
     if ours == known:
         variables["extreme_coefficients"] = theirs["extreme_coefficients"]
     else:
@@ -312,7 +307,7 @@ def load_map(
             f"{', '.join(FILM_MODELS)}: the map has no other"
         )
     header["film_kinematics"] = header["kinematics"]
-    if not own_films:
+    if not own_films and path.resolve() == packaged_map("published"):
         _show_rolling_films(header, variables, parameters)
     if film == MECHANISTIC:
         _mechanistic_of(path, header, variables, parameters)

@@ -17,7 +17,7 @@ from ..contact.solution import ContactSolution
 from ..friction.mechanistic import mean_load, nut_powers, rolling_torque
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
-from ..parameters.file import Parameters, ScrewParameters, changed
+from ..parameters.file import Parameters, ScrewParameters
 from ..physics.hertz import RACEWAYS
 from ..physics.load import EQUAL_LOADS, load_nodes, nut_loads
 from ..runtime.packed import MECHANISTIC
@@ -64,15 +64,12 @@ def direct_extremes(
 ) -> dict[str, float]:
     """Film, temperature, pressure and load extremes of the load-carrying balls of both nuts, by thermal solves.
 
-    With the speeds of rolling_frame, as a map shows them: those of the published kinematics cannot be physical.
 
     Parameters   preload [N] > 0, axial_load [N]; speed [rad/s] > 0, temperature [K]
     Returns      the outputs of NutMap.evaluate of the same names (without lambda_ratio), SI
     Raises       UnconvergedContactError
     """
     screw = parameters.screw
-    if parameters.friction.kinematics != "rolling_frame":
-        parameters = changed(parameters, friction={"kinematics": "rolling_frame"})
     forces = {force for force in nut_forces(parameters, preload, axial_load) if force > 0.0}
     loads = np.concatenate([nut_loads(screw, force, screw.loaded_ball_count) for force in forces])
     heaviest, lightest = float(loads.max()), float(loads[loads > 0.0].min())

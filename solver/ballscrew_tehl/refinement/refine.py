@@ -303,7 +303,8 @@ class Refinement:
         if self.nut_map.law == MECHANISTIC:
             # shear torque or thrust factor: of both raceways together
             correction[1] = 0.0
-        if self.nut_map.header.get("film_kinematics") != self.nut_map.header.get("kinematics"):
+        header = self.nut_map.header
+        if header.get("film_kinematics", header.get("kinematics")) != header.get("kinematics"):
             correction[2:] = 0.0
         return correction
 
