@@ -64,7 +64,6 @@ def direct_extremes(
 ) -> dict[str, float]:
     """Film, temperature, pressure and load extremes of the load-carrying balls of both nuts, by thermal solves.
 
-
     Parameters   preload [N] > 0, axial_load [N]; speed [rad/s] > 0, temperature [K]
     Returns      the outputs of NutMap.evaluate of the same names (without lambda_ratio), SI
     Raises       UnconvergedContactError
