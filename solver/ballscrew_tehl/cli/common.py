@@ -62,6 +62,7 @@ class Chosen(NamedTuple):
         """Keys of the answer: screw, set, kinematics, screw of the fit."""
         return {
             "screw": self.parameters.name,
+            "oil": self.parameters.lubricant.name,
             "kinematics": self.friction_set.kinematics,
             "friction_set": self.friction_set.name,
             "friction_screw": self.friction_set.screw,
@@ -90,7 +91,7 @@ def chosen_of(args: Namespace) -> Chosen:
     parameters = screw_of(args, PACKAGED_VG100 if only_law else None)
     found = friction_set_of_file(name, parameters)
     refuse_other_fit(found, parameters)
-    return Chosen(without_overrides(parameters), found, found)
+    return Chosen(without_overrides(parameters, found.name), found, found)
 
 
 def film_model_of(name: str, parameters: Parameters) -> FilmModel:

@@ -73,7 +73,7 @@ def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
     """Keys of an interval: its ends over its own torque, applied to that of the answer."""
     from ..friction.interval import MEANING
 
-    low, high = (share * torque for share in found.relative)
+    low, high = sorted(share * torque for share in found.relative)
     shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:2])
     return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": f"{MEANING}: {shares}"}
 

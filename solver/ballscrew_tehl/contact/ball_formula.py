@@ -24,6 +24,11 @@ def moes_groups_of(parameters: Parameters, raceway: str, load: Array, speed: Any
     return moes_groups(parameters.lubricant, load, u_e, R_x, E_prime(screw), temperature), R_x, R_y
 
 
+#: rolling loss over rolling_formula below which it counts as that: the hottest inlets have next to no loss, and a film
+#: of some percent of the radius none of its own
+LEAST_ROLLING = 1e-2
+
+
 def moes_load(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
     """Moes load M of a ball; load, speed and temperature broadcast."""
     return np.asarray(moes_groups_of(parameters, raceway, load, speed, temperature)[0].M)

@@ -29,12 +29,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..parameters.file import Parameters
+from ..parameters.file import Parameters, load_parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
+from ..parameters.packaged_data import PACKAGED_VG100
 from ..physics.load import nut_loads
-from .mechanistic import MECHANISTIC, ContactValues, ball_ball_coefficient, nut_powers
-from .sets import FrictionSet
+from .mechanistic import MECHANISTIC, ContactValues, ball_ball_coefficient, law_constants, nut_powers
+from .sets import FrictionSet, load_friction_sets
 
 Array = NDArray[np.float64]
 
@@ -100,8 +101,12 @@ def with_constants(parameters: Parameters, values: Mapping[str, float]) -> Param
 
 
 def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
-    """Fit of the coefficient to measurements of this screw with this oil; None: there is none."""
+    """Fit of the coefficient to measurements of this screw with this oil and these constants; None: there is none."""
     if friction_set.parameters_hash != parameters_hash(parameters):
+        return None
+    packaged = load_friction_sets().get((friction_set.kinematics, friction_set.name))
+    ours = packaged is not None and packaged.net_sliding_coefficient == friction_set.net_sliding_coefficient
+    if ours and law_constants(parameters) != law_constants(load_parameters(PACKAGED_VG100)):
         return None
     limits, half = friction_set.limits.get(FITTED_COEFFICIENT), friction_set.intervals.get(FITTED_COEFFICIENT)
     left_out = friction_set.errors.get("leave_one_out_mean", 0.0)
@@ -205,8 +210,9 @@ def torque_interval(
     shares = {name: part / (variance or 1.0) for name, (_, part) in moments.items()}
     return TorqueInterval(
         at,
-        math.exp(middle - wide),
-        math.exp(middle + wide),
+        # constants at one end of their interval move the middle
+        min(math.exp(middle - wide), at),
+        max(math.exp(middle + wide), at),
         ends,
         dict(sorted(shares.items(), key=lambda x: -x[1])),
     )

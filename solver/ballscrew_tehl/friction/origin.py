@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..parameters.file import Parameters, changed
 from ..parameters.identity import parameters_hash
 from ..runtime.packed import MapError
-from .sets import FITTED, SETS, FrictionSet, load_friction_sets
+from .sets import FITTED, MECHANISTIC_SETS, SETS, FrictionSet, load_friction_sets
 
 #: name of the catalogue formula, baselines.nsk_torque
 CATALOGUE = "JIS B 1192 / ISO 3408-3"
@@ -47,12 +47,12 @@ def with_set(parameters: Parameters, name: str) -> Parameters:
     """Parameters that select a friction set; overrides in the screw file belong to the set that it selects itself."""
     if name == parameters.friction.set:
         return parameters
-    return changed(without_overrides(parameters), friction={"set": name})
+    return changed(without_overrides(parameters, name), friction={"set": name})
 
 
-def without_overrides(parameters: Parameters) -> Parameters:
-    """Parameters without fitted numbers that the screw file states."""
-    stated = set(FITTED) & parameters.friction.model_fields_set
+def without_overrides(parameters: Parameters, name: str) -> Parameters:
+    """Parameters without the numbers of a set that the screw file states; the roughness is none of a mechanistic set."""
+    stated = set(FITTED[:2] if name in MECHANISTIC_SETS else FITTED) & parameters.friction.model_fields_set
     return changed(parameters, friction=dict.fromkeys(stated)) if stated else parameters
 
 

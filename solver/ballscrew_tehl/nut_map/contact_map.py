@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.ball_formula import drawn_ellipse, film_formula, moes_load, rolling_formula
+from ..contact.ball_formula import LEAST_ROLLING, drawn_ellipse, film_formula, moes_load, rolling_formula
 from ..friction.mechanistic import MECHANISTIC
 from ..parameters.file import Parameters
 from ..physics.hertz import RACEWAYS
@@ -38,9 +38,8 @@ NO_LOSS = 0.02
 THICKENING = {name: 1.0 if name in (FILMS[0], *CORE) else 0.5 for name in MAPPED}
 #: degree of the trend of what the atlas leaves
 ATLAS_DEGREE = 0
-#: temperature rise [K], and rolling loss over its closed formula, below which they count as that: the hottest inlets
-#: have next to no loss, and a film of some percent of the radius none of its own
-LEAST = {**dict.fromkeys(RISES, 1e-3), "rolling_loss": 1e-2}
+#: temperature rise [K], and rolling loss over its closed formula, below which they count as that
+LEAST = {**dict.fromkeys(RISES, 1e-3), "rolling_loss": LEAST_ROLLING}
 
 
 class ContactModel:

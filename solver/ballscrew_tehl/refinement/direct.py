@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contact.ball_contact import solve_ball
-from ..contact.ball_formula import film_formula, rolling_formula
+from ..contact.ball_formula import LEAST_ROLLING, film_formula, rolling_formula
 from ..contact.solution import ContactSolution
 from ..friction.mechanistic import mean_load, nut_powers, rolling_torque
 from ..friction.sets import FrictionSet
@@ -254,7 +254,7 @@ class MeanBallContacts:
         if name == "rolling_loss":
             loads = np.append(load, mean.conditions.load)
             formula = rolling_formula(self.parameters, raceway, loads, *at)
-            found *= formula[:-1] / formula[-1]
+            found = np.maximum(found / formula[-1], LEAST_ROLLING) * formula[:-1]
         return found[:, None, None]
 
 
