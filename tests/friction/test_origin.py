@@ -75,7 +75,7 @@ def test_overrides_belong_to_the_set_of_the_file():
         None,
         None,
     )
-    assert without_overrides(GD4008) is GD4008
+    assert without_overrides(GD4008, "three_parameter") is GD4008
     surfaces = changed(GD4008, friction={"raceway_rq": 3e-8, "ball_rq": 4e-8})
     assert with_set(surfaces, "two_parameter").friction.roughness_height == pytest.approx(5e-8, rel=1e-12)
 

@@ -51,7 +51,7 @@ def with_set(parameters: Parameters, name: str) -> Parameters:
 
 
 def without_overrides(parameters: Parameters, name: str) -> Parameters:
-    """Parameters without the numbers of a set that the screw file states; the roughness is none of a mechanistic set."""
+    """Parameters without the numbers of a set that the screw file states; a mechanistic set has no roughness."""
     stated = set(FITTED[:2] if name in MECHANISTIC_SETS else FITTED) & parameters.friction.model_fields_set
     return changed(parameters, friction=dict.fromkeys(stated)) if stated else parameters
 
