@@ -82,7 +82,8 @@ def test_interval_is_that_of_the_law(capsys, law_map):
     _, back, _ = run(
         capsys, "torque", *POINT[:2], "--speed-rpm", "-300", *POINT[4:], "--friction", "mechanistic", "--map", law_map
     )  # fmt: skip
-    assert back["torque_high_nm"] == -found["torque_high_nm"]
+    assert back["torque_low_nm"] == -found["torque_high_nm"]
+    assert back["torque_high_nm"] == -found["torque_low_nm"]
     _, rest, _ = run(
         capsys, "torque", *POINT[:2], "--speed-rpm", "0", *POINT[4:], "--friction", "mechanistic", "--map", law_map
     )  # fmt: skip
