@@ -13,6 +13,8 @@ RADIAL, AROUND = 8, 16
 STICTION = 1e-6
 #: an iteration ends where a further step would lower the potential by less than this share of it
 CONVERGED_AT, MOST_STEPS = 1e-8, 200
+#: the same where steps are used up: oil at its limit in parts of a contact makes them zigzag; power within some 1e-3
+ACCEPTED_AT = 1e-5
 
 
 @njit(cache=True, error_model="numpy")
@@ -118,6 +120,7 @@ def equilibria(
             film[i], asperities[i], tau_0, limiting, boundary, q, sticky, gradient, hessian, power[i],
         )  # fmt: skip
         steps[i] = MOST_STEPS
+        decrement = math.inf
         for step in range(MOST_STEPS):
             # where all of the oil is at its limit the potential is flat along a change of the slip's size
             for m in range(4):
@@ -147,5 +150,7 @@ def equilibria(
             gradient[:] = other_gradient
             hessian[:, :] = other_hessian
             power[i] = other_power
+        if decrement <= ACCEPTED_AT * value:
+            steps[i] = min(steps[i], MOST_STEPS - 1)
         motion[i] = q
     return power, motion, steps
