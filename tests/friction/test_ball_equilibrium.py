@@ -1,6 +1,7 @@
 """Equilibrium of a ball: against scipy's minimum of the same potential, closed limits, forces that vanish."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -147,6 +148,23 @@ def test_more_viscous_oil_costs_more_power_and_a_ball_shares_its_spin():
         share = abs(spins[0]) / np.abs(spins).sum()
         assert 0.2 <= share <= 0.8
     assert np.all(np.diff(powers) > 0.0)
+
+
+def test_a_ball_held_by_asperities_alone_finds_its_motion():
+    """Four flanks of a light ball, no film: full steps from the first motion lead away without end."""
+    screw = load_parameters(Path(__file__).parents[1] / "data/screws/example_08x02.toml").screw
+    assert screw.preload_kind == FOUR_POINT
+    motion = contact_motion(screw, screw.contact_angle)
+    axes = np.array([[[2.24e-5, 1.52e-6]] * 2 + [[2.19e-5, 1.95e-6]] * 2])
+    pressure, film = np.array([[1.69e8, 1.69e8, 1.18e8, 1.18e8]]), np.full((1, 4), 1.05e-8)
+    eta = np.broadcast_to(np.linspace(3.0, 0.2, RADIAL), (1, 4, RADIAL))
+    traction = Traction(eta, pressure, film, np.ones((1, 4)), TAU_0, LIMITING, BOUNDARY)
+    found = ball_equilibrium(motion, np.array([3.8]), axes, traction)
+    at, power = potential(motion, axes, traction, 3.8, found.motion[0])
+    assert np.max(np.abs(found.power[0] / power - 1.0)) <= 1e-9
+    scale = 1e-4 * 3.8 * np.array([1.0, 10.0, 10.0, 10.0])
+    for step in np.random.default_rng(5).normal(size=(50, 4)):
+        assert potential(motion, axes, traction, 3.8, found.motion[0] + scale * step)[0] >= at
 
 
 def test_what_cannot_be_found_is_reported():

@@ -13,8 +13,12 @@ RADIAL, AROUND = 8, 16
 STICTION = 1e-6
 #: an iteration ends where a further step would lower the potential by less than this share of it
 CONVERGED_AT, MOST_STEPS = 1e-8, 200
-#: the same where steps are used up: oil at its limit in parts of a contact makes them zigzag; power within some 1e-3
-ACCEPTED_AT = 1e-5
+#: or by this share, whatever the damping: rounding
+ROUNDING = 1e-14
+#: where steps are used up: at the kink of oil as stiff as a solid the damped steps creep; power within some 1e-4
+ACCEPTED_AT = 1e-6
+#: damping of a step that would not lower the potential, and least one, which keeps the system regular
+FIRST_DAMPING, LEAST_DAMPING = 1e-3, 1e-12
 
 
 @njit(cache=True, error_model="numpy")
@@ -98,11 +102,21 @@ def potential_sums(
 
 
 @njit(cache=True, error_model="numpy")
+def damped_step(hessian, gradient, damping):
+    """Step (4,) towards the least of the potential, to be subtracted, and by how much it would lower it, doubled."""
+    damped = hessian.copy()
+    for m in range(4):
+        damped[m, m] *= 1.0 + damping
+    change = np.linalg.solve(damped, gradient)
+    return change, gradient @ change
+
+
+@njit(cache=True, error_model="numpy")
 def equilibria(
     matrix, offset, differential, speeds, axes, radius, weight, viscosity, pressure, film, asperities, tau_0,
     limiting, boundary, first,
 ):  # fmt: skip
-    """Newton's method with halved steps, from the motion `first` (4,) per screw speed, for every ball."""
+    """Newton's method with damped steps (Levenberg), from the motion `first` (4,) per screw speed, for every ball."""
     count, contacts = pressure.shape
     around = 2.0 * math.pi * (np.arange(AROUND) + 0.5) / AROUND
     cosine, sine = np.cos(around), np.sin(around)
@@ -120,36 +134,36 @@ def equilibria(
             film[i], asperities[i], tau_0, limiting, boundary, q, sticky, gradient, hessian, power[i],
         )  # fmt: skip
         steps[i] = MOST_STEPS
-        decrement = math.inf
+        damping, decrement = 0.0, math.inf
         for step in range(MOST_STEPS):
-            # where all of the oil is at its limit the potential is flat along a change of the slip's size
-            for m in range(4):
-                hessian[m, m] *= 1.0 + 1e-12
             if not (np.isfinite(gradient).all() and np.isfinite(hessian).all()):
                 break
-            change = np.linalg.solve(hessian, gradient)
-            decrement = 0.0
-            for m in range(4):
-                decrement += gradient[m] * change[m]
-            if decrement <= CONVERGED_AT * value:
-                steps[i] = step
-                break
-            share = 1.0
-            while True:
-                new = q - share * change
+            change, decrement = damped_step(hessian, gradient, LEAST_DAMPING)
+            lower = decrement > CONVERGED_AT * value
+            # where all of a contact is at its limit the potential is nearly flat along the slip, and a full step goes
+            # far beyond the least
+            while lower:
+                if damping > 0.0:
+                    change, decrement = damped_step(hessian, gradient, damping)
+                lower = decrement > ROUNDING * value
+                new = q - change
                 other = potential_sums(
                     matrix, offset, differential, speed, axes[i], radius, weight, cosine, sine, viscosity[i],
                     pressure[i], film[i], asperities[i], tau_0, limiting, boundary, new, sticky, other_gradient,
                     other_hessian, other_power,
                 )  # fmt: skip
-                if other <= value - 1e-4 * share * decrement or share < 1e-6:
+                if other <= value - 1e-4 * decrement:
                     break
-                share *= 0.5
+                damping = max(10.0 * damping, FIRST_DAMPING)
+            if not lower:
+                steps[i] = step
+                break
             q[:] = new
             value = other
             gradient[:] = other_gradient
             hessian[:, :] = other_hessian
             power[i] = other_power
+            damping = 0.1 * damping if damping > FIRST_DAMPING else 0.0
         if decrement <= ACCEPTED_AT * value:
             steps[i] = min(steps[i], MOST_STEPS - 1)
         motion[i] = q

@@ -226,8 +226,6 @@ def _shear(
     # imports numba, which what only reads a map does without
     from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
 
-    # compiled kernels: not imported by who only reads a map
-
     screw, friction, oil = parameters.screw, parameters.friction, parameters.lubricant
     angle = float(contact_angle_at_ball_load(screw, load))
     motion = contact_motion(screw, angle)
