@@ -30,7 +30,7 @@ from ballscrew_fmu.native_fmu.compile import (
     PLATFORMS,
     WARNINGS,
     BuildError,
-    compiler_version,
+    find_compiler,
 )
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
 from ballscrew_fmu.native_fmu.sources import native_sources
@@ -78,7 +78,8 @@ def assemble(nut_map: Any, folder: Path, platforms: Sequence[str] = tuple(FOLDER
 
 def _build(resources: Path, library: Path, target: str) -> None:
     """Static library of all C files in Resources/Source."""
-    compiler_version()
+    if not find_compiler().crosses:
+        raise BuildError("the libraries are compiled for other machines too: python -m pip install ziglang")
     zig = [sys.executable, "-m", "ziglang"]
     with tempfile.TemporaryDirectory() as scratch:
         objects = []

@@ -1,7 +1,11 @@
-"""Command line of the FMUs: python -m ballscrew_fmu build, also called by build_fmu.py."""
+"""Command line of the FMUs: python -m ballscrew_fmu build|check|info; build is also called by build_fmu.py.
+
+What needs the extra `fmu` is imported when a command runs.
+"""
 
 import argparse
 import hashlib
+import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,11 +13,9 @@ from typing import NoReturn
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
 
-from ballscrew_fmu import build
-from ballscrew_fmu.checks.reference import CheckError
-from ballscrew_fmu.native_fmu.compile import BuildError
-from ballscrew_fmu.native_fmu.sources import SourceError
+from ballscrew_tehl.cli.extras import missing_extra
 
 DESCRIPTION = """\
 Build the FMUs of a screw from its map (friction and preload monitor, for Python hosts and native), check them in
@@ -27,7 +29,8 @@ steps
   4. compile the C runtime for Linux, Windows and macOS with ziglang, and pack it with the map into
      BallScrewFrictionNative_fmi2.fmu and _fmi3.fmu, BallScrewPreloadMonitorNative_fmi2.fmu and _fmi3.fmu:
      co-simulation and model exchange for every host
-     (the first time some minutes for the C libraries of these systems, then about a minute)
+     (the first time some minutes for the C libraries of these systems, then about a minute); without ziglang the C
+     compiler of this machine builds for this machine only
   5. validate each FMU with fmpy: any finding stops the build
   6. replay a reference input in fmpy and compare every output with the map (1e-9); the preload of the
      monitors must also agree with the one the torque was computed from (1e-6)
@@ -44,8 +47,10 @@ examples
   python -m ballscrew_tehl calibrate measurements.csv --screw my.toml --map my_map.nc --output friction.toml
   {prog} --screw my.toml --map my_map.nc --friction friction.toml
 
-exit codes: 0 done, 1 a check or the compiler failed, 2 invalid input
+exit codes: 0 done, 1 a check or the compiler failed, 2 invalid input, 130 interrupted
 """
+#: exit code after Ctrl-C: 128 and the number of the signal
+INTERRUPTED = 130
 
 
 class Parser(argparse.ArgumentParser):
@@ -80,6 +85,12 @@ def parser(prog: str, subcommands: bool, folder: Path) -> Parser:
         ),
         folder,
     )
+    check = commands.add_parser("check", help="validate an FMU and replay the reference that it carries")
+    info = commands.add_parser("info", help="kinds, platforms and variables of an FMU")
+    for command, run in ((check, _check), (info, _info)):
+        command.add_argument("fmu", metavar="FILE.fmu", type=Path)
+        command.add_argument("--json", action="store_true", help="print one JSON object")
+        command.set_defaults(run=run, prog=command.prog)
     return options
 
 
@@ -112,7 +123,7 @@ def _add_build(options: argparse.ArgumentParser, folder: Path) -> None:
     options.add_argument(
         "--python-only",
         action="store_true",
-        help="build the FMUs for Python hosts only; the native ones need ziglang",
+        help="build the FMUs for Python hosts only; the native ones need a C compiler",
     )
     options.set_defaults(run=_build, prog=options.prog)
 
@@ -125,11 +136,24 @@ def main(
 ) -> int:
     """Run a command. Returns the exit code: 0 done, 1 a check or the compiler failed, 2 invalid input."""
     args = parser(prog, subcommands, folder).parse_args(arguments)
-    code: int = args.run(args)
+    try:
+        code: int = args.run(args)
+    except ModuleNotFoundError as error:
+        remedy = missing_extra(error)
+        if remedy is None:
+            raise
+        return _print_error(args, remedy)
+    except KeyboardInterrupt:
+        return _print_error(args, "interrupted, no FMU delivered", code=INTERRUPTED)
     return code
 
 
 def _build(args: argparse.Namespace) -> int:
+    from ballscrew_fmu import build
+    from ballscrew_fmu.checks.reference import CheckError
+    from ballscrew_fmu.native_fmu.compile import BuildError
+    from ballscrew_fmu.native_fmu.sources import SourceError
+
     columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("reading screw and map", total=5 if args.python_only else 13)
@@ -160,6 +184,44 @@ def _build(args: argparse.Namespace) -> int:
     for path in paths:
         content = path.read_bytes()
         print(f"{path}  {len(content) / 1024:.0f} kB\nsha256 {hashlib.sha256(content).hexdigest()}")
+    return 0
+
+
+def _check(args: argparse.Namespace) -> int:
+    from ballscrew_fmu.checks.file_check import check_file
+    from ballscrew_fmu.checks.reference import CheckError
+
+    try:
+        lines = check_file(args.fmu)
+    except ValueError as error:
+        return _print_error(args, str(error))
+    except CheckError as error:
+        return _print_error(args, f"{args.fmu}: {error}", code=1)
+    print(json.dumps({"file": str(args.fmu), "checks": lines}) if args.json else "\n".join(lines))
+    return 0
+
+
+def _info(args: argparse.Namespace) -> int:
+    from ballscrew_fmu.checks.file_check import fmu_info
+
+    try:
+        info = fmu_info(args.fmu)
+    except ValueError as error:
+        return _print_error(args, str(error))
+    if args.json:
+        print(json.dumps(info))
+        return 0
+    print(
+        f"{info['model']}, FMI {info['fmi_version']}, {' and '.join(info['kinds'])}, {', '.join(info['platforms'])}"
+    )
+    print(f"{info['description']}\n{info['tool']}, {info['token']}")
+    table = Table(box=None, pad_edge=False)
+    for title in ("variable", "causality", "unit", "start", "min", "max"):
+        table.add_column(title, justify="left" if title in ("variable", "causality", "unit") else "right")
+    for v in info["variables"]:
+        cells = (v["name"], v["causality"], v["unit"], v["start"], v["min"], v["max"])
+        table.add_row(*("" if cell is None else str(cell) for cell in cells))
+    Console(width=110).print(table)
     return 0
 
 

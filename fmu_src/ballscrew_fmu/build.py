@@ -57,16 +57,29 @@ def build(
             built.append((fmu, _checked(fmu, parameters, nut_map, FmuInstance, model)))
             if model is FRICTION:
                 text = torque_tables(fmu, parameters, nut_map)
-        for model in () if python_only else MODELS:
-            built += _build_native(parameters, nut_map, Path(scratch), advance, model)
-        text += "\n\n" + "\n".join(f"{made.name}: {line}" for made, line in built)
+        note = ""
+        if not python_only:
+            compiler = native_compile.find_compiler()
+            for model in MODELS:
+                built += _build_native(parameters, nut_map, Path(scratch), advance, model, compiler.platforms)
+            if not compiler.crosses:
+                note = (
+                    f"\nnative FMUs with {compiler.name} for {', '.join(compiler.platforms)} only; for Linux, "
+                    "Windows and macOS: python -m pip install ziglang"
+                )
+        text += "\n\n" + "\n".join(f"{made.name}: {line}" for made, line in built) + note
         for made, _ in built:
             os.replace(made, folder / made.name)
     return [folder / made.name for made, _ in built], text
 
 
 def _build_native(
-    parameters: Parameters, nut_map: NutMap, folder: Path, advance: Advance, model: FmuModel
+    parameters: Parameters,
+    nut_map: NutMap,
+    folder: Path,
+    advance: Advance,
+    model: FmuModel,
+    platforms: tuple[str, ...],
 ) -> list[tuple[Path, str]]:
     """The native FMUs of a model in a folder, each with the result of its checks."""
     reference = Reference(STEP, *reference_results(nut_map, model))
@@ -76,7 +89,6 @@ def _build_native(
     for version, kind in kinds:
         target = folder / native_file_name(version, model)
         advance(f"compiling {model.name}, FMI {version}")
-        platforms = tuple(native_compile.PLATFORMS)
         fmu = build_native_fmu(nut_map, version, target, reference, report, platforms, model=model).path
         advance(f"checking {model.name}, FMI {version}")
         built.append((fmu, _checked(fmu, parameters, nut_map, kind, model)))

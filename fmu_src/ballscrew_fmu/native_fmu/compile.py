@@ -1,11 +1,13 @@
-"""Compiles the native FMUs for five platforms with ziglang. Same sources and same ziglang give the same bytes.
+"""Compiles the native FMUs for five platforms with ziglang, without it for this machine with its own C compiler.
 
-A binary contains no path, date or debug information: the compiler runs in the folder of the sources with relative file
-names.
+Same sources and same ziglang give the same bytes. A binary contains no path, date or debug information: the compiler
+runs in the folder of the sources with relative file names.
 """
 
 import importlib.util
 import os
+import platform as machine
+import shutil
 import struct
 import subprocess
 import sys
@@ -22,6 +24,15 @@ class Platform(NamedTuple):
     target: str  # of zig
     suffix: str  # of the shared library
     options: tuple[str, ...]
+
+
+class Compiler(NamedTuple):
+    """A C compiler: how it is called, its name with version, the platforms that it builds for."""
+
+    command: tuple[str, ...]
+    name: str
+    platforms: tuple[str, ...]
+    crosses: bool  # builds for other machines, by the option -target of zig
 
 
 _ELF = ("-fPIC", "-Wl,--build-id=none", "-lm")
@@ -49,17 +60,39 @@ class BuildError(RuntimeError):
     """A library cannot be built. The message is one line."""
 
 
-def compiler_version() -> str:
-    """Version of ziglang.
+def find_compiler() -> Compiler:
+    """ziglang, else the C compiler of this machine: that in the variable CC, cc, gcc or clang.
 
-    Raises       BuildError: it is not installed
+    Raises       BuildError: there is none
     """
-    if importlib.util.find_spec("ziglang") is None:
+    if importlib.util.find_spec("ziglang") is not None:
+        version = _run([*_ZIG, "version"], Path.cwd(), "ziglang").strip()
+        return Compiler((*_ZIG, "cc"), f"ziglang {version}", tuple(PLATFORMS), True)
+    candidates = [os.environ.get("CC"), "cc", "gcc", "clang"]
+    own = next((found for name in candidates if name and (found := shutil.which(name))), None)
+    if own is None:
         raise BuildError(
-            "ziglang is not installed; needed to compile the native FMUs: python -m pip install ziglang, "
-            "or build with --python-only"
+            "no C compiler for the native FMUs: neither ziglang, which builds for Linux, Windows and macOS (python -m "
+            "pip install ziglang), nor cc, gcc or clang on the path; or build with --python-only"
         )
-    return _run([*_ZIG, "version"], Path.cwd(), "ziglang").strip()
+    version = _run([own, "-dumpfullversion", "-dumpversion"], Path.cwd(), own).split()[0]
+    return Compiler((own,), f"{Path(own).stem} {version}", (this_platform(),), False)
+
+
+def this_platform() -> str:
+    """Platform tuple of FMI 3 of this machine.
+
+    Raises       BuildError: the FMUs are not made for it
+    """
+    processor = {"amd64": "x86_64", "arm64": "aarch64"}.get(
+        machine.machine().lower(), machine.machine().lower()
+    )
+    system = {"win32": "windows"}.get(sys.platform, sys.platform)
+    if f"{processor}-{system}" not in PLATFORMS:
+        raise BuildError(
+            f"no native FMUs for {processor}-{system}: only for {', '.join(PLATFORMS)}; build with --python-only"
+        )
+    return f"{processor}-{system}"
 
 
 def build_libraries(
@@ -72,12 +105,16 @@ def build_libraries(
 
     Parameters   sources : C files and headers by name;  name : of the library, without suffix
                  advance : called with each platform that is finished
-    Raises       BuildError: ziglang is missing, or the first error of the compiler
+    Raises       BuildError: there is no compiler for a platform, or its first error
     """
-    compiler_version()
+    compiler = find_compiler()
+    if missing := [name for name in platforms if name not in compiler.platforms]:
+        raise BuildError(
+            f"{compiler.name} does not compile for {', '.join(missing)}: python -m pip install ziglang, which does"
+        )
     libraries = {}
     with ThreadPoolExecutor(max_workers=min(2, os.cpu_count() or 1)) as pool:
-        running = {platform: pool.submit(_build, sources, name, platform) for platform in platforms}
+        running = {platform: pool.submit(_build, compiler, sources, name, platform) for platform in platforms}
         try:
             for platform, future in running.items():
                 libraries[platform] = future.result()
@@ -106,7 +143,7 @@ def universal_library(slices: Sequence[bytes]) -> bytes:
     return table.ljust(page, b"\0") + body
 
 
-def _build(sources: Mapping[str, bytes], name: str, platform: str) -> bytes:
+def _build(compiler: Compiler, sources: Mapping[str, bytes], name: str, platform: str) -> bytes:
     target, suffix, options = PLATFORMS[platform]
     if platform.endswith("darwin"):
         options = (*options, f"-Wl,-install_name,@rpath/{name}{suffix}")
@@ -119,13 +156,12 @@ def _build(sources: Mapping[str, bytes], name: str, platform: str) -> bytes:
         library = f"{name}{suffix}"
         # FMI 3.0 headers cause warnings, which -isystem suppresses
         command = [
-            *_ZIG,
-            "cc",
-            "-target",
-            target,
+            *compiler.command,
+            *(("-target", target) if compiler.crosses else ()),
             "-shared",
             *COMPILER_OPTIONS,
-            *WARNINGS,
+            # of a compiler that the sources have not been tried with, a warning is not an error
+            *(WARNINGS if compiler.crosses else ()),
             "-s",
             "-isystem",
             "fmi",

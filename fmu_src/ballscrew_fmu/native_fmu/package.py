@@ -19,7 +19,7 @@ from ballscrew_fmu.native_fmu.compile import (
     COMPILER_OPTIONS,
     PLATFORMS,
     build_libraries,
-    compiler_version,
+    find_compiler,
     universal_library,
 )
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
@@ -77,8 +77,8 @@ def native_files(
     Raises       BuildError or SourceError, with a message of one line
     """
     header = nut_map.header
-    zig = compiler_version()
-    tool = f"ballscrew-tehl {__version__} with ziglang {zig}"
+    compiler = find_compiler()
+    tool = f"ballscrew-tehl {__version__} with {compiler.name}"
     files = {
         f"resources/{MAP_FILE}": map_bytes(nut_map),
         "terminalsAndIcons/terminalsAndIcons.xml": terminals(model),
@@ -105,7 +105,7 @@ def native_files(
         return sources, shown
 
     sources, shown = complete("")
-    recipe = {"recipe": " ".join((zig, *COMPILER_OPTIONS, *platforms)).encode()}
+    recipe = {"recipe": " ".join((compiler.name, *COMPILER_OPTIONS, *platforms)).encode()}
     token = str(uuid.uuid5(NAMESPACE, digest({**files, **shown, **sources, **recipe})))
     sources, shown = complete(token)
     libraries = build_libraries(sources, model.native_name, platforms, advance)

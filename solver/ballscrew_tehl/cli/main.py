@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 
 from .. import __version__
 from .contact import add_contact
+from .extras import missing_extra
 from .oil import add_oil
 from .points import Quantity, add_json, add_options
 
@@ -290,6 +291,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     module, function = args.run.split(".")
     try:
         return int(getattr(importlib.import_module(f".{module}", __package__), function)(args))
+    except ModuleNotFoundError as err:
+        remedy = missing_extra(err)
+        if remedy is None:
+            raise
+        print(f"ballscrew_tehl {args.command}: error: {remedy}", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         kept = "; the same command again continues it" if args.run == "map.run_map_build" else ""
         print(f"ballscrew_tehl {args.command}: interrupted{kept}", file=sys.stderr)

@@ -25,7 +25,7 @@ from ballscrew_fmu.description.native import terminals
 from ballscrew_fmu.native_fmu import compile as native_build
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, BuildError, build_libraries, universal_library
 from ballscrew_fmu.native_fmu.map_file import map_bytes
-from ballscrew_fmu.native_fmu.package import Reference, native_files, reference_files
+from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu, native_files, reference_files
 from ballscrew_fmu.native_fmu.sources import (
     FMI_HEADERS,
     NATIVE_NAME,
@@ -260,11 +260,39 @@ def test_windows_library_needs_only_system_libraries(native_fmus):
     assert others == {f"{NATIVE_NAME}.dll".lower().encode()}
 
 
-def test_without_ziglang_one_line_names_the_remedy(monkeypatch):
+def test_without_any_compiler_one_line_names_the_remedy(monkeypatch):
     monkeypatch.setattr(native_build.importlib.util, "find_spec", lambda _: None)
+    monkeypatch.setattr(native_build.shutil, "which", lambda _: None)
     with pytest.raises(BuildError, match=r"pip install ziglang.*--python-only") as error:
         build_libraries({}, NATIVE_NAME)
     assert "\n" not in str(error.value)
+
+
+def test_without_ziglang_the_compiler_of_the_machine_builds_for_it_alone(
+    synthetic_nut_map, monkeypatch, tmp_path
+):
+    own = shutil.which("cc") or pytest.skip("no C compiler")
+    monkeypatch.setattr(native_build.importlib.util, "find_spec", lambda _: None)
+    found = native_build.find_compiler()
+    here = native_build.this_platform()
+    assert (found.command, found.platforms) == ((own,), (here,))
+    with pytest.raises(BuildError, match=r"does not compile for aarch64-darwin: .*pip install ziglang"):
+        build_libraries({}, NATIVE_NAME, (here, "aarch64-darwin"))
+    target = tmp_path / "own.fmu"
+    build_native_fmu(synthetic_nut_map, 3, target, platforms=found.platforms)
+    with zipfile.ZipFile(target) as archive:
+        archive.extractall(tmp_path / "own")
+    assert found.name in (tmp_path / "own/modelDescription.xml").read_text(encoding="utf-8")
+    with KINDS[3](tmp_path / "own") as one:
+        assert one.step(preload=1500.0, speed=30.0, temperature=310.0, axial_load=200.0)
+        state = synthetic_nut_map.evaluate(1500.0, 30.0, 310.0, 200.0)
+        assert one.get("friction_torque") == pytest.approx(state.friction_torque, rel=1e-12)
+
+
+def test_an_unknown_machine_is_named(monkeypatch):
+    monkeypatch.setattr(native_build.machine, "machine", lambda: "riscv64")
+    with pytest.raises(BuildError, match=r"no native FMUs for riscv64-linux: only for x86_64-linux"):
+        native_build.this_platform()
 
 
 def test_a_failed_compilation_shows_the_first_error():
@@ -381,7 +409,7 @@ def test_hand_written_sources_are_package_data():
     """The installed package contains them."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     assert "native/*/*" in project["tool"]["setuptools"]["package-data"]["ballscrew_fmu"]
-    assert any(line.startswith("ziglang>=") for line in project["project"]["dependencies"])
+    assert any(line.startswith("ziglang>=") for line in project["project"]["optional-dependencies"]["fmu"])
 
 
 def test_write_keeps_plain_zip_entries(native_fmus, tmp_path):

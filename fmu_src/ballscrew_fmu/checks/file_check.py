@@ -1,0 +1,153 @@
+"""What an FMU file says of itself (`ballscrew_fmu info`), and its checks without the map that it was built from
+(`ballscrew_fmu check`): validation in fmpy, and the reference input that a native FMU carries, replayed."""
+
+import csv
+import io
+import shutil
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import fmpy
+from fmpy import validation
+from fmpy.model_description import ModelDescription
+
+from ballscrew_fmu.checks.check import AGREEMENT, check_replay
+from ballscrew_fmu.checks.reference import CheckError
+from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
+from ballscrew_fmu.models import MODELS
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.packed import MapError
+
+#: ends of the paths of the reference inputs and outputs in an FMU
+INPUTS, OUTPUTS = "_in.csv", "_out.csv"
+
+
+def fmu_info(fmu: Path) -> dict[str, Any]:
+    """Names, kinds, platforms and variables of an FMU; JSON-able.
+
+    Raises       ValueError: not an FMU that fmpy can read
+    """
+    description = read_description(fmu)
+    kinds = {"co-simulation": description.coSimulation, "model exchange": description.modelExchange}
+    return {
+        "file": str(fmu),
+        "model": description.modelName,
+        "description": description.description,
+        "fmi_version": description.fmiVersion,
+        "kinds": [name for name, kind in kinds.items() if kind is not None],
+        "platforms": _platforms(fmu),
+        "token": description.guid,
+        "tool": description.generationTool,
+        "variables": [
+            {
+                "name": v.name,
+                "causality": v.causality,
+                "unit": v.unit or (v.declaredType.unit if v.declaredType is not None else None),
+                "start": v.start,
+                "min": v.min,
+                "max": v.max,
+                "description": v.description,
+            }
+            for v in description.modelVariables
+            if v.causality in ("input", "output", "parameter")
+        ],
+    }
+
+
+def check_file(fmu: Path) -> list[str]:
+    """Checks of an FMU file, a line each.
+
+    Raises       ValueError: not an FMU; CheckError: what is wrong, one line
+    """
+    description = read_description(fmu)
+    if findings := validation.validate_fmu(str(fmu)):
+        raise CheckError(f"fmpy validation of {fmu.name}: {' | '.join(findings)}")
+    lines = ["fmpy validation: no finding"]
+    if fmpy.platform not in fmpy.supported_platforms(str(fmu)):
+        return [*lines, f"not run: no library for this machine ({fmpy.platform})"]
+    folder = tempfile.mkdtemp(prefix="ballscrew_fmu_")
+    try:
+        fmpy.extract(str(fmu), unzipdir=folder)
+        kind = Fmu3Instance if description.fmiVersion.startswith("3") else FmuInstance
+        own = next((model for model in MODELS if model.name == description.modelName), None)
+        if (
+            own is not None
+            and (nut_map := next(Path(folder).glob("resources/nut_map.npz"), None)) is not None
+        ):
+            try:
+                worst = check_replay(Path(folder), NutMap.from_npz(nut_map), kind, own)
+            except MapError as error:
+                raise CheckError(f"made by another version of this package: {error}") from error
+            return [
+                *lines,
+                f"replay against the map in the FMU: largest difference {worst:.1e} (limit {AGREEMENT:g})",
+            ]
+        files = {path.name: path for path in Path(folder).glob("extra/*/*.csv")}
+        inputs = next((path for name, path in files.items() if name.endswith(INPUTS)), None)
+        outputs = next((path for name, path in files.items() if name.endswith(OUTPUTS)), None)
+        if inputs is None or outputs is None:
+            return [*lines, _stepped(Path(folder), kind)]
+        return [*lines, _replayed(Path(folder), kind, _rows(inputs), _rows(outputs))]
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def read_description(fmu: Path) -> ModelDescription:
+    """Model description of an FMU file.
+
+    Raises       ValueError: it cannot be read, with the reason
+    """
+    if not fmu.is_file():
+        raise ValueError(f"{fmu}: no such file")
+    try:
+        return fmpy.read_model_description(str(fmu))
+    except (zipfile.BadZipFile, KeyError, OSError) as error:
+        raise ValueError(f"{fmu}: not an FMU: {error}") from error
+    except Exception as error:  # what fmpy raises on a model description that breaks the standard
+        raise ValueError(f"{fmu}: model description: {' '.join(str(error).split())}") from error
+
+
+def _platforms(fmu: Path) -> list[str]:
+    with zipfile.ZipFile(fmu) as archive:
+        parts = [name.split("/") for name in archive.namelist()]
+    return sorted({part[1] for part in parts if part[0] == "binaries" and len(part) > 2})
+
+
+def _rows(path: Path) -> list[dict[str, float]]:
+    reader = csv.DictReader(io.StringIO(path.read_text(encoding="utf-8")))
+    return [{name: float(value) for name, value in row.items()} for row in reader]
+
+
+def _stepped(folder: Path, kind: type[FmuInstance]) -> str:
+    """One step with the start values: an FMU that carries no reference."""
+    with kind(folder) as one:
+        if not one.step():
+            raise CheckError(f"a step with the start values is discarded: {one.messages[-1][1]}")
+        numbers = {name: float(value) for name, value in one.outputs().items()}
+    if wrong := [name for name, value in numbers.items() if value != value]:
+        raise CheckError(f"not a number after a step with the start values: {', '.join(wrong)}")
+    return f"a step with the start values: {len(numbers)} outputs, all numbers; the FMU carries no reference results"
+
+
+def _replayed(
+    folder: Path, kind: type[FmuInstance], inputs: list[dict[str, float]], wanted: list[dict[str, float]]
+) -> str:
+    worst = 0.0
+    with kind(folder) as one:
+        for row, expected in zip(inputs, wanted, strict=True):
+            values = {name: value for name, value in row.items() if name != "time"}
+            if not one.step(expected["time"] - row["time"], **values):
+                raise CheckError(f"the step at {row['time']:g} s is discarded: {one.messages[-1][1]}")
+            for name, value in one.outputs().items():
+                if name not in expected:
+                    continue
+                difference = abs(float(value) - expected[name]) / max(abs(expected[name]), 1e-300)
+                if not difference <= AGREEMENT:
+                    raise CheckError(
+                        f"step at {row['time']:g} s: {name} = {value!r}; the reference in the FMU is {expected[name]!r}"
+                    )
+                worst = max(worst, difference)
+    return f"reference in the FMU, {len(inputs)} steps: largest difference {worst:.1e} (limit {AGREEMENT:g})"
