@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import math
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -20,8 +19,9 @@ from typing import NamedTuple
 from ballscrew_tehl.friction.baselines import nsk_torque
 from ballscrew_tehl.friction.interval import torque_interval, zero_fitted
 from ballscrew_tehl.friction.torque import nut_forces
-from ballscrew_tehl.parameters.file import Parameters, ScrewParameters, graded_oil, load_parameters
+from ballscrew_tehl.parameters.file import Parameters, graded_oil, load_parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.physics.rating import dynamic_rating
 from ballscrew_tehl.refinement.direct import DirectContacts
 
 SCREWS = Path(__file__).parents[1] / "data" / "screws"
@@ -45,36 +45,6 @@ class Row(NamedTuple):
     def inside(self) -> bool:
         """Whether the catalogue torque lies in the interval."""
         return self.low <= self.catalogue <= self.high
-
-
-def dynamic_rating(screw: ScrewParameters) -> float:
-    """Dynamic axial load rating of the turns of one set of balls [N].
-
-    Source       ISO 3408-5, as recalled: C_s = f_c cos(a)^0.86 z^(2/3) D^1.8 tan(a) cos(phi)^1.3 of one turn [N, mm],
-                 f_c = 93.2 (1 - sin(a)/3) (1/(1 - 1/(2 f_s)))^0.41 g^0.3 (1-g)^1.39/(1+g)^(1/3), g = D cos(a)/D_pw;
-                 with the nut C_s (1 + (C_s/C_n)^(10/3))^-0.3, C_s/C_n = ((1-g)/(1+g))^1.723
-                 ((2 - 1/f_n)/(2 - 1/f_s))^0.41, times turns^0.86
-    """
-    angle, lead = screw.contact_angle, screw.lead_angle
-    ball, pitch = 1e3 * screw.ball_diameter, 2e3 * screw.nominal_radius
-    f_s, f_n = (
-        screw.screw_raceway_radius / screw.ball_diameter,
-        screw.nut_raceway_radius / screw.ball_diameter,
-    )
-    g = ball * math.cos(angle) / pitch
-    per_turn = screw.loaded_ball_count / screw.turns
-    f_c = 93.2 * (1.0 - math.sin(angle) / 3.0) * (1.0 / (1.0 - 0.5 / f_s)) ** 0.41
-    f_c *= g**0.3 * (1.0 - g) ** 1.39 / (1.0 + g) ** (1.0 / 3.0)
-    c_s = (
-        f_c
-        * math.cos(angle) ** 0.86
-        * per_turn ** (2.0 / 3.0)
-        * ball**1.8
-        * math.tan(angle)
-        * math.cos(lead) ** 1.3
-    )
-    over = ((1.0 - g) / (1.0 + g)) ** 1.723 * ((2.0 - 1.0 / f_n) / (2.0 - 1.0 / f_s)) ** 0.41
-    return c_s * (1.0 + over ** (10.0 / 3.0)) ** -0.3 * screw.turns**0.86
 
 
 def catalogue_row(parameters: Parameters, share: float = SHARE) -> Row:

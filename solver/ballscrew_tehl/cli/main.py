@@ -28,6 +28,7 @@ TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", leas
 TURNING = SPEED._replace(not_zero=True)
 
 TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
+SCREW_POINT = (PRELOAD, AXIAL_LOAD)
 PRELOAD_POINT = (TORQUE, TURNING, TEMPERATURE)
 
 FILMS = ("solved", "solved_thermal", "hamrock_dowson")
@@ -87,6 +88,31 @@ def _preload(commands: argparse._SubParsersAction) -> None:
     add_options(parser, PRELOAD_POINT)
     _screw_options(parser)
     parser.set_defaults(run="preload.run_preload")
+
+
+def _screw(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser(
+        "screw", help="loads, pressure, stiffness, preload release, life and efficiency of a screw"
+    )
+    add_options(parser, SCREW_POINT)
+    for option, metavar in (("--speed-rpm", "RPM"), ("--temperature-c", "C")):
+        parser.add_argument(
+            option, type=float, metavar=metavar, help="both: efficiency and hours too, from the map"
+        )
+    _screw_options(parser)
+    parser.set_defaults(run="screw.run_screw")
+
+
+def _catalogue(commands: argparse._SubParsersAction) -> None:
+    parser = commands.add_parser(
+        "catalogue", help="drag torque as catalogues state it (JIS B 1192), load ratings"
+    )
+    parser.add_argument(
+        "--preload-n", type=float, metavar="N", help="preload of the nut; default: 5 %% of the dynamic rating"
+    )
+    _screw_options(parser, with_map=False)
+    add_json(parser)
+    parser.set_defaults(run="screw.run_catalogue")
 
 
 def _map(commands: argparse._SubParsersAction) -> None:
@@ -254,7 +280,19 @@ def build_parser() -> Parser:
     parser = Parser(prog="ballscrew_tehl", description="Friction torque of preloaded ball screws.")
     parser.add_argument("--version", action="version", version=f"ballscrew_tehl {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser)
-    for add in (add_contact, _torque, _preload, _map, _calibrate, _validate, _report, _init, add_oil):
+    for add in (
+        add_contact,
+        _torque,
+        _preload,
+        _screw,
+        _catalogue,
+        _map,
+        _calibrate,
+        _validate,
+        _report,
+        _init,
+        add_oil,
+    ):
         add(commands)
     return parser
 

@@ -13,9 +13,9 @@ from scipy.optimize import brentq
 from ..parameters.file import Parameters, ScrewParameters
 from ..parameters.screw import WIDEST_ENDS
 from ..parameters.units import CELSIUS, RPM
-from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ..physics.load import contact_angle_at_ball_load, nut_loads
+from ..physics.load import nut_loads
 from ..physics.lubricant import eta0
+from ..physics.rating import ball_pressure
 from .contact_map import ContactMap
 from .contacts import Array, ContactRange
 
@@ -80,10 +80,7 @@ class MapGrid:
 
 def largest_pressure(screw: ScrewParameters, force: float) -> float:
     """Hertz pressure [Pa] of the heaviest ball of a nut under an axial force [N], larger one of both raceways."""
-    heaviest = float(nut_loads(screw, force, screw.loaded_ball_count).max())
-    angle = float(contact_angle_at_ball_load(screw, heaviest))
-    radii = (reduced_radii(screw, angle, raceway) for raceway in RACEWAYS)
-    return max(float(ellipse(heaviest, *both, E_prime(screw)).p_max) for both in radii)
+    return ball_pressure(screw, float(nut_loads(screw, force, screw.loaded_ball_count).max()))
 
 
 def force_at_pressure(screw: ScrewParameters, pressure: float = PRESSURE_LIMIT) -> float:
