@@ -158,6 +158,33 @@ def test_outliers_are_found_also_when_they_mask_each_other(wide, stray):
     assert found.outliers == sorted(stray)
 
 
+def with_error(basis, i, size):
+    """The basis with the torque of a point measured too high by a share."""
+    points = tuple(
+        replace(m, torque=m.torque * (1.0 + size * (j == i))) for j, m in enumerate(basis.measurements)
+    )
+    return replace(basis, measurements=points)
+
+
+@pytest.mark.slow
+def test_the_size_that_is_called_detectable_is_found_in_half_of_the_files(wide):
+    """Nine points with 2 % scatter: an error of that size is at the bound, half of it or twice it is not."""
+    nine = wide.subset([0, 2, 4, 6, 8, 10, 12, 14, 17])
+    found = {0.3: 0, 2.0: 0}
+    files = 20
+    for seed in range(files):
+        basis = noisy(nine, TRUTH, 0.02, seed)
+        clean = point_diagnostics(basis, fit_values(basis, 3, "least_squares"), 3)
+        i = seed % len(nine)
+        assert 0.03 <= clean.detectable[i]
+        for share in found:
+            moved = with_error(basis, i, share * min(clean.detectable[i], 1.0))
+            limits = point_diagnostics(moved, fit_values(moved, 3, "least_squares"), 3)
+            found[share] += bool(abs(limits.studentised[i]) > limits.limit)
+    assert found[0.3] <= 2
+    assert found[2.0] >= 15
+
+
 @pytest.mark.slow
 def test_good_points_are_rarely_outliers(wide):
     """One false alarm among 20 files by the studentised residuals, few more by the robust guard; binomial bound."""

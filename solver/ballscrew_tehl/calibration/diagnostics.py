@@ -148,6 +148,8 @@ class PointDiagnostics:
     studentised  deleted studentised residual, NaN if not determined;  limit: its bound for one false alarm among 20
                  whole files of good points
     robust       error of the soft_l1 fit, over the robust spread of these errors
+    detectable   how much too high a torque must be measured to become an outlier by its studentised residual, over the
+                 good torque; inf where the fit follows the point, NaN if not determined
     """
 
     deviation: Array
@@ -155,6 +157,7 @@ class PointDiagnostics:
     studentised: Array
     robust: Array
     limit: float
+    detectable: Array
 
     @property
     def outliers(self) -> list[int]:
@@ -185,6 +188,7 @@ def point_diagnostics(basis: TorqueBasis, values: Values, count: int) -> PointDi
     J = basis.jacobian(squares)[:, free_parameters(basis, squares, count)]
     leverage = np.sum(np.linalg.svd(J / np.linalg.norm(J, axis=0), full_matrices=False)[0] ** 2, axis=1)
     studentised, limit = np.full(n, math.nan), math.inf
+    detectable = np.full(n, math.nan)
     if freedom >= 2:
         own = 1.0 - leverage
         rest = float(residual @ residual) - residual**2 / np.maximum(own, 1e-12)
@@ -192,13 +196,16 @@ def point_diagnostics(basis: TorqueBasis, values: Values, count: int) -> PointDi
         checked = own > 1e-6
         studentised[checked] = (residual * np.sqrt((freedom - 1) / (np.maximum(own, 1e-12) * rest)))[checked]
         limit = float(student_t.ppf(1.0 - 0.05 / (2 * n), freedom - 1))
+        # the residual that reaches the limit with the scatter of the other points; residuals are model/measured - 1
+        share = limit * np.sqrt(rest / ((freedom - 1) * np.maximum(own, 1e-12))) / basis.weights
+        detectable = np.where(share < 1.0, share / np.maximum(1.0 - share, 1e-12), math.inf)
     robust = np.zeros(n)
     if freedom >= 2:
         soft_residual = basis.errors(fit_values(basis, count, "soft_l1"))
         # such a fit nearly passes through as many points as it has parameters: these are left out of the spread
         spread = 1.4826 * float(np.median(np.sort(np.abs(soft_residual))[count:]))
         robust = soft_residual / max(spread, 1e-9)
-    return PointDiagnostics(basis.torque(values) / basis.measured - 1.0, leverage, studentised, robust, limit)
+    return PointDiagnostics(basis.torque(values) / basis.measured - 1.0, leverage, studentised, robust, limit, detectable)
 
 
 class Rival(NamedTuple):

@@ -298,7 +298,22 @@ def _point_notes(basis: TorqueBasis, points: PointDiagnostics) -> list[str]:
         notes.append(
             f"{', '.join(unchecked)}: no other point checks it (leverage {points.leverage.max():.2f})"
         )
+    if (text := _power_text(basis, points)) is not None:
+        notes.append(text)
     return notes
+
+
+def _power_text(basis: TorqueBasis, points: PointDiagnostics) -> str | None:
+    """Which errors of a measured torque these points would show; None where that is not determined."""
+    size = points.detectable
+    if not np.any(np.isfinite(size)):
+        return None
+    least = basis.measurements[int(np.argmax(size))].point
+    worst = f"more than {100.0 * np.max(size):.0f} %" if np.all(np.isfinite(size)) else "no error"
+    return (
+        f"a torque measured too high by {100.0 * np.median(size):.0f} % or more at a typical one of these {len(basis)} "
+        f"points would be found as an outlier, {worst} at {least}"
+    )
 
 
 def _spread(basis: TorqueBasis, found: FrictionSet, count: int) -> float | None:
@@ -328,6 +343,7 @@ def point_rows(result: Calibration) -> list[dict[str, Any]]:
             "leverage": float(result.points.leverage[i]),
             "studentised": float(result.points.studentised[i]),
             "outlier": i in outliers,
+            "detectable": float(result.points.detectable[i]),
         }
         for i, m in enumerate(result.basis.measurements)
     ]
