@@ -176,7 +176,7 @@ def test_the_size_that_is_called_detectable_is_found_in_half_of_the_files(wide):
         basis = noisy(nine, TRUTH, 0.02, seed)
         clean = point_diagnostics(basis, fit_values(basis, 3, "least_squares"), 3)
         i = seed % len(nine)
-        assert 0.03 <= clean.detectable[i]
+        assert clean.detectable[i] >= 0.03
         for share in found:
             moved = with_error(basis, i, share * min(clean.detectable[i], 1.0))
             limits = point_diagnostics(moved, fit_values(moved, 3, "least_squares"), 3)

@@ -154,11 +154,11 @@ def test_all_reasons_of_a_row_and_all_rows_are_reported(csv_file):
         (HEAD + "1000,60,30\n", "row 1 (line 2): 3 fields between commas; 4 expected"),
         (HEAD + GOOD + "1,0,60,30,0,4\n", "row 2 (line 3): 6 fields between commas; 4 expected, as in the headings; "
          "numbers with decimal commas need semicolons"),
-        (HEAD + '1000,60,30,"0,4"\n', "torque = '0,4'; numbers with decimal commas need semicolons"),
-        (HEAD + '"1,000",60,30,0.4\n', "preload = '1,000'; numbers with decimal commas need semicolons"),
-        (HEAD.replace(",", ";") + "1.000;60;30;0,4\n", "row 1 (line 2): preload = '1.000'; allowed in a file with "
+        (HEAD + '1000,60,30,"0,4"\n', "torque [N.m] = '0,4'; numbers with decimal commas need semicolons"),
+        (HEAD + '"1,000",60,30,0.4\n', "preload [N] = '1,000'; numbers with decimal commas need semicolons"),
+        (HEAD.replace(",", ";") + "1.000;60;30;0,4\n", "row 1 (line 2): preload [N] = '1.000'; allowed in a file with "
          "decimal commas: no point"),
-        (HEAD.replace(",", ";") + "1.000,5;60;30;0,4\n", "preload = '1.000,5'; allowed in a file with decimal"),
+        (HEAD.replace(",", ";") + "1.000,5;60;30;0,4\n", "preload [N] = '1.000,5'; allowed in a file with decimal"),
         (HEAD.replace("[N]", "[t]") + GOOD, "column 'preload [t]': unit 't'; allowed: N, kN"),
     ],
 )  # fmt: skip

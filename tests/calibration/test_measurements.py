@@ -5,13 +5,13 @@ import math
 import pytest
 from reference_screw import published_rows
 
+from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.calibration.measurements import (
     PACKAGED_PRELOAD,
     PACKAGED_TORQUE,
     Measurement,
     merged,
     packaged_measurements,
-    read_rows,
 )
 from ballscrew_tehl.parameters.units import RPM
 

@@ -27,6 +27,19 @@ def run(capsys, *arguments):
     return code, json.loads(out) if out else None, err
 
 
+def test_a_point_outside_the_map_is_said_in_one_line(capsys):
+    code, out, err = command_line.run(capsys, "torque", *POINT, "--axial-load-n", "0")
+    assert (code, err) == (0, "")
+    code, out, err = command_line.run(capsys, "torque", "--preload-n", "5e9", *POINT[2:])
+    assert code == 0
+    assert err.startswith(
+        "in_range: false; preload_n 5e+09 is outside the map, the numbers are those at its edge"
+    )
+    assert err.count("\n") == 1
+    error = refused(capsys, "torque", *POINT[:4], "--temperature-c", "303.15")
+    assert "is 303.15 K = 30 C meant?" in error
+
+
 def test_torque_is_that_of_the_map(capsys):
     code, found, _ = run(capsys, "torque", *POINT, "--axial-load-n", "-300")
     state = load_map(None, GD4008).evaluate(

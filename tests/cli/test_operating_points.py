@@ -45,6 +45,36 @@ def test_options_fill_what_the_file_leaves_out(csv_file):
     ]
 
 
+def test_headings_with_units_and_decimal_commas_are_read_as_by_calibrate(csv_file):
+    path = csv_file("preload [kN];Speed [rad/s];axial_load_n\n1,5;10,5;-3\n0,2;-1;0\n")
+    first, second = points("--points", path)
+    assert abs(first["preload_n"] - 1500.0) <= 1e-9
+    assert abs(first["speed_rpm"] - 10.5 * 30.0 / math.pi) <= 1e-9
+    assert first["axial_load_n"] == -3.0
+    assert abs(second["preload_n"] - 200.0) <= 1e-9
+    temperature = (Quantity("temperature_c", "t", least=-73.15, most=200.0),)
+    parser = Parser(prog="test")
+    add_options(parser, temperature)
+    for heading, number in (
+        ("temperature [K]", "303.15"),
+        ("temperature [degF]", "86"),
+        ("temperature_C", "30"),
+    ):
+        args = parser.parse_args(["--points", csv_file(f"{heading}\n{number}\n")])
+        assert abs(read_points(args, temperature)[0]["temperature_c"] - 30.0) <= 1e-9
+
+
+def test_kelvin_given_as_celsius_is_named():
+    temperature = Quantity("temperature_c", "t", least=-73.15, most=200.0)
+    assert temperature.checked("t", "200") == 200.0
+    with pytest.raises(
+        ValueError, match=r"t = 303.15; allowed: -73.15 to 200 degrees Celsius; is 303.15 K = 30 C"
+    ):
+        temperature.checked("t", "303.15")
+    with pytest.raises(ValueError, match=r"t = 900; allowed: -73.15 to 200$"):
+        temperature.checked("t", "900")
+
+
 def test_columns_that_are_not_used_are_reported(csv_file, capsys):
     path = csv_file("preload_n,speed_rpm,measured_nm\n1000,100,0.4\n")
     assert len(points("--points", path)) == 1
@@ -77,7 +107,10 @@ def test_bad_options_are_named(arguments, message):
         ),
         ("preload_n,speed_rpm,axial_load\n1,2,3\n", "column axial_load; allowed: preload_n"),
         ("preload,speed_rpm\n1,2\n", "is preload_n meant?"),
-        ("preload_n,speed_rpm\n1,2,3\n", "row 1: 2 fields expected"),
+        (
+            "preload_n,speed_rpm\n1,2,3\n",
+            "row 1 (line 2): 3 fields between commas; 2 expected, as in the headings",
+        ),
     ],
 )
 def test_bad_files_are_named_with_the_place(csv_file, text, message):

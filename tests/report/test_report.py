@@ -15,7 +15,7 @@ from reference_screw import GD4008, published_rows
 from synthetic_contacts import closed_build, small_map
 
 from ballscrew_tehl import __version__
-from ballscrew_tehl.calibration.measurements import read_rows
+from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.friction.sets import load_friction_sets
 from ballscrew_tehl.nut_map.file import load_map, save_map

@@ -4,7 +4,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ballscrew_fmu.variables.monitor import monitor_variables
-from ballscrew_tehl.calibration.measurements import PACKAGED_PRELOAD, RPM, read_rows
+from ballscrew_tehl.calibration.csv_table import read_rows
+from ballscrew_tehl.calibration.measurements import PACKAGED_PRELOAD, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
 from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, ValidationRow

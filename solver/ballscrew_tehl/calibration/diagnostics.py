@@ -205,7 +205,9 @@ def point_diagnostics(basis: TorqueBasis, values: Values, count: int) -> PointDi
         # such a fit nearly passes through as many points as it has parameters: these are left out of the spread
         spread = 1.4826 * float(np.median(np.sort(np.abs(soft_residual))[count:]))
         robust = soft_residual / max(spread, 1e-9)
-    return PointDiagnostics(basis.torque(values) / basis.measured - 1.0, leverage, studentised, robust, limit, detectable)
+    return PointDiagnostics(
+        basis.torque(values) / basis.measured - 1.0, leverage, studentised, robust, limit, detectable
+    )
 
 
 class Rival(NamedTuple):

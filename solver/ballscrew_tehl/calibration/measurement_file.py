@@ -1,14 +1,10 @@
 """Measured torques of a user's CSV file: units in the headings, every row checked, dropped rows reported.
 
-Fields are separated by commas, semicolons or tabs. With semicolons or tabs numbers may have decimal commas, as
-written by a German Excel. A file with decimal commas must not have a point in a number, which could be a thousands
-separator. Text may be UTF-8, UTF-16 with a byte order mark, or Windows-1252.
+The file is read as any table of numbers (module csv_table): separators, decimal commas, encodings.
 """
 
 from __future__ import annotations
 
-import csv
-import hashlib
 import math
 import re
 from collections.abc import Sequence
@@ -18,6 +14,7 @@ from statistics import median
 
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
+from .csv_table import read_table, with_decimal_points
 from .measurement_units import PERCENT, Column, columns_of
 from .measurements import Measurement, merged
 
@@ -31,7 +28,6 @@ MOST_DN = 5e5
 NAMED_ROWS = 8
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
 
 
 @dataclass(frozen=True)
@@ -63,77 +59,6 @@ class MeasurementFile:
     notes: list[str]
     lines: tuple[int, ...]
     digest: str
-
-
-def _decoded(path: Path, content: bytes) -> str:
-    encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-    try:
-        return content.decode(encoding)
-    except UnicodeDecodeError:
-        pass
-    try:
-        return content.decode("cp1252")
-    except UnicodeDecodeError as err:
-        raise ValueError(f"{path}: cannot be read ({err}); give a CSV file") from err
-
-
-def _lines(path: Path) -> tuple[list[tuple[int, list[str]]], str, str]:
-    """Fields of the lines that are neither empty nor comments, with line numbers; separator; digest."""
-    try:
-        content = path.read_bytes()
-    except OSError as err:
-        raise ValueError(f"{path}: cannot be read ({err.strerror}); give a CSV file") from err
-    lines = [
-        (number, line)
-        for number, line in enumerate(_decoded(path, content).splitlines(), start=1)
-        # Excel may write the separator in the first line
-        if line.strip(" \t;,") and not line.lstrip().startswith("#") and not line.startswith("sep=")
-    ]
-    if len(lines) < 2:
-        raise ValueError(f"{path}: no rows; allowed: a line of headings and one line per point")
-    separator = next((mark for mark in (";", "\t") if mark in lines[0][1]), ",")
-    split = []
-    for number, line in lines:
-        fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
-        split.append((number, [field.strip() for field in fields]))
-    count = len(split[0][1])
-    for index, (place, row) in enumerate(split[1:], start=1):
-        if len(row) != count:
-            hint = ""
-            if separator == ",":
-                hint = "; numbers with decimal commas need semicolons between the fields"
-            raise ValueError(
-                f"{path}: row {index} (line {place}): {len(row)} fields between {_SEPARATORS[separator]}; "
-                f"{count} expected, as in the headings{hint}"
-            )
-    return split, separator, hashlib.sha256(content).hexdigest()[:12]
-
-
-def _with_points(
-    path: Path, rows: Sequence[tuple[int, list[str]]], columns: Sequence[Column | None], separator: str
-) -> list[dict[str, str]]:
-    """Fields of the known columns by key, decimal commas replaced by points.
-
-    Raises       ValueError: ambiguous commas and points
-    """
-    found = [
-        {c.key: field for c, field in zip(columns, row, strict=True) if c is not None} for _, row in rows
-    ]
-    numeric = [c.key for c in columns if c is not None and (c.unit or c.key == "weight")]
-    commas = any("," in row[key] for row in found for key in numeric)
-    for number, ((line, _), row) in enumerate(zip(rows, found, strict=True), start=1):
-        for key in numeric:
-            where = f"{path}: row {number} (line {line}): {key} = {row[key]!r}"
-            if "," in row[key] and separator == ",":
-                raise ValueError(
-                    f"{where}; numbers with decimal commas need semicolons between the fields, thousands no mark"
-                )
-            if commas and "." in row[key]:
-                raise ValueError(
-                    f"{where}; allowed in a file with decimal commas: no point (thousands or decimal?)"
-                )
-            row[key] = row[key].replace(",", ".")
-    return found
 
 
 def _number(text: str) -> float:
@@ -190,14 +115,15 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
     Raises       ValueError: cannot be read, no rows, headings not understood, decimal commas not clear
     """
     path = Path(path)
-    lines, separator, digest = _lines(path)
+    content = read_table(path)
     try:
-        columns, unused = columns_of(lines[0][1])
+        columns, unused = columns_of(content.headings)
     except ValueError as err:
         raise ValueError(f"{path}: {err}") from err
-    rows = lines[1:]
-    fields = _with_points(path, rows, columns, separator)
-    by_key = {c.key: c for c in columns if c is not None}
+    named = {k: c for k, c in enumerate(columns) if c is not None}
+    rows = with_decimal_points(content, [k for k, c in named.items() if c.unit or c.key == "weight"]).rows
+    fields = [{c.key: row[k] for k, c in named.items()} for _, row in rows]
+    by_key = {c.key: c for c in named.values()}
     usable: list[Measurement] = []
     problems: list[RowProblem] = []
     assumed: list[int] = []
@@ -229,7 +155,7 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
         which = "all rows" if len(assumed) == len(rows) else named_rows(assumed)
         notes.append(f"{which}: no oil temperature given, {temperature:g} K assumed")
     return MeasurementFile(
-        path, merged(_weighted(usable)), problems, notes, tuple(line for line, _ in rows), digest
+        path, merged(_weighted(usable)), problems, notes, tuple(line for line, _ in rows), content.digest
     )
 
 

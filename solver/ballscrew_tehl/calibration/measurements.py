@@ -1,14 +1,13 @@
-"""Measured friction torques: points, plain CSV rows, the packaged tables of the paper."""
+"""Measured friction torques: points, the packaged tables of the paper."""
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM
+from .csv_table import read_rows
 
 PACKAGED_TORQUE = PACKAGED_DATA / "zhao2023_torque.csv"
 PACKAGED_PRELOAD = PACKAGED_DATA / "zhao2023_preload.csv"
@@ -40,27 +39,6 @@ class Measurement:
         """For messages: row 3 (1000 N, 100 r/min)."""
         point = f"{self.preload:g} N, {self.speed / RPM:g} r/min"
         return f"row {' = '.join(str(row) for row in self.rows)} ({point})" if self.rows else point
-
-
-def read_rows(path: Path | str) -> list[dict[str, str]]:
-    """Rows of a CSV file with a header line; lines that begin with # are comments.
-
-    Raises       ValueError: cannot be read, no rows, a row with more or fewer fields than the header
-    """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as err:
-        raise ValueError(f"{path}: cannot be read ({err}); give a CSV file") from err
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    rows = list(csv.DictReader(lines, skipinitialspace=True))
-    if not rows:
-        raise ValueError(f"{path}: no rows; allowed: a header line and one line per point")
-    for number, row in enumerate(rows, start=1):
-        if None in row or None in row.values():
-            raise ValueError(
-                f"{path}: row {number}: {len(lines[0].split(','))} fields expected, as in the header"
-            )
-    return [{str(key).strip(): value.strip() for key, value in row.items()} for row in rows]
 
 
 def merged(measurements: Iterable[Measurement]) -> list[Measurement]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..friction.origin import refuse_other_fit, with_set, without_overrides
 from ..friction.sets import (
@@ -108,6 +109,30 @@ def film_model_of(name: str, parameters: Parameters) -> FilmModel:
     from ..refinement.direct import DirectFilm
 
     return DirectFilm(parameters, thermal=name == "solved_thermal")
+
+
+#: key of an operating point by the name that a map clamps
+CLAMPED_KEYS = {
+    "preload": "preload_n",
+    "speed": "speed_rpm",
+    "temperature": "temperature_c",
+    "axial_load": "axial_load_n",
+}
+
+
+def say_outside(results: Sequence[Mapping[str, Any]]) -> None:
+    """One line on stderr about the answers that a map gives at its edge, with the first of them."""
+    outside = [result for result in results if result.get("clamped")]
+    if not outside:
+        return
+    first = outside[0]
+    names = [CLAMPED_KEYS.get(name, name) for name in first["clamped"]]
+    values = ", ".join(f"{name} {first[name]:g}" if name in first else name for name in names)
+    which = "" if len(results) == 1 else f"{len(outside)} of {len(results)} points, the first: "
+    say(
+        f"in_range: false; {which}{values} is outside the map, the numbers are those at its edge (ranges: map info; a "
+        "larger map: map build; without a map: torque --direct)"
+    )
 
 
 #: output of the map -> key of the command line

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from .. import __version__
-from ..calibration.measurements import read_rows
+from ..calibration.csv_table import read_rows
 from .points import add_json, print_results
 
 #: rheologies of the contact solver

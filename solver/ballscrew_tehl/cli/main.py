@@ -22,7 +22,7 @@ from .points import Quantity, add_json, add_options
 
 PRELOAD = Quantity("preload_n", "preload of the nut [N]", least=0.0)
 SPEED = Quantity("speed_rpm", "screw speed [r/min]")
-TEMPERATURE = Quantity("temperature_c", "oil temperature [C]", least=-73.15)
+TEMPERATURE = Quantity("temperature_c", "oil temperature [C]", least=-73.15, most=200.0)
 AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", default=0.0)
 TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", least=0.0)
 TURNING = SPEED._replace(not_zero=True)

@@ -10,7 +10,9 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ..calibration.measurements import read_rows
+from ..calibration.csv_table import read_rows
+from ..calibration.measurement_units import Column, column_of
+from ..parameters.units import CELSIUS, RPM
 
 
 class Quantity(NamedTuple):
@@ -19,6 +21,7 @@ class Quantity(NamedTuple):
     name: str
     help: str
     least: float = -math.inf
+    most: float = math.inf
     default: float | None = None
     #: the least value itself is rejected
     above: bool = False
@@ -34,7 +37,9 @@ class Quantity(NamedTuple):
     def allowed(self) -> str:
         """Allowed values as text."""
         words = "a finite number"
-        if math.isfinite(self.least):
+        if math.isfinite(self.most):
+            words = f"{self.least:g} to {self.most:g}"
+        elif math.isfinite(self.least):
             words += f" {'>' if self.above else '>='} {self.least:g}"
         return words + (", not 0" if self.not_zero else "")
 
@@ -48,8 +53,11 @@ class Quantity(NamedTuple):
         except ValueError:
             found = math.nan
         low = found <= self.least if self.above else found < self.least
-        if not math.isfinite(found) or low or (self.not_zero and found == 0.0):
-            raise ValueError(f"{where} = {value}; allowed: {self.allowed}")
+        if not math.isfinite(found) or low or found > self.most or (self.not_zero and found == 0.0):
+            celsius = found - CELSIUS
+            kelvin = self.name.endswith("_c") and self.least <= celsius <= self.most
+            hint = f" degrees Celsius; is {value} K = {celsius:.6g} C meant?" if kelvin else ""
+            raise ValueError(f"{where} = {value}; allowed: {self.allowed}{hint}")
         return found
 
 
@@ -94,7 +102,7 @@ def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[st
                     f"{quantity.option} (missing); allowed: {quantity.allowed}, or --points FILE.csv"
                 )
         return [{q.name: common.get(q.name, _default(q)) for q in quantities}]
-    rows = [{column.lower(): text for column, text in row.items()} for row in read_rows(args.points)]
+    rows = [_by_option(row, quantities) for row in read_rows(args.points)]
     _check_columns(args.points, rows[0], quantities)
     points = []
     for index, row in enumerate(rows, start=1):
@@ -112,6 +120,43 @@ def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[st
                 )
         points.append(point)
     return points
+
+
+#: key of a heading with its unit in brackets: option of that quantity, SI over its unit, offset of its unit
+_OPTIONS = {
+    "preload": ("preload_n", 1.0, 0.0),
+    "speed": ("speed_rpm", RPM, 0.0),
+    "temperature": ("temperature_c", 1.0, CELSIUS),
+    "torque": ("torque_nm", 1.0, 0.0),
+    "axial_load": ("axial_load_n", 1.0, 0.0),
+}
+
+
+def _by_option(row: Mapping[str, str], quantities: Sequence[Quantity]) -> dict[str, str]:
+    """Fields by name of their option: columns named like an option, or as calibrate reads them, `preload [kN]`."""
+    known = [quantity.name for quantity in quantities]
+    found = {}
+    for heading, text in row.items():
+        name, value = heading.lower(), text
+        if name not in known and (column := _with_unit(heading)) is not None:
+            option, factor, offset = _OPTIONS[column.key]
+            if option in known:
+                name = option
+                try:
+                    value = repr(column.si(float(text)) / factor - offset)
+                except ValueError:
+                    value = text
+        found[name] = value
+    return found
+
+
+def _with_unit(heading: str) -> Column | None:
+    """Quantity and unit of a heading such as `preload [kN]`; None for any other one."""
+    try:
+        column = column_of(heading)
+    except ValueError:
+        return None
+    return column if column is not None and column.key in _OPTIONS and column.unit else None
 
 
 def _default(quantity: Quantity) -> float:

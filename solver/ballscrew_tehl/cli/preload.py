@@ -7,7 +7,7 @@ from argparse import Namespace
 from .. import __version__
 from ..friction.origin import carried_over
 from ..parameters.units import CELSIUS, RPM
-from .common import chosen_of, say
+from .common import chosen_of, say, say_outside
 from .main import PRELOAD_POINT
 from .points import print_results, read_points
 
@@ -43,5 +43,6 @@ def run_preload(args: Namespace) -> int:
             "map_hash": nut_map.header["file_hash"],
             "version": __version__,
         })  # fmt: skip
+    say_outside(results)
     print_results(results, args.json, bool(args.points))
     return 0

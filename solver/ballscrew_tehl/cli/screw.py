@@ -12,7 +12,7 @@ from ..parameters.units import CELSIUS, RPM
 from ..physics.axial_stiffness import axial_deflection, axial_stiffness, contact_stiffness, lost_motion
 from ..physics.load import double_nut_loads, separation_load
 from ..physics.rating import STATIC_PRESSURE, ball_pressure, dynamic_rating, life, static_rating
-from .common import chosen_of, screw_of
+from .common import chosen_of, say_outside, screw_of
 from .main import SCREW_POINT, SPEED, TEMPERATURE
 from .points import print_results, read_points
 
@@ -41,9 +41,10 @@ def run_screw(args: Namespace) -> int:
             torque = float(state.friction_torque)
             result |= {"speed_rpm": speed, "temperature_c": temperature, "friction_torque_nm": torque}
             result |= _efficiency(screw, point["axial_load_n"], torque)
-            result |= {"in_range": bool(state.in_range)}
+            result |= {"in_range": bool(state.in_range), "clamped": list(state.clamped)}
             if speed:
                 result["life_hours"] = result["life_turns"] / (60.0 * abs(speed))
+    say_outside(results)
     print_results([{**result, **chosen.described} for result in results], args.json, bool(args.points))
     return 0
 

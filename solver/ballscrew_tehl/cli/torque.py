@@ -13,7 +13,7 @@ from ..friction.origin import carried_over
 from ..parameters.file import FOUR_POINT, changed
 from ..parameters.units import CELSIUS, RPM
 from ..runtime.packed import MECHANISTIC
-from .common import EXTREMES, Chosen, chosen_of, film_model_of, say
+from .common import EXTREMES, Chosen, chosen_of, film_model_of, say, say_outside
 from .main import TORQUE_POINT
 from .points import print_results, read_points
 
@@ -46,6 +46,7 @@ def run_torque(args: Namespace) -> int:
         "version": __version__,
     }
     results = _direct_torques(chosen, points) if args.direct else _map_torques(chosen, args, points)
+    say_outside(results)
     print_results(
         [{**result, **_catalogue(chosen, result), **common} for result in results],
         args.json,

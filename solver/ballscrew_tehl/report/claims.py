@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..calibration.measurements import read_rows
+from ..calibration.csv_table import read_rows
 from ..parameters.file import Parameters, ScrewParameters
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..calibration.measurements import PACKAGED_TORQUE, read_rows
+from ..calibration.csv_table import read_rows
+from ..calibration.measurements import PACKAGED_TORQUE
 from ..friction.parts import net_sliding_share, no_slip_position
 from ..parameters.file import changed
 from ..parameters.units import RPM

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from ..calibration.measurements import PACKAGED_PRELOAD, PACKAGED_TORQUE, read_rows
+from ..calibration.csv_table import read_rows
+from ..calibration.measurements import PACKAGED_PRELOAD, PACKAGED_TORQUE
 from ..friction.torque import preload_from_torque
 from ..parameters.units import RPM
 

@@ -1,0 +1,121 @@
+"""Tables of numbers as CSV: measurements, operating points, contacts, published values; one reader for all.
+
+Fields are separated by commas, semicolons or tabs. With semicolons or tabs numbers may have decimal commas, as
+written by a German Excel. A file with decimal commas must not have a point in a number, which could be a thousands
+separator. Text may be UTF-8, UTF-16 with a byte order mark, or Windows-1252. Lines that begin with # are comments.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import re
+from collections.abc import Collection
+from pathlib import Path
+from typing import NamedTuple
+
+_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
+#: a number with a decimal comma
+_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
+_POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
+
+
+class CsvTable(NamedTuple):
+    """Headings, fields of each row with its line in the file, separator, start of the SHA-256 of the file."""
+
+    path: Path
+    headings: list[str]
+    rows: list[tuple[int, list[str]]]
+    separator: str
+    digest: str
+
+
+def read_table(path: Path | str) -> CsvTable:
+    """Fields of a file as they are written.
+
+    Raises       ValueError: cannot be read, no rows, a row with more or fewer fields than the headings
+    """
+    path = Path(path)
+    try:
+        content = path.read_bytes()
+    except OSError as err:
+        raise ValueError(f"{path}: cannot be read ({err.strerror}); give a CSV file") from err
+    lines = [
+        (number, line)
+        for number, line in enumerate(_decoded(path, content).splitlines(), start=1)
+        # Excel may write the separator in the first line
+        if line.strip(" \t;,") and not line.lstrip().startswith("#") and not line.startswith("sep=")
+    ]
+    if len(lines) < 2:
+        raise ValueError(f"{path}: no rows; allowed: a line of headings and one line per point")
+    separator = next((mark for mark in (";", "\t") if mark in lines[0][1]), ",")
+    split = []
+    for number, line in lines:
+        fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+        split.append((number, [field.strip() for field in fields]))
+    count = len(split[0][1])
+    for index, (place, row) in enumerate(split[1:], start=1):
+        if len(row) != count:
+            hint = ""
+            if separator == ",":
+                hint = "; numbers with decimal commas need semicolons between the fields"
+            raise ValueError(
+                f"{path}: row {index} (line {place}): {len(row)} fields between {_SEPARATORS[separator]}; "
+                f"{count} expected, as in the headings{hint}"
+            )
+    return CsvTable(path, split[0][1], split[1:], separator, hashlib.sha256(content).hexdigest()[:12])
+
+
+def _decoded(path: Path, content: bytes) -> str:
+    encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    try:
+        return content.decode(encoding)
+    except UnicodeDecodeError:
+        pass
+    try:
+        return content.decode("cp1252")
+    except UnicodeDecodeError as err:
+        raise ValueError(f"{path}: cannot be read ({err}); give a CSV file") from err
+
+
+def with_decimal_points(table: CsvTable, numeric: Collection[int]) -> CsvTable:
+    """The table with points instead of decimal commas in columns of numbers.
+
+    Parameters   numeric : numbers of these columns, from 0
+    Raises       ValueError: ambiguous commas and points
+    """
+    commas = any("," in row[k] for _, row in table.rows for k in numeric)
+    rows = []
+    for number, (line, row) in enumerate(table.rows, start=1):
+        changed = list(row)
+        for k in numeric:
+            where = f"{table.path}: row {number} (line {line}): {table.headings[k]} = {row[k]!r}"
+            if "," in row[k] and table.separator == ",":
+                raise ValueError(
+                    f"{where}; numbers with decimal commas need semicolons between the fields, thousands no mark"
+                )
+            if commas and "." in row[k]:
+                raise ValueError(
+                    f"{where}; allowed in a file with decimal commas: no point (thousands or decimal?)"
+                )
+            changed[k] = row[k].replace(",", ".")
+        rows.append((line, changed))
+    return table._replace(rows=rows)
+
+
+def read_rows(path: Path | str) -> list[dict[str, str]]:
+    """Rows by heading; columns in which every field is empty or a number may have decimal commas.
+
+    Raises       ValueError: as read_table and with_decimal_points
+    """
+    table = read_table(path)
+    if table.separator != ",":
+        fields = list(zip(*(row for _, row in table.rows), strict=True))
+        numeric = [
+            k
+            for k, column in enumerate(fields)
+            if any(_COMMA.fullmatch(text) for text in column)
+            or any(_POINT.fullmatch(text) for text in column)
+        ]
+        table = with_decimal_points(table, numeric)
+    return [dict(zip(table.headings, row, strict=True)) for _, row in table.rows]
