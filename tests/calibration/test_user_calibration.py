@@ -255,7 +255,7 @@ def test_stated_uncertainties_are_compared_with_the_errors(capsys, tmp_path, tor
         (("--map", "none.nc"), "none.nc: no such map file"),
         (("--output", "nowhere/f.toml"), "nowhere/f.toml: no such folder"),
         (("--plot", "nowhere/f.png"), "nowhere/f.png: no such folder"),
-        (("--temperature-c", "-300"), "--temperature-c = -300; allowed: a finite number >= -73.15"),
+        (("--temperature-c", "-300"), "--temperature-c = -300; allowed: -73.15 to 200"),
     ],
 )
 def test_bad_options_are_one_line(capsys, measured, arguments, message):

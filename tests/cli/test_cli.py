@@ -137,7 +137,7 @@ def test_points_always_give_a_list(capsys, tmp_path):
         (("torque", *POINT[:4]), "--temperature-c (missing)"),
         (
             ("torque", *POINT[:4], "--temperature-c", "-274"),
-            "--temperature-c = -274; allowed: a finite number >= -73.15",
+            "--temperature-c = -274; allowed: -73.15 to 200",
         ),
         (("torque", "--preload-n", "-1e3", *POINT[2:]), "--preload-n = -1e3; allowed: a finite number >= 0"),
         (("torque", "--preload-n", "nan", *POINT[2:]), "--preload-n = nan"),
