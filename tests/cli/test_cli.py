@@ -30,7 +30,7 @@ def run(capsys, *arguments):
 def test_a_point_outside_the_map_is_said_in_one_line(capsys):
     code, out, err = command_line.run(capsys, "torque", *POINT, "--axial-load-n", "0")
     assert (code, err) == (0, "")
-    code, out, err = command_line.run(capsys, "torque", "--preload-n", "5e9", *POINT[2:])
+    code, _, err = command_line.run(capsys, "torque", "--preload-n", "5e9", *POINT[2:])
     assert code == 0
     assert err.startswith(
         "in_range: false; preload_n 5e+09 is outside the map, the numbers are those at its edge"
