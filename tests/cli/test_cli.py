@@ -28,7 +28,7 @@ def run(capsys, *arguments):
 
 
 def test_a_point_outside_the_map_is_said_in_one_line(capsys):
-    code, out, err = command_line.run(capsys, "torque", *POINT, "--axial-load-n", "0")
+    code, _, err = command_line.run(capsys, "torque", *POINT, "--axial-load-n", "0")
     assert (code, err) == (0, "")
     code, _, err = command_line.run(capsys, "torque", "--preload-n", "5e9", *POINT[2:])
     assert code == 0

@@ -8,6 +8,7 @@ from reference_screw import GD4008
 from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.parameters.file import TABLES, _dimensions, changed, load_parameters
 from ballscrew_tehl.parameters.screw import Parameters
+from ballscrew_tehl.parameters.identity import map_parameters_json
 from ballscrew_tehl.parameters.template import example_parameters, screw_template
 from ballscrew_tehl.parameters.toml import key_forms
 
@@ -100,6 +101,23 @@ def test_init_writes_the_requested_oil(tmp_path, capsys):
     assert cli.main(["init", str(path), "--oil", "iso_vg"]) == 0
     assert_same(load_parameters(path), example_parameters("iso_vg"))
     assert "enter the values" in capsys.readouterr().out
+
+
+def test_init_writes_a_grease(tmp_path):
+    """Base oil by its grade; NLGI grade and the replenishment of a grease stated; the map depends on the oil only."""
+    path = tmp_path / "greased.toml"
+    assert cli.main(["init", str(path), "--lubricant", "grease"]) == 0
+    greased, oiled = load_parameters(path), example_parameters("iso_vg")
+    assert_same(greased, example_parameters(lubricant="grease"))
+    assert (greased.lubricant.nlgi, oiled.lubricant.nlgi) == ("2", None)
+    assert greased.friction.replenishment_constant == 6e-8
+    assert "thickener are not modelled" in path.read_text()
+    same_name = oiled.model_copy(
+        update={"lubricant": oiled.lubricant.model_copy(update={"name": greased.lubricant.name})}
+    )
+    assert map_parameters_json(greased) == map_parameters_json(same_name)
+    with pytest.raises(ValueError, match="allowed: oil, grease"):
+        example_parameters(lubricant="wax")
 
 
 def test_init_writes_a_file_but_never_replaces_one(tmp_path, capsys):

@@ -10,7 +10,7 @@ def run_init(args: Namespace) -> int:
     """A screw file to fill in."""
     from ..parameters.template import write_template
 
-    write_template(args.file, args.oil)
+    write_template(args.file, args.oil, args.lubricant)
     if args.json:
         print(json.dumps({"file": args.file}))
     else:

@@ -39,6 +39,7 @@ INTERRUPTED = 130
 CERTIFIED = ("torque", "film", "temperature_rise")
 DROP_KINDS = ("impossible", "outside", "outliers")
 OILS = ("viscosities", "iso_vg")
+LUBRICANTS = ("oil", "grease")
 LOSS_NAMES = ("least_squares", "soft_l1")
 
 
@@ -258,6 +259,12 @@ def _init(commands: argparse._SubParsersAction) -> None:
         choices=OILS,
         default=OILS[0],
         help="how the oil is given: by two viscosities or by ISO grade and viscosity index (default %(default)s)",
+    )
+    parser.add_argument(
+        "--lubricant",
+        choices=LUBRICANTS,
+        default=LUBRICANTS[0],
+        help="grease: base oil by grade, NLGI grade and the replenishment of a grease (default %(default)s)",
     )
     add_json(parser)
     parser.set_defaults(run="init.run_init")

@@ -50,6 +50,9 @@ class LubricantParameters(Table):
     viscosity_index: float | None = Field(
         default=None, ge=0, le=400, description="its viscosity index (ASTM D2270)"
     )
+    nlgi: Literal["000", "00", "0", "1", "2", "3"] | None = Field(
+        default=None, description="NLGI grade of a grease; all other values are then those of its base oil"
+    )
     density_15c: float | None = quantity(
         "density", "its density at 15 C; default: a paraffinic oil, +-2 %",
         default_factory=_of_grade(lambda d: mineral_oil.density_15c(1e-6 * d["iso_vg"])), ge=600, le=1300,

@@ -15,6 +15,11 @@ from .toml import UNITS
 EXAMPLE = "example_25x10.toml"
 #: ISO grade and viscosity index of the example
 EXAMPLE_GRADE = (100, 95.0)
+#: NLGI grade of the example grease, and the constant of SKF's replenishment factor for greases
+EXAMPLE_NLGI: Literal["2"] = "2"
+GREASE_REPLENISHMENT = 6e-8
+#: lubricants of a template
+LUBRICANTS = ("oil", "grease")
 #: units that data sheets use, by dimension; others take the first one, SI
 SHEET_UNITS = {
     "length": "mm",
@@ -40,6 +45,11 @@ NOTES = {
         "A mineral oil in two numbers: iso_vg and viscosity_index. All others but name may be omitted; they follow by",
         "published rules (python -m ballscrew_tehl oil; init --oil iso_vg writes that form). Or laws and numbers.",
     ),
+    "grease": (
+        "A grease: enter the numbers of its base oil (data sheet: ISO VG or viscosity at 40 degC, viscosity index).",
+        "The film is that of the base oil. At speed the inlet runs short of oil, more than with an oil bath:",
+        "replenishment_constant below. Churning and thickener are not modelled: run the grease in, then calibrate.",
+    ),
     "friction": (
         "Roughness: rms of raceways and balls make the composite height; without them that of the fitted set is taken.",
     ),
@@ -63,18 +73,34 @@ _HEAD = """\
 """
 
 
-def example_parameters(oil: str = "viscosities") -> Parameters:
+def example_parameters(oil: str = "viscosities", lubricant: str = "oil") -> Parameters:
     """The packaged example that the template takes its values from.
 
     Parameters   oil : "viscosities" = laws and numbers, "iso_vg" = grade and viscosity index
+                 lubricant : "oil", or "grease" = its base oil by grade, NLGI grade, replenishment of a grease
     Raises       ValueError: another word
     """
+    if lubricant not in LUBRICANTS:
+        raise ValueError(f"lubricant = {lubricant!r}; allowed: {', '.join(LUBRICANTS)}")
+    if lubricant == "grease":
+        return _greased(load_parameters(PACKAGED_DATA / EXAMPLE))
     if oil not in ("viscosities", "iso_vg"):
         raise ValueError(f"oil = {oil!r}; allowed: viscosities, iso_vg")
     example = load_parameters(PACKAGED_DATA / EXAMPLE)
     return (
         example.model_copy(update={"lubricant": graded_oil(*EXAMPLE_GRADE)}) if oil == "iso_vg" else example
     )
+
+
+def _greased(example: Parameters) -> Parameters:
+    grade, index = EXAMPLE_GRADE
+    base = LubricantParameters(
+        name=f"grease NLGI {EXAMPLE_NLGI}, base oil ISO VG {grade}", iso_vg=grade, viscosity_index=index,
+        nlgi=EXAMPLE_NLGI,
+    )  # fmt: skip
+    values = {name: getattr(example.friction, name) for name in example.friction.model_fields_set}
+    friction = type(example.friction)(**{**values, "replenishment_constant": GREASE_REPLENISHMENT})
+    return example.model_copy(update={"lubricant": base, "friction": friction})
 
 
 def screw_template(parameters: Parameters) -> str:
@@ -86,8 +112,10 @@ def screw_template(parameters: Parameters) -> str:
         values = getattr(parameters, table)
         if values is None:
             continue
-        lines += ["", f"[{table}]", *(f"# {note}" for note in NOTES.get(table, ()))]
-        graded = isinstance(values, LubricantParameters) and values.iso_vg is not None
+        oil = isinstance(values, LubricantParameters)
+        graded = oil and values.iso_vg is not None
+        notes = NOTES["grease"] if oil and values.nlgi is not None else NOTES.get(table, ())
+        lines += ["", f"[{table}]", *(f"# {note}" for note in notes)]
         for field, info in type(values).model_fields.items():
             if graded and field.startswith(FROM_GRADE) and field != "viscosity_index":
                 continue
@@ -148,14 +176,14 @@ def _choices(annotation: Any) -> tuple[Any, ...]:
     return next((found for part in inside if (found := _choices(part))), ())
 
 
-def write_template(path: Path | str, oil: str = "viscosities") -> None:
+def write_template(path: Path | str, oil: str = "viscosities", lubricant: str = "oil") -> None:
     """Write the template to a file that does not exist yet.
 
-    Parameters   oil : as example_parameters
+    Parameters   oil, lubricant : as example_parameters
     Raises       ValueError: the file exists, or its folder cannot be written; no partial file is left
     """
     path = Path(path)
-    text = screw_template(example_parameters(oil))
+    text = screw_template(example_parameters(oil, lubricant))
     try:
         handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     except OSError as error:
