@@ -24,6 +24,7 @@ from ..parameters.file import Parameters, changed
 from ..parameters.identity import map_parameters_json, parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.hertz import RACEWAYS
+from ..physics.presliding import presliding_angle
 from ..runtime.bspline import fit
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import (
@@ -325,7 +326,12 @@ def load_map(
     defaults = dict(zip(DEFAULTS, _defaults(friction, parameters), strict=True))
     law = MECHANISTIC if film == MECHANISTIC else FILM_SHEAR
     header = dict(
-        header, film_model=film, law=law, defaults=defaults, friction=_provenance(friction, parameters)
+        header,
+        film_model=film,
+        law=law,
+        defaults=defaults,
+        friction=_provenance(friction, parameters),
+        presliding_angle=presliding_angle(parameters.screw, 1.0),
     )
     return NutMap.from_arrays(sealed(header, arrays), arrays)
 
