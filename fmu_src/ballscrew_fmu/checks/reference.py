@@ -6,10 +6,10 @@ from typing import Any
 
 from ballscrew_fmu.checks.monitor_check import monitor_outputs, preload_error
 from ballscrew_fmu.models import FRICTION, MONITOR, FmuModel
+from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
-from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.packed import DEFAULTS
 from ballscrew_tehl.runtime.standstill import (
     Bristle,

@@ -14,10 +14,10 @@ from pythonfmu.enums import Fmi2Status
 from ballscrew_fmu.python_fmu.slave_base import MapSlave
 from ballscrew_fmu.python_fmu.solver_cache import SolverError, compiled_files, load_solver
 from ballscrew_fmu.variables.friction import fmu_variables
+from ballscrew_tehl.runtime.constants import DAMPING_TIME, SLIDING_FROM
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS, POINT
-from ballscrew_tehl.runtime.constants import DAMPING_TIME, SLIDING_FROM
 from ballscrew_tehl.runtime.standstill import (
     Bristle,
     CoulombFriction,
