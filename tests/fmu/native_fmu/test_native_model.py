@@ -9,8 +9,8 @@ from synthetic_map import make_map
 
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import changed, load_parameters
-from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 from ballscrew_tehl.runtime.constants import DAMPING_TIME
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 from ballscrew_tehl.runtime.standstill import Bristle, bristle_friction, initial_bristle, regularised_sign
 
 POINTS = {FILM_SHEAR: 100_000, MECHANISTIC: 20_000}
