@@ -55,14 +55,11 @@ static double present_stiffness(Model *model)
     return stiffness_at(model->latched, &model->loads, &friction);
 }
 
-/* A deflection that has not been set follows from presliding_side. */
 static Moment moment_of(const Model *model)
 {
-    Moment moment = {model->step, model->continuous, model->slip, model->stiffness_before, RUNNING};
+    const Moment moment = {model->step, model->continuous, model->slip, model->stiffness_before,
+                           model->began ? RUNNING : model->from_side ? FROM_SIDE : GIVEN};
 
-    if (!model->began) {
-        moment.start = model->deflection_before == model->initial_deflection ? FROM_SIDE : GIVEN;
-    }
     return moment;
 }
 
@@ -139,6 +136,7 @@ static void latch(Model *model, double step)
     model->step = step;
     model->deflection_before = model->value[PRESLIDING_DEFLECTION];
     model->stiffness_before = model->stiffness;
+    model->from_side = model->deflection_before == model->initial_deflection;
     model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
 }
 
@@ -211,7 +209,7 @@ unsigned model_clamped(Model *model)
 
 bool model_possible(const Model *model)
 {
-    return model->step >= 0.0;
+    return model->step >= 0.0 && model->stiffness >= 0.0 && model->stiffness_before >= 0.0;
 }
 
 void model_clear_computed(Model *model)
