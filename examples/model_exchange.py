@@ -17,7 +17,8 @@ gives one event to follow, and one to slip again.
 Co-simulation, friction first, converges with the first order of explicit coupling, but not to the last digit: where
 model exchange jumps from 99.9 % to 100 % of the Coulomb torque, the bristle of co-simulation creeps. The
 missing impulse is up to 0.001 T_C (0.3 T_C/s0) / (w J) = 2e-4 rad/s at the first slip, which begins at the least
-speed w; with steps of 15 us 2e-4 to 3e-4 rad/s remain. presliding_damping, needed for explicit coupling only, is next to nothing (0 would be that from the screw).
+speed w; with steps of 15 us 2e-4 to 3e-4 rad/s remain. presliding_damping,
+needed for explicit coupling only, is next to nothing (0 would be that from the screw).
 """
 
 import ctypes
