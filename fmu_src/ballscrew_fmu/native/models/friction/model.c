@@ -279,6 +279,9 @@ void model_indicators(Model *model)
     double *out = model->value;
 
     locate(model);
+    if (!model->began) {
+        model->stiffness = present_stiffness(model);
+    }
     out[IN_RANGE_INDICATOR] = margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
     if (!presliding(model)) {
         out[SLIP_INDICATOR] = 1.0;
