@@ -333,6 +333,9 @@ bool model_event(Model *model)
         model->in_range = !model->in_range;
     }
     if (!presliding(model)) {
+        /* as in co-simulation, a bristle that is switched off is unwound */
+        changed = changed || model->value[PRESLIDING_DEFLECTION] != 0.0;
+        model->value[PRESLIDING_DEFLECTION] = 0.0;
         model->slip = 0;
     } else if (model->slip == 0) {
         if (out[SLIP_INDICATOR] <= 0.0 && at[SPEED] != 0.0) {
