@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.origin import carried_over, refuse_other_fit
+from ..friction.presliding import presliding_angle
 from ..friction.sets import FrictionSet, default_friction_set
 from ..parameters.file import Parameters, changed
 from ..parameters.identity import map_parameters_json, parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.hertz import RACEWAYS
-from ..physics.presliding import presliding_angle
 from ..runtime.bspline import fit
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import (

@@ -4,9 +4,7 @@ import math
 
 import pytest
 
-from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import load_parameters
-from ballscrew_tehl.physics.presliding import (
+from ballscrew_tehl.friction.presliding import (
     REACHED,
     TRAVEL,
     ball_travel,
@@ -14,6 +12,8 @@ from ballscrew_tehl.physics.presliding import (
     presliding_angle,
     transition_travel,
 )
+from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.runtime.standstill import presliding_step
 
 SCREW = load_parameters().screw
