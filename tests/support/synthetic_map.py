@@ -27,6 +27,7 @@ MECHANISTIC_DEFAULTS = {
     "breakaway_factor": 2.0,
 }  # fmt: skip
 LAWS = (FILM_SHEAR, MECHANISTIC)
+PRESLIDING_ANGLE = 6.9e-4  # [rad/N^(1/3)], as of the 40 mm screw
 
 
 def surfaces(force, speed, temperature, law=FILM_SHEAR):
@@ -109,6 +110,7 @@ def make_map(viscous_scale: float = 1.0, force_exponent: float = 0.0, law: str =
         "kinematics": "published",
         "film_model": "synthetic",
         "defaults": DEFAULTS if law == FILM_SHEAR else MECHANISTIC_DEFAULTS,
+        "presliding_angle": PRESLIDING_ANGLE,
         "certificate": {},
         "version": "0.1.0",
     }

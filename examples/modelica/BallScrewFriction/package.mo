@@ -41,6 +41,7 @@ functions, same law at standstill.</p></html>"));
       SI.Torque coulomb "Hysteresis and sliding part, magnitude";
       SI.Torque viscous "Viscous part, sign of the speed";
       SI.Torque tau "Friction torque; opposes motion: J*der(w) = drive - tau";
+      SI.Torque bristle "Of the bristle; not beyond coulomb";
       SI.Power lossPower "Heat; less than tau*w while the bristle stores energy";
       SI.Angle z(start=0, fixed=true) "Deflection of the bristle";
       SI.Angle sliding "Deflection at which it slides";
@@ -68,9 +69,11 @@ functions, same law at standstill.</p></html>"));
         max(0, ((if w < 0 then -wound else wound) - elasticShare*sliding)/((1 - elasticShare)*sliding)));
       rate = if slip <> 0 then 0 else w*(1 - yielding);
       der(z) = rate;
-      tau = viscous + (if slip <> 0 then slip*coulomb else preslidingStiffness*wound + preslidingDamping*rate);
+      tau = viscous + bristle;
+      bristle = noEvent(if slip <> 0 then slip*coulomb else
+        max(-coulomb, min(coulomb, preslidingStiffness*wound + preslidingDamping*rate)));
       lossPower = viscous*w + noEvent(if slip <> 0 then coulomb*abs(w) else
-        max(0, preslidingStiffness*wound*(w - rate) + preslidingDamping*rate*w));
+        max(0, bristle*w - preslidingStiffness*wound*rate));
       forward = pre(slip) == 0 and w > 0 and z > slipFrom*sliding;
       backward = pre(slip) == 0 and w < 0 and z < -slipFrom*sliding;
       turned = pre(slip) == 1 and w < -turning or pre(slip) == -1 and w > turning;

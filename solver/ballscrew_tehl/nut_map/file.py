@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.origin import carried_over, refuse_other_fit
+from ..friction.presliding import presliding_angle
 from ..friction.sets import FrictionSet, default_friction_set
 from ..parameters.file import Parameters, changed
 from ..parameters.identity import map_parameters_json, parameters_hash
@@ -325,7 +326,12 @@ def load_map(
     defaults = dict(zip(DEFAULTS, _defaults(friction, parameters), strict=True))
     law = MECHANISTIC if film == MECHANISTIC else FILM_SHEAR
     header = dict(
-        header, film_model=film, law=law, defaults=defaults, friction=_provenance(friction, parameters)
+        header,
+        film_model=film,
+        law=law,
+        defaults=defaults,
+        friction=_provenance(friction, parameters),
+        presliding_angle=presliding_angle(parameters.screw, 1.0),
     )
     return NutMap.from_arrays(sealed(header, arrays), arrays)
 

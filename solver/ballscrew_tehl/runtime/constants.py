@@ -20,6 +20,8 @@ SPEED_EXPONENT_MAX = (
 ELASTIC_SHARE = (
     0.7  # elastic limit over sliding deflection; 0 (Dahl): the bristle creeps under a swinging load
 )
+DAMPING_TIME = 4e-3  # [s] damping over stiffness by default; explicit coupling needs steps below it
+SLIDING_FROM = 0.999  # of the sliding deflection, which the bristle reaches after infinite travel only
 
 # preload from torque (preload.py)
 LEAST_ELASTICITY = 0.01  # (preload/torque) d torque/d preload; below it 1 % of torque is all of the preload
