@@ -42,9 +42,11 @@ def build(
     folder: Path,
     advance: Advance = lambda text: None,
     python_only: bool = False,
+    embed_map: bool = False,
 ) -> tuple[list[Path], str]:
     """Pack, check and deliver the FMUs. Returns their paths and the text of tables and checks.
 
+    Parameters   embed_map : compile the map into the native FMUs, which then open no file
     Raises       CheckError, BuildError, SourceError: no FMU is delivered; OSError: the folder cannot be written
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -58,7 +60,7 @@ def build(
             if model is FRICTION:
                 text = torque_tables(fmu, parameters, nut_map)
         for model in () if python_only else MODELS:
-            built += _build_native(parameters, nut_map, Path(scratch), advance, model)
+            built += _build_native(parameters, nut_map, Path(scratch), advance, model, embed_map)
         text += "\n\n" + "\n".join(f"{made.name}: {line}" for made, line in built)
         for made, _ in built:
             os.replace(made, folder / made.name)
@@ -66,7 +68,7 @@ def build(
 
 
 def _build_native(
-    parameters: Parameters, nut_map: NutMap, folder: Path, advance: Advance, model: FmuModel
+    parameters: Parameters, nut_map: NutMap, folder: Path, advance: Advance, model: FmuModel, embed_map: bool
 ) -> list[tuple[Path, str]]:
     """The native FMUs of a model in a folder, each with the result of its checks."""
     reference = Reference(STEP, *reference_results(nut_map, model))
@@ -77,7 +79,9 @@ def _build_native(
         target = folder / native_file_name(version, model)
         advance(f"compiling {model.name}, FMI {version}")
         platforms = tuple(native_compile.PLATFORMS)
-        fmu = build_native_fmu(nut_map, version, target, reference, report, platforms, model=model).path
+        fmu = build_native_fmu(
+            nut_map, version, target, reference, report, platforms, model=model, embed_map=embed_map
+        ).path
         advance(f"checking {model.name}, FMI {version}")
         built.append((fmu, _checked(fmu, parameters, nut_map, kind, model)))
     return built
