@@ -139,7 +139,7 @@ def _add_build(options: argparse.ArgumentParser, folder: Path) -> None:
         "--embed-map",
         action="store_true",
         help="compile the map into the native FMUs: they open no file, their map cannot be replaced, and each file "
-        "has some 10 MB",
+        "has 15 MB",
     )
     options.set_defaults(run=_build, prog=options.prog)
 
@@ -147,7 +147,11 @@ def _add_build(options: argparse.ArgumentParser, folder: Path) -> None:
 def _add_map(options: argparse.ArgumentParser) -> None:
     _add_inputs(options)
     options.add_argument(
-        "--output", metavar="FILE", type=Path, default=Path(MAP_FILE), help="file to write; default: %(default)s"
+        "--output",
+        metavar="FILE",
+        type=Path,
+        default=Path(MAP_FILE),
+        help="file to write; default: %(default)s",
     )
     options.set_defaults(run=_write_map, prog=options.prog)
 
@@ -207,7 +211,9 @@ def _write_map(args: argparse.Namespace) -> int:
     try:
         args.output.write_bytes(map_bytes(nut_map))
     except OSError as error:
-        return _print_error(args, f"--output {args.output}: {error.strerror or error}; needs a file that can be written")
+        return _print_error(
+            args, f"--output {args.output}: {error.strerror or error}; needs a file that can be written"
+        )
     print(f"{args.output}  map {nut_map.header['content_hash']}, {nut_map.law} friction law")
     for name, value in nut_map.header["defaults"].items():
         print(f"{name} = {value:g}")

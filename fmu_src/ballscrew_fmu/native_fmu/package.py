@@ -90,7 +90,7 @@ def native_files(
     if fmi_version == 2:
         files["model.png"] = icon_png()
     built_for = f"libraries for {', '.join(platforms)}"
-    documentation = native_documentation(header, fmi_version, built_for, validation, model)
+    documentation = native_documentation(header, fmi_version, built_for, validation, model, embed_map)
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     if reference is not None:
         files |= {

@@ -97,7 +97,9 @@ def test_another_map_of_the_same_law_is_accepted(reader):
 
 def test_map_of_another_law_is_refused_with_both_laws(reader):
     other = make_map(law=MECHANISTIC)
-    found = f"map: map {other.header['content_hash'][:12]} has the friction law mechanistic, expected film_shear"
+    found = (
+        f"map: map {other.header['content_hash'][:12]} has the friction law mechanistic, expected film_shear"
+    )
     assert reader(map_bytes(other)).startswith(found)
     assert reader(map_bytes(other), law=1) is None
     assert "friction law film_shear, expected mechanistic" in reader(GOOD, law=1)

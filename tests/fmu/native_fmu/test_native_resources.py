@@ -128,7 +128,9 @@ def test_without_map_there_is_no_instance(tmp_path, version, kind):
 @pytest.mark.parametrize("version", [2, 3])
 def test_the_log_names_the_map(version):
     with NativeInstance(version) as one:
-        assert one.opening == [(OK, "logAll", f"map {NUT_MAP.header['content_hash']}, film_shear friction law")]
+        assert one.opening == [
+            (OK, "logAll", f"map {NUT_MAP.header['content_hash']}, film_shear friction law")
+        ]
     with NativeInstance(version, logging=False) as one:
         assert one.opening == []
 
@@ -150,7 +152,9 @@ def test_a_map_of_another_screw_replaces_that_in_the_resources(tmp_path, version
                 assert instance.step(0.0, 1e-3) == OK
             expected = nut_map.evaluate(*at.values(), *FrictionParameters(**NUT_MAP.header["defaults"]))
             assert instance.get("viscous_torque")[0] == pytest.approx(expected.viscous_torque, rel=1e-12)
-            assert instance.get("film_thickness_min")[0] == pytest.approx(expected.film_thickness_min, rel=1e-12)
+            assert instance.get("film_thickness_min")[0] == pytest.approx(
+                expected.film_thickness_min, rel=1e-12
+            )
         saved = one.serialize(one.save())
         assert other.header["content_hash"].encode() in saved
         assert built.deserialize(saved)[0] == ERROR

@@ -107,6 +107,10 @@ def objects(folder: Path, name, model, version, nut_map, compiled_map=None) -> l
     return [str(place / unit.replace(".c", ".o")) for unit in units]
 
 
+def flat(made: list[list[str]]) -> list[str]:
+    return [unit for units in made for unit in units]
+
+
 def references(model, *names: str) -> str:
     text = native_description(NUT_MAP.header, 3, "", "test", (), model).decode()
     return ",".join(re.search(rf'name="{n}" valueReference="(\d+)"', text)[1] for n in names)
@@ -123,8 +127,8 @@ def linked(folder: Path, embed: bool, *options: str) -> tuple[Path, list[list[st
         **{f"TOKEN_{n}": f'"token-{one[0]}"' for n, one in enumerate(LINKED, start=1)},
     }
     command = [*compiler(), "-std=c99", *WARNINGS, *(f"-D{name}={value}" for name, value in defined.items())]
-    command += ["-isystem", "one/fmi", "-isystem", "two/fmi", *options, "-o", "linked", NATIVE_HOSTS / "linked.c"]
-    run(*command, *sum(made, []), "-lm", "-lpthread", cwd=folder)
+    command += ["-isystem", "one/fmi", "-isystem", "two/fmi", *options, "-o", "linked"]
+    run(*command, NATIVE_HOSTS / "linked.c", *flat(made), "-lm", "-lpthread", cwd=folder)
     return folder / "linked", made
 
 
@@ -171,7 +175,7 @@ def test_no_file_is_opened_with_a_map_that_is_compiled_in(tmp_path):
     assert "openat" not in calls
     assert calls <= {"execve", "readlink", "readlinkat", "fstat", "newfstatat", "write", "mmap", "mprotect"}
     check_names(made)
-    wanted = run(shutil.which("nm"), "-u", *sum(made, []))
+    wanted = run(shutil.which("nm"), "-u", *flat(made))
     assert not re.search(r"\b(fopen|fread|fseek|_wfopen|open)\w*\b", wanted)
 
 
