@@ -1,4 +1,4 @@
-"""Command line of the FMUs: python -m ballscrew_fmu build|check|info; build is also called by build_fmu.py.
+"""Command line of the FMUs: python -m ballscrew_fmu build|check|info|map; build is also called by build_fmu.py.
 
 What needs the extra `fmu` is imported when a command runs.
 """
@@ -42,6 +42,7 @@ examples
   {prog}                                  the screw GD4008-3 with its packaged map
   {prog} --kinematics rolling_frame       its other kinematics, with reliable films
   {prog} --python-only                    only the FMUs for Python hosts, without compiler
+  {prog} --embed-map                      native FMUs that open no file, for real-time targets
   python -m ballscrew_tehl map build --screw my.toml --output my_map.nc
   {prog} --screw my.toml --map my_map.nc --output my_fmus
   python -m ballscrew_tehl calibrate measurements.csv --screw my.toml --map my_map.nc --output friction.toml
@@ -51,6 +52,13 @@ exit codes: 0 done, 1 a check or the compiler failed, 2 invalid input, 130 inter
 """
 #: exit code after Ctrl-C: 128 and the number of the signal
 INTERRUPTED = 130
+
+
+MAP_DESCRIPTION = """\
+Write the map of a screw as nut_map.bin, the form in which the native FMUs read it. Put in place of
+resources/nut_map.bin of an unpacked or repacked native FMU, it gives the friction of this screw without a build. The friction law must be
+that of the FMU. The model description is not changed: its start values, limits and dependencies remain those of the
+map that the FMU was built with. Set the friction parameters printed here."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -91,10 +99,18 @@ def parser(prog: str, subcommands: bool, folder: Path) -> Parser:
         command.add_argument("fmu", metavar="FILE.fmu", type=Path)
         command.add_argument("--json", action="store_true", help="print one JSON object")
         command.set_defaults(run=run, prog=command.prog)
+    _add_map(
+        commands.add_parser(
+            "map",
+            help="write the map of another screw for a native FMU",
+            description=MAP_DESCRIPTION,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+    )
     return options
 
 
-def _add_build(options: argparse.ArgumentParser, folder: Path) -> None:
+def _add_inputs(options: argparse.ArgumentParser) -> None:
     options.add_argument("--screw", metavar="FILE.toml", help="screw file; default: the packaged GD4008-3")
     options.add_argument(
         "--map",
@@ -113,6 +129,10 @@ def _add_build(options: argparse.ArgumentParser, folder: Path) -> None:
         help="friction parameters of this screw, written by `calibrate --output`; default: the packaged set of the "
         "screw file",
     )
+
+
+def _add_build(options: argparse.ArgumentParser, folder: Path) -> None:
+    _add_inputs(options)
     options.add_argument(
         "--output",
         metavar="FOLDER",
@@ -125,7 +145,25 @@ def _add_build(options: argparse.ArgumentParser, folder: Path) -> None:
         action="store_true",
         help="build the FMUs for Python hosts only; the native ones need a C compiler",
     )
+    options.add_argument(
+        "--embed-map",
+        action="store_true",
+        help="compile the map into the native FMUs: they open no file, their map cannot be replaced, and each file "
+        "has 15 MB",
+    )
     options.set_defaults(run=_build, prog=options.prog)
+
+
+def _add_map(options: argparse.ArgumentParser) -> None:
+    _add_inputs(options)
+    options.add_argument(
+        "--output",
+        metavar="FILE",
+        type=Path,
+        default=Path("nut_map.bin"),
+        help="file to write; default: %(default)s",
+    )
+    options.set_defaults(run=_write_map, prog=options.prog)
 
 
 def main(
@@ -168,6 +206,7 @@ def _build(args: argparse.Namespace) -> int:
                 args.output,
                 lambda text: progress.update(task, description=text, advance=1),
                 args.python_only,
+                args.embed_map,
             )
         except OSError as error:
             reason = error.strerror or error
@@ -222,6 +261,26 @@ def _info(args: argparse.Namespace) -> int:
         cells = (v["name"], v["causality"], v["unit"], v["start"], v["min"], v["max"])
         table.add_row(*("" if cell is None else str(cell) for cell in cells))
     Console(width=110).print(table)
+    return 0
+
+
+def _write_map(args: argparse.Namespace) -> int:
+    from ballscrew_fmu import build
+    from ballscrew_fmu.native_fmu.map_file import map_bytes
+
+    try:
+        _, nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
+    except (ValueError, OSError) as error:
+        return _print_error(args, str(error))
+    try:
+        args.output.write_bytes(map_bytes(nut_map))
+    except OSError as error:
+        return _print_error(
+            args, f"--output {args.output}: {error.strerror or error}; needs a file that can be written"
+        )
+    print(f"{args.output}  map {nut_map.header['content_hash']}, {nut_map.law} friction law")
+    for name, value in nut_map.header["defaults"].items():
+        print(f"{name} = {value:g}")
     return 0
 
 

@@ -42,9 +42,11 @@ def build(
     folder: Path,
     advance: Advance = lambda text: None,
     python_only: bool = False,
+    embed_map: bool = False,
 ) -> tuple[list[Path], str]:
     """Pack, check and deliver the FMUs. Returns their paths and the text of tables and checks.
 
+    Parameters   embed_map : compile the map into the native FMUs, which then open no file
     Raises       CheckError, BuildError, SourceError: no FMU is delivered; OSError: the folder cannot be written
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -61,7 +63,9 @@ def build(
         if not python_only:
             compiler = native_compile.find_compiler()
             for model in MODELS:
-                built += _build_native(parameters, nut_map, Path(scratch), advance, model, compiler.platforms)
+                built += _build_native(
+                    parameters, nut_map, Path(scratch), advance, model, compiler.platforms, embed_map
+                )
             if not compiler.crosses:
                 note = (
                     f"\nnative FMUs with {compiler.name} for {', '.join(compiler.platforms)} only; for Linux, "
@@ -80,6 +84,7 @@ def _build_native(
     advance: Advance,
     model: FmuModel,
     platforms: tuple[str, ...],
+    embed_map: bool,
 ) -> list[tuple[Path, str]]:
     """The native FMUs of a model in a folder, each with the result of its checks."""
     reference = Reference(STEP, *reference_results(nut_map, model))
@@ -89,7 +94,9 @@ def _build_native(
     for version, kind in kinds:
         target = folder / native_file_name(version, model)
         advance(f"compiling {model.name}, FMI {version}")
-        fmu = build_native_fmu(nut_map, version, target, reference, report, platforms, model=model).path
+        fmu = build_native_fmu(
+            nut_map, version, target, reference, report, platforms, model=model, embed_map=embed_map
+        ).path
         advance(f"checking {model.name}, FMI {version}")
         built.append((fmu, _checked(fmu, parameters, nut_map, kind, model)))
     return built

@@ -7,8 +7,8 @@ from reference_screw import GD4008
 
 from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.parameters.file import TABLES, _dimensions, changed, load_parameters
-from ballscrew_tehl.parameters.screw import Parameters
 from ballscrew_tehl.parameters.identity import map_parameters_json
+from ballscrew_tehl.parameters.screw import Parameters
 from ballscrew_tehl.parameters.template import example_parameters, screw_template
 from ballscrew_tehl.parameters.toml import key_forms
 

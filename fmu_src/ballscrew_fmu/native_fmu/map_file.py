@@ -3,6 +3,7 @@
 import struct
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, SURFACES, TORQUE_SURFACES
@@ -12,8 +13,14 @@ MAGIC = b"BSFMAP03"
 
 
 def map_bytes(nut_map: NutMap) -> bytes:
-    """Magic, size, checksum and content hash, then little-endian doubles: axes, defaults, law, presliding angle,
-    coefficients.
+    """Magic, size, checksum and content hash, then little-endian doubles: the numbers of the map."""
+    body = str(nut_map.header["content_hash"]).encode() + map_numbers(nut_map).astype("<f8").tobytes()
+    size = len(MAGIC) + 16 + len(body)
+    return MAGIC + struct.pack("<QQ", size, checksum(body)) + body
+
+
+def map_numbers(nut_map: NutMap) -> NDArray[np.float64]:
+    """Axes, defaults, law, presliding angle and coefficients of a map, in this order, flat.
 
     The surfaces needed for a torque are stored apart from the others, speed first and force last: an evaluation reads
     sixteen contiguous rows (native/core/nut_law.h).
@@ -32,10 +39,7 @@ def map_bytes(nut_map: NutMap) -> bytes:
         arrays["separation_coefficients"].T,
         arrays["sharing_coefficients"].transpose(2, 0, 1),
     ]
-    body = str(header["content_hash"]).encode()
-    body += b"".join(np.ascontiguousarray(part, dtype="<f8").tobytes() for part in parts)
-    size = len(MAGIC) + 16 + len(body)
-    return MAGIC + struct.pack("<QQ", size, checksum(body)) + body
+    return np.concatenate([np.ravel(part) for part in parts])
 
 
 def checksum(data: bytes) -> int:

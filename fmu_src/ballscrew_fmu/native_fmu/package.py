@@ -69,18 +69,20 @@ def native_files(
     platforms: Sequence[str] = tuple(PLATFORMS),
     advance: Callable[[str], None] = lambda platform: None,
     model: FmuModel = FRICTION,
+    embed_map: bool = False,
 ) -> dict[str, bytes]:
     """Files of one native FMU by path, with its token.
 
     Parameters   fmi_version : 2 or 3;  platforms : names from compile.PLATFORMS
                  advance : called with each platform that is finished
+                 embed_map : compile the map into the libraries, which then open no file
     Raises       BuildError or SourceError, with a message of one line
     """
     header = nut_map.header
     compiler = find_compiler()
     tool = f"ballscrew-tehl {__version__} with {compiler.name}"
     files = {
-        f"resources/{MAP_FILE}": map_bytes(nut_map),
+        **({} if embed_map else {f"resources/{MAP_FILE}": map_bytes(nut_map)}),
         "terminalsAndIcons/terminalsAndIcons.xml": terminals(model),
         "terminalsAndIcons/icon.svg": icon_svg(),
         "terminalsAndIcons/icon.png": icon_png(),
@@ -88,7 +90,7 @@ def native_files(
     if fmi_version == 2:
         files["model.png"] = icon_png()
     built_for = f"libraries for {', '.join(platforms)}"
-    documentation = native_documentation(header, fmi_version, built_for, validation, model)
+    documentation = native_documentation(header, fmi_version, built_for, validation, model, embed_map)
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     if reference is not None:
         files |= {
@@ -97,7 +99,7 @@ def native_files(
 
     def complete(token: str) -> tuple[dict[str, bytes], dict[str, bytes]]:
         """All sources; the files of the FMU among them, with the descriptions."""
-        sources = native_sources(header, fmi_version, token, model)
+        sources = native_sources(header, fmi_version, token, model, nut_map if embed_map else None)
         units = sorted(name for name in sources if name.endswith(".c"))
         shown = {f"sources/{name}": text for name, text in sources.items() if not is_fmi_header(name)}
         shown["sources/buildDescription.xml"] = build_description(units, model)
@@ -155,9 +157,10 @@ def build_native_fmu(
     platforms: Sequence[str] = tuple(PLATFORMS),
     advance: Callable[[str], None] = lambda platform: None,
     model: FmuModel = FRICTION,
+    embed_map: bool = False,
 ) -> BuiltFmu:
     """Build one native FMU of a map, written to path. Other arguments as in native_files."""
-    files = native_files(nut_map, fmi_version, reference, validation, platforms, advance, model)
+    files = native_files(nut_map, fmi_version, reference, validation, platforms, advance, model, embed_map)
     write_fmu(path, files)
     content = Path(path).read_bytes()
     table = files["sources/variables.h"].decode()

@@ -3,8 +3,13 @@
 The runtime is in folders (native/core, models, runtime, fmi). In an FMU its files are in sources/ without folders, as
 importers compile them without include paths. constants.h is generated from the constants of the Python law. The FMI
 headers are needed to compile but, as the standard requires, are not in the FMU (is_fmi_header).
+
+All external names of the runtime begin with the model and the token of the FMU (macros in constants.h), so that several
+FMUs can be linked into one program; the names of the FMI functions begin with FMI2_FUNCTION_PREFIX or
+FMI3_FUNCTION_PREFIX, if it is defined.
 """
 
+import hashlib
 import importlib.resources
 import re
 from collections.abc import Mapping, Sequence
@@ -14,9 +19,10 @@ from typing import Any
 import fmpy
 
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.native_fmu.map_file import MAGIC, MAP_FILE
+from ballscrew_fmu.native_fmu.map_file import MAGIC, MAP_FILE, checksum, map_numbers
 from ballscrew_fmu.variables.friction import Variable
 from ballscrew_tehl.runtime import constants
+from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, FILM_SHEAR, FORCE_CURVES, SURFACES, TORQUE_SURFACES
 
 NATIVE_NAME = FRICTION.native_name
@@ -34,9 +40,12 @@ _HEADER = """\
 
 #include <stdbool.h>
 
+#include "constants.h"
+
 #define MODEL_NAME "{name}"
 #define MODEL_TOKEN "{token}" /* guid of FMI 2, instantiationToken of FMI 3 */
-#define MODEL_MAP "{content_hash}" /* content hash of the map */
+#define MODEL_MAP "{content_hash}" /* content hash of the map that the table of variables is from */
+#define MODEL_LAW {law}_LAW /* of its friction: required of a map in the resources */
 
 enum Reference {{
 {references},
@@ -87,13 +96,23 @@ _CONSTANTS = """\
 #ifndef BALLSCREW_CONSTANTS_H
 #define BALLSCREW_CONSTANTS_H
 
+/* External names begin with this prefix, other in each FMU. */
+#ifndef BALLSCREW_PREFIX
+#define BALLSCREW_PREFIX {prefix}
+#endif
+#define BALLSCREW_JOINED(prefix, name) prefix##name
+#define BALLSCREW_NAMED(prefix, name) BALLSCREW_JOINED(prefix, name)
+{names}
+
 {constants}
 
 #define MAP_FILE "{map_file}"
 #define MAP_MAGIC "{magic}"
 #define MAP_AXES {axes}
-
+#define MAP_COMPILED {compiled} /* 1: the map is in nut_map.c and no file is opened */
+{number_count}
 enum {{ {laws}, LAWS }};
+#define LAW_NAMES {{{law_names}}}
 
 /* columns of the surfaces: those needed for a torque by each law, then the others; raceway of the screw before that of
    the nut */
@@ -106,6 +125,19 @@ enum {{ {defaults}, MAP_DEFAULTS }};
 
 #endif
 """
+_MAP = """\
+/* GENERATED from the map: do not edit. */
+#include "map.h"
+
+const MapIdentity map_identity = {{{size}U, UINT64_C({checksum}), "{content_hash}"}};
+
+const double map_numbers[MAP_NUMBER_COUNT] = {{
+{numbers}
+}};
+"""
+# declarations of external functions and tables in the headers, which begin a line
+_FUNCTION = re.compile(r"^(?!static|typedef|return|#)[A-Za-z_][\w \t]*[ *](\w+)\(", re.MULTILINE)
+_TABLE_NAME = re.compile(r"^extern const [^;()]*?(\w+)(?:\[[^;]*\])?;", re.MULTILINE)
 
 
 class SourceError(RuntimeError):
@@ -113,12 +145,17 @@ class SourceError(RuntimeError):
 
 
 def native_sources(
-    header: Mapping[str, Any], fmi_version: int, token: str, model: FmuModel = FRICTION
+    header: Mapping[str, Any],
+    fmi_version: int,
+    token: str,
+    model: FmuModel = FRICTION,
+    compiled_map: NutMap | None = None,
 ) -> dict[str, bytes]:
     """All C sources and headers of one native FMU by file name: shared files and those of the model.
 
     Parameters   header : of the map (start values, content hash);  fmi_version : 2 or 3
                  token : guid or instantiationToken that the binary expects
+                 compiled_map : the map, to be compiled in; None: it is read from the resources
     Raises       SourceError: a file of fmpy or of this package is missing
     """
     other = "fmi3" if fmi_version == 2 else "fmi2"
@@ -137,7 +174,41 @@ def native_sources(
             files[name] = (headers / name).read_bytes()
         except OSError as error:
             raise SourceError(f"FMI header {name} not found in {headers}; install fmpy >= 0.3.32") from error
-    return files | {name: text.encode() for name, text in variable_sources(header, token, model).items()}
+    generated = variable_sources(header, token, model)
+    if compiled_map is not None:
+        generated["nut_map.c"] = _map_source(compiled_map)
+    count = 0 if compiled_map is None else map_numbers(compiled_map).size
+    written = {name: text.decode() for name, text in files.items() if not is_fmi_header(name)} | generated
+    generated["constants.h"] = _constants(prefix(token, model), external_names(written), count)
+    return files | {name: text.encode() for name, text in generated.items()}
+
+
+def external_names(sources: Mapping[str, str]) -> list[str]:
+    """Names of all functions and tables that headers of the runtime declare: those with external linkage."""
+    names = set()
+    for name, text in sources.items():
+        if name.endswith(".h"):
+            plain = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+            names |= {*_FUNCTION.findall(plain), *_TABLE_NAME.findall(plain)}
+    return sorted(names)
+
+
+def prefix(token: str, model: FmuModel = FRICTION) -> str:
+    """Prefix of all external names of an FMU: model and token."""
+    return f"{model.native_name}_{hashlib.sha256(token.encode()).hexdigest()[:12]}_"
+
+
+def _map_source(nut_map: NutMap) -> str:
+    """nut_map.c: the numbers of the map file in hexadecimal, so that none is rounded."""
+    numbers = map_numbers(nut_map)
+    rows = (", ".join(float.hex(x) for x in numbers[n : n + 4].tolist()) for n in range(0, numbers.size, 4))
+    content_hash = str(nut_map.header["content_hash"])
+    return _MAP.format(
+        size=numbers.nbytes,
+        checksum=f"0x{checksum(numbers.astype('<f8').tobytes()):016x}",
+        content_hash=content_hash,
+        numbers=",\n".join(f"    {row}" for row in rows),
+    )
 
 
 def is_fmi_header(name: str) -> bool:
@@ -146,7 +217,7 @@ def is_fmi_header(name: str) -> bool:
 
 
 def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FRICTION) -> dict[str, str]:
-    """variables.h and variables.c (the table of variables as C) and constants.h.
+    """variables.h and variables.c: the table of variables as C.
 
     Raises       ValueError: the token has characters that are not allowed
     """
@@ -159,20 +230,26 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
             name=model.native_name,
             token=token,
             content_hash=header["content_hash"],
+            law=str(header["law"]).upper(),
             references=",\n".join(f"    {v.name.upper()}" for v in table),
             first=inputs[0].name.upper(),
             inputs=len(inputs),
             derivatives=int(model.derivatives),
         ),
         "variables.c": _TABLE.format(rows="\n".join(_row(v) for v in table)),
-        "constants.h": _constants(),
     }
 
 
-def _constants() -> str:
+def _constants(prefix: str, names: Sequence[str], numbers: int) -> str:
+    """constants.h. numbers : of the map that is compiled in, 0: none"""
     named = {name: value for name, value in vars(constants).items() if name.isupper()}
     films = SURFACES[FILM_SHEAR][TORQUE_SURFACES:]  # the same in each law
     return _CONSTANTS.format(
+        prefix=prefix,
+        names="\n".join(f"#define {name} BALLSCREW_NAMED(BALLSCREW_PREFIX, {name})" for name in names),
+        compiled=int(numbers > 0),
+        number_count=f"#define MAP_NUMBER_COUNT {numbers}\n" if numbers else "",
+        law_names=", ".join(f'"{law}"' for law in SURFACES),
         constants="\n".join(f"#define {name} {value!r}" for name, value in named.items()),
         map_file=MAP_FILE,
         magic=MAGIC.decode(),

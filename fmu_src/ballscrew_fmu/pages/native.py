@@ -51,7 +51,19 @@ SOURCES = part(
     "extra/org.fmi-standard.fmi-ls-ref contains an input sequence and the outputs of the map for it. sources contains "
     "all C code. Compile it as C99 with the FMI headers of your version and link the mathematics library. Without "
     "-ffp-contract=off results may differ in the last digits.",
+    "To link several FMUs into one program, define FMI2_FUNCTION_PREFIX or FMI3_FUNCTION_PREFIX when you compile each "
+    "of them, e.g. as AxisX_. All other external names already differ. Systems without POSIX or Windows threads: see "
+    "lock.h.",
 )
+MAP_IN_MEMORY = {
+    False: "resources/nut_map.bin is read and checked when an instance is made; all instances of a process share one "
+    "copy in memory. It may be replaced by the map of another screw with the same friction law (written by "
+    "python -m ballscrew_fmu map). The log names the map at instantiation. Start values, limits and dependencies of "
+    "the model description remain those of the map on this page: set the friction parameters of the other screw. A "
+    "damaged map, another format and another friction law are refused.",
+    True: "The map is compiled in. The FMU opens no file and ignores the location of its resources. All instances of a "
+    "process share the map, which cannot be replaced.",
+}
 HOSTS = part(
     "Hosts",
     table(
@@ -125,10 +137,11 @@ def native_documentation(
     platforms: str,
     validation: Validation = NOT_VALIDATED,
     model: FmuModel = FRICTION,
+    embed_map: bool = False,
 ) -> dict[str, bytes]:
     """Files of the documentation folder by path.
 
-    Parameters   platforms : platforms of the binaries, as text
+    Parameters   platforms : platforms of the binaries, as text;  embed_map : the map is compiled in
     """
     variables = model.native_variables(header)
     variables = variables if fmi_version == 2 else (*variables, TIME)
@@ -145,7 +158,7 @@ def native_documentation(
             header,
             INVALID,
             f"{state}A serialized state of another version or map is rejected.",
-            "A step allocates no memory. Each instance reads the map once, from the resources.",
+            "A step allocates no memory.",
         )
         parts = [
             HOSTS,
@@ -161,7 +174,8 @@ def native_documentation(
         lead = [ICON, paragraph(monitor.LEAD, friction.friction_law(header), host)]
         step = f"Co-simulation: {friction.STEP} {monitor.ZERO_STEP[fmi_version]} {monitor.NATIVE_STEP}"
         parts = [*monitor.monitor_parts(header, INVALID, step), monitor.MODEL_EXCHANGE, validated]
-    page = documentation_page(model.native_name, lead, header, [*parts, SOURCES], variables)
+    parts += [part("Map in memory", MAP_IN_MEMORY[embed_map]), SOURCES]
+    page = documentation_page(model.native_name, lead, header, parts, variables)
     texts = {"index.html": page, "licenses/license.txt": LICENSE.format(project=_project_license())}
     return {name: text.encode() for name, text in texts.items()} | dict(validation.plots)
 

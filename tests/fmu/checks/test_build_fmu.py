@@ -21,6 +21,7 @@ from ballscrew_fmu import build
 from ballscrew_fmu.__main__ import main
 from ballscrew_fmu.checks import check, reference
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, BuildError
+from ballscrew_fmu.native_fmu.map_file import map_bytes
 from ballscrew_tehl.friction.sets import FrictionSet, load_friction_sets, write_friction_sets
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.runtime.packed import MapError
@@ -106,6 +107,32 @@ FITTED_HERE = FrictionSet(
     limits={"roughness_height": {"low": 1e-8, "high": math.inf}},
     not_identified={"roughness_height": "95 % interval 10 nm to no bound around 31 nm"},
 )  # fmt: skip
+
+
+def test_with_the_map_compiled_in_only_the_native_fmus_differ(
+    script, with_synthetic_map, for_this_machine, tmp_path, capsys, synthetic_nut_map
+):
+    assert script.main(["--embed-map", "--output", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.count("no finding") == 6
+    for name in (*NATIVE, *MONITOR):
+        with zipfile.ZipFile(tmp_path / name) as archive:
+            members = archive.namelist()
+            page = archive.read("documentation/index.html").decode()
+        assert not any(member.startswith("resources/") for member in members)
+        assert "sources/nut_map.c" in members
+        assert "opens no file" in page
+
+
+def test_map_writes_the_file_of_the_native_fmus(with_synthetic_map, tmp_path, capsys, synthetic_nut_map):
+    target = tmp_path / "nut_map.bin"
+    assert main(["map", "--output", str(target)]) == 0
+    assert target.read_bytes() == map_bytes(synthetic_nut_map)
+    printed = capsys.readouterr().out
+    assert f"map {synthetic_nut_map.header['content_hash']}, film_shear friction law" in printed
+    for name, value in synthetic_nut_map.header["defaults"].items():
+        assert f"{name} = {value:g}" in printed
+    assert main(["map", "--output", str(tmp_path)]) == 2
+    assert "Is a directory; needs a file that can be written" in one_line(capsys)
 
 
 def test_friction_parameters_of_a_file_are_start_values_and_documented(
@@ -329,6 +356,6 @@ def test_help_names_steps_options_and_exit_codes():
         [sys.executable, str(ROOT / "build_fmu.py"), "--help"], capture_output=True, text=True
     )
     assert run.returncode == 0
-    options = ("--screw", "--map", "--output", "--kinematics", "--friction", "--python-only")
+    options = ("--screw", "--map", "--output", "--kinematics", "--friction", "--python-only", "--embed-map")
     for word in (*options, "examples", "exit codes"):
         assert word in run.stdout

@@ -12,7 +12,7 @@ from paths import NATIVE_HOSTS
 from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.native_fmu.map_file import checksum, map_bytes
-from ballscrew_tehl.runtime.packed import AXES, DEFAULTS
+from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, MECHANISTIC
 
 pytestmark = pytest.mark.slow
 
@@ -32,14 +32,14 @@ def reader(tmp_path_factory):
     library.map_from_bytes.restype = ctypes.c_void_p
     library.map_read.restype = ctypes.c_void_p
 
-    def read(content: bytes | Path, content_hash: str = HASH):
+    def read(content: bytes | Path, law: int = 0):
         message = ctypes.create_string_buffer(400)
         room = ctypes.c_size_t(400)
         if isinstance(content, Path):
-            found = library.map_read(str(content).encode(), content_hash.encode(), message, room)
+            found = library.map_read(str(content).encode(), law, message, room)
         else:
             size = ctypes.c_size_t(len(content))
-            found = library.map_from_bytes(content, size, content_hash.encode(), b"map", message, room)
+            found = library.map_from_bytes(content, size, law, b"map", message, room)
         if found:
             library.map_free(ctypes.c_void_p(found))
             return None
@@ -65,7 +65,8 @@ def test_valid_file_is_accepted(reader, tmp_path):
 @pytest.mark.parametrize(
     ("damage", "found"),
     [
-        (lambda b: b[:50], "not a nut map"),
+        (lambda b: b[:20], "not a nut map"),
+        (lambda b: b[:50], "truncated"),
         (lambda b: b"X" + b[1:], "not a nut map"),
         (lambda b: b[:-8], "truncated"),
         (lambda b: b + bytes(8), "truncated"),
@@ -90,8 +91,55 @@ def test_damaged_file_is_refused(reader, damage, found):
     assert found in message
 
 
-def test_map_of_another_fmu_is_refused(reader):
-    assert "of another FMU" in reader(GOOD, "0" * 64)
+def test_another_map_of_the_same_law_is_accepted(reader):
+    assert reader(map_bytes(make_map(2.0))) is None
+
+
+def test_map_of_another_law_is_refused_with_both_laws(reader):
+    other = make_map(law=MECHANISTIC)
+    found = (
+        f"map: map {other.header['content_hash'][:12]} has the friction law mechanistic, expected film_shear"
+    )
+    assert reader(map_bytes(other)).startswith(found)
+    assert reader(map_bytes(other), law=1) is None
+    assert "friction law film_shear, expected mechanistic" in reader(GOOD, law=1)
+
+
+def test_another_format_is_refused_with_both_formats(reader):
+    message = reader(b"BSFMAP01" + GOOD[8:])
+    assert f"{len(GOOD)} bytes that begin with 'BSFMAP01'" in message
+    assert "begins with 'BSFMAP02'" in message
+    assert "begin with '..P.'" in reader(b"\x00\n\x50\xff")
+
+
+def test_equal_maps_are_one_in_memory_until_the_last_is_freed(tmp_path):
+    library = ctypes.CDLL(str(compiled_model(tmp_path, NUT_MAP)))
+    library.map_from_bytes.restype = ctypes.c_void_p
+    message = ctypes.create_string_buffer(400)
+
+    def get(content):
+        return library.map_from_bytes(content, ctypes.c_size_t(len(content)), 0, b"map", message, 400)
+
+    def users(place):
+        return ctypes.c_ulong.from_address(place + offset).value
+
+    other = map_bytes(make_map(2.0))
+    one = get(GOOD)
+    head = ctypes.string_at(one, 1024)
+    offset = head.index(HASH.encode()) + 80  # hash of 64 characters and 0, padding, next, then users
+    assert users(one) == 1
+    assert get(GOOD) == one
+    two = get(other)
+    assert two != one
+    assert (users(one), users(two)) == (2, 1)
+    for place in (two, one):  # the head of the list, then what is left
+        library.map_free(ctypes.c_void_p(place))
+    assert users(one) == 1
+    assert get(GOOD) == one
+    assert get(GOOD[:-1] + bytes([GOOD[-1] ^ 1])) is None  # damaged: refused although it is in memory
+    for _ in range(2):
+        library.map_free(ctypes.c_void_p(one))
+    library.map_free(None)
 
 
 def test_missing_file_is_named(reader, tmp_path):

@@ -6,10 +6,11 @@ from pathlib import Path
 from urllib.parse import quote
 
 import pytest
-from native_library import CS, ME, NUT_MAP, NativeInstance, compiled
+from native_library import CS, ERROR, ME, NUT_MAP, OK, TOKEN, WARNING, NativeInstance, compiled
 from synthetic_map import make_map
 
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_tehl.runtime.packed import MECHANISTIC, FrictionParameters
 
 pytestmark = pytest.mark.slow
 
@@ -105,11 +106,11 @@ def test_long_paths(tmp_path, version):
 @pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("kind", [CS, ME])
 def test_without_map_there_is_no_instance(tmp_path, version, kind):
-    other = map_bytes(make_map(viscous_scale=2.0))
+    other = map_bytes(make_map(law=MECHANISTIC))
     good = map_bytes(NUT_MAP)
     cases = {
         "cannot be opened": tmp_path / "none",
-        "another FMU": put_map(tmp_path / "other", other),
+        "friction law mechanistic, expected film_shear": put_map(tmp_path / "other", other),
         "truncated": put_map(tmp_path / "short", good[:-8]),
         "not a nut map": put_map(tmp_path / "empty", b""),
         "checksum": put_map(tmp_path / "damaged", good[:-1] + bytes([good[-1] ^ 1])),
@@ -122,3 +123,39 @@ def test_without_map_there_is_no_instance(tmp_path, version, kind):
             assert found in one.last
     for nothing in ("file:", "file://", "file:///", "/", ".", "%"):
         assert not loads(version, nothing, kind)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_the_log_names_the_map(version):
+    with NativeInstance(version) as one:
+        assert one.opening == [
+            (OK, "logAll", f"map {NUT_MAP.header['content_hash']}, film_shear friction law")
+        ]
+    with NativeInstance(version, logging=False) as one:
+        assert one.opening == []
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("kind", [CS, ME])
+def test_a_map_of_another_screw_replaces_that_in_the_resources(tmp_path, version, kind):
+    """Results are those of the new map with the parameters of the model description, and a warning says so."""
+    other = make_map(viscous_scale=2.0)
+    folder = put_map(tmp_path / "other", map_bytes(other))
+    with NativeInstance(version, kind, resources=str(folder)) as one, NativeInstance(version, kind) as built:
+        new, old = (m.header["content_hash"][:12] for m in (other, NUT_MAP))
+        assert [m.status for m in one.opening] == [OK, WARNING]
+        assert f"map {new} replaces map {old}" in one.opening[1].text
+        at = {"preload": 2500.0, "speed": 40.0, "temperature": 310.0, "axial_load": 500.0}
+        for instance, nut_map in ((one, other), (built, NUT_MAP)):
+            instance.start(**at)
+            if kind == CS:
+                assert instance.step(0.0, 1e-3) == OK
+            expected = nut_map.evaluate(*at.values(), *FrictionParameters(**NUT_MAP.header["defaults"]))
+            assert instance.get("viscous_torque")[0] == pytest.approx(expected.viscous_torque, rel=1e-12)
+            assert instance.get("film_thickness_min")[0] == pytest.approx(
+                expected.film_thickness_min, rel=1e-12
+            )
+        saved = one.serialize(one.save())
+        assert other.header["content_hash"].encode() in saved
+        assert built.deserialize(saved)[0] == ERROR
+        assert f"this FMU has {TOKEN} and map {old}" in built.last

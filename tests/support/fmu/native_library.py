@@ -84,7 +84,8 @@ class Message(NamedTuple):
 class NativeInstance:
     """One instance; use it in a `with` block.
 
-    Attributes   messages : everything it logged
+    Attributes   messages : everything it logged since it exists, or why it does not
+                 opening : what was logged at instantiation
                  handle : None if instantiation failed
                  time : end of the last step that go() took [s]
     """
@@ -128,6 +129,9 @@ class NativeInstance:
                 more = (None, self._log, None, None, None)
             make.restype = c_void_p
             self.handle = make(name, key, place, False, logging, *more)
+        self.opening = list(self.messages)
+        if self.handle is not None:
+            self.messages.clear()
 
     def _callbacks(self, logger: bool) -> fmi2CallbackFunctions:
         functions = fmi2CallbackFunctions()

@@ -11,6 +11,7 @@ from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
 from ballscrew_fmu.native_fmu.map_file import map_bytes
 from ballscrew_fmu.native_fmu.sources import native_sources
+from ballscrew_tehl.runtime.packed import SURFACES
 
 MODEL_UNITS = ("model.c", "nut.c", "map.c", "tangent.c", "variables.c")
 MONITOR_UNITS = ("model.c", "nut.c", "map.c", "search.c", "variables.c")
@@ -35,6 +36,7 @@ def compiled_model(folder: Path, nut_map, model: FmuModel = FRICTION) -> Path:
     write_sources(folder, nut_map, model=model)
     units = MODEL_UNITS if model is FRICTION else MONITOR_UNITS
     options = [o for o in COMPILER_OPTIONS if not o.startswith("-fvisibility")]
+    options.append("-DBALLSCREW_PREFIX=")  # plain names, for ctypes
     command = [*compiler(), *options, *WARNINGS, "-shared", "-fPIC", "-o", "model.so", *units, "-lm"]
     subprocess.run(command, cwd=folder, check=True, timeout=300)
     return folder / "model.so"
@@ -54,8 +56,8 @@ class NativeModel:
         self._place = {name: place for place, name in enumerate(self.names)}
         message = ctypes.create_string_buffer(1000)
         path = str(library.parent / "nut_map.bin").encode()
-        hash_ = nut_map.header["content_hash"].encode()
-        found = self._library.map_read(path, hash_, message, ctypes.c_size_t(1000))
+        law = tuple(SURFACES).index(nut_map.law)
+        found = self._library.map_read(path, law, message, ctypes.c_size_t(1000))
         assert found, message.value
         self._map = ctypes.c_void_p(found)
         self._model = ctypes.create_string_buffer(ROOM)

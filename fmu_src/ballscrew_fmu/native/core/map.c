@@ -1,22 +1,225 @@
 #include "map.h"
 
 #include <math.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#ifdef _WIN32
+#if defined(_WIN32) && !MAP_COMPILED
 #include <windows.h>
 #endif
+
+#include "lock.h"
+
+#define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS + 2) /* before the coefficients */
+#define MOST_NODES 4096
+
+const char *map_law_name(int law)
+{
+    static const char *const names[LAWS] = LAW_NAMES;
+    return law >= 0 && law < LAWS ? names[law] : "unknown";
+}
+
+/* --- from numbers to a map --------------------------------------------------------------------------------------- */
+
+static bool axis_from(Axis *axis, const double numbers[3], bool logarithmic)
+{
+    const double nodes = numbers[2];
+    axis->lo = numbers[0];
+    axis->hi = numbers[1];
+    axis->logarithmic = logarithmic;
+    if (!(nodes >= 4.0 && nodes <= MOST_NODES && floor(nodes) == nodes && isfinite(axis->lo) && isfinite(axis->hi)
+          && axis->lo < axis->hi && (!logarithmic || axis->lo > 0.0))) {
+        return false;
+    }
+    axis->last = (int)nodes - 2;
+    axis->origin = logarithmic ? log(axis->lo) : axis->lo;
+    axis->scale = (axis->last + 1) / ((logarithmic ? log(axis->hi) : axis->hi) - axis->origin);
+    return isfinite(axis->scale);
+}
+
+/* Axes, defaults, law and presliding angle. NULL, or the name of what is invalid. */
+static const char *head_from(Map *map, const double *numbers)
+{
+    const struct {
+        const char *name;
+        Axis *axis;
+        bool logarithmic;
+    } axes[MAP_AXES] = {{"axis force is invalid", &map->force, true},
+                        {"axis speed is invalid", &map->speed, true},
+                        {"axis temperature is invalid", &map->temperature, false},
+                        {"axis preload is invalid", &map->preload, true},
+                        {"axis share is invalid", &map->share, false}};
+
+    for (size_t i = 0; i < MAP_AXES; ++i) {
+        if (!axis_from(axes[i].axis, numbers + 3 * i, axes[i].logarithmic)) {
+            return axes[i].name;
+        }
+    }
+    memcpy(map->defaults, numbers + 3 * MAP_AXES, sizeof map->defaults);
+    map->presliding_angle = numbers[NUMBERS - 1];
+    if (!(map->presliding_angle > 0.0 && isfinite(map->presliding_angle))) {
+        return "presliding angle is invalid";
+    }
+    for (map->law = 0; map->law < LAWS; ++map->law) {
+        if (numbers[NUMBERS - 2] == map->law) {
+            return NULL;
+        }
+    }
+    return "friction law is invalid";
+}
+
+/* Number of coefficients that the axes require. */
+static uint64_t coefficients_of(const Map *map)
+{
+    const uint64_t force = (uint64_t)axis_coefficients(&map->force);
+    const uint64_t plane = (uint64_t)axis_coefficients(&map->speed) * (uint64_t)axis_coefficients(&map->temperature);
+    const uint64_t share = (uint64_t)axis_coefficients(&map->share);
+
+    return force * (plane * (TORQUE_COLUMNS + FILM_COLUMNS) + CURVE_COLUMNS)
+           + 2 * (uint64_t)axis_coefficients(&map->preload) * (1 + share);
+}
+
+/* Fills map from count numbers, which must last as long as it. NULL, or what is wrong with them. */
+static const char *map_over(Map *map, const double *numbers, size_t count)
+{
+    const char *wrong = count < NUMBERS ? "size does not fit its axes" : head_from(map, numbers);
+    size_t surface, curves;
+
+    if (wrong != NULL) {
+        return wrong;
+    }
+    if (coefficients_of(map) != count - NUMBERS) {
+        return "size does not fit its axes";
+    }
+    for (size_t i = NUMBERS; i < count; ++i) {
+        if (!isfinite(numbers[i])) {
+            return "a coefficient is not finite";
+        }
+    }
+    curves = (size_t)axis_coefficients(&map->force);
+    surface = curves * (size_t)axis_coefficients(&map->speed) * (size_t)axis_coefficients(&map->temperature);
+    map->torque = numbers + NUMBERS;
+    map->films = map->torque + surface * TORQUE_COLUMNS;
+    map->curves = map->films + surface * FILM_COLUMNS;
+    map->separation = map->curves + curves * CURVE_COLUMNS;
+    map->sharing = map->separation + 2 * (size_t)axis_coefficients(&map->preload);
+    return NULL;
+}
+
+/* --- one copy for all users -------------------------------------------------------------------------------------- */
+
+/* The maps in use. They are constant, so that instances in several threads can read them. This is the only data of the
+   runtime that instances share and that changes. */
+static struct {
+    Lock lock; /* of list, and of next and users of the maps in it */
+    Map *list;
+} in_use = {LOCK_OPEN, NULL};
+
+static bool same_map(const MapIdentity *one, const MapIdentity *other)
+{
+    return one->size == other->size && one->checksum == other->checksum
+           && memcmp(one->content_hash, other->content_hash, HASH_SIZE) == 0;
+}
+
+static Map *listed(const MapIdentity *identity)
+{
+    Map *map = in_use.list;
+
+    while (map != NULL && !same_map(&map->identity, identity)) {
+        map = map->next;
+    }
+    if (map != NULL) {
+        ++map->users;
+    }
+    return map;
+}
+
+/* The map in use with this identity, with one user more, or NULL. */
+static Map *map_in_use(const MapIdentity *identity)
+{
+    Map *map;
+
+    lock_enter(&in_use.lock);
+    map = listed(identity);
+    lock_leave(&in_use.lock);
+    return map;
+}
+
+/* A new map for all. Another thread may have read it at the same time: its map is used then, and this one freed. */
+static Map *map_for_all(Map *map)
+{
+    Map *earlier;
+
+    lock_enter(&in_use.lock);
+    earlier = listed(&map->identity);
+    if (earlier == NULL) {
+        map->users = 1;
+        map->next = in_use.list;
+        in_use.list = map;
+    }
+    lock_leave(&in_use.lock);
+    if (earlier != NULL) {
+        free(map);
+        return earlier;
+    }
+    return map;
+}
+
+void map_free(Map *map)
+{
+    Map **place;
+    bool last = false;
+
+    if (map == NULL) {
+        return;
+    }
+    lock_enter(&in_use.lock);
+    if (--map->users == 0) {
+        for (place = &in_use.list; *place != map; place = &(*place)->next) {
+        }
+        *place = map->next;
+        last = true;
+    }
+    lock_leave(&in_use.lock);
+    if (last) {
+        free(map);
+    }
+}
+
+#if MAP_COMPILED
+
+/* --- compiled in ------------------------------------------------------------------------------------------------- */
+
+Map *map_compiled(char *message, size_t message_size)
+{
+    Map *map = map_in_use(&map_identity);
+    const char *wrong;
+
+    if (map != NULL) {
+        return map;
+    }
+    map = calloc(1, sizeof *map);
+    if (map == NULL) {
+        (void)snprintf(message, message_size, "not enough memory for the head of the map");
+        return NULL;
+    }
+    map->identity = map_identity;
+    wrong = map_over(map, map_numbers, MAP_NUMBER_COUNT);
+    if (wrong != NULL) {
+        (void)snprintf(message, message_size, "the map that is compiled in: %s", wrong);
+        free(map);
+        return NULL;
+    }
+    return map_for_all(map);
+}
+
+#else
 
 /* --- file -------------------------------------------------------------------------------------------------------- */
 
 #define MAGIC_SIZE (sizeof MAP_MAGIC - 1)
-#define HASH_SIZE 64 /* sha256 in hexadecimal */
 #define HEAD_SIZE (MAGIC_SIZE + 16 + HASH_SIZE)
-#define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS + 2) /* before the coefficients */
-#define MOST_NODES 4096
 #define LARGEST_FILE 268435456
 
 static uint64_t little_endian(const unsigned char *bytes)
@@ -25,14 +228,6 @@ static uint64_t little_endian(const unsigned char *bytes)
     for (int i = 7; i >= 0; --i) {
         value = value << 8 | bytes[i];
     }
-    return value;
-}
-
-static double number_at(const unsigned char *bytes, size_t index)
-{
-    uint64_t bits = little_endian(bytes + 8 * index);
-    double value;
-    memcpy(&value, &bits, sizeof value);
     return value;
 }
 
@@ -46,124 +241,84 @@ static uint64_t checksum(const unsigned char *bytes, size_t size)
     return sum;
 }
 
-static bool axis_from(Axis *axis, const unsigned char *bytes, size_t index, bool logarithmic)
+/* True, with the reason in message, if a file is damaged or of another format. */
+static bool file_fails(const unsigned char *bytes, size_t size, const char *name, MapIdentity *identity, char *message,
+                       size_t message_size)
 {
-    double nodes = number_at(bytes, index + 2);
-    axis->lo = number_at(bytes, index);
-    axis->hi = number_at(bytes, index + 1);
-    axis->logarithmic = logarithmic;
-    if (!(nodes >= 4.0 && nodes <= MOST_NODES && floor(nodes) == nodes && isfinite(axis->lo) && isfinite(axis->hi)
-          && axis->lo < axis->hi && (!logarithmic || axis->lo > 0.0))) {
-        return false;
+    char found[MAGIC_SIZE + 1] = "";
+
+    for (size_t i = 0; i < MAGIC_SIZE && i < size; ++i) {
+        found[i] = bytes[i] > ' ' && bytes[i] < 127 ? (char)bytes[i] : '.';
     }
-    axis->last = (int)nodes - 2;
-    axis->origin = logarithmic ? log(axis->lo) : axis->lo;
-    axis->scale = (axis->last + 1) / ((logarithmic ? log(axis->hi) : axis->hi) - axis->origin);
-    return isfinite(axis->scale);
-}
-
-/* True, with the reason in message, if a file is not the map with this content hash. */
-static bool head_fails(const unsigned char *bytes, size_t size, const char *content_hash, const char *name,
-                       char *message, size_t message_size)
-{
-    const unsigned char *body = bytes + MAGIC_SIZE + 16;
-
-    if (size < HEAD_SIZE + 8 * NUMBERS || memcmp(bytes, MAP_MAGIC, MAGIC_SIZE) != 0) {
-        (void)snprintf(message, message_size, "%s: not a nut map of this format (" MAP_MAGIC ")", name);
-    } else if (little_endian(bytes + MAGIC_SIZE) != size) {
+    if (size < MAGIC_SIZE + 16 || memcmp(bytes, MAP_MAGIC, MAGIC_SIZE) != 0) {
+        (void)snprintf(message, message_size, "%s: %.0f bytes that begin with '%s': not a nut map of this format, "
+                       "which begins with '" MAP_MAGIC "'", name, (double)size, found);
+        return true;
+    }
+    identity->size = little_endian(bytes + MAGIC_SIZE);
+    identity->checksum = little_endian(bytes + MAGIC_SIZE + 8);
+    if (identity->size != size || size > LARGEST_FILE || size < HEAD_SIZE + 8 * NUMBERS || size % 8 != 0) {
         (void)snprintf(message, message_size, "%s: %.0f bytes, expected %.0f: truncated or damaged", name, (double)size,
-                       (double)little_endian(bytes + MAGIC_SIZE));
-    } else if (little_endian(bytes + MAGIC_SIZE + 8) != checksum(body, size - MAGIC_SIZE - 16)) {
+                       (double)identity->size);
+        return true;
+    }
+    if (identity->checksum != checksum(bytes + MAGIC_SIZE + 16, size - MAGIC_SIZE - 16)) {
         (void)snprintf(message, message_size, "%s: wrong checksum: damaged", name);
-    } else if (strlen(content_hash) != HASH_SIZE || memcmp(body, content_hash, HASH_SIZE) != 0) {
-        (void)snprintf(message, message_size, "%s: map %.12s, expected %.12s: file of another FMU", name,
-                       (const char *)body, content_hash);
-    } else {
-        return false;
+        return true;
     }
-    return true;
+    for (size_t i = 0; i < HASH_SIZE; ++i) {
+        const char c = (char)bytes[MAGIC_SIZE + 16 + i];
+        identity->content_hash[i] = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') ? c : '.';
+    }
+    identity->content_hash[HASH_SIZE] = '\0';
+    return false;
 }
 
-/* Axes, defaults, law and presliding angle. NULL, or the name of what is invalid. */
-static const char *numbers_from(Map *head, const unsigned char *numbers)
-{
-    const struct {
-        const char *name;
-        Axis *axis;
-        bool logarithmic;
-    } axes[MAP_AXES] = {{"axis force", &head->force, true},
-                        {"axis speed", &head->speed, true},
-                        {"axis temperature", &head->temperature, false},
-                        {"axis preload", &head->preload, true},
-                        {"axis share", &head->share, false}};
-    double law;
-
-    for (size_t i = 0; i < MAP_AXES; ++i) {
-        if (!axis_from(axes[i].axis, numbers, 3 * i, axes[i].logarithmic)) {
-            return axes[i].name;
-        }
-    }
-    for (size_t i = 0; i < MAP_DEFAULTS; ++i) {
-        head->defaults[i] = number_at(numbers, 3 * MAP_AXES + i);
-    }
-    head->presliding_angle = number_at(numbers, NUMBERS - 1);
-    if (!(head->presliding_angle > 0.0 && isfinite(head->presliding_angle))) {
-        return "presliding angle";
-    }
-    law = number_at(numbers, NUMBERS - 2);
-    for (head->law = 0; head->law < LAWS; ++head->law) {
-        if (law == head->law) {
-            return NULL;
-        }
-    }
-    return "friction law";
-}
-
-Map *map_from_bytes(const unsigned char *bytes, size_t size, const char *content_hash, const char *name,
+/* A map from a file that is not damaged. */
+static Map *decoded(const unsigned char *bytes, size_t size, const char *name, const MapIdentity *identity,
                     char *message, size_t message_size)
 {
-    const unsigned char *numbers = bytes + HEAD_SIZE;
+    const size_t count = (size - HEAD_SIZE) / 8;
+    Map *map = calloc(1, sizeof *map + 8 * count);
     const char *wrong;
-    Map head, *map;
-    size_t surface, curves, separation, total;
 
-    if (head_fails(bytes, size, content_hash, name, message, message_size)) {
-        return NULL;
-    }
-    memset(&head, 0, sizeof head);
-    wrong = numbers_from(&head, numbers);
-    if (wrong != NULL) {
-        (void)snprintf(message, message_size, "%s: %s is invalid", name, wrong);
-        return NULL;
-    }
-    curves = (size_t)axis_coefficients(&head.force);
-    surface = curves * (size_t)axis_coefficients(&head.speed) * (size_t)axis_coefficients(&head.temperature);
-    separation = 2 * (size_t)axis_coefficients(&head.preload);
-    total = surface * (TORQUE_COLUMNS + FILM_COLUMNS) + curves * CURVE_COLUMNS
-            + separation * (size_t)(1 + axis_coefficients(&head.share));
-    if (total > LARGEST_FILE / 8 || size != HEAD_SIZE + 8 * (NUMBERS + total)) {
-        (void)snprintf(message, message_size, "%s: size does not fit its axes", name);
-        return NULL;
-    }
-    map = malloc(sizeof *map + 8 * total);
     if (map == NULL) {
         (void)snprintf(message, message_size, "%s: not enough memory for the map", name);
         return NULL;
     }
-    *map = head;
-    for (size_t i = 0; i < total; ++i) {
-        map->data[i] = number_at(numbers, NUMBERS + i);
-        if (!isfinite(map->data[i])) {
-            (void)snprintf(message, message_size, "%s: a coefficient is not finite", name);
-            free(map);
-            return NULL;
-        }
+    for (size_t i = 0; i < count; ++i) {
+        const uint64_t bits = little_endian(bytes + HEAD_SIZE + 8 * i);
+        memcpy(&map->data[i], &bits, sizeof bits);
     }
-    map->torque = map->data;
-    map->films = map->torque + surface * TORQUE_COLUMNS;
-    map->curves = map->films + surface * FILM_COLUMNS;
-    map->separation = map->curves + curves * CURVE_COLUMNS;
-    map->sharing = map->separation + separation;
+    map->identity = *identity;
+    wrong = map_over(map, map->data, count);
+    if (wrong != NULL) {
+        (void)snprintf(message, message_size, "%s: %s", name, wrong);
+        free(map);
+        return NULL;
+    }
+    return map_for_all(map);
+}
+
+Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, const char *name, char *message,
+                    size_t message_size)
+{
+    MapIdentity identity;
+    Map *map;
+
+    if (file_fails(bytes, size, name, &identity, message, message_size)) {
+        return NULL;
+    }
+    map = map_in_use(&identity);
+    if (map == NULL) {
+        map = decoded(bytes, size, name, &identity, message, message_size);
+    }
+    if (map != NULL && map->law != law) {
+        (void)snprintf(message, message_size, "%s: map %.12s has the friction law %s, expected %s: another model",
+                       name, identity.content_hash, map_law_name(map->law), map_law_name(law));
+        map_free(map);
+        return NULL;
+    }
     return map;
 }
 
@@ -178,7 +333,7 @@ static FILE *open_file(const char *path)
 #endif
 }
 
-Map *map_read(const char *path, const char *content_hash, char *message, size_t message_size)
+Map *map_read(const char *path, int law, char *message, size_t message_size)
 {
     FILE *file = open_file(path);
     unsigned char *bytes = NULL;
@@ -199,17 +354,14 @@ Map *map_read(const char *path, const char *content_hash, char *message, size_t 
     } else if (fread(bytes, 1, (size_t)size, file) != (size_t)size) {
         (void)snprintf(message, message_size, "%s: cannot be read", path);
     } else {
-        map = map_from_bytes(bytes, (size_t)size, content_hash, path, message, message_size);
+        map = map_from_bytes(bytes, (size_t)size, law, path, message, message_size);
     }
     free(bytes);
     (void)fclose(file);
     return map;
 }
 
-void map_free(Map *map)
-{
-    free(map);
-}
+#endif
 
 /* --- splines ----------------------------------------------------------------------------------------------------- */
 

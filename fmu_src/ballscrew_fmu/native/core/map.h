@@ -1,10 +1,12 @@
 /* The nut map: tricubic B-splines of the logarithms of torque, film and temperature over (ln force, ln speed,
-   temperature), read once from a file and constant. Order of columns and of the file: constants.h. */
+   temperature), from a file or compiled in, and constant. Order of columns and of the file: constants.h. All users in a
+   process share one copy in memory. */
 #ifndef BALLSCREW_MAP_H
 #define BALLSCREW_MAP_H
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "constants.h"
 
@@ -20,7 +22,16 @@ typedef struct {
     double t; /* position in the cell, 0 to 1 */
 } Place;
 
+#define HASH_SIZE 64 /* sha256 in hexadecimal */
+
+/* Of a map file: two with the same are the same map. */
 typedef struct {
+    uint64_t size, checksum;          /* of the file */
+    char content_hash[HASH_SIZE + 1]; /* of the map as it was built, and its name in messages */
+} MapIdentity;
+
+typedef struct Map Map;
+struct Map {
     int law; /* FILM_SHEAR_LAW or MECHANISTIC_LAW */
     Axis force, speed, temperature, preload, share;
     double defaults[MAP_DEFAULTS];
@@ -30,17 +41,31 @@ typedef struct {
     const double *curves;     /* (force, CURVE_COLUMNS) */
     const double *separation; /* (2, preload), axial load > 0 first */
     const double *sharing;    /* (2, preload, share) */
-    double data[1];           /* all coefficients */
-} Map;
+    MapIdentity identity;
+    Map *next;           /* in the list of maps in use */
+    unsigned long users; /* until map_free */
+    double data[1];      /* the numbers of the file; of a compiled map none */
+};
 
-/* Map from a file; path in UTF-8. NULL if it cannot be used, with the reason in message. */
-Map *map_read(const char *path, const char *content_hash, char *message, size_t message_size);
+/* Map from a file, path in UTF-8, for a model of this law. NULL if it cannot be used, with the reason in message. */
+Map *map_read(const char *path, int law, char *message, size_t message_size);
 
 /* The same from the bytes of a file; name for messages. */
-Map *map_from_bytes(const unsigned char *bytes, size_t size, const char *content_hash, const char *name,
-                    char *message, size_t message_size);
+Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, const char *name, char *message,
+                    size_t message_size);
 
+#if MAP_COMPILED
+/* The same from the numbers of a file that are compiled in (nut_map.c). No file is opened. */
+extern const double map_numbers[MAP_NUMBER_COUNT];
+extern const MapIdentity map_identity;
+Map *map_compiled(char *message, size_t message_size);
+#endif
+
+/* End of use by one of those who have got it. */
 void map_free(Map *map);
+
+/* Name of a friction law. */
+const char *map_law_name(int law);
 
 /* Cell and position of a value, clamped to the axis. */
 Place axis_place(const Axis *axis, double value);

@@ -22,8 +22,10 @@ typedef struct {
 typedef struct {
     int cell;            /* of the force */
     Number weight[4];    /* of the neighbours in force */
+    Number force;        /* [N] */
     Number share, third; /* force divided by the lowest of the axis, at most 1; its cube root */
-    Number sliding_load; /* [N.m] as in Loads */
+    Number log_hysteresis, log_sliding; /* logarithms of the curves at this force */
+    Number sliding_load;                /* [N.m] as in Loads */
 } LoadedNut;
 
 /* Results of preload and axial load alone. */
@@ -31,6 +33,7 @@ typedef struct {
     LoadedNut nut[2];    /* relieved first */
     int nuts;            /* 1: both have the same force */
     double highest;      /* [N] force of the loaded nut under an axial load, clamped; else 0 */
+    bool summed;         /* the following are set; nut_loads leaves this to nut_parts */
     Number hysteresis;   /* [N.m] magnitude, sum over both nuts */
     Number sliding_load; /* [N.m] of balls on each other at coefficient and thrust factor 1, sum over both nuts */
     Number stiffness_hysteresis, stiffness_sliding; /* [N.m/rad] of the bristle by both parts, as above */
@@ -81,8 +84,9 @@ NUT_FUNCTION void nut_conditions(const Map *map, Number speed, Number temperatur
 /* Force of the relieved and the loaded nut [N] at a preload of 0 or more and an axial load that is not 0. */
 NUT_FUNCTION void nut_forces(const Map *map, Number preload, Number axial_load, Number force[2]);
 
-/* Friction by the law of the map. columns: cache of each nut for these conditions, or NULL */
-NUT_FUNCTION void nut_parts(const Map *map, const Loads *loads, const Conditions *now, Columns columns[2],
+/* Friction by the law of the map. loads: as from nut_loads, with sums added here; columns: cache of each nut for these
+   conditions, or NULL */
+NUT_FUNCTION void nut_parts(const Map *map, Loads *loads, const Conditions *now, Columns columns[2],
                             const Friction *friction, Parts *out);
 
 static inline Number coulomb_magnitude(const Parts *parts) { return add(parts->hysteresis, parts->sliding); }

@@ -7,6 +7,12 @@
 
 #include "instance.h"
 
+/* copies of the header without FMI2_FUNCTION_PREFIX are in use */
+#if defined(FMI2_FUNCTION_PREFIX) && !defined(FMI2_OVERRIDE_FUNCTION_PREFIX)
+#undef fmi2FullName
+#define fmi2FullName(name) BALLSCREW_NAMED(FMI2_FUNCTION_PREFIX, name)
+#endif
+
 /* States in which each call is legal: tables of sections 3.2.3 and 4.2.4 of FMI 2.0.5. Conditions on the variable are
    in settable_in of values.c. Differs from the standard: setTime in Event Mode is accepted for all FMUs, not only for
    discrete-time ones, as importers call it there. */

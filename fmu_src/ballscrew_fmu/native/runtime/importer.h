@@ -27,7 +27,7 @@ struct Importer {
 /* Message if no instance can be created. Logged whatever the log settings. */
 void importer_error(const Importer *importer, const char *name, const char *format, ...);
 
-/* The map in the resources (resources.c). NULL with a message if it cannot be used. */
+/* The map in the resources, or that which is compiled in (resources.c). NULL with a message if it cannot be used. */
 Map *importer_map(const Importer *importer, const char *name, const char *resources, bool is_uri);
 
 /* Text of a number, the same on every platform. */

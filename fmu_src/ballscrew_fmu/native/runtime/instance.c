@@ -53,6 +53,14 @@ Status instance_discard(Instance *instance, const char *format, ...)
     return STATUS_DISCARD;
 }
 
+static void inform(const Instance *instance, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    log_message(instance, STATUS_OK, format, arguments);
+    va_end(arguments);
+}
+
 static void warn(const Instance *instance, const char *format, ...)
 {
     va_list arguments;
@@ -86,6 +94,18 @@ Status instance_set_logging(Instance *instance, bool on, size_t count, const cha
 }
 
 /* --- create and free --------------------------------------------------------------------------------------------- */
+
+/* Which map the results are from: that in the resources can be replaced. */
+static void report_map(const Instance *instance)
+{
+    const char *found = instance->map->identity.content_hash;
+
+    inform(instance, "map %s, %s friction law", found, map_law_name(instance->map->law));
+    if (strcmp(found, MODEL_MAP) != 0) {
+        warn(instance, "map %.12s replaces map %.12s, which the start values of the model description belong to",
+             found, MODEL_MAP);
+    }
+}
 
 Instance *instance_create(const Importer *importer, unsigned kind, const char *name, const char *token,
                           const char *resources, bool is_uri, bool logging)
@@ -123,6 +143,7 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
     instance->categories = ALL_CATEGORIES;
     instance->saved.next = instance->saved.previous = &instance->saved;
     (void)instance_reset(instance);
+    report_map(instance);
     return instance;
 }
 
@@ -395,7 +416,7 @@ Status instance_serialized_size(Instance *instance, const void *state, size_t *s
     if (state == NULL || size == NULL) {
         return missing(instance);
     }
-    *size = situation_size(&((const Saved *)state)->situation);
+    *size = situation_size(&((const Saved *)state)->situation, instance->map);
     return STATUS_OK;
 }
 
@@ -406,11 +427,11 @@ Status instance_serialize(Instance *instance, const void *state, unsigned char *
     if (saved == NULL || bytes == NULL) {
         return missing(instance);
     }
-    if (size != situation_size(&saved->situation)) {
+    if (size != situation_size(&saved->situation, instance->map)) {
         return instance_fail(instance, "room for %lu bytes; an FMU state has %lu", (unsigned long)size,
-                             (unsigned long)situation_size(&saved->situation));
+                             (unsigned long)situation_size(&saved->situation, instance->map));
     }
-    situation_write(&saved->situation, bytes);
+    situation_write(&saved->situation, instance->map, bytes);
     return STATUS_OK;
 }
 
@@ -423,7 +444,7 @@ Status instance_deserialize(Instance *instance, const unsigned char *bytes, size
     if (bytes == NULL || state == NULL) {
         return missing(instance);
     }
-    if (!situation_read(&situation, bytes, size, reason, sizeof reason)) {
+    if (!situation_read(&situation, instance->map, bytes, size, reason, sizeof reason)) {
         return instance_fail(instance, "serialized FMU state %s", reason);
     }
     if (store(instance, &situation, &fresh) != STATUS_OK) {

@@ -1,8 +1,24 @@
-/* The map in the resources of the FMU, located by URI (FMI 2) or path (FMI 3). */
+/* The map of an instance: in the resources of the FMU, located by URI (FMI 2) or path (FMI 3), or compiled in. */
 #include <string.h>
 
 #include "importer.h"
 #include "variables.h"
+
+#if MAP_COMPILED
+
+Map *importer_map(const Importer *importer, const char *name, const char *resources, bool is_uri)
+{
+    char message[128];
+    Map *map = map_compiled(message, sizeof message);
+
+    (void)resources, (void)is_uri;
+    if (map == NULL) {
+        importer_error(importer, name, "%s", message);
+    }
+    return map;
+}
+
+#else
 
 static int hexadecimal(char c)
 {
@@ -57,7 +73,7 @@ static void path_of_uri(const char *uri, char *path)
 
 Map *importer_map(const Importer *importer, const char *name, const char *resources, bool is_uri)
 {
-    char message[320], *path;
+    char message[MESSAGE_SIZE], *path;
     Map *map;
     size_t length;
 
@@ -80,10 +96,12 @@ Map *importer_map(const Importer *importer, const char *name, const char *resour
         path[length++] = '/';
     }
     strcpy(path + length, MAP_FILE);
-    map = map_read(path, MODEL_MAP, message, sizeof message);
+    map = map_read(path, MODEL_LAW, message, sizeof message);
     importer->release(path);
     if (map == NULL) {
         importer_error(importer, name, "%s", message);
     }
     return map;
 }
+
+#endif

@@ -41,6 +41,7 @@ typedef struct {
     enum { MEASURE, WRITE, READ } way;
     unsigned char *to;
     const unsigned char *from;
+    const char *map; /* content hash of the map of the instance */
     size_t at;
     size_t size; /* READ: of the bytes */
     bool good;   /* READ: complete and valid so far */
@@ -157,7 +158,7 @@ static void pass_all(Walk *walk, Situation *situation, uint64_t *sum, unsigned *
         return;
     }
     pass_text(walk, MODEL_TOKEN);
-    pass_text(walk, MODEL_MAP);
+    pass_text(walk, walk->map);
     if (walk->good) {
         pass_situation(walk, situation);
     }
@@ -174,9 +175,9 @@ static uint64_t hash_of_bytes(const unsigned char *bytes, size_t size)
     return sum;
 }
 
-size_t situation_size(const Situation *situation)
+size_t situation_size(const Situation *situation, const Map *map)
 {
-    Walk walk = {MEASURE, NULL, NULL, 0, 0, true};
+    Walk walk = {MEASURE, NULL, NULL, map->identity.content_hash, 0, 0, true};
     Situation copy = *situation;
     unsigned version = LAYOUT_VERSION, size = 0;
     uint64_t sum = 0;
@@ -185,11 +186,11 @@ size_t situation_size(const Situation *situation)
     return walk.at;
 }
 
-void situation_write(const Situation *situation, unsigned char *bytes)
+void situation_write(const Situation *situation, const Map *map, unsigned char *bytes)
 {
-    Walk walk = {WRITE, bytes, NULL, 0, 0, true};
+    Walk walk = {WRITE, bytes, NULL, map->identity.content_hash, 0, 0, true};
     Situation copy = *situation;
-    unsigned version = LAYOUT_VERSION, size = (unsigned)situation_size(situation);
+    unsigned version = LAYOUT_VERSION, size = (unsigned)situation_size(situation, map);
     uint64_t sum = 0;
 
     pass_all(&walk, &copy, &sum, &version, &size);
@@ -218,9 +219,10 @@ static bool possible(const Situation *situation)
     return true;
 }
 
-bool situation_read(Situation *situation, const unsigned char *bytes, size_t size, char *reason, size_t reason_size)
+bool situation_read(Situation *situation, const Map *map, const unsigned char *bytes, size_t size, char *reason,
+                    size_t reason_size)
 {
-    Walk walk = {READ, NULL, bytes, 0, size, true};
+    Walk walk = {READ, NULL, bytes, map->identity.content_hash, 0, size, true};
     unsigned version = 0, written = 0;
     uint64_t sum = 0;
 
@@ -233,7 +235,7 @@ bool situation_read(Situation *situation, const unsigned char *bytes, size_t siz
         (void)snprintf(reason, reason_size, "has layout %u, this FMU reads layout %u", version, LAYOUT_VERSION);
     } else if (!walk.good || walk.at != size || !possible(situation)) {
         (void)snprintf(reason, reason_size, "is of another version or map; this FMU has %s and map %.12s", MODEL_TOKEN,
-                       MODEL_MAP);
+                       map->identity.content_hash);
     } else {
         return true;
     }

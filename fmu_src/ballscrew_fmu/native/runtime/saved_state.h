@@ -41,9 +41,11 @@ struct Saved {
 Saved *saved_new(Saved *head, const Importer *importer);
 void saved_release(Saved *saved, const Importer *importer);
 
-/* Number of bytes; write that many bytes; read. False: the bytes are rejected, with the reason. */
-size_t situation_size(const Situation *situation);
-void situation_write(const Situation *situation, unsigned char *bytes);
-bool situation_read(Situation *situation, const unsigned char *bytes, size_t size, char *reason, size_t reason_size);
+/* Number of bytes; write that many bytes; read. map: of the instance. False: the bytes are rejected, with the
+   reason. */
+size_t situation_size(const Situation *situation, const Map *map);
+void situation_write(const Situation *situation, const Map *map, unsigned char *bytes);
+bool situation_read(Situation *situation, const Map *map, const unsigned char *bytes, size_t size, char *reason,
+                    size_t reason_size);
 
 #endif

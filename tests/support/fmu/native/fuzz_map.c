@@ -71,7 +71,7 @@ int main(int argc, char **argv)
 {
     long refused = 0, accepted = 0, count;
     unsigned char *original, *bytes;
-    char message[300], hash[65];
+    char message[300];
     size_t size;
     FILE *file;
 
@@ -86,8 +86,6 @@ int main(int argc, char **argv)
         return 2;
     }
     (void)fclose(file);
-    memcpy(hash, original + 24, 64);
-    hash[64] = '\0';
     count = strtol(argv[2], NULL, 10);
     for (long n = 0; n < count; ++n) {
         size_t length = size;
@@ -130,7 +128,7 @@ int main(int argc, char **argv)
             }
             memcpy(exact, bytes, length);
             message[0] = '\0';
-            map = map_from_bytes(exact, length, hash, "fuzz", message, sizeof message);
+            map = map_from_bytes(exact, length, MODEL_LAW, "fuzz", message, sizeof message);
             free(exact);
         }
         if (map == NULL) {
@@ -147,7 +145,7 @@ int main(int argc, char **argv)
         free(bytes);
     }
     {
-        Map *map = map_from_bytes(original, size, hash, "original", message, sizeof message);
+        Map *map = map_from_bytes(original, size, MODEL_LAW, "original", message, sizeof message);
         if (map == NULL || !finite_outputs(map)) {
             (void)printf("the original is refused: %s\n", message);
             return 1;

@@ -47,7 +47,7 @@ void *ballScrewMap_open(const char *fileName)
         ModelicaFormatError("BallScrewFriction: no memory\n");
         return NULL;
     }
-    handle->map = map_read(fileName, MODEL_MAP, message, sizeof message);
+    handle->map = map_read(fileName, MODEL_LAW, message, sizeof message);
     if (handle->map == NULL) {
         free(handle);
         ModelicaFormatError("BallScrewFriction: %s\n", message);

@@ -24,8 +24,8 @@ static void compute_loads(Model *model)
 static void locate(Model *model)
 {
     if (!model->conditions_known) {
-        compute_loads(model);
         nut_conditions(model->map, model->latched[SPEED], model->latched[TEMPERATURE], &model->conditions);
+        compute_loads(model);
         model->conditions_known = true;
     }
 }
