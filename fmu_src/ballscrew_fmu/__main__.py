@@ -55,8 +55,8 @@ INTERRUPTED = 130
 
 
 MAP_DESCRIPTION = """\
-Write the map of a screw as nut_map.bin, the form in which the native FMUs read it. Put in place of
-resources/nut_map.bin of an unpacked or repacked native FMU, it gives the friction of this screw without a build. The friction law must be
+Write the map of a screw as nut_map.bin, the form in which the native FMUs read it. Put in place of the file of this
+name in the resources of a native FMU, it gives the friction of this screw without a build. The friction law must be
 that of the FMU. The model description is not changed: its start values, limits and dependencies remain those of the
 map that the FMU was built with. Set the friction parameters printed here."""
 
