@@ -38,7 +38,7 @@ Same input gives the same bytes. The FMUs are delivered only if all checks pass.
 examples
   {prog}                                  the screw GD4008-3 with its packaged map
   {prog} --kinematics rolling_frame       its other kinematics, with reliable films
-  {prog} --python-only                    only the FMUs for Python hosts, without compiler
+  {prog} --python-only                    only the FMUs for Python hosts
   python -m ballscrew_tehl map build --screw my.toml --output my_map.nc
   {prog} --screw my.toml --map my_map.nc --output my_fmus
   python -m ballscrew_tehl calibrate measurements.csv --screw my.toml --map my_map.nc --output friction.toml
@@ -112,7 +112,7 @@ def _add_build(options: argparse.ArgumentParser, folder: Path) -> None:
     options.add_argument(
         "--python-only",
         action="store_true",
-        help="build the FMUs for Python hosts only; the native ones need ziglang",
+        help="build the FMUs for Python hosts only",
     )
     options.set_defaults(run=_build, prog=options.prog)
 

@@ -56,8 +56,7 @@ def compiler_version() -> str:
     """
     if importlib.util.find_spec("ziglang") is None:
         raise BuildError(
-            "ziglang is not installed; needed to compile the native FMUs: python -m pip install ziglang, "
-            "or build with --python-only"
+            "ziglang is not installed; needed to compile the libraries of the FMUs: python -m pip install ziglang"
         )
     return _run([*_ZIG, "version"], Path.cwd(), "ziglang").strip()
 

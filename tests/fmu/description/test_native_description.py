@@ -107,7 +107,7 @@ def unknowns(root, kind):
         }
         nodes, key, first = root.findall(f"ModelStructure/{groups[kind]}/Unknown"), "index", 1
     else:
-        nodes, key, first = root.findall(f"ModelStructure/{kind}"), "valueReference", 0
+        nodes, key, first = root.findall(f"ModelStructure/{kind}"), "valueReference", 1
     found = {}
     for node in nodes:
         places = [int(d) - first for d in node.get("dependencies").split()]

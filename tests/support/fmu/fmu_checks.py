@@ -96,8 +96,8 @@ def _schemas(files, version):
 def _numbers(root):
     found = []
     references = [reference for _, reference, _ in variables_of(root)]
-    if references != list(range(len(references))):
-        found.append(f"value references {references} are not 0 to {len(references) - 1}, each once")
+    if references != list(range(1, len(references) + 1)):
+        found.append(f"value references {references} are not 1 to {len(references)}, each once, in order")
     for name, _, node in variables_of(root):
         values = {key: float(node.get(key)) for key in ("min", "start", "max") if _is_number(node.get(key))}
         if list(values.values()) != sorted(values.values()):

@@ -11,7 +11,7 @@
 #define MAGIC "BSFSTATE"
 #define MAGIC_SIZE 8
 #define CHECKED_FROM (MAGIC_SIZE + 8)
-#define LAYOUT_VERSION 1U
+#define LAYOUT_VERSION 2U
 
 /* --- in memory --------------------------------------------------------------------------------------------------- */
 
@@ -137,6 +137,7 @@ static void pass_situation(Walk *walk, Situation *situation)
     pass_unsigned(walk, &situation->state, FAILED);
     pass_unsigned(walk, &situation->warned, 2U * WARNED_TIME - 1U);
     pass_bool(walk, &situation->stale);
+    pass_bool(walk, &situation->unchecked);
     pass_model(walk, &situation->model);
 }
 
@@ -202,6 +203,7 @@ void situation_write(const Situation *situation, unsigned char *bytes)
 static bool possible(const Situation *situation)
 {
     const unsigned state = situation->state;
+    const bool unchecked = situation->unchecked && !situation->model.continuous;
 
     if (state == 0U || (state & (state - 1U)) != 0U || !(fabs(situation->time) < TOO_LARGE)
         || !(situation->stop > -TOO_LARGE) || !model_possible(&situation->model)) {
@@ -211,7 +213,8 @@ static bool possible(const Situation *situation)
         const enum Causality causality = model_variables[i].causality;
         const bool set = causality == CAUSALITY_INPUT || causality == CAUSALITY_PARAMETER
                          || causality == CAUSALITY_STATE;
-        if (set && !(model_accepts(i, situation->model.value[i]) && model_accepts(i, situation->model.latched[i]))) {
+        if (set && !((unchecked || model_accepts(i, situation->model.value[i]))
+                     && model_accepts(i, situation->model.latched[i]))) {
             return false;
         }
     }

@@ -104,7 +104,7 @@ typedef struct {
     void *instance;
 } Fmu;
 
-static const unsigned all_references[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+static const unsigned all_references[] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
 
 static inline int set_values(const Fmu *fmu, const unsigned references[], size_t count, const double values[])
 {
