@@ -186,10 +186,7 @@ def test_a_missing_compiler_is_one_line_with_the_remedy(
 
     monkeypatch.setattr("ballscrew_fmu.native_fmu.package.compiler_version", missing)
     assert script.main(["--output", str(tmp_path)]) == 1
-    assert (
-        one_line(capsys)
-        == "build_fmu.py: no FMU delivered: ziglang is not installed"
-    )
+    assert one_line(capsys) == "build_fmu.py: no FMU delivered: ziglang is not installed"
     assert list(tmp_path.iterdir()) == []
 
 

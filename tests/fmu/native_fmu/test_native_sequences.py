@@ -419,7 +419,8 @@ CALLS = st.lists(
         ),
         st.tuples(st.sampled_from(["set_unknown"]), UNKNOWN),
         st.tuples(st.just("get_unknown"), st.sampled_from([0, TIME + 1, 1000, 2**32 - 1])),
-        st.tuples(st.sampled_from(["set_inputs", "set_parameter"]), BAD),
+        st.tuples(st.just("set_inputs"), BAD),
+        st.tuples(st.just("set_parameter"), BAD),
         st.tuples(st.just("step"), st.one_of(BAD, st.sampled_from([0.0, -1e-3, -1e9]))),
     ),
     min_size=1,
@@ -462,7 +463,7 @@ def test_any_sequence_gives_the_status_of_the_state_machine(version):
     run()
     assert counts[OK] > ILLEGAL_SEQUENCES
     assert counts[ERROR] > 0.8 * ILLEGAL_SEQUENCES
-    assert counts[DISCARD] > 0.02 * ILLEGAL_SEQUENCES
+    assert counts[DISCARD] > 0.01 * ILLEGAL_SEQUENCES
 
 
 def test_the_machine_covers_all_calls():

@@ -128,8 +128,9 @@ static inline int get_outputs(const Fmu *fmu, double output[OUTPUTS])
     return get_values(fmu, all_references + INPUTS, OUTPUTS, output);
 }
 
-static inline int set_parameter(const Fmu *fmu, unsigned reference, double value)
+static inline int set_parameter(const Fmu *fmu, unsigned index, double value)
 {
+    const unsigned reference = FIRST_REFERENCE + index;
     return set_values(fmu, &reference, 1, &value);
 }
 
