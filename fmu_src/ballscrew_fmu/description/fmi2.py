@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.variables.friction import UNITS, Variable, band_text, law_name
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, UNITS, Variable, band_text, law_name
 
 LOG_CATEGORIES = {
     "logStatusWarning": "An input is outside the map and is clamped",
@@ -60,7 +60,7 @@ def model_description(
         SubElement(categories, "Category", name=name, description=text)
     SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="1.0", stepSize="0.001")
     listed = SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(variables):
+    for reference, variable in enumerate(variables, FIRST_REFERENCE):
         _scalar_variable(listed, reference, variable)
     _model_structure(SubElement(root, "ModelStructure"), variables)
     ElementTree.indent(root)

@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, SubElement
 from ballscrew_fmu.description.fmi2 import LOG_CATEGORIES as PYTHON_CATEGORIES
 from ballscrew_fmu.description.fmi2 import _scalar_variable, _unit_definitions
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.variables.friction import TIME, Variable, band_text, law_name
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, TIME, Variable, band_text, law_name
 
 LOG_CATEGORIES = {
     "logStatusWarning": PYTHON_CATEGORIES["logStatusWarning"],
@@ -186,7 +186,7 @@ def _states(variables: Sequence[Variable]) -> set[str]:
 
 def _fmi2_variables(parent: Element, variables: Sequence[Variable]) -> None:
     place = {v.name: n for n, v in enumerate(variables, start=1)}
-    for reference, v in enumerate(variables):
+    for reference, v in enumerate(variables, FIRST_REFERENCE):
         _scalar_variable(parent, reference, v)
         node = parent[-1]
         if v.name in _states(variables):
@@ -197,7 +197,7 @@ def _fmi2_variables(parent: Element, variables: Sequence[Variable]) -> None:
 
 
 def _fmi3_variables(parent: Element, variables: Sequence[Variable]) -> None:
-    reference = {v.name: str(n) for n, v in enumerate(variables)}
+    reference = {v.name: str(n) for n, v in enumerate(variables, FIRST_REFERENCE)}
     for v in variables:
         node = SubElement(
             parent,
@@ -269,7 +269,7 @@ def _fmi2_structure(parent: Element, variables: Sequence[Variable]) -> None:
 
 
 def _fmi3_structure(parent: Element, variables: Sequence[Variable]) -> None:
-    place = {v.name: n for n, v in enumerate(variables)}
+    place = {v.name: n for n, v in enumerate(variables, FIRST_REFERENCE)}
     unknowns = _unknowns(variables)
     for tag, kind in (
         ("Output", "Output"),

@@ -20,7 +20,7 @@ import fmpy
 
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.map_file import MAGIC, MAP_FILE, checksum, map_numbers
-from ballscrew_fmu.variables.friction import Variable
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable
 from ballscrew_tehl.runtime import constants
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, FILM_SHEAR, FORCE_CURVES, SURFACES, TORQUE_SURFACES
@@ -47,12 +47,14 @@ _HEADER = """\
 #define MODEL_MAP "{content_hash}" /* content hash of the map that the table of variables is from */
 #define MODEL_LAW {law}_LAW /* of its friction: required of a map in the resources */
 
-enum Reference {{
+#define FIRST_REFERENCE {first_reference}U /* value reference of variable 0 of the table below */
+
+enum Variables {{
 {references},
     VARIABLE_COUNT
 }};
 
-#define TIME_REFERENCE VARIABLE_COUNT /* FMI 3 only: the independent variable */
+#define TIME_REFERENCE (FIRST_REFERENCE + VARIABLE_COUNT) /* FMI 3 only: the independent variable */
 #define INPUT_FIRST {first}
 #define INPUT_COUNT {inputs}
 #define MODEL_DERIVATIVES {derivatives} /* 1: the model has directional derivatives */
@@ -168,12 +170,7 @@ def native_sources(
     }
     if f"fmi{fmi_version}.c" not in files:
         raise SourceError(f"fmi{fmi_version}.c not found in {_HERE}; install the project again")
-    headers = Path(fmpy.__file__).parent / "c-code"
-    for name in FMI_HEADERS[fmi_version]:
-        try:
-            files[name] = (headers / name).read_bytes()
-        except OSError as error:
-            raise SourceError(f"FMI header {name} not found in {headers}; install fmpy >= 0.3.32") from error
+    files |= fmi_headers(fmi_version)
     generated = variable_sources(header, token, model)
     if compiled_map is not None:
         generated["nut_map.c"] = _map_source(compiled_map)
@@ -211,6 +208,18 @@ def _map_source(nut_map: NutMap) -> str:
     )
 
 
+def fmi_headers(fmi_version: int) -> dict[str, bytes]:
+    """The FMI headers of fmpy by name.
+
+    Raises       SourceError: one is missing
+    """
+    headers = Path(fmpy.__file__).parent / "c-code"
+    try:
+        return {name: (headers / name).read_bytes() for name in FMI_HEADERS[fmi_version]}
+    except OSError as error:
+        raise SourceError(f"{error.filename} not found; install fmpy >= 0.3.32") from error
+
+
 def is_fmi_header(name: str) -> bool:
     """Whether a source is an FMI header. Importers that compile sources use their own."""
     return any(name in names for names in FMI_HEADERS.values())
@@ -231,6 +240,7 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
             token=token,
             content_hash=header["content_hash"],
             law=str(header["law"]).upper(),
+            first_reference=FIRST_REFERENCE,
             references=",\n".join(f"    {v.name.upper()}" for v in table),
             first=inputs[0].name.upper(),
             inputs=len(inputs),

@@ -22,6 +22,7 @@ from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, write_fmu
 from ballscrew_fmu.description.fmi2 import model_description
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.pages.friction import documentation_files
+from ballscrew_fmu.python_fmu.entry_library import TOKEN_FILE, binaries
 from ballscrew_fmu.python_fmu.slave_base import MAP_FILE
 from ballscrew_fmu.python_fmu.solver_cache import SOLVER_FOLDER, digest, solver_name
 from ballscrew_tehl import __version__
@@ -33,10 +34,6 @@ TRAVELLING = ("ballscrew_fmu.python_fmu", "ballscrew_fmu.variables", "ballscrew_
 SOLVER_MODULE = "ballscrew_tehl.refinement.refine"
 #: packages that it needs in the host, in addition to the standard library
 SOLVER_NEEDS = ("numba", "numpy", "pydantic", "scipy")
-BINARIES = {
-    "linux64/libpythonfmu-export.so": "linux64/{model}.so",
-    "win64/pythonfmu-export.dll": "win64/{model}.dll",
-}
 SCRIPT = '''"""Entry script of the FMU: pythonfmu needs a class that is defined here and has a method of its own."""
 
 from {package}.{slave} import {model}Base
@@ -181,9 +178,7 @@ def fmu_files(
     files[f"resources/{script}.py"] = entry.encode()
     files["resources/slavemodule.txt"] = script.encode()
     files[f"resources/{MAP_FILE}"] = nut_map.to_npz()
-    library = _file_of("pythonfmu").parent / "resources" / "binaries"
-    for built, placed in BINARIES.items():
-        files[f"binaries/{placed.format(model=model.name)}"] = (library / built).read_bytes()
+    files |= binaries(model.name)
     files |= {
         f"documentation/{name}": text.encode()
         for name, text in documentation_files(nut_map.header, model).items()
@@ -191,6 +186,7 @@ def fmu_files(
     tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"
     blank = model_description(nut_map.header, "", tool, model)
     guid = str(uuid.uuid5(NAMESPACE, digest({**files, "modelDescription.xml": blank})))
+    files[f"resources/{TOKEN_FILE}"] = guid.encode()
     return {"modelDescription.xml": model_description(nut_map.header, guid, tool, model), **files}
 
 

@@ -22,7 +22,7 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from ballscrew_fmu.python_fmu.process_end import reset_at_exit
-from ballscrew_fmu.variables.friction import Variable, places
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable, places
 from ballscrew_tehl.runtime.constants import TOO_LARGE
 from ballscrew_tehl.runtime.evaluate import NutMap
 
@@ -42,19 +42,21 @@ class MapSlave(Fmi2Slave):
         _restore_imports(self.resources)
         reset_at_exit(self.resources)
         self._map = NutMap.from_npz(os.path.join(self.resources, MAP_FILE))
-        self._table = table(self._map.header)
+        table_of_map = table(self._map.header)
         inputs, outputs, parameters = (
-            places(self._table, causality) for causality in ("input", "output", "parameter")
+            places(table_of_map, causality) for causality in ("input", "output", "parameter")
         )
+        self._table = dict(enumerate(table_of_map, FIRST_REFERENCE))  # by value reference
         self._outputs = slice(outputs[0], outputs[-1] + 1)
-        self._named = operator.itemgetter(*(v.name for v in self._table[self._outputs]))
+        self._named = operator.itemgetter(*(self._table[place].name for place in outputs))
         self._bounds = [(place, -TOO_LARGE) for place in inputs]
         self._bounds += [(p, _least(self._table[p])) for p in parameters if self._table[p].unit is not None]
-        self._known = range(len(self._table))
+        self._known = self._table.keys()
         self._settable = frozenset(place for place, _ in self._bounds)
         self._switches = frozenset(p for p in parameters if self._table[p].unit is None)
-        # by value reference
-        self._values: list[Any] = [0.0 if v.start is None else v.start for v in self._table]
+        # by value reference, with nothing below the first
+        self._values: list[Any] = [None] * FIRST_REFERENCE
+        self._values += [0.0 if v.start is None else v.start for v in table_of_map]
         self._phase = INITIALIZING
         self._stale = True  # outputs are older than the inputs; used while initializing
         self._warned: list[str] = []
@@ -77,7 +79,7 @@ class MapSlave(Fmi2Slave):
 
     def _getter(self, *names: str) -> Callable[[list[Any]], Any]:
         """Function that gets these variables from the list of values; a tuple unless one name is given."""
-        place = {v.name: n for n, v in enumerate(self._table)}
+        place = {v.name: n for n, v in self._table.items()}
         return operator.itemgetter(*(place[name] for name in names))
 
     def _set_outputs(self, outputs: Mapping[str, Any]) -> None:
@@ -228,7 +230,7 @@ class MapSlave(Fmi2Slave):
     def _warn(self, clamped: tuple[str, ...]) -> None:
         for name in clamped:
             if name not in self._warned:
-                value = self._values[next(i for i, v in enumerate(self._table) if v.name == name)]
+                value = self._values[next(n for n, v in self._table.items() if v.name == name)]
                 message = f"{name} = {value} is outside the map and is clamped (logged once)"
                 self._log_once(name, message, Fmi2Status.warning)
 

@@ -1,7 +1,7 @@
 """Table of the variables of BallScrewFriction: names, units, bounds, start values, dependencies; the types of a table.
 
-Model description, slave, documentation and C sources are generated from this table. The value reference of a variable
-is its index in the table. What depends on the map comes from its header (of_map): bounds, start values, descriptions
+Model description, slave, documentation and C sources are generated from this table. Value references follow its order,
+from FIRST_REFERENCE. What depends on the map comes from its header (of_map): bounds, start values, descriptions
 and dependencies of its friction law. The table of BallScrewPreloadMonitor is in monitor.py.
 """
 
@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
+FIRST_REFERENCE = 1  # OMSimulator 3 takes the value references of FMI 3 dependencies for indices from 1
 Header = Mapping[str, Any]  # of a map
 OfMap = Callable[[Header], Any]
 
@@ -366,4 +367,4 @@ TIME = Variable("time", "independent", "Time", "s", quantity="Time")  # FMI 3 on
 
 def places(variables: tuple[Variable, ...], causality: str) -> tuple[int, ...]:
     """Value references of the variables with this causality."""
-    return tuple(i for i, v in enumerate(variables) if v.causality == causality)
+    return tuple(n for n, v in enumerate(variables, FIRST_REFERENCE) if v.causality == causality)

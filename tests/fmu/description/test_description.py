@@ -91,7 +91,9 @@ def test_variables_are_those_of_the_interface(scalars):
         assert node[0].tag == ("Boolean" if name in BOOLEANS else "Real")
         unit = {**{n: u for n, (u, _) in INPUTS.items()}, **OUTPUTS, **PARAMETERS}[name]
         assert node[0].get("unit") == unit
-    assert [node.get("valueReference") for node in scalars.values()] == [str(n) for n in range(len(scalars))]
+    assert [node.get("valueReference") for node in scalars.values()] == [
+        str(n + 1) for n in range(len(scalars))
+    ]
 
 
 def test_start_values_bounds_and_display_units(scalars):

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Print which importers run the FMUs, as a Markdown table with the numbers that the tests check.
 
-python tests/fmu/importers/importer_table.py [--no-platforms]
+python tests/fmu/importers/importer_table.py [--no-platforms] [--only TOOL]
+.ci/importers installs all importers into a new environment and runs it.
 """
 
 import argparse
@@ -22,8 +23,11 @@ from importer_cases import (
     AGREEMENT,
     HELD,
     MASTER_AGREEMENT,
+    MONITOR_AGREEMENT,
     NAMES,
     SMOOTH,
+    below_special_characters,
+    beside_the_monitor,
     coupled,
     differences,
     reference,
@@ -32,7 +36,7 @@ from importer_cases import (
     subjects_of,
     zero_findings,
 )
-from importers import MASTERS, REPLAYS, Master, Replay, problem, toolbox_findings, version
+from importers import MASTERS, REPLAYS, TOOLS, Master, Replay, problem, toolbox_findings, version
 from platforms import EMULATED, HERE, outputs_on
 from synthetic_map import make_map
 
@@ -53,11 +57,26 @@ def result(case: Callable[[], str], reason: str | None) -> str:
         return f"**{type(error).__name__}: {error}**"
 
 
+SHORT = 24  # rows for two FMUs at a time, and for special characters
+
+
 def replay_result(case: Replay, name: str) -> str:
-    worst = replayed(case, subject(name).friction, *reference(make_map()))
+    nut_map = make_map()
+    rows, expected = reference(nut_map)
+    worst = replayed(case, subject(name).friction, rows, expected)
     zeros = zero_findings(case, subject(name).friction)
     text = f"replay within {worst:.0e} of the map; zero inputs: " + ("; ".join(zeros) or "torque 0, no NaN")
-    return verdict(worst <= AGREEMENT and not zeros, text)
+    good = worst <= AGREEMENT and not zeros
+    few = rows[:SHORT], expected[:SHORT]
+    with below_special_characters(subject(name).friction) as fmu:
+        worst = replayed(case, fmu, *few)
+    good = good and worst <= AGREEMENT
+    text += f"; below a path with blank, #, %, +, umlaut: {worst:.0e}"
+    if case.kind == "CS":
+        friction, monitor = beside_the_monitor(case, name, nut_map, *few)
+        good = good and friction <= AGREEMENT and monitor <= MONITOR_AGREEMENT
+        text += f"; beside the preload monitor: {friction:.0e}, that one {monitor:.0e}"
+    return verdict(good, text)
 
 
 def master_result(case: Master, name: str) -> str:
@@ -83,17 +102,17 @@ def platform_result(platform: str, fmi_version: int, unpacked: Path, scratch: Pa
     return verdict(worst <= AGREEMENT, "100 points: bit for bit as on x86_64 Linux" if equal == 1.0 else text)
 
 
-def lines(platforms: bool) -> Iterator[Line]:
+def lines(platforms: bool, only: str | None) -> Iterator[Line]:
     for case in REPLAYS:
-        for name in subjects_of(case):
+        for name in subjects_of(case) if only in (None, case.tool) else ():
             text = result(lambda c=case, n=name: replay_result(c, n), problem(case.tool))
             yield case.tool, version(case.tool), case.way, name, case.kind, text
     for master in MASTERS:
-        for name in subjects_of(master):
+        for name in subjects_of(master) if only in (None, master.tool) else ():
             text = result(lambda c=master, n=name: master_result(c, n), problem(master.tool))
             yield master.tool, version(master.tool), master.way, name, "CS", text
     tool = "fmu-manipulation-toolbox"
-    for name in NAMES:
+    for name in NAMES if only in (None, tool) else ():
         yield tool, version(tool), "checks", name, "-", result(lambda n=name: check_result(n), problem(tool))
     if platforms:
         yield from platform_lines()
@@ -121,11 +140,14 @@ def platform_lines() -> Iterator[Line]:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--no-platforms", action="store_true", help="leave out wine and qemu")
+    parser.add_argument(
+        "--only", choices=TOOLS, metavar="TOOL", help=f"one of {', '.join(TOOLS)}; without wine and qemu"
+    )
     options = parser.parse_args()
     with own_output() as table:
         print(f"| {' | '.join(HEAD)} |\n|{'---|' * len(HEAD)}", file=table, flush=True)
         failed = False
-        for line in lines(not options.no_platforms):
+        for line in lines(not (options.no_platforms or options.only), options.only):
             print(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |", file=table, flush=True)
             failed = failed or line[-1].startswith("**")
     return 1 if failed else 0

@@ -8,9 +8,12 @@ from importer_cases import (
     AGREEMENT,
     HELD,
     MASTER_AGREEMENT,
+    MONITOR_AGREEMENT,
     NAMES,
     SMOOTH,
     ZEROS,
+    below_special_characters,
+    beside_the_monitor,
     coupled,
     reference,
     replayed,
@@ -70,6 +73,23 @@ def test_replay_gives_the_numbers_of_the_map(case, name, reference_rows):
     needs(case.tool)
     worst = replayed(case, subject(name).friction, *reference_rows)
     assert worst <= AGREEMENT, worst
+
+
+@pytest.mark.parametrize(("case", "name"), cases(REPLAYS))
+def test_replay_below_a_path_with_special_characters(case, name, reference_rows):
+    needs(case.tool)
+    rows, expected = (part[:8] for part in reference_rows)
+    with below_special_characters(subject(name).friction) as fmu:
+        assert replayed(case, fmu, rows, expected) <= AGREEMENT
+
+
+@pytest.mark.parametrize(("case", "name"), cases([case for case in REPLAYS if case.kind == "CS"]))
+def test_two_different_fmus_in_one_process(case, name, synthetic_nut_map, reference_rows):
+    needs(case.tool)
+    rows, expected = (part[:8] for part in reference_rows)
+    friction, monitor = beside_the_monitor(case, name, synthetic_nut_map, rows, expected)
+    assert friction <= AGREEMENT
+    assert monitor <= MONITOR_AGREEMENT
 
 
 @pytest.mark.parametrize(("case", "name"), cases(REPLAYS))

@@ -21,8 +21,8 @@ from native_library import (
     REAL_PARAMETERS,
     REALS,
     REFERENCES,
+    TIME_REFERENCE,
     TOKEN,
-    VARIABLES,
     WARNING,
     NativeInstance,
     compiled,
@@ -415,7 +415,7 @@ def test_communication_points_may_drift_and_jump(version):
         if version == 2:
             assert one.call("GetRealStatus", 2, reached) == OK
         else:
-            assert one.get_raw(references(len(VARIABLES)), reached) == OK
+            assert one.get_raw(references(TIME_REFERENCE), reached) == OK
         assert reached[0] == 1.001  # the time given by the importer is used
         texts = [m.text for m in one.messages]
         assert len(texts) == (0 if version == 2 else 1)
@@ -446,23 +446,23 @@ def test_output_arguments_of_an_fmi3_step():
         last = c_double()
         status = one.call("DoStep", c_double(2.0), c_double(0.25), True, *map(byref, flags), byref(last))
         assert (status, last.value, [f.value for f in flags]) == (OK, 2.25, [False] * 3)
-        assert one.get(len(VARIABLES)) == [2.25]  # time
+        assert one.get(TIME_REFERENCE) == [2.25]  # time
 
 
 @both_versions
 def test_time_is_a_variable_in_fmi3_only(version):
-    time = references(len(VARIABLES))
+    time = references(TIME_REFERENCE)
     with NativeInstance(version, ME).start(start=1.5) as one:
         value = doubles(0.0)
         if version == 2:
             assert one.get_raw(time, value) == ERROR
             return
-        assert one.get(len(VARIABLES)) == [1.5]
+        assert one.get(TIME_REFERENCE) == [1.5]
         one.call("EnterContinuousTimeMode")
         assert one.call("SetTime", c_double(1.75)) == OK
-        assert one.get(len(VARIABLES)) == [1.75]
+        assert one.get(TIME_REFERENCE) == [1.75]
         assert one.call("SetTime", c_double(math.nan)) == DISCARD
-        assert one.get(len(VARIABLES)) == [1.75]
+        assert one.get(TIME_REFERENCE) == [1.75]
         assert one.set_raw(time, value) == ERROR
 
 
@@ -472,14 +472,75 @@ def test_time_is_a_variable_in_fmi3_only(version):
 @both_versions
 @pytest.mark.parametrize("name", [*INPUTS, *REAL_PARAMETERS])
 @pytest.mark.parametrize("bad", BAD)
-def test_a_bad_value_in_co_simulation_is_an_error(version, name, bad):
+def test_a_bad_value_in_co_simulation_discards_the_step(version, name, bad):
+    with NativeInstance(version).start(speed=3.0) as one, NativeInstance(version).start(speed=3.0) as other:
+        one.go(), other.go()
+        good = one.get(name)[0]
+        assert one.set(**{name: bad}) == OK
+        before = one.outputs()
+        for _ in range(2):
+            assert one.step(one.time, 1e-3) == DISCARD
+            assert one.messages[-1][:2] == (DISCARD, "logStatusDiscard")
+            assert one.last.startswith(f"{name} = ")
+            assert re.search(r"needs a finite number >= \S+ and < 1e\+30", one.last)
+            assert one.outputs() == before  # those of the last good step
+        assert one.go(**{name: good}) == other.go()  # nothing else has changed
+
+
+@both_versions
+def test_the_first_of_several_bad_values_is_named_until_all_are_replaced(version):
     with NativeInstance(version).start() as one:
-        assert one.set(**{name: bad}) == ERROR
-        assert one.last.startswith(f"{name} = ")
-        assert re.search(r"needs a finite number >= \S+ and < 1e\+30", one.last)
-        assert one.step(0.0, 1e-3) == ERROR
-        one.call("Reset")
-        one.start().go()
+        assert one.set(preload=math.nan, temperature=math.inf, roughness_height=-1.0) == OK
+        for name, good in (("preload", 900.0), ("temperature", 300.0), ("roughness_height", 1e-7)):
+            assert one.step(0.0, 1e-3) == DISCARD
+            assert one.last.startswith(f"{name} = ")
+            assert one.set(**{name: good}) == OK
+        one.go()
+
+
+@both_versions
+def test_a_bad_start_value_leaves_the_outputs_of_the_start_values(version):
+    with NativeInstance(version) as one, NativeInstance(version) as other:
+        assert one.set(speed=math.nan) == OK
+        assert one.initialize() == other.initialize() == OK
+        assert one.outputs() == other.outputs()
+        assert one.call("ExitInitializationMode") == OK
+        assert one.step(0.0, 1e-3) == DISCARD
+        assert [m.text.split()[0] for m in one.messages] == ["speed", "speed"]
+        assert one.set(speed=4.0) == other.set(speed=4.0) == OK
+        assert other.call("ExitInitializationMode") == OK
+        assert one.go() == other.go()
+
+
+@both_versions
+def test_a_discarded_step_tells_the_last_good_time(version):
+    with NativeInstance(version).start(start=1.0) as one:
+        one.go(0.5, speed=2.0)
+        one.set(speed=math.nan)
+        time, flags = doubles(0.0), [ctypes.c_bool(True) for _ in range(3)]
+        if version == 2:
+            assert one.step(1.5, 0.5) == DISCARD
+            assert one.call("GetRealStatus", 2, time) == OK
+            flag = (ctypes.c_int * 1)()
+            assert one.call("GetBooleanStatus", 3, flag) == DISCARD  # so that FMPy does not go on silently
+        else:
+            last = c_double()
+            status = one.call("DoStep", c_double(1.5), c_double(0.5), True, *map(byref, flags), byref(last))
+            assert (status, [f.value for f in flags]) == (DISCARD, [False] * 3)
+            time[0] = last.value
+        assert time[0] == 1.5
+
+
+@both_versions
+def test_a_state_with_a_bad_value_can_be_saved(version):
+    with NativeInstance(version).start() as one, NativeInstance(version) as other:
+        one.go(speed=7.0)
+        one.set(preload=math.nan)
+        _, state = other.deserialize(one.serialize(one.save()))
+        assert other.restore(state) == OK
+        assert other.step(one.time, 1e-3) == DISCARD
+        other.time = one.time
+        assert other.go(preload=1500.0) == one.go(preload=1500.0)
 
 
 @both_versions
@@ -501,7 +562,8 @@ def test_a_bad_value_in_model_exchange_is_discarded_and_nothing_is_stored(versio
 def test_negative_parameters(version, name):
     with NativeInstance(version).start() as one:
         least = -1.0 if name == "presliding_side" else 0.0
-        assert one.set(**{name: least - 1e-9}) == ERROR
+        assert one.set(**{name: least - 1e-9}) == OK
+        assert one.step(0.0, 1e-3) == DISCARD
         assert one.last.startswith(f"{name} = {least - 1e-9:.6g}") or least
         assert f"needs a finite number >= {least:g} " in one.last
     with NativeInstance(version).start() as one:
@@ -521,7 +583,7 @@ def test_only_inputs_and_parameters_can_be_set(version, kind, name):
 @both_kinds
 def test_variables_of_another_type_are_refused(version, kind):
     with NativeInstance(version, kind).start() as one:
-        assert one.get_raw(references("in_range"), doubles(0.0)) == ERROR
+        assert one.set_raw(references("in_range"), doubles(0.0)) == ERROR
         assert str(REFERENCES["in_range"]) in one.last
     room = ctypes.create_string_buffer(64)
     for reference in ("speed", "in_range"):
@@ -537,6 +599,30 @@ def test_variables_of_another_type_are_refused(version, kind):
     for way, reference in (("Get", "speed"), ("Set", "speed"), ("Set", "in_range")):
         with NativeInstance(version, kind).start() as one:
             assert one.call(f"{way}Boolean", references(reference), c_size_t(1), room, c_size_t(1)) == ERROR
+
+
+@both_versions
+@both_kinds
+def test_a_boolean_answers_a_read_as_real_as_0_or_1(version, kind):
+    """pathsim-fmi and CoFMPy read all outputs as Real."""
+    for speed, inside in ((3.0, 1.0), (1e6, 0.0)):
+        with NativeInstance(version, kind).start(speed=speed) as one:
+            if kind == CS:
+                one.go()
+            assert one.get("in_range", "speed") == [inside, speed]
+            assert one.in_range() is bool(inside)
+            assert one.get("in_range") == [inside]  # in a call of its own, too
+
+
+@both_versions
+@both_kinds
+def test_there_is_no_value_reference_0(version, kind):
+    for way in ("get_raw", "set_raw"):
+        with NativeInstance(version, kind).start() as one:
+            assert getattr(one, way)(references(0), doubles(1.0)) == ERROR
+            assert "value reference 0" in one.last
+    with NativeInstance(version, kind).start() as one:
+        assert one.call("GetBoolean", references(0), c_size_t(1), doubles(0.0), c_size_t(1)) == ERROR
 
 
 @both_versions
@@ -749,7 +835,7 @@ def test_adjoint_is_the_transpose(kind):
     [
         ("speed", "speed"), ("in_range", "speed"), ("friction_torque", "viscous_torque"), (999, "speed"),
         ("friction_torque", 999), ("friction_torque", "presliding_stiffness"), ("slip_indicator", "speed"),
-        ("friction_torque", "in_range"), ("friction_torque", len(VARIABLES)),
+        ("friction_torque", "in_range"), ("friction_torque", TIME_REFERENCE),
     ],
 )  # fmt: skip
 def test_variables_without_derivative(version, kind, unknown, known):
@@ -798,14 +884,14 @@ def test_clamped_inputs_are_reported_once(version, kind):
 @both_versions
 def test_without_logging_there_are_no_messages(version):
     with NativeInstance(version, logging=False).start(preload=0.0) as one:
-        assert one.set(speed=math.nan) == ERROR
+        assert one.set(friction_torque=1.0) == ERROR
         assert one.messages == []
         one.call("Reset")
         assert one.call("SetDebugLogging", 1, c_size_t(0), None) == OK
         one.start(preload=0.0)
         assert [m.status for m in one.messages] == [WARNING]
         assert one.call("SetDebugLogging", 0, c_size_t(0), None) == OK
-        assert one.set(speed=math.nan) == ERROR
+        assert one.set(friction_torque=1.0) == ERROR
         assert len(one.messages) == 1
 
 

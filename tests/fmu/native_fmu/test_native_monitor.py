@@ -33,7 +33,7 @@ VERSIONS = pytest.mark.parametrize("version", [2, 3])
 PLATFORMS = ("x86_64-linux", "aarch64-linux")
 INPUTS = [{"torque": 0.2 * n, "speed": 10.0 * n, "temperature": 303.15, "axial_load": 0.0} for n in range(5)]
 STEPS = 400_000
-CALLS = 200_000
+CALLS = 400_000
 ON = "-DMONITOR"
 
 

@@ -14,8 +14,8 @@ from native_library import (
     NUT_MAP,
     OK,
     REALS,
+    TIME_REFERENCE,
     TOKEN,
-    VARIABLES,
     NativeInstance,
     compiled,
     doubles,
@@ -150,7 +150,7 @@ def test_restoring_ends_the_error_state(version):
     with wound(version) as one:
         state, time = one.save(), one.time
         first = go_on(one)
-        assert one.set(speed=math.nan) == ERROR
+        assert one.set(friction_torque=1.0) == ERROR
         assert one.step(0.0, 1e-3) == ERROR
         assert one.restore(state) == OK
         one.time = time
@@ -164,7 +164,7 @@ def test_time_and_stop_time_are_saved(version):
         _, state = other.deserialize(one.serialize(one.save()))
         assert other.restore(state) == OK
         if version == 3:
-            assert other.get(len(VARIABLES)) == [1.75]
+            assert other.get(TIME_REFERENCE) == [1.75]
         assert other.step(1.75, 0.5) == ERROR
         assert "stop time 2 s" in other.last
 
@@ -190,7 +190,7 @@ def test_instances_are_independent(version, kind):
     with wound(version, kind) as one:
         alone = run(one)
     with wound(version, kind) as one, wound(version, kind) as two, NativeInstance(version, kind) as three:
-        three.set(speed=math.nan)
+        three.set(friction_torque=1.0)
         together = [[go_on(one)], [go_on(one)]]
         assert together == alone
         assert run(two) == alone
@@ -301,12 +301,13 @@ def test_impossible_values_are_refused(version):
         fields = HEAD + 8 + len(TOKEN) + len(NUT_MAP.header["content_hash"])
         time, stop, state, warned, stale = struct.unpack_from("<ddIII", good, fields)
         assert (time, stop, state, warned, stale) == (pytest.approx(2e-3), math.inf, 16, 0, 1)
-        preload = fields + 28
+        assert struct.unpack_from("<I", good, fields + 28) == (0,)  # all values are valid
+        preload = fields + 32
         assert struct.unpack_from("<d", good, preload) == (1500.0,)
         for place, form, value in (
             (fields, "<d", math.nan), (fields + 8, "<d", math.nan), (fields + 16, "<I", 0),
             (fields + 16, "<I", 3), (fields + 16, "<I", 128), (fields + 20, "<I", 1 << 31),
-            (fields + 24, "<I", 2), (preload, "<d", math.nan), (preload, "<d", 1e300),
+            (fields + 24, "<I", 2), (fields + 28, "<I", 2), (preload, "<d", math.nan), (preload, "<d", 1e300),
             (preload + 8, "<d", math.inf), (len(good) - 4, "<I", 3),
         ):  # fmt: skip
             bad = bytearray(good)

@@ -96,8 +96,8 @@ def _schemas(files, version):
 def _numbers(root):
     found = []
     references = [reference for _, reference, _ in variables_of(root)]
-    if references != list(range(len(references))):
-        found.append(f"value references {references} are not 0 to {len(references) - 1}, each once")
+    if references != list(range(1, len(references) + 1)):
+        found.append(f"value references {references} are not 1 to {len(references)}, each once, in order")
     for name, _, node in variables_of(root):
         values = {key: float(node.get(key)) for key in ("min", "start", "max") if _is_number(node.get(key))}
         if list(values.values()) != sorted(values.values()):
@@ -325,7 +325,7 @@ def _works(call) -> bool:
 
 
 def _probe(folder, description, version, interface):
-    """Behaviour of the library, by flag. References: 1 speed, 4 friction_torque."""
+    """Behaviour of the library, by flag. References: 2 speed, 5 friction_torque."""
     arguments = (folder, description, version, interface)
     state = "State" if version == 3 else "state"
     steps = interface == "CoSimulation"
@@ -357,22 +357,22 @@ def _probe(folder, description, version, interface):
     }
     if version == 2:
         found["providesDirectionalDerivative"] = attempt(
-            lambda fmu: fmu.getDirectionalDerivative([4], [1], [1.0]), one_step
+            lambda fmu: fmu.getDirectionalDerivative([5], [2], [1.0]), one_step
         )
         with _instance(*arguments) as one:
             found["canNotUseMemoryManagementFunctions"] = one.allocated == 0
         found["canInterpolateInputs"] = steps and attempt(
-            lambda f: f.setRealInputDerivatives([1], [1], [0.0])
+            lambda f: f.setRealInputDerivatives([2], [1], [0.0])
         )
-        higher = steps and attempt(lambda fmu: fmu.getRealOutputDerivatives([4], [1]), one_step)
+        higher = steps and attempt(lambda fmu: fmu.getRealOutputDerivatives([5], [1]), one_step)
     else:
         found["providesDirectionalDerivatives"] = attempt(
-            lambda fmu: fmu.getDirectionalDerivative([4], [1], [1.0]), one_step
+            lambda fmu: fmu.getDirectionalDerivative([5], [2], [1.0]), one_step
         )
         found["providesAdjointDerivatives"] = attempt(
-            lambda fmu: fmu.getAdjointDerivative([4], [1], [1.0]), one_step
+            lambda fmu: fmu.getAdjointDerivative([5], [2], [1.0]), one_step
         )
-        higher = steps and attempt(lambda fmu: fmu.getOutputDerivatives([4], [1]), one_step)
+        higher = steps and attempt(lambda fmu: fmu.getOutputDerivatives([5], [1]), one_step)
         found["hasEventMode"] = steps and attempt(lambda fmu: fmu.enterEventMode(), one_step)
     found["maxOutputDerivativeOrder"] = "1" if higher else "0"
     found["canHandleVariableCommunicationStepSize"] = steps and attempt(_uneven_steps)
@@ -388,9 +388,9 @@ def _uneven_steps(fmu):
 
 def _two_at_a_time(arguments) -> bool:
     with _instance(*arguments) as one, _instance(*arguments) as two:
-        one.set([1], [10.0])
-        two.set([1], [200.0])
-        return one.get([1]) == [10.0] and two.get([1]) == [200.0]
+        one.set([2], [10.0])
+        two.set([2], [200.0])
+        return one.get([2]) == [10.0] and two.get([2]) == [200.0]
 
 
 def exports(library: Path, names: list[str]) -> list[str]:

@@ -1,10 +1,12 @@
 """Cases of the importers for test_importers.py and importer_table.py: inputs, expected numbers, checks."""
 
 import atexit
+import contextlib
 import functools
+import os
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,11 +16,14 @@ from importers import STEP as REPLAY_STEP
 from rotor_fmu import build_rotor
 from synthetic_map import make_map
 
+from ballscrew_fmu.checks.monitor_check import monitor_outputs
 from ballscrew_fmu.checks.reference import expected_outputs, presliding_outputs, reference_input
+from ballscrew_fmu.models import MODELS
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.runtime.evaluate import NutMap
 
+MONITOR_AGREEMENT = 1e-9  # of its search for the preload, as in ballscrew_fmu.checks
 AGREEMENT = 1e-12  # of a value, or of 1e-3 of full scale: rounding of the C library against that of numpy
 MASTER_AGREEMENT = 1e-12
 REGULARIZATION_SPEED = 0.1  # [rad/s], start value of the FMUs
@@ -32,11 +37,12 @@ HELD = Coupling(
 
 
 class Subject(NamedTuple):
-    """A friction FMU of the closed-form map, and a rotor of the same FMI version."""
+    """A friction FMU of the closed-form map, and a rotor and a preload monitor of the same FMI version."""
 
     friction: Path
     rotor: Path
     native: bool
+    monitor: Path
 
 
 NAMES = {"native FMI 2.0": 2, "native FMI 3.0": 3, "Python FMI 2.0": 2}  # FMI version of each subject
@@ -49,11 +55,19 @@ def subject(name: str) -> Subject:
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     rotor = build_rotor(folder, NAMES[name])
     if name.startswith("Python"):
-        return Subject(build_fmu(make_map(), folder / "BallScrewFriction.fmu").path, rotor, False)
-    path = folder / native_file_name(NAMES[name])
-    return Subject(
-        build_native_fmu(make_map(), NAMES[name], path, platforms=("x86_64-linux",)).path, rotor, True
-    )
+        friction, monitor = (build_fmu(make_map(), folder / f"{m.name}.fmu", model=m).path for m in MODELS)
+    else:
+        friction, monitor = (
+            build_native_fmu(
+                make_map(),
+                NAMES[name],
+                folder / native_file_name(NAMES[name], m),
+                platforms=("x86_64-linux",),
+                model=m,
+            ).path
+            for m in MODELS
+        )
+    return Subject(friction, rotor, not name.startswith("Python"), monitor)
 
 
 def subjects_of(case: Replay | Master) -> list[str]:
@@ -78,7 +92,7 @@ def reference(nut_map: NutMap) -> tuple[list[Row], dict[str, list[Row]]]:
 def replayed(case: Replay, fmu: Path, rows: Sequence[Row], outputs: Mapping[str, Sequence[Row]]) -> float:
     """Deviation of a replay. fmpy's Euler looks for events before it sets the inputs of the new time, so that
     in_range follows one step late: there it may be that of the row before."""
-    found, expected = case.run(fmu, rows), outputs[case.kind]
+    found, expected = list(case.run(fmu, rows)), outputs[case.kind]
     if "Euler" in case.way:
         late = [expected[0], *expected[:-1]]
         for row, now, before in zip(found, expected, late, strict=True):
@@ -87,9 +101,43 @@ def replayed(case: Replay, fmu: Path, rows: Sequence[Row], outputs: Mapping[str,
     return deviation(found, expected)
 
 
+def beside_the_monitor(
+    case: Replay, name: str, nut_map: NutMap, rows: Sequence[Row], expected: Sequence[Row]
+) -> tuple[float, float]:
+    """Deviation of friction and of preload monitor, two different FMUs in one process, stepped in turns."""
+    inputs = [
+        {"torque": wanted["friction_torque"], **{key: row[key] for key in row if key != "preload"}}
+        for row, wanted in zip(rows, expected, strict=True)
+    ]
+    both = zip(case.run(subject(name).friction, rows), case.run(subject(name).monitor, inputs), strict=True)
+    friction, monitor = zip(*both, strict=True)
+    return deviation(friction, expected), deviation(monitor, monitor_outputs(nut_map, inputs))
+
+
+SPECIAL_FOLDER = "a blank, hash#, percent%41, plus+, umlaut \u00fc"
+
+
+@contextlib.contextmanager
+def below_special_characters(fmu: Path) -> Iterator[Path]:
+    """A copy of the FMU in a folder with this name, where importers unpack as well."""
+    kept, kept_default = os.environ.get("TMPDIR"), tempfile.tempdir
+    folder = Path(tempfile.mkdtemp()) / SPECIAL_FOLDER
+    folder.mkdir()
+    try:
+        os.environ["TMPDIR"] = tempfile.tempdir = str(folder)
+        yield Path(shutil.copy(fmu, folder))
+    finally:
+        tempfile.tempdir = kept_default
+        if kept is None:
+            del os.environ["TMPDIR"]
+        else:
+            os.environ["TMPDIR"] = kept
+        shutil.rmtree(folder.parent, ignore_errors=True)
+
+
 def zero_findings(case: Replay, fmu: Path) -> list[str]:
     """Errors of the outputs while all inputs are 0, the value of unconnected inputs in importers."""
-    row: dict[str, Any] = case.run(fmu, ZEROS)[-1]
+    row: dict[str, Any] = list(case.run(fmu, ZEROS))[-1]
     findings = [f"{name} = {value}" for name, value in row.items() if not np.isfinite(value)]
     findings += [f"{name} = {row[name]}" for name in ("friction_torque", "power_loss") if row[name] != 0.0]
     return findings + ([] if row["in_range"] is False else ["in_range is true"])

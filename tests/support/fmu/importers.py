@@ -1,7 +1,8 @@
 """Importers that run the FMUs in tests and in importer_table.py: how each replays, and how each couples.
 
-A replay sets the inputs of row n, steps, and reads the outputs; model exchange reads them at the instant of the
-row. A master couples friction and rotor so that both step with the values of the last communication point.
+A replay sets the inputs of row n, steps, and gives the outputs, one row after the other or all at once; model exchange
+reads them at the instant of the row. A master couples friction and rotor so that both step with the values of the last
+communication point.
 """
 
 import ctypes
@@ -9,21 +10,20 @@ import importlib
 import importlib.metadata
 import logging
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import fmpy
 import numpy as np
+from importer_rows import STEP, Row, Rows, outputs_of, references_of
+from python_importers import in_cofmpy, in_fmugym, in_pathsim, in_pathsim_exchange, in_sofirpy
 from rotor_fmu import REFERENCES as ROTOR
 
-from ballscrew_fmu.checks.replay import FmuInstance, replay
+from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
 
-STEP = 2.0**-9  # [s]: all communication points are exact, in seconds and in the nanoseconds of libcosim
 KINDS = {2: FmuInstance, 3: Fmu3Instance}
-Row = dict[str, Any]
-Rows = Sequence[Mapping[str, float]]
 
 # --- which tools are there ---
 
@@ -54,9 +54,14 @@ def _load_toolbox() -> None:
     importlib.import_module("fmu_manipulation_toolbox.assembly")
 
 
+def _importing(module: str) -> Callable[[], None]:
+    return lambda: (importlib.import_module(module), None)[1]
+
+
 class Tool(NamedTuple):
     distribution: str
     load: Callable[[], None]
+    install: str = "python -m pip install -e '.[importers]'"
 
 
 TOOLS = {
@@ -64,6 +69,10 @@ TOOLS = {
     "libcosim": Tool("libcosimpy", _load_libcosim),
     "ecos": Tool("ecospy", _load_ecos),
     "fmu-manipulation-toolbox": Tool("fmu-manipulation-toolbox", _load_toolbox),
+    "pathsim-fmi": Tool("pathsim-fmi", _importing("pathsim_fmi")),
+    "fmugym": Tool("fmugym", _importing("fmugym.fmugym")),
+    "sofirpy": Tool("sofirpy", _importing("sofirpy")),
+    "CoFMPy": Tool("cofmupy", _importing("cofmupy.wrappers"), ".ci/importers"),
 }
 
 
@@ -72,7 +81,7 @@ def problem(tool: str) -> str | None:
     try:
         TOOLS[tool].load()
     except (ImportError, OSError) as error:
-        return f"{TOOLS[tool].distribution} does not load ({error}); python -m pip install -e '.[importers]'"
+        return f"{TOOLS[tool].distribution} does not load ({error}); {TOOLS[tool].install}"
     return None
 
 
@@ -86,20 +95,12 @@ def version(tool: str) -> str:
 # --- replays ---
 
 
-def outputs_of(fmu: Path) -> tuple[list[str], list[str]]:
-    """Names of the Real and of the Boolean outputs."""
-    variables = [v for v in fmpy.read_model_description(str(fmu)).modelVariables if v.causality == "output"]
-    flags = [v.name for v in variables if v.type == "Boolean"]
-    return [v.name for v in variables if v.name not in flags], flags
-
-
-def references_of(fmu: Path) -> dict[str, int]:
-    return {v.name: v.valueReference for v in fmpy.read_model_description(str(fmu)).modelVariables}
-
-
-def in_fmpy_steps(fmu: Path, rows: Rows) -> list[Row]:
+def in_fmpy_steps(fmu: Path, rows: Rows) -> Iterator[Row]:
     kind = KINDS[int(fmpy.read_model_description(str(fmu)).fmiVersion[0])]
-    return replay(fmu, (dict(row) for row in rows), STEP, kind)
+    with kind(fmu) as instance:
+        for row in rows:
+            assert instance.step(STEP, **row), instance.messages
+            yield instance.outputs()
 
 
 def in_simulate_fmu(fmu: Path, rows: Rows, **options: Any) -> np.ndarray:
@@ -147,7 +148,7 @@ def in_fmpy_euler(fmu: Path, rows: Rows) -> list[Row]:
     return _in_fmpy_model_exchange(fmu, rows, "Euler")
 
 
-def in_libcosim(fmu: Path, rows: Rows) -> list[Row]:
+def in_libcosim(fmu: Path, rows: Rows) -> Iterator[Row]:
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimManipulator import CosimManipulator
     from libcosimpy.CosimObserver import CosimObserver
@@ -160,22 +161,19 @@ def in_libcosim(fmu: Path, rows: Rows) -> list[Row]:
     assert execution.add_observer(observer)
     assert execution.add_manipulator(manipulator)
     reference, (reals, flags) = references_of(fmu), outputs_of(fmu)
-    results = []
     for row in rows:
         inputs = [reference[name] for name in row]
         assert manipulator.slave_real_values(slave, inputs, [float(value) for value in row.values()])
         assert execution.step(), "libcosim: step failed"
         values = observer.last_real_values(slave, [reference[name] for name in reals])
         booleans = observer.last_boolean_values(slave, [reference[name] for name in flags])
-        results.append(dict(zip((*reals, *flags), (*values, *booleans), strict=True)))
-    return results
+        yield dict(zip((*reals, *flags), (*values, *booleans), strict=True))
 
 
-def in_ecos(fmu: Path, rows: Rows) -> list[Row]:
+def in_ecos(fmu: Path, rows: Rows) -> Iterator[Row]:
     from ecospy import EcosSimulation, EcosSimulationStructure
 
     reals, flags = outputs_of(fmu)
-    results = []
     with EcosSimulationStructure() as structure:
         structure.add_model("friction", str(fmu))
         with EcosSimulation(structure=structure, step_size=STEP) as simulation:
@@ -186,9 +184,8 @@ def in_ecos(fmu: Path, rows: Rows) -> list[Row]:
                 simulation.step()
                 found = {name: simulation.get_real(f"friction::{name}") for name in reals}
                 found |= {name: simulation.get_bool(f"friction::{name}") for name in flags}
-                results.append(found)
+                yield found
             simulation.terminate()
-    return results
 
 
 class Replay(NamedTuple):
@@ -196,7 +193,7 @@ class Replay(NamedTuple):
     way: str
     kind: str  # CS or ME
     versions: tuple[int, ...]  # of FMI
-    run: Callable[[Path, Rows], list[Row]]
+    run: Callable[[Path, Rows], Iterable[Row]]
 
 
 REPLAYS = (
@@ -206,6 +203,11 @@ REPLAYS = (
     Replay("fmpy", "simulate_fmu, Euler", "ME", (2, 3), in_fmpy_euler),
     Replay("libcosim", "override manipulator", "CS", (2,), in_libcosim),
     Replay("ecos", "fixed-step algorithm", "CS", (2, 3), in_ecos),
+    Replay("pathsim-fmi", "co-simulation block", "CS", (2, 3), in_pathsim),
+    Replay("pathsim-fmi", "model exchange block", "ME", (2, 3), in_pathsim_exchange),
+    Replay("fmugym", "environment", "CS", (2, 3), in_fmugym),
+    Replay("sofirpy", "simulate", "CS", (2,), in_sofirpy),
+    Replay("CoFMPy", "FMU handler", "CS", (2, 3), in_cofmpy),
 )
 
 # --- masters ---

@@ -26,7 +26,7 @@ from synthetic_map import make_map
 
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
-from ballscrew_fmu.variables.friction import native_variables
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, native_variables
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 OK, WARNING, DISCARD, ERROR = range(4)
@@ -35,7 +35,8 @@ KINDS = {CS: 1, ME: 0}  # fmi2Type
 TOKEN = "{test}"
 NUT_MAP = make_map()
 VARIABLES = native_variables(NUT_MAP.header)
-REFERENCES = {v.name: place for place, v in enumerate(VARIABLES)}
+REFERENCES = {v.name: n for n, v in enumerate(VARIABLES, FIRST_REFERENCE)}
+TIME_REFERENCE = FIRST_REFERENCE + len(VARIABLES)  # FMI 3
 REALS = tuple(v.name for v in VARIABLES if v.unit is not None)
 OUTPUTS = tuple(v.name for v in VARIABLES if v.causality == "output" and v.unit is not None)
 INPUTS = tuple(v.name for v in VARIABLES if v.causality == "input")

@@ -15,7 +15,8 @@
 
 /* States in which each call is legal: tables of sections 3.2.3 and 4.2.4 of FMI 2.0.5. Conditions on the variable are
    in settable_in of values.c. Differs from the standard: setTime in Event Mode is accepted for all FMUs, not only for
-   discrete-time ones, as importers call it there. */
+   discrete-time ones, as importers call it there; after a discarded step the FMU is as before it, so that values may be
+   set and the step repeated without restoring a saved state (FMI 3.0.2 allows it). */
 #define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
 #define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
 #define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)

@@ -2,8 +2,9 @@
    monitor of its preload. Each FMU has one of them.
 
    All state is in Model, which is plain data and is saved by copying it. A model allocates no memory and has no global
-   data except constant tables. The latched values are those that the outputs belong to. References of variables are
-   defined in variables.h, generated from the table of variables. Every Model has map, value, latched, continuous. */
+   data except constant tables. The latched values are those that the outputs belong to. A reference is the index of a
+   variable in the table of variables.h, not its value reference in FMI. Every Model has map, value, latched,
+   continuous. */
 #ifndef BALLSCREW_MODEL_H
 #define BALLSCREW_MODEL_H
 

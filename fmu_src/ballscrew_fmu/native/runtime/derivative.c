@@ -5,20 +5,20 @@
 
 /* One entry per variable, even if the importer gives it repeatedly, so that the size is bounded. */
 typedef struct {
-    int references[VARIABLE_COUNT];
+    int indices[VARIABLE_COUNT];
     double seeds[VARIABLE_COUNT];
     size_t count;
 } Seeded;
 
-static void add_seed(Seeded *seeded, int reference, double seed)
+static void add_seed(Seeded *seeded, int index, double seed)
 {
     size_t i = 0;
 
-    while (i < seeded->count && seeded->references[i] != reference) {
+    while (i < seeded->count && seeded->indices[i] != index) {
         ++i;
     }
     if (i == seeded->count) {
-        seeded->references[seeded->count++] = reference;
+        seeded->indices[seeded->count++] = index;
         seeded->seeds[i] = 0.0;
     }
     seeded->seeds[i] += seed;
@@ -30,7 +30,7 @@ static double along(Model *model, const Seeded *seeded, int known)
     const double one = 1.0;
     double slopes[VARIABLE_COUNT], sum = 0.0;
 
-    model_directional_derivative(model, seeded->references, seeded->count, &known, 1, &one, slopes);
+    model_directional_derivative(model, seeded->indices, seeded->count, &known, 1, &one, slopes);
     for (size_t i = 0; i < seeded->count; ++i) {
         sum += seeded->seeds[i] * slopes[i];
     }
@@ -39,21 +39,24 @@ static double along(Model *model, const Seeded *seeded, int known)
 
 static bool is_known(const Instance *instance, unsigned reference)
 {
+    const unsigned index = instance_index(reference);
     enum Causality causality;
 
-    if (!instance_is_real(reference)) {
+    if (index == (unsigned)VARIABLE_COUNT || model_variables[index].boolean) {
         return false;
     }
-    causality = model_variables[reference].causality;
+    causality = model_variables[index].causality;
     return causality == CAUSALITY_INPUT || causality == CAUSALITY_STATE
            || (causality == CAUSALITY_PARAMETER && instance->now.state == INITIALIZATION_MODE);
 }
 
 static bool is_unknown(unsigned reference)
 {
-    return instance_is_real(reference)
-           && (model_variables[reference].causality == CAUSALITY_OUTPUT
-               || model_variables[reference].causality == CAUSALITY_RATE);
+    const unsigned index = instance_index(reference);
+
+    return index < (unsigned)VARIABLE_COUNT && !model_variables[index].boolean
+           && (model_variables[index].causality == CAUSALITY_OUTPUT
+               || model_variables[index].causality == CAUSALITY_RATE);
 }
 
 Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t unknown_count,
@@ -83,23 +86,23 @@ Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t
     seeded.count = 0;
     if (adjoint) {
         for (size_t i = 0; i < unknown_count; ++i) {
-            add_seed(&seeded, (int)unknowns[i], seed[i]);
+            add_seed(&seeded, (int)instance_index(unknowns[i]), seed[i]);
         }
         for (size_t i = 0; i < known_count; ++i) {
-            sensitivity[i] = along(&instance->now.model, &seeded, (int)knowns[i]);
+            sensitivity[i] = along(&instance->now.model, &seeded, (int)instance_index(knowns[i]));
         }
         return STATUS_OK;
     }
     for (size_t i = 0; i < known_count; ++i) {
-        add_seed(&seeded, (int)knowns[i], seed[i]);
+        add_seed(&seeded, (int)instance_index(knowns[i]), seed[i]);
     }
     for (size_t first = 0; first < unknown_count; first += VARIABLE_COUNT) {
-        int references[VARIABLE_COUNT];
+        int indices[VARIABLE_COUNT];
         size_t count = 0;
         for (; count < VARIABLE_COUNT && first + count < unknown_count; ++count) {
-            references[count] = (int)unknowns[first + count];
+            indices[count] = (int)instance_index(unknowns[first + count]);
         }
-        model_directional_derivative(&instance->now.model, references, count, seeded.references, seeded.count,
+        model_directional_derivative(&instance->now.model, indices, count, seeded.indices, seeded.count,
                                      seeded.seeds, sensitivity + first);
     }
     return STATUS_OK;

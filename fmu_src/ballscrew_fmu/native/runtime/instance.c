@@ -209,8 +209,10 @@ void instance_follow(Instance *instance)
 {
     if (instance->now.stale
         && (instance->kind == MODEL_EXCHANGE || instance->now.state == INITIALIZATION_MODE)) {
-        model_latch(&instance->now.model);
         instance->now.stale = false;
+        if (instance_is_valid(instance)) {
+            model_latch(&instance->now.model);
+        }
     }
 }
 
@@ -321,6 +323,9 @@ Status instance_step(Instance *instance, double time, double step, bool zero_all
     if (time + step > now->stop + tolerance) {
         return instance_fail(instance, "step ends at %s s, beyond the stop time %s s", number_text(time + step, text),
                              number_text(now->stop, other));
+    }
+    if (!instance_is_valid(instance)) {
+        return STATUS_DISCARD;
     }
     /* a warning is enough: the model depends on the length of a step only */
     if (check_time && (now->warned & WARNED_TIME) == 0U && fabs(time - now->time) > tolerance

@@ -52,11 +52,13 @@ Status instance_enter(Instance *instance, unsigned state);
 Status instance_exit_initialization(Instance *instance);
 Status instance_reset(Instance *instance);
 
-/* Update the outputs after values were set. In co-simulation after initialization only a step updates them. */
+/* Update the outputs after valid values were set. In co-simulation after initialization only a step updates them. */
 void instance_follow(Instance *instance);
 
-/* Values (values.c). A call that fails or is discarded stores nothing. */
-bool instance_is_real(unsigned reference);
+/* Values (values.c), by value reference. A call that fails or is discarded stores nothing. In co-simulation a value
+   that is not valid is stored, and steps are discarded until it is replaced, as in the FMU for Python hosts. */
+unsigned instance_index(unsigned reference); /* in the table of variables; VARIABLE_COUNT: none */
+bool instance_is_valid(Instance *instance);  /* all values that were set; if not, the first one is logged */
 Status instance_missing_array(Instance *instance);
 Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[]);
 Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[]);

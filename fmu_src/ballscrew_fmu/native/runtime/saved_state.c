@@ -138,6 +138,7 @@ static void pass_situation(Walk *walk, Situation *situation)
     pass_unsigned(walk, &situation->state, FAILED);
     pass_unsigned(walk, &situation->warned, 2U * WARNED_STEP - 1U);
     pass_bool(walk, &situation->stale);
+    pass_bool(walk, &situation->unchecked);
     pass_model(walk, &situation->model);
 }
 
@@ -203,6 +204,7 @@ void situation_write(const Situation *situation, const Map *map, unsigned char *
 static bool possible(const Situation *situation)
 {
     const unsigned state = situation->state;
+    const bool unchecked = situation->unchecked && !situation->model.continuous;
 
     if (state == 0U || (state & (state - 1U)) != 0U || !(fabs(situation->time) < TOO_LARGE)
         || !(situation->stop > -TOO_LARGE) || !model_possible(&situation->model)) {
@@ -212,7 +214,8 @@ static bool possible(const Situation *situation)
         const enum Causality causality = model_variables[i].causality;
         const bool set = causality == CAUSALITY_INPUT || causality == CAUSALITY_PARAMETER
                          || causality == CAUSALITY_STATE;
-        if (set && !(model_accepts(i, situation->model.value[i]) && model_accepts(i, situation->model.latched[i]))) {
+        if (set && !((unchecked || model_accepts(i, situation->model.value[i]))
+                     && model_accepts(i, situation->model.latched[i]))) {
             return false;
         }
     }

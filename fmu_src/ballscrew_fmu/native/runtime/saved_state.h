@@ -26,6 +26,7 @@ typedef struct {
     unsigned state;
     unsigned warned; /* warnings already logged: bit per clamped input, then these */
     bool stale;      /* a value was set after the outputs were computed */
+    bool unchecked;  /* co-simulation: a value that was set may be invalid */
 } Situation;
 
 #define WARNED_TIME (1U << INPUT_COUNT)

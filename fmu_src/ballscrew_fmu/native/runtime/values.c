@@ -16,9 +16,16 @@ static unsigned settable_in(enum Causality causality)
     }
 }
 
-bool instance_is_real(unsigned reference)
+unsigned instance_index(unsigned reference)
 {
-    return reference < (unsigned)VARIABLE_COUNT && !model_variables[reference].boolean;
+    const unsigned index = reference - FIRST_REFERENCE; /* wraps around below the first */
+
+    return index < (unsigned)VARIABLE_COUNT ? index : (unsigned)VARIABLE_COUNT;
+}
+
+static bool is_real(unsigned index)
+{
+    return index < (unsigned)VARIABLE_COUNT && !model_variables[index].boolean;
 }
 
 Status instance_missing_array(Instance *instance)
@@ -31,16 +38,28 @@ static Status unknown(Instance *instance, const char *type, unsigned reference)
     return instance_fail(instance, "no %s variable has value reference %u", type, reference);
 }
 
-static Status invalid(Instance *instance, unsigned reference, double value)
+static Status invalid(Instance *instance, unsigned index, double value)
 {
-    const Variable *variable = &model_variables[reference];
+    const Variable *variable = &model_variables[index];
     char text[32], lowest[32], highest[32];
-    Status (*const reject)(Instance *, const char *, ...) =
-        instance->kind == CO_SIMULATION ? instance_fail : instance_discard;
 
-    return reject(instance, "%s = %s; needs a finite number >= %s and < %s: not set", variable->name,
-                  number_text(value, text), number_text(variable->lowest, lowest),
-                  number_text(TOO_LARGE, highest));
+    return instance_discard(instance, "%s = %s; needs a finite number >= %s and < %s", variable->name,
+                            number_text(value, text), number_text(variable->lowest, lowest),
+                            number_text(TOO_LARGE, highest));
+}
+
+bool instance_is_valid(Instance *instance)
+{
+    const double *value = instance->now.model.value;
+
+    for (unsigned i = 0; instance->now.unchecked && i < (unsigned)VARIABLE_COUNT; ++i) {
+        if (settable_in(model_variables[i].causality) != 0U && !model_accepts((int)i, value[i])) {
+            (void)invalid(instance, i, value[i]);
+            return false;
+        }
+    }
+    instance->now.unchecked = false;
+    return true;
 }
 
 Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[])
@@ -50,8 +69,9 @@ Status instance_get_reals(Instance *instance, const unsigned references[], size_
     }
     instance_follow(instance);
     for (size_t i = 0; i < count; ++i) {
-        if (instance_is_real(references[i])) {
-            values[i] = model_get(&instance->now.model, (int)references[i]);
+        const unsigned index = instance_index(references[i]);
+        if (index < (unsigned)VARIABLE_COUNT) { /* a Boolean too, as 0 or 1: some importers read all outputs as Real */
+            values[i] = model_get(&instance->now.model, (int)index);
         } else if (instance->time_variable && references[i] == (unsigned)TIME_REFERENCE) {
             values[i] = instance->now.time;
         } else {
@@ -67,22 +87,27 @@ Status instance_set_reals(Instance *instance, const unsigned references[], size_
         return instance_missing_array(instance);
     }
     for (size_t i = 0; i < count; ++i) {
-        if (!instance_is_real(references[i])) {
+        const unsigned index = instance_index(references[i]);
+        if (!is_real(index)) {
             return unknown(instance, "settable Real", references[i]);
         }
-        if ((settable_in(model_variables[references[i]].causality) & instance->now.state) == 0U) {
+        if ((settable_in(model_variables[index].causality) & instance->now.state) == 0U) {
             char here[32];
             instance_list_states(instance->now.state, here, sizeof here);
-            return instance_fail(instance, "%s cannot be set in %s", model_variables[references[i]].name, here);
+            return instance_fail(instance, "%s cannot be set in %s", model_variables[index].name, here);
         }
     }
     for (size_t i = 0; i < count; ++i) {
-        if (!model_accepts((int)references[i], values[i])) {
-            return invalid(instance, references[i], values[i]);
+        const unsigned index = instance_index(references[i]);
+        if (!model_accepts((int)index, values[i])) {
+            if (instance->kind == MODEL_EXCHANGE) {
+                return invalid(instance, index, values[i]);
+            }
+            instance->now.unchecked = true; /* the step is discarded */
         }
     }
     for (size_t i = 0; i < count; ++i) {
-        model_set(&instance->now.model, (int)references[i], values[i]);
+        model_set(&instance->now.model, (int)instance_index(references[i]), values[i]);
     }
     instance->now.stale = true;
     return STATUS_OK;
@@ -90,11 +115,13 @@ Status instance_set_reals(Instance *instance, const unsigned references[], size_
 
 Status instance_get_boolean(Instance *instance, unsigned reference, bool *value)
 {
-    if (reference >= (unsigned)VARIABLE_COUNT || !model_variables[reference].boolean) {
+    const unsigned index = instance_index(reference);
+
+    if (index >= (unsigned)VARIABLE_COUNT || is_real(index)) {
         return unknown(instance, "Boolean", reference);
     }
     instance_follow(instance);
-    *value = model_get(&instance->now.model, (int)reference) != 0.0;
+    *value = model_get(&instance->now.model, (int)index) != 0.0;
     return STATUS_OK;
 }
 

@@ -104,7 +104,7 @@ typedef struct {
     void *instance;
 } Fmu;
 
-static const unsigned all_references[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+static const unsigned all_references[] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
 
 static inline int set_values(const Fmu *fmu, const unsigned references[], size_t count, const double values[])
 {
@@ -128,10 +128,12 @@ static inline int get_outputs(const Fmu *fmu, double output[OUTPUTS])
     return get_values(fmu, all_references + INPUTS, OUTPUTS, output);
 }
 
-static inline int set_parameter(const Fmu *fmu, unsigned reference, double value)
+static inline int set_parameter(const Fmu *fmu, unsigned index, double value)
 {
+    const unsigned reference = FIRST_REFERENCE + index;
+
 #ifndef MONITOR
-    if (reference == PRESLIDING) {
+    if (index == PRESLIDING) {
         const fmi2Boolean on_2 = value != 0.0;
         const fmi3Boolean on_3 = value != 0.0;
         return fmu->version == 2 ? (int)fmi2SetBoolean(fmu->instance, &reference, 1, &on_2)

@@ -1,8 +1,8 @@
 /* Loads the library of a native FMU of either FMI version, steps 100 points and prints all outputs as hexadecimal
    doubles: to compare platforms. Usage: host LIBRARY RESOURCES TOKEN; resources as URI for FMI 2, as path for FMI 3.
 
-   Compile with FMI_VERSION and the value references defined: OUTPUTS (a list), FLAG (Boolean), STIFFNESS; inputs are 0
-   to 3. All inputs are made by one multiplication and one addition of exact numbers, alike on every platform. */
+   Compile with FMI_VERSION and the value references defined: OUTPUTS (a list), FLAG (Boolean), STIFFNESS; inputs are 1
+   to 4. All inputs are made by one multiplication and one addition of exact numbers, alike on every platform. */
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -31,7 +31,7 @@
 #define STEP 0.001
 #define INPUTS 4
 
-static const unsigned inputs[INPUTS] = {0, 1, 2, 3}, outputs[] = {OUTPUTS}, flag[] = {FLAG}, stiffness[] = {STIFFNESS};
+static const unsigned inputs[INPUTS] = {1, 2, 3, 4}, outputs[] = {OUTPUTS}, flag[] = {FLAG}, stiffness[] = {STIFFNESS};
 enum { OUTPUT_COUNT = sizeof outputs / sizeof outputs[0] };
 
 static void check(int good, const char *what)

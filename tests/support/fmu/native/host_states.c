@@ -115,18 +115,18 @@ static int update(Handle c)
 #define RATES fmi3GetContinuousStateDerivatives
 #endif
 
-static void set(Handle c, unsigned reference, double value, int expected)
+static void set(Handle c, unsigned index, double value, int expected)
 {
+    const unsigned reference = FIRST_REFERENCE + index;
     EXPECT(expected, SET_REAL(c, &reference, 1, &value));
 }
 
 static void read_all(Handle c)
 {
     for (unsigned i = 0; i < (unsigned)VARIABLE_COUNT; ++i) {
+        const unsigned reference = FIRST_REFERENCE + i;
         double value;
-        if (!model_variables[i].boolean) {
-            EXPECT(OK, GET_REAL(c, &i, 1, &value));
-        }
+        EXPECT(OK, GET_REAL(c, &reference, 1, &value));
     }
 }
 
@@ -188,6 +188,17 @@ static void damage(Handle c, State state)
     free(good);
 }
 
+/* A state with an invalid input is saved, read and discards steps as well. */
+static void damage_invalid(Handle c)
+{
+    State state = NULL;
+
+    EXPECT(OK, GET_STATE(c, &state));
+    damage(c, state); /* restores it from its bytes */
+    EXPECT(DISCARD, STEP(c, 0.02, 1e-3));
+    EXPECT(OK, FREE_STATE(c, &state));
+}
+
 static void lifecycle(const char *folder, bool exchange)
 {
     Handle c = create(folder, MODEL_TOKEN, exchange), other = create(folder, MODEL_TOKEN, exchange);
@@ -209,7 +220,11 @@ static void lifecycle(const char *folder, bool exchange)
     run(c, exchange);
     damage(c, state);
     run(c, exchange);
-    set(c, SPEED, 1e35, exchange ? DISCARD : ERROR);
+    set(c, SPEED, 1e35, exchange ? DISCARD : OK);
+    if (!exchange) {
+        EXPECT(DISCARD, STEP(c, 0.02, 1e-3));
+        damage_invalid(c);
+    }
     EXPECT(OK, SET_STATE(c, state));
     run(c, exchange);
     EXPECT(OK, GET_STATE(c, &state));

@@ -152,7 +152,7 @@ static void soak_periodic(int version, const char *resources, long steps)
     uint64_t seed = 1234567u, first = 0, transient = 0;
     long periods = steps / PERIOD, before;
     double output[OUTPUTS], local[2];
-    const unsigned locals[2] = {FIRST_LOCAL, FIRST_LOCAL + 1};
+    const unsigned locals[2] = {FIRST_REFERENCE + FIRST_LOCAL, FIRST_REFERENCE + FIRST_LOCAL + 1};
 
     for (int n = 0; n < PERIOD; ++n) {
         random_inputs(&seed, input[n]);

@@ -8,7 +8,7 @@
 #define NODES 32
 
 typedef struct {
-    double input[4], torque;
+    double value[6]; /* by value reference: nothing, inputs, torque */
     double table[NODES][NODES];
 } Table;
 
@@ -51,10 +51,10 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 {
     Table *table = c;
     for (size_t i = 0; i < nvr; ++i) {
-        if (vr[i] > 3) {
+        if (vr[i] < 1 || vr[i] > 4) {
             return fmi2Error;
         }
-        table->input[vr[i]] = value[i];
+        table->value[vr[i]] = value[i];
     }
     return fmi2OK;
 }
@@ -62,7 +62,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set_state)
 {
     Table *table = c;
-    double x = table->input[0] / 12000.0 * (NODES - 1), y = table->input[1] / 320.0 * (NODES - 1);
+    double x = table->value[1] / 12000.0 * (NODES - 1), y = table->value[2] / 320.0 * (NODES - 1);
     int i, j;
     (void)time, (void)step, (void)no_set_state;
     x = x > 0.0 ? x : 0.0;
@@ -73,7 +73,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
     j = (int)y < NODES - 2 ? (int)y : NODES - 2;
     x -= i;
     y -= j;
-    table->torque = (1.0 - x) * ((1.0 - y) * table->table[i][j] + y * table->table[i][j + 1])
+    table->value[5] = (1.0 - x) * ((1.0 - y) * table->table[i][j] + y * table->table[i][j + 1])
                     + x * ((1.0 - y) * table->table[i + 1][j] + y * table->table[i + 1][j + 1]);
     return fmi2OK;
 }
@@ -82,13 +82,10 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 {
     const Table *table = c;
     for (size_t i = 0; i < nvr; ++i) {
-        if (vr[i] < 4) {
-            value[i] = table->input[vr[i]];
-        } else if (vr[i] == 4) {
-            value[i] = table->torque;
-        } else {
+        if (vr[i] < 1 || vr[i] > 5) {
             return fmi2Error;
         }
+        value[i] = table->value[vr[i]];
     }
     return fmi2OK;
 }

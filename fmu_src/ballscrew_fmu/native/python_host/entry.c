@@ -1,0 +1,457 @@
+/* Entry library of the FMU for Python hosts, FMI 2.0 co-simulation: checks what the library of pythonfmu 0.7 does not,
+   then passes every call on to it.
+
+   pythonfmu decodes nothing but %20 in the URI of the resources and ends the host if it finds no script there; it
+   accepts any GUID and model exchange; it passes messages to the logger as formats and categories as NULL. Its library
+   is in the same folder under its own name. An instance holds the addresses of its functions, so that there is no
+   global data. */
+#define _GNU_SOURCE /* dladdr */
+#include "fmi2Functions.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifdef _WIN32
+#include <windows.h>
+#define LIBRARY "pythonfmu-export.dll"
+#else
+#include <dlfcn.h>
+#define LIBRARY "libpythonfmu-export.so"
+#endif
+
+#include "uri.h"
+
+#define TOKEN_FILE "guid.txt" /* in the resources: the GUID of the model description they belong to */
+#define SCRIPT_FILE "slavemodule.txt"
+#define LONGEST_TOKEN 127
+
+#define FORWARDED(X)                                                                                               \
+    X(SetDebugLogging)                                                                                             \
+    X(SetupExperiment)                                                                                             \
+    X(EnterInitializationMode)                                                                                     \
+    X(ExitInitializationMode)                                                                                      \
+    X(Terminate)                                                                                                   \
+    X(Reset)                                                                                                       \
+    X(GetReal)                                                                                                     \
+    X(GetInteger)                                                                                                  \
+    X(GetBoolean)                                                                                                  \
+    X(GetString)                                                                                                   \
+    X(SetReal)                                                                                                     \
+    X(SetInteger)                                                                                                  \
+    X(SetBoolean)                                                                                                  \
+    X(SetString)                                                                                                   \
+    X(GetFMUstate)                                                                                                 \
+    X(SetFMUstate)                                                                                                 \
+    X(FreeFMUstate)                                                                                                \
+    X(SerializedFMUstateSize)                                                                                      \
+    X(SerializeFMUstate)                                                                                           \
+    X(DeSerializeFMUstate)                                                                                         \
+    X(GetDirectionalDerivative)                                                                                    \
+    X(SetRealInputDerivatives)                                                                                     \
+    X(GetRealOutputDerivatives)                                                                                    \
+    X(DoStep)                                                                                                      \
+    X(CancelStep)                                                                                                  \
+    X(GetRealStatus)
+#define OWN(X) X(Instantiate) X(FreeInstance)
+#define AS_POINTER(name) fmi2##name##TYPE *name;
+
+typedef struct {
+    OWN(AS_POINTER)
+    FORWARDED(AS_POINTER)
+} Calls;
+
+typedef struct {
+    fmi2Component slave; /* of pythonfmu */
+    Calls calls;
+    fmi2CallbackFunctions callbacks; /* given to pythonfmu, which keeps their address */
+    fmi2CallbackLogger logger;       /* of the importer; NULL: none */
+    fmi2ComponentEnvironment environment;
+} Entry;
+
+/* --- messages ---------------------------------------------------------------------------------------------------- */
+
+static const char *const categories[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
+                                         "logStatusFatal"};
+
+/* Logger of pythonfmu. The message has no arguments: % and # are doubled, as the importer takes it for a format. */
+static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
+                        fmi2String message, ...)
+{
+    const Entry *entry = environment;
+    char format[2048];
+    size_t used = 0;
+
+    if (entry->logger == NULL || message == NULL) {
+        return;
+    }
+    for (; *message != '\0' && used < sizeof format - 2; ++message) {
+        if (*message == '%' || *message == '#') {
+            format[used++] = *message;
+        }
+        format[used++] = *message;
+    }
+    format[used] = '\0';
+    if (category == NULL || category[0] == '\0') {
+        category = (unsigned)status < sizeof categories / sizeof categories[0] ? categories[status] : categories[0];
+    }
+    entry->logger(entry->environment, name, status, category, format);
+}
+
+/* Logs why there is no instance, and frees it. */
+static fmi2Component refuse(Entry *entry, fmi2String name, const char *reason, const char *detail)
+{
+    char message[1200];
+
+    (void)snprintf(message, sizeof message, "%s%.1000s", reason, detail);
+    log_message(entry, name != NULL ? name : "", fmi2Error, categories[fmi2Error], message);
+    free(entry);
+    return NULL;
+}
+
+/* --- library of pythonfmu ---------------------------------------------------------------------------------------- */
+
+typedef void (*Function)(void);
+
+#ifdef _WIN32
+static void *open_library(char *reason, size_t size)
+{
+    enum { LONGEST = 32768 };
+    wchar_t *path = calloc(LONGEST, sizeof *path);
+    static const int here = 0;
+    HMODULE own = NULL, library = NULL;
+    DWORD length = 0;
+
+    if (path != NULL
+        && GetModuleHandleExW(
+            GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
+            (LPCWSTR)(const void *)&here, &own)) {
+        length = GetModuleFileNameW(own, path, LONGEST);
+    }
+    while (length > 0 && path[length - 1] != L'\\') {
+        --length;
+    }
+    if (length > 0 && length + sizeof LIBRARY < LONGEST) {
+        for (size_t i = 0; i < sizeof LIBRARY; ++i) {
+            path[length + i] = (wchar_t)LIBRARY[i];
+        }
+        library = LoadLibraryW(path);
+    }
+    if (library == NULL) {
+        (void)snprintf(reason, size, "Windows error %lu", (unsigned long)GetLastError());
+    }
+    free(path);
+    return (void *)library;
+}
+
+static Function function_of(void *library, const char *name)
+{
+    const FARPROC found = GetProcAddress((HMODULE)library, name);
+    Function function;
+
+    memcpy(&function, &found, sizeof function);
+    return function;
+}
+#else
+static void *open_library(char *reason, size_t size)
+{
+    static const int here = 0;
+    Dl_info own;
+    size_t length;
+    char *path;
+    void *library = NULL;
+
+    (void)snprintf(reason, size, "folder not found");
+    if (dladdr(&here, &own) == 0 || own.dli_fname == NULL) {
+        return NULL;
+    }
+    for (length = strlen(own.dli_fname); length > 0 && own.dli_fname[length - 1] != '/';) {
+        --length;
+    }
+    path = calloc(1, length + sizeof LIBRARY);
+    if (path != NULL) {
+        memcpy(path, own.dli_fname, length);
+        strcpy(path + length, LIBRARY);
+        library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+        if (library == NULL) {
+            const char *error = dlerror();
+            (void)snprintf(reason, size, "%s", error != NULL ? error : "unknown reason");
+        }
+    }
+    free(path);
+    return library;
+}
+
+static Function function_of(void *library, const char *name)
+{
+    void *const found = dlsym(library, name);
+    Function function;
+
+    memcpy(&function, &found, sizeof function); /* ISO C has no conversion */
+    return function;
+}
+#endif
+
+static bool load(Calls *calls, char *reason, size_t size)
+{
+    void *const library = open_library(reason, size);
+    bool complete = library != NULL;
+
+#define LOAD(name)                                                    \
+    if (complete) {                                                   \
+        calls->name = (fmi2##name##TYPE *)function_of(library, "fmi2" #name); \
+        if (calls->name == NULL) {                                    \
+            complete = false;                                         \
+            (void)snprintf(reason, size, "fmi2" #name " not found");  \
+        }                                                             \
+    }
+    OWN(LOAD)
+    FORWARDED(LOAD)
+    return complete; /* never closed: it stays loaded until the process ends */
+}
+
+/* --- folder of the resources ------------------------------------------------------------------------------------- */
+
+static bool is_utf8(const char *text)
+{
+    const unsigned char *at = (const unsigned char *)text;
+
+    while (*at != 0) {
+        const int more = *at < 0x80 ? 0 : *at >= 0xC2 && *at < 0xE0 ? 1 : *at >= 0xE0 && *at < 0xF0 ? 2
+                                      : *at >= 0xF0 && *at < 0xF5   ? 3 : -1;
+        if (more < 0) {
+            return false;
+        }
+        ++at;
+        for (int i = 0; i < more; ++i, ++at) {
+            if ((*at & 0xC0) != 0x80) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+static bool contains(const char *text, const char *part)
+{
+    while (*text != '\0' && strncmp(text, part, strlen(part)) != 0) {
+        ++text;
+    }
+    return *text != '\0';
+}
+
+#ifdef _WIN32
+/* pythonfmu opens files by the code page of the system: with other characters by the short name of the folder. Path in
+   new memory; NULL: there is none. */
+static char *readable_path(char *path)
+{
+    enum { LONGEST = 32768 };
+    wchar_t *wide = calloc(2 * LONGEST, sizeof *wide), *brief = wide != NULL ? wide + LONGEST : NULL;
+    bool good = wide != NULL && MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, LONGEST) > 0;
+
+    for (const char *c = path; good && *c != '\0'; ++c) {
+        if ((unsigned char)*c >= 0x80) {
+            good = GetShortPathNameW(wide, brief, LONGEST) > 0;
+            for (size_t i = 0; good && (i == 0 || brief[i - 1] != 0); ++i) {
+                good = brief[i] < 0x80;
+                path[i] = (char)brief[i]; /* shorter than in UTF-8 */
+            }
+            break;
+        }
+    }
+    free(wide);
+    return good ? path : NULL;
+}
+#else
+static char *readable_path(char *path)
+{
+    return path;
+}
+#endif
+
+/* First line of a file in the folder; false: it cannot be read. */
+static bool first_line(const char *folder, const char *file, char *line, int size)
+{
+    char *path = calloc(1, strlen(folder) + strlen(file) + 2);
+    FILE *stream = NULL;
+    bool found = false;
+
+    if (path != NULL) {
+        (void)sprintf(path, "%s/%s", folder, file);
+        stream = fopen(path, "rb");
+        free(path);
+    }
+    if (stream != NULL) {
+        found = fgets(line, size, stream) != NULL;
+        (void)fclose(stream);
+        line[found ? strcspn(line, "\r\n") : 0] = '\0';
+    }
+    return found;
+}
+
+/* --- interface --------------------------------------------------------------------------------------------------- */
+
+const char *fmi2GetTypesPlatform(void)
+{
+    return fmi2TypesPlatform;
+}
+
+const char *fmi2GetVersion(void)
+{
+    return fmi2Version;
+}
+
+fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
+                              fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
+                              fmi2Boolean visible, fmi2Boolean loggingOn)
+{
+    Entry *entry = calloc(1, sizeof *entry);
+    char token[LONGEST_TOKEN + 1], reason[900], *folder;
+    size_t length;
+
+    if (entry == NULL) {
+        return NULL;
+    }
+    if (functions != NULL) {
+        entry->callbacks = *functions;
+        entry->logger = functions->logger;
+        entry->environment = functions->componentEnvironment;
+    }
+    if (instanceName == NULL || instanceName[strspn(instanceName, " \t\r\n\f\v")] == '\0') {
+        return refuse(entry, instanceName, "instance name is empty; needs a name", "");
+    }
+    if (fmuType != fmi2CoSimulation) {
+        return refuse(entry, instanceName, "this FMU is for co-simulation only", "");
+    }
+    if (fmuResourceLocation == NULL) {
+        return refuse(entry, instanceName, "location of the resources is NULL", "");
+    }
+    folder = calloc(1, strlen(fmuResourceLocation) + 1);
+    if (folder == NULL) {
+        return refuse(entry, instanceName, "not enough memory", "");
+    }
+    path_of_uri(fmuResourceLocation, folder);
+    length = strlen(folder);
+    while (length > 1 && (folder[length - 1] == '/' || folder[length - 1] == '\\')) {
+        folder[--length] = '\0';
+    }
+    if (!is_utf8(folder) || readable_path(folder) == NULL || contains(folder, "%20")
+        || contains(folder, "file://")) {
+        free(folder);
+        return refuse(entry, instanceName,
+                      "Python cannot be given this folder of resources; unpack the FMU below a path without %20 and "
+                      "with characters that the system can name in UTF-8: ",
+                      fmuResourceLocation);
+    }
+    if (!first_line(folder, SCRIPT_FILE, token, (int)sizeof token)
+        || !first_line(folder, TOKEN_FILE, token, (int)sizeof token)) {
+        free(folder);
+        return refuse(entry, instanceName, "no resources of this FMU in ", fmuResourceLocation);
+    }
+    if (fmuGUID == NULL || strcmp(fmuGUID, token) != 0) {
+        free(folder);
+        (void)snprintf(reason, sizeof reason, "%.100s, the resources have %s: they belong to different FMUs",
+                       fmuGUID != NULL ? fmuGUID : "NULL", token);
+        return refuse(entry, instanceName, "GUID is ", reason);
+    }
+    if (!load(&entry->calls, reason, sizeof reason)) {
+        free(folder);
+        return refuse(entry, instanceName,
+                      "needs a host that runs Python, see documentation/externalDependencies.txt; "
+                      "elsewhere use the native FMU. " LIBRARY ": ",
+                      reason);
+    }
+    entry->callbacks.logger = log_message;
+    entry->callbacks.componentEnvironment = entry;
+    entry->slave = entry->calls.Instantiate(instanceName, fmuType, fmuGUID, folder, &entry->callbacks, visible,
+                                            loggingOn);
+    free(folder);
+    if (entry->slave == NULL) { /* logged by pythonfmu */
+        free(entry);
+        return NULL;
+    }
+    return entry;
+}
+
+void fmi2FreeInstance(fmi2Component c)
+{
+    Entry *entry = c;
+
+    if (entry != NULL) {
+        entry->calls.FreeInstance(entry->slave);
+        free(entry);
+    }
+}
+
+#define FORWARD(name, parameters, ...)                                      \
+    fmi2Status fmi2##name parameters                                        \
+    {                                                                       \
+        const Entry *entry = c;                                             \
+        return entry == NULL ? fmi2Error : entry->calls.name(entry->slave, __VA_ARGS__); \
+    }
+#define FORWARD_PLAIN(name)                                                 \
+    fmi2Status fmi2##name(fmi2Component c)                                  \
+    {                                                                       \
+        const Entry *entry = c;                                             \
+        return entry == NULL ? fmi2Error : entry->calls.name(entry->slave); \
+    }
+#define GET(type)                                                                                              \
+    FORWARD(Get##type, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2##type value[]), vr, nvr, \
+            value)
+#define SET(type)                                                                                                    \
+    FORWARD(Set##type, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2##type value[]), vr, nvr, \
+            value)
+
+FORWARD(SetDebugLogging, (fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String chosen[]),
+        loggingOn, nCategories, chosen)
+FORWARD(SetupExperiment, (fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
+                          fmi2Boolean stopTimeDefined, fmi2Real stopTime),
+        toleranceDefined, tolerance, startTime, stopTimeDefined, stopTime)
+FORWARD_PLAIN(EnterInitializationMode)
+FORWARD_PLAIN(ExitInitializationMode)
+FORWARD_PLAIN(Terminate)
+FORWARD_PLAIN(Reset)
+GET(Real)
+GET(Integer)
+GET(Boolean)
+GET(String)
+SET(Real)
+SET(Integer)
+SET(Boolean)
+SET(String)
+FORWARD(GetFMUstate, (fmi2Component c, fmi2FMUstate *FMUstate), FMUstate)
+FORWARD(SetFMUstate, (fmi2Component c, fmi2FMUstate FMUstate), FMUstate)
+FORWARD(FreeFMUstate, (fmi2Component c, fmi2FMUstate *FMUstate), FMUstate)
+FORWARD(SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate FMUstate, size_t *size), FMUstate, size)
+FORWARD(SerializeFMUstate, (fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte bytes[], size_t size), FMUstate, bytes,
+        size)
+FORWARD(DeSerializeFMUstate, (fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *FMUstate), bytes,
+        size, FMUstate)
+FORWARD(GetDirectionalDerivative, (fmi2Component c, const fmi2ValueReference unknown[], size_t nUnknown,
+                                   const fmi2ValueReference known[], size_t nKnown, const fmi2Real dvKnown[],
+                                   fmi2Real dvUnknown[]),
+        unknown, nUnknown, known, nKnown, dvKnown, dvUnknown)
+FORWARD(SetRealInputDerivatives, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                  const fmi2Integer order[], const fmi2Real value[]),
+        vr, nvr, order, value)
+FORWARD(GetRealOutputDerivatives, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                   const fmi2Integer order[], fmi2Real value[]),
+        vr, nvr, order, value)
+FORWARD(DoStep, (fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
+                 fmi2Boolean noSetFMUStatePriorToCurrentPoint),
+        currentCommunicationPoint, communicationStepSize, noSetFMUStatePriorToCurrentPoint)
+FORWARD_PLAIN(CancelStep)
+FORWARD(GetRealStatus, (fmi2Component c, const fmi2StatusKind s, fmi2Real *value), s, value)
+
+/* These are for asynchronous steps, except for fmi2Terminated: the FMU does not end a simulation, and an importer that
+   gets "false" may go on without a message after a discarded step. As in the native FMU. */
+#define NO_STATUS(name, type)                                                               \
+    fmi2Status fmi2Get##name(fmi2Component c, const fmi2StatusKind s, type *value)          \
+    {                                                                                       \
+        (void)c, (void)s, (void)value;                                                      \
+        return fmi2Discard;                                                                 \
+    }
+NO_STATUS(Status, fmi2Status)
+NO_STATUS(IntegerStatus, fmi2Integer)
+NO_STATUS(BooleanStatus, fmi2Boolean)
+NO_STATUS(StringStatus, fmi2String)
