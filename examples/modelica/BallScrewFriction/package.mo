@@ -3,7 +3,9 @@ package BallScrewFriction "Friction of a preloaded double-nut ball screw at a ro
   import SI = Modelica.Units.SI;
 
   model ScrewFriction "Friction torque of the double nut, from the map of thermal elastohydrodynamic solves"
-    extends Interfaces.PartialScrewFriction;
+    extends Interfaces.PartialScrewFriction(
+      preslidingStiffness=Map.preslidingStiffness(map, stiffnessPreload, netSlidingCoefficient, breakawayFactor));
+    parameter SI.Force stiffnessPreload(min=0) = 2000 "Preload that the stiffness of the bristle belongs to";
     parameter String fileName =
       Modelica.Utilities.Files.loadResource("modelica://BallScrewFriction/Resources/Data/nut_map.bin")
       "Map of the screw";
@@ -266,6 +268,20 @@ functions, same law at standstill.</p></html>"));
         Library="BallScrewFriction",
         LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
     end breakawayFactor;
+
+    pure function preslidingStiffness "From contact width and Coulomb torque of the screw"
+      input FrictionMap map;
+      input SI.Force preload;
+      input Real netSlidingCoefficient;
+      input Real breakawayFactor;
+      output SI.RotationalSpringConstant stiffness;
+      external "C" stiffness = ballScrewMap_preslidingStiffness(map, preload, netSlidingCoefficient,
+        breakawayFactor) annotation (
+        Include="#include \"BallScrewFriction.h\"",
+        IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+        Library="BallScrewFriction",
+        LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+    end preslidingStiffness;
   end Map;
 
   package Examples

@@ -138,6 +138,9 @@ static void latch(Model *model, double step)
     model->stiffness_before = model->stiffness;
     model->from_side = model->deflection_before == model->initial_deflection;
     model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
+    if (!presliding(model)) {
+        model->bristle_torque = model->bristle_power = 0.0;
+    }
 }
 
 void model_latch(Model *model)
