@@ -79,6 +79,9 @@ typedef struct {
 
 NUT_FUNCTION void nut_loads(const Map *map, Number preload, Number axial_load, Loads *loads);
 
+/* Sums of both nuts in loads. nut_parts and nut_stiffness do it. */
+NUT_FUNCTION void nut_sums(const Map *map, Loads *loads);
+
 NUT_FUNCTION void nut_conditions(const Map *map, Number speed, Number temperature, Conditions *now);
 
 /* Force of the relieved and the loaded nut [N] at a preload of 0 or more and an axial load that is not 0. */
@@ -92,8 +95,9 @@ NUT_FUNCTION void nut_parts(const Map *map, Loads *loads, const Conditions *now,
 static inline Number coulomb_magnitude(const Parts *parts) { return add(parts->hysteresis, parts->sliding); }
 
 /* Presliding stiffness: Coulomb torque at standstill over sliding deflection [N.m/rad], sum over both nuts. */
-static inline Number nut_stiffness(const Loads *loads, const Friction *friction)
+static inline Number nut_stiffness(const Map *map, Loads *loads, const Friction *friction)
 {
+    nut_sums(map, loads);
     return add(loads->stiffness_hysteresis,
                multiply(multiply(friction->net_sliding, greater(friction->breakaway, constant(1.0))),
                         loads->stiffness_sliding));

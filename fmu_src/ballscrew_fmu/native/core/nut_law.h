@@ -190,7 +190,7 @@ NUT_FUNCTION void nut_loads(const Map *map, Number preload, Number axial_load, L
 
 /* Sums over both nuts. Apart from nut_loads, so that the processor computes these exponential functions while it waits
    for the surfaces: a step is an eighth faster. No effect if already done. */
-static inline void sum_loads(const Map *map, Loads *loads)
+NUT_FUNCTION void nut_sums(const Map *map, Loads *loads)
 {
     if (loads->summed) {
         return;
@@ -352,13 +352,13 @@ NUT_FUNCTION void nut_parts(const Map *map, Loads *loads, const Conditions *now,
         surfaces_of_nut(map, nut, now, &slope_plane, columns != NULL ? &columns[n] : NULL, values, slopes);
         if (map->law == MECHANISTIC_LAW) {
             viscous = add(viscous, rolling_torque_of_nut(map, nut, now, values, slopes));
-            sum_loads(map, loads);
+            nut_sums(map, loads);
             sliding = add(sliding, sliding_torque_of_nut(map, nut, now, values, slopes, friction));
         } else {
             viscous = add(viscous, viscous_torque_of_nut(map, nut, now, values, slopes, friction->roughness));
         }
     }
-    sum_loads(map, loads);
+    nut_sums(map, loads);
     viscous = multiply(friction->viscosity_ratio, viscous);
     out->viscous = loads->nuts == 1 ? times(2.0, viscous) : viscous;
     out->hysteresis = loads->hysteresis;

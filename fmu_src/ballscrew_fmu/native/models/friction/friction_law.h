@@ -16,9 +16,9 @@ static inline Friction friction_of(const Number at[])
 }
 
 /* Stiffness of the bristle at these loads: as set, or from the screw. */
-static inline Number stiffness_at(const Number at[], const Loads *loads, const Friction *friction)
+static inline Number stiffness_at(const Number at[], const Map *map, Loads *loads, const Friction *friction)
 {
-    return value_of(at[PRESLIDING_STIFFNESS]) > 0.0 ? at[PRESLIDING_STIFFNESS] : nut_stiffness(loads, friction);
+    return value_of(at[PRESLIDING_STIFFNESS]) > 0.0 ? at[PRESLIDING_STIFFNESS] : nut_stiffness(map, loads, friction);
 }
 
 static inline Number damping_at(const Number at[], Number stiffness)

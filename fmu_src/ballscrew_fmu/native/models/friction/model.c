@@ -52,7 +52,7 @@ static double present_stiffness(Model *model)
     const Friction friction = friction_of(model->latched);
 
     locate(model);
-    return stiffness_at(model->latched, &model->loads, &friction);
+    return stiffness_at(model->latched, model->map, &model->loads, &friction);
 }
 
 static Moment moment_of(const Model *model)

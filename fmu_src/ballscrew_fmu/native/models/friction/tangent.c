@@ -26,7 +26,7 @@ void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double
     nut_parts(map, &loads, &conditions, NULL, &friction, &parts);
     nut_films(map, &loads, &conditions, &films);
     bristle = at[PRESLIDING] != 0.0
-                  ? bristle_at(in, coulomb_magnitude(&parts), stiffness_at(in, &loads, &friction), moment)
+                  ? bristle_at(in, coulomb_magnitude(&parts), stiffness_at(in, map, &loads, &friction), moment)
                   : bristle_unwound(in[PRESLIDING_DEFLECTION], moment);
     torque_outputs(&parts, &bristle, in, out);
     film_outputs(&films, in, out);
