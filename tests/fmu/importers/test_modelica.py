@@ -246,7 +246,7 @@ def test_pymoca_reads_the_package():
     tree = parser.parse(TEXT)
     found = tree.classes["BallScrewFriction"].classes
     assert list(found) == ["ScrewFriction", "Interfaces", "Map", "Examples"]
-    assert len(found["Map"].classes) == 11
+    assert len(found["Map"].classes) == 12
     with pytest.raises(Exception, match="extraneous input"):
         parser.parse(TEXT.replace("  equation\n", "  equations\n", 1))
 

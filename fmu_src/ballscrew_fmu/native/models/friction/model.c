@@ -160,6 +160,7 @@ void model_step(Model *model, double step)
     } else if (step > 0.0) {
         const Moment moment = moment_of(model);
         store_bristle(model, bristle_unwound(model->deflection_before, &moment));
+        model->stiffness = model->initial_deflection = 0.0; /* nothing is left of it */
     }
 }
 
