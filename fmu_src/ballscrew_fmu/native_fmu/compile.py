@@ -72,8 +72,8 @@ def find_compiler() -> Compiler:
     own = next((found for name in candidates if name and (found := shutil.which(name))), None)
     if own is None:
         raise BuildError(
-            "no C compiler for the native FMUs: neither ziglang, which builds for Linux, Windows and macOS (python -m "
-            "pip install ziglang), nor cc, gcc or clang on the path; or build with --python-only"
+            "no C compiler: neither ziglang, which builds for Linux, Windows and macOS (python -m pip install ziglang), "
+            "nor cc, gcc or clang on the path"
         )
     version = _run([own, "-dumpfullversion", "-dumpversion"], Path.cwd(), own).split()[0]
     return Compiler((own,), f"{Path(own).stem} {version}", (this_platform(),), False)
@@ -90,7 +90,8 @@ def this_platform() -> str:
     system = {"win32": "windows"}.get(sys.platform, sys.platform)
     if f"{processor}-{system}" not in PLATFORMS:
         raise BuildError(
-            f"no native FMUs for {processor}-{system}: only for {', '.join(PLATFORMS)}; build with --python-only"
+            f"no libraries for {processor}-{system} without ziglang, only for {', '.join(PLATFORMS)}: python -m pip "
+            "install ziglang"
         )
     return f"{processor}-{system}"
 

@@ -17,7 +17,8 @@ The binaries of this FMU (pythonfmu) run Python code inside the importing proces
 - a host that runs Python 3.11 or later, for instance fmpy, OMSimulator's Python interface or libcosim
   from Python. In a host without Python the library does not load. Platforms: x86_64 Linux and x86_64 Windows.
 - numpy in that Python.
-{refine}Unpack the FMU to a folder whose path has no special characters other than blanks.
+{refine}The path of the unpacked FMU may have blanks and any other characters, except for the text %20 and, on
+Windows, characters for which the system has no short name. There is then no instance, and the reason is logged.
 """
 REFINE = """\
 - with refine = true also numba, scipy and pydantic. Without them the results are those of the map, and an error
@@ -28,11 +29,14 @@ LEAD = (
     "Friction torque of a preloaded double-nut ball screw, from a map of thermal elastohydrodynamic contact "
     "solutions. "
 )
+DISCARDED = (
+    "returns Discard, the outputs are those of the last good step, no state changes, and the variable is logged (if "
+    "logging is on: in fmpy instantiate(loggingOn=True)). The step can be repeated with a valid value."
+)
 HOST = "FMI 2.0 co-simulation for hosts that run Python (see externalDependencies.txt)."
 INVALID = (
     f"With NaN, infinity, a magnitude of {TOO_LARGE:g} or more, a negative parameter or a negative step size, doStep "
-    "returns Discard, no state changes, and the variable is logged (if logging is on: in fmpy "
-    "instantiate(loggingOn=True)). The next valid value is accepted."
+    f"{DISCARDED}"
 )
 STEP = (
     "Outputs are those of the last step. Inputs that are set afterwards act in the next step. In initialization mode "

@@ -37,9 +37,8 @@ https://fmi-standard.org.
 """
 ICON = Html('<p><img src="../terminalsAndIcons/icon.png" alt="ball screw with nut" style="width: 8rem"></p>')
 INVALID = (
-    f"NaN, infinity, a magnitude of {TOO_LARGE:g} or more and a negative parameter are rejected when they are set, "
-    "with a message that gives the variable: Error in co-simulation, Discard in model exchange, where the previous "
-    "value is kept."
+    f"Co-simulation: with NaN, infinity, a magnitude of {TOO_LARGE:g} or more or a negative parameter, doStep "
+    f"{friction.DISCARDED} Model exchange: such a value is discarded when it is set, and the previous one is kept."
 )
 ZERO_STEP = {
     2: "A step of size 0 computes the outputs of the current inputs.",

@@ -209,11 +209,11 @@ def test_a_missing_compiler_is_one_line_with_the_remedy(
     script, with_synthetic_map, tmp_path, monkeypatch, capsys
 ):
     def missing():
-        raise BuildError("no C compiler: build with --python-only")
+        raise BuildError("no C compiler: install one")
 
     monkeypatch.setattr("ballscrew_fmu.native_fmu.compile.find_compiler", missing)
     assert script.main(["--output", str(tmp_path)]) == 1
-    assert one_line(capsys) == "build_fmu.py: no FMU delivered: no C compiler: build with --python-only"
+    assert one_line(capsys) == "build_fmu.py: no FMU delivered: no C compiler: install one"
     assert list(tmp_path.iterdir()) == []
 
 

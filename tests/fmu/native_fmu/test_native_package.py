@@ -263,7 +263,7 @@ def test_windows_library_needs_only_system_libraries(native_fmus):
 def test_without_any_compiler_one_line_names_the_remedy(monkeypatch):
     monkeypatch.setattr(native_build.importlib.util, "find_spec", lambda _: None)
     monkeypatch.setattr(native_build.shutil, "which", lambda _: None)
-    with pytest.raises(BuildError, match=r"pip install ziglang.*--python-only") as error:
+    with pytest.raises(BuildError, match=r"pip install ziglang") as error:
         build_libraries({}, NATIVE_NAME)
     assert "\n" not in str(error.value)
 
@@ -291,7 +291,7 @@ def test_without_ziglang_the_compiler_of_the_machine_builds_for_it_alone(
 
 def test_an_unknown_machine_is_named(monkeypatch):
     monkeypatch.setattr(native_build.machine, "machine", lambda: "riscv64")
-    with pytest.raises(BuildError, match=r"no native FMUs for riscv64-linux: only for x86_64-linux"):
+    with pytest.raises(BuildError, match=r"no libraries for riscv64-linux without ziglang, only for x86_64-linux"):
         native_build.this_platform()
 
 

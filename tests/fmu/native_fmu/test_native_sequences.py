@@ -427,6 +427,7 @@ CALLS = st.lists(
     max_size=40,
 )
 START = [("enter_initialization", None), ("exit_initialization", None)]
+DISCARDED = [*START, ("set_inputs", math.nan), ("step", 1e-3)]
 
 
 def check(version, sequence, counts):
@@ -456,14 +457,14 @@ def test_any_sequence_gives_the_status_of_the_state_machine(version):
     counts = dict.fromkeys((OK, DISCARD, ERROR), 0)
 
     @settings(max_examples=ILLEGAL_SEQUENCES, deadline=None, suppress_health_check=QUIET, derandomize=True)
-    @given(st.booleans(), CALLS)
-    def run(started, sequence):
-        check(version, [*(START if started else []), *sequence], counts)
+    @given(st.sampled_from([[], START, DISCARDED]), CALLS)
+    def run(before, sequence):
+        check(version, [*before, *sequence], counts)
 
     run()
     assert counts[OK] > ILLEGAL_SEQUENCES
     assert counts[ERROR] > 0.8 * ILLEGAL_SEQUENCES
-    assert counts[DISCARD] > 0.01 * ILLEGAL_SEQUENCES
+    assert counts[DISCARD] > 0.2 * ILLEGAL_SEQUENCES
 
 
 def test_the_machine_covers_all_calls():
