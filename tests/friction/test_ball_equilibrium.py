@@ -8,7 +8,14 @@ import pytest
 from scipy.optimize import minimize
 
 from ballscrew_tehl.friction.ball_equilibrium import Traction, ball_equilibrium, radial_nodes
-from ballscrew_tehl.friction.equilibrium_kernels import AROUND, CONVERGED_AT, RADIAL, SMOOTHED, limit, shear_stress
+from ballscrew_tehl.friction.equilibrium_kernels import (
+    AROUND,
+    CONVERGED_AT,
+    RADIAL,
+    SMOOTHED,
+    limit,
+    shear_stress,
+)
 from ballscrew_tehl.friction.parts import spin_moment
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_parameters
 from ballscrew_tehl.physics.ball_motion import ContactMotion, contact_motion

@@ -22,7 +22,6 @@ rather too wide.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -33,8 +32,7 @@ from ..parameters.file import Parameters, load_parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_VG100
-from ..physics.load import nut_loads
-from .mechanistic import MECHANISTIC, ContactValues, ball_ball_coefficient, law_constants, nut_powers
+from .mechanistic import MECHANISTIC, ContactValues, ball_ball_coefficient, law_constants, nuts_powers
 from .sets import FrictionSet, load_friction_sets
 
 Array = NDArray[np.float64]
@@ -140,13 +138,9 @@ def torque_of_constants(
                  it was fitted to this screw or the screw file states it
     """
     ratio, coefficient, _ = friction_set.values
-    screw, friction = parameters.screw, parameters.friction
+    friction = parameters.friction
     held = fit_of(friction_set, parameters) is not None or friction.net_sliding_coefficient is not None
     remembered = _Remembered(contacts)
-    nuts = [
-        (times, nut_loads(screw, force, screw.loaded_ball_count))
-        for force, times in Counter(force for force in forces if force > 0.0).items()
-    ]
     kappa = implied_thrust(coefficient, parameters)
 
     def torque(values: Mapping[str, float]) -> float:
@@ -156,8 +150,8 @@ def torque_of_constants(
             k = ball_ball_coefficient(changed.friction, values.get("ball_thrust", kappa))
         k = values.get(FITTED_COEFFICIENT, k)
         return sum(
-            times * float(nut_powers(changed, loads, speed, temperature, remembered).torque(ratio, k))
-            for times, loads in nuts
+            times * float(nut.torque(ratio, k))
+            for times, nut in nuts_powers(changed, forces, remembered, speed, temperature)
         )
 
     return torque
