@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from argparse import Namespace
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
@@ -79,12 +80,15 @@ def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
 
 
 def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]) -> list[dict[str, Any]]:
-    from ..nut_map.trend import unphysical_trend
+    from ..nut_map.trend import too_thick, unphysical_trend
 
     nut_map = chosen.nut_map(args)
-    contact_map = None
+    contact_map = supply = None
     if nut_map.law == MECHANISTIC:
+        from ..friction.mechanistic import supply_factor
         from ..nut_map.file import load_contact_map
+
+        supply = partial(supply_factor, chosen.parameters)
 
         contact_map = load_contact_map(args.map, chosen.parameters)
     results = []
@@ -94,8 +98,10 @@ def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]
         state = nut_map.evaluate(*at)
         torques = _signed((state.viscous_torque, state.hysteresis_torque, state.sliding_torque), speed)
         further: dict[str, Any] = {}
-        if trend := unphysical_trend(nut_map, *at).text:
+        if trend := unphysical_trend(nut_map, *at, supply).text:
             further["unphysical_trend"] = trend
+        if thick := too_thick(state, 0.5 * chosen.parameters.screw.ball_diameter):
+            further["too_thick_film"] = thick
         if contact_map is not None and point["preload_n"] > 0.0:
             from ..nut_map.interval import map_interval
 
@@ -108,7 +114,7 @@ def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]
             **torques,
             **further,
             **{key: float(getattr(state, name)) for name, key in EXTREMES.items()},
-            "in_range": bool(state.in_range) and not trend,
+            "in_range": bool(state.in_range) and not (trend or thick),
             "clamped": list(state.clamped),
             "film_kinematics": nut_map.header["film_kinematics"],
             "map_hash": nut_map.header["file_hash"],

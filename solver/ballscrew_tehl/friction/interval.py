@@ -14,9 +14,9 @@ Zero fitted: kappa of the ball-ball part is one of the constants. Fitted: the co
 fit, mu_b, Lambda and kappa do not count as far as they enter through k, and the mean error of a point left out of the
 fit counts as the scatter of a normal quantity.
 
-A constant that the screw file states counts as known. Not in the interval: viscosity and supply of the oil, the
-solver's error, seals; and what a fit at other constants would take up of their effect, so that a fitted interval is
-rather too wide.
+A constant that the screw file states counts as known. The supply of the oil counts by K_rs, from that of grease to that
+of an oil bath; a flooded nut (0) is outside. Not in the interval: viscosity of the oil, the solver's error, seals; and
+what a fit at other constants would take up of their effect, so that a fitted interval is rather too wide.
 """
 
 from __future__ import annotations
@@ -83,6 +83,8 @@ def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
         stated = stated | {"roughness_height"}
     if friction.net_sliding_coefficient is not None:
         stated = stated | {"ball_thrust"}
+    if friction.inlet_films is not None:
+        stated = stated | {"replenishment_constant"}
     return tuple(name for name in BOUNDED if name not in stated)
 
 
