@@ -15,7 +15,7 @@ import fmpy
 
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.map_file import MAGIC, MAP_FILE
-from ballscrew_fmu.variables.friction import Variable
+from ballscrew_fmu.variables.friction import Variable, origin_text
 from ballscrew_tehl.runtime import constants
 from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, FILM_SHEAR, FORCE_CURVES, SURFACES, TORQUE_SURFACES
 
@@ -37,6 +37,7 @@ _HEADER = """\
 #define MODEL_NAME "{name}"
 #define MODEL_TOKEN "{token}" /* guid of FMI 2, instantiationToken of FMI 3 */
 #define MODEL_MAP "{content_hash}" /* content hash of the map */
+#define MODEL_ORIGIN "{origin}" /* of friction numbers that were measured on another screw; logged at instantiation */
 
 enum Reference {{
 {references},
@@ -159,6 +160,7 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
             name=model.native_name,
             token=token,
             content_hash=header["content_hash"],
+            origin=_c_text(origin_text(header)),
             references=",\n".join(f"    {v.name.upper()}" for v in table),
             first=inputs[0].name.upper(),
             inputs=len(inputs),
@@ -167,6 +169,15 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
         "variables.c": _TABLE.format(rows="\n".join(_row(v) for v in table)),
         "constants.h": _constants(),
     }
+
+
+def _c_text(text: str) -> str:
+    """Content of a C string literal in UTF-8: quotes, backslashes and what is not ASCII as octal numbers."""
+    plain = (
+        chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
+        for byte in text.encode()
+    )
+    return "".join(plain)
 
 
 def _constants() -> str:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..friction.baselines import nsk_torque
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.origin import carried_over, refuse_other_fit
 from ..friction.sets import FrictionSet, default_friction_set
@@ -35,7 +36,7 @@ from ..runtime.packed import (
     MapError,
     sealed,
 )
-from .interval import BAND, band, band_numbers
+from .interval import BAND, band, band_numbers, band_point
 
 if TYPE_CHECKING:
     from .contact_map import ContactMap
@@ -228,13 +229,15 @@ def _path_for(path: Path | str | None, parameters: Parameters) -> Path:
     return packaged_map(name) if path is None else Path(path)
 
 
-def _provenance(friction: FrictionSet, parameters: Parameters) -> dict[str, Any]:
+def _provenance(friction: FrictionSet, parameters: Parameters, axes: Mapping[str, Any]) -> dict[str, Any]:
     """Entry of the header about the friction parameters; infinite limits become None, for JSON has no infinity."""
+    preload = band_point(axes)[0]
     return {
         "set": friction.name,
         "loss": friction.loss,
         "provenance": friction.provenance,
         "carried_over": carried_over(friction, parameters),
+        "catalogue": {"preload": preload, "torque": float(nsk_torque(parameters.screw, preload))},
         "errors": {name: value for name, value in friction.errors.items() if math.isfinite(value)},
         "limits": {
             name: [ends["low"], ends["high"] if math.isfinite(ends["high"]) else None]
@@ -325,7 +328,11 @@ def load_map(
     defaults = dict(zip(DEFAULTS, _defaults(friction, parameters), strict=True))
     law = MECHANISTIC if film == MECHANISTIC else FILM_SHEAR
     header = dict(
-        header, film_model=film, law=law, defaults=defaults, friction=_provenance(friction, parameters)
+        header,
+        film_model=film,
+        law=law,
+        defaults=defaults,
+        friction=_provenance(friction, parameters, header["axes"]),
     )
     return NutMap.from_arrays(sealed(header, arrays), arrays)
 

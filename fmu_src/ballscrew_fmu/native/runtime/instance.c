@@ -123,6 +123,9 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
     instance->categories = ALL_CATEGORIES;
     instance->saved.next = instance->saved.previous = &instance->saved;
     (void)instance_reset(instance);
+    if (MODEL_ORIGIN[0] != '\0') {
+        warn(instance, "%s", MODEL_ORIGIN);
+    }
     return instance;
 }
 
