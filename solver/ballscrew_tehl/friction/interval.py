@@ -32,7 +32,8 @@ from ..parameters.file import Parameters, load_parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_VG100
-from .mechanistic import MECHANISTIC, ContactValues, ball_ball_coefficient, law_constants, nuts_powers
+from ..runtime.packed import MECHANISTIC
+from .mechanistic import ContactValues, ball_ball_coefficient, law_constants, nuts_powers
 from .sets import FrictionSet, load_friction_sets
 
 Array = NDArray[np.float64]

@@ -45,8 +45,6 @@ Array = NDArray[np.float64]
 K_Z, BALL_OVER_SECTION = 4.4, 0.3
 #: exponents of the ball load with which shear power follows that of the mean ball: pressure Q^(1/3), slip Q^(1/3)
 SHEAR_EXPONENT = 4.0 / 3.0
-#: name of the law, and of what it takes as a film model
-MECHANISTIC = "mechanistic"
 #: quantities of a solved contact that the law takes, see nut_map.contacts
 QUANTITIES = ("rolling_loss", "thermal_central_film", "core_pressure", "core_area", "mean_rise")
 

@@ -214,6 +214,15 @@ def torque(material: Material) -> Html:
                 figures.torque_over_temperature(material),
                 f"Friction torque over oil temperature. {_trend_note(material)}".rstrip(),
             ),
+            figure(
+                figures.parts_over_speed(material),
+                f"Parts of the torque over speed at {figures.middle(material.over_speed.rows):.0f} N, stacked.",
+            ),
+            figure(
+                figures.parts_over_preload(material),
+                "Parts of the torque over preload at "
+                f"{figures.middle(material.over_preload.rows) / RPM:.0f} r/min, stacked.",
+            ),
             table(
                 "torques",
                 f"Friction torque [N m], oil at {temperature - CELSIUS:.1f} C",
