@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 import synthetic_map
 
-from ballscrew_tehl.nut_map.trend import Trend, too_thick, unphysical_trend
+from ballscrew_tehl.friction.torque import nut_forces
+from ballscrew_tehl.nut_map.trend import Trend, too_thick, unlike_flanks, unphysical_trend
+from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_parameters
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 
@@ -93,3 +95,18 @@ def test_real_map_has_physical_trends_where_its_torque_has():
     temperature = np.linspace(284.0, 350.0, 4)
     assert not unphysical_trend(nut_map, force, speed, temperature, 100.0).unphysical.any()
     assert nut_map.evaluate(force, speed, temperature, 100.0).lambda_ratio.max() > 3.0
+
+
+def test_oversize_balls_with_one_set_of_flanks_nearly_free_are_named():
+    double = load_parameters()
+    four = changed(double, screw={"preload_kind": FOUR_POINT})
+    assert unlike_flanks(double, 1000.0, 2500.0, 0.5) == unlike_flanks(four, 1000.0, 0.0, 0.5) == ""
+    assert unlike_flanks(four, 1000.0, 1500.0, 0.5) == ""
+    for load in (2200.0, -2200.0, 5000.0):
+        relieved, loaded = sorted(nut_forces(four, 1000.0, load))
+        assert relieved < 0.12 * loaded
+        said = unlike_flanks(four, 1000.0, load, 0.5)
+        assert said.startswith(
+            f"oversize balls: {relieved:.3g} N on one set of flanks, {loaded:.3g} N on the other"
+        )
+        assert said.endswith("has 0.5 N m")

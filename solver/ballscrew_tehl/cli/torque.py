@@ -80,7 +80,7 @@ def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
 
 
 def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]) -> list[dict[str, Any]]:
-    from ..nut_map.trend import too_thick, unphysical_trend
+    from ..nut_map.trend import too_thick, unlike_flanks, unphysical_trend
 
     nut_map = chosen.nut_map(args)
     contact_map = supply = None
@@ -98,6 +98,7 @@ def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]
         state = nut_map.evaluate(*at)
         torques = _signed((state.viscous_torque, state.hysteresis_torque, state.sliding_torque), speed)
         further: dict[str, Any] = {}
+        unlike = ""
         if trend := unphysical_trend(nut_map, *at, supply).text:
             further["unphysical_trend"] = trend
         if thick := too_thick(state, 0.5 * chosen.parameters.screw.ball_diameter):
@@ -109,12 +110,14 @@ def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]
                 chosen.parameters, contact_map, nut_map.header["axes"], chosen.friction_set, *at
             )
             further |= _interval(found, torques["friction_torque_nm"])
+            if unlike := unlike_flanks(chosen.parameters, at[0], at[3], found.torque):
+                further["unlike_flanks"] = unlike
         results.append({
             **point,
             **torques,
             **further,
             **{key: float(getattr(state, name)) for name, key in EXTREMES.items()},
-            "in_range": bool(state.in_range) and not (trend or thick),
+            "in_range": bool(state.in_range) and not (trend or thick or unlike),
             "clamped": list(state.clamped),
             "film_kinematics": nut_map.header["film_kinematics"],
             "map_hash": nut_map.header["file_hash"],
