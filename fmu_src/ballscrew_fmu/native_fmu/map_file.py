@@ -8,7 +8,7 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, SURFACES, TORQUE_SURFACES
 
 MAP_FILE = "nut_map.bin"
-MAGIC = b"BSFMAP02"
+MAGIC = b"BSFMAP03"
 
 
 def map_bytes(nut_map: NutMap) -> bytes:

@@ -21,7 +21,7 @@ from ..friction.baselines import nsk_torque
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.origin import carried_over, refuse_other_fit
 from ..friction.sets import FrictionSet, default_friction_set
-from ..parameters.file import Parameters, changed
+from ..parameters.file import FOUR_POINT, Parameters, changed
 from ..parameters.identity import map_parameters_json, parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.hertz import RACEWAYS
@@ -33,6 +33,7 @@ from ..runtime.packed import (
     FORCE_CURVES,
     MECHANISTIC,
     SURFACES,
+    TORQUE_CURVES,
     MapError,
     sealed,
 )
@@ -316,6 +317,7 @@ def load_map(
         _mechanistic_of(path, header, variables, parameters)
         header[BAND] = _band(header, variables, parameters, friction)
     else:
+        _add_free_share(variables)
         header.pop(BAND, None)
     force = f"force_coefficients_{film}" if film == MECHANISTIC else "force_coefficients"
     arrays = {
@@ -345,6 +347,13 @@ def _defaults(friction: FrictionSet, parameters: Parameters) -> tuple[float, ...
     return ratio, net, roughness_of(parameters.friction).sigma, breakaway_factor(parameters.friction)
 
 
+def _add_free_share(variables: dict[str, Array]) -> None:
+    """The column free_shear_share, ln 1, in maps from before it."""
+    for name in ("force_coefficients", f"force_coefficients_{MECHANISTIC}"):
+        if name in variables and variables[name].shape[1] < len(FORCE_CURVES):
+            variables[name] = np.insert(variables[name], FORCE_CURVES.index("free_shear_share"), 0.0, axis=1)
+
+
 def _mechanistic_of(
     path: Path, header: dict[str, Any], variables: dict[str, Array], parameters: Parameters
 ) -> None:
@@ -354,7 +363,10 @@ def _mechanistic_of(
             f"{path}: map of kinematics {header['kinematics']}; the mechanistic law needs rolling_frame"
         )
     constants = law_constants(parameters)
-    if header[MECHANISTIC] == constants:
+    before = variables["force_coefficients"].shape[1] < len(FORCE_CURVES)
+    _add_free_share(variables)
+    # of oversize balls a map from before free_shear_share lacks it
+    if header[MECHANISTIC] == constants and not (before and parameters.screw.preload_kind == FOUR_POINT):
         return
     from .build import mechanistic_coefficients
 
@@ -363,8 +375,8 @@ def _mechanistic_of(
     )
     variables[f"viscous_coefficients_{MECHANISTIC}"] = surfaces
     # pressure and load of the last two columns do not depend on the law
-    stored = variables[f"force_coefficients_{MECHANISTIC}"]
-    variables[f"force_coefficients_{MECHANISTIC}"] = np.concatenate([curves, stored[:, 2:]], axis=-1)
+    stored = variables[f"force_coefficients_{MECHANISTIC}"][:, TORQUE_CURVES:]
+    variables[f"force_coefficients_{MECHANISTIC}"] = np.concatenate([curves, stored], axis=-1)
     header[MECHANISTIC] = constants
 
 

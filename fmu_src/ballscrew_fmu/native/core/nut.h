@@ -24,6 +24,7 @@ typedef struct {
     Number weight[4];    /* of the neighbours in force */
     Number share, third; /* force divided by the lowest of the axis, at most 1; its cube root */
     Number sliding_load; /* [N.m] as in Loads */
+    Number free;         /* shear of balls on two flanks divided by that on four alike; 1: no oversize balls */
 } LoadedNut;
 
 /* Results of preload and axial load alone. */
