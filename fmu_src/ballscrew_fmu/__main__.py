@@ -125,9 +125,10 @@ def _add_inputs(options: argparse.ArgumentParser) -> None:
     )
     options.add_argument(
         "--friction",
-        metavar="FILE.toml",
-        help="friction parameters of this screw, written by `calibrate --output`; default: the packaged set of the "
-        "screw file",
+        metavar="NAME|FILE",
+        help="two_parameter, three_parameter, mechanistic, or a file of this screw that `calibrate --output` has "
+        "written; default: the packaged set of the screw file. mechanistic without --screw takes the GD4008-3 with an "
+        "oil ISO VG 100",
     )
 
 

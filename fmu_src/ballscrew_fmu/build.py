@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+from argparse import Namespace
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,9 +15,9 @@ from ballscrew_fmu.native_fmu import compile as native_compile
 from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu, native_file_name
 from ballscrew_fmu.pages.validation import validation_report
 from ballscrew_fmu.python_fmu.package import build_fmu
-from ballscrew_tehl.friction.sets import friction_set_of_file
+from ballscrew_tehl.cli.common import chosen_of
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import Parameters, changed, load_parameters
+from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 Advance = Callable[[str], None]  # called with the name of the next step
@@ -27,13 +28,12 @@ def read_inputs(
 ) -> tuple[Parameters, NutMap]:
     """Parameters and their nut map. Its header has start values and provenance of the friction parameters.
 
+    Parameters   friction : name of a packaged set or file of calibrate --output; mechanistic without a screw takes the
+                 GD4008-3 with an oil ISO VG 100
     Raises       ValueError or OSError: invalid input, with a message of one line
     """
-    parameters = load_parameters(screw)
-    if kinematics not in (None, parameters.friction.kinematics):
-        parameters = changed(parameters, friction={"kinematics": kinematics})
-    friction_set = None if friction is None else friction_set_of_file(friction, parameters)
-    return parameters, load_map(map_file, parameters, friction_set)
+    chosen = chosen_of(Namespace(screw=screw, kinematics=kinematics, friction=friction))
+    return chosen.parameters, load_map(map_file, chosen.parameters, chosen.of_file)
 
 
 def build(

@@ -1,5 +1,6 @@
 """Fits of the mechanistic law: one number or two, their errors, what the data identify, the packaged set."""
 
+import json
 import math
 from dataclasses import replace
 
@@ -338,3 +339,40 @@ def test_names_of_the_other_law_are_unchanged():
     basis = torque_basis(GD4008, HamrockDowsonFilm(GD4008), MEASURED[:4])
     assert basis.fitted(3) == [0, 1, 2]
     assert basis.held == (0.0, 0.0, 0.0)
+
+
+def test_torque_below_the_rolling_loss_is_said(tmp_path, capsys):
+    """Without a screw file the command takes the packaged screw with VG 100, and says so."""
+    path = tmp_path / "low.csv"
+    path.write_text(
+        "preload_n,speed_rpm,torque_nm,temperature_c\n1000,500,0.02,30\n4000,500,0.06,30\n2000,1500,0.05,30\n",
+        encoding="utf-8",
+    )
+    given = [
+        "calibrate",
+        str(path),
+        "--set",
+        "mechanistic",
+        "--map",
+        str(PACKAGED_DATA / "map_gd4008_vg100.nc"),
+    ]
+    assert cli.main([*given, "--json"]) == 0
+    out, said = capsys.readouterr()
+    assert said.splitlines()[0] == "no --screw: GD4008-3 with mineral oil ISO VG 100 (gd4008_vg100.toml)"
+    found = json.loads(out)["rolling_frame.mechanistic"]
+    assert found["net_sliding_coefficient"] == 0.0
+    zero = [
+        note for note in found["calibration"]["notes"] if note.startswith("net_sliding_coefficient = 0: ")
+    ]
+    assert len(zero) == 1
+    assert "check unit and sign of the torque, preload, oil" in zero[0]
+    high = (
+        path.read_text(encoding="utf-8").replace("0.02", "0.6").replace("0.06", "1.7").replace("0.05", "1.1")
+    )
+    path.write_text(high, encoding="utf-8")
+    assert cli.main([*given, "--screw", str(PACKAGED_DATA / "gd4008_vg100.toml"), "--json"]) == 0
+    out, said = capsys.readouterr()
+    assert "no --screw" not in said
+    assert not any(
+        "= 0:" in note for note in json.loads(out)["rolling_frame.mechanistic"]["calibration"]["notes"]
+    )

@@ -112,3 +112,22 @@ def test_damaged_file_is_refused_with_its_name(tmp_path, text):
 def test_missing_file_is_refused_with_its_name(tmp_path):
     with pytest.raises(ValueError, match=r"none.toml: cannot be read .*; run calibrate --packaged"):
         load_friction_sets(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [("nan", "0.02"), ("0.01", "nan"), ("inf", "inf"), ("0.02", "0.01")]
+)
+def test_limits_that_are_none_are_refused_in_one_line(tmp_path, low, high):
+    path = tmp_path / "sets.toml"
+    write_friction_sets(path, {("published", "three_parameter"): FULL})
+    text = path.read_text(encoding="utf-8")
+    place = text.index("limits.net_sliding_coefficient]")
+    numbers = (
+        text[place:].replace("low = 0.004", f"low = {low}", 1).replace("high = 0.006", f"high = {high}", 1)
+    )
+    path.write_text(text[:place] + numbers, encoding="utf-8")
+    with pytest.raises(
+        ValueError, match=r"limits of net_sliding_coefficient = .* allowed: 0 <= low <= high"
+    ) as refused:
+        load_friction_sets(path)
+    assert "\n" not in str(refused.value)

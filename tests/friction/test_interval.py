@@ -110,6 +110,17 @@ def test_interval_holds_about_80_percent_of_a_latin_hypercube(point):
     assert abs(math.log(found.low * found.high / np.median(torques) ** 2)) <= 0.12
 
 
+def test_supply_counts_where_the_film_is_thick_and_fast():
+    """From grease to an oil bath the rolling loss rises; the torque lies at its lower end."""
+    slow, fast = (interval(point).ends["replenishment_constant"] for point in (SLOW, FAST))
+    torque = interval(FAST).torque
+    assert fast[1] == pytest.approx(torque, rel=1e-12)
+    assert fast[0] / fast[1] > 1.05 > slow[0] / slow[1] > 1.0
+    flooded = changed(LAW, friction={"replenishment_constant": 0.0})
+    assert "replenishment_constant" not in interval(FAST, parameters=flooded).ends
+    assert interval(FAST, parameters=flooded).torque > fast[0]
+
+
 def test_shares_are_of_the_variance():
     shares = interval(SLOW).shares
     assert sum(shares.values()) == pytest.approx(1.0, rel=1e-12)
@@ -124,6 +135,8 @@ def test_stated_constants_are_known():
     assert set(BOUNDED) - set(unknown_constants(surfaces)) == {"roughness_height", "boundary_friction"}
     oil = LAW.model_copy(update={"lubricant": changed(LAW, lubricant={"eyring_stress": 4e6}).lubricant})
     assert "eyring_stress" not in unknown_constants(oil)
+    meniscus = changed(LAW, friction={"inlet_films": 20.0})
+    assert set(BOUNDED) - set(unknown_constants(meniscus)) == {"replenishment_constant"}
     coefficient = changed(LAW, friction={"net_sliding_coefficient": 0.012})
     assert "ball_thrust" not in unknown_constants(coefficient)
     known, free = (interval(SLOW, parameters=p).relative for p in (coefficient, LAW))

@@ -10,10 +10,11 @@ from ballscrew_tehl.friction.mechanistic import (
     breakaway_factor,
     mean_load,
     nut_powers,
+    nuts_powers,
     supply_factor,
 )
 from ballscrew_tehl.friction.parts import hysteresis_force
-from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.parameters.file import FOUR_POINT, changed
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ballscrew_tehl.physics.kinematics import entrainment_speed
@@ -163,3 +164,51 @@ def test_default_thrust_is_the_traction_limit():
 def test_bad_input_is_refused(loads, speed, message):
     with pytest.raises(ValueError, match=message):
         nut_powers(VG100, np.array(loads), speed, 303.0, ClosedContacts())
+
+
+FOUR = changed(VG100, screw={"preload_kind": FOUR_POINT})
+
+
+def oversize(loaded, relieved, contacts):
+    """Both sets of flanks of oversize balls at 500 r/min: loaded, relieved (None: it is free)."""
+    nuts = nuts_powers(FOUR, [relieved, loaded], contacts, 500.0 * RPM, 303.0)
+    return [nut for _, nut in nuts]
+
+
+def test_oversize_balls_without_axial_load_have_both_sets_of_flanks_alike():
+    contacts, loads = ClosedContacts(), nut_loads(FOUR.screw, 1000.0, SCREW.loaded_ball_count)
+    (times, alike), = nuts_powers(FOUR, [1000.0, 1000.0], contacts, 500.0 * RPM, 303.0)  # fmt: skip
+    assert times == 2
+    assert alike.shear == nut_powers(FOUR, loads, 500.0 * RPM, 303.0, contacts).shear
+    nearly = sum(nut.shear for nut in oversize(1000.0, 999.999, contacts))
+    assert nearly == pytest.approx(2.0 * alike.shear, rel=1e-5)
+
+
+def test_oversize_ball_free_of_two_flanks_is_a_ball_on_two_flanks():
+    """To 1 %: under load the contact angle of a ball on two flanks opens, here by 0.9 degrees."""
+    contacts, loads = ClosedContacts(), nut_loads(FOUR.screw, 1000.0, SCREW.loaded_ball_count)
+    (free,) = oversize(1000.0, 0.0, contacts)
+    two = nut_powers(VG100, loads, 500.0 * RPM, 303.0, contacts)
+    for part in NutPowers._fields:
+        assert getattr(free, part) == pytest.approx(getattr(two, part), rel=1e-2)
+    relieved, loaded = oversize(1000.0, 1e-6, contacts)
+    assert loaded.shear == pytest.approx(free.shear, rel=1e-4)
+    assert relieved.shear <= 1e-4 * free.shear
+
+
+def test_shear_of_oversize_balls_lies_between_free_and_held():
+    """Least power: no more than where all flanks are held alike, no less than the loaded diagonal rolling alone."""
+    contacts = ClosedContacts()
+    (free,), last = oversize(1000.0, 0.0, contacts), 0.0
+    held = nuts_powers(FOUR, [1000.0, 1000.0], contacts, 500.0 * RPM, 303.0)[0][1].shear
+    for ratio in (0.01, 0.03, 0.1, 0.3, 0.6, 0.9):
+        alike = nuts_powers(FOUR, [1000.0 * ratio] * 2, contacts, 500.0 * RPM, 303.0)[0][1].shear
+        relieved, loaded = oversize(1000.0, 1000.0 * ratio, contacts)
+        both = relieved.shear + loaded.shear
+        assert max(free.shear, last) <= both * (1.0 + 1e-3)
+        assert both <= 1.01 * (held + alike)
+        assert ratio < 0.3 or both >= 0.98 * (held + alike)
+        last = both
+    # either order of the forces is the same ball
+    swapped = nuts_powers(FOUR, [1000.0, 10.0], contacts, 500.0 * RPM, 303.0)
+    assert [nut.shear for _, nut in swapped[::-1]] == [nut.shear for nut in oversize(1000.0, 10.0, contacts)]

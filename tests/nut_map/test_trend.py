@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 import synthetic_map
 
-from ballscrew_tehl.nut_map.trend import Trend, unphysical_trend
+from ballscrew_tehl.friction.torque import nut_forces
+from ballscrew_tehl.nut_map.trend import Trend, too_thick, unlike_flanks, unphysical_trend
+from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_parameters
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 
@@ -19,7 +21,9 @@ class PowerLaw:
 
     def evaluate(self, preload, speed, temperature, axial_load):
         torque = preload * speed**self.a * np.exp(self.b * (temperature - 300.0)) + 0.0 * axial_load
-        return SimpleNamespace(friction_torque=torque, lambda_ratio=0.1 * speed + 0.0 * torque)
+        return SimpleNamespace(
+            friction_torque=torque, viscous_torque=0.5 * torque, lambda_ratio=0.1 * speed + 0.0 * torque
+        )
 
 
 @pytest.mark.parametrize(
@@ -39,6 +43,35 @@ def test_trends_of_a_power_law(a, b, text):
     assert unphysical_trend(PowerLaw(a, b), 1000.0, -100.0, 310.0).text == text
     assert unphysical_trend(PowerLaw(a, b), 1000.0, 29.0, 310.0).text == ""
     assert unphysical_trend(PowerLaw(a, b, MECHANISTIC), 1000.0, 100.0, 310.0).text == ""
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "w", "t", "text"),
+    [
+        # half of the torque is rolling loss: the supply explains an exponent of -0.3 from -0.6 on
+        (-0.3, -0.01, -0.7, 0.0, "torque falls with speed in a thick film (lambda > 3): replenishment factor 0.04, "
+         "the supply of oil decides"),
+        (-0.3, -0.01, -0.5, 0.0, ""),
+        (0.3, 0.01, 0.0, 0.021, "torque rises with temperature in a thick film (lambda > 3): replenishment factor "
+         "1.2, the supply of oil decides"),
+        (0.3, 0.01, 0.0, 0.019, ""),
+        (0.3, -0.01, -0.7, 0.03, ""),
+    ],
+)  # fmt: skip
+def test_trends_by_the_supply_of_oil(a, b, w, t, text):
+    def supply(speed, temperature):
+        return speed**w * np.exp(t * (temperature - 300.0))
+
+    law = PowerLaw(a, b, MECHANISTIC)
+    assert unphysical_trend(law, 1000.0, 100.0, 310.0, 0.0, supply).text == text
+    many = unphysical_trend(law, 1000.0, np.array([29.0, 100.0]), 310.0, 0.0, supply)
+    assert many.unphysical.tolist() == [False, bool(text)]
+
+
+def test_films_of_a_tenth_of_the_radius_are_named():
+    state = SimpleNamespace(film_thickness_central_screw=2e-4, film_thickness_central_nut=1e-4)
+    assert too_thick(state, 2.1e-3) == ""
+    assert too_thick(state, 1.9e-3).startswith("film 200 um, above a tenth of the ball radius")
 
 
 def test_ends_of_the_map_and_beyond():
@@ -62,3 +95,17 @@ def test_real_map_has_physical_trends_where_its_torque_has():
     temperature = np.linspace(284.0, 350.0, 4)
     assert not unphysical_trend(nut_map, force, speed, temperature, 100.0).unphysical.any()
     assert nut_map.evaluate(force, speed, temperature, 100.0).lambda_ratio.max() > 3.0
+
+
+def test_oversize_balls_with_one_set_of_flanks_nearly_free_are_named():
+    double = load_parameters()
+    four = changed(double, screw={"preload_kind": FOUR_POINT})
+    assert unlike_flanks(double, 1000.0, 2500.0, 0.5) == unlike_flanks(four, 1000.0, 0.0, 0.5) == ""
+    assert unlike_flanks(four, 1000.0, 1500.0, 0.5) == ""
+    assert unlike_flanks(four, 1000.0, 5000.0, 0.5) == ""
+    for load in (2200.0, -2200.0):
+        relieved, loaded = sorted(nut_forces(four, 1000.0, load))
+        assert 0.0 < relieved < 0.12 * loaded
+        said = unlike_flanks(four, 1000.0, load, 0.5)
+        assert f"flanks ({relieved:.3g} N, the other {loaded:.3g} N)" in said
+        assert said.endswith("of the ball 0.5 N m")

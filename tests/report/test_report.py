@@ -1,6 +1,7 @@
 """The report: numbers of the page against the model, self-contained page, bad input, another screw."""
 
 import base64
+import dataclasses
 import json
 import math
 import re
@@ -17,9 +18,10 @@ from synthetic_contacts import closed_build, small_map
 from ballscrew_tehl import __version__
 from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.cli import main as cli
-from ballscrew_tehl.friction.sets import load_friction_sets
+from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
 from ballscrew_tehl.nut_map.file import load_map, save_map
 from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.kinematics import KINEMATICS
@@ -118,7 +120,7 @@ def found(written):
 def test_json_names_file_figures_and_deviations(written, shown):
     path, answer, err, found = written
     assert answer["file"] == str(path)
-    assert answer["figures"] == len(shown.images) == 16
+    assert answer["figures"] == len(shown.images) == 18
     for name, tables in found.tables.items():
         assert answer["deviations"][name] == {t.name: t.deviations[0] for t in tables}
     assert set(answer["claims"]) == set(RULES)
@@ -226,6 +228,21 @@ def test_torque_lines_and_table_are_values_of_the_map(shown, found):
     assert head[1:] == ["100 r/min", "500 r/min", "1000 r/min", "2500 r/min"]
     torque = found.chosen.torque(4000.0, 500.0 * RPM, found.over_speed.fixed)
     assert rows[2][2] == f"{float(torque):.3f}"
+
+
+@pytest.mark.parametrize("name", ["three_parameter", "mechanistic"])
+def test_stacked_parts_add_up_to_the_torque(found, name):
+    one = found
+    if name == "mechanistic":
+        own = load_parameters(PACKAGED_VG100)
+        law = material.Friction(default_friction_set(own), load_map(None, own))
+        one = dataclasses.replace(found, parameters=own, frictions=(law,))
+    speed, preload = one.over_speed.x, figures.middle(one.over_speed.rows)
+    parts = figures.named_parts(one, preload, speed)
+    assert set(parts) <= set(figures.STACK)
+    assert all(np.min(part) >= -1e-12 for part in parts.values())
+    total = one.chosen.torque(preload, speed, one.over_speed.fixed)
+    assert np.max(np.abs(sum(parts.values()) / total - 1.0)) <= 1e-9
 
 
 def test_ball_loads_with_and_without_axial_load(shown, found):
@@ -437,7 +454,7 @@ def test_report_of_another_screw_omits_measurements_and_paper(found, tmp_path, c
     assert (answer["measured"], answer["deviations"], answer["claims"]) == (False, {}, {})
     text = target.read_text(encoding="utf-8")
     other = Page(text)
-    assert len(other.images) == answer["figures"] == 14
+    assert len(other.images) == answer["figures"] == 16
     assert not {"table2", "table3", "table4", "claims", "errata", "section5"} & set(other.tables)
     assert other.text.count("no measured torques for it") == 3
     assert "calibrated on the screw of the paper" in other.text

@@ -55,7 +55,7 @@ def test_extremes_come_from_the_nut_and_the_raceway_that_carry_them():
     assert state.film_thickness_central_screw == pytest.approx(g[6], rel=1e-9)
     assert state.film_thickness_central_nut == pytest.approx(g[7], rel=1e-9)
     assert state.film_temperature_rise == pytest.approx(g[8], rel=1e-9)
-    assert (state.contact_pressure_max, state.ball_load_max) == pytest.approx((c[2], c[3]), rel=1e-9)
+    assert (state.contact_pressure_max, state.ball_load_max) == pytest.approx((c[3], c[4]), rel=1e-9)
     assert state.lambda_ratio == pytest.approx(g[5] / DEFAULTS["roughness_height"], rel=1e-9)
 
 
@@ -115,7 +115,7 @@ def test_beyond_the_map_is_clamped_and_flagged(point, name, same_as):
 def test_an_axial_load_that_overloads_one_nut_is_flagged():
     state = NUT_MAP.evaluate(2000.0, 30.0, T, 15000.0)
     assert (state.in_range, state.clamped) == (False, ("axial_load",))
-    assert state.ball_load_max == pytest.approx(synthetic_map.force_curves(12000.0)[3], rel=1e-9)
+    assert state.ball_load_max == pytest.approx(synthetic_map.force_curves(12000.0)[4], rel=1e-9)
 
 
 def test_torque_is_zero_without_preload(nut_map):
@@ -320,3 +320,40 @@ def test_the_content_hash_covers_header_and_arrays_but_not_itself():
         != (NUT_MAP.header["content_hash"])
     )
     assert make_map(1.01).header["content_hash"] != NUT_MAP.header["content_hash"]
+
+
+FREE = 0.3
+OVERSIZE = synthetic_map.make_map(law=MECHANISTIC, free=FREE)
+
+
+@pytest.mark.parametrize("speed", [47.0, 0.1])
+def test_oversize_balls_roll_freely_where_the_axial_load_has_freed_two_flanks(speed):
+    """Held by all four flanks up to a large axial load; beyond separation their shear is that of two flanks."""
+    plain = MAPS[MECHANISTIC]
+    assert plain.law == MECHANISTIC
+    at = 1700.0, speed, 311.0
+    for load in (0.0, 1000.0, -1000.0):
+        held, ours = (m.evaluate(*at, load).sliding_torque for m in (plain, OVERSIZE))
+        assert ours == pytest.approx(held, rel=1e-4)
+        assert ours <= held
+    load = 9000.0
+    relieved, loaded = forces(1700.0, load)
+    assert relieved == 0.0
+    # without balls on each other the sliding torque is the shear
+    shear = plain.evaluate(*at, load, net_sliding_coefficient=0.0).sliding_torque
+    free = FREE * (loaded / 1000.0) ** -0.05
+    # the two branches are joined smoothly: at 0.3 by 3e-5 of the smaller one
+    found = OVERSIZE.evaluate(*at, load, net_sliding_coefficient=0.0).sliding_torque
+    assert found == pytest.approx(free * shear, rel=1e-4)
+    both = OVERSIZE.evaluate(*at, load).sliding_torque - plain.evaluate(*at, load).sliding_torque
+    assert both == pytest.approx((free - 1.0) * shear, rel=1e-3)
+
+
+def test_oversize_balls_change_over_without_a_jump_and_alike_for_arrays():
+    separation = 1700.0 * synthetic_map.separation_ratio(1700.0)[0]
+    loads = np.linspace(0.0, 1.2 * separation, 4001)
+    torque = OVERSIZE.evaluate(1700.0, 47.0, 311.0, loads).sliding_torque
+    assert np.max(np.abs(np.diff(torque))) <= 0.01 * torque.max()
+    points = [OVERSIZE.evaluate(1700.0, 47.0, 311.0, float(load)).sliding_torque for load in loads[::200]]
+    assert np.max(np.abs(torque[::200] / points - 1.0)) <= 1e-13
+    assert OVERSIZE.evaluate(0.0, 47.0, 311.0, 0.0).sliding_torque == 0.0

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from synthetic_map import LAWS, make_map
+from synthetic_map import LAWS, MECHANISTIC, make_map
 
 from ballscrew_tehl.friction.torque import preload_from_torque
 from ballscrew_tehl.nut_map.file import load_map
@@ -22,9 +22,11 @@ SETS = tuple(
     )
 )  # fmt: skip
 MAPS = {law: make_map(law=law) for law in LAWS}
+OVERSIZE = "oversize balls"
+MAPS[OVERSIZE] = make_map(law=MECHANISTIC, free=0.3)
 
 
-@pytest.fixture(params=LAWS)
+@pytest.fixture(params=[*LAWS, OVERSIZE])
 def nut_map(request):
     return MAPS[request.param]
 

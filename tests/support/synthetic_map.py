@@ -56,13 +56,14 @@ def surfaces(force, speed, temperature, law=FILM_SHEAR):
     )  # fmt: skip
 
 
-def force_curves(force):
-    """The four curves of one nut over its force, stacked on the last axis; SI."""
+def force_curves(force, free=None):
+    """The five curves of one nut over its force, stacked on the last axis; SI. free: with oversize balls."""
     force = np.asarray(force, dtype=float)
     return np.stack(
         [
             2.4e-3 * (force / 1000.0) ** (4 / 3),
             3.067e-2 * force,
+            np.ones_like(force) if free is None else free * (force / 1000.0) ** -0.05,
             0.857e9 * (force / 1000.0) ** (1 / 3),
             0.0197 * force,
         ],
@@ -91,14 +92,19 @@ def nodes(name):
     return np.linspace(lo, hi, count)
 
 
-def make_map(viscous_scale: float = 1.0, force_exponent: float = 0.0, law: str = FILM_SHEAR) -> NutMap:
-    """The map; the viscous torque is multiplied by viscous_scale*(force/1 kN)^force_exponent, for other content."""
+def make_map(
+    viscous_scale: float = 1.0, force_exponent: float = 0.0, law: str = FILM_SHEAR, free: float | None = None
+) -> NutMap:
+    """The map; the viscous torque is multiplied by viscous_scale*(force/1 kN)^force_exponent, for other content.
+
+    free: shear of a ball on two flanks over that on four at 1 kN, with oversize balls
+    """
     force, speed, temperature, preload, share = (nodes(name) for name in AXES)
     values = surfaces(force[:, None, None], speed[None, :, None], temperature[None, None, :], law)
     values[..., :2] *= viscous_scale * (force[:, None, None, None] / 1000.0) ** force_exponent
     arrays = map_arrays(
         values,
-        force_curves(force),
+        force_curves(force, free),
         separation_ratio(preload),
         relieved_share(preload[:, None], share[None, :]),
     )

@@ -72,7 +72,7 @@ def find_compiler() -> Compiler:
     own = next((found for name in candidates if name and (found := shutil.which(name))), None)
     if own is None:
         raise BuildError(
-            "no C compiler: neither ziglang, which builds for Linux, Windows and macOS (python -m pip install ziglang), "
+            "no C compiler: neither ziglang, which builds for Linux, Windows and macOS (python -m pip install ziglang) "
             "nor cc, gcc or clang on the path"
         )
     version = _run([own, "-dumpfullversion", "-dumpversion"], Path.cwd(), own).split()[0]

@@ -20,7 +20,7 @@ import fmpy
 
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.map_file import MAGIC, MAP_FILE, checksum, map_numbers
-from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable, origin_text
 from ballscrew_tehl.runtime import constants
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, FILM_SHEAR, FORCE_CURVES, SURFACES, TORQUE_SURFACES
@@ -46,6 +46,7 @@ _HEADER = """\
 #define MODEL_TOKEN "{token}" /* guid of FMI 2, instantiationToken of FMI 3 */
 #define MODEL_MAP "{content_hash}" /* content hash of the map that the table of variables is from */
 #define MODEL_LAW {law}_LAW /* of its friction: required of a map in the resources */
+#define MODEL_ORIGIN "{origin}" /* of friction numbers that were measured on another screw; logged at instantiation */
 
 #define FIRST_REFERENCE {first_reference}U /* value reference of variable 0 of the table below */
 
@@ -241,6 +242,7 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
             content_hash=header["content_hash"],
             law=str(header["law"]).upper(),
             first_reference=FIRST_REFERENCE,
+            origin=_c_text(origin_text(header)),
             references=",\n".join(f"    {v.name.upper()}" for v in table),
             first=inputs[0].name.upper(),
             inputs=len(inputs),
@@ -248,6 +250,15 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
         ),
         "variables.c": _TABLE.format(rows="\n".join(_row(v) for v in table)),
     }
+
+
+def _c_text(text: str) -> str:
+    """Content of a C string literal in UTF-8: quotes, backslashes and what is not ASCII as octal numbers."""
+    plain = (
+        chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
+        for byte in text.encode()
+    )
+    return "".join(plain)
 
 
 def _constants(prefix: str, names: Sequence[str], numbers: int) -> str:

@@ -22,7 +22,7 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from ballscrew_fmu.python_fmu.process_end import reset_at_exit
-from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable, places
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable, origin_text, places
 from ballscrew_tehl.runtime.constants import TOO_LARGE
 from ballscrew_tehl.runtime.evaluate import NutMap
 
@@ -60,6 +60,8 @@ class MapSlave(Fmi2Slave):
         self._phase = INITIALIZING
         self._stale = True  # outputs are older than the inputs; used while initializing
         self._warned: list[str] = []
+        if origin := origin_text(self._map.header):
+            self.log(origin, Fmi2Status.warning)
 
     # of a model
 

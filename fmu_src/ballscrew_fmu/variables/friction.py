@@ -118,6 +118,16 @@ def band_text(header: Header) -> str:
     )
 
 
+def origin_text(header: Header) -> str:
+    """What an instance says once: that its friction numbers are those of another screw; "" if they are not."""
+    found = header.get("friction", {})
+    if not found.get("carried_over"):
+        return ""
+    catalogue = found["catalogue"]
+    at = f"catalogue torque {catalogue['torque']:.3g} N.m at {catalogue['preload']:.0f} N"
+    return "; ".join(text for text in (found["carried_over"], at, band_text(header)) if text)
+
+
 def _by_law(film_shear: Any, mechanistic: Any) -> OfMap:
     return lambda header: {FILM_SHEAR: film_shear, MECHANISTIC: mechanistic}[header["law"]]
 

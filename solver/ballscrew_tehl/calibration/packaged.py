@@ -18,13 +18,14 @@ from scipy.stats import t as student_t
 
 from .. import __version__
 from ..friction.film_model import FilmModel
-from ..friction.mechanistic import MECHANISTIC, ContactValues, NutPowers, nut_powers
+from ..friction.mechanistic import ContactValues, NutPowers, nut_powers
 from ..friction.sets import FITTED, PACKAGED_SETS, SETS, FrictionSet, load_friction_sets, write_friction_sets
 from ..friction.torque import UNLOADED, NutSums, nut_forces, nut_sums
 from ..parameters.file import Parameters, changed, load_parameters
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_VG100
 from ..physics.load import nut_loads
+from ..runtime.packed import MECHANISTIC
 from .diagnostics import free_parameters, profile_limits
 from .fit import LOSSES, TorqueBasis, Values, fit_values
 from .measurements import Measurement, packaged_measurements

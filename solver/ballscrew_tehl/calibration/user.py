@@ -148,7 +148,8 @@ def _check_count(points: list[Measurement], name: str) -> list[str]:
     notes = []
     if len(points) - count < FEW_DEGREES:
         notes.append(
-            f"{len(points)} rows for {count} parameters: {len(points) - count} degree(s) of freedom, intervals and "
+            f"{len(points)} rows for {count} {'parameter' if count == 1 else 'parameters'}: {len(points) - count} "
+            "degree(s) of freedom, intervals and "
             "errors are rough"
         )
     if len(distinct) == count:
@@ -208,7 +209,7 @@ def calibrate_file(
             rivals.append(_rival(f"{other} (film {films[other]})", theirs, len(fitted), loss, progress))
     unknown = not_identified(basis, found.values, count, found.limits, found.correlations, missed, rivals)
     diagnostics = point_diagnostics(basis, found.values, count)
-    notes += [*_rival_notes(rivals, missed), *_point_notes(basis, diagnostics)]
+    notes += [*_zero_note(found), *_rival_notes(rivals, missed), *_point_notes(basis, diagnostics)]
     return Calibration(
         replace(found, not_identified=unknown), basis, diagnostics, left_out, dropped, notes,
         condition(basis, found.values, count), _spread(basis, found, count),
@@ -256,6 +257,15 @@ def _rival(name: str, basis: TorqueBasis, count: int, loss: str, progress: Progr
     """Another set fitted to the same points with its own films."""
     values = fit_values(basis, count, loss)
     return Rival(name, basis, values, np.abs(left_out_deviations(basis, count, loss, progress)))
+
+
+def _zero_note(found: FrictionSet) -> list[str]:
+    if found.name not in MECHANISTIC_SETS or found.net_sliding_coefficient > 0.0:
+        return []
+    return [
+        "net_sliding_coefficient = 0: the computed rolling loss and shear alone exceed the measured torque: check unit "
+        "and sign of the torque, preload, oil (viscosity, temperature) and its supply (replenishment_constant)"
+    ]
 
 
 def _rival_notes(rivals: list[Rival], missed: np.ndarray) -> list[str]:

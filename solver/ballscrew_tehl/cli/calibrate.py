@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from ..calibration.measurements import Measurement
 from ..friction.sets import MECHANISTIC_SETS, PACKAGED_SETS, FrictionSet, write_friction_sets
 from ..parameters.file import Parameters
+from ..parameters.packaged_data import PACKAGED_VG100
 from ..parameters.units import CELSIUS, RPM
 from .common import film_model_of, say, screw_of
 from .main import TEMPERATURE
@@ -33,7 +34,11 @@ def run_calibrate(args: Namespace) -> int:
     """Fit to the user's measurements, or refit the packaged sets."""
     if args.packaged == bool(args.measurements):
         raise ValueError("calibrate needs either MEASUREMENTS.csv or --packaged")
-    parameters = screw_of(args)
+    # as torque --friction mechanistic does
+    law = args.set in MECHANISTIC_SETS and args.screw is None and not args.packaged
+    parameters = screw_of(args, PACKAGED_VG100 if law else None)
+    if law:
+        say(f"no --screw: {parameters.name} with {parameters.lubricant.name} ({PACKAGED_VG100.name})")
     if args.packaged:
         return _packaged(args, parameters)
     for option in (args.output, args.plot):

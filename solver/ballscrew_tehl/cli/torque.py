@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from argparse import Namespace
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
@@ -80,12 +81,15 @@ def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
 
 
 def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]) -> list[dict[str, Any]]:
-    from ..nut_map.trend import unphysical_trend
+    from ..nut_map.trend import too_thick, unlike_flanks, unphysical_trend
 
     nut_map = chosen.nut_map(args)
-    contact_map = None
+    contact_map = supply = None
     if nut_map.law == MECHANISTIC:
+        from ..friction.mechanistic import supply_factor
         from ..nut_map.file import load_contact_map
+
+        supply = partial(supply_factor, chosen.parameters)
 
         contact_map = load_contact_map(args.map, chosen.parameters)
     results = []
@@ -95,8 +99,11 @@ def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]
         state = nut_map.evaluate(*at)
         torques = _signed((state.viscous_torque, state.hysteresis_torque, state.sliding_torque), speed)
         further: dict[str, Any] = {}
-        if trend := unphysical_trend(nut_map, *at).text:
+        unlike = ""
+        if trend := unphysical_trend(nut_map, *at, supply).text:
             further["unphysical_trend"] = trend
+        if thick := too_thick(state, 0.5 * chosen.parameters.screw.ball_diameter):
+            further["too_thick_film"] = thick
         if contact_map is not None and point["preload_n"] > 0.0:
             from ..nut_map.interval import map_interval
 
@@ -104,12 +111,14 @@ def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]
                 chosen.parameters, contact_map, nut_map.header["axes"], chosen.friction_set, *at
             )
             further |= _interval(found, torques["friction_torque_nm"])
+            if unlike := unlike_flanks(chosen.parameters, at[0], at[3], found.torque):
+                further["unlike_flanks"] = unlike
         results.append({
             **point,
             **torques,
             **further,
             **{key: float(getattr(state, name)) for name, key in EXTREMES.items()},
-            "in_range": bool(state.in_range) and not trend,
+            "in_range": bool(state.in_range) and not (trend or thick or unlike),
             "clamped": list(state.clamped),
             "film_kinematics": nut_map.header["film_kinematics"],
             "map_hash": nut_map.header["file_hash"],

@@ -24,9 +24,11 @@ def moes_groups_of(parameters: Parameters, raceway: str, load: Array, speed: Any
     return moes_groups(parameters.lubricant, load, u_e, R_x, E_prime(screw), temperature), R_x, R_y
 
 
-#: rolling loss over rolling_formula below which it counts as that: the hottest inlets have next to no loss, and a film
-#: of some percent of the radius none of its own
-LEAST_ROLLING = 1e-2
+#: rolling loss over rolling_formula below which it counts as that. The ratio falls with the film over the radius: 0.4
+#: at 3 %, 0.1 at 10 %, negative beyond, where the parabolic gap and the end of the oil at R_x mean nothing any more
+LEAST_ROLLING = 0.1
+#: film over the ball radius at which that floor is reached
+THICKEST_FILM = 0.1
 
 
 def moes_load(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:

@@ -9,51 +9,64 @@ from numba import njit
 
 #: nodes of the quadrature over the ellipse: Gauss along the radius, equal steps around
 RADIAL, AROUND = 8, 16
-#: slip [m/s] over the entrainment speed below which the friction of asperities is proportional to it
-STICTION = 1e-6
-#: an iteration ends where a further step would lower the potential by less than this share of it
-CONVERGED_AT, MOST_STEPS = 1e-8, 200
-#: or by this share, whatever the damping: rounding
+#: slip [m/s] over the entrainment speed below which the shear stress is smoothed: a ball on oil as stiff as a solid, or
+#: on asperities, sticks at some points of its contacts, where the potential has a kink. First with the last one alone;
+#: where that takes more than QUICK_STEPS, with all, each from the motion of the one before
+SMOOTHED = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+QUICK_STEPS, MOST_STEPS = 12, 400
+#: an iteration ends where a further step would lower the potential by less than this share of it; that with a wider
+#: smoothing by less than the second
+CONVERGED_AT, CONVERGED_FIRST = 1e-10, 1e-4
+#: or where a shortened one would by this share: rounding
 ROUNDING = 1e-14
-#: where steps are used up: at the kink of oil as stiff as a solid the damped steps creep; power within some 1e-4
-ACCEPTED_AT = 1e-6
-#: damping of a step that would not lower the potential, and least one, which keeps the system regular
-FIRST_DAMPING, LEAST_DAMPING = 1e-3, 1e-12
+#: share of the expected gain of a step that it must reach, else it is shortened by a factor between these
+LEAST_GAIN, SHORTENED = 1e-4, (0.05, 0.7)
+#: relative addition to the diagonal of the system, which keeps it regular
+LEAST_DAMPING = 1e-12
 
 
 @njit(cache=True, error_model="numpy")
-def shear_stress(v, film, eta, p, tau_0, limiting, boundary, f, sticky):
-    """Potential per area [W/m2], stress [Pa] and its slope over slip of a slip speed v >= 0."""
-    k = eta / (film * tau_0)
-    z, most = k * v, limiting * p
-    ln_limit = most / tau_0
+def limit(p, tau_0, limiting):
+    """Where the stress of the oil reaches Lambda p: ln_limit = Lambda p/tau_0 and its sinh, z_limit."""
+    ln_limit = limiting * p / tau_0
     # beyond 1e12 the logarithm is exact, and sinh overflows at last
-    z_limit = math.sinh(min(ln_limit, 300.0))
+    return ln_limit, math.sinh(min(ln_limit, 300.0))
+
+
+@njit(cache=True, error_model="numpy")
+def shear_stress(v, k, tau_0, ln_limit, z_limit, dry, f, smooth):
+    """Potential per area [W/m2], stress over slip and slope of the stress over slip [Pa s/m] at a slip speed v >= 0.
+
+    With W(v) the potential of oil and asperities: W(sqrt(v^2 + smooth^2)), convex as W is; where W is a parabola the
+    stress is that without smooth.
+
+    Parameters   k : viscosity/(film tau_0) [s/m];  dry : stress of asperities [Pa], f : their share of the load
+    """
+    root = math.sqrt(v * v + smooth * smooth)
+    z = k * root
     if z >= z_limit:
+        # the integral for small z is a difference that loses its digits
         content = math.sqrt(1.0 + z_limit * z_limit) - 1.0
         content = 0.5 * z_limit * z_limit if z_limit < 1e-4 else z_limit * ln_limit - content
-        potential, stress, slope = tau_0 / k * content + most * (v - z_limit / k), most, 0.0
+        content, stress, slope = content + ln_limit * (z - z_limit), tau_0 * ln_limit, 0.0
     else:
-        root = math.sqrt(1.0 + z * z)
-        arc = math.asinh(z)
-        # for small z the difference z asinh(z) - (root - 1) loses its digits
-        content = 0.5 * z * z if z < 1e-4 else z * arc - (root - 1.0)
-        potential, stress, slope = tau_0 / k * content, tau_0 * arc, tau_0 * k / root
+        one, arc = math.sqrt(1.0 + z * z), math.asinh(z)
+        content = 0.5 * z * z if z < 1e-4 else z * arc - (one - 1.0)
+        stress, slope = tau_0 * arc, tau_0 * k / one
+    potential = tau_0 / k * content
     if f > 0.0:
-        root = math.sqrt(v * v + sticky * sticky)
-        dry = boundary * p
-        potential = (1.0 - f) * potential + f * dry * (root - sticky)
-        stress = (1.0 - f) * stress + f * dry * v / root
-        slope = (1.0 - f) * slope + f * dry * sticky * sticky / root**3
-    return potential, stress, slope
+        potential = (1.0 - f) * potential + f * dry * root
+        stress, slope = (1.0 - f) * stress + f * dry, (1.0 - f) * slope
+    ratio, share = stress / root, v / root
+    return potential, ratio, ratio + (slope - ratio) * share * share
 
 
 @njit(cache=True, error_model="numpy")
 def potential_sums(
     matrix, offset, differential, speed, axes, radius, weight, cosine, sine, viscosity, pressure, film, asperities,
-    tau_0, limiting, boundary, q, sticky, gradient, hessian, power,
+    tau_0, limiting, boundary, q, smooth, gradient, hessian, power,
 ):  # fmt: skip
-    """Potential [W] of a ball in motion q; its gradient, Hessian and the power of each contact are written."""
+    """Potential [W] of a ball in motion q, to a constant; gradient, Hessian and power of each contact are written."""
     total = 0.0
     gradient[:] = 0.0
     hessian[:, :] = 0.0
@@ -70,20 +83,20 @@ def potential_sums(
         for k in range(radius.size):
             p = pressure[c] * math.sqrt(1.0 - radius[k] * radius[k])
             w = area * weight[k]
+            stiffness = viscosity[c, k] / (film[c] * tau_0)
+            ln_limit, z_limit = limit(p, tau_0, limiting)
             for j in range(cosine.size):
                 x, y = b * radius[k] * cosine[j], a * radius[k] * sine[j]
                 v_x = at[0] + differential[c] * speed * y * y - at[2] * y
                 v_y = at[1] + at[2] * x
                 v = math.sqrt(v_x * v_x + v_y * v_y)
-                potential, stress, slope = shear_stress(
-                    v, film[c], viscosity[c, k], p, tau_0, limiting, boundary, asperities[c], sticky
+                potential, ratio, slope = shear_stress(
+                    v, stiffness, tau_0, ln_limit, z_limit, boundary * p, asperities[c], smooth
                 )
                 total += w * potential
-                lost += w * stress * v
-                # stress over slip; its limit at rest is the slope
-                ratio = stress / v if v > 1e-9 * sticky else slope
-                n_x = v_x / v if v > 1e-9 * sticky else 0.0
-                n_y = v_y / v if v > 1e-9 * sticky else 0.0
+                lost += w * ratio * v * v
+                n_x = v_x / v if v > 0.0 else 0.0
+                n_y = v_y / v if v > 0.0 else 0.0
                 along = slope - ratio
                 h_xx, h_xy, h_yy = ratio + along * n_x * n_x, along * n_x * n_y, ratio + along * n_y * n_y
                 for m in range(4):
@@ -102,13 +115,52 @@ def potential_sums(
 
 
 @njit(cache=True, error_model="numpy")
-def damped_step(hessian, gradient, damping):
-    """Step (4,) towards the least of the potential, to be subtracted, and by how much it would lower it, doubled."""
-    damped = hessian.copy()
-    for m in range(4):
-        damped[m, m] *= 1.0 + damping
-    change = np.linalg.solve(damped, gradient)
-    return change, gradient @ change
+def least_potential(
+    matrix, offset, differential, speed, axes, radius, weight, cosine, sine, viscosity, pressure, film, asperities,
+    tau_0, limiting, boundary, q, smooth, converged_at, most, power,
+):  # fmt: skip
+    """Newton's method with shortened steps from a motion q (4,), which is moved, as the power is written.
+
+    Returns      steps it took, most if the least was not found
+    """
+    gradient, hessian = np.empty(4), np.empty((4, 4))
+    other_gradient, other_hessian, other_power = np.empty(4), np.empty((4, 4)), np.empty(power.size)
+    value = potential_sums(
+        matrix, offset, differential, speed, axes, radius, weight, cosine, sine, viscosity, pressure, film, asperities,
+        tau_0, limiting, boundary, q, smooth, gradient, hessian, power,
+    )  # fmt: skip
+    for step in range(most):
+        if not (np.isfinite(gradient).all() and np.isfinite(hessian).all()):
+            break
+        for m in range(4):
+            hessian[m, m] *= 1.0 + LEAST_DAMPING
+        change = np.linalg.solve(hessian, gradient)
+        decrement = gradient @ change
+        if not decrement > converged_at * value:
+            return step
+        # where all of a contact is at its limit the potential is nearly flat along the slip, and a full step goes far
+        # beyond the least. The direction is kept: it does not depend on the coordinates of the motion
+        length = 1.0
+        while True:
+            if not length * decrement > ROUNDING * value:
+                return step
+            new = q - length * change
+            other = potential_sums(
+                matrix, offset, differential, speed, axes, radius, weight, cosine, sine, viscosity, pressure, film,
+                asperities, tau_0, limiting, boundary, new, smooth, other_gradient, other_hessian, other_power,
+            )  # fmt: skip
+            if other <= value - LEAST_GAIN * length * decrement:
+                break
+            # secant of the slope along the step
+            slope = other_gradient @ change
+            share = decrement / (decrement - slope) if slope < 0.0 else SHORTENED[1]
+            length *= min(max(share, SHORTENED[0]), SHORTENED[1])
+        q[:] = new
+        value = other
+        gradient[:] = other_gradient
+        hessian[:, :] = other_hessian
+        power[:] = other_power
+    return most
 
 
 @njit(cache=True, error_model="numpy")
@@ -116,55 +168,30 @@ def equilibria(
     matrix, offset, differential, speeds, axes, radius, weight, viscosity, pressure, film, asperities, tau_0,
     limiting, boundary, first,
 ):  # fmt: skip
-    """Newton's method with damped steps (Levenberg), from the motion `first` (4,) per screw speed, for every ball."""
+    """Power, motion and steps of every ball, from the motion `first` (4,) per screw speed."""
     count, contacts = pressure.shape
     around = 2.0 * math.pi * (np.arange(AROUND) + 0.5) / AROUND
     cosine, sine = np.cos(around), np.sin(around)
     power = np.empty((count, contacts))
     motion = np.empty((count, 4))
-    steps = np.empty(count, dtype=np.int64)
-    gradient, hessian = np.empty(4), np.empty((4, 4))
-    other_gradient, other_hessian, other_power = np.empty(4), np.empty((4, 4)), np.empty(contacts)
+    steps = np.zeros(count, dtype=np.int64)
     for i in range(count):
-        speed = speeds[i]
-        sticky = STICTION * abs(speed) * abs(matrix[0, 0, 0])
-        q = first * speed
-        value = potential_sums(
-            matrix, offset, differential, speed, axes[i], radius, weight, cosine, sine, viscosity[i], pressure[i],
-            film[i], asperities[i], tau_0, limiting, boundary, q, sticky, gradient, hessian, power[i],
-        )  # fmt: skip
-        steps[i] = MOST_STEPS
-        damping, decrement = 0.0, math.inf
-        for step in range(MOST_STEPS):
-            if not (np.isfinite(gradient).all() and np.isfinite(hessian).all()):
-                break
-            change, decrement = damped_step(hessian, gradient, LEAST_DAMPING)
-            lower = decrement > CONVERGED_AT * value
-            # where all of a contact is at its limit the potential is nearly flat along the slip, and a full step goes
-            # far beyond the least
-            while lower:
-                if damping > 0.0:
-                    change, decrement = damped_step(hessian, gradient, damping)
-                lower = decrement > ROUNDING * value
-                new = q - change
-                other = potential_sums(
-                    matrix, offset, differential, speed, axes[i], radius, weight, cosine, sine, viscosity[i],
-                    pressure[i], film[i], asperities[i], tau_0, limiting, boundary, new, sticky, other_gradient,
-                    other_hessian, other_power,
+        rolling = abs(speeds[i]) * abs(matrix[0, 0, 0])
+        for attempt in range(2):
+            q = first * speeds[i]
+            least = len(SMOOTHED) - 1
+            begin, most = (least, QUICK_STEPS) if attempt == 0 else (0, MOST_STEPS)
+            for stage in range(begin, least + 1):
+                last = stage == least
+                taken = least_potential(
+                    matrix, offset, differential, speeds[i], axes[i], radius, weight, cosine, sine, viscosity[i],
+                    pressure[i], film[i], asperities[i], tau_0, limiting, boundary, q, SMOOTHED[stage] * rolling,
+                    CONVERGED_AT if last else CONVERGED_FIRST, most, power[i],
                 )  # fmt: skip
-                if other <= value - 1e-4 * decrement:
-                    break
-                damping = max(10.0 * damping, FIRST_DAMPING)
-            if not lower:
-                steps[i] = step
+                steps[i] += taken
+            if taken < most:
                 break
-            q[:] = new
-            value = other
-            gradient[:] = other_gradient
-            hessian[:, :] = other_hessian
-            power[i] = other_power
-            damping = 0.1 * damping if damping > FIRST_DAMPING else 0.0
-        if decrement <= ACCEPTED_AT * value:
-            steps[i] = min(steps[i], MOST_STEPS - 1)
+        if not taken < most:
+            steps[i] = -1
         motion[i] = q
     return power, motion, steps

@@ -14,15 +14,14 @@ Zero fitted: kappa of the ball-ball part is one of the constants. Fitted: the co
 fit, mu_b, Lambda and kappa do not count as far as they enter through k, and the mean error of a point left out of the
 fit counts as the scatter of a normal quantity.
 
-A constant that the screw file states counts as known. Not in the interval: viscosity and supply of the oil, the
-solver's error, seals; and what a fit at other constants would take up of their effect, so that a fitted interval is
-rather too wide.
+A constant that the screw file states counts as known. The supply of the oil counts by K_rs, from that of grease to that
+of an oil bath; a flooded nut (0) is outside. Not in the interval: viscosity of the oil, the solver's error, seals; and
+what a fit at other constants would take up of their effect, so that a fitted interval is rather too wide.
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -33,8 +32,8 @@ from ..parameters.file import Parameters, load_parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_VG100
-from ..physics.load import nut_loads
-from .mechanistic import MECHANISTIC, ContactValues, ball_ball_coefficient, law_constants, nut_powers
+from ..runtime.packed import MECHANISTIC
+from .mechanistic import ContactValues, ball_ball_coefficient, law_constants, nuts_powers
 from .sets import FrictionSet, load_friction_sets
 
 Array = NDArray[np.float64]
@@ -85,6 +84,8 @@ def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
         stated = stated | {"roughness_height"}
     if friction.net_sliding_coefficient is not None:
         stated = stated | {"ball_thrust"}
+    if friction.inlet_films is not None:
+        stated = stated | {"replenishment_constant"}
     return tuple(name for name in BOUNDED if name not in stated)
 
 
@@ -140,13 +141,9 @@ def torque_of_constants(
                  it was fitted to this screw or the screw file states it
     """
     ratio, coefficient, _ = friction_set.values
-    screw, friction = parameters.screw, parameters.friction
+    friction = parameters.friction
     held = fit_of(friction_set, parameters) is not None or friction.net_sliding_coefficient is not None
     remembered = _Remembered(contacts)
-    nuts = [
-        (times, nut_loads(screw, force, screw.loaded_ball_count))
-        for force, times in Counter(force for force in forces if force > 0.0).items()
-    ]
     kappa = implied_thrust(coefficient, parameters)
 
     def torque(values: Mapping[str, float]) -> float:
@@ -156,8 +153,8 @@ def torque_of_constants(
             k = ball_ball_coefficient(changed.friction, values.get("ball_thrust", kappa))
         k = values.get(FITTED_COEFFICIENT, k)
         return sum(
-            times * float(nut_powers(changed, loads, speed, temperature, remembered).torque(ratio, k))
-            for times, loads in nuts
+            times * float(nut.torque(ratio, k))
+            for times, nut in nuts_powers(changed, forces, remembered, speed, temperature)
         )
 
     return torque

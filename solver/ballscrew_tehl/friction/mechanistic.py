@@ -45,8 +45,6 @@ Array = NDArray[np.float64]
 K_Z, BALL_OVER_SECTION = 4.4, 0.3
 #: exponents of the ball load with which shear power follows that of the mean ball: pressure Q^(1/3), slip Q^(1/3)
 SHEAR_EXPONENT = 4.0 / 3.0
-#: name of the law, and of what it takes as a film model
-MECHANISTIC = "mechanistic"
 #: quantities of a solved contact that the law takes, see nut_map.contacts
 QUANTITIES = ("rolling_loss", "thermal_central_film", "core_pressure", "core_area", "mean_rise")
 
@@ -149,19 +147,27 @@ def mean_load(loads: Array) -> float:
 
 
 def nut_powers(
-    parameters: Parameters, loads: Array, speed: Any, temperature: Any, contacts: ContactValues
+    parameters: Parameters,
+    loads: Array,
+    speed: Any,
+    temperature: Any,
+    contacts: ContactValues,
+    opposed: Array | None = None,
 ) -> NutPowers:
     """Power balance of one nut, as torques.
 
     Parameters   loads : (n,) of the load-carrying balls [N], >= 0;  speed : of the screw, (s, 1) or float [rad/s], > 0;
                  temperature : (t,) or float [K];  contacts : of the balls, flooded
+                 opposed : oversize balls: (n,) on the other flanks [N], >= 0; None: as on these
     Returns      NutPowers with parts (s, t), floats for a single point
     Raises       ValueError: load or speed out of range;  ArithmeticError: equilibrium of a ball not found
     Source       head of this module; the shear of the mean ball stands for all, with the power 4/3 of the load: the
-                 loads of one nut differ by some percent
+                 loads of one nut differ by some percent. Oversize balls: a ball has one motion between all its flanks,
+                 and of its shear those of this nut count
     """
     loads = np.asarray(loads, dtype=float)
-    if not np.all((loads >= 0.0) & np.isfinite(loads)):
+    others = loads if opposed is None else np.asarray(opposed, dtype=float)
+    if not all(np.all((given >= 0.0) & np.isfinite(given)) for given in (loads, others)):
         raise ValueError("load of a ball negative or not finite; needs >= 0: check preload")
     if not np.all(np.isfinite(speed) & (np.asarray(speed) > 0.0)):
         raise ValueError(f"speed = {speed} rad/s; needs finite, > 0: there is no film at rest")
@@ -172,14 +178,17 @@ def nut_powers(
     if loads.size == 0:
         return NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     screw, friction = parameters.screw, parameters.friction
-    w, t = speed[:, :1], temperature[0]
-    mean = np.array([mean_load(loads)])
-    rolling, at = {}, {}
-    for raceway in RACEWAYS:
-        rolling[raceway] = rolling_torque(parameters, raceway, loads, speed, temperature, contacts)
-        at[raceway] = {name: contacts.value(raceway, name, mean, w, t)[0] for name in QUANTITIES[1:]}
-    shear, share = _shear(parameters, float(mean[0]), speed, temperature, at)
-    shear = shear * np.sum((loads / mean) ** SHEAR_EXPONENT) / speed
+    mean = mean_load(loads)
+    means = [mean]
+    if screw.preload_kind == FOUR_POINT and np.any(others > 0.0):
+        means.append(mean_load(others[others > 0.0]))
+    rolling = {
+        raceway: rolling_torque(parameters, raceway, loads, speed, temperature, contacts)
+        for raceway in RACEWAYS
+    }
+    columns = [_columns(parameters, load, speed, temperature, contacts) for load in means]
+    shear = _shear(parameters, means, speed, columns) * np.sum((loads / mean) ** SHEAR_EXPONENT) / speed
+    share = np.mean([columns[0][raceway]["share"] for raceway in RACEWAYS], axis=0).reshape(speed.shape)
     thrust = 1.0 + share * (breakaway_factor(friction) - 1.0)
     u = float(entrainment_speed(screw, 1.0))
     single = speed.size == 1
@@ -215,24 +224,24 @@ def _hysteresis(screw: ScrewParameters, friction: FrictionParameters, loads: Arr
     return total
 
 
-def _shear(
-    parameters: Parameters,
-    load: float,
-    speed: Array,
-    temperature: Array,
-    at: Mapping[str, Mapping[str, Array]],
-) -> tuple[Array, Array]:
-    """Shear power of the mean ball [W] and asperity share of its raceways, (s, t)."""
+def _columns(
+    parameters: Parameters, load: float, speed: Array, temperature: Array, contacts: ContactValues
+) -> dict[str, dict[str, Array]]:
+    """What the shear of both raceways follows from at one ball load, by raceway; points of (s, t) in one column."""
     # imports numba, which what only reads a map does without
-    from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
+    from .ball_equilibrium import radial_nodes
 
-    screw, friction, oil = parameters.screw, parameters.friction, parameters.lubricant
+    screw, oil = parameters.screw, parameters.lubricant
     angle = float(contact_angle_at_ball_load(screw, load))
-    motion = contact_motion(screw, angle)
-    rough, radius = roughness_of(friction), radial_nodes()[0]
+    rough, radius = roughness_of(parameters.friction), radial_nodes()[0]
     columns: dict[str, dict[str, Array]] = {}
     for raceway in RACEWAYS:
-        found = {name: np.broadcast_to(values, speed.shape).ravel() for name, values in at[raceway].items()}
+        found = {
+            name: np.broadcast_to(
+                contacts.value(raceway, name, np.array([load]), speed[:, :1], temperature[0])[0], speed.shape
+            ).ravel()
+            for name in QUANTITIES[1:]
+        }
         pressure, film = found["core_pressure"], found["thermal_central_film"]
         # as long across rolling as the Hertz ellipse, the core loses its width in front; a film of some percent of the
         # radius has no core
@@ -247,19 +256,48 @@ def _shear(
             "viscosity": viscosity(oil, pressure[:, None] * np.sqrt(1.0 - radius**2), warm[:, None]),
             "axes": np.stack([np.full(b.size, a), b], axis=-1),
         }
-    column = {
-        name: np.stack([columns[raceway][name] for raceway in motion.raceways], axis=1)
-        for name in columns[RACEWAYS[0]]
-    }
+    return columns
+
+
+def _shear(
+    parameters: Parameters,
+    means: Sequence[float],
+    speed: Array,
+    columns: Sequence[Mapping[str, Mapping[str, Array]]],
+) -> Array:
+    """Shear power (s, t) [W] of the mean ball in the contacts of the first of its loaded diagonals.
+
+    Parameters   means : ball load of each of the diagonals, one or two [N];  columns : of each, see _columns
+    """
+    from .ball_equilibrium import Traction, ball_equilibrium
+
+    screw, friction = parameters.screw, parameters.friction
+    motion = contact_motion(screw, [float(contact_angle_at_ball_load(screw, load)) for load in means])
+    contacts = [diagonal[raceway] for raceway in RACEWAYS for diagonal in columns]
+    column = {name: np.stack([one[name] for one in contacts], axis=1) for name in contacts[0]}
     traction = Traction(
-        column["viscosity"], column["pressure"], column["film"], column["share"], oil.eyring_stress,
+        column["viscosity"], column["pressure"], column["film"], column["share"], parameters.lubricant.eyring_stress,
         friction.limiting_shear_coefficient, friction.boundary_friction,
     )  # fmt: skip
     balls = ball_equilibrium(motion, speed.ravel(), column["axes"], traction)
-    # the flanks of an oversize ball count as two nuts, which share the power of the ball
-    power = balls.power.sum(axis=1) * (0.5 if screw.preload_kind == FOUR_POINT else 1.0)
-    share = 0.5 * (columns["screw"]["share"] + columns["nut"]["share"])
-    return power.reshape(speed.shape), share.reshape(speed.shape)
+    return np.asarray(balls.power[:, :: len(means)].sum(axis=1).reshape(speed.shape))
+
+
+def nuts_powers(
+    parameters: Parameters, forces: Sequence[float], contacts: ContactValues, speed: Any, temperature: Any
+) -> list[tuple[int, NutPowers]]:
+    """Power balance of the nuts, halves or sets of flanks that carry load, and how many times each counts.
+
+    Parameters   forces : of both, or of one alone [N];  others as nut_powers
+    """
+    screw = parameters.screw
+    loads = [nut_loads(screw, force, screw.loaded_ball_count) for force in forces]
+    found = []
+    for force, times in Counter(force for force in forces if force > 0.0).items():
+        own = forces.index(force)
+        opposed = loads[1 - own] if times < len(forces) else None
+        found.append((times, nut_powers(parameters, loads[own], speed, temperature, contacts, opposed)))
+    return found
 
 
 def double_nut_parts(
@@ -276,10 +314,8 @@ def double_nut_parts(
     Parameters   forces : of the nuts [N];  contacts : of the balls;  speed [rad/s] > 0, temperature [K]
                  ratio, coefficient : factor of the rolling part, 2 mu_b Lambda kappa
     """
-    screw, total = parameters.screw, np.zeros(3)
-    for force, times in Counter(force for force in forces if force > 0.0).items():
-        loads = nut_loads(screw, force, screw.loaded_ball_count)
-        nut = nut_powers(parameters, loads, speed, temperature, contacts)
+    total = np.zeros(3)
+    for times, nut in nuts_powers(parameters, forces, contacts, speed, temperature):
         sliding = nut.shear + coefficient * nut.thrust_factor * nut.ball_ball
         total += times * np.array([ratio * (nut.rolling_screw + nut.rolling_nut), nut.hysteresis, sliding])
     rolling, hysteresis, sliding = total.tolist()

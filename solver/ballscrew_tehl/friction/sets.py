@@ -83,6 +83,13 @@ class FrictionSet:
             value = getattr(self, key)
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"friction set {self.name}: {key} = {value}; allowed: finite and >= 0")
+        for key, ends in self.limits.items():
+            low, high = (float(ends.get(end, math.nan)) for end in ("low", "high"))
+            if not (0.0 <= low < math.inf and low <= high):
+                raise ValueError(
+                    f"friction set {self.name}: limits of {key} = {low} to {high}; allowed: 0 <= low <= high, "
+                    "low finite"
+                )
 
     @property
     def values(self) -> tuple[float, float, float]:

@@ -18,13 +18,13 @@ from ..friction.interval import zero_fitted
 from ..friction.mechanistic import law_constants, nut_powers
 from ..friction.sets import MECHANISTIC_SETS, default_friction_set
 from ..friction.torque import nut_sums
-from ..parameters.file import Parameters
+from ..parameters.file import FOUR_POINT, Parameters
 from ..parameters.identity import map_parameters_json
 from ..parameters.units import CELSIUS, RPM
 from ..physics.hertz import RACEWAYS
 from ..physics.load import double_nut_loads, nut_loads, separation_load
 from ..runtime.bspline import fit, map_arrays
-from ..runtime.packed import FORCE_CURVES, MECHANISTIC
+from ..runtime.packed import FORCE_CURVES, MECHANISTIC, TORQUE_CURVES
 from . import sampling
 from .atlas import atlas_quantities, load_atlas
 from .contact_map import ContactMap, ContactModel, MapContacts, screw_atlases
@@ -236,7 +236,7 @@ class _GridFilm:
 
 
 def force_values(parameters: Parameters, grid: MapGrid) -> Array:
-    """Quantities of the force of a nut alone (n_force, 4), columns as packed.FORCE_CURVES names them."""
+    """Quantities of the force of a nut alone (n_force, 5), columns as packed.FORCE_CURVES names them."""
     screw = parameters.screw
     film = _AnyFilm()
     values = np.empty((grid.force[2], len(FORCE_CURVES)))
@@ -246,7 +246,7 @@ def force_values(parameters: Parameters, grid: MapGrid) -> Array:
         )
         heaviest = float(nut_loads(screw, float(force), screw.loaded_ball_count).max())
         p_max = largest_pressure(screw, float(force))
-        values[i] = sums.hysteresis, sums.sliding, p_max, heaviest
+        values[i] = sums.hysteresis, sums.sliding, 1.0, p_max, heaviest
     return values
 
 
@@ -254,18 +254,24 @@ def mechanistic_values(parameters: Parameters, contact_map: ContactMap, grid: Ma
     """Torques of one nut by the mechanistic law and of its force alone.
 
     Returns      (n_force, n_speed, n_temperature, 4): rolling torque screw and nut, shear torque [N.m], thrust factor;
-                 (n_force, 2): hysteresis torque, ball-ball torque at coefficient 1 [N.m]
+                 (n_force, 3): hysteresis torque, ball-ball torque at coefficient 1 [N.m], shear of a ball on two flanks
+                 over that of one on four alike, geometric mean over speed and temperature
     """
     forces, speeds, temperatures = _nodes(grid)
     contacts = MapContacts(contact_map)
     values = np.empty((forces.size, speeds.size, temperatures.size, 4))
-    alone = np.empty((forces.size, 2))
+    alone = np.ones((forces.size, TORQUE_CURVES))
     for i, force in enumerate(forces):
         loads = nut_loads(parameters.screw, float(force), parameters.screw.loaded_ball_count)
         powers = nut_powers(parameters, loads, speeds[:, None], temperatures, contacts)
         columns = powers.rolling_screw, powers.rolling_nut, powers.shear, powers.thrust_factor
         values[i] = np.stack(columns, axis=-1)
-        alone[i] = powers.hysteresis, powers.ball_ball
+        alone[i, :2] = powers.hysteresis, powers.ball_ball
+        if parameters.screw.preload_kind == FOUR_POINT:
+            free = nut_powers(
+                parameters, loads, speeds[:, None], temperatures, contacts, np.zeros_like(loads)
+            )
+            alone[i, 2] = np.exp(np.mean(np.log(free.shear / powers.shear)))
     return values, alone
 
 
@@ -355,7 +361,7 @@ def build_map(
     if parameters.friction.kinematics == "rolling_frame":
         values, alone = mechanistic_values(parameters, contact_map, grid)
         values = np.concatenate([values, extremes], axis=-1)
-        alone = np.concatenate([alone, forces[:, 2:]], axis=-1)
+        alone = np.concatenate([alone, forces[:, TORQUE_CURVES:]], axis=-1)
         arrays[MECHANISTIC] = dict(map_arrays(values, alone, *sharing))
         header[MECHANISTIC] = law_constants(parameters)
     header |= {

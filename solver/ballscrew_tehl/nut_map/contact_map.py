@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from ..contact.ball_formula import LEAST_ROLLING, drawn_ellipse, film_formula, moes_load, rolling_formula
-from ..friction.mechanistic import MECHANISTIC
 from ..parameters.file import Parameters
 from ..physics.hertz import RACEWAYS
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0
+from ..runtime.packed import MECHANISTIC
 from .atlas import AtlasError, ScrewAtlas, load_atlas
 from .contacts import CORE, FILMS, MAPPED, RISES, Array, ContactRange, SolvedContacts, film_weight
 from .kriging import Kriging
@@ -128,6 +128,8 @@ class ContactModel:
     def film(self, name: str, points: Array) -> Array:
         """A film [m] at operating points (n, 3), or another quantity."""
         ratio = unmodelled(name, self._interpolated(name, points))
+        if name == "rolling_loss":
+            ratio = np.maximum(ratio, LEAST_ROLLING)
         return np.asarray(ratio * self._below(name, points, lambda over: self.film(over, points)))
 
     def covariance(self, name: str, points: Array) -> Array:

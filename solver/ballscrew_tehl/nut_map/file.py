@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..friction.baselines import nsk_torque
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.origin import carried_over, refuse_other_fit
 from ..friction.presliding import presliding_angle
 from ..friction.sets import FrictionSet, default_friction_set
-from ..parameters.file import Parameters, changed
+from ..parameters.file import FOUR_POINT, Parameters, changed
 from ..parameters.identity import map_parameters_json, parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.hertz import RACEWAYS
@@ -33,10 +34,11 @@ from ..runtime.packed import (
     FORCE_CURVES,
     MECHANISTIC,
     SURFACES,
+    TORQUE_CURVES,
     MapError,
     sealed,
 )
-from .interval import BAND, band, band_numbers
+from .interval import BAND, band, band_numbers, band_point
 
 if TYPE_CHECKING:
     from .contact_map import ContactMap
@@ -229,13 +231,15 @@ def _path_for(path: Path | str | None, parameters: Parameters) -> Path:
     return packaged_map(name) if path is None else Path(path)
 
 
-def _provenance(friction: FrictionSet, parameters: Parameters) -> dict[str, Any]:
+def _provenance(friction: FrictionSet, parameters: Parameters, axes: Mapping[str, Any]) -> dict[str, Any]:
     """Entry of the header about the friction parameters; infinite limits become None, for JSON has no infinity."""
+    preload = band_point(axes)[0]
     return {
         "set": friction.name,
         "loss": friction.loss,
         "provenance": friction.provenance,
         "carried_over": carried_over(friction, parameters),
+        "catalogue": {"preload": preload, "torque": float(nsk_torque(parameters.screw, preload))},
         "errors": {name: value for name, value in friction.errors.items() if math.isfinite(value)},
         "limits": {
             name: [ends["low"], ends["high"] if math.isfinite(ends["high"]) else None]
@@ -314,6 +318,7 @@ def load_map(
         _mechanistic_of(path, header, variables, parameters)
         header[BAND] = _band(header, variables, parameters, friction)
     else:
+        _add_free_share(variables)
         header.pop(BAND, None)
     force = f"force_coefficients_{film}" if film == MECHANISTIC else "force_coefficients"
     arrays = {
@@ -330,7 +335,7 @@ def load_map(
         film_model=film,
         law=law,
         defaults=defaults,
-        friction=_provenance(friction, parameters),
+        friction=_provenance(friction, parameters, header["axes"]),
         presliding_angle=presliding_angle(parameters.screw, 1.0),
     )
     return NutMap.from_arrays(sealed(header, arrays), arrays)
@@ -344,6 +349,13 @@ def _defaults(friction: FrictionSet, parameters: Parameters) -> tuple[float, ...
     return ratio, net, roughness_of(parameters.friction).sigma, breakaway_factor(parameters.friction)
 
 
+def _add_free_share(variables: dict[str, Array]) -> None:
+    """The column free_shear_share, ln 1, in maps from before it."""
+    for name in ("force_coefficients", f"force_coefficients_{MECHANISTIC}"):
+        if name in variables and variables[name].shape[1] < len(FORCE_CURVES):
+            variables[name] = np.insert(variables[name], FORCE_CURVES.index("free_shear_share"), 0.0, axis=1)
+
+
 def _mechanistic_of(
     path: Path, header: dict[str, Any], variables: dict[str, Array], parameters: Parameters
 ) -> None:
@@ -353,7 +365,10 @@ def _mechanistic_of(
             f"{path}: map of kinematics {header['kinematics']}; the mechanistic law needs rolling_frame"
         )
     constants = law_constants(parameters)
-    if header[MECHANISTIC] == constants:
+    before = variables["force_coefficients"].shape[1] < len(FORCE_CURVES)
+    _add_free_share(variables)
+    # of oversize balls a map from before free_shear_share lacks it
+    if header[MECHANISTIC] == constants and not (before and parameters.screw.preload_kind == FOUR_POINT):
         return
     from .build import mechanistic_coefficients
 
@@ -362,8 +377,8 @@ def _mechanistic_of(
     )
     variables[f"viscous_coefficients_{MECHANISTIC}"] = surfaces
     # pressure and load of the last two columns do not depend on the law
-    stored = variables[f"force_coefficients_{MECHANISTIC}"]
-    variables[f"force_coefficients_{MECHANISTIC}"] = np.concatenate([curves, stored[:, 2:]], axis=-1)
+    stored = variables[f"force_coefficients_{MECHANISTIC}"][:, TORQUE_CURVES:]
+    variables[f"force_coefficients_{MECHANISTIC}"] = np.concatenate([curves, stored], axis=-1)
     header[MECHANISTIC] = constants
 
 

@@ -42,7 +42,7 @@ def map_interval(
     forces = nut_forces(parameters, nearest(axes, "force", preload), axial_load)
     return torque_interval(
         parameters,
-        [nearest(axes, "force", force) for force in forces if force > 0.0],
+        [nearest(axes, "force", force) if force > 0.0 else 0.0 for force in forces],
         MapContacts(contact_map),
         nearest(axes, "speed", abs(speed)),
         nearest(axes, "temperature", temperature),

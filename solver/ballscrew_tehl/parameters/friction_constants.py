@@ -49,6 +49,10 @@ BOUNDED: dict[str, BoundedConstant] = {
         1e-3, 3e-4, 1e-2, "1", "sigma over asperity radius beta of Greenwood & Tripp",
         "1e-3 [code]; 1e-4 to 1e-2 [memory]; it enters as a square root",
     ),
+    "replenishment_constant": BoundedConstant(
+        6e-8, 3e-8, 6e-8, "1", "K_rs of SKF: 6e-8 grease or oil-air, 3e-8 low oil bath or oil jet, 0 flooded",
+        "SKF rolling bearings catalogue: the two values that it gives [code]; how a nut is supplied is not known",
+    ),
     "hysteresis_coefficient": BoundedConstant(
         0.01, 0.005, 0.012, "1", "share of elastic work that is lost, mu_hs of Eq. 18",
         "Zhao 2023, Table 1 [read]; rolling of bearing steel 0.005 to 0.012 [code, memory]",

@@ -183,12 +183,7 @@ class FrictionParameters(Table):
         le=100,
         description="override of the set, mechanistic only: " + BOUNDED["ball_thrust"].meaning,
     )
-    replenishment_constant: float = Field(
-        default=6e-8,
-        ge=0,
-        le=1e-6,
-        description="K_rs of SKF, mechanistic only: 6e-8 grease or oil-air, 3e-8 low oil bath or oil jet, 0 flooded",
-    )
+    replenishment_constant: float = bounded("replenishment_constant", ge=0, le=1e-6)
     inlet_films: float | None = Field(
         default=None,
         ge=2,

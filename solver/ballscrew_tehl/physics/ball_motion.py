@@ -12,6 +12,7 @@ y = z cross x; slip and spin are those of the raceway against the ball.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -37,10 +38,12 @@ class ContactMotion(NamedTuple):
     differential: Array
 
 
-def contact_motion(screw: ScrewParameters, contact_angle: float) -> ContactMotion:
+def contact_motion(screw: ScrewParameters, contact_angle: float | Sequence[float]) -> ContactMotion:
     """Motion of the contacts of a ball: screw and nut of a two-point ball, both flanks of each of an oversize ball.
 
-    Parameters   contact_angle : [rad], 0 < beta < pi/2, the same at all contacts
+    Parameters   contact_angle : [rad], 0 < beta < pi/2, the same at all contacts; or that of each diagonal that carries
+                 load, one or two. It does not matter which one comes first: turned half around e_r, the ball sees the
+                 same screw turn the other way
     Raises       ValueError: angle out of range
     Validity     contact points in the normal plane of the helix of the ball centre. Between two flanks a rolling ball
                  is left with the slip r_b w sin(lambda) across rolling, shared by both contacts, and the spin
@@ -48,20 +51,22 @@ def contact_motion(screw: ScrewParameters, contact_angle: float) -> ContactMotio
     Source       derived (test: zero lead against kinematics.slip_field). Raceway of a screw motion: (W r_m/cos(lambda))
                  e_t + W e_z x d at d from the ball centre, e_z = sin(lambda) e_t + cos(lambda) e_b
     """
-    reduced_radii(screw, contact_angle, RACEWAYS[0])  # raises for the same angles
+    if isinstance(contact_angle, (float, int)):
+        angles = [contact_angle] * (2 if screw.preload_kind == FOUR_POINT else 1)
+    else:
+        angles = list(contact_angle)
     r_b = 0.5 * screw.ball_diameter
     along = np.array([0.0, 1.0, 0.0])
     axis = np.array([0.0, math.sin(screw.lead_angle), math.cos(screw.lead_angle)])
     path = screw.nominal_radius / math.cos(screw.lead_angle) * along
-    flanks = (1.0, -1.0) if screw.preload_kind == FOUR_POINT else (1.0,)
     raceways, matrix, offset, differential = [], [], [], []
     rolling = float(entrainment_speed(screw, 1.0))
     for raceway in RACEWAYS:
         sign = 1.0 if raceway == "screw" else -1.0
-        R_x, _ = reduced_radii(screw, contact_angle, raceway)
-        for flank in flanks:
+        for flank, angle in zip((1.0, -1.0), angles, strict=False):
+            R_x, _ = reduced_radii(screw, angle, raceway)
             # from the contact to the ball centre
-            z = sign * np.array([math.cos(contact_angle), 0.0, flank * math.sin(contact_angle)])
+            z = sign * np.array([math.cos(angle), 0.0, flank * math.sin(angle)])
             x = sign * along
             y = np.cross(z, x)
             arm = -r_b * z

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..contact.ball_contact import solve_ball
 from ..contact.ball_formula import LEAST_ROLLING, film_formula, rolling_formula
 from ..contact.solution import ContactSolution
-from ..friction.mechanistic import mean_load, nut_powers, rolling_torque
+from ..friction.mechanistic import mean_load, nuts_powers, rolling_torque
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
 from ..parameters.file import Parameters, ScrewParameters
@@ -145,7 +145,7 @@ class NutContacts:
         hot = solve_ball(self.parameters, raceway, load, speed, temperature, thermal=True)
         extremes = hot.h_m, hot.h_c, hot.integrals.temperature_rise_mean
         if self.film == MECHANISTIC:
-            contacts = MeanBallContacts(self.parameters, {raceway: hot})
+            contacts = MeanBallContacts(self.parameters, {raceway: [hot]})
             at = np.array([[speed]]), np.array([[temperature]])
             rolling = rolling_torque(self.parameters, raceway, loads, *at, contacts)
             return RacewayValues(float(rolling[0, 0]), hot.h_c, *extremes)
@@ -204,6 +204,7 @@ def _state(
     screw, (preload, speed, temperature, axial_load) = parameters.screw, point
     mechanistic = friction_set.film_model == MECHANISTIC
     torque, rise = 0.0, 0.0
+    means: dict[str, list[ContactSolution]] = {name: [] for name in RACEWAYS}
     least = dict.fromkeys(RACEWAYS, math.inf)
     forces = nut_forces(parameters, preload, axial_load)
     for force, times in Counter(force for force in forces if force > 0.0).items():
@@ -211,38 +212,40 @@ def _state(
         loads = carrying if mechanistic else _ball_loads(screw, force, screw.ball_count)
         ends, mean = (float(carrying.min()), float(carrying.max())), mean_load(loads)
         wide = math.log(ends[1] / ends[0])
-        slopes, solved = {}, {}
+        slopes = {}
         for raceway in RACEWAYS:
             films = films_of(raceway, mean, ends)
-            solved[raceway] = films.mean
+            means[raceway].append(films.mean)
             slope = math.log(films.heaviest_over_lightest) / wide if wide > EQUAL_LOADS else 0.0
             slopes[raceway] = films.mean.h_c, slope
             least[raceway] = min(least[raceway], films.least)
             rise = max(rise, films.rise)
-        if mechanistic:
-            contacts = MeanBallContacts(parameters, solved)
-            ratio, net, _ = friction_set.values
-            torque += times * nut_powers(parameters, loads, speed, temperature, contacts).torque(ratio, net)
-        else:
+        if not mechanistic:
             sums = nut_sums(parameters, loads, speed, temperature, _PowerFilm(mean, slopes))
             torque += times * sums.torque(*friction_set.values).total
+    if mechanistic:
+        ratio, net, _ = friction_set.values
+        nuts = nuts_powers(parameters, forces, MeanBallContacts(parameters, means), speed, temperature)
+        torque = sum(times * nut.torque(ratio, net) for times, nut in nuts)
     return DirectState(torque, least["screw"], least["nut"], rise)
 
 
 class MeanBallContacts:
-    """Contacts of the mechanistic law from the solution of the mean ball on each raceway (mechanistic.ContactValues).
+    """Contacts of the mechanistic law from solutions of mean balls on each raceway (mechanistic.ContactValues).
 
+    Of several, the one whose load is nearest to the mean load.
     The rolling loss of the others by its closed formula; the law takes nothing else of them.
     """
 
     name = MECHANISTIC
 
-    def __init__(self, parameters: Parameters, solved: Mapping[str, ContactSolution]) -> None:
+    def __init__(self, parameters: Parameters, solved: Mapping[str, Sequence[ContactSolution]]) -> None:
         self.parameters, self.solved = parameters, solved
 
     def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
         """A quantity (n, 1, 1) at ball loads (n,), a speed (1, 1) and a temperature (1,): those of the solution."""
-        mean, at = self.solved[raceway], (float(speed[0, 0]), float(temperature[0]))
+        wanted, at = mean_load(load), (float(speed[0, 0]), float(temperature[0]))
+        mean = min(self.solved[raceway], key=lambda one: abs(math.log(one.conditions.load / wanted)))
         values = {
             "thermal_central_film": mean.h_c,
             "rolling_loss": mean.integrals.rolling_loss,
@@ -277,7 +280,7 @@ class DirectContacts:
         key = raceway, mean, float(speed[0, 0]), float(temperature[0])
         if key not in self._solved:
             self._solved[key] = solve_ball(self.parameters, *key, thermal=True)
-        contacts = MeanBallContacts(self.parameters, {raceway: self._solved[key]})
+        contacts = MeanBallContacts(self.parameters, {raceway: [self._solved[key]]})
         return contacts.value(raceway, name, load, speed, temperature)
 
 

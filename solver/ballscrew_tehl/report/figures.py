@@ -17,6 +17,8 @@ from ..friction.baselines import nsk_torque, zhou_torque
 from ..nut_map.plot import map_figure
 from ..parameters.units import CELSIUS, RPM
 from ..physics.hertz import RACEWAYS
+from ..runtime.packed import MECHANISTIC
+from ..validation.shares import PARTS, Law, torque_parts
 from ..validation.tables import ASSUMED_TEMPERATURE, MODELS
 from .material import BallLoads, Material
 
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 MARKERS = ("o", "s", "^", "v")
 WIDTH, DOTS = 5.4, 150
+#: parts of the torque, those of the fitted sets beside those of the mechanistic law
+STACK = {**PARTS, "viscous": PARTS["rolling"], "sliding": PARTS["ball on ball, full film"]}
 #: films above this number of central films are not drawn, or have one colour in a field; drawn domain in half-widths
 MOST_FILMS, MOST_FILMS_FIELD = 2.5, 1.6
 #: share of the contact within the colour scale of the rise: a spike of few nodes would leave the rest dark
@@ -94,6 +98,52 @@ def measured_against_computed(material: Material) -> str:
     handles, labels = axes.get_legend_handles_labels()
     axes.legend(handles[::-1], labels[::-1], loc="upper left")
     return figure_address(figure, "svg")
+
+
+def parts_over_speed(material: Material) -> str:
+    """Parts of the torque over speed, stacked, at a preload of the middle."""
+    speed = material.over_speed.x
+    figure, axes = _stacked(material, speed / RPM, middle(material.over_speed.rows), speed)
+    axes.set_xscale("log")
+    axes.xaxis.set_major_formatter("{x:g}")
+    _finish(axes, "screw speed [r/min]", "friction torque [N m]")
+    return figure_address(figure, "svg")
+
+
+def parts_over_preload(material: Material) -> str:
+    """The same over preload at a speed of the middle."""
+    preload = material.over_preload.x
+    figure, axes = _stacked(material, preload / 1000.0, preload, middle(material.over_preload.rows))
+    _finish(axes, "preload [kN]", "friction torque [N m]")
+    return figure_address(figure, "svg")
+
+
+def middle(rows: Any) -> float:
+    """The one of the values of the lines that both figures of the parts hold."""
+    return float(rows[len(rows) // 2])
+
+
+def named_parts(material: Material, preload: Any, speed: Any) -> dict[str, Any]:
+    """Parts of the torque [N.m] by name, from the bottom of the stack; preload [N], speed [rad/s] as shares.PARTS."""
+    entry, nut_map = material.chosen
+    temperature = material.over_speed.fixed
+    if nut_map.law == MECHANISTIC:
+        found = torque_parts(Law(material.parameters, entry, nut_map, temperature), preload, speed)
+        return dict(zip(PARTS, found, strict=True))
+    viscous, hysteresis, sliding = material.chosen.parts(preload, speed, temperature)
+    return {"sliding": sliding, "hysteresis": hysteresis, "viscous": viscous}
+
+
+def _stacked(material: Material, x: Any, preload: Any, speed: Any) -> tuple[Figure, Axes]:
+    """Figure with the parts over x, from the bottom those that change least with speed."""
+    parts = named_parts(material, preload, speed)
+    figure, axes = _figure(4.6)
+    axes.stackplot(x, list(parts.values()), labels=list(parts), colors=[STACK[name] for name in parts])
+    axes.set_xlim(x[0], x[-1])
+    axes.set_ylim(0.0, 1.02 * float(np.sum(list(parts.values()), axis=0).max()))
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles[::-1], labels[::-1], loc="outside lower center", ncols=2, fontsize="small")
+    return figure, axes
 
 
 def deviations(material: Material) -> str:

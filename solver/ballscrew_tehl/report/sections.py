@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import __version__
 from ..friction.baselines import nsk_torque
+from ..friction.mechanistic import supply_factor
 from ..friction.origin import carried_over
 from ..friction.sets import FITTED, SETS
 from ..nut_map.trend import THICK, unphysical_trend
@@ -212,6 +214,15 @@ def torque(material: Material) -> Html:
                 figures.torque_over_temperature(material),
                 f"Friction torque over oil temperature. {_trend_note(material)}".rstrip(),
             ),
+            figure(
+                figures.parts_over_speed(material),
+                f"Parts of the torque over speed at {figures.middle(material.over_speed.rows):.0f} N, stacked.",
+            ),
+            figure(
+                figures.parts_over_preload(material),
+                "Parts of the torque over preload at "
+                f"{figures.middle(material.over_preload.rows) / RPM:.0f} r/min, stacked.",
+            ),
             table(
                 "torques",
                 f"Friction torque [N m], oil at {temperature - CELSIUS:.1f} C",
@@ -229,21 +240,33 @@ def _trend_note(material: Material) -> str:
         material.over_temperature,
         material.over_speed,
     )
+    supply = None
+    if nut_map.law == MECHANISTIC:
+        supply = partial(supply_factor, material.parameters)
     over = {
         "temperature": unphysical_trend(
-            nut_map, by_temperature.fixed, by_temperature.rows[:, None], by_temperature.x
+            nut_map, by_temperature.fixed, by_temperature.rows[:, None], by_temperature.x, 0.0, supply
         ).rises_with_temperature,
         "speed": unphysical_trend(
-            nut_map, by_speed.rows[:, None], by_speed.x, by_speed.fixed
+            nut_map, by_speed.rows[:, None], by_speed.x, by_speed.fixed, 0.0, supply
         ).falls_with_speed,
     }
     if not any(np.any(found) for found in over.values()):
         return ""
     shares = {name: f"{100.0 * float(np.mean(found)):.0f} %" for name, found in over.items()}
+    places = (
+        f"on {shares['temperature']} of the lines over temperature",
+        f"on {shares['speed']} of those over speed",
+    )
+    end = "The command torque reports such points as out of range; an FMU does not."
+    if supply is None:
+        return (
+            f"Not physical: in thick films (lambda above {THICK:g}) the torque of this fitted set rises with "
+            f"temperature {places[0]} and falls with speed {places[1]}. {end}"
+        )
     return (
-        f"Not physical: in thick films (lambda above {THICK:g}) the torque of this fitted set rises with temperature "
-        f"on {shares['temperature']} of the lines over temperature and falls with speed on {shares['speed']} of those "
-        "over speed. The command torque reports such points as out of range; an FMU does not."
+        f"Supply of oil: in thick films (lambda above {THICK:g}) the replenishment factor makes the torque rise with "
+        f"temperature {places[0]} and fall with speed {places[1]}. It is that of bearings, for moderate speeds. {end}"
     )
 
 

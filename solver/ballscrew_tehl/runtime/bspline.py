@@ -121,7 +121,7 @@ def map_arrays(
     """Coefficient arrays of a nut map from physical values at its nodes.
 
     Parameters   values : (n_force, n_speed, n_temperature, 10), > 0, columns: packed.SURFACES of its law
-                 force_values : (n_force, 4), > 0, columns: packed.FORCE_CURVES
+                 force_values : (n_force, 5), > 0, columns: packed.FORCE_CURVES
                  separation_ratio : (n_preload, 2), > 0: separation load over preload, axial load > 0 and < 0
                  relieved_share : (n_preload, n_share, 2): (force of relieved nut over preload)^(2/3), 1 .. 0
     Returns      arrays for NutMap.from_arrays

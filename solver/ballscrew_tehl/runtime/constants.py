@@ -12,6 +12,10 @@ FILM_SPEED_EXPONENT = 0.67  # film over speed below the slowest node: Hamrock & 
 LEAST_RISE = 1e-30  # of the Coulomb part towards rest; avoids a division by zero, no effect on a torque
 LAMBDA_RATIO_MAX = 1000.0  # reported for a smooth surface
 SMOOTH = 1e-30  # [m] roughness height below which a surface counts as smooth
+FREE_PUSH = 0.097  # friction of a relieved pair of flanks on a ball free to roll, per load and rolling speed
+FREE_SHARPNESS = (
+    7.0  # of the change from held by four flanks to free; both fitted to solved balls of ten screws
+)
 SPEED_EXPONENT_MAX = (
     3.0  # of the viscous torque at the slowest node; above it the law towards rest is not monotone
 )

@@ -13,7 +13,7 @@ from ballscrew_tehl.runtime.bspline import Axis, Weights, cubic_slopes, cubic_we
 from ballscrew_tehl.runtime.constants import LONGEST_STEP, SEPARATION_STEPS
 from ballscrew_tehl.runtime.dual import DUALS, Dual
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.nut_law import nut_forces
+from ballscrew_tehl.runtime.nut_law import Spin, freed_shear, nut_forces
 from ballscrew_tehl.runtime.packed import TORQUE_CURVES, TORQUE_SURFACES, FrictionParameters
 from ballscrew_tehl.runtime.standstill import regularised_sign
 
@@ -61,8 +61,7 @@ class OverPreload:
     def torque(self, preload: float) -> TorqueOverPreload:
         """Torque and its derivative at a preload from 0 to the end of the map."""
         if self._load == 0.0:
-            viscous, coulomb = self._nut(preload, 1.0)
-            nuts, loaded = [(viscous, coulomb)] * 2, preload
+            nuts, loaded = [self._nut(preload, 1.0)] * 2, preload
         else:
             relieved, other = self._forces(preload)
             loaded, end = other.value, self._map.force.hi
@@ -70,12 +69,12 @@ class OverPreload:
                 self._nut(relieved.value, relieved.slope),
                 self._nut(loaded, other.slope) if loaded <= end else self._nut(end, 0.0),
             ]
-        (viscous, coulomb), (viscous_2, coulomb_2) = nuts
-        total = viscous + viscous_2 + self._sign * (coulomb + coulomb_2)
+        (viscous, coulomb, spin), (viscous_2, coulomb_2, spin_2) = nuts
+        total = viscous + viscous_2 + self._sign * (coulomb + coulomb_2 + freed_shear(spin, spin_2, DUALS))
         return TorqueOverPreload(total.value, total.slope, loaded)
 
-    def _nut(self, force: float, slope: float) -> tuple[Dual, Dual]:
-        """Viscous and Coulomb torque of one nut over the preload; slope: of its force over the preload."""
+    def _nut(self, force: float, slope: float) -> tuple[Dual, Dual, Spin | None]:
+        """Viscous and Coulomb torque and Spin of one nut over the preload; slope: of its force over the preload."""
         axis = self._map.force
         i, w, w_d = _along_log(axis, force, axis.lo <= force <= axis.hi)
         columns = self._columns.get(i)
@@ -85,11 +84,13 @@ class OverPreload:
         below = force < axis.lo
         f = Dual(force / axis.lo, force / axis.lo) if below else 1.0
         slopes = surfaces[1] if self._s < 1.0 else None
-        parts = self._map.nut_torques(surfaces[0], slopes, curves, f, self._s, self._friction, DUALS)
+        *parts, spin = self._map.nut_torques(surfaces[0], slopes, curves, f, self._s, self._friction, DUALS)
         # so far over the logarithm of the force
         rate = slope / max(force, 1e-30)
         viscous, hysteresis, sliding = (Dual(x.value, rate * x.slope) for x in parts)
-        return viscous, hysteresis + sliding
+        if spin is not None:
+            spin = Spin(*(Dual(x.value, rate * x.slope) for x in spin))
+        return viscous, hysteresis + sliding, spin
 
     def _contracted(self, cell: int) -> list[list[list[float]]]:
         """Columns at four neighbours over force: surfaces, below the axis of speed their slopes, curves."""

@@ -43,11 +43,12 @@ SURFACES = {  # by law: logarithms over (ln force, ln speed, temperature) of one
 FORCE_CURVES = (  # logarithms over ln force of one nut
     "hysteresis_torque",  # [N.m]
     "sliding_torque",  # [N.m] at net sliding coefficient 1; mechanistic: ball on ball at thrust factor 1 too
+    "free_shear_share",  # [1] shear of a ball that only two flanks hold over that of four; 1: no oversize balls
     "contact_pressure_max",  # [Pa]
     "ball_load_max",  # [N]
 )
 COLUMNS = len(SURFACES[FILM_SHEAR])  # the same in each law
-TORQUE_SURFACES, TORQUE_CURVES = 4, 2  # columns that a torque needs; they come first
+TORQUE_SURFACES, TORQUE_CURVES = 4, 3  # columns that a torque needs; they come first
 AXES = ("force", "speed", "temperature", "preload", "share")  # [N], [rad/s], [K], [N], 1; each lo, hi, nodes
 POINT = ("preload", "speed", "temperature", "axial_load")  # [N], [rad/s], [K], [N]; of a certificate
 _EPOCH = (1980, 1, 1, 0, 0, 0)

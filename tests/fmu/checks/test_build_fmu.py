@@ -336,7 +336,10 @@ def test_an_invalid_output_folder_is_one_line(script, with_synthetic_map, tmp_pa
     ("arguments", "message"),
     [
         (["--screw", "none.toml"], "none.toml"),
-        (["--friction", "none.toml"], "none.toml: cannot be read"),
+        (
+            ["--friction", "none.toml"],
+            "--friction = none.toml; allowed: three_parameter, two_parameter, mechanistic",
+        ),
         (["--kinematics", "sliding"], "invalid choice: 'sliding'"),
         (["--speed", "3"], "unrecognized arguments"),
     ],

@@ -23,11 +23,11 @@ STATE = (
 TORQUES = ("friction_torque", "viscous_torque", "hysteresis_torque", "sliding_torque", "power_loss")
 
 
-@pytest.fixture(scope="module", params=[FILM_SHEAR, MECHANISTIC])
+@pytest.fixture(scope="module", params=[FILM_SHEAR, MECHANISTIC, "oversize balls"])
 def nut_map(request):
-    """The packaged map; the closed form of the mechanistic law."""
-    if request.param == MECHANISTIC:
-        return make_map(law=MECHANISTIC)
+    """The packaged map; the closed form of the mechanistic law, without and with oversize balls."""
+    if request.param != FILM_SHEAR:
+        return make_map(law=MECHANISTIC, free=None if request.param == MECHANISTIC else 0.3)
     return load_map(None, changed(load_parameters(), friction={"kinematics": "rolling_frame"}))
 
 

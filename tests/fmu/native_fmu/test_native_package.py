@@ -291,7 +291,9 @@ def test_without_ziglang_the_compiler_of_the_machine_builds_for_it_alone(
 
 def test_an_unknown_machine_is_named(monkeypatch):
     monkeypatch.setattr(native_build.machine, "machine", lambda: "riscv64")
-    with pytest.raises(BuildError, match=r"no libraries for riscv64-linux without ziglang, only for x86_64-linux"):
+    with pytest.raises(
+        BuildError, match=r"no libraries for riscv64-linux without ziglang, only for x86_64-linux"
+    ):
         native_build.this_platform()
 
 

@@ -185,6 +185,7 @@ NUT_FUNCTION void nut_loads(const Map *map, Number preload, Number axial_load, L
         curves = map->curves + (ptrdiff_t)nut->cell * CURVE_COLUMNS;
         nut->log_hysteresis = weighted(nut->weight, curves + HYSTERESIS_TORQUE_CURVE, CURVE_COLUMNS);
         nut->log_sliding = weighted(nut->weight, curves + SLIDING_TORQUE_CURVE, CURVE_COLUMNS);
+        nut->log_free = weighted(nut->weight, curves + FREE_SHEAR_SHARE_CURVE, CURVE_COLUMNS);
     }
 }
 
@@ -207,6 +208,7 @@ NUT_FUNCTION void nut_sums(const Map *map, Loads *loads)
             loads->stiffness_hysteresis = add(loads->stiffness_hysteresis, divide(hysteresis, angle));
             loads->stiffness_sliding = add(loads->stiffness_sliding, divide(nut->sliding_load, angle));
         }
+        nut->free = exponential(nut->log_free);
     }
     if (loads->nuts == 1) {
         loads->hysteresis = times(2.0, loads->hysteresis);
@@ -320,17 +322,40 @@ static inline Number rolling_torque_of_nut(const Map *map, const LoadedNut *nut,
     return multiply(add(screw, other), multiply(nut->third, nut->third));
 }
 
+/* What the shear of oversize balls between two sets of flanks follows from, of one set [N.m]. */
+typedef struct {
+    Number shear, push; /* of balls held by four flanks alike; friction on balls that slide on it, at coefficient 1 */
+} Spin;
+
 /* Sliding torque of a nut, mechanistic law: shear of the raceway contacts and friction of balls on each other. */
 static inline Number sliding_torque_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now,
-                                           const Number values[], const Number slopes[], const Friction *friction)
+                                           const Number values[], const Number slopes[], const Friction *friction,
+                                           Spin *spin)
 {
     const Number factor = exponential(values[THRUST_FACTOR]);
-    const Number shear = multiply(nut->share, exponential(values[SHEAR_TORQUE]));
-    const Number sliding = add(shear, multiply(multiply(friction->net_sliding, nut->sliding_load), factor));
+    const Number on_balls = multiply(multiply(friction->net_sliding, nut->sliding_load), factor);
 
-    return value_of(now->share) < 1.0
-               ? multiply(sliding, coulomb_rise(map, now->share, factor, slopes[THRUST_FACTOR], friction->breakaway))
-               : sliding;
+    spin->shear = multiply(nut->share, exponential(values[SHEAR_TORQUE]));
+    spin->push = nut->sliding_load;
+    if (value_of(now->share) < 1.0) {
+        const Number rise = coulomb_rise(map, now->share, factor, slopes[THRUST_FACTOR], friction->breakaway);
+        const Number sliding = multiply(add(spin->shear, on_balls), rise);
+        spin->shear = multiply(spin->shear, rise);
+        spin->push = multiply(spin->push, rise);
+        return sliding;
+    }
+    return add(spin->shear, on_balls);
+}
+
+/* Sliding torque by which oversize balls lose less than two sets of flanks alone: freed_shear of nut_law.py. */
+static inline Number freed_shear(const Spin *relieved, const Spin *loaded, Number share)
+{
+    const Number one = constant(1.0), held = add(relieved->shear, loaded->shear);
+    const Number free = add(multiply(share, loaded->shear), times(FREE_PUSH, relieved->push));
+    const Number low = lesser(held, free), high = greater(greater(held, free), constant(SMOOTH));
+    const Number near = power(divide(low, high), FREE_SHARPNESS);
+
+    return subtract(multiply(low, power(add(one, near), -1.0 / FREE_SHARPNESS)), held);
 }
 
 NUT_FUNCTION void nut_parts(const Map *map, Loads *loads, const Conditions *now, Columns columns[2],
@@ -339,6 +364,7 @@ NUT_FUNCTION void nut_parts(const Map *map, Loads *loads, const Conditions *now,
     const bool slow = value_of(now->share) < 1.0;
     Number viscous = constant(0.0), sliding = constant(0.0);
     Row slope_plane;
+    Spin spin[2];
 
     if (slow) {
         Number w_j[4], w_k[4];
@@ -353,7 +379,7 @@ NUT_FUNCTION void nut_parts(const Map *map, Loads *loads, const Conditions *now,
         if (map->law == MECHANISTIC_LAW) {
             viscous = add(viscous, rolling_torque_of_nut(map, nut, now, values, slopes));
             nut_sums(map, loads);
-            sliding = add(sliding, sliding_torque_of_nut(map, nut, now, values, slopes, friction));
+            sliding = add(sliding, sliding_torque_of_nut(map, nut, now, values, slopes, friction, &spin[n]));
         } else {
             viscous = add(viscous, viscous_torque_of_nut(map, nut, now, values, slopes, friction->roughness));
         }
@@ -363,7 +389,11 @@ NUT_FUNCTION void nut_parts(const Map *map, Loads *loads, const Conditions *now,
     out->viscous = loads->nuts == 1 ? times(2.0, viscous) : viscous;
     out->hysteresis = loads->hysteresis;
     if (map->law == MECHANISTIC_LAW) {
+        const LoadedNut *loaded = &loads->nut[loads->nuts - 1];
         out->sliding = loads->nuts == 1 ? times(2.0, sliding) : sliding;
+        if (value_of(loaded->free) < 1.0) {
+            out->sliding = add(out->sliding, freed_shear(&spin[0], &spin[loads->nuts - 1], loaded->free));
+        }
     } else {
         out->sliding = multiply(friction->net_sliding, loads->sliding_load);
         if (slow) {

@@ -144,6 +144,9 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
     instance->saved.next = instance->saved.previous = &instance->saved;
     (void)instance_reset(instance);
     report_map(instance);
+    if (MODEL_ORIGIN[0] != '\0') {
+        warn(instance, "%s", MODEL_ORIGIN);
+    }
     return instance;
 }
 
