@@ -17,7 +17,7 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC, sealed
 
 #: a name that C and printf would misread
-SAYS = 'the numbers of friction set mechanistic were measured on A, not on "B" 50 % \\ ??/ ä'
+SAYS = 'the numbers of friction set mechanistic were measured on A, not on "B" 50 % \\ ??/ \u00e4'
 
 
 def map_of(carried_over):
