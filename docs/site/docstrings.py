@@ -93,9 +93,11 @@ def items(text: str) -> list[tuple[str, str]]:
 
 
 def section(name: str, lines: list[str]) -> list[str]:
-    """One section as a definition."""
+    """One section as a definition, examples as code."""
     if name.startswith("Example"):
-        return ["", name, "", ":   " + "\n    ".join(fenced(lines, "pycon")[1:-1]), ""]
+        code = inspect.cleandoc("\n" + "\n".join(lines)).splitlines()
+        prompts = any(line.startswith(">>> ") for line in code)
+        return ["", f"**{name}**", *(prose(code) if prompts else fenced(code, "python"))]
     if name in ("Parameters", "Attributes"):
         listed = [f"- `{key}`: {escaped(text)}" if key else f"- {escaped(text)}" for key, text in items("\n".join(lines))]
         return ["", name, "", ":   " + "\n    ".join(listed), ""]

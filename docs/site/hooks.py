@@ -155,7 +155,7 @@ def notebook(path: Path) -> dict[str, str | bytes]:
     for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
         source = text_of(cell["source"])
         if cell["cell_type"] == "markdown":
-            parts.append(source)
+            parts.append(re.sub(r"\]\(([\w/.]+)\.ipynb\)", r"](\1.md)", source))
             continue
         parts.append(f"```python\n{source}\n```")
         for output in cell["outputs"]:
