@@ -19,6 +19,8 @@ SECTIONS = ("Parameters", "Attributes", "Returns", "Raises", "Validity", "Source
 HEAD = re.compile(rf"({'|'.join(SECTIONS)})(?::?$|\s{{2,}})(.*)")
 #: a name with its text in the list of parameters; several names by commas
 ITEM = re.compile(r"(\*{0,2}\w[\w.]*(?:, \*{0,2}\w[\w.]*)*) ?: (.*)", re.DOTALL)
+#: first line of a list of fields in the text of a class
+FIELD = re.compile(r"\w+(?:, \w+)* : ")
 #: columns aligned by blanks
 ALIGNED = re.compile(r"\S {3,}\S")
 BULLET = re.compile(r"[-*] |\d+\. ")
@@ -63,6 +65,8 @@ def prose(lines: list[str]) -> list[str]:
             made += [*prose(block[:first]), *fenced(block[first:], "pycon")]
         elif any(ALIGNED.search(line) for line in block) or all(line.startswith("    ") for line in block):
             made += fenced(block, "text")
+        elif FIELD.match(block[0]):
+            made += ["", *listed(block)]
         else:
             made.append("")
             for line in block:
@@ -92,6 +96,11 @@ def items(text: str) -> list[tuple[str, str]]:
     return found
 
 
+def listed(lines: list[str]) -> list[str]:
+    """Names and texts as a list."""
+    return [f"- `{key}`: {escaped(text)}" if key else f"- {escaped(text)}" for key, text in items("\n".join(lines))]
+
+
 def section(name: str, lines: list[str]) -> list[str]:
     """One section as a definition, examples as code."""
     if name.startswith("Example"):
@@ -99,8 +108,7 @@ def section(name: str, lines: list[str]) -> list[str]:
         prompts = any(line.startswith(">>> ") for line in code)
         return ["", f"**{name}**", *(prose(code) if prompts else fenced(code, "python"))]
     if name in ("Parameters", "Attributes"):
-        listed = [f"- `{key}`: {escaped(text)}" if key else f"- {escaped(text)}" for key, text in items("\n".join(lines))]
-        return ["", name, "", ":   " + "\n    ".join(listed), ""]
+        return ["", name, "", ":   " + "\n    ".join(listed(lines)), ""]
     return ["", name, "", f":   {escaped(' '.join(' '.join(lines).split()))}", ""]
 
 

@@ -1,7 +1,8 @@
 """Pages that mkdocs builds from other sources of the project, and formulas as MathML.
 
-index.md from README.md, changes.md from CHANGELOG.md, validation.md from the command `validate`, report.html from the
-command `report`, notebooks/*.md from the notebooks with the outputs stored in them, reference/*.md from the docstrings.
+index.md from README.md, changes.md from CHANGELOG.md, the tables of validation.md from the command `validate`, report.html
+from the command `report`, notebooks/*.md from the notebooks with the outputs stored in them, reference/*.md from the
+docstrings.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from typing import Any
 from latex2mathml.converter import convert
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 from reference import ROOT, room_page, rooms, start_page
 
 DOCS = ROOT / "docs"
@@ -27,6 +29,7 @@ DOCS = ROOT / "docs"
 CACHE = ROOT / "build" / "docs_cache"
 RPM = 0.10471975511965977  # rad/s
 MODELS = ("this model", "Zhao", "Zhou", "NSK")
+NOTEBOOK_LINK = re.compile(r"\]\(([\w/.]+)\.ipynb\)")
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 
 
@@ -40,18 +43,30 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Adds the pages that are made here."""
+    tables, picture = validation()
+    config.extra["validation_tables"] = tables
     pages: dict[str, str | bytes] = {
         "index.md": moved((ROOT / "README.md").read_text(encoding="utf-8")),
         "changes.md": moved((ROOT / "CHANGELOG.md").read_text(encoding="utf-8")),
         "reference/index.md": start_page(),
         **{room.page: room_page(room) for room in rooms()},
-        **validation(),
+        "torque_parts.png": picture,
+        "report.html": report(),
     }
     for path in sorted((DOCS / "notebooks").glob("*.ipynb")):
         pages |= notebook(path)
     for name, content in pages.items():
         files.append(File.generated(config, name, content=content))
     return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, **_: Any) -> str:
+    """Tables of validation.md; links to notebooks lead to their pages."""
+    if page.file.src_uri == "validation.md":
+        markdown += config.extra["validation_tables"]
+    if page.file.src_uri.startswith("notebooks/"):
+        return markdown
+    return NOTEBOOK_LINK.sub(r"](\1.md)", markdown)
 
 
 def moved(text: str) -> str:
@@ -107,8 +122,8 @@ def percent(value: float | None) -> str:
     return "-" if value is None else f"{100.0 * value:.2f} %"
 
 
-def validation() -> dict[str, str | bytes]:
-    """The page of the command `validate`, its picture, and the report."""
+def validation() -> tuple[str, bytes]:
+    """Tables of the command `validate`, and its picture."""
     CACHE.mkdir(parents=True, exist_ok=True)
     picture = CACHE / "torque_parts.png"
     found = json.loads(command("validate", "--json", "--plot", str(picture)))
@@ -119,7 +134,7 @@ def validation() -> dict[str, str | bytes]:
         for law in found["laws"]
     ]  # fmt: skip
     lines = [
-        (DOCS / "site" / "validation.md").read_text(encoding="utf-8"),
+        "\n\nAll that the report adds is in [the report of this version](report.html).\n\n## Friction laws compared\n",
         row(["law", "fitted numbers", "mean", "largest", "Table 2 from 4", "Table 4 from 2", "left out, mean", "12th point"]),
         "|---|" + "---:|" * 7,
         *laws,
@@ -139,8 +154,7 @@ def validation() -> dict[str, str | bytes]:
                 for line in table["rows"]
             ]  # fmt: skip
             lines += [row(["mean deviation", "", "", *map(percent, table["deviations"])]), ""]
-    made: dict[str, str | bytes] = {"torque_parts.png": picture.read_bytes(), "report.html": report()}
-    return {"validation.md": "\n".join(lines), **made}
+    return "\n".join(lines), picture.read_bytes()
 
 
 def text_of(value: str | list[str]) -> str:
@@ -155,7 +169,7 @@ def notebook(path: Path) -> dict[str, str | bytes]:
     for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
         source = text_of(cell["source"])
         if cell["cell_type"] == "markdown":
-            parts.append(re.sub(r"\]\(([\w/.]+)\.ipynb\)", r"](\1.md)", source))
+            parts.append(NOTEBOOK_LINK.sub(r"](\1.md)", source))
             continue
         parts.append(f"```python\n{source}\n```")
         for output in cell["outputs"]:

@@ -1,9 +1,12 @@
-"""Runs the notebooks of the documentation and stores their outputs in them: python docs/site/notebooks.py [NAME ...]"""
+"""Runs the notebooks of the documentation and stores their outputs in them: python docs/site/notebooks.py [NAME ...]
+
+NAME: of a file in docs/notebooks, without .ipynb; default: all.
+"""
 
 from __future__ import annotations
 
+import argparse
 import os
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -27,22 +30,29 @@ def executed(path: Path, folder: Path | str) -> Any:
     ).execute()
     for cell in notebook.cells:
         for output in cell.get("outputs", []):
-            output.get("data", {}).pop("text/plain", None) if "image/png" in output.get("data", {}) else None
+            if "image/png" in output.get("data", {}):
+                output.data.pop("text/plain", None)  # the address of an object
     return notebook
 
 
-def main(names: list[str]) -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Run and store the named notebooks, or all."""
-    for path in sorted(FOLDER.glob("*.ipynb")):
-        if not names or path.stem in names:
-            with tempfile.TemporaryDirectory() as folder:
-                notebook = executed(path, folder)
-            part = path.with_name(path.name + ".part")
-            nbformat.write(notebook, part)
-            os.replace(part, path)
-            print(f"written: {path}")
+    known = [path.stem for path in sorted(FOLDER.glob("*.ipynb"))]
+    parser = argparse.ArgumentParser(description="Runs the notebooks and stores their outputs in them.")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"default: all; {', '.join(known)}")
+    names = parser.parse_args(arguments).names or known
+    if unknown := set(names) - set(known):
+        parser.error(f"{', '.join(sorted(unknown))}: no such notebook; allowed: {', '.join(known)}")
+    for name in names:
+        path = FOLDER / f"{name}.ipynb"
+        with tempfile.TemporaryDirectory() as folder:
+            notebook = executed(path, folder)
+        part = path.with_name(path.name + ".part")
+        nbformat.write(notebook, part)
+        os.replace(part, path)
+        print(f"written: {path}")
     return 0
 
 
 if __name__ == "__main__":
-    raise SystemExit(main(sys.argv[1:]))
+    raise SystemExit(main())

@@ -70,5 +70,4 @@ def start_page() -> str:
 
 def room_page(room: Room) -> str:
     """The directives of mkdocstrings for the modules of a folder."""
-    directives = [f"::: {module}\n" for module in room.modules]
-    return "\n".join([f"# {room.name}\n\n{room.summary}\n", f"::: {room.name}\n    options: {{show_docstring_description: false, show_root_toc_entry: false}}\n", *directives])
+    return "\n".join([f"# {room.name}\n\n{room.summary}\n", *(f"::: {module}\n" for module in room.modules)])
