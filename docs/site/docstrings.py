@@ -1,4 +1,4 @@
-"""Docstrings of this project as Markdown: sections become definition lists, examples and aligned tables stay as they are.
+"""Docstrings of this project as Markdown: sections become definition lists, examples and aligned tables stay.
 
 A griffe extension, called by mkdocstrings. A section begins with its name in the first column, followed by two blanks:
 
@@ -98,7 +98,10 @@ def items(text: str) -> list[tuple[str, str]]:
 
 def listed(lines: list[str]) -> list[str]:
     """Names and texts as a list."""
-    return [f"- `{key}`: {escaped(text)}" if key else f"- {escaped(text)}" for key, text in items("\n".join(lines))]
+    return [
+        f"- `{key}`: {escaped(text)}" if key else f"- {escaped(text)}"
+        for key, text in items("\n".join(lines))
+    ]
 
 
 def section(name: str, lines: list[str]) -> list[str]:

@@ -1,8 +1,8 @@
 """Pages that mkdocs builds from other sources of the project, and formulas as MathML.
 
-index.md from README.md, changes.md from CHANGELOG.md, the tables of validation.md from the command `validate`, report.html
-from the command `report`, notebooks/*.md from the notebooks with the outputs stored in them, reference/*.md from the
-docstrings.
+index.md from README.md, changes.md from CHANGELOG.md, the tables of validation.md from the command `validate`,
+report.html from the command `report`, notebooks/*.md from the notebooks with the outputs stored in them, reference/*.md
+from the docstrings.
 """
 
 from __future__ import annotations
@@ -135,7 +135,18 @@ def validation() -> tuple[str, bytes]:
     ]  # fmt: skip
     lines = [
         "\n\nAll that the report adds is in [the report of this version](report.html).\n\n## Friction laws compared\n",
-        row(["law", "fitted numbers", "mean", "largest", "Table 2 from 4", "Table 4 from 2", "left out, mean", "12th point"]),
+        row(
+            [
+                "law",
+                "fitted numbers",
+                "mean",
+                "largest",
+                "Table 2 from 4",
+                "Table 4 from 2",
+                "left out, mean",
+                "12th point",
+            ]
+        ),
         "|---|" + "---:|" * 7,
         *laws,
         "\n![Parts of the mechanistic torque over speed and preload](torque_parts.png)\n",
@@ -143,7 +154,9 @@ def validation() -> tuple[str, bytes]:
     ]
     for name, tables in found["tables"].items():
         entry = next(entry for entry in found["friction_sets"] if entry["name"] == name)
-        lines.append(f"### Friction set `{name}`, kinematics `{entry['kinematics']}`\n\n{entry['provenance']}.\n")
+        lines.append(
+            f"### Friction set `{name}`, kinematics `{entry['kinematics']}`\n\n{entry['provenance']}.\n"
+        )
         for table in tables:
             digits = 3 if table["unit"] == "N.m" else 0
             lines += [f"**{table['title']} [{table['unit'].replace('.', ' ')}]**\n",
@@ -180,5 +193,7 @@ def notebook(path: Path) -> dict[str, str | bytes]:
                 parts.append(f"![Figure {len(pictures)} of this notebook]({Path(picture).name})")
             elif shown := text_of(output.get("text", data.get("text/plain", ""))):
                 parts.append(f"```text\n{shown.rstrip()}\n```")
-    parts.insert(1, f"(The notebook: [{path.name}]({path.name}). A test runs it; the outputs are stored in it.)")
+    parts.insert(
+        1, f"(The notebook: [{path.name}]({path.name}). A test runs it; the outputs are stored in it.)"
+    )
     return {f"{name}.md": "\n\n".join(parts) + "\n", **pictures}
