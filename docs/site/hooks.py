@@ -30,6 +30,7 @@ CACHE = ROOT / "build" / "docs_cache"
 RPM = 0.10471975511965977  # rad/s
 MODELS = ("this model", "Zhao", "Zhou", "NSK")
 NOTEBOOK_LINK = re.compile(r"\]\(([\w/.]+)\.ipynb\)")
+PICTURE = re.compile(r'<img [^>]*src="([^"]+\.png)"[^>]*/?>')
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 
 
@@ -75,14 +76,14 @@ def moved(text: str) -> str:
 
 
 def on_page_content(content: str, **_: Any) -> str:
-    """Formulas as MathML, which browsers show without a script."""
+    """Formulas as MathML, which browsers show without a script; pictures lead to their full size."""
 
     def formula(found: re.Match[str]) -> str:
         block = found[1] == "div"
         made = convert(html.unescape(found[2]).strip(), display="block" if block else "inline")
         return f'<div class="formula">{made}</div>' if block else made
 
-    return FORMULA.sub(formula, content)
+    return PICTURE.sub(r'<a href="\1" title="full size">\g<0></a>', FORMULA.sub(formula, content))
 
 
 def command(*arguments: str) -> str:
