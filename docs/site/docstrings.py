@@ -21,6 +21,7 @@ HEAD = re.compile(rf"({'|'.join(SECTIONS)})(?::?$|\s{{2,}})(.*)")
 ITEM = re.compile(r"(\*{0,2}\w[\w.]*(?:, \*{0,2}\w[\w.]*)*) ?: (.*)", re.DOTALL)
 #: first line of a list of fields in the text of a class
 FIELD = re.compile(r"\w+(?:, \w+)* : ")
+PROMPT = ">>>"
 #: columns aligned by blanks
 ALIGNED = re.compile(r"\S {3,}\S")
 BULLET = re.compile(r"[-*] |\d+\. ")
@@ -60,7 +61,7 @@ def prose(lines: list[str]) -> list[str]:
     """Paragraphs, lists, examples and aligned tables of a docstring without sections."""
     made: list[str] = []
     for block in blocks(lines):
-        first = next((k for k, line in enumerate(block) if line.lstrip().startswith(">>> ")), None)
+        first = next((k for k, line in enumerate(block) if line.lstrip().startswith(PROMPT)), None)
         if first is not None:
             made += [*prose(block[:first]), *fenced(block[first:], "pycon")]
         elif any(ALIGNED.search(line) for line in block) or all(line.startswith("    ") for line in block):
@@ -108,7 +109,7 @@ def section(name: str, lines: list[str]) -> list[str]:
     """One section as a definition, examples as code."""
     if name.startswith("Example"):
         code = inspect.cleandoc("\n" + "\n".join(lines)).splitlines()
-        prompts = any(line.startswith(">>> ") for line in code)
+        prompts = any(line.startswith(PROMPT) for line in code)
         return ["", f"**{name}**", *(prose(code) if prompts else fenced(code, "python"))]
     if name in ("Parameters", "Attributes"):
         return ["", name, "", ":   " + "\n    ".join(listed(lines)), ""]
