@@ -86,6 +86,11 @@ def small_form(command: str) -> str | None:
         return " ".join([bare, *([SMALL_MAP] if action[1] == "build" else []), SMALL_CERTIFICATE])
     if bare.startswith("python build_fmu.py") and "--python-only" not in bare:
         return f"{bare} --python-only"
+    if bare == "python -m mkdocs build --strict -f docs/site/mkdocs.yml":
+        reads = "from mkdocs.config import load_config; load_config('docs/site/mkdocs.yml')"
+        return f'python -c "{reads}"'  # test_site.py builds
+    if bare == "python docs/site/notebooks.py":
+        return f"{bare} --help"  # test_notebooks.py runs them
     if "calibrate --packaged" in bare:
         return f"{bare} --film hamrock_dowson"
     if re.match(r"python -m pytest( -n auto .*|.*(tests/(fmu|project)|not slow).*)$", bare):
@@ -191,6 +196,8 @@ def test_commands_in_the_prose_are_known(page):
         words = shlex.split(command)[1:]
         if words[:2] == ["-m", "ballscrew_tehl"]:
             cli.build_parser().parse_args(words[2:])
+        elif words[:2] == ["-m", "mkdocs"]:
+            assert (ROOT / words[-1]).is_file()
         else:
             assert (ROOT / words[0]).is_file(), command
     for name in re.findall(r"examples/(\w+)\.py", page.read_text(encoding="utf-8")):

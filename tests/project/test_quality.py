@@ -11,7 +11,7 @@ from paths import ROOT
 
 SOURCES = sorted(
     path
-    for folder in ("solver", "fmu_src", "tests", "examples")
+    for folder in ("solver", "fmu_src", "tests", "examples", "docs")
     for path in (ROOT / folder).rglob("*.py")
     if "build" not in path.relative_to(ROOT).parts
 )

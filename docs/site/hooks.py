@@ -1,0 +1,200 @@
+"""Pages that mkdocs builds from other sources of the project, and formulas as MathML.
+
+index.md from README.md, changes.md from CHANGELOG.md, the tables of validation.md from the command `validate`,
+report.html from the command `report`, notebooks/*.md from the notebooks with the outputs stored in them, reference/*.md
+from the docstrings.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from latex2mathml.converter import convert
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+from reference import ROOT, room_page, rooms, start_page
+
+DOCS = ROOT / "docs"
+#: results of commands that take minutes, by what they depend on
+CACHE = ROOT / "build" / "docs_cache"
+RPM = 0.10471975511965977  # rad/s
+MODELS = ("this model", "Zhao", "Zhou", "NSK")
+NOTEBOOK_LINK = re.compile(r"\]\(([\w/.]+)\.ipynb\)")
+PICTURE = re.compile(r'<img [^>]*src="([^"]+\.png)"[^>]*/?>')
+FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
+
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Adds the pages of the reference to the navigation."""
+    for entry in config.nav or []:
+        if entry.get("Python reference") == []:
+            entry["Python reference"] = ["reference/index.md", *({room.name: room.page} for room in rooms())]
+    return config
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Adds the pages that are made here."""
+    tables, picture = validation()
+    config.extra["validation_tables"] = tables
+    pages: dict[str, str | bytes] = {
+        "index.md": moved((ROOT / "README.md").read_text(encoding="utf-8")),
+        "changes.md": moved((ROOT / "CHANGELOG.md").read_text(encoding="utf-8")),
+        "reference/index.md": start_page(),
+        **{room.page: room_page(room) for room in rooms()},
+        "torque_parts.png": picture,
+        "report.html": report(),
+    }
+    for path in sorted((DOCS / "notebooks").glob("*.ipynb")):
+        pages |= notebook(path)
+    for name, content in pages.items():
+        files.append(File.generated(config, name, content=content))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, **_: Any) -> str:
+    """Tables of validation.md; links to notebooks lead to their pages."""
+    if page.file.src_uri == "validation.md":
+        markdown += config.extra["validation_tables"]
+    if page.file.src_uri.startswith("notebooks/"):
+        return markdown
+    return NOTEBOOK_LINK.sub(r"](\1.md)", markdown)
+
+
+def moved(text: str) -> str:
+    """A page of the top folder, with its links as seen from docs."""
+    return re.sub(r"\]\(docs/", "](", text)
+
+
+def on_page_content(content: str, **_: Any) -> str:
+    """Formulas as MathML, which browsers show without a script; pictures lead to their full size."""
+
+    def formula(found: re.Match[str]) -> str:
+        block = found[1] == "div"
+        made = convert(html.unescape(found[2]).strip(), display="block" if block else "inline")
+        return f'<div class="formula">{made}</div>' if block else made
+
+    return PICTURE.sub(r'<a href="\1" title="full size">\g<0></a>', FORMULA.sub(formula, content))
+
+
+def command(*arguments: str) -> str:
+    """What a command of the package prints."""
+    path = os.pathsep.join([str(ROOT / "solver"), *filter(None, [os.environ.get("PYTHONPATH")])])
+    environment = os.environ | {"PYTHONPATH": path, "MPLBACKEND": "Agg"}
+    line = [sys.executable, "-m", "ballscrew_tehl", *arguments]
+    done = subprocess.run(line, env=environment, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(line[1:])}: exit code {done.returncode}\n{done.stderr[-2000:]}")
+    return done.stdout
+
+
+def report() -> bytes:
+    """The page of the command `report`; made again when the package changes."""
+    package = ROOT / "solver" / "ballscrew_tehl"
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*")):
+        if path.is_file() and path.parent.name != "__pycache__":
+            digest.update(path.relative_to(package).as_posix().encode() + path.read_bytes())
+    stored = CACHE / f"report_{digest.hexdigest()[:16]}.html"
+    if not stored.exists():
+        CACHE.mkdir(parents=True, exist_ok=True)
+        for old in CACHE.glob("report_*"):
+            old.unlink()
+        command("report", "--output", str(stored))
+    return stored.read_bytes()
+
+
+def row(cells: Any) -> str:
+    """A row of a Markdown table."""
+    return "| " + " | ".join(map(str, cells)) + " |"
+
+
+def percent(value: float | None) -> str:
+    """A share in per cent, "-" if there is none."""
+    return "-" if value is None else f"{100.0 * value:.2f} %"
+
+
+def validation() -> tuple[str, bytes]:
+    """Tables of the command `validate`, and its picture."""
+    CACHE.mkdir(parents=True, exist_ok=True)
+    picture = CACHE / "torque_parts.png"
+    found = json.loads(command("validate", "--json", "--plot", str(picture)))
+    laws = [
+        row([law["name"], law["numbers"], percent(law["mean"]), percent(law["most"]),
+             percent((law["from_rest"] or {}).get("table2")), percent((law["from_rest"] or {}).get("table4")),
+             percent((law["left_out"] or [None])[0]), f"{100.0 * law['twelfth']:+.1f} %"])
+        for law in found["laws"]
+    ]  # fmt: skip
+    lines = [
+        "\n\nAll that the report adds is in [the report of this version](report.html).\n\n## Friction laws compared\n",
+        row(
+            [
+                "law",
+                "fitted numbers",
+                "mean",
+                "largest",
+                "Table 2 from 4",
+                "Table 4 from 2",
+                "left out, mean",
+                "12th point",
+            ]
+        ),
+        "|---|" + "---:|" * 7,
+        *laws,
+        "\n![Parts of the mechanistic torque over speed and preload](torque_parts.png)\n",
+        "## Tables of the paper\n",
+    ]
+    for name, tables in found["tables"].items():
+        entry = next(entry for entry in found["friction_sets"] if entry["name"] == name)
+        lines.append(
+            f"### Friction set `{name}`, kinematics `{entry['kinematics']}`\n\n{entry['provenance']}.\n"
+        )
+        for table in tables:
+            digits = 3 if table["unit"] == "N.m" else 0
+            lines += [f"**{table['title']} [{table['unit'].replace('.', ' ')}]**\n",
+                      row(["preload [N]", "speed [r/min]", "measured", *MODELS]), "|" + "---:|" * 7]  # fmt: skip
+            lines += [
+                row([f"{line['preload']:.0f}", f"{line['speed'] / RPM:.0f}", f"{line['measured']:.{digits}f}",
+                     *(f"{value:.{digits}f}" for value in line["models"])])
+                for line in table["rows"]
+            ]  # fmt: skip
+            lines += [row(["mean deviation", "", "", *map(percent, table["deviations"])]), ""]
+    return "\n".join(lines), picture.read_bytes()
+
+
+def text_of(value: str | list[str]) -> str:
+    """Text of a notebook, which may be stored by lines."""
+    return value if isinstance(value, str) else "".join(value)
+
+
+def notebook(path: Path) -> dict[str, str | bytes]:
+    """A notebook as a page: its cells and their stored outputs."""
+    name = f"notebooks/{path.stem}"
+    parts, pictures = [], {}
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        source = text_of(cell["source"])
+        if cell["cell_type"] == "markdown":
+            parts.append(NOTEBOOK_LINK.sub(r"](\1.md)", source))
+            continue
+        parts.append(f"```python\n{source}\n```")
+        for output in cell["outputs"]:
+            data = output.get("data", {})
+            if "image/png" in data:
+                picture = f"{name}_{len(pictures)}.png"
+                pictures[picture] = base64.b64decode(text_of(data["image/png"]))
+                parts.append(f"![Figure {len(pictures)} of this notebook]({Path(picture).name})")
+            elif shown := text_of(output.get("text", data.get("text/plain", ""))):
+                parts.append(f"```text\n{shown.rstrip()}\n```")
+    parts.insert(
+        1, f"(The notebook: [{path.name}]({path.name}). A test runs it; the outputs are stored in it.)"
+    )
+    return {f"{name}.md": "\n\n".join(parts) + "\n", **pictures}
