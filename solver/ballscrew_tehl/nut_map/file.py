@@ -45,7 +45,7 @@ Array = NDArray[np.float64]
 #: dimensions, values and attributes of a variable of the file
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
-FILE_FORMAT = 4
+FILE_FORMAT = 5
 #: first bytes of a netCDF file that scipy writes
 MAGIC = b"CDF"
 #: what the viscous columns and the curves of a friction set are computed from: name of its film model
