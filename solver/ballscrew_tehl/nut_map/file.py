@@ -45,7 +45,9 @@ Array = NDArray[np.float64]
 #: dimensions, values and attributes of a variable of the file
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
-FILE_FORMAT = 5
+FILE_FORMAT = 4
+#: version of the coordinates and formulas that the lengths and noise of a header hold for (nut_map.contact_map)
+INTERPOLATION = 2
 #: first bytes of a netCDF file that scipy writes
 MAGIC = b"CDF"
 #: what the viscous columns and the curves of a friction set are computed from: name of its film model
@@ -119,6 +121,7 @@ def _header(built: BuiltMap, certificate: Mapping[str, Any]) -> dict[str, Any]:
         certificate=dict(certificate),
         contact_range=asdict(contact_map.range),
         contact_cell=list(contact_map.cell),
+        interpolation=INTERPOLATION,
         kriging={
             raceway: {name: model.kriging(name).hyper.tolist() for name in MAPPED}
             for raceway, model in contact_map.models.items()
@@ -404,5 +407,8 @@ def _contact_map(
         raceway: {name: np.array(values) for name, values in by_name.items()}
         for raceway, by_name in header["kriging"].items()
     }
+    if header.get("interpolation") != INTERPOLATION:
+        # the most likely ones are found anew
+        hyper = {}
     # maps of before the atlas have none
     return ContactMap(parameters, range_, contacts, hyper, header.get("atlas", ""))
