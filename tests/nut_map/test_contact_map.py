@@ -9,12 +9,26 @@ from reference_screw import GD4008
 from synthetic_contacts import CLOSED_FILM, CLOSED_RISE, GRID, LOAD_EXPONENT, small_map, values
 
 from ballscrew_tehl.contact import ball_contact as operating_contact
-from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, ball_contact, solve_ball
-from ballscrew_tehl.contact.ball_formula import film_formula, moes_load
+from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, ball_contact, map_nodes, solve_ball
+from ballscrew_tehl.contact.ball_formula import (
+    LEAST_ROLLING,
+    drawn_ellipse,
+    film_formula,
+    moes_groups_of,
+    moes_load,
+    rolling_formula,
+)
 from ballscrew_tehl.friction.sets import load_friction_sets
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import file as store
-from ballscrew_tehl.nut_map.contact_map import LEAST, ContactMap, SolvedFilm
+from ballscrew_tehl.nut_map.contact_map import (
+    LEAST,
+    THICKEST,
+    ContactMap,
+    SolvedFilm,
+    core_formula,
+    thick_rolling_formula,
+)
 from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES, RISES, SolvedContacts
 from ballscrew_tehl.nut_map.file import FILM_MODELS, load_contact_map, load_map, packaged_map
 from ballscrew_tehl.nut_map.sampling import operating_points
@@ -173,6 +187,65 @@ def altered(**scale):
     return ContactMap(GD4008, MAP.range, contacts)
 
 
+def test_coordinates_of_rolling_and_core():
+    """Rolling: plain Moes load; core: M L^0.4, stretched where a rigid contact flattens."""
+    model, points = MAP.models["nut"], points_of(MAP, 50)
+    groups = moes_groups_of(GD4008, "nut", *points.T)[0]
+    span = np.log(MAP.range.load[1] / MAP.range.load[0] * 10.0)
+    first = model.coordinates("rolling_loss", points)[:, 0]
+    np.testing.assert_allclose(first, np.log(groups.M) / span, rtol=1e-12)
+    x = np.log(groups.M * groups.L**0.4)
+    for name in ("core_pressure", "core_area"):
+        first = model.coordinates(name, points)[:, 0]
+        np.testing.assert_allclose(first, (x + 4.0 * np.tanh((x - np.log(85.0)) / 0.5)) / span, rtol=1e-12)
+
+
+def test_core_formula_is_that_of_hertz_under_load_and_rigid_without():
+    load = np.array([1e-3, 2e-3, 250.0, 2500.0])
+    pressure, area = core_formula(GD4008, "nut", load, 0.5, 343.15)
+    hertz = drawn_ellipse(GD4008, "nut", load)
+    np.testing.assert_allclose(pressure[2:] / hertz.p_max[2:], 1.0, atol=1e-3)
+    np.testing.assert_allclose(area[2:] / (np.pi * hertz.a * hertz.b)[2:], 1.0, atol=1e-3)
+    # M L^0.4 from 5 to 10 for a fast ball in cold oil: cubes of it
+    fast_pressure, fast_area = core_formula(GD4008, "nut", load, 500.0, 283.15)
+    rigid = fast_pressure[1] / hertz.p_max[1] / (fast_pressure[0] / hertz.p_max[0])
+    assert rigid == pytest.approx(8.0, rel=0.01)
+    spread = (fast_area / (hertz.a * hertz.b))[0] / (fast_area / (hertz.a * hertz.b))[1]
+    assert spread == pytest.approx(8.0, rel=0.01)
+
+
+def test_thick_films_lack_rolling_loss():
+    at = GD4008, "nut", np.array([30.0]), np.array([0.5, 500.0]), 283.15
+    share = thick_rolling_formula(*at) / rolling_formula(*at)
+    R_x = moes_groups_of(*at)[1]
+    np.testing.assert_allclose(share, np.exp(-5.0 * np.sqrt(2.0 * film_formula(*at) / R_x)), rtol=1e-12)
+    assert share[1] < 0.9 < share[0] < 1.0
+
+
+def test_contacts_with_films_as_thick_as_balls_do_not_bend_the_rolling_loss():
+    """Their loss is next to none, or negative: nothing that a logarithm could be interpolated through."""
+    contacts = altered().contacts
+    model = MAP.models["nut"]
+    R_x = moes_groups_of(GD4008, "nut", *contacts["nut"].points.T)[1]
+    lost = np.arange(6) + 40
+    contacts["nut"].values[FILMS[1]][lost] = 1.1 * THICKEST * R_x[lost]
+    contacts["nut"].values["rolling_loss"][lost] *= -0.01
+    found = ContactMap(GD4008, MAP.range, contacts).models["nut"]
+    points = points_of(MAP, 100)
+    np.testing.assert_allclose(
+        found.value("rolling_loss", points), model.value("rolling_loss", points), rtol=3.0 * CLOSED_FILM
+    )
+    assert (found.left_out("rolling_loss")[lost] == 0.0).all()
+    assert np.count_nonzero(found.left_out("rolling_loss")) == len(model.points) - 6
+
+
+def test_rolling_loss_has_the_floor_of_the_law():
+    nothing = altered(rolling_loss=1e-9).models["screw"]
+    points = points_of(MAP, 20)
+    floor = LEAST_ROLLING * rolling_formula(GD4008, "screw", *points.T)
+    np.testing.assert_allclose(nothing.value("rolling_loss", points), floor, rtol=1e-12)
+
+
 def test_minimum_film_is_never_above_the_central_one():
     """Contacts of a light ball on a thick film: equal within the scatter of the grid."""
     points = points_of(MAP, 100)
@@ -282,6 +355,19 @@ def test_closed_formula_and_moes_load_are_those_of_each_ball_alone():
 
 
 # --- one ball ---
+
+
+@pytest.mark.parametrize(
+    ("load", "speed", "celsius", "nodes"),
+    [(30.0, 100.0, 20.0, 97), (20.0, 600.0, 10.0, 129), (3.0, 600.0, 10.0, 97), (2.0, 0.5, 80.0, 97)],
+)
+def test_nodes_of_a_contact_of_a_map(load, speed, celsius, nodes):
+    """More where the pressure spike of a hardly flattened contact is sharp."""
+    parameters = changed(GD4008, friction={"kinematics": "rolling_frame"})
+    at = load, speed, celsius + 273.15
+    assert map_nodes(ball_contact(parameters, "nut", *at), GD4008.lubricant) == nodes
+    groups = moes_groups_of(parameters, "nut", *(np.array([value]) for value in at))[0]
+    assert (15.0 <= groups.M[0] <= 80.0 and groups.L[0] >= 15.0) == (nodes == 129)
 
 
 @pytest.mark.parametrize("kinematics", KINEMATICS)

@@ -232,6 +232,21 @@ def test_trend_of_a_given_degree():
     np.testing.assert_allclose(Kriging(points, values, hyper, 1)(far), 1.0 + 2.0 * far[:, 0], rtol=1e-9)
 
 
+def test_without_a_trend_far_points_are_0():
+    points = np.random.default_rng(6).random((30, 2))
+    values = 1.0 + 2.0 * points[:, 0]
+    hyper = np.log([0.1, 0.1, 1e-3])
+    plain = Kriging(points, values, hyper, -1)
+    far = np.array([[30.0, 0.5], [60.0, 0.5]])
+    np.testing.assert_allclose(plain(far), 0.0, atol=1e-12)
+    # simple kriging: Rasmussen & Williams, Eq. 2.25
+    found = kriging._correlation(points, points, hyper) + 1e-6 * np.eye(30)
+    at = np.array([[0.3, 0.4], [0.9, 0.1]])
+    expected = kriging._correlation(at, points, hyper) @ np.linalg.solve(found, values)
+    np.testing.assert_allclose(plain(at), expected, rtol=1e-9)
+    assert np.isfinite(Kriging(points, values, None, -1).hyper).all()
+
+
 def test_interpolant_alone_gives_the_same():
     """More points than are interpolated at a time."""
     generator = np.random.default_rng(7)

@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 from synthetic_contacts import GRID, closed_contact, same_contacts, small_map
 
 from ballscrew_tehl.contact.ball_formula import film_formula
+from ballscrew_tehl.friction.mechanistic import ball_ball_coefficient, supply_factor
 from ballscrew_tehl.nut_map import build, contacts, sampling
 from ballscrew_tehl.nut_map.contact_map import ContactModel
 from ballscrew_tehl.nut_map.contacts import (
@@ -34,8 +35,12 @@ from ballscrew_tehl.nut_map.sampling import (
     left_out_errors,
     next_points,
     operating_points,
+    refined,
+    rolling_weight,
 )
+from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.hertz import RACEWAYS
+from ballscrew_tehl.physics.kinematics import entrainment_speed
 
 #: contacts are added
 MORE = replace(GRID, contact_first=40, contact_batch=16, contact_most=200, contact_tolerance=3e-4)
@@ -169,6 +174,36 @@ def test_weight_of_a_film_is_its_part_in_the_friction(monkeypatch):
     load = np.array([10.0, 200.0, 1.25, 1.25, 200.0])
     film = FILM_FLOOR * np.array([1.0, 5.0, 3.0, 0.5, 0.25])
     np.testing.assert_allclose(film_weight(WIDE, load, film), [1.0, 1.0, 0.25, 0.125, 0.25], rtol=1e-12)
+
+
+def test_weight_of_a_rolling_loss_is_its_part_in_the_friction():
+    """The loss of both raceways over that and what the balls push each other with, 2 mu_b Lambda kappa Q u_e."""
+    points = np.array([[200.0, 50.0, 303.0], [1.25, 50.0, 303.0], [200.0, 50.0, 303.0]])
+    speed = float(entrainment_speed(GD4008.screw, 50.0))
+    neighbours = ball_ball_coefficient(GD4008.friction) * points[:, 0] * speed
+    supplied = float(supply_factor(GD4008, 50.0, 303.0))
+    assert 0.5 < supplied <= 1.0
+    loss = neighbours * np.array([1.0, 1.0, 0.0]) / (2.0 * supplied)
+    found = rolling_weight(GD4008, WIDE, points, loss)
+    np.testing.assert_allclose(found, [0.5, 0.5 * 0.25, 0.0], rtol=1e-12)
+
+
+def test_rolling_loss_counts_where_the_map_has_the_law_that_takes_it():
+    """Without it the contacts of a map are chosen by the films alone."""
+    rolling = changed(GD4008, friction={"kinematics": "rolling_frame"})
+    assert refined(changed(GD4008, friction={"kinematics": "published"})) == FILMS[:2]
+    assert refined(rolling) == (*FILMS[:2], "rolling_loss")
+    contact_map = small_map().contact_map
+    model = contact_map.models["nut"]
+    scattered = dict(model.contacts.values)
+    scattered["rolling_loss"] = scattered["rolling_loss"] * np.where(
+        np.arange(len(model.points)) % 2, 1.2, 0.8
+    )
+    rough = SolvedContacts(model.contacts.points, scattered)
+    films = left_out_errors(ContactModel(rolling, "nut", contact_map.range, rough), FILMS[:2])
+    both = left_out_errors(ContactModel(rolling, "nut", contact_map.range, rough))
+    assert (both >= films).all()
+    assert both.mean() >= 5.0 * films.mean()
 
 
 # --- the points that follow ---

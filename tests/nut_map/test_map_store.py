@@ -220,7 +220,10 @@ def test_lengths_of_the_kriging_are_read_not_searched(saved, monkeypatch):
         for name in MAPPED:
             lengths = found.models[raceway].kriging(name).hyper
             assert lengths.tolist() == header[raceway][name]
-    # without those of the file they would be
+    # those of other coordinates are not taken, and without those of the file they would be searched
+    monkeypatch.setattr(store, "INTERPOLATION", store.INTERPOLATION + 1)
+    with pytest.raises(AssertionError, match="searched"):
+        load_contact_map(saved, GD4008).evaluate("nut", "temperature_rise", np.array([30.0]), 30.0, 303.0)
     bare = ContactMap(GD4008, found.range, found.contacts)
     with pytest.raises(AssertionError, match="searched"):
         bare.evaluate("nut", "temperature_rise", np.array([30.0]), 30.0, 303.0)

@@ -14,9 +14,11 @@ import numpy as np
 import pytest
 from reference_screw import GD4008
 
-from ballscrew_tehl.contact.ball_formula import drawn_ellipse, film_formula, rolling_formula
+from ballscrew_tehl.contact.ball_formula import film_formula
+from ballscrew_tehl.friction.presliding import presliding_angle
 from ballscrew_tehl.nut_map import build
 from ballscrew_tehl.nut_map.build import build_map, map_journal
+from ballscrew_tehl.nut_map.contact_map import core_formula, thick_rolling_formula
 from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES, RISES
 from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid
 from ballscrew_tehl.parameters.units import RPM
@@ -81,11 +83,11 @@ def values(parameters, raceway, name, load, speed, temperature):
         share = 1.0 if name == "temperature_rise" else 0.5
         return share * temperature_rise(raceway, load, speed, temperature)
     if name == "rolling_loss":
-        formula = rolling_formula(parameters, raceway, np.asarray(load), speed, temperature)
+        formula = thick_rolling_formula(parameters, raceway, np.asarray(load), speed, temperature)
         return formula * ratio(raceway, name, load, speed, temperature)
     if name in ("core_pressure", "core_area"):
-        hertz = drawn_ellipse(parameters, raceway, np.asarray(load))
-        core = hertz.p_max if name == "core_pressure" else np.pi * hertz.a * hertz.b
+        pressure, area = core_formula(parameters, raceway, np.asarray(load), speed, temperature)
+        core = pressure if name == "core_pressure" else area
         return core * ratio(raceway, name, load, speed, temperature) ** 0.1
     formula = film_formula(parameters, raceway, np.asarray(load), speed, temperature)
     return formula * ratio(raceway, name, load, speed, temperature)
@@ -166,6 +168,7 @@ def nut_map_of(built: BuiltMap, film="solved", ratio=7.0, net=0.005, roughness=3
             "apparent_viscosity_ratio": ratio, "net_sliding_coefficient": net, "roughness_height": roughness,
             "breakaway_factor": 1.0,
         },
+        "presliding_angle": presliding_angle(GD4008.screw, 1.0),
     }  # fmt: skip
     return NutMap.from_arrays(sealed(header, built.arrays[film]), built.arrays[film])
 

@@ -117,7 +117,7 @@ def contact_counts(parameters: Parameters, grid: MapGrid) -> tuple[int, int]:
 
 
 def _well_known(model: ContactModel, grid: MapGrid) -> bool:
-    """Whether films that are left out are predicted well enough: in the mean, and the worst of them."""
+    """Whether what is left out is predicted well enough: in the mean, and the worst of it (sampling.refined)."""
     errors = sampling.left_out_errors(model)
     return bool(errors.mean() <= grid.contact_tolerance and errors.max() <= grid.contact_largest)
 
@@ -182,7 +182,7 @@ def left_out_errors(contact_map: ContactMap) -> dict[str, dict[str, dict[str, fl
 def sampling_errors(contact_map: ContactMap) -> dict[str, float]:
     """Mean error of a film when its contact is left out, by raceway; FILM_FLOOR as sampling counts it."""
     return {
-        raceway: float(sampling.left_out_errors(model).mean())
+        raceway: float(sampling.left_out_errors(model, sampling.REFINED).mean())
         for raceway, model in contact_map.models.items()
     }
 
@@ -358,7 +358,7 @@ def build_map(
         values = np.concatenate([viscous_values(parameters, contact_map, thermal, grid), extremes], axis=-1)
         arrays[name] = dict(map_arrays(values, forces, *sharing))
     header: dict[str, Any] = {}
-    if parameters.friction.kinematics == "rolling_frame":
+    if sampling.has_mechanistic(parameters):
         values, alone = mechanistic_values(parameters, contact_map, grid)
         values = np.concatenate([values, extremes], axis=-1)
         alone = np.concatenate([alone, forces[:, TORQUE_CURVES:]], axis=-1)

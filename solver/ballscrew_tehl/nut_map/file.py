@@ -49,6 +49,8 @@ Array = NDArray[np.float64]
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
 FILE_FORMAT = 4
+#: version of the coordinates and formulas that the lengths and noise of a header hold for (nut_map.contact_map)
+INTERPOLATION = 2
 #: first bytes of a netCDF file that scipy writes
 MAGIC = b"CDF"
 #: what the viscous columns and the curves of a friction set are computed from: name of its film model
@@ -122,6 +124,7 @@ def _header(built: BuiltMap, certificate: Mapping[str, Any]) -> dict[str, Any]:
         certificate=dict(certificate),
         contact_range=asdict(contact_map.range),
         contact_cell=list(contact_map.cell),
+        interpolation=INTERPOLATION,
         kriging={
             raceway: {name: model.kriging(name).hyper.tolist() for name in MAPPED}
             for raceway, model in contact_map.models.items()
@@ -425,5 +428,8 @@ def _contact_map(
         raceway: {name: np.array(values) for name, values in by_name.items()}
         for raceway, by_name in header["kriging"].items()
     }
+    if header.get("interpolation") != INTERPOLATION:
+        # the most likely ones are found anew
+        hyper = {}
     # maps of before the atlas have none
     return ContactMap(parameters, range_, contacts, hyper, header.get("atlas", ""))

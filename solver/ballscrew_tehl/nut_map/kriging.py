@@ -51,8 +51,8 @@ class Kriging:
     """Values at scattered points, interpolated.
 
     Parameters   points (n, d): coordinates of about unit range;  values (n,);  hyper (d+1,): logarithms of lengths and
-                 noise found before, None = search for the most likely ones;  degree: of the trend, 0 to 2, None = by
-                 the number of points
+                 noise found before, None = search for the most likely ones;  degree: of the trend, 0 to 2, -1 = none,
+                 None = by the number of points
     Raises       ValueError: fewer points than a linear trend has terms, or numbers that are not finite
     """
 
@@ -137,11 +137,13 @@ def _correlation(one: Array, two: Array, hyper: Array) -> Array:
 
 def _degree(terms: int, dimensions: int) -> int:
     """Degree of a trend of so many terms."""
-    return 0 if terms == 1 else 1 if terms == dimensions + 1 else 2
+    return terms - 1 if terms <= 1 else 1 if terms == dimensions + 1 else 2
 
 
 def _terms(points: Array, degree: int) -> Array:
-    """1, from degree 1 up the coordinates, from degree 2 up their products (n, terms)."""
+    """1, from degree 1 up the coordinates, from degree 2 up their products (n, terms); nothing for degree -1."""
+    if degree < 0:
+        return np.empty((len(points), 0))
     columns = [np.ones(len(points)), *(points.T if degree else ())]
     if degree == 2:
         d = points.shape[1]

@@ -1,7 +1,8 @@
 """Where contacts are solved for a map: corners and edges of the range, a Sobol sequence, then where they help most.
 
-The points that follow are those where the films are least certain, weighted with the error of the nearest solved
-contact when that is left out (cross-validation by Voronoi cells: Xu, Liu, Sun & Wang 2014, J Mech Des 136, 021012).
+The points that follow are those where the films, and the rolling loss by its part in the friction, are least certain,
+weighted with the error of the nearest solved contact when that is left out (cross-validation by Voronoi cells: Xu, Liu,
+Sun & Wang 2014, J Mech Des 136, 021012).
 """
 
 from __future__ import annotations
@@ -13,15 +14,19 @@ from scipy.spatial import KDTree
 from scipy.stats import qmc
 
 from ..contact.ball_formula import film_formula
+from ..friction.mechanistic import ball_ball_coefficient, supply_factor
 from ..parameters.file import Parameters
+from ..physics.kinematics import entrainment_speed
 from .atlas import ScrewAtlas
 from .contact_map import ContactModel
-from .contacts import FILMS, LEAST_FILM, Array, ContactRange, film_weight
+from .contacts import FILMS, LEAST_FILM, LOAD_EXPONENT, Array, ContactRange, film_weight
 
 #: share of the unit interval of loads for balls lighter than under the lowest preload: they cause little friction
 LIGHT = 0.15
 #: films whose errors count; the minimum film of side lobes scatters with the grid of the solver
 REFINED = FILMS[:2]
+#: what else counts where the map has the law that takes it
+ROLLING = "rolling_loss"
 #: points of a Sobol sequence from which the next ones are chosen, as a power of two, and seeds of both sequences
 POOL_POWER, FIRST_SEED, POOL_SEED = 9, 1, 2
 #: points drawn for each first one, of which some have too thin a film
@@ -77,25 +82,61 @@ def first_contacts(
     return np.concatenate([even, others[far]])
 
 
-def left_out_errors(model: ContactModel) -> Array:
-    """Largest weighted error of the films (n,) at every solved contact when it is left out."""
-    weight = film_weight(model.range, model.points[:, 0], model.solved(FILMS[1]))
-    return weight * np.max([np.abs(model.left_out(name)) for name in REFINED], axis=0)
+def has_mechanistic(parameters: Parameters) -> bool:
+    """Whether a map holds the mechanistic law, which takes balls that roll."""
+    return parameters.friction.kinematics == "rolling_frame"
+
+
+def refined(parameters: Parameters) -> tuple[str, ...]:
+    """Quantities whose errors call for more contacts: of the films, and of the law if the map has it."""
+    return (*REFINED, ROLLING) if has_mechanistic(parameters) else REFINED
+
+
+def rolling_weight(parameters: Parameters, range_: ContactRange, points: Array, loss: Array) -> Array:
+    """Weight of the relative error of the rolling loss (n,) [W] at points (n, 3): at most its part in the friction.
+
+    The friction of a ball is taken as the rolling of both raceways and what it pushes its neighbours with; shear and
+    hysteresis lower the part.
+    """
+    load, speed, temperature = points.T
+    rolling = 2.0 * supply_factor(parameters, speed, temperature) * loss
+    neighbours = (
+        ball_ball_coefficient(parameters.friction) * load * entrainment_speed(parameters.screw, speed)
+    )
+    light = np.minimum(load / range_.preloaded, 1.0) ** LOAD_EXPONENT
+    return np.asarray(light * rolling / (rolling + neighbours))
+
+
+def _weight(model: ContactModel, name: str, points: Array, film: Array, loss: Array) -> Array:
+    if name == ROLLING:
+        return rolling_weight(model.parameters, model.range, points, loss)
+    return film_weight(model.range, points[:, 0], film)
+
+
+def left_out_errors(model: ContactModel, names: tuple[str, ...] | None = None) -> Array:
+    """Largest weighted error (n,) of some quantities (None: refined) at every solved contact when it is left out."""
+    film, loss = model.solved(FILMS[1]), model.solved(ROLLING)
+    errors = [
+        _weight(model, name, model.points, film, loss) * np.abs(model.left_out(name))
+        for name in (refined(model.parameters) if names is None else names)
+    ]
+    return np.asarray(np.max(errors, axis=0))
 
 
 def next_points(model: ContactModel, count: int, round_: int) -> Array:
-    """Operating points (count, 3) where the films are least certain, each chosen with those before it known."""
+    """Operating points (count, 3) where what counts is least certain, each chosen with those before it known."""
     pool = qmc.Sobol(3, seed=POOL_SEED + round_).random_base2(POOL_POWER)
     places = operating_points(model.range, pool)
     places = places[film_formula(model.parameters, model.raceway, *places.T) >= LEAST_FILM]
     errors = left_out_errors(model)
     by = REFINED[0]
     nearest = KDTree(model.coordinates(by, model.points)).query(model.coordinates(by, places))[1]
-    weight = film_weight(model.range, places[:, 0], model.film(FILMS[1], places)) * (
-        errors[nearest] + errors.mean()
-    )
-    covariance = np.sum([model.covariance(name, places) for name in REFINED], axis=0)
-    covariance = covariance * weight[:, None] * weight
+    known = errors[nearest] + errors.mean()
+    film, loss = model.film(FILMS[1], places), model.value(ROLLING, places)
+    covariance = np.zeros((len(places), len(places)))
+    for name in refined(model.parameters):
+        weight = _weight(model, name, places, film, loss) * known
+        covariance += model.covariance(name, places) * weight[:, None] * weight
     chosen = []
     for _ in range(count):
         # Cholesky with pivots: the largest variance that is left
