@@ -13,7 +13,7 @@ from .solve import ContactConditions, ContactSolution, SolverOptions, solve_cont
 #: nodes along rolling of the contacts of a map; the film is extrapolated from these and half of them
 MAP_NODES = 97
 #: nodes where a rigid contact becomes a flattened one, and Moes M and least L of it: on 97 nodes the pressure spike,
-#: which is a few spacings wide there, moved films by 1.5 % and one rolling loss by 7 % in nine contacts, on 129 by 0.5 %
+#: a few spacings wide there, moved films by 1.5 % and one rolling loss by 7 % in nine contacts, on 129 by 0.5 %
 SPIKE_NODES, SPIKE_M, SPIKE_L = 129, (15.0, 80.0), 15.0
 #: nodes along rolling and thermal iterations of the attempts in turn. 700 random contacts converge in the first
 ATTEMPTS = ((MAP_NODES, 150), (129, 600))
