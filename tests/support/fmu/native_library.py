@@ -6,9 +6,11 @@ Calls are not wrapped: every call returns its status, every message is kept.
 import atexit
 import ctypes
 import functools
+import math
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Callable, Sequence
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,7 +22,7 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
     fmi2EventInfo,
 )
-from fmpy.fmi3 import fmi3LogMessageCallback
+from fmpy.fmi3 import fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
 from native_model import SANITIZERS, compiler, write_sources
 from synthetic_map import make_map
 
@@ -100,10 +102,13 @@ class NativeInstance:
         logger: bool = True,
         functions: Any = None,
         event_mode: bool = False,
-        intermediate: int = 0,
+        early_return: bool = False,
+        intermediate: Sequence[int] = (),
+        update: Callable[..., None] | None = None,
         law: str = FILM_SHEAR,
+        model: FmuModel = FRICTION,
     ) -> None:
-        library = compiled(version, law=law)
+        library = compiled(version, model=model, law=law)
         self.library = ctypes.CDLL(str(library))
         self.version, self.kind, self.time = version, kind, 0.0
         self.messages: list[Message] = []
@@ -119,8 +124,9 @@ class NativeInstance:
             self._log = fmi3LogMessageCallback(self._log3) if logger else fmi3LogMessageCallback()
             if kind == CS:
                 make = self.library.fmi3InstantiateCoSimulation
-                wanted = (c_uint * 1)(0)
-                more = (event_mode, False, wanted, c_size_t(intermediate), None, self._log, None)
+                wanted = (c_uint * len(intermediate))(*intermediate)
+                self._update = fmi3IntermediateUpdateCallback(update or 0)
+                more = (event_mode, early_return, wanted, c_size_t(len(intermediate)), None, self._log, self._update)
             elif kind == ME:
                 make, more = self.library.fmi3InstantiateModelExchange, (None, self._log)
             else:
@@ -241,6 +247,15 @@ class NativeInstance:
         """One step; FMI 3 with NULL for every output argument."""
         nothing = (None,) * 4 if self.version == 3 else ()
         return self.call("DoStep", c_double(time), c_double(size), 0, *nothing)
+
+    def step_to_event(self, time: float, size: float) -> tuple[bool, bool, float]:
+        """One step of FMI 3: event handling needed, early return, time reached."""
+        event, terminate, early = (ctypes.c_bool(True) for _ in range(3))
+        reached = c_double(math.nan)
+        more = byref(event), byref(terminate), byref(early), byref(reached)
+        assert self.call("DoStep", c_double(time), c_double(size), 0, *more) == OK, self.last
+        assert not terminate.value
+        return event.value, early.value, reached.value
 
     def go(self, size: float = 1e-3, **values: float) -> list[float]:
         """Outputs after a step with these values set."""

@@ -7,7 +7,7 @@
 #include <string.h>
 
 static const char *const state_names[] = {"Instantiated", "Initialization Mode", "Event Mode", "Continuous-Time Mode",
-                                          "Step Mode",    "Terminated",          "Error"};
+                                          "Step Mode",    "Terminated",          "Error",      "Intermediate Update Mode"};
 #define STATE_NAMES (sizeof state_names / sizeof state_names[0])
 
 /* --- messages ---------------------------------------------------------------------------------------------------- */
@@ -161,7 +161,7 @@ void instance_list_states(unsigned states, char *text, size_t size)
 Instance *instance_begin(void *handle, const Call *call)
 {
     Instance *instance = handle;
-    char here[32], legal[160];
+    char here[32], legal[192];
 
     if (instance == NULL) {
         return NULL;
@@ -187,7 +187,8 @@ Instance *instance_begin(void *handle, const Call *call)
 void instance_follow(Instance *instance)
 {
     if (instance->now.stale
-        && (instance->kind == MODEL_EXCHANGE || instance->now.state == INITIALIZATION_MODE)) {
+        && (instance->kind == MODEL_EXCHANGE
+            || (instance->now.state & (INITIALIZATION_MODE | EVENT_MODE)) != 0U)) {
         model_latch(&instance->now.model);
         instance->now.stale = false;
     }
@@ -242,7 +243,7 @@ Status instance_enter(Instance *instance, unsigned state)
 Status instance_exit_initialization(Instance *instance)
 {
     instance_follow(instance);
-    if (instance->kind == MODEL_EXCHANGE) {
+    if (instance->now.model.events) {
         model_initial_event(&instance->now.model);
         instance->now.state = EVENT_MODE;
     } else {
@@ -258,6 +259,7 @@ Status instance_reset(Instance *instance)
 
     memset(now, 0, sizeof *now);
     model_reset(&now->model, instance->map, instance->kind == MODEL_EXCHANGE);
+    now->model.events = instance->kind == MODEL_EXCHANGE || instance->event_mode;
     now->stop = HUGE_VAL;
     now->state = INSTANTIATED;
     now->stale = true;
@@ -268,7 +270,7 @@ Status instance_reset(Instance *instance)
 
 #define TIME_SHARE 1e-3 /* of a step: allowed difference of communication points, in addition to rounding */
 
-Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
+Status instance_begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
     Situation *now = &instance->now;
     const double tolerance = TIME_SHARE * step + 4.0 * DBL_EPSILON * fabs(time);
@@ -290,14 +292,28 @@ Status instance_step(Instance *instance, double time, double step, bool zero_all
         warn(instance, "communication point = %s s, end of the last step = %s s; the new time is used (logged once)",
              number_text(time, text), number_text(now->time, other));
     }
-    model_step(&now->model, step);
-    now->stale = false;
-    now->time = time + step;
-    warn_of_clamping(instance);
     return STATUS_OK;
 }
 
-/* --- model exchange ---------------------------------------------------------------------------------------------- */
+void instance_end_step(Instance *instance, double time)
+{
+    instance->now.stale = false;
+    instance->now.time = time;
+    warn_of_clamping(instance);
+}
+
+Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
+{
+    const Status status = instance_begin_step(instance, time, step, zero_allowed, check_time);
+
+    if (status == STATUS_OK) {
+        model_step(&instance->now.model, step);
+        instance_end_step(instance, time + step);
+    }
+    return status;
+}
+
+/* --- events and model exchange ---------------------------------------------------------------------------------------- */
 
 Status instance_set_time(Instance *instance, double time)
 {
@@ -309,6 +325,15 @@ Status instance_set_time(Instance *instance, double time)
     }
     instance->now.time = time;
     return STATUS_OK;
+}
+
+Status instance_enter_event_mode(Instance *instance)
+{
+    if (!instance->now.model.events) {
+        return instance_fail(instance, "event mode was not requested: eventModeUsed = false at instantiation");
+    }
+    instance->now.reported = false;
+    return instance_enter(instance, EVENT_MODE);
 }
 
 Status instance_event(Instance *instance, bool *state_changed)
@@ -354,6 +379,10 @@ Status instance_restore(Instance *instance, const void *state)
     if (saved->situation.model.continuous != (instance->kind == MODEL_EXCHANGE)) {
         return instance_fail(instance, "FMU state is of the other kind, %s: not restored",
                              saved->situation.model.continuous ? "model exchange" : "co-simulation");
+    }
+    if (saved->situation.model.events != instance->now.model.events) {
+        return instance_fail(instance, "FMU state is of an instance %s event mode: not restored",
+                             saved->situation.model.events ? "with" : "without");
     }
     instance->now = saved->situation;
     instance->now.model.map = instance->map;

@@ -6,7 +6,8 @@ static unsigned settable_in(enum Causality causality)
 {
     switch (causality) {
     case CAUSALITY_INPUT:
-        return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE;
+        return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE
+               | INTERMEDIATE_UPDATE_MODE;
     case CAUSALITY_PARAMETER:
         return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE;
     case CAUSALITY_STATE:

@@ -14,12 +14,12 @@ static inline Friction friction_of(const Number at[])
     return out;
 }
 
-/* step: [s] that the outputs belong to, 0: an instant; slip: mode of a continuous bristle */
+/* step: [s] that the outputs belong to, 0: an instant; slip: mode of a bristle with events */
 static inline Bristle bristle_at(const Number at[], Number coulomb, double step, bool continuous, int slip)
 {
     const Number deflection = at[PRESLIDING_DEFLECTION], speed = at[SPEED], stiffness = at[PRESLIDING_STIFFNESS];
 
-    if (continuous) {
+    if (continuous || slip != 0) {
         return bristle_continuous(deflection, speed, coulomb, stiffness, at[PRESLIDING_DAMPING], slip);
     }
     return step > 0.0 ? bristle_after_step(deflection, speed, step, coulomb, stiffness, at[PRESLIDING_DAMPING])

@@ -1,9 +1,12 @@
 #include "model.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "friction_law.h"
+#include "range.h"
+#include "slip_event.h"
 #include "tangent.h"
 
 /* --- from the latched point to outputs --- */
@@ -69,6 +72,7 @@ static void compute_torque(Model *model)
     bristle.torque = model->bristle_torque;
     bristle.power = model->bristle_power;
     torque_outputs(parts, &bristle, at, model->value);
+    model->value[POWER_LOSS] += model->power_of_parts;
     model->torque_known = true;
 }
 
@@ -88,7 +92,7 @@ void model_reset(Model *model, const Map *map, bool continuous)
 {
     memset(model, 0, sizeof *model);
     model->map = map;
-    model->continuous = continuous;
+    model->continuous = model->events = continuous;
     model->in_range = true;
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
         model->value[i] = model_variables[i].start;
@@ -103,6 +107,7 @@ void model_latch(Model *model)
 {
     memcpy(model->latched, model->value, sizeof model->latched);
     model->step = 0.0;
+    model->power_of_parts = 0.0;
     model->deflection_before = model->value[PRESLIDING_DEFLECTION];
     model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
     if (model->value[PRESLIDING_STIFFNESS] > 0.0 && !model->continuous) {
@@ -114,6 +119,7 @@ void model_step(Model *model, double step)
 {
     memcpy(model->latched, model->value, sizeof model->latched);
     model->step = step;
+    model->power_of_parts = 0.0;
     model->deflection_before = model->value[PRESLIDING_DEFLECTION];
     model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
     if (model->latched[PRESLIDING_STIFFNESS] > 0.0) {
@@ -126,10 +132,10 @@ void model_step(Model *model, double step)
     }
 }
 
-/* after the initial event of model exchange it changes at events only */
+/* after the initial event it changes at events only */
 static bool in_range(Model *model)
 {
-    return model->continuous && model->events_began ? model->in_range : model_clamped(model) == 0U;
+    return model->events_began ? model->in_range : model_clamped(model) == 0U;
 }
 
 double model_get(Model *model, int reference)
@@ -165,7 +171,7 @@ unsigned model_clamped(Model *model)
 
 bool model_possible(const Model *model)
 {
-    return model->step >= 0.0;
+    return model->step >= 0.0 && fabs(model->power_of_parts) < TOO_LARGE;
 }
 
 void model_clear_computed(Model *model)
@@ -179,29 +185,10 @@ void model_clear_computed(Model *model)
     model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
 }
 
-/* --- model exchange --- */
+/* --- events --- */
 
 #define RANGE_HYSTERESIS 1e-6 /* of an axis: avoids repeated events at the limit of the map */
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
-#define SLIP_FROM 0.999       /* of the sliding deflection, which the bristle reaches after infinite travel only */
-
-/* distance from the ends of an axis divided by its length, negative outside */
-static double margin_within(double value, double lo, double hi)
-{
-    return lesser(value - lo, hi - value) / (hi - lo);
-}
-
-/* smallest distance of the latched point from the limits of the map, negative outside */
-static double margin(const Model *model)
-{
-    const Map *map = model->map;
-    const double *at = model->latched;
-
-    return lesser(lesser(margin_within(at[PRELOAD], map->preload.lo, map->force.hi),
-                       margin_within(at[TEMPERATURE], map->temperature.lo, map->temperature.hi)),
-                 lesser((map->speed.hi - fabs(at[SPEED])) / map->speed.hi,
-                         (map->force.hi - model->loads.highest) / map->force.hi));
-}
 
 void model_indicators(Model *model)
 {
@@ -209,8 +196,7 @@ void model_indicators(Model *model)
     const double stiffness = at[PRESLIDING_STIFFNESS];
     double *out = model->value;
 
-    locate(model);
-    out[IN_RANGE_INDICATOR] = margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
+    out[IN_RANGE_INDICATOR] = margin_of_inputs(model->map, at) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
     if (!(stiffness > 0.0)) {
         out[SLIP_INDICATOR] = 1.0;
     } else if (model->slip != 0) {
@@ -218,6 +204,25 @@ void model_indicators(Model *model)
     } else {
         const double sliding = lesser(coulomb_magnitude(friction_parts(model)) / stiffness, TOO_LARGE);
         out[SLIP_INDICATOR] = SLIP_FROM * sliding - with_sign_of(at[PRESLIDING_DEFLECTION], at[SPEED]);
+    }
+}
+
+/* Modes that an event at the latched point leads to. */
+static void modes_after_event(Model *model, bool *range, int *slip)
+{
+    const double *at = model->latched, *out = model->value;
+
+    model_indicators(model);
+    *range = model->in_range ? !(out[IN_RANGE_INDICATOR] < 0.0) : out[IN_RANGE_INDICATOR] > 0.0;
+    *slip = model->slip;
+    if (!(at[PRESLIDING_STIFFNESS] > 0.0)) {
+        *slip = 0;
+    } else if (model->slip == 0) {
+        if (out[SLIP_INDICATOR] <= 0.0 && at[SPEED] != 0.0) {
+            *slip = at[SPEED] > 0.0 ? 1 : -1;
+        }
+    } else if (out[SLIP_INDICATOR] < 0.0) {
+        *slip = 0;
     }
 }
 
@@ -232,30 +237,72 @@ void model_initial_event(Model *model)
 bool model_event(Model *model)
 {
     const double *at = model->latched;
-    const double *out = model->value;
     bool changed = false;
+    int slip;
 
-    model_indicators(model);
-    if (model->in_range ? out[IN_RANGE_INDICATOR] < 0.0 : out[IN_RANGE_INDICATOR] > 0.0) {
-        model->in_range = !model->in_range;
-    }
-    if (!(at[PRESLIDING_STIFFNESS] > 0.0)) {
-        model->slip = 0;
-    } else if (model->slip == 0) {
-        if (out[SLIP_INDICATOR] <= 0.0 && at[SPEED] != 0.0) {
-            model->slip = at[SPEED] > 0.0 ? 1 : -1;
-        }
-    } else if (out[SLIP_INDICATOR] < 0.0) {
+    modes_after_event(model, &model->in_range, &slip);
+    if (model->slip != 0 && slip == 0 && at[PRESLIDING_STIFFNESS] > 0.0) {
         /* Never more than the bristle had when it began to slip: a Coulomb torque that has risen since then would give
            it energy that no motion has put in. */
         const double sliding = coulomb_magnitude(friction_parts(model)) / at[PRESLIDING_STIFFNESS];
         const double wound = fabs(at[PRESLIDING_DEFLECTION]);
         model->value[PRESLIDING_DEFLECTION] = model->slip * (wound < SLIP_FROM * sliding ? wound / SLIP_FROM : sliding);
-        model->slip = 0;
         changed = true;
     }
+    model->slip = slip;
     model_latch(model);
     return changed;
+}
+
+#define AT_END (4.0 * DBL_EPSILON) /* of a step: an event so close to its end is at its end */
+
+/* Deflection at the start of slip in the direction of the speed; 0: there is none at the latched point. */
+static double slip_deflection(Model *model, double *sliding)
+{
+    const double *at = model->latched;
+
+    if (model->slip != 0 || !(at[PRESLIDING_STIFFNESS] > 0.0) || at[SPEED] == 0.0) {
+        return 0.0;
+    }
+    *sliding = lesser(coulomb_magnitude(friction_parts(model)) / at[PRESLIDING_STIFFNESS], TOO_LARGE);
+    return with_sign_of(SLIP_FROM * *sliding, at[SPEED]);
+}
+
+double model_step_to_event(Model *model, double step, bool *due)
+{
+    double sliding = 0.0, slips_at, time = HUGE_VAL;
+    bool range;
+    int slip;
+
+    model_latch(model);
+    modes_after_event(model, &range, &slip);
+    *due = range != model->in_range || slip != model->slip;
+    if (*due) {
+        return 0.0;
+    }
+    slips_at = slip_deflection(model, &sliding);
+    if (slips_at != 0.0) {
+        const double wound = with_sign_of(model->latched[PRESLIDING_DEFLECTION], model->latched[SPEED]);
+        time = travel_to_slip(wound, sliding) / fabs(model->latched[SPEED]);
+    }
+    *due = time <= (1.0 + AT_END) * step;
+    step = lesser(step, time);
+    model_step(model, step);
+    if (*due) { /* exactly there, so that rounding cannot put the event off */
+        model->value[PRESLIDING_DEFLECTION] = model->latched[PRESLIDING_DEFLECTION] = slips_at;
+    }
+    return step;
+}
+
+double model_power(Model *model)
+{
+    return model_get(model, POWER_LOSS);
+}
+
+void model_set_mean_power(Model *model, double mean)
+{
+    model->power_of_parts += mean - model_get(model, POWER_LOSS);
+    model->torque_known = false;
 }
 
 /* --- derivatives --- */

@@ -15,10 +15,12 @@ struct Model {
     double deflection_before;       /* [rad] of the bristle at the start of that step */
     double bristle_torque;          /* [N.m] of the latched point */
     double bristle_power;           /* [W] */
+    double power_of_parts;          /* [W] of a step in parts: its mean power minus that of its last part */
     bool continuous;                /* model exchange: the bristle is a state of the importer */
-    bool in_range;                  /* model exchange: at the last event */
-    bool events_began;              /* model exchange: the initial event is done */
-    int slip;                       /* model exchange: 0 the bristle follows, +1 or -1 direction of slip */
+    bool events;                    /* modes change at events only: model exchange, co-simulation with event mode */
+    bool in_range;                  /* with events: at the last event */
+    bool events_began;              /* with events: the initial event is done */
+    int slip;                       /* with events: 0 the bristle follows, +1 or -1 direction of slip */
     bool conditions_known, parts_known, torque_known, films_known;
     bool loads_known;                       /* valid while preload and axial load do not change: */
     double loads_preload, loads_axial_load; /* [N] that loads belong to */
@@ -28,8 +30,8 @@ struct Model {
 };
 
 /* Fields of a saved state other than value and latched: numbers, flags, signs. */
-#define MODEL_NUMBERS(X) X(step) X(deflection_before) X(bristle_torque) X(bristle_power)
-#define MODEL_FLAGS(X) X(continuous) X(in_range) X(events_began)
+#define MODEL_NUMBERS(X) X(step) X(deflection_before) X(bristle_torque) X(bristle_power) X(power_of_parts)
+#define MODEL_FLAGS(X) X(continuous) X(events) X(in_range) X(events_began)
 #define MODEL_SIGNS(X) X(slip)
 
 #endif

@@ -13,7 +13,7 @@ static bool at_rest(const Model *model)
 {
     const double speed = fabs(model->latched[SPEED]);
 
-    if (model->continuous && model->events_began) {
+    if (model->events_began) {
         return model->rests;
     }
     return !(speed >= model->latched[SPEED_MIN] && speed > 0.0);
@@ -63,14 +63,14 @@ static void compute(Model *model)
     if (model->solved) {
         return;
     }
-    if (!rests || model->continuous) { /* event indicators depend on the torque at rest too */
+    if (!rests || model->events) { /* event indicators depend on the torque at rest too */
         estimate(model, &found);
     }
     out[PRELOAD] = model->estimate;
     if (rests) {
         out[PRELOAD] = model->holds ? model->held : at[INITIAL_PRELOAD];
         torque_of_preload(model->map, at, motion(model), lesser(out[PRELOAD], model->map->force.hi), &found);
-        if (!model->continuous) {
+        if (!model->events) {
             model->clamped = clamped_inputs(&found);
         }
     }
@@ -102,7 +102,7 @@ void model_reset(Model *model, const Map *map, bool continuous)
 {
     memset(model, 0, sizeof *model);
     model->map = map;
-    model->continuous = continuous;
+    model->continuous = model->events = continuous;
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
         model->value[i] = model_variables[i].start;
     }
@@ -138,7 +138,7 @@ double model_get(Model *model, int reference)
     const Variable *variable = &model_variables[reference];
 
     if (reference == IN_RANGE) {
-        return model->continuous && model->events_began ? model->in_range && !model->rests : determined(model);
+        return model->events_began ? model->in_range && !model->rests : determined(model);
     }
     if (variable->causality == CAUSALITY_INDICATOR) {
         model_indicators(model);
@@ -171,7 +171,7 @@ void model_clear_computed(Model *model)
     model->estimate = model->elasticity = 0.0;
 }
 
-/* --- model exchange ---------------------------------------------------------------------------------------------- */
+/* --- events ------------------------------------------------------------------------------------------------------ */
 
 #define RANGE_HYSTERESIS 1e-6 /* relative: avoids repeated events at the limit of in_range */
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
@@ -207,9 +207,9 @@ void model_indicators(Model *model)
     bool within;
 
     compute(model);
-    within = model->continuous && model->events_began ? model->in_range : model->clamped == 0U;
+    within = model->events_began ? model->in_range : model->clamped == 0U;
     out[IN_RANGE_INDICATOR] =
-        model->continuous ? margin_of_estimate(model) + (within ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS) : 0.0;
+        model->events ? margin_of_estimate(model) + (within ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS) : 0.0;
     out[MOTION_INDICATOR] =
         fabs(model->latched[SPEED]) - model->latched[SPEED_MIN] + (rests ? -SPEED_HYSTERESIS : SPEED_HYSTERESIS);
 }
@@ -225,22 +225,51 @@ void model_initial_event(Model *model)
     (void)model_event(model);
 }
 
-bool model_event(Model *model)
+/* Modes that an event at the latched point leads to. */
+static void modes_after_event(Model *model, bool *range, bool *rests)
 {
-    const bool was_determined = model->in_range && !model->rests;
     const double *out = model->value;
 
     model_indicators(model);
-    if (model->in_range ? out[IN_RANGE_INDICATOR] < 0.0 : out[IN_RANGE_INDICATOR] > 0.0) {
-        model->in_range = !model->in_range;
-    }
-    if (model->rests ? out[MOTION_INDICATOR] > 0.0 : out[MOTION_INDICATOR] < 0.0) {
-        model->rests = !model->rests;
-    }
+    *range = model->in_range ? !(out[IN_RANGE_INDICATOR] < 0.0) : out[IN_RANGE_INDICATOR] > 0.0;
+    *rests = model->rests ? !(out[MOTION_INDICATOR] > 0.0) : out[MOTION_INDICATOR] < 0.0;
+}
+
+bool model_event(Model *model)
+{
+    const bool was_determined = model->in_range && !model->rests;
+
+    modes_after_event(model, &model->in_range, &model->rests);
     if (was_determined && (model->rests || !model->in_range)) { /* last instant at which the torque determined it */
         model->held = model->estimate;
         model->holds = true;
     }
     model_latch(model);
     return false;
+}
+
+double model_step_to_event(Model *model, double step, bool *due)
+{
+    bool range, rests;
+
+    model_latch(model);
+    modes_after_event(model, &range, &rests);
+    *due = range != model->in_range || rests != model->rests;
+    if (*due) {
+        return 0.0;
+    }
+    model_step(model, step);
+    return step;
+}
+
+double model_power(Model *model)
+{
+    (void)model;
+    return 0.0;
+}
+
+void model_set_mean_power(Model *model, double mean)
+{
+    (void)model;
+    (void)mean;
 }
