@@ -12,6 +12,11 @@ from ballscrew_tehl.runtime.standstill import coulomb_friction
 
 STEP = 1e-3  # [s] communication step of the replay
 RECOVERY = 1e-6  # relative error of the preload of the monitor for a torque computed from a known preload
+#: set for the reference results, which are without presliding
+REFERENCE_PARAMETERS: Mapping[str, Mapping[str, float]] = {
+    FRICTION.name: {"presliding_stiffness": 0.0},
+    MONITOR.name: {},
+}
 
 
 class CheckError(RuntimeError):

@@ -22,7 +22,8 @@ from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.checks.monitor_check import monitor_outputs
 from ballscrew_fmu.models import FRICTION, MONITOR
-from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu, native_file_name
+from ballscrew_fmu.native_fmu.experiments import Reference
+from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.native_fmu.sources import native_sources
 from ballscrew_tehl.runtime.packed import FrictionParameters
 from ballscrew_tehl.runtime.preload import estimate_preload

@@ -110,7 +110,7 @@ class NativeInstance:
     ) -> None:
         library = compiled(version, model=model, law=law)
         self.library = ctypes.CDLL(str(library))
-        self.version, self.kind, self.time = version, kind, 0.0
+        self.version, self.kind, self.time, self.event_mode = version, kind, 0.0, event_mode
         self.messages: list[Message] = []
         folder = (str(library.parent) if resources == "" else resources) or None
         place, key = (None if text is None else text.encode() for text in (folder, token))
@@ -236,6 +236,8 @@ class NativeInstance:
                 self.call("ExitInitializationMode")
             if state == "c":
                 self.call("EnterContinuousTimeMode")
+            elif state == "s" and self.event_mode:
+                self.call("EnterStepMode")
             elif state == "t":
                 self.call("Terminate")
         self.messages.clear()

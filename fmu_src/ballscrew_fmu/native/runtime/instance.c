@@ -330,7 +330,7 @@ Status instance_set_time(Instance *instance, double time)
 Status instance_enter_event_mode(Instance *instance)
 {
     if (!instance->now.model.events) {
-        return instance_fail(instance, "event mode was not requested: eventModeUsed = false at instantiation");
+        return instance_fail(instance, "called in Step Mode without event mode; legal in instances with eventModeUsed = true");
     }
     instance->now.reported = false;
     return instance_enter(instance, EVENT_MODE);
