@@ -240,7 +240,8 @@ bool model_event(Model *model)
     const bool was_determined = model->in_range && !model->rests;
 
     modes_after_event(model, &model->in_range, &model->rests);
-    if (was_determined && (model->rests || !model->in_range)) { /* last instant at which the torque determined it */
+    /* last instant at which the torque determined it; in co-simulation that is the end of the last step */
+    if (model->continuous && was_determined && (model->rests || !model->in_range)) {
         model->held = model->estimate;
         model->holds = true;
     }
