@@ -46,7 +46,7 @@ def expected_outputs(
     """Outputs of the FMU without presliding after a step with this input, from the map."""
     state, speed = nut_map.evaluate(**row), row["speed"]
     coulomb = coulomb_friction(state.coulomb_torque, speed, STEP, 0.0, regularization_speed, 0.0, 0.0)
-    outputs = friction_outputs(state, speed, coulomb)
+    outputs = friction_outputs(state, speed, coulomb) | {"range_margin": nut_map.range_margin(**row)}
     return {v.name: outputs[v.name] for v in FRICTION.variables(nut_map.header) if v.causality == "output"}
 
 

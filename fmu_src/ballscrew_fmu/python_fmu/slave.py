@@ -52,7 +52,9 @@ class BallScrewFrictionBase(MapSlave):
             nut = self._map.evaluate_point(*point)
         speed, *bristle = self._standstill(values)
         coulomb = coulomb_friction(nut.coulomb_torque, speed, step, self._deflection, *bristle)
-        self._set_outputs(friction_outputs(nut, speed, coulomb))
+        outputs = friction_outputs(nut, speed, coulomb)
+        outputs["range_margin"] = self._map.range_margin(*point[: len(POINT)])
+        self._set_outputs(outputs)
         self._deflection = coulomb.deflection
         if nut.clamped:
             self._warn(nut.clamped)

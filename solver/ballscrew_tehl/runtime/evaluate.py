@@ -222,6 +222,23 @@ class NutMap:
         first, second = self._nut_point(relieved, *nuts), self._nut_point(loaded, *nuts)
         return double_nut(first, second, roughness, not clamped, tuple(clamped), FLOATS)
 
+    def range_margin(self, preload: float, speed: float, temperature: float, axial_load: float) -> float:
+        """Least distance from the limits of preload, speed, temperature and force of the loaded nut.
+
+        Each as a share of the length of its axis, negative outside. The caller has checked the arguments, as for
+        evaluate_point.
+        """
+        highest, hottest, fastest = self.force.hi, self.temperature.hi, self.speed.hi
+        margin = min(
+            min(preload - self.preload.lo, highest - preload) / (highest - self.preload.lo),
+            min(temperature - self.temperature.lo, hottest - temperature) / (hottest - self.temperature.lo),
+            (fastest - abs(speed)) / fastest,
+        )
+        if axial_load == 0.0:
+            return margin
+        _, loaded = self._forces_point(min(max(preload, 0.0), highest), axial_load)
+        return min(margin, (highest - loaded) / highest)
+
     def _nut_point(
         self,
         force: float,

@@ -145,7 +145,9 @@ double model_get(Model *model, int reference)
     if (reference == IN_RANGE) {
         return in_range(model);
     }
-    if (variable->causality == CAUSALITY_INDICATOR) {
+    if (reference == RANGE_MARGIN) {
+        model->value[RANGE_MARGIN] = margin_of_inputs(model->map, model->latched);
+    } else if (variable->causality == CAUSALITY_INDICATOR) {
         model_indicators(model);
     } else if (variable->causality == CAUSALITY_OUTPUT && variable->needs == NEEDS_FILMS) {
         if (!model->films_known) {
