@@ -12,7 +12,8 @@ Table = Callable[[Mapping[str, Any]], tuple[Variable, ...]]
 class Terminal(NamedTuple):
     """Variables that are connected together. Members: variable, member name as in Modelica, kind.
 
-    A flow (torque, heat) is an inflow if positive values enter the FMU, else an outflow; the sum over a connection is 0.
+    A flow (torque, heat) is an inflow if positive values enter the FMU, else an outflow. The flows of a connection add
+    up to 0.
     """
 
     name: str

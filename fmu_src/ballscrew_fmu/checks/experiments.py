@@ -32,15 +32,17 @@ def run_experiments(fmu: Path | str) -> dict[str, float]:
 
 def _run_all(folder: Path) -> dict[str, float]:
     place = folder / FOLDER
-    differences = {}
-    for related in _parsed(place / MANIFEST).iter("Related"):
-        source = related.get("source", "")
+    listed = {node.get("source", ""): node for node in _parsed(place / MANIFEST).iter("Related")}
+    for source, related in listed.items():
         if hashlib.sha3_256(_content(place / source)).hexdigest() != related.get("checksum"):
             raise CheckError(f"{source}: not the file of the manifest, its checksum differs")
-        if related.get("type") == EXPERIMENT_TYPE:
-            for experiment in _parsed(place / source).iter("Experiment"):
-                differences[experiment.get("name", "")] = _run(folder, place, experiment)
-    return differences
+    experiments = [
+        experiment
+        for source, related in listed.items()
+        if related.get("type") == EXPERIMENT_TYPE
+        for experiment in _parsed(place / source).iter("Experiment")
+    ]
+    return {experiment.get("name", ""): _run(folder, place, experiment) for experiment in experiments}
 
 
 def _run(folder: Path, place: Path, experiment: ElementTree.Element) -> float:

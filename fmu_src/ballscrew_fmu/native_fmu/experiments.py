@@ -30,7 +30,7 @@ class Reference(NamedTuple):
     step: float  # [s]
     inputs: Sequence[Mapping[str, Any]]
     outputs: Sequence[Mapping[str, Any]]
-    parameters: Mapping[str, float] = {}  # noqa: RUF012 (constant) set before initialization
+    parameters: Mapping[str, float] = {}  # set before initialization
 
 
 def reference_files(reference: Reference, model: FmuModel = FRICTION) -> dict[str, bytes]:
@@ -53,7 +53,12 @@ def reference_files(reference: Reference, model: FmuModel = FRICTION) -> dict[st
         experiment = _experiment(f"{name}_{kind}", about, reference, len(rows[0]))
         related[f"{name}_{kind}.exp"] = (EXPERIMENT_TYPE, f"experiment/{role}", about, experiment)
         related[f"{name}_{kind}_in.csv"] = ("text/csv", "other", f"{held}; {kind}", files["in"])
-        related[f"{name}_{kind}_out.csv"] = ("text/csv", "result", f"Outputs at the ends of steps; {kind}", files["out"])
+        related[f"{name}_{kind}_out.csv"] = (
+            "text/csv",
+            "result",
+            f"Outputs after the steps; {kind}",
+            files["out"],
+        )
     return {MANIFEST: _manifest(related)} | {file: content for file, (*_, content) in related.items()}
 
 

@@ -68,9 +68,7 @@ def native_files(
     documentation = native_documentation(header, fmi_version, built_for, validation, model)
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     if reference is not None:
-        files |= {
-            f"{FOLDER}/{name}": text for name, text in reference_files(reference, model).items()
-        }
+        files |= {f"{FOLDER}/{name}": text for name, text in reference_files(reference, model).items()}
 
     def complete(token: str) -> tuple[dict[str, bytes], dict[str, bytes]]:
         """All sources; the files of the FMU among them, with the descriptions."""

@@ -173,7 +173,9 @@ def test_events_without_early_return_are_handled_within_the_step():
                     early.call("EnterStepMode")
             assert whole.step_to_event(n * STEP, STEP) == (False, False, n * STEP + STEP)
             expected = early.get("presliding_deflection", "viscous_torque")
-            assert whole.get("presliding_deflection", "viscous_torque") == pytest.approx(expected, rel=1e-11, abs=1e-15)
+            assert whole.get("presliding_deflection", "viscous_torque") == pytest.approx(
+                expected, rel=1e-11, abs=1e-15
+            )
             assert whole.get("power_loss")[0] * STEP == pytest.approx(heat, rel=1e-10, abs=1e-15)
             assert whole.in_range() == early.in_range()
         assert inside >= 5
@@ -266,7 +268,13 @@ def test_the_monitor_reports_motion_and_range():
         assert one.update()[0] == OK
         assert one.call("EnterStepMode") == OK
         found, time = [], 0.0
-        for values in ({"speed": 21.0}, {"speed": 0.0}, {"speed": 0.0}, {"speed": 30.0}, {"temperature": 400.0}):
+        for values in (
+            {"speed": 21.0},
+            {"speed": 0.0},
+            {"speed": 0.0},
+            {"speed": 30.0},
+            {"temperature": 400.0},
+        ):
             for fmu in (one, plain):
                 put(fmu, **values)
             event, early, reached = one.step_to_event(time, STEP)
@@ -330,7 +338,9 @@ def test_inputs_of_intermediate_updates_are_those_of_shorter_steps():
             assert one.get("power_loss")[0] * STEP == pytest.approx(heat, rel=1e-9, abs=1e-15)
     times = [call[0] for call in updates.calls]
     assert times[:8] == [STEP * k / 8 for k in range(1, 9)]
-    assert {call[1:] for call in updates.calls[:7]} == {(True, True, True, False)}  # early return is not allowed
+    assert {call[1:] for call in updates.calls[:7]} == {
+        (True, True, True, False)
+    }  # early return is not allowed
     assert updates.calls[7][1:] == (False, True, True, False)
 
 

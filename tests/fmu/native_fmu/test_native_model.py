@@ -95,7 +95,8 @@ def test_model_is_the_map(model, nut_map):
 
 
 @pytest.mark.parametrize(
-    "beyond", [{"axial_load": 2e4}, {"axial_load": -2e4}, {"preload": 2e4}, {"speed": -1e3}, {"temperature": 200.0}]
+    "beyond",
+    [{"axial_load": 2e4}, {"axial_load": -2e4}, {"preload": 2e4}, {"speed": -1e3}, {"temperature": 200.0}],
 )
 def test_in_range_changes_at_events_for_each_input(model, beyond):
     inside = {"preload": 3000.0, "speed": 20.0, "temperature": 310.0, "axial_load": 0.0}

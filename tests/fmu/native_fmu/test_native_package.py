@@ -1,6 +1,7 @@
 """Packing the native FMUs: members, reproducible bytes, libraries for five platforms, clear errors."""
 
 import importlib.util
+import io
 import os
 import re
 import shutil
@@ -313,7 +314,11 @@ def test_a_missing_header_is_one_line(synthetic_nut_map, monkeypatch, tmp_path):
         ("sources/buildDescription.xml", b'name="map.c"', b'name="maps.c"'),
         ("terminalsAndIcons/terminalsAndIcons.xml", b'variableName="speed"', b'variableName="w"'),
         ("extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml", b"beta.1", b"alpha.1"),
-        (f"extra/org.fmi-standard.fmi-ls-ref/{NATIVE_NAME}_validation_out.csv", b"friction_torque", b"torque"),
+        (
+            f"extra/org.fmi-standard.fmi-ls-ref/{NATIVE_NAME}_validation_out.csv",
+            b"friction_torque",
+            b"torque",
+        ),
         ("documentation/index.html", b'src="plot.png"', b'src="plots.png"'),
     ],
 )

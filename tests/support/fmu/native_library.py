@@ -126,7 +126,15 @@ class NativeInstance:
                 make = self.library.fmi3InstantiateCoSimulation
                 wanted = (c_uint * len(intermediate))(*intermediate)
                 self._update = fmi3IntermediateUpdateCallback(update or 0)
-                more = (event_mode, early_return, wanted, c_size_t(len(intermediate)), None, self._log, self._update)
+                more = (
+                    event_mode,
+                    early_return,
+                    wanted,
+                    c_size_t(len(intermediate)),
+                    None,
+                    self._log,
+                    self._update,
+                )
             elif kind == ME:
                 make, more = self.library.fmi3InstantiateModelExchange, (None, self._log)
             else:
