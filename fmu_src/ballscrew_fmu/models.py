@@ -74,7 +74,7 @@ MONITOR = FmuModel(
     "ballscrew_fmu.python_fmu.monitor_slave",
     refines=False,
     layer="monitor",
-    derivatives=False,
+    derivatives=True,
     terminals=(
         Terminal(
             "shaft",

@@ -274,3 +274,89 @@ void model_set_mean_power(Model *model, double mean)
     (void)model;
     (void)mean;
 }
+
+/* --- derivatives ------------------------------------------------------------------------------------------------- */
+
+#define DIFFERENCE 1e-4 /* relative change of the inputs in the difference of sensitivities */
+
+static Along motion_along(const Model *model, const double direction[VARIABLE_COUNT])
+{
+    const double speed = model->latched[SPEED];
+    const bool moves = fabs(speed) > model->latched[SPEED_MIN];
+    const Along out = {motion(model), moves ? with_sign_of(direction[SPEED], speed) : direction[SPEED_MIN]};
+    return out;
+}
+
+/* Preload of the outputs. By the torque it is the solution of torque(preload, inputs) = measured torque, so its
+   derivative is that of an implicit function; held, at rest or where the torque does not determine it, it is constant. */
+static Along preload_along(Model *model, const double direction[VARIABLE_COUNT], Along speed)
+{
+    Along out = {model->value[PRELOAD], 0.0};
+    Estimate found;
+
+    if (at_rest(model)) {
+        out.slope = model->holds ? 0.0 : direction[INITIAL_PRELOAD];
+        return out;
+    }
+    preload_of_torque(model->map, model->latched, speed.value, torque_along_motion(model), &found);
+    if (found.found && found.slope > 0.0) {
+        const double torque = with_sign_of(direction[TORQUE], model->latched[SPEED]);
+        out.slope = (torque - torque_along(model->map, model->latched, direction, speed, out).slope) / found.slope;
+    }
+    return out;
+}
+
+/* Derivative of the exact sensitivity, by a central difference along the direction. */
+static double sensitivity_slope(const Model *model, const double direction[VARIABLE_COUNT], Along speed, Along preload)
+{
+    double at[VARIABLE_COUNT], sensitivity[2], size = fabs(preload.slope) / greater(preload.value, 1.0), h;
+
+    size += fabs(speed.slope) / greater(speed.value, 1e-3);
+    for (int i = 0; i < VARIABLE_COUNT; ++i) {
+        if (i != TORQUE && i != SPEED && i != SPEED_MIN) {
+            size += fabs(direction[i]) / greater(fabs(model->latched[i]), model_variables[i].nominal);
+        }
+    }
+    if (!(size > 0.0)) {
+        return 0.0;
+    }
+    h = DIFFERENCE / size;
+    for (int side = 0; side < 2; ++side) {
+        const double step = side == 0 ? -h : h, highest = model->map->force.hi;
+        Estimate end;
+        for (int i = 0; i < VARIABLE_COUNT; ++i) {
+            at[i] = model->latched[i] + step * direction[i];
+        }
+        torque_of_preload(model->map, at, speed.value + step * speed.slope,
+                          lesser(preload.value + step * preload.slope, highest), &end);
+        sensitivity[side] = greater(end.slope, 0.0);
+    }
+    return (sensitivity[1] - sensitivity[0]) / (2.0 * h);
+}
+
+void model_directional_derivative(Model *model, const int unknowns[], size_t unknown_count, const int knowns[],
+                                  size_t known_count, const double seed[], double sensitivity[])
+{
+    double direction[VARIABLE_COUNT] = {0.0}, slopes[VARIABLE_COUNT] = {0.0};
+    const double *at = model->latched;
+    Along speed, preload;
+    double steep;
+
+    for (size_t k = 0; k < known_count; ++k) {
+        direction[knowns[k]] += seed[k];
+    }
+    compute(model);
+    speed = motion_along(model, direction);
+    preload = preload_along(model, direction, speed);
+    steep = model->value[TORQUE_SENSITIVITY];
+    slopes[PRELOAD] = preload.slope;
+    slopes[TORQUE_SENSITIVITY] = steep > 0.0 ? sensitivity_slope(model, direction, speed, preload) : 0.0;
+    if (at[TORQUE_UNCERTAINTY] < steep * model->map->force.hi) {
+        slopes[PRELOAD_HALF_WIDTH] =
+            (direction[TORQUE_UNCERTAINTY] - model->value[PRELOAD_HALF_WIDTH] * slopes[TORQUE_SENSITIVITY]) / steep;
+    }
+    slopes[LAMBDA_RATIO] = lambda_ratio_along(model->map, at, direction, preload).slope;
+    for (size_t i = 0; i < unknown_count; ++i) {
+        sensitivity[i] = slopes[unknowns[i]];
+    }
+}
