@@ -111,18 +111,20 @@ MODEL_EXCHANGE = part(
 )
 EVENT_MODE = part(
     "Co-simulation with event mode",
-    "With eventModeUsed the modes change at events only, as in model exchange. If early return is allowed, a step ends at "
-    "the event with eventHandlingNeeded. The start of slip is located by its closed form at constant inputs. The other "
-    "events are those of new inputs: the next step returns at its start unless event mode was entered for them. An event "
-    "that is not handled by the importer is handled by the next step; without early return it is handled within the step.",
-    "With an intermediate update callback each step has eight equal parts. After a part, outputs may be read, inputs of "
-    "the next part may be set, and an early return may be requested. power_loss is then the mean of the whole step.",
+    "With eventModeUsed the modes change at events only, as in model exchange. If early return is allowed, a step "
+    "ends at the event with eventHandlingNeeded. The start of slip is located by its closed form at constant "
+    "inputs. The other events are those of new inputs: the next step returns at its start unless event mode was "
+    "entered for them. An event that is not handled by the importer is handled by the next step; without early "
+    "return it is handled within the step.",
+    "With an intermediate update callback each step has eight equal parts. After a part, outputs may be read, "
+    "inputs of the next part may be set, and an early return may be requested. power_loss is then the mean of the "
+    "whole step.",
 )
 TERMINALS = part(
     "Terminals",
-    "shaft: speed (w) and friction_torque (tau, an inflow: the torque that the shaft gives to friction). It has no angle, "
-    "so it is not a Modelica flange: apply the torque to a flange with a torque source of opposite sign. heat: "
-    "temperature (T) and power_loss (Q_flow, an outflow).",
+    "shaft: speed (w) and friction_torque (tau, an inflow: the torque that the shaft gives to friction). It has "
+    "no angle, so it is not a Modelica flange: apply the torque to a flange with a torque source of opposite "
+    "sign. heat: temperature (T) and power_loss (Q_flow, an outflow).",
 )
 
 
