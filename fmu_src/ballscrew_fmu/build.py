@@ -7,12 +7,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ballscrew_fmu.checks.check import check, recovered_preload, torque_tables
+from ballscrew_fmu.checks.experiments import run_experiments
 from ballscrew_fmu.checks.reference import STEP, reference_results
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
 from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, FmuModel
 from ballscrew_fmu.native_fmu import compile as native_compile
-from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu, native_file_name
+from ballscrew_fmu.native_fmu.experiments import Reference
+from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.pages.validation import validation_report
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.cli.common import chosen_of
@@ -98,7 +100,9 @@ def _build_native(
             nut_map, version, target, reference, report, platforms, model=model, embed_map=embed_map
         ).path
         advance(f"checking {model.name}, FMI {version}")
-        built.append((fmu, _checked(fmu, parameters, nut_map, kind, model)))
+        line = _checked(fmu, parameters, nut_map, kind, model)
+        worst = max(run_experiments(fmu).values())
+        built.append((fmu, f"{line}; reference experiments: largest difference {worst:.1e}"))
     return built
 
 

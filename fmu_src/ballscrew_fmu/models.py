@@ -9,6 +9,19 @@ from ballscrew_fmu.variables.monitor import monitor_variables, native_monitor_va
 Table = Callable[[Mapping[str, Any]], tuple[Variable, ...]]
 
 
+class Terminal(NamedTuple):
+    """Variables that are connected together. Members: variable, member name as in Modelica, kind.
+
+    A flow (torque, heat) is an inflow if positive values enter the FMU, else an outflow. The flows of a connection add
+    up to 0.
+    """
+
+    name: str
+    kind: str
+    description: str
+    members: tuple[tuple[str, str, str], ...]
+
+
 class FmuModel(NamedTuple):
     """One model, as an FMU for Python hosts and as native FMUs."""
 
@@ -20,7 +33,7 @@ class FmuModel(NamedTuple):
     refines: bool  # the FMU contains the contact solver
     layer: str  # folder of the model in native/models
     derivatives: bool  # directional and adjoint derivatives
-    terminal: tuple[str, str, tuple[str, ...]] | None = None  # name, description, variables
+    terminals: tuple[Terminal, ...] = ()
 
     @property
     def native_name(self) -> str:
@@ -37,11 +50,20 @@ FRICTION = FmuModel(
     refines=True,
     layer="friction",
     derivatives=True,
-    terminal=(
-        "shaft",
-        "Shaft of the screw: speed as input, friction torque as output, acting against the speed. "
-        "Without an angle, so not a Modelica flange",
-        ("speed", "friction_torque"),
+    terminals=(
+        Terminal(
+            "shaft",
+            "shaft",
+            "Shaft of the screw: speed in, torque that the shaft gives to friction. "
+            "With a speed instead of an angle, so not a Modelica flange",
+            (("speed", "w", "signal"), ("friction_torque", "tau", "inflow")),
+        ),
+        Terminal(
+            "heat",
+            "heat",
+            "Heat port: temperature of the oil in, dissipated power out",
+            (("temperature", "T", "signal"), ("power_loss", "Q_flow", "outflow")),
+        ),
     ),
 )
 MONITOR = FmuModel(
@@ -52,6 +74,24 @@ MONITOR = FmuModel(
     "ballscrew_fmu.python_fmu.monitor_slave",
     refines=False,
     layer="monitor",
-    derivatives=False,
+    derivatives=True,
+    terminals=(
+        Terminal(
+            "shaft",
+            "shaft_measurement",
+            "Measured speed and friction torque of the shaft",
+            (("speed", "w", "signal"), ("torque", "tau", "signal")),
+        ),
+        Terminal(
+            "estimate",
+            "preload_estimate",
+            "Preload with its half-width, and whether the torque determines it",
+            (
+                ("preload", "preload", "signal"),
+                ("preload_half_width", "half_width", "signal"),
+                ("in_range", "in_range", "signal"),
+            ),
+        ),
+    ),
 )
 MODELS = (FRICTION, MONITOR)

@@ -136,6 +136,31 @@ def test_below_the_force_axis_the_power_laws_of_hertz_hold(nut_map):
     assert low.clamped == ("preload",)
 
 
+def test_range_margin_is_the_least_distance_from_the_limits(nut_map):
+    """Against the closed form of the forces; its sign is in_range."""
+    axes, rng = nut_map.header["axes"], np.random.default_rng(7)
+    (low, _), (_, highest) = axes["preload"][:2], axes["force"][:2]
+    cold, hot, fastest = *axes["temperature"][:2], axes["speed"][1]
+    signs = set()
+    for n in range(400):
+        preload, speed = rng.uniform(0.5 * low, 1.05 * highest), rng.uniform(-1.05, 1.05) * fastest
+        temperature = rng.uniform(cold - 3.0, hot + 3.0)
+        axial_load = 0.0 if n % 3 == 0 else rng.normal() * 0.5 * highest
+        expected = [
+            (preload - low) / (highest - low), (highest - preload) / (highest - low),
+            (temperature - cold) / (hot - cold), (hot - temperature) / (hot - cold), 1.0 - abs(speed) / fastest,
+        ]  # fmt: skip
+        if axial_load and preload <= highest:
+            expected.append(1.0 - forces(preload, axial_load)[1] / highest)
+        elif axial_load:
+            continue  # the force is that at the clamped preload
+        margin = nut_map.range_margin(preload, speed, temperature, axial_load)
+        assert margin == pytest.approx(min(expected), rel=2e-3, abs=1e-6)  # splines of the forces
+        assert (margin >= 0.0) == nut_map.evaluate(preload, speed, temperature, axial_load).in_range
+        signs.add(margin >= 0.0)
+    assert signs == {True, False}
+
+
 def test_torque_is_in_range_and_continuous_where_a_nut_separates(nut_map):
     separation = 2000.0 * float(synthetic_map.separation_ratio(2000.0)[0])
     before, after = (nut_map.evaluate(2000.0, 30.0, T, separation * (1.0 + e)) for e in (-1e-9, 1e-9))

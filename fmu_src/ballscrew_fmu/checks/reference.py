@@ -73,7 +73,7 @@ def presliding_outputs(
 def _outputs(
     nut_map: NutMap, state: DoubleNutState, row: Mapping[str, float], coulomb: CoulombFriction
 ) -> dict[str, Any]:
-    outputs = friction_outputs(state, row["speed"], coulomb)
+    outputs = friction_outputs(state, row["speed"], coulomb) | {"range_margin": nut_map.range_margin(**row)}
     return {v.name: outputs[v.name] for v in FRICTION.variables(nut_map.header) if v.causality == "output"}
 
 

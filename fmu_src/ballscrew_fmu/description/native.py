@@ -57,10 +57,10 @@ CAPABILITIES: Mapping[int, Mapping[str, Mapping[str, str]]] = {  # by FMI versio
             **_FMI3,
             "canHandleVariableCommunicationStepSize": "true",
             "maxOutputDerivativeOrder": "0",
-            "providesIntermediateUpdate": "false",
-            "mightReturnEarlyFromDoStep": "false",
-            "canReturnEarlyAfterIntermediateUpdate": "false",
-            "hasEventMode": "false",
+            "providesIntermediateUpdate": "true",
+            "mightReturnEarlyFromDoStep": "true",
+            "canReturnEarlyAfterIntermediateUpdate": "true",
+            "hasEventMode": "true",
             "providesEvaluateDiscreteStates": "false",
         },
     },
@@ -70,7 +70,6 @@ _DERIVATIVES = (
     "providesDirectionalDerivatives",
     "providesAdjointDerivatives",
 )
-TERMINAL_KIND = "org.ballscrew-tehl.shaft"
 TERMINALS = """\
 <?xml version="1.0" encoding="UTF-8"?>
 <fmiTerminalsAndIcons fmiVersion="3.0">
@@ -81,13 +80,11 @@ TERMINALS = """\
 {terminals}</fmiTerminalsAndIcons>
 """
 TERMINAL = """\
-  <Terminals>
-    <Terminal name="{name}" matchingRule="plug" terminalKind="{kind}" description="{description}">
+    <Terminal name="{name}" matchingRule="plug" terminalKind="org.ballscrew-tehl.{kind}" description="{description}">
 {members}
     </Terminal>
-  </Terminals>
 """
-MEMBER = '      <TerminalMemberVariable variableName="{name}" memberName="{name}" variableKind="signal" />'
+MEMBER = '      <TerminalMemberVariable variableName="{0}" memberName="{1}" variableKind="{2}" />'
 
 
 def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]:
@@ -166,12 +163,16 @@ def build_description(sources: Sequence[str], model: FmuModel = FRICTION) -> byt
 
 def terminals(model: FmuModel = FRICTION) -> bytes:
     """terminalsAndIcons/terminalsAndIcons.xml of FMI 3.0, used in FMI 2.0 too (from 2.0.4 on)."""
-    shown = ""
-    if model.terminal is not None:
-        name, description, variables = model.terminal
-        members = "\n".join(MEMBER.format(name=variable) for variable in variables)
-        shown = TERMINAL.format(name=name, kind=TERMINAL_KIND, description=description, members=members)
-    return TERMINALS.format(terminals=shown).encode()
+    shown = "".join(
+        TERMINAL.format(
+            name=terminal.name,
+            kind=terminal.kind,
+            description=terminal.description,
+            members="\n".join(MEMBER.format(*member) for member in terminal.members),
+        )
+        for terminal in model.terminals
+    )
+    return TERMINALS.format(terminals=f"  <Terminals>\n{shown}  </Terminals>\n" if shown else "").encode()
 
 
 def _serialized(root: Element) -> bytes:
@@ -212,6 +213,8 @@ def _fmi3_variables(parent: Element, variables: Sequence[Variable]) -> None:
             node.set("initial", "exact")
         elif v.causality != "independent":
             node.set("initial", "calculated")
+        if v.causality in ("input", "output"):
+            node.set("intermediateUpdate", "true")
         if v.unit is None:
             if v.start is not None:
                 node.set("start", str(bool(v.start)).lower())

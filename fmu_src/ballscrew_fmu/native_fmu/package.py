@@ -4,13 +4,10 @@ Same map, code and ziglang give the same bytes. The token in description and lib
 and of the sources and options that the libraries are compiled from.
 """
 
-import csv
 import hashlib
-import io
 import uuid
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
 
 from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, write_fmu
 from ballscrew_fmu.description.native import build_description, native_description, terminals
@@ -22,6 +19,7 @@ from ballscrew_fmu.native_fmu.compile import (
     find_compiler,
     universal_library,
 )
+from ballscrew_fmu.native_fmu.experiments import FOLDER, Reference, reference_files
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
 from ballscrew_fmu.native_fmu.sources import NATIVE_NAME as NATIVE_NAME
 from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
@@ -38,27 +36,6 @@ FMI2_FOLDERS = {
     "aarch64-darwin": "aarch64-darwin",
 }  # in addition darwin64, a universal library
 UNIVERSAL = ("x86_64-darwin", "aarch64-darwin")
-REFERENCE_FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
-REFERENCE_MANIFEST = """\
-<?xml version="1.0" encoding="UTF-8"?>
-<fmiReferences xmlns:fmi-ls="http://fmi-standard.org/fmi-ls-manifest"
-    fmi-ls:fmi-ls-name="org.fmi-standard.fmi-ls-ref"
-    fmi-ls:fmi-ls-version="1.0.0-alpha.1"
-    fmi-ls:fmi-ls-description="Layered Standard providing information on related files included in an FMU.">
-  <Related type="text/csv" source="{name}_in.csv" role="other"
-      description="Inputs, each held from its time to the next, co-simulation with steps of {step:g} s"/>
-  <Related type="text/csv" source="{name}_out.csv" role="result"
-      description="Outputs at the ends of these steps, computed from the map in Python"/>
-</fmiReferences>
-"""
-
-
-class Reference(NamedTuple):
-    """Inputs, held over equal steps from time 0, and outputs at the end of each step."""
-
-    step: float  # [s]
-    inputs: Sequence[Mapping[str, Any]]
-    outputs: Sequence[Mapping[str, Any]]
 
 
 def native_files(
@@ -93,9 +70,7 @@ def native_files(
     documentation = native_documentation(header, fmi_version, built_for, validation, model, embed_map)
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     if reference is not None:
-        files |= {
-            f"{REFERENCE_FOLDER}/{name}": text for name, text in reference_files(reference, model).items()
-        }
+        files |= {f"{FOLDER}/{name}": text for name, text in reference_files(reference, model).items()}
 
     def complete(token: str) -> tuple[dict[str, bytes], dict[str, bytes]]:
         """All sources; the files of the FMU among them, with the descriptions."""
@@ -126,22 +101,6 @@ def _binaries(libraries: Mapping[str, bytes], fmi_version: int, name: str) -> di
         f"binaries/{folder}/{name}{PLATFORMS[platform].suffix}": content
         for folder, (platform, content) in placed.items()
     }
-
-
-def reference_files(reference: Reference, model: FmuModel = FRICTION) -> dict[str, bytes]:
-    """Manifest, inputs and outputs as in the layered standard FMI-LS-REF, numbers with all digits."""
-    texts = {"fmi-ls-manifest.xml": REFERENCE_MANIFEST.format(name=model.native_name, step=reference.step)}
-    for name, rows, shift in (("in", reference.inputs, 0), ("out", reference.outputs, 1)):
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(["time", *rows[0]])
-        for n, row in enumerate(rows):
-            time = round((n + shift) * reference.step, 12)
-            writer.writerow(
-                [repr(time)] + [str(int(v)) if isinstance(v, bool) else repr(float(v)) for v in row.values()]
-            )
-        texts[f"{model.native_name}_{name}.csv"] = out.getvalue()
-    return {name: text.encode() for name, text in texts.items()}
 
 
 def native_file_name(fmi_version: int, model: FmuModel = FRICTION) -> str:

@@ -22,7 +22,9 @@ MODEL_EXCHANGE = part(
     "Model exchange",
     "No continuous state. Rest and in_range change at events only, with hysteresis. motion_indicator crosses 0 where "
     "the speed crosses speed_min, in_range_indicator where the preload or an input leaves the map. The preload is "
-    "stored at the event at which the motion ends or the range is left. No directional derivatives.",
+    "stored at the event at which the motion ends or the range is left.",
+    "Directional derivatives: the preload is differentiated as an implicit function of the measured torque, so its "
+    "derivative is exact. That of torque_sensitivity, and with it of preload_half_width, is a difference quotient.",
 )
 
 

@@ -47,7 +47,8 @@ ZERO_STEP = {
 DERIVATIVES = "Directional derivatives are those at the end of the last step."
 SOURCES = part(
     "Reference results and sources",
-    "extra/org.fmi-standard.fmi-ls-ref contains an input sequence and the outputs of the map for it. sources contains "
+    "extra/org.fmi-standard.fmi-ls-ref contains a smoke test and a validation: parameters, inputs, and the outputs of "
+    "the map for them. They can be run again from the manifest, which has the checksum of each file. sources contains "
     "all C code. Compile it as C99 with the FMI headers of your version and link the mathematics library. Without "
     "-ffp-contract=off results may differ in the last digits.",
     "To link several FMUs into one program, define FMI2_FUNCTION_PREFIX or FMI3_FUNCTION_PREFIX when you compile each "
@@ -123,10 +124,22 @@ MODEL_EXCHANGE = part(
     "the deflection that it began to slip with. in_range_indicator crosses 0 where an input leaves the map or returns. "
     "Both have hysteresis, so that an event does not repeat at once. The tanh law needs no event.",
 )
-TERMINAL = part(
-    "Terminal",
-    "shaft: speed (input) and friction_torque (output, against the speed). It has no angle, so it is not a Modelica "
-    "flange: apply the torque to a flange with a torque source of opposite sign.",
+EVENT_MODE = part(
+    "Co-simulation with event mode",
+    "With eventModeUsed the modes change at events only, as in model exchange. If early return is allowed, a step "
+    "ends at the event with eventHandlingNeeded. The start of slip is located by its closed form at constant "
+    "inputs. The other events are those of new inputs: the next step returns at its start unless event mode was "
+    "entered for them. An event that is not handled by the importer is handled by the next step; without early "
+    "return it is handled within the step.",
+    "With an intermediate update callback each step has eight equal parts. After a part, outputs may be read, "
+    "inputs of the next part may be set, and an early return may be requested. power_loss is then the mean of the "
+    "whole step.",
+)
+TERMINALS = part(
+    "Terminals",
+    "shaft: speed (w) and friction_torque (tau, an inflow: the torque that the shaft gives to friction). It has "
+    "no angle, so it is not a Modelica flange: apply the torque to a flange with a torque source of opposite "
+    "sign. heat: temperature (T) and power_loss (Q_flow, an outflow).",
 )
 
 
@@ -167,7 +180,8 @@ def native_documentation(
             part("Co-simulation", f"{friction.STEP} {ZERO_STEP[fmi_version]} {DERIVATIVES}"),
             standstill_part(header),
             MODEL_EXCHANGE,
-            TERMINAL,
+            *([EVENT_MODE] if fmi_version == 3 else []),
+            TERMINALS,
         ]
     else:
         lead = [ICON, paragraph(monitor.LEAD, friction.friction_law(header), host)]

@@ -66,7 +66,9 @@ class BallScrewFrictionBase(MapSlave):
             coulomb = regularised_friction(
                 nut.coulomb_torque, speed, step, regularization_speed, self._bristle
             )
-        self._set_outputs(friction_outputs(nut, speed, coulomb))
+        outputs = friction_outputs(nut, speed, coulomb)
+        outputs["range_margin"] = self._map.range_margin(*point[: len(POINT)])
+        self._set_outputs(outputs)
         self._bristle = coulomb.bristle
         if nut.clamped:
             self._warn(nut.clamped)

@@ -248,6 +248,12 @@ OUTPUTS = (
     Variable(
         "in_range", "output", "False while an input is outside the map and clamped", depends_on=_ALL
     ),
+    Variable(
+        "range_margin", "output",
+        "Least distance of preload, speed, temperature and force of the loaded nut from the limits of the map, as a "
+        "share of the length of the axis. Negative outside",
+        "1", nominal=0.1, depends_on=_ALL,
+    ),
 )  # fmt: skip
 PARAMETERS = (
     Variable(

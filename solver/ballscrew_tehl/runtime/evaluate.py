@@ -250,6 +250,23 @@ class NutMap:
         sliding *= net * max(breakaway, 1.0) * f
         return bristle_stiffness(force, hysteresis * f * f ** (1.0 / 3.0), sliding, self.presliding_angle)
 
+    def range_margin(self, preload: float, speed: float, temperature: float, axial_load: float) -> float:
+        """Least distance from the limits of preload, speed, temperature and force of the loaded nut.
+
+        Each as a share of the length of its axis, negative outside. The caller has checked the arguments, as for
+        evaluate_point.
+        """
+        highest, hottest, fastest = self.force.hi, self.temperature.hi, self.speed.hi
+        margin = min(
+            min(preload - self.preload.lo, highest - preload) / (highest - self.preload.lo),
+            min(temperature - self.temperature.lo, hottest - temperature) / (hottest - self.temperature.lo),
+            (fastest - abs(speed)) / fastest,
+        )
+        if axial_load == 0.0:
+            return margin
+        _, loaded = self._forces_point(min(max(preload, 0.0), highest), axial_load)
+        return min(margin, (highest - loaded) / highest)
+
     def _nut_point(
         self,
         force: float,

@@ -31,6 +31,7 @@ OUTPUTS = {
     "power_loss": "W", "film_thickness_min": "m", "film_thickness_central_screw": "m",
     "film_thickness_central_nut": "m", "film_temperature_rise": "K", "contact_pressure_max": "Pa",
     "ball_load_max": "N", "lambda_ratio": "1", "in_range": None,
+    "range_margin": "1",
 }  # fmt: skip
 PARAMETERS = {
     "apparent_viscosity_ratio": "1", "net_sliding_coefficient": "1", "roughness_height": "m",

@@ -77,12 +77,12 @@ LEGAL = {
         "SetContinuousStates": "c", "GetContinuousStateDerivatives": "nectx", "GetEventIndicators": "nectx",
         "GetContinuousStates": "nectx", "GetNominalsOfContinuousStates": "nectx",
         "GetNumberOfEventIndicators": "inectx", "GetNumberOfContinuousStates": "inectx",
-        "EnterStepMode": "", "GetOutputDerivatives": "stx", "DoStep": "s", "ActivateModelPartition": "",
+        "EnterStepMode": "e", "GetOutputDerivatives": "stx", "DoStep": "s", "ActivateModelPartition": "",
     },
 }  # fmt: skip
 CS_ONLY = {
     "SetRealInputDerivatives", "GetRealOutputDerivatives", "DoStep", "GetStatus", "GetRealStatus",
-    "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus", "GetOutputDerivatives",
+    "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus", "GetOutputDerivatives", "EnterStepMode",
 }  # fmt: skip
 ME_ONLY = {
     "EnterEventMode", "NewDiscreteStates", "UpdateDiscreteStates", "EnterContinuousTimeMode",
@@ -104,7 +104,14 @@ NO_ARGUMENTS = {
 }  # fmt: skip
 
 
-def is_legal(version, name, kind, state):
+# co-simulation with event mode: states, and the calls that differ
+STATES_WITH_EVENTS = "inestx"
+LEGAL_WITH_EVENTS = {"EnterEventMode": "s", "UpdateDiscreteStates": "e"}
+
+
+def is_legal(version, name, kind, state, event_mode=False):
+    if event_mode and name in LEGAL_WITH_EVENTS:
+        return state in LEGAL_WITH_EVENTS[name]
     other = CS_ONLY if kind == ME else ME_ONLY
     return state in LEGAL[version][name] and name not in other
 
@@ -175,21 +182,33 @@ def test_a_call_is_accepted_where_it_is_legal_and_refused_elsewhere(version, nam
     for kind, states in STATES.items():
         for state in states:
             with NativeInstance(version, kind) as one:
-                given = arguments(one, name)
-                one.go_to(state)
-                status = one.call(name, *given)
-                if is_legal(version, name, kind, state):
-                    assert status == UNSUPPORTED.get(name, OK), (kind, state, one.last)
-                    assert not one.last.startswith("called in"), (kind, state)
-                    continue
-                assert status == ERROR, (kind, state)
-                message = one.messages[-1]
-                assert (message.status, message.category) == (ERROR, "logStatusError")
-                assert re.fullmatch(rf"called in .+; legal in .+ \(fmi{version}{name}\)", message.text)
-                # after an error: start again, restore or free
-                assert one.set(speed=1.0) == ERROR
-                assert one.call("Reset") == OK
-                assert one.initialize() == OK
+                check_call(one, name, state, is_legal(version, name, kind, state))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LEGAL[3])
+def test_the_same_in_co_simulation_with_event_mode(name):
+    for state in STATES_WITH_EVENTS:
+        with NativeInstance(3, CS, event_mode=True) as one:
+            check_call(one, name, state, is_legal(3, name, CS, state, event_mode=True))
+
+
+def check_call(one, name, state, legal):
+    given = arguments(one, name)
+    one.go_to(state)
+    status = one.call(name, *given)
+    if legal:
+        assert status == UNSUPPORTED.get(name, OK), (state, one.last)
+        assert not one.last.startswith("called in"), state
+        return
+    assert status == ERROR, state
+    message = one.messages[-1]
+    assert (message.status, message.category) == (ERROR, "logStatusError")
+    assert re.fullmatch(rf"called in .+; legal in .+ \(fmi{one.version}{name}\)", message.text)
+    # after an error: start again, restore or free
+    assert one.set(speed=1.0) == ERROR
+    assert one.call("Reset") == OK
+    assert one.initialize() == OK
 
 
 def test_the_message_names_state_and_legal_states():
@@ -273,11 +292,14 @@ def test_unknown_kinds(version):
         assert "co-simulation or model exchange" in one.last
 
 
-@pytest.mark.parametrize("requested", [{"event_mode": True}, {"intermediate": 1}])
-def test_event_mode_and_intermediate_variables_are_refused(requested):
-    with NativeInstance(3, CS, **requested) as one:
+@pytest.mark.parametrize("reference", [PARAMETERS[0], "presliding_deflection", "time", 4000])
+def test_an_intermediate_variable_is_an_input_or_an_output(reference):
+    wanted = REFERENCES.get(reference, len(VARIABLES) if reference == "time" else reference)
+    with NativeInstance(3, CS, intermediate=(0, wanted)) as one:
         assert one.handle is None
-        assert "not supported" in one.last
+        assert "required intermediate variable 1 is not an input or an output" in one.last
+    with NativeInstance(3, CS, intermediate=(0, REFERENCES["in_range"])) as one:
+        assert one.handle is not None
 
 
 @both_kinds

@@ -90,7 +90,28 @@ def test_model_is_the_map(model, nut_map):
             assert error <= AGREEMENT, (name, i, preload, speed, temperature, axial)
             worst[name] = max(worst[name], error)
         assert bool(model.get("in_range")) == bool(state.in_range[i])
+        margin = nut_map.range_margin(preload, speed, temperature, axial)
+        assert model.get("range_margin") == pytest.approx(margin, rel=AGREEMENT, abs=AGREEMENT)
+        assert (margin >= 0.0) == bool(state.in_range[i])
     assert any(error > 0.0 for error in worst.values())  # C and Python differ by rounding
+
+
+@pytest.mark.parametrize(
+    "beyond",
+    [{"axial_load": 2e4}, {"axial_load": -2e4}, {"preload": 2e4}, {"speed": -1e3}, {"temperature": 200.0}],
+)
+def test_in_range_changes_at_events_for_each_input(model, beyond):
+    inside = {"preload": 3000.0, "speed": 20.0, "temperature": 310.0, "axial_load": 0.0}
+    model.reset(continuous=True)
+    model.latch(**inside)
+    model.initial_event()
+    for values, expected in ((beyond, False), (inside, True)):
+        model.latch(**values)
+        assert bool(model.get("in_range")) is not expected
+        assert (model.get("in_range_indicator") < 0.0) is not expected
+        model.event()
+        assert bool(model.get("in_range")) is expected
+        assert (model.get("range_margin") > 0.0) is expected
 
 
 @pytest.mark.slow
@@ -227,7 +248,7 @@ def random_state(rng, n):
 def test_derivatives_are_those_of_the_outputs(model, continuous):
     """Values of both programs agree; derivatives against central differences of two widths, where these agree."""
     rng = np.random.default_rng(3)
-    outputs = [*TORQUES, *STATE, "presliding_deflection_rate"]
+    outputs = [*TORQUES, *STATE, "range_margin", "presliding_deflection_rate"]
     widths = dict(preload=1.0, speed=1.0, temperature=300.0, axial_load=1.0, presliding_deflection=1.0)
     widths |= dict(net_sliding_coefficient=0.005, apparent_viscosity_ratio=1.0, breakaway_factor=1.0)
     compared = 0

@@ -1,6 +1,5 @@
 """Packing the native FMUs: members, reproducible bytes, libraries for five platforms, clear errors."""
 
-import csv
 import importlib.util
 import io
 import os
@@ -22,10 +21,11 @@ from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
 from ballscrew_fmu.description.native import terminals
+from ballscrew_fmu.models import MONITOR
 from ballscrew_fmu.native_fmu import compile as native_build
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, BuildError, build_libraries, universal_library
 from ballscrew_fmu.native_fmu.map_file import map_bytes
-from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu, native_files, reference_files
+from ballscrew_fmu.native_fmu.package import build_native_fmu, native_files
 from ballscrew_fmu.native_fmu.sources import (
     FMI_HEADERS,
     NATIVE_NAME,
@@ -55,8 +55,11 @@ COMMON = {
     "documentation/licenses/license.txt", "documentation/plot.png", "terminalsAndIcons/terminalsAndIcons.xml",
     "terminalsAndIcons/icon.png", "terminalsAndIcons/icon.svg",
     "extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml",
-    f"extra/org.fmi-standard.fmi-ls-ref/{NATIVE_NAME}_in.csv",
-    f"extra/org.fmi-standard.fmi-ls-ref/{NATIVE_NAME}_out.csv",
+    *(
+        f"extra/org.fmi-standard.fmi-ls-ref/{NATIVE_NAME}_{kind}{ending}"
+        for kind in ("smoke_test", "validation")
+        for ending in (".exp", "_in.csv", "_out.csv")
+    ),
 }  # fmt: skip
 BINARIES = {
     2: {"linux64/.so", "win64/.dll", "darwin64/.dylib", "aarch64-linux/.so", "aarch64-darwin/.dylib"},
@@ -334,28 +337,18 @@ def test_a_missing_header_is_one_line(synthetic_nut_map, monkeypatch, tmp_path):
         native_sources(synthetic_nut_map.header, 2, "")
 
 
-def test_reference_files():
-    reference = Reference(
-        0.1,
-        [{"speed": 1.0 / 3.0}, {"speed": 2.0}],
-        [{"torque": 0.1, "in_range": True}, {"torque": 1e-300, "in_range": False}],
-    )
-    files = {name: text.decode() for name, text in reference_files(reference).items()}
-    inputs = list(csv.reader(io.StringIO(files[f"{NATIVE_NAME}_in.csv"])))
-    outputs = list(csv.reader(io.StringIO(files[f"{NATIVE_NAME}_out.csv"])))
-    assert inputs == [["time", "speed"], ["0.0", repr(1.0 / 3.0)], ["0.1", "2.0"]]
-    assert outputs == [["time", "torque", "in_range"], ["0.1", "0.1", "1"], ["0.2", "1e-300", "0"]]
-    assert 'fmi-ls-version="1.0.0-alpha.1"' in files["fmi-ls-manifest.xml"]
-
-
 @pytest.mark.parametrize(
     ("path", "before", "after"),
     [
         ("sources/variables.c", b'{"speed"', b'{"velocity"'),
         ("sources/buildDescription.xml", b'name="map.c"', b'name="maps.c"'),
         ("terminalsAndIcons/terminalsAndIcons.xml", b'variableName="speed"', b'variableName="w"'),
-        ("extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml", b"alpha.1", b"beta.1"),
-        (f"extra/org.fmi-standard.fmi-ls-ref/{NATIVE_NAME}_out.csv", b"friction_torque", b"torque"),
+        ("extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml", b"beta.1", b"alpha.1"),
+        (
+            f"extra/org.fmi-standard.fmi-ls-ref/{NATIVE_NAME}_validation_out.csv",
+            b"friction_torque",
+            b"torque",
+        ),
         ("documentation/index.html", b'src="plot.png"', b'src="plots.png"'),
     ],
 )
@@ -403,8 +396,14 @@ def test_icon():
 
 def test_terminal():
     text = terminals().decode()
-    assert 'name="shaft"' in text
-    assert re.findall('variableName="([^"]+)"', text) == ["speed", "friction_torque"]
+    assert re.findall('Terminal name="([^"]+)"', text) == ["shaft", "heat"]
+    assert re.findall('variableName="([^"]+)" memberName="([^"]+)" variableKind="([^"]+)"', text) == [
+        ("speed", "w", "signal"),
+        ("friction_torque", "tau", "inflow"),
+        ("temperature", "T", "signal"),
+        ("power_loss", "Q_flow", "outflow"),
+    ]
+    assert re.findall('variableName="([^"]+)"', terminals(MONITOR).decode())[:2] == ["speed", "torque"]
 
 
 def test_hand_written_sources_are_package_data():

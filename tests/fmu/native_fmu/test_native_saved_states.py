@@ -301,13 +301,13 @@ def test_impossible_values_are_refused(version):
         fields = HEAD + 8 + len(TOKEN) + len(NUT_MAP.header["content_hash"])
         time, stop, state, warned, stale = struct.unpack_from("<ddIII", good, fields)
         assert (time, stop, state, warned, stale) == (pytest.approx(2e-3), math.inf, 16, 0, 1)
-        assert struct.unpack_from("<I", good, fields + 28) == (0,)  # all values are valid
-        preload = fields + 32
+        assert struct.unpack_from("<II", good, fields + 28) == (0, 0)  # values are valid, no event is due
+        preload = fields + 36
         assert struct.unpack_from("<d", good, preload) == (1500.0,)
         for place, form, value in (
             (fields, "<d", math.nan), (fields + 8, "<d", math.nan), (fields + 16, "<I", 0),
             (fields + 16, "<I", 3), (fields + 16, "<I", 128), (fields + 20, "<I", 1 << 31),
-            (fields + 24, "<I", 2), (fields + 28, "<I", 2), (preload, "<d", math.nan), (preload, "<d", 1e300),
+            (fields + 24, "<I", 2), (fields + 28, "<I", 2), (fields + 32, "<I", 2), (preload, "<d", math.nan), (preload, "<d", 1e300),
             (preload + 8, "<d", math.inf), (len(good) - 4, "<I", 3),
         ):  # fmt: skip
             bad = bytearray(good)

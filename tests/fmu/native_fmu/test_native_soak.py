@@ -37,6 +37,7 @@ def test_millions_of_steps_allocate_nothing_and_change_no_result(soak):
     report = run(soak, STEPS)
     assert report.count("random steps: 0 allocations, heap +0 bytes") == 2
     assert report.count("equal to the bit") == 2
+    assert report.count("early returns: 0 allocations") == 1
 
 
 def test_an_allocation_in_a_step_is_found(soak):

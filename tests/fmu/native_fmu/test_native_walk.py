@@ -14,7 +14,7 @@ CANNOT = {
     "fmi2SetRealInputDerivatives", "fmi2GetRealOutputDerivatives", "fmi2CancelStep", "fmi2GetStatus",
     "fmi2GetIntegerStatus", "fmi2GetBooleanStatus", "fmi2GetStringStatus", "fmi3EvaluateDiscreteStates",
     "fmi3GetNumberOfVariableDependencies", "fmi3GetVariableDependencies", "fmi3EnterConfigurationMode",
-    "fmi3ExitConfigurationMode", "fmi3EnterStepMode", "fmi3ActivateModelPartition", "fmi3GetOutputDerivatives",
+    "fmi3ExitConfigurationMode", "fmi3ActivateModelPartition", "fmi3GetOutputDerivatives",
 }  # fmt: skip
 
 

@@ -35,6 +35,7 @@ def expected(
         "power_loss": sum(parts) * speed,
         **{name: getattr(state, name) for name in DIRECT},
         "in_range": state.in_range,
+        "range_margin": nut_map.range_margin(preload, speed, temperature, axial_load),
     }
 
 
@@ -189,7 +190,10 @@ def test_unconnected_inputs_are_clamped_and_flagged(unpacked):
 )
 def test_beyond_the_map(instance, synthetic_nut_map, inputs, same_as):
     assert instance.step(**inputs, presliding=False)
-    reference = expected(synthetic_nut_map, **same_as) | {"in_range": False}
+    point = {"preload": 2000.0, "temperature": 303.15, "axial_load": 0.0, **inputs}
+    margin = synthetic_nut_map.range_margin(**point)
+    assert margin < 0.0
+    reference = expected(synthetic_nut_map, **same_as) | {"in_range": False, "range_margin": margin}
     assert instance.outputs() == pytest.approx(reference, rel=1e-12)
 
 

@@ -4,6 +4,7 @@ findings(files) reads the members only; capability_findings(folder) calls the li
 """
 
 import ctypes
+import hashlib
 import io
 import re
 import struct
@@ -50,8 +51,7 @@ MACHINES = {
 DECLARED = {
     "needsExecutionTool": False, "canRunAsynchronuously": False, "completedIntegratorStepNotNeeded": True,
     "needsCompletedIntegratorStep": False, "providesEvaluateDiscreteStates": False,
-    "providesIntermediateUpdate": False, "mightReturnEarlyFromDoStep": False,
-    "canReturnEarlyAfterIntermediateUpdate": False, "providesPerElementDependencies": False,
+    "providesPerElementDependencies": False,
 }  # fmt: skip
 FMI_HEADER = re.compile(r"fmi[23](Functions|FunctionTypes|TypesPlatform|PlatformTypes)\.h")
 
@@ -240,11 +240,15 @@ def _other_members(root, files):
         space = "{http://fmi-standard.org/fmi-ls-manifest}fmi-ls-"
         if (manifest.get(f"{space}name"), manifest.get(f"{space}version")) != (
             "org.fmi-standard.fmi-ls-ref",
-            "1.0.0-alpha.1",
+            "1.0.0-beta.1",
         ):
             found.append("manifest of another layered standard")
         for related in manifest.iter("Related"):
             place = f"{folder}/{related.get('source')}"
+            if hashlib.sha3_256(files.get(place, b"")).hexdigest() != related.get("checksum"):
+                found.append(f"{place}: checksum of another file")
+            if related.get("type") != "text/csv":
+                continue
             head = files.get(place, b"").decode().partition("\n")[0].split(",")
             if head[0] != "time" or any(name not in nodes for name in head[1:]):
                 found.append(f"{place}: columns {head}")
@@ -276,7 +280,7 @@ def capability_findings(folder: Path | str) -> list[str]:
 class _Instance:
     """One instance of either version and interface, initialized."""
 
-    def __init__(self, folder, description, version, interface):
+    def __init__(self, folder, description, version, interface, **options):
         kinds = {
             (2, "CoSimulation"): FMU2Slave, (2, "ModelExchange"): FMU2Model,
             (3, "CoSimulation"): FMU3Slave, (3, "ModelExchange"): FMU3Model,
@@ -297,7 +301,7 @@ class _Instance:
             self.fmu.setupExperiment(startTime=0.0)
             self.set, self.get = self.fmu.setReal, self.fmu.getReal
         else:
-            self.fmu.instantiate(logMessage=lambda *_: None)
+            self.fmu.instantiate(logMessage=lambda *_: None, **options)
             self.set, self.get = self.fmu.setFloat64, self.fmu.getFloat64
         self.fmu.enterInitializationMode()
         self.fmu.exitInitializationMode()
@@ -308,8 +312,8 @@ class _Instance:
 
 
 @contextmanager
-def _instance(*arguments):
-    one = _Instance(*arguments)
+def _instance(*arguments, **options):
+    one = _Instance(*arguments, **options)
     try:
         yield one
     finally:
@@ -373,10 +377,33 @@ def _probe(folder, description, version, interface):
             lambda fmu: fmu.getAdjointDerivative([5], [2], [1.0]), one_step
         )
         higher = steps and attempt(lambda fmu: fmu.getOutputDerivatives([5], [1]), one_step)
-        found["hasEventMode"] = steps and attempt(lambda fmu: fmu.enterEventMode(), one_step)
+        if steps:
+            found |= _probe_of_steps(arguments)
     found["maxOutputDerivativeOrder"] = "1" if higher else "0"
     found["canHandleVariableCommunicationStepSize"] = steps and attempt(_uneven_steps)
     return found
+
+
+def _probe_of_steps(arguments):
+    """Flags of event mode and of the intermediate update in co-simulation, FMI 3."""
+    with _instance(*arguments, eventModeUsed=True, earlyReturnAllowed=True) as one:
+        events = _works(one.fmu.enterStepMode)
+        one.set([2], [1e5])  # beyond the map: in_range changes
+        event, _, early, _ = one.fmu.doStep(0.0, 1e-3)
+    calls = []
+
+    def update(_environment, time, _settable, _gettable, _finished, may_return, requested, _until):
+        calls.append((time, may_return))
+        requested[0] = True
+
+    with _instance(*arguments, earlyReturnAllowed=True, intermediateUpdate=update) as one:
+        *_, stopped, reached = one.fmu.doStep(0.0, 1e-3)
+    return {
+        "hasEventMode": events and event,
+        "mightReturnEarlyFromDoStep": early,
+        "providesIntermediateUpdate": bool(calls),
+        "canReturnEarlyAfterIntermediateUpdate": stopped and calls == [(reached, True)],
+    }
 
 
 def _uneven_steps(fmu):

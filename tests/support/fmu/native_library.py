@@ -6,9 +6,11 @@ Calls are not wrapped: every call returns its status, every message is kept.
 import atexit
 import ctypes
 import functools
+import math
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Callable, Sequence
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,7 +22,7 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
     fmi2EventInfo,
 )
-from fmpy.fmi3 import fmi3LogMessageCallback
+from fmpy.fmi3 import fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
 from native_model import SANITIZERS, compiler, write_sources
 from synthetic_map import make_map
 
@@ -102,12 +104,15 @@ class NativeInstance:
         logger: bool = True,
         functions: Any = None,
         event_mode: bool = False,
-        intermediate: int = 0,
+        early_return: bool = False,
+        intermediate: Sequence[int] = (),
+        update: Callable[..., None] | None = None,
         law: str = FILM_SHEAR,
+        model: FmuModel = FRICTION,
     ) -> None:
-        library = compiled(version, law=law)
+        library = compiled(version, model=model, law=law)
         self.library = ctypes.CDLL(str(library))
-        self.version, self.kind, self.time = version, kind, 0.0
+        self.version, self.kind, self.time, self.event_mode = version, kind, 0.0, event_mode
         self.messages: list[Message] = []
         folder = (str(library.parent) if resources == "" else resources) or None
         place, key = (None if text is None else text.encode() for text in (folder, token))
@@ -121,8 +126,17 @@ class NativeInstance:
             self._log = fmi3LogMessageCallback(self._log3) if logger else fmi3LogMessageCallback()
             if kind == CS:
                 make = self.library.fmi3InstantiateCoSimulation
-                wanted = (c_uint * 1)(0)
-                more = (event_mode, False, wanted, c_size_t(intermediate), None, self._log, None)
+                wanted = (c_uint * len(intermediate))(*intermediate)
+                self._update = fmi3IntermediateUpdateCallback(update or 0)
+                more = (
+                    event_mode,
+                    early_return,
+                    wanted,
+                    c_size_t(len(intermediate)),
+                    None,
+                    self._log,
+                    self._update,
+                )
             elif kind == ME:
                 make, more = self.library.fmi3InstantiateModelExchange, (None, self._log)
             else:
@@ -240,6 +254,8 @@ class NativeInstance:
                 self.call("ExitInitializationMode")
             if state == "c":
                 self.call("EnterContinuousTimeMode")
+            elif state == "s" and self.event_mode:
+                self.call("EnterStepMode")
             elif state == "t":
                 self.call("Terminate")
         self.messages.clear()
@@ -251,6 +267,15 @@ class NativeInstance:
         """One step; FMI 3 with NULL for every output argument."""
         nothing = (None,) * 4 if self.version == 3 else ()
         return self.call("DoStep", c_double(time), c_double(size), 0, *nothing)
+
+    def step_to_event(self, time: float, size: float) -> tuple[bool, bool, float]:
+        """One step of FMI 3: event handling needed, early return, time reached."""
+        event, terminate, early = (ctypes.c_bool(True) for _ in range(3))
+        reached = c_double(math.nan)
+        more = byref(event), byref(terminate), byref(early), byref(reached)
+        assert self.call("DoStep", c_double(time), c_double(size), 0, *more) == OK, self.last
+        assert not terminate.value
+        return event.value, early.value, reached.value
 
     def go(self, size: float = 1e-3, **values: float) -> list[float]:
         """Outputs after a step with these values set."""

@@ -1,6 +1,6 @@
 """Small reference results and a validation for the native FMUs of the tests."""
 
-from ballscrew_fmu.native_fmu.package import Reference
+from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.pages.native import Validation
 
 REFERENCE = Reference(

@@ -1,5 +1,5 @@
-/* FMI 3.0 for co-simulation and model exchange: translates the calls to instance.h. No clocks, no event mode in
-   co-simulation, no intermediate update, no structural parameters, no scheduled execution. */
+/* FMI 3.0 for co-simulation and model exchange: translates the calls to instance.h. No clocks, no structural
+   parameters, no scheduled execution. */
 #ifdef __clang__
 #pragma clang diagnostic push
 #pragma clang diagnostic ignored "-Wstrict-prototypes" /* two callbacks of the standard's header have none */
@@ -18,17 +18,18 @@
    there. */
 #define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
 #define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
+#define READABLE (EVALUATED | INTERMEDIATE_UPDATE_MODE)
 #define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)
 #define AT_EVENTS (INITIALIZATION_MODE | EVENT_MODE)
 #define CALLS(X)                                                                \
     X(SetDebugLogging, BOTH_KINDS, ANY_STATE)                                   \
     X(EnterInitializationMode, BOTH_KINDS, INSTANTIATED)                        \
     X(ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE)                  \
-    X(EnterEventMode, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)                     \
+    X(EnterEventMode, BOTH_KINDS, CONTINUOUS_TIME_MODE | STEP_MODE)             \
     X(Terminate, BOTH_KINDS, RUNNING)                                           \
     X(Reset, BOTH_KINDS, ANY_STATE)                                             \
     X(GetFloat32, BOTH_KINDS, EVALUATED)                                        \
-    X(GetFloat64, BOTH_KINDS, EVALUATED)                                        \
+    X(GetFloat64, BOTH_KINDS, READABLE)                                         \
     X(GetInt8, BOTH_KINDS, EVALUATED)                                           \
     X(GetUInt8, BOTH_KINDS, EVALUATED)                                          \
     X(GetInt16, BOTH_KINDS, EVALUATED)                                          \
@@ -37,12 +38,12 @@
     X(GetUInt32, BOTH_KINDS, EVALUATED)                                         \
     X(GetInt64, BOTH_KINDS, EVALUATED)                                          \
     X(GetUInt64, BOTH_KINDS, EVALUATED)                                         \
-    X(GetBoolean, BOTH_KINDS, EVALUATED)                                        \
+    X(GetBoolean, BOTH_KINDS, READABLE)                                         \
     X(GetString, BOTH_KINDS, EVALUATED)                                         \
     X(GetBinary, BOTH_KINDS, EVALUATED)                                         \
     X(GetClock, BOTH_KINDS, AT_EVENTS)                                          \
     X(SetFloat32, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE)                  \
-    X(SetFloat64, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE)                  \
+    X(SetFloat64, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE | INTERMEDIATE_UPDATE_MODE) \
     X(SetInt8, BOTH_KINDS, SETTABLE)                                            \
     X(SetUInt8, BOTH_KINDS, SETTABLE)                                           \
     X(SetInt16, BOTH_KINDS, SETTABLE)                                           \
@@ -76,7 +77,7 @@
     X(SetShiftDecimal, BOTH_KINDS, AT_EVENTS)                                   \
     X(SetShiftFraction, BOTH_KINDS, AT_EVENTS)                                  \
     X(EvaluateDiscreteStates, BOTH_KINDS, AT_EVENTS)                            \
-    X(UpdateDiscreteStates, MODEL_EXCHANGE, EVENT_MODE)                         \
+    X(UpdateDiscreteStates, BOTH_KINDS, EVENT_MODE)                             \
     X(EnterContinuousTimeMode, MODEL_EXCHANGE, EVENT_MODE)                      \
     X(CompletedIntegratorStep, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)            \
     X(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE)               \
@@ -87,7 +88,7 @@
     X(GetNominalsOfContinuousStates, MODEL_EXCHANGE, EVALUATED)                 \
     X(GetNumberOfEventIndicators, MODEL_EXCHANGE, ANY_STATE)                    \
     X(GetNumberOfContinuousStates, MODEL_EXCHANGE, ANY_STATE)                   \
-    X(EnterStepMode, CO_SIMULATION, EVENT_MODE) /* has none */                  \
+    X(EnterStepMode, CO_SIMULATION, EVENT_MODE)                                 \
     X(GetOutputDerivatives, CO_SIMULATION, STEP_MODE | TERMINATED | FAILED)     \
     X(DoStep, CO_SIMULATION, STEP_MODE)                                         \
     X(ActivateModelPartition, BOTH_KINDS, 0U)
@@ -163,6 +164,28 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String in
     return create(&importer, MODEL_EXCHANGE, instanceName, instantiationToken, resourcePath, loggingOn);
 }
 
+/* Intermediate update: the callback of the importer is called after each part of a step. */
+static bool update_fmi3(const Instance *instance, double time, bool settable, bool may_return, double *until)
+{
+    const fmi3IntermediateUpdateCallback callback = (fmi3IntermediateUpdateCallback)instance->callback;
+    fmi3Boolean requested = false;
+    fmi3Float64 return_time = time;
+
+    callback(instance->importer.environment, time, settable, true, true, may_return, &requested, &return_time);
+    *until = return_time;
+    return requested;
+}
+
+/* Whether an input or an output has this value reference. */
+static bool is_intermediate(fmi3ValueReference reference)
+{
+    const unsigned index = instance_index(reference);
+
+    return index < (unsigned)VARIABLE_COUNT
+           && (model_variables[index].causality == CAUSALITY_INPUT
+               || model_variables[index].causality == CAUSALITY_OUTPUT);
+}
+
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken,
                                          fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
                                          fmi3Boolean eventModeUsed, fmi3Boolean earlyReturnAllowed,
@@ -174,19 +197,25 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
 {
     const Importer importer = importer_of(instanceEnvironment, logMessage);
 
+    Instance *self;
+
     (void)visible;
-    (void)earlyReturnAllowed;
-    (void)requiredIntermediateVariables;
-    (void)intermediateUpdate;
-    if (eventModeUsed) {
-        importer_error(&importer, instanceName, "eventModeUsed = true; event mode in co-simulation is not supported");
-        return NULL;
+    for (size_t i = 0; i < nRequiredIntermediateVariables; ++i) {
+        if (requiredIntermediateVariables == NULL || !is_intermediate(requiredIntermediateVariables[i])) {
+            importer_error(&importer, instanceName,
+                           "required intermediate variable %lu is not an input or an output", (unsigned long)i);
+            return NULL;
+        }
     }
-    if (nRequiredIntermediateVariables > 0) {
-        importer_error(&importer, instanceName, "intermediate variables are not supported; needs none");
-        return NULL;
+    self = create(&importer, CO_SIMULATION, instanceName, instantiationToken, resourcePath, loggingOn);
+    if (self != NULL) {
+        self->event_mode = eventModeUsed;
+        self->early_return = earlyReturnAllowed;
+        self->update = intermediateUpdate != NULL ? update_fmi3 : NULL;
+        self->callback = (void (*)(void))intermediateUpdate;
+        (void)instance_reset(self);
     }
-    return create(&importer, CO_SIMULATION, instanceName, instantiationToken, resourcePath, loggingOn);
+    return self;
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3String instantiationToken,
@@ -404,7 +433,7 @@ static void put_bool(fmi3Boolean *to, bool value)
     }
 }
 
-FORWARD(EnterEventMode, (fmi3Instance instance), instance_enter(self, EVENT_MODE))
+FORWARD(EnterEventMode, (fmi3Instance instance), instance_enter_event_mode(self))
 FORWARD(EvaluateDiscreteStates, (fmi3Instance instance), instance_fail(self, "providesEvaluateDiscreteStates is false"))
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
@@ -420,7 +449,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
     put_bool(discreteStatesNeedUpdate, false);
     put_bool(terminateSimulation, false);
     put_bool(nominalsOfContinuousStatesChanged, false);
-    put_bool(valuesOfContinuousStatesChanged, changed);
+    put_bool(valuesOfContinuousStatesChanged, changed && self->kind == MODEL_EXCHANGE);
     put_bool(nextEventTimeDefined, false);
     if (nextEventTime != NULL) {
         *nextEventTime = 0.0;
@@ -479,14 +508,19 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
                       fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
                       fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime)
 {
+    StepEnd end = {false, false};
     Status status;
 
     BEGIN(DoStep)
     (void)noSetFMUStatePriorToCurrentPoint;
-    status = instance_step(self, currentCommunicationPoint, communicationStepSize, false, true);
-    put_bool(eventHandlingNeeded, false);
+    if (self->event_mode || self->update != NULL) {
+        status = instance_step_in_parts(self, currentCommunicationPoint, communicationStepSize, &end);
+    } else {
+        status = instance_step(self, currentCommunicationPoint, communicationStepSize, false, true);
+    }
+    put_bool(eventHandlingNeeded, end.event);
     put_bool(terminateSimulation, false);
-    put_bool(earlyReturn, false);
+    put_bool(earlyReturn, end.early);
     if (lastSuccessfulTime != NULL) {
         *lastSuccessfulTime = self->now.time;
     }

@@ -4,7 +4,7 @@
    All state is in Model, which is plain data and is saved by copying it. A model allocates no memory and has no global
    data except constant tables. The latched values are those that the outputs belong to. A reference is the index of a
    variable in the table of variables.h, not its value reference in FMI. Every Model has map, value, latched,
-   continuous. */
+   continuous, events. */
 #ifndef BALLSCREW_MODEL_H
 #define BALLSCREW_MODEL_H
 
@@ -17,7 +17,7 @@ typedef struct Model Model;
 
 #include "model_state.h"
 
-/* Set the start values. continuous: model exchange. */
+/* Set the start values. continuous: model exchange. events is set to this, too. */
 void model_reset(Model *model, const Map *map, bool continuous);
 
 /* Whether an input, a parameter or the state may have this value: finite, >= lower bound, < TOO_LARGE. */
@@ -51,7 +51,15 @@ bool model_possible(const Model *model);
 /* Clear the map and all fields that are computed from the others. */
 void model_clear_computed(Model *model);
 
-/* Model exchange, at the latched point: initial mode; change of mode at an event, true if a continuous state has
+/* Co-simulation with event mode: advance by step > 0 with constant inputs, at most to the next event. Returns the time
+   advanced [s]; *due: there is an event at its end. Outputs are those at its end. */
+double model_step_to_event(Model *model, double step, bool *due);
+
+/* A step in parts: power of the part just made [W], 0 if the model has none; mean of all parts, which replaces it. */
+double model_power(Model *model);
+void model_set_mean_power(Model *model, double mean);
+
+/* Events, at the latched point: initial mode; change of mode at an event, true if a continuous state has
    changed; event indicators, which are stored in value. */
 void model_initial_event(Model *model);
 bool model_event(Model *model);

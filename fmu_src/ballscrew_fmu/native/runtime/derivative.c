@@ -72,14 +72,14 @@ Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t
     }
     for (size_t i = 0; i < unknown_count; ++i) {
         if (!is_unknown(unknowns[i])) {
-            return instance_fail(instance, "value reference %u has no derivatives; unknowns are Real outputs and %s",
-                                 unknowns[i], model_variables[PRESLIDING_DEFLECTION_RATE].name);
+            return instance_fail(instance, "value reference %u has no derivatives; unknowns are Real outputs and "
+                                 "derivatives of states", unknowns[i]);
         }
     }
     for (size_t i = 0; i < known_count; ++i) {
         if (!is_known(instance, knowns[i])) {
-            return instance_fail(instance, "no derivatives along value reference %u; knowns are inputs and %s",
-                                 knowns[i], model_variables[PRESLIDING_DEFLECTION].name);
+            return instance_fail(instance, "no derivatives along value reference %u; knowns are inputs and states",
+                                 knowns[i]);
         }
     }
     instance_follow(instance);

@@ -7,7 +7,7 @@
 #include <string.h>
 
 static const char *const state_names[] = {"Instantiated", "Initialization Mode", "Event Mode", "Continuous-Time Mode",
-                                          "Step Mode",    "Terminated",          "Error"};
+                                          "Step Mode",    "Terminated",          "Error",      "Intermediate Update Mode"};
 #define STATE_NAMES (sizeof state_names / sizeof state_names[0])
 
 /* --- messages ---------------------------------------------------------------------------------------------------- */
@@ -185,7 +185,7 @@ void instance_list_states(unsigned states, char *text, size_t size)
 Instance *instance_begin(void *handle, const Call *call)
 {
     Instance *instance = handle;
-    char here[32], legal[160];
+    char here[32], legal[192];
 
     if (instance == NULL) {
         return NULL;
@@ -211,12 +211,39 @@ Instance *instance_begin(void *handle, const Call *call)
 void instance_follow(Instance *instance)
 {
     if (instance->now.stale
-        && (instance->kind == MODEL_EXCHANGE || instance->now.state == INITIALIZATION_MODE)) {
+        && (instance->kind == MODEL_EXCHANGE
+            || (instance->now.state & (INITIALIZATION_MODE | EVENT_MODE)) != 0U)) {
         instance->now.stale = false;
         if (instance_is_valid(instance)) {
             model_latch(&instance->now.model);
         }
     }
+}
+
+/* An event, in co-simulation with the last valid value in place of each that is not valid: steps are discarded for
+   those. True: a continuous state has changed. */
+static bool event(Instance *instance, bool initial)
+{
+    Model *model = &instance->now.model;
+    double set[VARIABLE_COUNT];
+    bool invalid[VARIABLE_COUNT] = {false}, changed = false;
+
+    memcpy(set, model->value, sizeof set);
+    for (int i = 0; instance->now.unchecked && i < VARIABLE_COUNT; ++i) {
+        const enum Causality causality = model_variables[i].causality;
+        invalid[i] = (causality == CAUSALITY_INPUT || causality == CAUSALITY_PARAMETER || causality == CAUSALITY_STATE)
+                     && !model_accepts(i, set[i]);
+        model->value[i] = invalid[i] ? model->latched[i] : set[i];
+    }
+    if (initial) {
+        model_initial_event(model);
+    } else {
+        changed = model_event(model);
+    }
+    for (int i = 0; i < VARIABLE_COUNT; ++i) {
+        model->value[i] = invalid[i] ? set[i] : model->value[i];
+    }
+    return changed;
 }
 
 /* One warning for each input that is clamped. */
@@ -246,7 +273,7 @@ static void warn_of_step(Instance *instance, double step)
     char texts[4][32];
 
     if ((instance->now.warned & WARNED_STEP) == 0U && logs(instance, STATUS_WARNING)
-        && model_step_too_long(&instance->now.model, &stiffness, &damping)) {
+        && model_step_too_long(&instance->now.model, step, &stiffness, &damping)) {
         instance->now.warned |= WARNED_STEP;
         warn(instance,
              "step = %s s; an inertia coupled with the values of the last step comes to rest for steps below damping "
@@ -286,8 +313,8 @@ Status instance_enter(Instance *instance, unsigned state)
 Status instance_exit_initialization(Instance *instance)
 {
     instance_follow(instance);
-    if (instance->kind == MODEL_EXCHANGE) {
-        model_initial_event(&instance->now.model);
+    if (instance->now.model.events) {
+        (void)event(instance, true);
         instance->now.state = EVENT_MODE;
     } else {
         instance->now.state = STEP_MODE;
@@ -302,6 +329,7 @@ Status instance_reset(Instance *instance)
 
     memset(now, 0, sizeof *now);
     model_reset(&now->model, instance->map, instance->kind == MODEL_EXCHANGE);
+    now->model.events = instance->kind == MODEL_EXCHANGE || instance->event_mode;
     now->stop = HUGE_VAL;
     now->state = INSTANTIATED;
     now->stale = true;
@@ -312,7 +340,7 @@ Status instance_reset(Instance *instance)
 
 #define TIME_SHARE 1e-3 /* of a step: allowed difference of communication points, in addition to rounding */
 
-Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
+Status instance_begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
     Situation *now = &instance->now;
     const double tolerance = TIME_SHARE * step + 4.0 * DBL_EPSILON * fabs(time);
@@ -337,17 +365,33 @@ Status instance_step(Instance *instance, double time, double step, bool zero_all
         warn(instance, "communication point = %s s, end of the last step = %s s; the new time is used (logged once)",
              number_text(time, text), number_text(now->time, other));
     }
-    model_step(&now->model, step);
-    now->stale = false;
-    now->time = time + step;
-    warn_of_clamping(instance);
-#ifdef MODEL_WARNS_OF_STEPS
-    warn_of_step(instance, step);
-#endif
     return STATUS_OK;
 }
 
-/* --- model exchange ---------------------------------------------------------------------------------------------- */
+void instance_end_step(Instance *instance, double time, double longest)
+{
+    instance->now.stale = false;
+    instance->now.time = time;
+    warn_of_clamping(instance);
+#ifdef MODEL_WARNS_OF_STEPS
+    warn_of_step(instance, longest);
+#else
+    (void)longest;
+#endif
+}
+
+Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
+{
+    const Status status = instance_begin_step(instance, time, step, zero_allowed, check_time);
+
+    if (status == STATUS_OK) {
+        model_step(&instance->now.model, step);
+        instance_end_step(instance, time + step, step);
+    }
+    return status;
+}
+
+/* --- events and model exchange ----------------------------------------------------------------------------------- */
 
 Status instance_set_time(Instance *instance, double time)
 {
@@ -361,10 +405,19 @@ Status instance_set_time(Instance *instance, double time)
     return STATUS_OK;
 }
 
+Status instance_enter_event_mode(Instance *instance)
+{
+    if (!instance->now.model.events) {
+        return instance_fail(instance, "called in Step Mode without event mode; legal in instances with eventModeUsed = true");
+    }
+    instance->now.reported = false;
+    return instance_enter(instance, EVENT_MODE);
+}
+
 Status instance_event(Instance *instance, bool *state_changed)
 {
     instance_follow(instance);
-    *state_changed = model_event(&instance->now.model);
+    *state_changed = event(instance, false);
     warn_of_clamping(instance);
     return STATUS_OK;
 }
@@ -404,6 +457,10 @@ Status instance_restore(Instance *instance, const void *state)
     if (saved->situation.model.continuous != (instance->kind == MODEL_EXCHANGE)) {
         return instance_fail(instance, "FMU state is of the other kind, %s: not restored",
                              saved->situation.model.continuous ? "model exchange" : "co-simulation");
+    }
+    if (saved->situation.model.events != instance->now.model.events) {
+        return instance_fail(instance, "FMU state is of an instance %s event mode: not restored",
+                             saved->situation.model.events ? "with" : "without");
     }
     instance->now = saved->situation;
     instance->now.model.map = instance->map;

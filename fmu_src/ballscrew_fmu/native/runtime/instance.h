@@ -16,10 +16,16 @@ typedef struct {
     unsigned kinds, states; /* in which the call is legal */
 } Call;
 
-typedef struct {
+typedef struct Instance Instance;
+struct Instance {
     Situation now;
     unsigned kind;
     bool time_variable; /* FMI 3: time has a value reference */
+    bool event_mode;    /* co-simulation with event mode */
+    bool early_return;  /* a step may end early */
+    /* Intermediate update: calls the importer, NULL: none. True: it requests to return at *until [s]. */
+    bool (*update)(const Instance *instance, double time, bool settable, bool may_return, double *until);
+    void (*callback)(void); /* of the importer, cast back by update */
     bool logging;
     unsigned categories; /* bit per status */
     const char *call;    /* current call, for messages */
@@ -27,7 +33,7 @@ typedef struct {
     Saved saved; /* head of the ring of states saved by the importer */
     Importer importer;
     char name[1];
-} Instance;
+};
 
 /* NULL, with a message, if the instance cannot be created. resources: folder of the map, as URI or as path. */
 Instance *instance_create(const Importer *importer, unsigned kind, const char *name, const char *token,
@@ -52,7 +58,7 @@ Status instance_enter(Instance *instance, unsigned state);
 Status instance_exit_initialization(Instance *instance);
 Status instance_reset(Instance *instance);
 
-/* Update the outputs after valid values were set. In co-simulation after initialization only a step updates them. */
+/* Update the outputs after valid values were set. In step mode of co-simulation only a step updates them. */
 void instance_follow(Instance *instance);
 
 /* Values (values.c), by value reference. A call that fails or is discarded stores nothing. In co-simulation a value
@@ -73,8 +79,21 @@ Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t
                            const unsigned knowns[], size_t known_count, const double seed[], double sensitivity[],
                            bool adjoint);
 
-/* Co-simulation. */
+/* Co-simulation. A step: arguments and values are checked, the model steps, the time is set. longest: [s] for which the
+   inputs were constant. */
+Status instance_begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time);
+void instance_end_step(Instance *instance, double time, double longest);
 Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time);
+
+/* Co-simulation with event mode or intermediate updates (step_in_parts.c). */
+typedef struct {
+    bool event; /* due at the end */
+    bool early; /* before the end of the communication step */
+} StepEnd;
+Status instance_step_in_parts(Instance *instance, double time, double step, StepEnd *end);
+
+/* Co-simulation and model exchange. */
+Status instance_enter_event_mode(Instance *instance);
 
 /* Number of variables of a causality. */
 size_t instance_count(enum Causality causality);

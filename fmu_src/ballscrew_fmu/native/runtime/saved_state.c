@@ -139,6 +139,7 @@ static void pass_situation(Walk *walk, Situation *situation)
     pass_unsigned(walk, &situation->warned, 2U * WARNED_STEP - 1U);
     pass_bool(walk, &situation->stale);
     pass_bool(walk, &situation->unchecked);
+    pass_bool(walk, &situation->reported);
     pass_model(walk, &situation->model);
 }
 

@@ -15,7 +15,8 @@ enum {
     STEP_MODE = 16,
     TERMINATED = 32,
     FAILED = 64,
-    ANY_STATE = 127
+    ANY_STATE = 127,
+    INTERMEDIATE_UPDATE_MODE = 128 /* within a step: is never saved, and only a few calls are allowed */
 };
 
 /* Content of a saved state. */
@@ -27,6 +28,7 @@ typedef struct {
     unsigned warned; /* warnings already logged: bit per clamped input, then these */
     bool stale;      /* a value was set after the outputs were computed */
     bool unchecked;  /* co-simulation: a value that was set may be invalid */
+    bool reported;   /* event mode of co-simulation: the last step ended at an event, which is not handled yet */
 } Situation;
 
 #define WARNED_TIME (1U << INPUT_COUNT)

@@ -6,7 +6,8 @@ static unsigned settable_in(enum Causality causality)
 {
     switch (causality) {
     case CAUSALITY_INPUT:
-        return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE;
+        return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE
+               | INTERMEDIATE_UPDATE_MODE;
     case CAUSALITY_PARAMETER:
         return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE;
     case CAUSALITY_STATE:
@@ -127,16 +128,18 @@ Status instance_get_boolean(Instance *instance, unsigned reference, bool *value)
 
 Status instance_set_boolean(Instance *instance, unsigned reference, bool value)
 {
-    if (reference >= (unsigned)VARIABLE_COUNT || !model_variables[reference].boolean
-        || settable_in(model_variables[reference].causality) == 0U) {
+    const unsigned index = instance_index(reference);
+
+    if (index >= (unsigned)VARIABLE_COUNT || !model_variables[index].boolean
+        || settable_in(model_variables[index].causality) == 0U) {
         return unknown(instance, "settable Boolean", reference);
     }
-    if ((settable_in(model_variables[reference].causality) & instance->now.state) == 0U) {
+    if ((settable_in(model_variables[index].causality) & instance->now.state) == 0U) {
         char here[32];
         instance_list_states(instance->now.state, here, sizeof here);
-        return instance_fail(instance, "%s cannot be set in %s", model_variables[reference].name, here);
+        return instance_fail(instance, "%s cannot be set in %s", model_variables[index].name, here);
     }
-    model_set(&instance->now.model, (int)reference, value ? 1.0 : 0.0);
+    model_set(&instance->now.model, (int)index, value ? 1.0 : 0.0);
     instance->now.stale = true;
     return STATUS_OK;
 }

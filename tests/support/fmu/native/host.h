@@ -27,7 +27,7 @@
 #define OUTPUTS 4
 #define FIRST_LOCAL IN_RANGE_INDICATOR
 #define STATES 0
-#define DERIVATIVES 0
+#define DERIVATIVES 1
 #define SWITCH SPEED_MIN
 #define SWITCH_OFF 0.0
 #define SWITCH_ON 20.0

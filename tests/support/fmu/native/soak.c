@@ -181,6 +181,68 @@ static void soak_periodic(int version, const char *resources, long steps)
     ended(&fmu);
 }
 
+/* --- event mode, early return and intermediate updates of FMI 3 --- */
+
+static long updates;
+
+static void update(fmi3InstanceEnvironment environment, fmi3Float64 time, fmi3Boolean settable, fmi3Boolean gettable,
+                   fmi3Boolean finished, fmi3Boolean may_return, fmi3Boolean *requested, fmi3Float64 *return_time)
+{
+    const Fmu *fmu = environment;
+    double output[OUTPUTS];
+
+    (void)gettable, (void)finished, (void)may_return;
+    ++updates;
+    REQUIRE(get_outputs(fmu, output) == 0);
+    if (settable && updates % 5 == 0) {
+        const double speed = output[0] - 1.0;
+        const unsigned reference = FIRST_REFERENCE + SPEED;
+        REQUIRE(set_values(fmu, &reference, 1, &speed) == 0);
+    }
+    *requested = updates % 7 == 0;
+    *return_time = time + 1e-5;
+}
+
+static void soak_events(const char *resources, long steps)
+{
+    static Fmu fmu = {3, NULL};
+    uint64_t seed = 88172645463325252u;
+    double input[INPUTS], output[OUTPUTS], time = 0.0;
+    fmi3Boolean event = false, terminate, early;
+    long before, events = 0, early_returns = 0;
+    size_t used;
+
+    fmu.instance = fmi3InstantiateCoSimulation("host", MODEL_TOKEN, resources, false, false, true, true, NULL, 0, &fmu,
+                                               NULL, update);
+    REQUIRE(fmu.instance != NULL);
+    REQUIRE(set_parameter(&fmu, SWITCH, SWITCH_ON) == 0);
+    REQUIRE(fmi3EnterInitializationMode(fmu.instance, false, 0.0, 0.0, false, 0.0) == fmi3OK);
+    REQUIRE(fmi3ExitInitializationMode(fmu.instance) == fmi3OK);
+    before = allocations;
+    used = mallinfo2().uordblks;
+    for (long n = 0; n < steps; ++n) {
+        if (event || n == 0) {
+            REQUIRE(n == 0 || fmi3EnterEventMode(fmu.instance) == fmi3OK);
+            REQUIRE(fmi3UpdateDiscreteStates(fmu.instance, NULL, NULL, NULL, NULL, NULL, NULL) == fmi3OK);
+            REQUIRE(fmi3EnterStepMode(fmu.instance) == fmi3OK);
+        }
+        random_inputs(&seed, input);
+        REQUIRE(n % 3 != 0 || set_inputs(&fmu, input) == 0);
+        REQUIRE(fmi3DoStep(fmu.instance, time, 1e-3, true, &event, &terminate, &early, &time) == fmi3OK);
+        REQUIRE(get_outputs(&fmu, output) == 0);
+        for (int i = 0; i < OUTPUTS; ++i) {
+            REQUIRE(isfinite(output[i]));
+        }
+        events += event;
+        early_returns += early && !event;
+    }
+    REQUIRE(allocations == before && mallinfo2().uordblks == used);
+    REQUIRE(events > steps / 100 && early_returns > steps / 100);
+    (void)printf("FMI 3, %ld steps with %ld events, %ld updates, %ld early returns: 0 allocations\n", steps, events,
+                 updates, early_returns);
+    ended(&fmu);
+}
+
 /* --- instances --- */
 
 static void soak_lives(int version, const char *resources)
@@ -215,6 +277,9 @@ int main(int argc, char **argv)
         const clock_t begin = clock();
         soak_random(version, argv[1], steps / 4);
         soak_periodic(version, argv[1], steps / 4);
+        if (version == 3) {
+            soak_events(argv[1], steps / 4);
+        }
         (void)printf("FMI %d: %.0f s of processor time\n", version, (double)(clock() - begin) / CLOCKS_PER_SEC);
         soak_lives(version, argv[1]);
     }

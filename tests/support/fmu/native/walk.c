@@ -73,7 +73,7 @@ static void check_finite(const Values *v, int co_simulation)
 /* One instance and what the importer holds of it. */
 typedef struct {
     void *instance;
-    int version, co_simulation;
+    int version, co_simulation, event_mode;
     int failed; /* the last status was an error, without reset or restore since */
     void *state[MOST_STATES];
     unsigned char bytes[ROOM];
@@ -141,6 +141,31 @@ static void silent_3(fmi3InstanceEnvironment environment, fmi3Status status, fmi
     REQUIRE(strlen(category) > 0 && strlen(message) > 0);
 }
 
+/* Random inputs and outputs within a step, some illegal calls, requests of early return. environment: the world. */
+static void update(fmi3InstanceEnvironment environment, fmi3Float64 time, fmi3Boolean settable, fmi3Boolean gettable,
+                   fmi3Boolean finished, fmi3Boolean may_return, fmi3Boolean *requested, fmi3Float64 *return_time)
+{
+    World *w = environment;
+    Values v;
+    fmi3Boolean truth[1];
+    const unsigned in_range = FIRST_REFERENCE + IN_RANGE;
+
+    REQUIRE(isfinite(time) && gettable && finished && (settable || !may_return));
+    make_values(&v, FIRST_OUTPUT, OUTPUTS);
+    if (v.references != NULL && v.results != NULL
+        && fmi3GetFloat64(w->instance, v.references, v.count, v.results, v.count) == fmi3OK) {
+        check_finite(&v, 1);
+    }
+    (void)fmi3GetBoolean(w->instance, &in_range, 1, truth, 1);
+    make_values(&v, 0, INPUTS);
+    (void)fmi3SetFloat64(w->instance, v.references, v.count, v.numbers, v.count);
+    if (choose(200) == 0) {
+        REQUIRE(fmi3Terminate(w->instance) == fmi3Error);
+    }
+    *requested = choose(4) == 0;
+    *return_time = choose(2) ? time + 1e-5 : any_number();
+}
+
 static void make(World *w)
 {
     static const fmi2CallbackFunctions talking = {silent, calloc, free, NULL, NULL};
@@ -149,12 +174,14 @@ static void make(World *w)
     w->failed = 0;
     w->time = 0.0;
     w->co_simulation = (int)choose(2);
+    w->event_mode = 0;
     if (w->version == 2) {
         w->instance = fmi2Instantiate("walk", w->co_simulation ? fmi2CoSimulation : fmi2ModelExchange, MODEL_TOKEN,
                                       resources, choose(2) ? &talking : &functions, 0, choose(2) ? 1 : 0);
     } else if (w->co_simulation) {
-        w->instance = fmi3InstantiateCoSimulation("walk", MODEL_TOKEN, resources, false, true, false, false, NULL, 0,
-                                                  NULL, silent_3, NULL);
+        w->event_mode = (int)choose(2);
+        w->instance = fmi3InstantiateCoSimulation("walk", MODEL_TOKEN, resources, false, true, w->event_mode == 1,
+                                                  choose(2) == 1, NULL, 0, w, silent_3, choose(2) ? update : NULL);
     } else {
         w->instance = fmi3InstantiateModelExchange("walk", MODEL_TOKEN, resources, false, true, NULL, silent_3);
     }
@@ -287,7 +314,7 @@ static void without_variables(World *w)
 
     make_values(&v, 0, VARIABLE_COUNT);
     n = choose(3) ? 0 : 1;
-    switch (choose(30)) {
+    switch (choose(29)) {
     case 0: NUMBERS_3(Float32, fmi3Float32); break;
     case 1: NUMBERS_3(Int8, fmi3Int8); break;
     case 2: NUMBERS_3(UInt8, fmi3UInt8); break;
@@ -315,8 +342,7 @@ static void without_variables(World *w)
     case 24: DO(fmi3GetVariableDependencies, (c, 4, sizes, v.reference, sizes, kind, 1)); break;
     case 25: DO(fmi3EnterConfigurationMode, (c)); break;
     case 26: DO(fmi3ExitConfigurationMode, (c)); break;
-    case 27: DO(fmi3EnterStepMode, (c)); break;
-    case 28: DO(fmi3ActivateModelPartition, (c, 0, 0.0)); break;
+    case 27: DO(fmi3ActivateModelPartition, (c, 0, 0.0)); break;
     default: DO(fmi3GetOutputDerivatives, (c, v.reference, n, (fmi3Int32 *)sizes, number, n)); break;
     }
     (void)status;
@@ -373,7 +399,13 @@ static void call_3(World *w)
         break;
     case 28: DO(fmi3EnterEventMode, (c)); break;
     case 29: DO(fmi3UpdateDiscreteStates, (c, flag, flag + 1, flag + 2, choose(9) ? flag + 3 : NULL, flag + 4, &x)); break;
-    case 30: DO(fmi3EnterContinuousTimeMode, (c)); break;
+    case 30:
+        if (w->event_mode && choose(9)) {
+            DO(fmi3EnterStepMode, (c));
+        } else {
+            DO(fmi3EnterContinuousTimeMode, (c));
+        }
+        break;
     case 31: DO(fmi3CompletedIntegratorStep, (c, true, flag, choose(9) ? flag + 1 : NULL)); break;
     case 32: DO(fmi3SetTime, (c, x)); break;
     case 33: x = choose(3) ? 1e-6 * x : x; DO(fmi3SetContinuousStates, (c, &x, choose(50) ? STATES : 2)); break;
@@ -390,7 +422,8 @@ static void call_3(World *w)
         break;
     default:
         DO(fmi3DoStep, (c, choose(50) ? w->time : x, any_step(), true, flag, flag + 1, flag + 2, choose(9) ? &x : NULL));
-        w->time += status <= 1 ? 1e-3 : 0.0;
+        REQUIRE(status > 1 || !flag[1]);
+        w->time += status <= 1 && !flag[2] ? 1e-3 : 0.0;
     }
     if (w->failed) {
         REQUIRE(fmi3DoStep(c, w->time, 1e-3, true, flag, flag + 1, flag + 2, &x) == fmi3Error);
@@ -414,6 +447,7 @@ static void start_3(World *w)
     REQUIRE(fmi3EnterInitializationMode(w->instance, false, 0.0, 0.0, false, 0.0) == fmi3OK);
     REQUIRE(fmi3ExitInitializationMode(w->instance) == fmi3OK);
     REQUIRE(w->co_simulation || choose(2) || fmi3EnterContinuousTimeMode(w->instance) == fmi3OK);
+    REQUIRE(!w->co_simulation || !w->event_mode || choose(2) || fmi3EnterStepMode(w->instance) == fmi3OK);
 }
 
 int main(int argc, char **argv)

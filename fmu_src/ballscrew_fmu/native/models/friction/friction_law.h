@@ -48,10 +48,10 @@ static inline Bristle bristle_at(const Number at[], Number coulomb, Number stiff
     } else if (moment->start == RUNNING) {
         deflection = bristle_at_stiffness(deflection, moment->stiffness, stiffness);
     }
-    if (moment->slip == 0 && !(value_of(stiffness) > 0.0)) {
+    if (!(value_of(stiffness) > 0.0) && !(moment->continuous && moment->slip != 0)) {
         return bristle_unwound(at[PRESLIDING_DEFLECTION], moment);
     }
-    if (moment->continuous) {
+    if (moment->continuous || moment->slip != 0) {
         return bristle_continuous(deflection, speed, coulomb, stiffness, damping_at(at, stiffness), moment->slip);
     }
     return moment->step > 0.0

@@ -1,9 +1,12 @@
 #include "model.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "friction_law.h"
+#include "range.h"
+#include "slip_event.h"
 #include "tangent.h"
 
 /* --- from the latched point to outputs --- */
@@ -100,6 +103,7 @@ static void compute_torque(Model *model)
     bristle.torque = model->bristle_torque;
     bristle.power = model->bristle_power;
     torque_outputs(parts, &bristle, at, model->value);
+    model->value[POWER_LOSS] += model->power_of_parts;
     model->torque_known = true;
 }
 
@@ -119,7 +123,7 @@ void model_reset(Model *model, const Map *map, bool continuous)
 {
     memset(model, 0, sizeof *model);
     model->map = map;
-    model->continuous = continuous;
+    model->continuous = model->events = continuous;
     model->in_range = true;
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
         model->value[i] = model_variables[i].start;
@@ -134,6 +138,7 @@ static void latch(Model *model, double step)
 {
     memcpy(model->latched, model->value, sizeof model->latched);
     model->step = step;
+    model->power_of_parts = 0.0;
     model->deflection_before = model->value[PRESLIDING_DEFLECTION];
     model->stiffness_before = model->stiffness;
     model->from_side = model->deflection_before == model->initial_deflection;
@@ -143,10 +148,21 @@ static void latch(Model *model, double step)
     }
 }
 
+/* Whether the bristle has no stiffness at the latched loads and still that of the last ones. */
+static bool is_held(Model *model)
+{
+    return model->began && !model->continuous && !(present_stiffness(model) > 0.0);
+}
+
 void model_latch(Model *model)
 {
     latch(model, 0.0);
-    if (presliding(model) && !model->continuous) {
+    if (!presliding(model) || model->continuous) {
+        return;
+    }
+    if (is_held(model)) {
+        model->bristle_torque = model->bristle_power = 0.0; /* the next step makes heat of what it stored */
+    } else {
         compute_bristle(model);
     }
 }
@@ -164,20 +180,20 @@ void model_step(Model *model, double step)
     }
 }
 
-bool model_step_too_long(const Model *model, double *stiffness, double *damping)
+bool model_step_too_long(const Model *model, double step, double *stiffness, double *damping)
 {
     const double *at = model->latched;
 
     *stiffness = model->stiffness;
     *damping = damping_at(at, model->stiffness);
-    return presliding(model) && at[SPEED] != 0.0 && model->step * *stiffness >= *damping
+    return presliding(model) && at[SPEED] != 0.0 && step * *stiffness >= *damping
            && fabs(model->bristle_torque) < SLIDING_FROM * coulomb_magnitude(&model->parts);
 }
 
-/* after the initial event of model exchange it changes at events only */
+/* with events it changes, after the initial one, at events only */
 static bool in_range(Model *model)
 {
-    return model->continuous && model->began ? model->in_range : model_clamped(model) == 0U;
+    return model->events && model->began ? model->in_range : model_clamped(model) == 0U;
 }
 
 double model_get(Model *model, int reference)
@@ -187,7 +203,9 @@ double model_get(Model *model, int reference)
     if (reference == IN_RANGE) {
         return in_range(model);
     }
-    if (variable->causality == CAUSALITY_INDICATOR) {
+    if (reference == RANGE_MARGIN) {
+        model->value[RANGE_MARGIN] = margin_of_inputs(model->map, model->latched);
+    } else if (variable->causality == CAUSALITY_INDICATOR) {
         model_indicators(model);
     } else if (variable->causality == CAUSALITY_OUTPUT && variable->needs == NEEDS_FILMS) {
         if (!model->films_known) {
@@ -213,7 +231,8 @@ unsigned model_clamped(Model *model)
 
 bool model_possible(const Model *model)
 {
-    return model->step >= 0.0 && model->stiffness >= 0.0 && model->stiffness_before >= 0.0;
+    return model->step >= 0.0 && model->stiffness >= 0.0 && model->stiffness_before >= 0.0
+           && fabs(model->power_of_parts) < TOO_LARGE;
 }
 
 void model_clear_computed(Model *model)
@@ -227,30 +246,12 @@ void model_clear_computed(Model *model)
     model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
 }
 
-/* --- model exchange --- */
+/* --- events --- */
 
 #define RANGE_HYSTERESIS 1e-6 /* of an axis: avoids repeated events at the limit of the map */
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
 #define STIFFNESS_CHANGE 0.02 /* of the stiffness: an event adapts the bristle, which keeps its energy */
 #define LEAST_STIFFNESS 1e-6  /* [N.m/rad] below which no event does */
-
-/* distance from the ends of an axis divided by its length, negative outside */
-static double margin_within(double value, double lo, double hi)
-{
-    return lesser(value - lo, hi - value) / (hi - lo);
-}
-
-/* smallest distance of the latched point from the limits of the map, negative outside */
-static double margin(const Model *model)
-{
-    const Map *map = model->map;
-    const double *at = model->latched;
-
-    return lesser(lesser(margin_within(at[PRELOAD], map->preload.lo, map->force.hi),
-                       margin_within(at[TEMPERATURE], map->temperature.lo, map->temperature.hi)),
-                 lesser((map->speed.hi - fabs(at[SPEED])) / map->speed.hi,
-                         (map->force.hi - model->loads.highest) / map->force.hi));
-}
 
 /* [rad] of the bristle; 0 without a Coulomb torque */
 static double sliding_deflection(Model *model)
@@ -261,14 +262,15 @@ static double sliding_deflection(Model *model)
 static double distance_to_slip(Model *model)
 {
     const double *at = model->latched;
+    const double sliding = sliding_deflection(model);
 
-    if (!(model->stiffness > 0.0)) {
+    if (!(model->stiffness > 0.0) || (!model->continuous && !(sliding > 0.0)) || is_held(model)) {
         return 1.0;
     }
-    return SLIDING_FROM * sliding_deflection(model) - with_sign_of(at[PRESLIDING_DEFLECTION], at[SPEED]);
+    return SLIDING_FROM * sliding - with_sign_of(at[PRESLIDING_DEFLECTION], at[SPEED]);
 }
 
-/* [rad] scaled like the distance to slip */
+/* [rad] scaled like the distance to slip. Model exchange: in co-simulation a step adapts the bristle. */
 static double distance_to_new_stiffness(Model *model)
 {
     const double now = present_stiffness(model), held = model->stiffness;
@@ -286,13 +288,35 @@ void model_indicators(Model *model)
     if (!model->began) {
         model->stiffness = present_stiffness(model);
     }
-    out[IN_RANGE_INDICATOR] = margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
+    out[IN_RANGE_INDICATOR] = margin_of_inputs(model->map, at) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
     if (!presliding(model)) {
         out[SLIP_INDICATOR] = 1.0;
     } else if (model->slip != 0) {
         out[SLIP_INDICATOR] = model->slip * at[SPEED] + SPEED_HYSTERESIS;
     } else {
-        out[SLIP_INDICATOR] = lesser(distance_to_slip(model), distance_to_new_stiffness(model));
+        out[SLIP_INDICATOR] = distance_to_slip(model);
+        if (model->continuous) {
+            out[SLIP_INDICATOR] = lesser(out[SLIP_INDICATOR], distance_to_new_stiffness(model));
+        }
+    }
+}
+
+/* Modes that an event at the latched point leads to. */
+static void modes_after_event(Model *model, bool *range, int *slip)
+{
+    const double *at = model->latched, *out = model->value;
+
+    model_indicators(model);
+    *range = model->in_range ? !(out[IN_RANGE_INDICATOR] < 0.0) : out[IN_RANGE_INDICATOR] > 0.0;
+    *slip = model->slip;
+    if (!presliding(model)) {
+        *slip = 0;
+    } else if (model->slip == 0) {
+        if (out[SLIP_INDICATOR] <= 0.0 && at[SPEED] != 0.0) {
+            *slip = at[SPEED] > 0.0 ? 1 : -1;
+        }
+    } else if (out[SLIP_INDICATOR] < 0.0) {
+        *slip = 0;
     }
 }
 
@@ -323,39 +347,82 @@ void model_initial_event(Model *model)
 
 bool model_event(Model *model)
 {
-    const double *at = model->latched;
-    const double *out = model->value;
     bool changed = model->moved;
+    int slip;
 
     model->moved = false;
-    if (presliding(model) && adapt_stiffness(model)) {
+    if (presliding(model) && model->continuous && adapt_stiffness(model)) {
         changed = true;
         model_latch(model);
     }
-    model_indicators(model);
-    if (model->in_range ? out[IN_RANGE_INDICATOR] < 0.0 : out[IN_RANGE_INDICATOR] > 0.0) {
-        model->in_range = !model->in_range;
-    }
-    if (!presliding(model)) {
-        /* as in co-simulation, a bristle that is switched off is unwound */
+    modes_after_event(model, &model->in_range, &slip);
+    if (!presliding(model) && model->continuous) {
+        /* a bristle that is switched off is unwound; in co-simulation by the next step, which makes heat of it */
         changed = changed || model->value[PRESLIDING_DEFLECTION] != 0.0;
         model->value[PRESLIDING_DEFLECTION] = 0.0;
-        model->slip = 0;
-    } else if (model->slip == 0) {
-        if (out[SLIP_INDICATOR] <= 0.0 && at[SPEED] != 0.0) {
-            model->slip = at[SPEED] > 0.0 ? 1 : -1;
-        }
-    } else if (out[SLIP_INDICATOR] < 0.0) {
+    } else if (presliding(model) && model->slip != 0 && slip == 0) {
         /* Never more than the bristle had when it began to slip: a Coulomb torque that has risen since then would give
            it energy that no motion has put in. */
-        const double sliding = sliding_deflection(model), wound = fabs(at[PRESLIDING_DEFLECTION]);
+        const double sliding = sliding_deflection(model), wound = fabs(model->latched[PRESLIDING_DEFLECTION]);
         model->value[PRESLIDING_DEFLECTION] =
             model->slip * (wound < SLIDING_FROM * sliding ? wound / SLIDING_FROM : sliding);
-        model->slip = 0;
         changed = true;
     }
+    model->slip = slip;
     model_latch(model);
     return changed;
+}
+
+#define AT_END (4.0 * DBL_EPSILON) /* of a step: an event so close to its end is at its end */
+
+/* [s] to the start of slip at the latched point, infinite: there is none; deflection there */
+static double time_to_slip(Model *model, double *slips_at)
+{
+    const double *at = model->latched;
+    double sliding;
+
+    if (model->slip != 0 || !presliding(model) || at[SPEED] == 0.0 || is_held(model)) {
+        return HUGE_VAL;
+    }
+    sliding = sliding_deflection(model);
+    if (!(sliding > 0.0)) {
+        return HUGE_VAL;
+    }
+    *slips_at = with_sign_of(SLIDING_FROM * sliding, at[SPEED]);
+    return travel_to_slip(with_sign_of(at[PRESLIDING_DEFLECTION], at[SPEED]), sliding) / fabs(at[SPEED]);
+}
+
+double model_step_to_event(Model *model, double step, bool *due)
+{
+    double slips_at = 0.0, time;
+    bool range;
+    int slip;
+
+    model_latch(model);
+    modes_after_event(model, &range, &slip);
+    *due = range != model->in_range || slip != model->slip;
+    if (*due) {
+        return 0.0;
+    }
+    time = time_to_slip(model, &slips_at);
+    *due = time <= (1.0 + AT_END) * step;
+    step = lesser(step, time);
+    model_step(model, step);
+    if (*due) { /* exactly there, so that rounding cannot put the event off */
+        model->value[PRESLIDING_DEFLECTION] = model->latched[PRESLIDING_DEFLECTION] = slips_at;
+    }
+    return step;
+}
+
+double model_power(Model *model)
+{
+    return model_get(model, POWER_LOSS);
+}
+
+void model_set_mean_power(Model *model, double mean)
+{
+    model->power_of_parts += mean - model_get(model, POWER_LOSS);
+    model->torque_known = false;
 }
 
 /* --- derivatives --- */

@@ -19,12 +19,14 @@ struct Model {
     double initial_deflection;      /* [rad] as found at the start; another value has been set */
     double bristle_torque;          /* [N.m] of the latched point */
     double bristle_power;           /* [W] */
+    double power_of_parts;          /* [W] of a step in parts: its mean power minus that of its last part */
     bool continuous;                /* model exchange: the bristle is a state of the importer */
-    bool in_range;                  /* model exchange: at the last event */
+    bool events;                    /* modes change at events only: model exchange, co-simulation with event mode */
+    bool in_range;                  /* with events: at the last event */
     bool from_side;                 /* before: the deflection has not been set and follows from presliding_side */
-    bool began;                     /* co-simulation: a step, model exchange: the initial event is done */
-    bool moved;                     /* model exchange: the initial event has set the deflection */
-    int slip;                       /* model exchange: 0 the bristle follows, +1 or -1 direction of slip */
+    bool began;                     /* the first step is done; with events: the initial event */
+    bool moved;                     /* with events: the initial event has set the deflection */
+    int slip;                       /* with events: 0 the bristle follows, +1 or -1 direction of slip */
     bool conditions_known, parts_known, torque_known, films_known;
     bool loads_known;                       /* valid while preload and axial load do not change: */
     double loads_preload, loads_axial_load; /* [N] that loads belong to */
@@ -35,12 +37,13 @@ struct Model {
 
 /* Fields of a saved state other than value and latched: numbers, flags, signs. */
 #define MODEL_NUMBERS(X) X(step) X(deflection_before) X(stiffness_before) X(stiffness) X(initial_deflection) \
-    X(bristle_torque) X(bristle_power)
-#define MODEL_FLAGS(X) X(continuous) X(in_range) X(from_side) X(began) X(moved)
+    X(bristle_torque) X(bristle_power) X(power_of_parts)
+#define MODEL_FLAGS(X) X(continuous) X(events) X(in_range) X(from_side) X(began) X(moved)
 #define MODEL_SIGNS(X) X(slip)
 
-/* Whether the last step is too long for the bristle, with its stiffness [N.m/rad] and damping [N.m.s/rad]. */
+/* Whether a step that has been made is too long for the bristle, with its stiffness [N.m/rad] and damping
+   [N.m.s/rad]. */
 #define MODEL_WARNS_OF_STEPS
-bool model_step_too_long(const struct Model *model, double *stiffness, double *damping);
+bool model_step_too_long(const struct Model *model, double step, double *stiffness, double *damping);
 
 #endif

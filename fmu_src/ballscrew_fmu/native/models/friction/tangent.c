@@ -5,6 +5,7 @@
 
 #include "friction_law.h"
 #include "nut_law.h"
+#include "range.h"
 
 void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
                    const Moment *moment, double values[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
@@ -30,6 +31,7 @@ void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double
                   : bristle_unwound(in[PRESLIDING_DEFLECTION], moment);
     torque_outputs(&parts, &bristle, in, out);
     film_outputs(&films, in, out);
+    out[RANGE_MARGIN] = margin_of_inputs(map, in);
     out[PRESLIDING_DEFLECTION_RATE] = bristle.rate;
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
         values[i] = value_of(out[i]);

@@ -9,7 +9,7 @@
 typedef struct {
     double step;      /* [s] that the outputs belong to; 0: an instant */
     bool continuous;  /* model exchange */
-    int slip;         /* model exchange: 0 the bristle follows, +1 or -1 direction of slip */
+    int slip;         /* with events: 0 the bristle follows, +1 or -1 direction of slip */
     double stiffness; /* [N.m/rad] that the deflection belongs to; model exchange: constant between events */
     enum {
         RUNNING,

@@ -13,7 +13,7 @@ static bool at_rest(const Model *model)
 {
     const double speed = fabs(model->latched[SPEED]);
 
-    if (model->continuous && model->events_began) {
+    if (model->events_began) {
         return model->rests;
     }
     return !(speed >= model->latched[SPEED_MIN] && speed > 0.0);
@@ -63,14 +63,14 @@ static void compute(Model *model)
     if (model->solved) {
         return;
     }
-    if (!rests || model->continuous) { /* event indicators depend on the torque at rest too */
+    if (!rests || model->events) { /* event indicators depend on the torque at rest too */
         estimate(model, &found);
     }
     out[PRELOAD] = model->estimate;
     if (rests) {
         out[PRELOAD] = model->holds ? model->held : at[INITIAL_PRELOAD];
         torque_of_preload(model->map, at, motion(model), lesser(out[PRELOAD], model->map->force.hi), &found);
-        if (!model->continuous) {
+        if (!model->events) {
             model->clamped = clamped_inputs(&found);
         }
     }
@@ -102,7 +102,7 @@ void model_reset(Model *model, const Map *map, bool continuous)
 {
     memset(model, 0, sizeof *model);
     model->map = map;
-    model->continuous = continuous;
+    model->continuous = model->events = continuous;
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
         model->value[i] = model_variables[i].start;
     }
@@ -138,7 +138,7 @@ double model_get(Model *model, int reference)
     const Variable *variable = &model_variables[reference];
 
     if (reference == IN_RANGE) {
-        return model->continuous && model->events_began ? model->in_range && !model->rests : determined(model);
+        return model->events_began ? model->in_range && !model->rests : determined(model);
     }
     if (variable->causality == CAUSALITY_INDICATOR) {
         model_indicators(model);
@@ -171,7 +171,7 @@ void model_clear_computed(Model *model)
     model->estimate = model->elasticity = 0.0;
 }
 
-/* --- model exchange ---------------------------------------------------------------------------------------------- */
+/* --- events ------------------------------------------------------------------------------------------------------ */
 
 #define RANGE_HYSTERESIS 1e-6 /* relative: avoids repeated events at the limit of in_range */
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
@@ -207,9 +207,9 @@ void model_indicators(Model *model)
     bool within;
 
     compute(model);
-    within = model->continuous && model->events_began ? model->in_range : model->clamped == 0U;
+    within = model->events_began ? model->in_range : model->clamped == 0U;
     out[IN_RANGE_INDICATOR] =
-        model->continuous ? margin_of_estimate(model) + (within ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS) : 0.0;
+        model->events ? margin_of_estimate(model) + (within ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS) : 0.0;
     out[MOTION_INDICATOR] =
         fabs(model->latched[SPEED]) - model->latched[SPEED_MIN] + (rests ? -SPEED_HYSTERESIS : SPEED_HYSTERESIS);
 }
@@ -225,22 +225,138 @@ void model_initial_event(Model *model)
     (void)model_event(model);
 }
 
-bool model_event(Model *model)
+/* Modes that an event at the latched point leads to. */
+static void modes_after_event(Model *model, bool *range, bool *rests)
 {
-    const bool was_determined = model->in_range && !model->rests;
     const double *out = model->value;
 
     model_indicators(model);
-    if (model->in_range ? out[IN_RANGE_INDICATOR] < 0.0 : out[IN_RANGE_INDICATOR] > 0.0) {
-        model->in_range = !model->in_range;
-    }
-    if (model->rests ? out[MOTION_INDICATOR] > 0.0 : out[MOTION_INDICATOR] < 0.0) {
-        model->rests = !model->rests;
-    }
-    if (was_determined && (model->rests || !model->in_range)) { /* last instant at which the torque determined it */
+    *range = model->in_range ? !(out[IN_RANGE_INDICATOR] < 0.0) : out[IN_RANGE_INDICATOR] > 0.0;
+    *rests = model->rests ? !(out[MOTION_INDICATOR] > 0.0) : out[MOTION_INDICATOR] < 0.0;
+}
+
+bool model_event(Model *model)
+{
+    const bool was_determined = model->in_range && !model->rests;
+
+    modes_after_event(model, &model->in_range, &model->rests);
+    /* last instant at which the torque determined it; in co-simulation that is the end of the last step */
+    if (model->continuous && was_determined && (model->rests || !model->in_range)) {
         model->held = model->estimate;
         model->holds = true;
     }
     model_latch(model);
     return false;
+}
+
+double model_step_to_event(Model *model, double step, bool *due)
+{
+    bool range, rests;
+
+    model_latch(model);
+    modes_after_event(model, &range, &rests);
+    *due = range != model->in_range || rests != model->rests;
+    if (*due) {
+        return 0.0;
+    }
+    model_step(model, step);
+    return step;
+}
+
+double model_power(Model *model)
+{
+    (void)model;
+    return 0.0;
+}
+
+void model_set_mean_power(Model *model, double mean)
+{
+    (void)model;
+    (void)mean;
+}
+
+/* --- derivatives ------------------------------------------------------------------------------------------------- */
+
+#define DIFFERENCE 1e-4 /* relative change of the inputs in the difference of sensitivities */
+
+static Along motion_along(const Model *model, const double direction[VARIABLE_COUNT])
+{
+    const double speed = model->latched[SPEED];
+    const bool moves = fabs(speed) > model->latched[SPEED_MIN];
+    const Along out = {motion(model), moves ? with_sign_of(direction[SPEED], speed) : direction[SPEED_MIN]};
+    return out;
+}
+
+/* Preload of the outputs. By the torque it is the solution of torque(preload, inputs) = measured torque, so its
+   derivative is that of an implicit function; held, at rest or where the torque does not determine it, it is constant. */
+static Along preload_along(Model *model, const double direction[VARIABLE_COUNT], Along speed)
+{
+    Along out = {model->value[PRELOAD], 0.0};
+    Estimate found;
+
+    if (at_rest(model)) {
+        out.slope = model->holds ? 0.0 : direction[INITIAL_PRELOAD];
+        return out;
+    }
+    preload_of_torque(model->map, model->latched, speed.value, torque_along_motion(model), &found);
+    if (found.found && found.slope > 0.0) {
+        const double torque = with_sign_of(direction[TORQUE], model->latched[SPEED]);
+        out.slope = (torque - torque_along(model->map, model->latched, direction, speed, out).slope) / found.slope;
+    }
+    return out;
+}
+
+/* Derivative of the exact sensitivity, by a central difference along the direction. */
+static double sensitivity_slope(const Model *model, const double direction[VARIABLE_COUNT], Along speed, Along preload)
+{
+    double at[VARIABLE_COUNT], sensitivity[2], size = fabs(preload.slope) / greater(preload.value, 1.0), h;
+
+    size += fabs(speed.slope) / greater(speed.value, 1e-3);
+    for (int i = 0; i < VARIABLE_COUNT; ++i) {
+        if (i != TORQUE && i != SPEED && i != SPEED_MIN) {
+            size += fabs(direction[i]) / greater(fabs(model->latched[i]), model_variables[i].nominal);
+        }
+    }
+    if (!(size > 0.0)) {
+        return 0.0;
+    }
+    h = DIFFERENCE / size;
+    for (int side = 0; side < 2; ++side) {
+        const double step = side == 0 ? -h : h, highest = model->map->force.hi;
+        Estimate end;
+        for (int i = 0; i < VARIABLE_COUNT; ++i) {
+            at[i] = model->latched[i] + step * direction[i];
+        }
+        torque_of_preload(model->map, at, speed.value + step * speed.slope,
+                          lesser(preload.value + step * preload.slope, highest), &end);
+        sensitivity[side] = greater(end.slope, 0.0);
+    }
+    return (sensitivity[1] - sensitivity[0]) / (2.0 * h);
+}
+
+void model_directional_derivative(Model *model, const int unknowns[], size_t unknown_count, const int knowns[],
+                                  size_t known_count, const double seed[], double sensitivity[])
+{
+    double direction[VARIABLE_COUNT] = {0.0}, slopes[VARIABLE_COUNT] = {0.0};
+    const double *at = model->latched;
+    Along speed, preload;
+    double steep;
+
+    for (size_t k = 0; k < known_count; ++k) {
+        direction[knowns[k]] += seed[k];
+    }
+    compute(model);
+    speed = motion_along(model, direction);
+    preload = preload_along(model, direction, speed);
+    steep = model->value[TORQUE_SENSITIVITY];
+    slopes[PRELOAD] = preload.slope;
+    slopes[TORQUE_SENSITIVITY] = steep > 0.0 ? sensitivity_slope(model, direction, speed, preload) : 0.0;
+    if (at[TORQUE_UNCERTAINTY] < steep * model->map->force.hi) {
+        slopes[PRELOAD_HALF_WIDTH] =
+            (direction[TORQUE_UNCERTAINTY] - model->value[PRELOAD_HALF_WIDTH] * slopes[TORQUE_SENSITIVITY]) / steep;
+    }
+    slopes[LAMBDA_RATIO] = lambda_ratio_along(model->map, at, direction, preload).slope;
+    for (size_t i = 0; i < unknown_count; ++i) {
+        sensitivity[i] = slopes[unknowns[i]];
+    }
 }

@@ -14,9 +14,10 @@ struct Model {
     double held;                    /* [N] preload of the last step or, in model exchange, event that was in range */
     bool holds;                     /* held is defined */
     bool continuous;                /* model exchange */
-    bool in_range;                  /* model exchange: at the last event, without the condition on speed */
-    bool rests;                     /* model exchange: at the last event, speed below speed_min */
-    bool events_began;              /* model exchange: the initial event is done */
+    bool events;                    /* modes change at events only: model exchange, co-simulation with event mode */
+    bool in_range;                  /* with events: at the last event, without the condition on speed */
+    bool rests;                     /* with events: at the last event, speed below speed_min */
+    bool events_began;              /* with events: the initial event is done */
     bool solved, films_known;       /* outputs of the latched point are computed */
     unsigned clamped;               /* bit per input, of the latched point */
     double estimate;                /* [N] preload from the torque of the latched point */
@@ -25,7 +26,7 @@ struct Model {
 
 /* Fields of a saved state other than value and latched: numbers, flags, signs. */
 #define MODEL_NUMBERS(X) X(held)
-#define MODEL_FLAGS(X) X(holds) X(continuous) X(in_range) X(rests) X(events_began)
+#define MODEL_FLAGS(X) X(holds) X(continuous) X(events) X(in_range) X(rests) X(events_began)
 #define MODEL_SIGNS(X)
 
 #endif

@@ -133,3 +133,48 @@ void preload_of_torque(const Map *map, const double at[VARIABLE_COUNT], double s
     begin_search(&search, map, at, speed, out);
     out->found = solve(&search, torque, out);
 }
+
+/* --- derivatives along a direction ------------------------------------------------------------------------------- */
+
+static Number dual_of(Along a) { return number(a.value, a.slope); }
+
+static Along pair_of(Number a)
+{
+    const Along out = {value_of(a), slope_of(a)};
+    return out;
+}
+
+static Number variable_of(const double at[], const double direction[], int reference)
+{
+    return number(at[reference], direction[reference]);
+}
+
+Along torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Along speed,
+                   Along preload)
+{
+    const Friction friction = {
+        variable_of(at, direction, APPARENT_VISCOSITY_RATIO), variable_of(at, direction, NET_SLIDING_COEFFICIENT),
+        variable_of(at, direction, ROUGHNESS_HEIGHT), variable_of(at, direction, BREAKAWAY_FACTOR)};
+    const Number sign = regularised_sign(dual_of(speed), variable_of(at, direction, REGULARIZATION_SPEED));
+    Conditions conditions;
+    Loads loads;
+    Parts parts;
+
+    nut_conditions(map, dual_of(speed), variable_of(at, direction, TEMPERATURE), &conditions);
+    nut_loads(map, dual_of(preload), variable_of(at, direction, AXIAL_LOAD), &loads);
+    nut_parts(map, &loads, &conditions, NULL, &friction, &parts);
+    return pair_of(add(parts.viscous, multiply(sign, coulomb_magnitude(&parts))));
+}
+
+Along lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+                         Along preload)
+{
+    Conditions conditions;
+    Loads loads;
+    Films films;
+
+    nut_conditions(map, variable_of(at, direction, SPEED), variable_of(at, direction, TEMPERATURE), &conditions);
+    nut_loads(map, dual_of(preload), variable_of(at, direction, AXIAL_LOAD), &loads);
+    nut_films(map, &loads, &conditions, &films);
+    return pair_of(lambda_ratio(films.minimum, variable_of(at, direction, ROUGHNESS_HEIGHT)));
+}

@@ -22,4 +22,14 @@ void torque_of_preload(const Map *map, const double at[VARIABLE_COUNT], double s
    separate. */
 void preload_of_torque(const Map *map, const double at[VARIABLE_COUNT], double speed, double torque, Estimate *out);
 
+/* Derivatives along a direction of inputs and parameters, with a preload and a speed that change along it too. */
+typedef struct {
+    double value, slope;
+} Along;
+
+Along torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Along speed,
+                   Along preload);
+Along lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+                         Along preload);
+
 #endif

@@ -1,0 +1,104 @@
+"""Runs the reference experiments of an FMU from their manifest alone, in fmpy."""
+
+import csv
+import hashlib
+import io
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import fmpy
+import numpy as np
+
+from ballscrew_fmu.checks.reference import CheckError
+from ballscrew_fmu.native_fmu.experiments import EXPERIMENT_TYPE, FOLDER, MANIFEST, SSV_NAMESPACE
+
+
+def run_experiments(fmu: Path | str) -> dict[str, float]:
+    """Largest relative difference between the outputs of an FMU and their references, by experiment.
+
+    Raises       CheckError: there is no manifest, a file is missing or has another checksum, or fmpy cannot run it
+    """
+    folder = tempfile.mkdtemp(prefix="ballscrew_experiments_")
+    try:
+        fmpy.extract(str(fmu), unzipdir=folder)
+        return _run_all(Path(folder))
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _run_all(folder: Path) -> dict[str, float]:
+    place = folder / FOLDER
+    listed = {node.get("source", ""): node for node in _parsed(place / MANIFEST).iter("Related")}
+    for source, related in listed.items():
+        if hashlib.sha3_256(_content(place / source)).hexdigest() != related.get("checksum"):
+            raise CheckError(f"{source}: not the file of the manifest, its checksum differs")
+    experiments = [
+        experiment
+        for source, related in listed.items()
+        if related.get("type") == EXPERIMENT_TYPE
+        for experiment in _parsed(place / source).iter("Experiment")
+    ]
+    return {experiment.get("name", ""): _run(folder, place, experiment) for experiment in experiments}
+
+
+def _run(folder: Path, place: Path, experiment: ElementTree.Element) -> float:
+    sources = {node.tag: place / node.get("source", "") for node in experiment if node.get("source")}
+    settings = experiment.find("TransientSimulation")
+    if settings is None:
+        raise CheckError(f"{experiment.get('name')}: no transient simulation")
+    times = {name: float(value) for name, value in settings.items()}
+    wanted = _columns(sources["References"])
+    try:
+        found = fmpy.simulate_fmu(
+            str(folder),
+            fmi_type="CoSimulation",
+            start_time=times["startTime"],
+            stop_time=times["stopTime"],
+            output_interval=times["stepSize"],
+            start_values=_parameters(sources["Parameters"]) if "Parameters" in sources else {},
+            input=_signals(sources["Stimuli"]),
+            output=[name for name in wanted if name != "time"],
+        )
+    except Exception as error:  # fmpy raises Exception itself
+        raise CheckError(f"{experiment.get('name')}: {error}") from error
+    # the first row of fmpy is that after initialization; references begin with the end of the first step
+    if not np.allclose(found["time"][1:], wanted["time"], rtol=0.0, atol=1e-6 * times["stepSize"]):
+        raise CheckError(f"{experiment.get('name')}: steps end at other times than the references")
+    return max(
+        float(np.max(np.abs(found[name][1:] - values) / np.maximum(np.abs(values), 1e-300)))
+        for name, values in wanted.items()
+        if name != "time"
+    )
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise CheckError(f"{path.name}: {error.strerror}") from error
+
+
+def _parsed(path: Path) -> ElementTree.Element:
+    return ElementTree.fromstring(_content(path))
+
+
+def _columns(path: Path) -> dict[str, Any]:
+    head, *rows = csv.reader(io.StringIO(_content(path).decode()))
+    return dict(zip(head, np.array(rows, dtype=float).T, strict=True))
+
+
+def _signals(path: Path) -> Any:
+    columns = _columns(path)
+    return np.array(list(zip(*columns.values(), strict=True)), dtype=[(name, float) for name in columns])
+
+
+def _parameters(path: Path) -> Mapping[str, float | bool]:
+    values: dict[str, float | bool] = {}
+    for node in _parsed(path).iter(f"{{{SSV_NAMESPACE}}}Parameter"):
+        kind, text = node[0].tag.rpartition("}")[2], node[0].get("value", "")
+        values[node.get("name", "")] = text == "true" if kind == "Boolean" else float(text)
+    return values

@@ -1,0 +1,424 @@
+"""Event mode, early return and intermediate update of FMI 3 co-simulation: events as in model exchange, in fmpy too."""
+
+import math
+from ctypes import byref, c_bool, c_double, c_size_t
+
+import fmpy
+import numpy as np
+import pytest
+from native_library import CS, ERROR, ME, NUT_MAP, OK, WARNING, NativeInstance, doubles, references
+from scipy.integrate import solve_ivp
+
+from ballscrew_fmu.models import MONITOR
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
+
+EVENT_TIME = 1e-9  # [s] largest difference from model exchange
+STEP = 1e-3
+BRISTLE = {"presliding_stiffness": 1500.0, "presliding_damping": 0.3, "presliding_side": 1e-20}  # from rest
+INDICATORS = 2
+
+
+def profile(seed, count=120):
+    """Inputs held over steps: slow and fast motion, reversals, rests, loads; twice beyond the map."""
+    rng = np.random.default_rng(seed)
+    rows, speed = [], 0.4
+    for n in range(count):
+        if n % 7 == 0:
+            speed = (-1.0) ** (n // 7) * 10.0 ** rng.uniform(-0.2, 0.7)
+        row = {
+            "speed": 0.0 if n % 19 == 18 else speed,
+            "preload": 2000.0 + 600.0 * math.sin(0.2 * n),
+            "temperature": 400.0 if 30 <= n < 33 else 303.15,
+            "axial_load": 900.0 if n >= 40 else 0.0,
+        }
+        rows.append(row)
+    return rows
+
+
+class Modes:
+    """Direction in which the bristle slips, 0: it follows, and in_range; as last seen after an event."""
+
+    def __init__(self, one):
+        self.one, self.seen = one, (0, True)
+
+    def changed(self):
+        """Whether they differ from the last ones. At rest the direction cannot be seen."""
+        speed, torque, viscous, rate = self.one.get(
+            "speed", "friction_torque", "viscous_torque", "presliding_deflection_rate"
+        )
+        slip = int(math.copysign(1.0, torque - viscous)) if rate == 0.0 else 0
+        before, self.seen = self.seen, (slip if speed else self.seen[0], self.one.in_range())
+        return self.seen != before
+
+
+def exchange_events(rows, law=FILM_SHEAR):
+    """Times of the changes of mode in model exchange: an integrator of order 8 at its least tolerance, roots to
+    rounding."""
+    events = []
+    with NativeInstance(3, ME, law=law).start(**BRISTLE, **rows[0]) as one:
+        modes = Modes(one)
+
+        def event(time):
+            assert one.call("EnterEventMode") == OK
+            assert one.update()[0] == OK
+            assert one.call("EnterContinuousTimeMode") == OK
+            if modes.changed():
+                events.append(time)
+
+        def at(time, z):
+            assert one.call("SetTime", c_double(time)) == OK
+            assert one.call("SetContinuousStates", doubles(z), c_size_t(1)) == OK
+
+        def rate(time, z):
+            at(time, z[0])
+            return one.rates()
+
+        def slip(time, z):
+            at(time, z[0])
+            return one.vector("GetEventIndicators", INDICATORS)[1]
+
+        slip.terminal = True
+        one.update()
+        one.call("EnterContinuousTimeMode")
+        for n, row in enumerate(rows):
+            time, end = n * STEP, (n + 1) * STEP
+            one.set(**row)
+            event(time)  # the inputs jump
+            while time < end:
+                start = one.vector("GetContinuousStates")
+                run = solve_ivp(rate, (time, end), start, "DOP853", events=slip, rtol=3e-14, atol=1e-17)
+                time = run.t[-1]
+                if run.status == 1:
+                    # beyond the root by rounding, so that the indicator has changed its sign
+                    at(time, run.y[0, -1] + math.copysign(1e-15, row["speed"]))
+                    event(time)
+                else:
+                    at(time, run.y[0, -1])
+    return events
+
+
+def step_events(rows, law=FILM_SHEAR, input_events=False, **options):
+    """Times at which co-simulation reports an event, and the time that the steps reach."""
+    events, time = [], 0.0
+    with NativeInstance(3, CS, event_mode=True, early_return=True, law=law, **options) as one:
+        one.start(**{**BRISTLE, **rows[0]})
+
+        modes = Modes(one)
+
+        def handle():
+            assert one.call("EnterEventMode") == OK
+            assert one.update() == (OK, False)
+            assert one.call("EnterStepMode") == OK
+            return modes.changed()
+
+        assert one.update()[0] == OK
+        assert one.call("EnterStepMode") == OK
+        for n, row in enumerate(rows):
+            one.set(**row)
+            if input_events and handle():
+                events.append(time)
+            while time < (n + 1) * STEP:
+                needed, early, reached = one.step_to_event(time, (n + 1) * STEP - time)
+                assert early == (reached < (n + 1) * STEP)
+                assert needed or not early
+                time = reached
+                if needed:
+                    events.append(time)
+                    assert handle() or not row["speed"]
+        assert all(message.status == WARNING for message in one.messages)
+    return events, time
+
+
+@pytest.mark.parametrize("law", [FILM_SHEAR, MECHANISTIC])
+def test_events_are_those_of_model_exchange(law):
+    rows = profile(3)
+    expected = exchange_events(rows, law)
+    assert len(expected) >= 12
+    assert sum(abs(time / STEP - round(time / STEP)) > 1e-3 for time in expected) >= 5  # within steps
+    for input_events in (False, True):
+        events, reached = step_events(rows, law, input_events)
+        assert reached == pytest.approx(len(rows) * STEP, rel=1e-14)
+        assert len(events) == len(expected)
+        assert np.max(np.abs(np.subtract(events, expected))) <= EVENT_TIME
+
+
+# --- event mode ---
+
+
+def started(rows=({"speed": 2.0},), **options):
+    """In step mode of an instance with event mode, with the first row of inputs."""
+    one = NativeInstance(3, CS, event_mode=True, **options).start(**{**BRISTLE, **rows[0]})
+    assert one.update()[0] == OK
+    assert one.call("EnterStepMode") == OK
+    return one
+
+
+def test_events_without_early_return_are_handled_within_the_step():
+    """Same deflection and torque at the communication points as with early return; the heat of the steps adds up."""
+    rows = profile(5)
+    with started(rows, early_return=True) as early, started(rows) as whole:
+        inside = 0
+        for n, row in enumerate(rows):
+            time, heat = n * STEP, 0.0
+            early.set(**row)
+            whole.set(**row)
+            while time < (n + 1) * STEP:
+                event, _, reached = early.step_to_event(time, (n + 1) * STEP - time)
+                heat += early.get("power_loss")[0] * (reached - time)
+                inside += n * STEP < time
+                time = reached
+                if event:
+                    early.call("EnterEventMode")
+                    early.update()
+                    early.call("EnterStepMode")
+            assert whole.step_to_event(n * STEP, STEP) == (False, False, n * STEP + STEP)
+            expected = early.get("presliding_deflection", "viscous_torque")
+            assert whole.get("presliding_deflection", "viscous_torque") == pytest.approx(
+                expected, rel=1e-11, abs=1e-15
+            )
+            assert whole.get("power_loss")[0] * STEP == pytest.approx(heat, rel=1e-10, abs=1e-15)
+            assert whole.in_range() == early.in_range()
+        assert inside >= 5
+
+
+def test_slip_is_at_the_coulomb_torque_until_the_speed_reverses():
+    with started(({"speed": 2.0, "presliding_damping": 0.0},), early_return=True) as one:
+        event, early, time = one.step_to_event(0.0, 1.0)
+        assert (event, early) == (True, True)
+        coulomb = sum(one.get("hysteresis_torque", "sliding_torque"))
+        wound = one.get("presliding_deflection")[0]
+        one.call("EnterEventMode")
+        assert one.update() == (OK, False)
+        one.call("EnterStepMode")
+        assert sum(one.get("hysteresis_torque", "sliding_torque")) == pytest.approx(
+            1500.0 * wound / 0.999, rel=1e-12
+        )
+        assert coulomb == pytest.approx(sum(one.get("hysteresis_torque", "sliding_torque")), rel=2e-3)
+        assert one.step_to_event(time, 1.0) == (False, False, time + 1.0)
+        assert one.get("presliding_deflection") == [wound]
+        one.set(speed=-2.0)
+        assert one.step_to_event(time + 1.0, 1.0) == (True, True, time + 1.0)
+        one.call("EnterEventMode")
+        assert one.update() == (OK, False)
+        assert one.get("presliding_deflection")[0] == pytest.approx(wound / 0.999, rel=1e-12)
+
+
+def test_an_event_that_the_importer_does_not_handle_is_handled_by_the_next_step():
+    with started(early_return=True) as one, started(early_return=True) as other:
+        for fmu in (one, other):
+            event, early, time = fmu.step_to_event(0.0, 1.0)
+            assert (event, early) == (True, True)
+        other.call("EnterEventMode")
+        other.update()
+        other.call("EnterStepMode")
+        assert one.step_to_event(time, 0.1) == other.step_to_event(time, 0.1) == (False, False, time + 0.1)
+        assert one.outputs() == other.outputs()
+        for fmu in (one, other):
+            fmu.set(speed=-2.0)
+            assert fmu.step_to_event(time + 0.1, 1e-4) == (True, True, time + 0.1)  # no time passes
+            assert fmu.step_to_event(time + 0.1, 1e-4) == (False, False, time + 0.1 + 1e-4)
+
+
+def test_an_event_at_the_end_of_a_step_is_no_early_return():
+    with started(early_return=True) as one:
+        _, _, time = one.step_to_event(0.0, 1.0)
+    with started(early_return=True) as one:
+        assert one.step_to_event(0.0, time) == (True, False, time)
+    with started() as one:
+        assert one.step_to_event(0.0, time) == (True, False, time)
+
+
+def test_states_of_instances_with_and_without_event_mode_are_not_exchanged():
+    with started(early_return=True) as one, NativeInstance(3).start() as other:
+        _, _, time = one.step_to_event(0.0, 1.0)  # an event is due
+        state = one.save()
+        assert one.step_to_event(time, 1e-3)[0] is False
+        expected = one.outputs()
+        content = one.serialize(state)
+        assert one.restore(state) == OK
+        assert one.step_to_event(time, 1e-3)[0] is False
+        assert one.outputs() == expected
+        status, again = one.deserialize(content)
+        assert status == OK
+        assert one.restore(again) == OK
+        assert one.step_to_event(time, 1e-3)[0] is False
+        assert one.outputs() == expected
+        status, foreign = other.deserialize(content)
+        assert status == OK
+        assert other.restore(foreign) == ERROR
+        assert "with event mode" in other.last
+
+
+def test_the_monitor_reports_motion_and_range():
+    """Events at changes of the inputs only; the preload is held as without event mode."""
+    with (
+        NativeInstance(3, CS, event_mode=True, early_return=True, model=MONITOR) as one,
+        NativeInstance(3, CS, model=MONITOR) as plain,
+    ):
+        names = [v.name for v in MONITOR.native_variables(NUT_MAP.header)]
+        place = {name: n for n, name in enumerate(names, FIRST_REFERENCE)}
+
+        def put(fmu, **values):
+            assert fmu.set_raw(references(*(place[name] for name in values)), doubles(*values.values())) == OK
+
+        for fmu in (one, plain):
+            put(fmu, torque=1.0, speed=20.0, temperature=303.15)
+            assert fmu.initialize() == OK
+            assert fmu.call("ExitInitializationMode") == OK
+        assert one.update()[0] == OK
+        assert one.call("EnterStepMode") == OK
+        found, time = [], 0.0
+        for values in (
+            {"speed": 21.0},
+            {"speed": 0.0},
+            {"speed": 0.0},
+            {"speed": 30.0},
+            {"temperature": 400.0},
+        ):
+            for fmu in (one, plain):
+                put(fmu, **values)
+            event, early, reached = one.step_to_event(time, STEP)
+            found.append(event)
+            if event:
+                assert (early, reached) == (True, time)
+                one.call("EnterEventMode")
+                assert one.update() == (OK, False)
+                one.call("EnterStepMode")
+                assert one.step_to_event(time, STEP) == (False, False, time + STEP)
+            plain.step(time, STEP)
+            time += STEP
+            results = [fmu.get(place["preload"], place["preload_half_width"]) for fmu in (one, plain)]
+            assert results[0] == results[1]
+        assert found == [False, True, False, True, True]
+
+
+# --- intermediate update ---
+
+
+class Updates:
+    """Importer's side: records the calls, sets inputs by a function of time, requests early return at a time."""
+
+    def __init__(self, inputs=None, until=math.inf, ask_from=math.inf):
+        self.inputs, self.until, self.ask_from = inputs, until, ask_from
+        self.calls, self.one, self.seen = [], None, []
+
+    def __call__(self, _environment, time, settable, gettable, finished, may_return, requested, return_time):
+        self.calls.append((time, settable, gettable, finished, may_return))
+        self.seen.append(self.one.get("friction_torque", "power_loss"))
+        assert self.one.in_range()
+        if self.inputs is not None and settable:
+            assert self.one.set(**self.inputs(time)) == OK
+        if time >= self.ask_from:
+            requested[0], return_time[0] = True, self.until
+
+
+def updating(updates, **options):
+    updates.one = NativeInstance(3, CS, update=updates, **options)
+    return updates.one
+
+
+def test_inputs_of_intermediate_updates_are_those_of_shorter_steps():
+    def inputs(time):
+        return {"speed": 3.0 * math.cos(900.0 * time), "preload": 2000.0 + 1e5 * time}
+
+    updates = Updates(inputs)
+    with updating(updates).start(**BRISTLE) as one, NativeInstance(3).start(**BRISTLE) as fine:
+        for n in range(20):
+            one.set(**inputs(n * STEP))
+            assert one.step_to_event(n * STEP, STEP) == (False, False, n * STEP + STEP)
+            heat = 0.0
+            for k in range(8):
+                fine.set(**inputs(n * STEP + STEP * k / 8 if k else n * STEP))
+                assert fine.step(n * STEP + STEP * k / 8, STEP / 8) == OK
+                torque, power = fine.get("friction_torque", "power_loss")
+                assert updates.seen[8 * n + k] == pytest.approx([torque, power], rel=1e-9, abs=1e-12)
+                heat += power * STEP / 8
+            names = ("friction_torque", "viscous_torque", "presliding_deflection")
+            assert one.get(*names) == pytest.approx(fine.get(*names), rel=1e-9, abs=1e-12)
+            assert one.get("power_loss")[0] * STEP == pytest.approx(heat, rel=1e-9, abs=1e-15)
+    times = [call[0] for call in updates.calls]
+    assert times[:8] == [STEP * k / 8 for k in range(1, 9)]
+    assert {call[1:] for call in updates.calls[:7]} == {
+        (True, True, True, False)
+    }  # early return is not allowed
+    assert updates.calls[7][1:] == (False, True, True, False)
+
+
+@pytest.mark.parametrize(
+    ("until", "reached"), [(0.6e-3, 0.6e-3), (0.0, 0.5e-3), (math.nan, 0.5e-3), (0.5e-3, 0.5e-3), (2.0, STEP)]
+)
+def test_the_importer_can_ask_for_an_early_return(until, reached):
+    updates = Updates(until=until, ask_from=0.45e-3)
+    with updating(updates, early_return=True).start(speed=0.1, **BRISTLE) as one:
+        assert one.step_to_event(0.0, STEP) == (False, reached < STEP, pytest.approx(reached, rel=1e-15))
+        assert one.get("presliding_deflection") == pytest.approx([0.1 * reached], rel=1e-13)
+        assert updates.calls[0][4]
+    updates = Updates(until=until, ask_from=0.45e-3)
+    with updating(updates).start(speed=0.1, **BRISTLE) as one:  # not allowed
+        assert one.step_to_event(0.0, STEP) == (False, False, STEP)
+
+
+def test_a_reversal_at_an_intermediate_update_is_an_event_there():
+    updates = Updates(lambda time: {"speed": 40.0 if time < 0.7e-3 else -40.0})
+    with updating(updates, event_mode=True, early_return=True) as one:
+        one.start(speed=40.0, **BRISTLE)
+        one.update()
+        one.call("EnterStepMode")
+        event, early, slips = one.step_to_event(0.0, STEP)
+        assert (event, early) == (True, True)
+        assert slips < 0.7e-3
+        one.call("EnterEventMode")
+        one.update()
+        one.call("EnterStepMode")
+        updates.calls.clear()
+        event, early, sticks = one.step_to_event(slips, STEP - slips)
+        assert (event, early) == (True, True)
+        assert sticks == min(call[0] for call in updates.calls if call[0] >= 0.7e-3)
+
+
+@pytest.mark.parametrize("call", ["Terminate", "EnterEventMode", "Reset", "DoStep"])
+def test_other_calls_within_an_intermediate_update_are_refused(call):
+    statuses = []
+
+    def update(*_):
+        given = (c_double(0.0), c_double(STEP), 0, None, None, None, None) if call == "DoStep" else ()
+        statuses.append(one.call(call, *given))
+
+    with NativeInstance(3, CS, update=update).start(speed=1.0) as one:
+        nothing = byref(c_bool()), byref(c_bool()), byref(c_bool()), byref(c_double())
+        assert one.call("DoStep", c_double(0.0), c_double(STEP), 0, *nothing) == ERROR
+        assert statuses == [ERROR]
+        assert "Intermediate Update Mode" in one.last
+
+
+def test_parameters_are_not_set_in_an_intermediate_update():
+    def update(*_):
+        assert one.set(roughness_height=1e-8) == ERROR
+
+    with NativeInstance(3, CS, update=update).start(speed=1.0) as one:
+        assert one.step(0.0, STEP) == ERROR
+        assert "roughness_height cannot be set in Intermediate Update Mode" in one.last
+
+
+# --- fmpy ---
+
+
+@pytest.mark.slow
+def test_fmpy_follows_the_events(native_unpacked):
+    """fmpy's master with event mode and early return: a row at each event, and the values of our own master."""
+    steps = [(0.0, 2.0), (0.004, 2.0), (0.004, -3.0), (0.008, -3.0), (0.008, 0.5)]
+    signals = np.array(steps, dtype=[("time", float), ("speed", float)])
+    common = dict(
+        fmi_type="CoSimulation", stop_time=0.012, output_interval=STEP, input=signals, start_values=BRISTLE,
+        output=["speed", "friction_torque", "presliding_deflection"],
+    )  # fmt: skip
+    run = fmpy.simulate_fmu(native_unpacked[3], use_event_mode=True, early_return_allowed=True, **common)
+    plain = fmpy.simulate_fmu(native_unpacked[3], **common)
+    rows = [{"speed": 2.0 if n < 4 else -3.0 if n < 8 else 0.5} for n in range(12)]
+    events, _ = step_events(rows, input_events=True)
+    for time in events:
+        assert np.min(np.abs(run["time"] - time)) <= 1e-12
+    assert len(run) >= len(plain) + len([t for t in events if abs(t / STEP - round(t / STEP)) > 1e-6])
+    limit = 1.001 * np.max(np.abs(plain["presliding_deflection"]))
+    assert np.max(np.abs(run["presliding_deflection"])) <= limit
