@@ -1,0 +1,119 @@
+"""Axial stiffness of the preloaded nut from the Hertz law of its contacts, bodies rigid.
+
+Nut A and nut B are as in `load`: an axial load > 0 on the nut relieves A and loads B, and both share one rigid body.
+With approach d of screw and nut at the balls of a nut, F = k d^(3/2) (contact_stiffness). Preload P gives both the
+approach d_0 = (P/k)^(2/3). A displacement x of the nut against the screw adds to one and takes from the other:
+
+    F_A = k max(d_0 - x, 0)^(3/2),  F_B = k max(d_0 + x, 0)^(3/2),  load = F_B - F_A.
+
+All kinds of preload have this law: with oversize balls A and B are the two pairs of flanks, each with all balls, and d_0
+is the oversize over sin(beta) cos(lambda). Assumed: rigid bodies, equal loads of the balls, constant contact angle. The
+chain of `load` has none of these. Bodies of the default sections make GD4008-3 at 2 kN up to 18 % softer.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..parameters.file import ScrewParameters
+from .ball_law import check_force, contact_compliance
+
+
+def contact_stiffness(screw: ScrewParameters, contact_angle: float | None = None) -> float:
+    """k of the axial force k d^(3/2) of one nut over its approach d [N/m^1.5].
+
+    Parameters   contact_angle : [rad]; None = that without load
+    Validity     constant contact angle. At the angle under its preload the stiffness of GD4008-3 at 2 kN is 1.2 % below
+                 that with an angle that follows the load, at the angle without load 3.7 %
+    Source       Hertz, both contacts of a ball in series: Q = (sb d/C)^(3/2), F = n sb Q, sb = sin(beta) cos(lambda)
+    Example
+        >>> from ballscrew_tehl.parameters.file import load_parameters
+        >>> round(contact_stiffness(load_parameters().screw) / 1e11, 2)
+        2.14
+    """
+    beta = screw.contact_angle if contact_angle is None else contact_angle
+    sb = math.sin(beta) * math.cos(screw.lead_angle)
+    compliance = contact_compliance(screw, beta)
+    return screw.loaded_ball_count * sb * (sb / compliance) ** 1.5
+
+
+def preload_approach(stiffness: float, preload: Any) -> Any:
+    """Approach d_0 of each nut under preload alone [m], also the displacement at which the relieved nut comes free.
+
+    Parameters   stiffness : k [N/m^1.5], > 0;  preload : float or array [N], >= 0
+    Raises       ValueError: not finite or negative
+    """
+    _check(stiffness, preload)
+    return np.cbrt(np.asarray(preload, dtype=float) / stiffness)[()] ** 2
+
+
+def nut_forces(stiffness: float, preload: Any, deflection: Any) -> tuple[Any, Any]:
+    """Forces of nut A and nut B [N] at a displacement x of the nut against the screw.
+
+    Parameters   stiffness, preload : as preload_approach;  deflection : x, float or array [m], > 0 loads B
+    """
+    d_0 = preload_approach(stiffness, preload)
+    x = np.asarray(deflection, dtype=float)
+    a, b = np.maximum(d_0 - x, 0.0), np.maximum(d_0 + x, 0.0)
+    return (stiffness * a * np.sqrt(a))[()], (stiffness * b * np.sqrt(b))[()]
+
+
+def separation_deflection_load(stiffness: float, preload: Any) -> tuple[Any, Any]:
+    """Displacement [m] and axial load [N] at which the relieved nut comes free: d_0 and 2^(3/2) preload."""
+    return preload_approach(stiffness, preload), 2.0**1.5 * np.asarray(preload, dtype=float)[()]
+
+
+def axial_stiffness(stiffness: float, preload: Any, deflection: Any = 0.0) -> Any:
+    """d load/d x of the nut [N/m]; without load 3 k^(2/3) preload^(1/3), with the cube root of the preload.
+
+    Parameters   as nut_forces
+    """
+    force_a, force_b = nut_forces(stiffness, preload, deflection)
+    return 1.5 * np.cbrt(stiffness) ** 2 * (np.cbrt(force_a) + np.cbrt(force_b))
+
+
+def axial_deflection(stiffness: float, preload: Any, axial_load: Any) -> Any:
+    """Displacement x of the nut against the screw under an axial load, inverse of nut_forces.
+
+    Parameters   stiffness, preload : as preload_approach;  axial_load : float or array [N], > 0 loads B
+    Returns      x [m], sign of the load
+    Raises       ValueError: not finite, or a negative preload
+    Source       beyond separation d_0 + x = (load/k)^(2/3); before it by Newton's method, which converges from there:
+                 the load is concave up to x = d_0
+    """
+    check_force("axial_load", axial_load, allow_negative=True)
+    d_0, load = np.broadcast_arrays(preload_approach(stiffness, preload), np.abs(axial_load))
+    d_0, load = d_0.astype(float), load.astype(float)
+    free = np.cbrt(load / stiffness) ** 2 - d_0  # of the loaded nut alone
+    x = np.where(free >= d_0, free, 0.0)
+    inside = (free < d_0) & (load > 0.0)
+    for _ in range(100):
+        a, b = d_0[inside] - x[inside], d_0[inside] + x[inside]
+        step = (load[inside] / stiffness - (b * np.sqrt(b) - a * np.sqrt(a))) / (
+            1.5 * (np.sqrt(a) + np.sqrt(b))
+        )
+        x[inside] = np.minimum(x[inside] + step, d_0[inside])
+        if np.all(np.abs(step) <= 1e-15 * d_0[inside]):
+            break
+    else:
+        raise ArithmeticError(f"axial deflection not converged, last step {np.max(np.abs(step)):.1e} m")
+    return (x * np.sign(axial_load))[()]
+
+
+def lost_motion(stiffness: float, preload: Any, axial_load: Any, play: float = 0.0) -> Any:
+    """Way of the nut when the axial load changes its sign [m]: elastic displacements to both sides, and the play.
+
+    Parameters   play : [m], >= 0, free way of the nut without preload; counts only where the preload is 0
+                 the rest : as axial_deflection
+    """
+    elastic = 2.0 * np.abs(axial_deflection(stiffness, preload, axial_load))
+    return elastic + np.where(np.asarray(preload) > 0.0, 0.0, play)
+
+
+def _check(stiffness: float, preload: Any) -> None:
+    if not (0.0 < stiffness < math.inf):
+        raise ValueError(f"stiffness = {stiffness} N/m^1.5; needs a finite number > 0: see contact_stiffness")
+    check_force("preload", preload)
