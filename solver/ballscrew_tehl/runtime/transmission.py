@@ -1,0 +1,220 @@
+"""The screw as an element of a drive train: torque of the screw, force on the nut, friction of both nuts, heat.
+
+Twin of the native model BallScrewTransmission (native/models/transmission). Standard library only besides the map.
+
+The screw leads the nut by x = lead angle/(2 pi) - position. Screw and nut bodies are rigid, the contacts are Hertz's
+(physics/axial_stiffness.py, there the displacement is -x): with d_0 = (preload/k)^(2/3)
+
+    F_A = k max(d_0 + x, 0)^(3/2),  F_B = k max(d_0 - x, 0)^(3/2),  nut force F = F_A - F_B + c x',
+    c = damping time * dF/dx,       screw torque = lead/(2 pi) F + friction torque.
+
+A positive nut force pushes the nut along +position and loads nut A. Damping in proportion to the stiffness is an
+assumption: it vanishes with the contact and dissipates c x'^2 >= 0. Its time is that of rolling bearings, Kraemer,
+Dynamics of Rotors and Foundations 1993: 2.5e-6 to 2.5e-5 s. Each nut has the friction of the map at its own force, so
+load raises it, and the screw is driven back where lead/(2 pi) F exceeds the friction.
+
+A step: angle and position are those at its start and move on with their speeds. Powers are means of the step, so that
+
+    shaft power - nut power - power loss = change of stored energy over the step,
+
+exactly, if the next step starts where this one ends and the preload stays. A change of preload is work of the preload.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from ballscrew_tehl.runtime.constants import FORCE_ROUNDING
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.nut_law import DoubleNutState
+from ballscrew_tehl.runtime.packed import DEFAULTS
+from ballscrew_tehl.runtime.standstill import coulomb_friction
+
+
+class TransmissionInputs(NamedTuple):
+    """Inputs of the FMU, under their names."""
+
+    angle: float  # [rad] of the screw
+    speed: float  # [rad/s]
+    position: float  # [m] of the nut
+    velocity: float  # [m/s]
+    temperature: float  # [K] oil
+    preload: float  # [N]
+
+
+class TransmissionParameters(NamedTuple):
+    """Parameters of the FMU, under their names."""
+
+    lead: float  # [m/rev]
+    contact_stiffness: float  # k [N/m^1.5]
+    axial_play: float  # [m] free way of the nut without preload
+    damping_time: float  # [s] damping of the contacts over their stiffness
+    apparent_viscosity_ratio: float
+    net_sliding_coefficient: float
+    roughness_height: float  # [m]
+    breakaway_factor: float
+    regularization_speed: float  # [rad/s]
+    presliding_stiffness: float  # [N.m/rad]
+    presliding_damping: float  # [N.m.s/rad]
+
+
+class TransmissionStep(NamedTuple):
+    """Outputs of a step, and what the next one needs."""
+
+    outputs: dict[str, Any]
+    deflection: float  # [rad] of the presliding bristle
+    clamped: tuple[str, ...]  # inputs beyond the map
+
+
+def contact_law(stiffness: float, approach: float) -> tuple[float, float, float]:
+    """Force [N], its slope [N/m] and elastic energy [J] of one nut over its approach [m]; 0 where it is free."""
+    if approach <= 0.0:
+        return 0.0, 0.0, 0.0
+    slope = stiffness * math.sqrt(approach)
+    force = slope * approach
+    return force, 1.5 * slope, 0.4 * force * approach
+
+
+def mean_contact_force(stiffness: float, first: float, last: float) -> float:
+    """Mean force [N] of one nut while its approach moves from first to last [m]: its work over its way, exactly.
+
+    Source       integral of k d^(3/2); the quotient of fifth powers of roots is divided out, so that a short way loses
+                 no digits
+    """
+    if first == last:
+        return contact_law(stiffness, last)[0]
+    a, b = math.sqrt(max(first, 0.0)), math.sqrt(max(last, 0.0))
+    if a == 0.0 or b == 0.0:
+        return 0.4 * stiffness * (b**5 - a**5) / (last - first)
+    powers = a**4 + a**3 * b + a * a * b * b + a * b**3 + b**4
+    return 0.4 * stiffness * powers / (a + b)
+
+
+def preload_approach(stiffness: float, preload: float, play: float) -> float:
+    """Approach d_0 of both nuts without load [m]; without preload half the play, negative."""
+    return (preload / stiffness) ** (2.0 / 3.0) if preload > 0.0 else -0.5 * play
+
+
+def transmission_step(
+    nut_map: NutMap,
+    inputs: TransmissionInputs,
+    parameters: TransmissionParameters,
+    step: float | None,
+    deflection: float,
+) -> TransmissionStep:
+    """Outputs at the end of a step; step None or 0: at an instant, where powers are those of the instant.
+
+    Parameters   step : [s];  deflection : of the presliding bristle at the start [rad]
+    Validity     the caller has checked that all are finite numbers, parameters >= 0, contact_stiffness > 0
+    """
+    p, k, h = parameters, parameters.contact_stiffness, step or 0.0
+    ratio = p.lead / (2.0 * math.pi)
+    drift = ratio * inputs.speed - inputs.velocity  # x'
+    first = ratio * inputs.angle - inputs.position
+    x = first + h * drift
+    d_0 = preload_approach(k, inputs.preload, p.axial_play)
+    force_a, slope_a, energy_a = contact_law(k, d_0 + x)
+    force_b, slope_b, energy_b = contact_law(k, d_0 - x)
+    damping = p.damping_time * (slope_a + slope_b) * drift
+    force = force_a - force_b + damping
+
+    nuts, clamped = _nuts(nut_map, inputs, parameters, (force_a, force_b))
+    viscous = nuts[0].viscous_torque + nuts[1].viscous_torque
+    hysteresis = nuts[0].hysteresis_torque + nuts[1].hysteresis_torque
+    sliding = nuts[0].sliding_torque + nuts[1].sliding_torque
+    coulomb = coulomb_friction(
+        hysteresis + sliding,
+        inputs.speed,
+        step,
+        deflection,
+        p.regularization_speed,
+        p.presliding_stiffness,
+        p.presliding_damping,
+    )
+    each = [
+        math.copysign(nut.viscous_torque, inputs.speed) + coulomb.sign * nut.coulomb_torque for nut in nuts
+    ]
+    friction = each[0] + each[1]
+
+    # powers of the elastic contacts and their damping; the damping force over a step is the time over the step times
+    # the change of the elastic force
+    if h > 0.0:
+        mean = mean_contact_force(k, d_0 + first, d_0 + x) - mean_contact_force(k, d_0 - first, d_0 - x)
+        before = contact_law(k, d_0 + first)[0] - contact_law(k, d_0 - first)[0]
+        mean_damping = p.damping_time * (force_a - force_b - before) / h
+        wound = 0.5 * p.presliding_stiffness * (coulomb.deflection**2 - deflection**2)
+        friction_power = viscous * abs(inputs.speed) + coulomb.power + wound / h
+    else:
+        mean, mean_damping = force_a - force_b, damping
+        friction_power = friction * inputs.speed
+    mean += mean_damping
+    ideal = ratio * (force_a - force_b + damping)
+    loss = viscous + hysteresis + sliding
+    outputs = {
+        "screw_torque": ideal + friction,
+        "nut_force": force,
+        "friction_torque": friction,
+        "viscous_torque": math.copysign(viscous, inputs.speed),
+        "hysteresis_torque": coulomb.sign * hysteresis,
+        "sliding_torque": coulomb.sign * sliding,
+        "friction_torque_nut_a": each[0],
+        "friction_torque_nut_b": each[1],
+        "force_nut_a": force_a,
+        "force_nut_b": force_b,
+        "damping_force": damping,
+        "axial_deflection": x,
+        "axial_stiffness": slope_a + slope_b,
+        "efficiency": efficiency(ideal, loss, inputs.speed),
+        "shaft_power": mean * ratio * inputs.speed + friction_power,
+        "nut_power": mean * inputs.velocity,
+        "power_loss": viscous * abs(inputs.speed) + coulomb.power + mean_damping * drift,
+        "stored_energy": energy_a
+        + energy_b
+        - 2.0 * contact_law(k, d_0)[2]
+        + 0.5 * p.presliding_stiffness * coulomb.deflection**2,
+        "in_range": not clamped,
+    }
+    return TransmissionStep(outputs, coulomb.deflection, clamped)
+
+
+def efficiency(ideal_torque: float, friction_torque: float, speed: float) -> float:
+    """Share of the power that arrives in steady motion, 0 to 1.
+
+    Parameters   ideal_torque : lead/(2 pi) times the nut force [N.m], signed
+                 friction_torque : magnitude at motion [N.m];  speed : [rad/s], its sign with that of the torque says
+                 whether the screw drives the nut or the nut the screw
+    Returns      driving: ideal/(ideal + friction); driven back: (ideal - friction)/ideal, 0 where friction holds
+    """
+    ideal = abs(ideal_torque)
+    if ideal == 0.0:
+        return 0.0
+    if ideal_torque * speed >= 0.0:
+        return ideal / (ideal + friction_torque)
+    return max(ideal - friction_torque, 0.0) / ideal
+
+
+def _nuts(
+    nut_map: NutMap,
+    inputs: TransmissionInputs,
+    parameters: TransmissionParameters,
+    forces: tuple[float, float],
+) -> tuple[list[DoubleNutState], tuple[str, ...]]:
+    """Friction of each nut at its force, and the names of what is beyond the map."""
+    friction = [getattr(parameters, name) for name in DEFAULTS]
+    clamped, nuts = [], []
+    if not nut_map.preload.lo <= inputs.preload <= nut_map.force.hi:
+        clamped.append("preload")
+    for name, force in zip(("force_nut_a", "force_nut_b"), forces, strict=True):
+        # the torques of a map are those of two equal nuts
+        both = nut_map.evaluate_point(
+            min(force, nut_map.force.hi), inputs.speed, inputs.temperature, 0.0, *friction
+        )
+        nuts.append(
+            both._replace(
+                viscous_torque=0.5 * both.viscous_torque,
+                hysteresis_torque=0.5 * both.hysteresis_torque,
+                sliding_torque=0.5 * both.sliding_torque,
+            )
+        )
+        if force > nut_map.force.hi * (1.0 + FORCE_ROUNDING):
+            clamped.append(name)
+    return nuts, (*clamped, *(name for name in nuts[0].clamped if name != "preload"))
