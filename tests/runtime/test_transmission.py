@@ -12,6 +12,7 @@ from ballscrew_tehl.runtime.transmission import (
     TransmissionInputs,
     TransmissionParameters,
     contact_law,
+    contact_stiffness,
     efficiency,
     mean_contact_force,
     preload_approach,
@@ -21,7 +22,10 @@ from ballscrew_tehl.runtime.transmission import (
 SCREW = load_parameters().screw
 K = closed.contact_stiffness(SCREW)
 RATIO = SCREW.lead / (2.0 * math.pi)
-PARAMETERS = TransmissionParameters(SCREW.lead, K, 0.0, 1e-5, 7.6, 0.0051, 24e-9, 1.0, 0.1, 150.0, 0.5)
+S_REF = closed.axial_stiffness(K, 1500.0)
+PARAMETERS = TransmissionParameters(
+    SCREW.lead, S_REF, 1500.0, 0.0, 1e-5, 7.6, 0.0051, 24e-9, 1.0, 0.1, 150.0, 0.5
+)
 AT_REST = TransmissionInputs(0.0, 0.0, 0.0, 0.0, 303.15, 2000.0)
 
 
@@ -196,6 +200,22 @@ def test_mean_force_is_the_work_over_the_way():
     assert mean_contact_force(K, 4e-6, 4e-6 * (1.0 + 1e-15)) == pytest.approx(
         contact_law(K, 4e-6)[0], rel=1e-14
     )
+
+
+def test_a_nut_without_stiffness_has_no_force(synthetic_nut_map):
+    assert contact_stiffness(S_REF, 1500.0) == pytest.approx(K, rel=1e-14)
+    for parameters in (PARAMETERS._replace(nut_stiffness=0.0), PARAMETERS._replace(stiffness_preload=0.0)):
+        out = at(synthetic_nut_map, parameters, position=-1e-6).outputs
+        assert out["nut_force"] == out["friction_torque"] == out["stored_energy"] == 0.0
+
+
+def test_films_are_the_thinner_of_both_nuts(synthetic_nut_map):
+    inputs = {"position": -2e-6, "speed": 60.0, "velocity": 60.0 * RATIO}
+    out = at(synthetic_nut_map, **inputs).outputs
+    both = [synthetic_nut_map.evaluate(out[f"force_nut_{nut}"], 60.0, 303.15) for nut in "ab"]
+    assert out["film_thickness_min"] == min(nut.film_thickness_min for nut in both)
+    assert out["lambda_ratio"] == min(nut.lambda_ratio for nut in both)
+    assert out["ball_load_max"] == max(nut.ball_load_max for nut in both)
 
 
 def test_preload_approach_is_the_closed_form():

@@ -21,11 +21,14 @@ exactly, if the next step starts where this one ends and the preload stays. A ch
 """
 
 import math
+from collections.abc import Callable
+from operator import add
 from typing import Any, NamedTuple
 
 from ballscrew_tehl.runtime.constants import FORCE_ROUNDING
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
+from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS
 from ballscrew_tehl.runtime.standstill import coulomb_friction
 
@@ -45,7 +48,8 @@ class TransmissionParameters(NamedTuple):
     """Parameters of the FMU, under their names."""
 
     lead: float  # [m/rev]
-    contact_stiffness: float  # k [N/m^1.5]
+    nut_stiffness: float  # [N/m] of the nut without load at stiffness_preload
+    stiffness_preload: float  # [N]
     axial_play: float  # [m] free way of the nut without preload
     damping_time: float  # [s] damping of the contacts over their stiffness
     apparent_viscosity_ratio: float
@@ -63,6 +67,14 @@ class TransmissionStep(NamedTuple):
     outputs: dict[str, Any]
     deflection: float  # [rad] of the presliding bristle
     clamped: tuple[str, ...]  # inputs beyond the map
+
+
+def contact_stiffness(nut_stiffness: float, stiffness_preload: float) -> float:
+    """k [N/m^1.5] of one nut from the stiffness of both at a preload, 3 k^(2/3) preload^(1/3); 0 without one."""
+    if not (nut_stiffness > 0.0 and stiffness_preload > 0.0):
+        return 0.0
+    one = nut_stiffness / 3.0
+    return one * math.sqrt(one / stiffness_preload)
 
 
 def contact_law(stiffness: float, approach: float) -> tuple[float, float, float]:
@@ -91,7 +103,9 @@ def mean_contact_force(stiffness: float, first: float, last: float) -> float:
 
 def preload_approach(stiffness: float, preload: float, play: float) -> float:
     """Approach d_0 of both nuts without load [m]; without preload half the play, negative."""
-    return (preload / stiffness) ** (2.0 / 3.0) if preload > 0.0 else -0.5 * play
+    if not preload > 0.0:
+        return -0.5 * play
+    return (preload / stiffness) ** (2.0 / 3.0) if stiffness > 0.0 else 0.0
 
 
 def transmission_step(
@@ -104,9 +118,10 @@ def transmission_step(
     """Outputs at the end of a step; step None or 0: at an instant, where powers are those of the instant.
 
     Parameters   step : [s];  deflection : of the presliding bristle at the start [rad]
-    Validity     the caller has checked that all are finite numbers, parameters >= 0, contact_stiffness > 0
+    Validity     the caller has checked that all are finite numbers, parameters >= 0
     """
-    p, k, h = parameters, parameters.contact_stiffness, step or 0.0
+    p, h = parameters, step or 0.0
+    k = contact_stiffness(p.nut_stiffness, p.stiffness_preload)
     ratio = p.lead / (2.0 * math.pi)
     drift = ratio * inputs.speed - inputs.velocity  # x'
     first = ratio * inputs.angle - inputs.position
@@ -117,12 +132,9 @@ def transmission_step(
     damping = p.damping_time * (slope_a + slope_b) * drift
     force = force_a - force_b + damping
 
-    nuts, clamped = _nuts(nut_map, inputs, parameters, (force_a, force_b))
-    viscous = nuts[0].viscous_torque + nuts[1].viscous_torque
-    hysteresis = nuts[0].hysteresis_torque + nuts[1].hysteresis_torque
-    sliding = nuts[0].sliding_torque + nuts[1].sliding_torque
+    each, nut = _nuts(nut_map, inputs, parameters, (force_a, force_b))
     coulomb = coulomb_friction(
-        hysteresis + sliding,
+        nut.coulomb_torque,
         inputs.speed,
         step,
         deflection,
@@ -130,50 +142,39 @@ def transmission_step(
         p.presliding_stiffness,
         p.presliding_damping,
     )
-    each = [
-        math.copysign(nut.viscous_torque, inputs.speed) + coulomb.sign * nut.coulomb_torque for nut in nuts
-    ]
-    friction = each[0] + each[1]
-
-    # powers of the elastic contacts and their damping; the damping force over a step is the time over the step times
-    # the change of the elastic force
+    outputs = friction_outputs(nut, inputs.speed, coulomb)
+    friction = outputs["friction_torque"]
+    bristle_energy = 0.5 * p.presliding_stiffness * coulomb.deflection**2
     if h > 0.0:
-        mean = mean_contact_force(k, d_0 + first, d_0 + x) - mean_contact_force(k, d_0 - first, d_0 - x)
+        # the damping force over a step is the time over the step times the change of the elastic force
+        elastic = mean_contact_force(k, d_0 + first, d_0 + x) - mean_contact_force(k, d_0 - first, d_0 - x)
         before = contact_law(k, d_0 + first)[0] - contact_law(k, d_0 - first)[0]
         mean_damping = p.damping_time * (force_a - force_b - before) / h
-        wound = 0.5 * p.presliding_stiffness * (coulomb.deflection**2 - deflection**2)
-        friction_power = viscous * abs(inputs.speed) + coulomb.power + wound / h
+        wound = bristle_energy - 0.5 * p.presliding_stiffness * deflection**2
+        friction_power = outputs["power_loss"] + wound / h
     else:
-        mean, mean_damping = force_a - force_b, damping
+        elastic, mean_damping = force_a - force_b, damping
         friction_power = friction * inputs.speed
-    mean += mean_damping
-    ideal = ratio * (force_a - force_b + damping)
-    loss = viscous + hysteresis + sliding
-    outputs = {
+    mean = elastic + mean_damping
+    ideal = ratio * force
+    outputs |= {
         "screw_torque": ideal + friction,
         "nut_force": force,
-        "friction_torque": friction,
-        "viscous_torque": math.copysign(viscous, inputs.speed),
-        "hysteresis_torque": coulomb.sign * hysteresis,
-        "sliding_torque": coulomb.sign * sliding,
-        "friction_torque_nut_a": each[0],
-        "friction_torque_nut_b": each[1],
         "force_nut_a": force_a,
         "force_nut_b": force_b,
         "damping_force": damping,
         "axial_deflection": x,
         "axial_stiffness": slope_a + slope_b,
-        "efficiency": efficiency(ideal, loss, inputs.speed),
+        "efficiency": efficiency(ideal, nut.friction_torque, inputs.speed),
         "shaft_power": mean * ratio * inputs.speed + friction_power,
         "nut_power": mean * inputs.velocity,
-        "power_loss": viscous * abs(inputs.speed) + coulomb.power + mean_damping * drift,
-        "stored_energy": energy_a
-        + energy_b
-        - 2.0 * contact_law(k, d_0)[2]
-        + 0.5 * p.presliding_stiffness * coulomb.deflection**2,
-        "in_range": not clamped,
+        "power_loss": outputs["power_loss"] + mean_damping * drift,
+        "stored_energy": energy_a + energy_b - 2.0 * contact_law(k, d_0)[2] + bristle_energy,
     }
-    return TransmissionStep(outputs, coulomb.deflection, clamped)
+    for name, one in zip("ab", each, strict=True):
+        viscous = math.copysign(one.viscous_torque, inputs.speed)
+        outputs[f"friction_torque_nut_{name}"] = viscous + coulomb.sign * one.coulomb_torque
+    return TransmissionStep(outputs, coulomb.deflection, nut.clamped)
 
 
 def efficiency(ideal_torque: float, friction_torque: float, speed: float) -> float:
@@ -197,24 +198,26 @@ def _nuts(
     inputs: TransmissionInputs,
     parameters: TransmissionParameters,
     forces: tuple[float, float],
-) -> tuple[list[DoubleNutState], tuple[str, ...]]:
-    """Friction of each nut at its force, and the names of what is beyond the map."""
+) -> tuple[list[DoubleNutState], DoubleNutState]:
+    """State of each nut at its force, and of both; `clamped` of both names what is beyond the map."""
     friction = [getattr(parameters, name) for name in DEFAULTS]
+    highest = nut_map.force.hi
     clamped, nuts = [], []
-    if not nut_map.preload.lo <= inputs.preload <= nut_map.force.hi:
+    if not nut_map.preload.lo <= inputs.preload <= highest:
         clamped.append("preload")
     for name, force in zip(("force_nut_a", "force_nut_b"), forces, strict=True):
         # the torques of a map are those of two equal nuts
-        both = nut_map.evaluate_point(
-            min(force, nut_map.force.hi), inputs.speed, inputs.temperature, 0.0, *friction
-        )
-        nuts.append(
-            both._replace(
-                viscous_torque=0.5 * both.viscous_torque,
-                hysteresis_torque=0.5 * both.hysteresis_torque,
-                sliding_torque=0.5 * both.sliding_torque,
-            )
-        )
-        if force > nut_map.force.hi * (1.0 + FORCE_ROUNDING):
+        two = nut_map.evaluate_point(min(force, highest), inputs.speed, inputs.temperature, 0.0, *friction)
+        torques = (0.5 * torque for torque in two[:TORQUES])
+        nuts.append(DoubleNutState(*torques, *two[TORQUES:]))
+        if force > highest * (1.0 + FORCE_ROUNDING):
             clamped.append(name)
-    return nuts, (*clamped, *(name for name in nuts[0].clamped if name != "preload"))
+    clamped += [name for name in nuts[0].clamped if name != "preload"]
+    columns = zip(*nuts, strict=True)
+    merged = (merge(*column) for merge, column in zip(_OF_BOTH, columns, strict=False))
+    return nuts, DoubleNutState(*merged, not clamped, tuple(clamped))
+
+
+#: columns of DoubleNutState: torques, then least films, highest rise, pressure and load, least lambda ratio
+TORQUES = 3
+_OF_BOTH: tuple[Callable[[float, float], float], ...] = (add, add, add, min, min, min, max, max, max, min)
