@@ -9,7 +9,7 @@ from ballscrew_fmu.checks.check import check, recovered_preload, torque_tables
 from ballscrew_fmu.checks.reference import STEP, reference_results
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
-from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, FmuModel
+from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, NATIVE_MODELS, FmuModel
 from ballscrew_fmu.native_fmu import compile as native_compile
 from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu, native_file_name
 from ballscrew_fmu.pages.validation import validation_report
@@ -57,7 +57,7 @@ def build(
             built.append((fmu, _checked(fmu, parameters, nut_map, FmuInstance, model)))
             if model is FRICTION:
                 text = torque_tables(fmu, parameters, nut_map)
-        for model in () if python_only else MODELS:
+        for model in () if python_only else NATIVE_MODELS:
             built += _build_native(parameters, nut_map, Path(scratch), advance, model)
         text += "\n\n" + "\n".join(f"{made.name}: {line}" for made, line in built)
         for made, _ in built:

@@ -27,6 +27,7 @@ MECHANISTIC_DEFAULTS = {
     "breakaway_factor": 2.0,
 }  # fmt: skip
 LAWS = (FILM_SHEAR, MECHANISTIC)
+SCREW = {"lead": 8e-3, "nut_stiffness": 1.35e9, "stiffness_preload": 2000.0}
 
 
 def surfaces(force, speed, temperature, law=FILM_SHEAR):
@@ -109,6 +110,7 @@ def make_map(viscous_scale: float = 1.0, force_exponent: float = 0.0, law: str =
         "kinematics": "published",
         "film_model": "synthetic",
         "defaults": DEFAULTS if law == FILM_SHEAR else MECHANISTIC_DEFAULTS,
+        "screw": SCREW,
         "certificate": {},
         "version": "0.1.0",
     }

@@ -129,6 +129,8 @@ def native_sources(
         for entry in sorted(folder.iterdir(), key=lambda entry: entry.name)
         if entry.name.endswith((".c", ".h")) and not entry.name.startswith(other)
     }
+    for name in model.borrowed:
+        files[Path(name).name] = (_HERE / "models" / name).read_bytes()
     if f"fmi{fmi_version}.c" not in files:
         raise SourceError(f"fmi{fmi_version}.c not found in {_HERE}; install the project again")
     headers = Path(fmpy.__file__).parent / "c-code"

@@ -33,6 +33,9 @@ ROUNDING = 4e-16  # relative width of a bracket that cannot shrink any more
 MOST_ITERATIONS = 200  # each halves the error in torque or the bracket: it takes 3 to 10, and cannot take all
 
 # transmission (transmission.py)
+CONTACT_DAMPING_TIME = (
+    1e-5  # [s] of rolling contacts: 2.5e-6 to 2.5e-5, Kraemer, Dynamics of Rotors and Foundations 1993
+)
 FORCE_ROUNDING = 1e-12  # relative, of a force computed from a preload at the end of the map
 
 # inputs

@@ -77,13 +77,12 @@ def contact_stiffness(nut_stiffness: float, stiffness_preload: float) -> float:
     return one * math.sqrt(one / stiffness_preload)
 
 
-def contact_law(stiffness: float, approach: float) -> tuple[float, float, float]:
-    """Force [N], its slope [N/m] and elastic energy [J] of one nut over its approach [m]; 0 where it is free."""
+def contact_law(stiffness: float, approach: float) -> tuple[float, float]:
+    """Force [N] and its slope [N/m] of one nut over its approach [m]; 0 where it is free."""
     if approach <= 0.0:
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0
     slope = stiffness * math.sqrt(approach)
-    force = slope * approach
-    return force, 1.5 * slope, 0.4 * force * approach
+    return slope * approach, 1.5 * slope
 
 
 def mean_contact_force(stiffness: float, first: float, last: float) -> float:
@@ -95,10 +94,12 @@ def mean_contact_force(stiffness: float, first: float, last: float) -> float:
     if first == last:
         return contact_law(stiffness, last)[0]
     a, b = math.sqrt(max(first, 0.0)), math.sqrt(max(last, 0.0))
-    if a == 0.0 or b == 0.0:
-        return 0.4 * stiffness * (b**5 - a**5) / (last - first)
-    powers = a**4 + a**3 * b + a * a * b * b + a * b**3 + b**4
-    return 0.4 * stiffness * powers / (a + b)
+    aa, bb, ab = a * a, b * b, a * b
+    if a > 0.0 and b > 0.0:
+        work, way = aa * aa + bb * bb + ab * (aa + ab + bb), a + b
+    else:
+        work, way = bb * bb * b - aa * aa * a, last - first
+    return 0.4 * (stiffness * work) / way
 
 
 def preload_approach(stiffness: float, preload: float, play: float) -> float:
@@ -127,8 +128,8 @@ def transmission_step(
     first = ratio * inputs.angle - inputs.position
     x = first + h * drift
     d_0 = preload_approach(k, inputs.preload, p.axial_play)
-    force_a, slope_a, energy_a = contact_law(k, d_0 + x)
-    force_b, slope_b, energy_b = contact_law(k, d_0 - x)
+    force_a, slope_a = contact_law(k, d_0 + x)
+    force_b, slope_b = contact_law(k, d_0 - x)
     damping = p.damping_time * (slope_a + slope_b) * drift
     force = force_a - force_b + damping
 
@@ -144,6 +145,7 @@ def transmission_step(
     )
     outputs = friction_outputs(nut, inputs.speed, coulomb)
     friction = outputs["friction_torque"]
+    contact_energy = x * (mean_contact_force(k, d_0, d_0 + x) - mean_contact_force(k, d_0, d_0 - x))
     bristle_energy = 0.5 * p.presliding_stiffness * coulomb.deflection**2
     if h > 0.0:
         # the damping force over a step is the time over the step times the change of the elastic force
@@ -169,7 +171,7 @@ def transmission_step(
         "shaft_power": mean * ratio * inputs.speed + friction_power,
         "nut_power": mean * inputs.velocity,
         "power_loss": outputs["power_loss"] + mean_damping * drift,
-        "stored_energy": energy_a + energy_b - 2.0 * contact_law(k, d_0)[2] + bristle_energy,
+        "stored_energy": contact_energy + bristle_energy,
     }
     for name, one in zip("ab", each, strict=True):
         viscous = math.copysign(one.viscous_torque, inputs.speed)
@@ -208,16 +210,20 @@ def _nuts(
     for name, force in zip(("force_nut_a", "force_nut_b"), forces, strict=True):
         # the torques of a map are those of two equal nuts
         two = nut_map.evaluate_point(min(force, highest), inputs.speed, inputs.temperature, 0.0, *friction)
-        torques = (0.5 * torque for torque in two[:TORQUES])
-        nuts.append(DoubleNutState(*torques, *two[TORQUES:]))
+        nuts.append(
+            two._replace(
+                viscous_torque=0.5 * two.viscous_torque,
+                hysteresis_torque=0.5 * two.hysteresis_torque,
+                sliding_torque=0.5 * two.sliding_torque,
+            )
+        )
         if force > highest * (1.0 + FORCE_ROUNDING):
             clamped.append(name)
     clamped += [name for name in nuts[0].clamped if name != "preload"]
     columns = zip(*nuts, strict=True)
-    merged = (merge(*column) for merge, column in zip(_OF_BOTH, columns, strict=False))
-    return nuts, DoubleNutState(*merged, not clamped, tuple(clamped))
+    merged: list[Any] = [merge(*column) for merge, column in zip(_OF_BOTH, columns, strict=False)]
+    return nuts, DoubleNutState._make([*merged, not clamped, tuple(clamped)])
 
 
-#: columns of DoubleNutState: torques, then least films, highest rise, pressure and load, least lambda ratio
-TORQUES = 3
+#: columns of DoubleNutState: torques, least films, highest rise, pressure and load, least lambda ratio
 _OF_BOTH: tuple[Callable[[float, float], float], ...] = (add, add, add, min, min, min, max, max, max, min)

@@ -1,46 +1,14 @@
+/* Life cycle, bristle, events and derivatives of a screw with friction: of BallScrewFriction and BallScrewTransmission.
+   What they compute at a point is in point.h. */
 #include "model.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "friction_law.h"
+#include "point.h"
 #include "tangent.h"
 
 /* --- from the latched point to outputs --- */
-
-static void compute_loads(Model *model)
-{
-    const double preload = model->latched[PRELOAD], axial_load = model->latched[AXIAL_LOAD];
-
-    if (!(model->loads_known && model->loads_preload == preload && model->loads_axial_load == axial_load)) {
-        nut_loads(model->map, preload, axial_load, &model->loads);
-        model->loads_preload = preload;
-        model->loads_axial_load = axial_load;
-        model->loads_known = true;
-    }
-}
-
-/* Loads and conditions of the latched point. */
-static void locate(Model *model)
-{
-    if (!model->conditions_known) {
-        compute_loads(model);
-        nut_conditions(model->map, model->latched[SPEED], model->latched[TEMPERATURE], &model->conditions);
-        model->conditions_known = true;
-    }
-}
-
-/* Magnitudes of the friction parts at the latched point. */
-static const Parts *friction_parts(Model *model)
-{
-    if (!model->parts_known) {
-        const Friction friction = friction_of(model->latched);
-        locate(model);
-        nut_parts(model->map, &model->loads, &model->conditions, NULL, &friction, &model->parts);
-        model->parts_known = true;
-    }
-    return &model->parts;
-}
 
 /* The bristle at the latched point. Its deflection, torque and power are stored in the model. */
 static void compute_bristle(Model *model)
@@ -57,7 +25,6 @@ static void compute_bristle(Model *model)
 static void compute_torque(Model *model)
 {
     const double *at = model->latched;
-    const Parts *parts = friction_parts(model);
     Bristle bristle;
 
     if (model->continuous) {
@@ -66,20 +33,12 @@ static void compute_torque(Model *model)
             compute_bristle(model);
         }
     }
+    bristle.deflection = model->latched[PRESLIDING_DEFLECTION];
+    bristle.rate = model->value[PRESLIDING_DEFLECTION_RATE];
     bristle.torque = model->bristle_torque;
     bristle.power = model->bristle_power;
-    torque_outputs(parts, &bristle, at, model->value);
+    torques_at_point(model, &bristle);
     model->torque_known = true;
-}
-
-static void compute_films(Model *model)
-{
-    Films films;
-
-    locate(model);
-    nut_films(model->map, &model->loads, &model->conditions, &films);
-    film_outputs(&films, model->latched, model->value);
-    model->films_known = true;
 }
 
 /* --- interface --- */
@@ -156,11 +115,7 @@ double model_get(Model *model, int reference)
 
 unsigned model_clamped(Model *model)
 {
-    locate(model);
-    return (model->loads.preload_clamped ? 1U << (PRELOAD - INPUT_FIRST) : 0U)
-           | (model->conditions.speed_clamped ? 1U << (SPEED - INPUT_FIRST) : 0U)
-           | (model->conditions.temperature_clamped ? 1U << (TEMPERATURE - INPUT_FIRST) : 0U)
-           | (model->loads.axial_load_clamped ? 1U << (AXIAL_LOAD - INPUT_FIRST) : 0U);
+    return clamped_at_point(model);
 }
 
 bool model_possible(const Model *model)
@@ -171,11 +126,7 @@ bool model_possible(const Model *model)
 void model_clear_computed(Model *model)
 {
     model->map = NULL;
-    model->loads_known = false;
-    model->loads_preload = model->loads_axial_load = 0.0;
-    memset(&model->loads, 0, sizeof model->loads);
-    memset(&model->conditions, 0, sizeof model->conditions);
-    memset(&model->parts, 0, sizeof model->parts);
+    forget_point(model);
     model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
 }
 
@@ -184,24 +135,6 @@ void model_clear_computed(Model *model)
 #define RANGE_HYSTERESIS 1e-6 /* of an axis: avoids repeated events at the limit of the map */
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
 #define SLIP_FROM 0.999       /* of the sliding deflection, which the bristle reaches after infinite travel only */
-
-/* distance from the ends of an axis divided by its length, negative outside */
-static double margin_within(double value, double lo, double hi)
-{
-    return lesser(value - lo, hi - value) / (hi - lo);
-}
-
-/* smallest distance of the latched point from the limits of the map, negative outside */
-static double margin(const Model *model)
-{
-    const Map *map = model->map;
-    const double *at = model->latched;
-
-    return lesser(lesser(margin_within(at[PRELOAD], map->preload.lo, map->force.hi),
-                       margin_within(at[TEMPERATURE], map->temperature.lo, map->temperature.hi)),
-                 lesser((map->speed.hi - fabs(at[SPEED])) / map->speed.hi,
-                         (map->force.hi - model->loads.highest) / map->force.hi));
-}
 
 void model_indicators(Model *model)
 {
