@@ -7,7 +7,7 @@ import pytest
 
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.physics import axial_stiffness as closed
-from ballscrew_tehl.runtime.standstill import coulomb_friction
+from ballscrew_tehl.runtime.standstill import Bristle
 from ballscrew_tehl.runtime.transmission import (
     TransmissionInputs,
     TransmissionParameters,
@@ -24,13 +24,13 @@ K = closed.contact_stiffness(SCREW)
 RATIO = SCREW.lead / (2.0 * math.pi)
 S_REF = closed.axial_stiffness(K, 1500.0)
 PARAMETERS = TransmissionParameters(
-    SCREW.lead, S_REF, 1500.0, 0.0, 1e-5, 7.6, 0.0051, 24e-9, 1.0, 0.1, 150.0, 0.5
+    SCREW.lead, S_REF, 1500.0, 0.0, 1e-5, 7.6, 0.0051, 24e-9, 1.0, 0.1, True, 150.0, 0.5, 0.0
 )
 AT_REST = TransmissionInputs(0.0, 0.0, 0.0, 0.0, 303.15, 2000.0)
 
 
-def at(nut_map, parameters=PARAMETERS, step=None, deflection=0.0, **inputs):
-    return transmission_step(nut_map, AT_REST._replace(**inputs), parameters, step, deflection)
+def at(nut_map, parameters=PARAMETERS, step=None, before=None, **inputs):
+    return transmission_step(nut_map, AT_REST._replace(**inputs), parameters, step, before)
 
 
 def reversal(time):
@@ -44,11 +44,12 @@ def reversal(time):
 
 def cycle(nut_map, parameters, step, preload=2000.0):
     """Energies [J] of a cycle with two reversals: shaft, nut, heat, stored, throughput. Each step has one speed."""
-    angle = z = 0.0
-    x, position = reversal(0.0)[1], -reversal(0.0)[1]
-    first = stored = transmission_step(
-        nut_map, AT_REST._replace(position=position, preload=preload), parameters, None, z
-    ).outputs["stored_energy"]
+    angle, x, position = 0.0, reversal(0.0)[1], -reversal(0.0)[1]
+    start = transmission_step(
+        nut_map, AT_REST._replace(position=position, preload=preload), parameters, None, None
+    )
+    first = stored = start.outputs["stored_energy"]
+    z = start.bristle
     sums = np.zeros(4)
     for n in range(round(0.4 / step)):
         omega, x_next = reversal((n + 1) * step)
@@ -57,7 +58,7 @@ def cycle(nut_map, parameters, step, preload=2000.0):
             angle=angle, speed=omega, position=position, velocity=velocity, preload=preload
         )
         found = transmission_step(nut_map, inputs, parameters, step, z)
-        out, z = found.outputs, found.deflection
+        out, z = found.outputs, found.bristle
         assert found.clamped == ()
         assert out["power_loss"] >= 0.0
         sums += step * np.array(
@@ -69,10 +70,18 @@ def cycle(nut_map, parameters, step, preload=2000.0):
 
 
 @pytest.mark.parametrize("step", [1e-4, 1e-3])
-@pytest.mark.parametrize("stiffness", [0.0, 150.0])
-def test_power_balance_over_a_cycle_with_reversal(synthetic_nut_map, step, stiffness):
-    """Shaft, nut, heat and stored energy: to rounding, also through separation of a nut."""
-    parameters = PARAMETERS._replace(presliding_stiffness=stiffness)
+@pytest.mark.parametrize(
+    "standstill",
+    [
+        {"presliding": False},
+        {"presliding_stiffness": 150.0},
+        {"presliding_stiffness": 0.0, "presliding_damping": 0.0},
+        {"presliding_stiffness": 0.0, "presliding_side": 0.7},
+    ],
+)
+def test_power_balance_over_a_cycle_with_reversal(synthetic_nut_map, step, standstill):
+    """Shaft, nut, heat and stored energy: to rounding, with a stiffness of the bristle that follows the load."""
+    parameters = PARAMETERS._replace(**standstill)
     shaft, nut, heat, stored, throughput = cycle(synthetic_nut_map, parameters, step)
     assert throughput > 10.0
     assert heat > 1.0
@@ -89,10 +98,10 @@ def test_balance_holds_where_a_nut_comes_free(synthetic_nut_map):
 def test_power_at_an_instant_is_the_rate_of_the_stored_energy(synthetic_nut_map):
     """shaft - nut - loss = d(stored)/dt, by central differences of the stored energy along the motion."""
     inputs = {"angle": 2e-6 / RATIO, "speed": 30.0, "velocity": 30.0 * RATIO - 2e-3}
-    h, z, parameters = 1e-6, 5e-4, PARAMETERS._replace(presliding_damping=0.0)
-    out = at(synthetic_nut_map, parameters, deflection=z, **inputs).outputs
+    h, z = 1e-6, 5e-4
+    out = at(synthetic_nut_map, before=Bristle(z, 150.0), **inputs).outputs
     ends = [
-        at(synthetic_nut_map, parameters, deflection=z + 30.0 * t, **{
+        at(synthetic_nut_map, before=Bristle(z + 30.0 * t, 150.0), **{
             **inputs, "angle": inputs["angle"] + 30.0 * t, "position": inputs["velocity"] * t,
         }).outputs["stored_energy"]
         for t in (-h, h)
@@ -114,7 +123,7 @@ def test_forces_are_those_of_the_closed_form(synthetic_nut_map, x):
 
 def test_each_nut_has_the_friction_of_the_map_at_its_force(synthetic_nut_map):
     inputs = {"position": -2e-6, "speed": 60.0, "velocity": 60.0 * RATIO}
-    out = at(synthetic_nut_map, PARAMETERS._replace(presliding_stiffness=0.0), **inputs).outputs
+    out = at(synthetic_nut_map, PARAMETERS._replace(presliding=False), **inputs).outputs
     for nut in "ab":
         both = synthetic_nut_map.evaluate(out[f"force_nut_{nut}"], 60.0, 303.15)
         assert out[f"friction_torque_nut_{nut}"] == pytest.approx(0.5 * both.friction_torque, rel=1e-12)
@@ -125,7 +134,7 @@ def test_each_nut_has_the_friction_of_the_map_at_its_force(synthetic_nut_map):
 
 def test_without_load_friction_is_that_of_the_double_nut(synthetic_nut_map):
     inputs = {"speed": 60.0, "velocity": 60.0 * RATIO}
-    out = at(synthetic_nut_map, PARAMETERS._replace(presliding_stiffness=0.0), **inputs).outputs
+    out = at(synthetic_nut_map, PARAMETERS._replace(presliding=False), **inputs).outputs
     wanted = synthetic_nut_map.evaluate(2000.0, 60.0, 303.15).friction_torque
     assert out["friction_torque"] == pytest.approx(wanted, rel=1e-12)
     assert out["nut_force"] == 0.0
@@ -135,7 +144,7 @@ def test_without_load_friction_is_that_of_the_double_nut(synthetic_nut_map):
 def test_efficiency_both_ways(synthetic_nut_map, load):
     """Driving, the screw needs more than lead/(2 pi) F; driven back, the shaft gives less. Steady: powers."""
     x = -closed.axial_deflection(K, 2000.0, -load)
-    parameters = PARAMETERS._replace(presliding_stiffness=0.0)
+    parameters = PARAMETERS._replace(presliding=False)
     for speed in (20.0, -20.0):
         inputs = {"position": -x, "speed": speed, "velocity": RATIO * speed}
         out = at(synthetic_nut_map, parameters, **inputs).outputs
@@ -180,9 +189,8 @@ def test_a_step_ends_where_its_speeds_lead(synthetic_nut_map):
     inputs = {"angle": 3.0, "speed": 50.0, "position": 3.0 * RATIO - 1e-6, "velocity": 50.0 * RATIO - 0.01}
     moved = at(synthetic_nut_map, step=1e-4, **inputs).outputs
     assert moved["axial_deflection"] == pytest.approx(2e-6, rel=1e-9)
-    torque = coulomb_friction(1.0, 50.0, 1e-4, 0.0, 0.1, 150.0, 0.5)
-    assert at(synthetic_nut_map, step=1e-4, **inputs).deflection != 0.0
-    assert torque.deflection != 0.0
+    resting = at(synthetic_nut_map, step=1e-4, before=Bristle(), **inputs)
+    assert 0.0 < resting.bristle.deflection <= 50.0 * 1e-4
 
 
 def test_mean_force_is_the_work_over_the_way():
@@ -219,6 +227,20 @@ def test_films_are_the_thinner_of_both_nuts(synthetic_nut_map):
     assert out["film_thickness_min"] == min(nut.film_thickness_min for nut in both)
     assert out["lambda_ratio"] == min(nut.lambda_ratio for nut in both)
     assert out["ball_load_max"] == max(nut.ball_load_max for nut in both)
+
+
+def test_start_of_the_bristle(synthetic_nut_map):
+    """Without a state it starts from presliding_side, or from the sign of the speed."""
+    for side, speed, share in ((0.0, 0.0, 0.0), (0.5, 0.0, 0.5), (-1.0, 3.0, -1.0), (0.0, -3.0, -1.0)):
+        parameters = PARAMETERS._replace(presliding_side=side, presliding_stiffness=0.0)
+        found = at(synthetic_nut_map, parameters, speed=speed)
+        coulomb = found.outputs["hysteresis_torque"] + found.outputs["sliding_torque"]
+        assert found.bristle.deflection * found.bristle.stiffness == pytest.approx(coulomb, rel=1e-12)
+        level = synthetic_nut_map.evaluate(2000.0, speed, 303.15).coulomb_torque
+        assert coulomb == pytest.approx(share * level, rel=1e-12)
+        assert found.bristle.stiffness == pytest.approx(
+            synthetic_nut_map.presliding_stiffness(2000.0, 0.0, 0.0051, 1.0), rel=1e-12
+        )
 
 
 def test_preload_approach_is_the_closed_form():

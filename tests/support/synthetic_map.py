@@ -28,6 +28,7 @@ MECHANISTIC_DEFAULTS = {
 }  # fmt: skip
 LAWS = (FILM_SHEAR, MECHANISTIC)
 SCREW = {"lead": 8e-3, "nut_stiffness": 1.35e9, "stiffness_preload": 2000.0}
+PRESLIDING_ANGLE = 6.9e-4  # [rad/N^(1/3)], as of the 40 mm screw
 
 
 def surfaces(force, speed, temperature, law=FILM_SHEAR):
@@ -111,6 +112,7 @@ def make_map(viscous_scale: float = 1.0, force_exponent: float = 0.0, law: str =
         "film_model": "synthetic",
         "defaults": DEFAULTS if law == FILM_SHEAR else MECHANISTIC_DEFAULTS,
         "screw": SCREW,
+        "presliding_angle": PRESLIDING_ANGLE,
         "certificate": {},
         "version": "0.1.0",
     }

@@ -15,6 +15,7 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.validation.tables import mean_deviations, table_text, validation_tables
 
 AGREEMENT = 1e-9  # relative difference between FMU and map
+SETTLED = 1.0  # [s] step after which the bristle slides at the speeds of the tables
 
 
 def check(
@@ -64,7 +65,7 @@ def torque_tables(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
     with FmuInstance(fmu) as instance:
 
         def torque(preload: float, speed: float, temperature: float) -> float:
-            if not instance.step(STEP, preload=preload, speed=speed, temperature=temperature):
+            if not instance.step(SETTLED, preload=preload, speed=speed, temperature=temperature):
                 raise CheckError(f"the FMU discards a step: {instance.messages[-1][1]}")
             return float(instance.get("friction_torque"))
 

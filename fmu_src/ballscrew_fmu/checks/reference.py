@@ -1,15 +1,23 @@
 """Reference input of the checks and the outputs of the map for it, which a built FMU must reproduce."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from ballscrew_fmu.checks.monitor_check import monitor_outputs, preload_error
 from ballscrew_fmu.checks.transmission_check import transmission_input, transmission_outputs
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION, FmuModel
+from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
-from ballscrew_tehl.runtime.standstill import coulomb_friction
+from ballscrew_tehl.runtime.packed import DEFAULTS
+from ballscrew_tehl.runtime.standstill import (
+    Bristle,
+    CoulombFriction,
+    bristle_friction,
+    regularised_friction,
+)
 
 STEP = 1e-3  # [s] communication step of the replay
 RECOVERY = 1e-6  # relative error of the preload of the monitor for a torque computed from a known preload
@@ -40,9 +48,33 @@ def expected_outputs(
     nut_map: NutMap, regularization_speed: float, row: Mapping[str, float]
 ) -> dict[str, Any]:
     """Outputs of the FMU without presliding after a step with this input, from the map."""
-    state, speed = nut_map.evaluate(**row), row["speed"]
-    coulomb = coulomb_friction(state.coulomb_torque, speed, STEP, 0.0, regularization_speed, 0.0, 0.0)
-    outputs = friction_outputs(state, speed, coulomb)
+    state = nut_map.evaluate(**row)
+    coulomb = regularised_friction(state.coulomb_torque, row["speed"], STEP, regularization_speed, Bristle())
+    return _outputs(nut_map, state, row, coulomb)
+
+
+def presliding_outputs(
+    nut_map: NutMap, rows: Iterable[Mapping[str, float]], step: float = STEP
+) -> list[dict[str, Any]]:
+    """Outputs of the FMU with the start values of its parameters after each step of a sequence, from the map."""
+    defaults = dict(zip(DEFAULTS, nut_map.defaults, strict=True))
+    net, breakaway = defaults["net_sliding_coefficient"], defaults["breakaway_factor"]
+    bristle, results = Bristle(), []
+    for row in rows:
+        state = nut_map.evaluate(**row)
+        stiffness = nut_map.presliding_stiffness(row["preload"], row["axial_load"], net, breakaway)
+        coulomb = bristle_friction(
+            state.coulomb_torque, row["speed"], step, bristle, stiffness, DAMPING_TIME * stiffness
+        )
+        bristle = coulomb.bristle
+        results.append(_outputs(nut_map, state, row, coulomb))
+    return results
+
+
+def _outputs(
+    nut_map: NutMap, state: DoubleNutState, row: Mapping[str, float], coulomb: CoulombFriction
+) -> dict[str, Any]:
+    outputs = friction_outputs(state, row["speed"], coulomb)
     return {v.name: outputs[v.name] for v in FRICTION.variables(nut_map.header) if v.causality == "output"}
 
 
@@ -58,9 +90,9 @@ def reference_results(
         return motion, transmission_outputs(nut_map, motion, STEP)
     starts = {v.name: v.start or 0.0 for v in FRICTION.variables(nut_map.header)}
     rows = list(reference_input(nut_map.header))
-    results = [expected_outputs(nut_map, starts["regularization_speed"], row) for row in rows]
     if model is not MONITOR:
-        return rows, results
+        return rows, presliding_outputs(nut_map, rows)
+    results = [expected_outputs(nut_map, starts["regularization_speed"], row) for row in rows]
     inputs = [
         {"torque": result["friction_torque"]}
         | {name: row[name] for name in ("speed", "temperature", "axial_load")}

@@ -6,6 +6,7 @@ from typing import Any
 
 from ballscrew_fmu.variables.transmission import transmission_variables
 from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.standstill import Bristle
 from ballscrew_tehl.runtime.transmission import TransmissionInputs, TransmissionParameters, transmission_step
 
 
@@ -26,7 +27,7 @@ def transmission_input(header: Mapping[str, Any], step: float) -> Iterator[dict[
     angle, steps = 0.0, 240
     for n in range(steps):
         phase = n / steps
-        speed = 1.05 * fastest * math.sin(6.0 * math.pi * phase) ** 3
+        speed = 1.05 * fastest * math.sin(6.0 * math.pi * phase + 0.05) ** 3
         x, x_next = (1.3 * way * math.sin(10.0 * math.pi * at + 0.1) for at in (phase, phase + 1.0 / steps))
         yield {
             "angle": angle,
@@ -50,10 +51,11 @@ def transmission_outputs(
     table = transmission_variables(nut_map.header)
     starts = {v.name: v.start for v in table if v.causality == "parameter"} | parameters
     names = [v.name for v in table if v.causality == "output"]
-    law = TransmissionParameters(*(float(starts[name] or 0.0) for name in TransmissionParameters._fields))
-    deflection, results = 0.0, []
+    law = TransmissionParameters._make(float(starts[name] or 0.0) for name in TransmissionParameters._fields)
+    before: Bristle | None = None
+    results = []
     for row in inputs:
-        done = transmission_step(nut_map, TransmissionInputs(**row), law, step, deflection)
+        done = transmission_step(nut_map, TransmissionInputs(**row), law, step, before)
         results.append({name: done.outputs[name] for name in names})
-        deflection = done.deflection
+        before = done.bristle
     return results

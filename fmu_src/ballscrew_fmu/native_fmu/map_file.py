@@ -8,11 +8,12 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, SURFACES, TORQUE_SURFACES
 
 MAP_FILE = "nut_map.bin"
-MAGIC = b"BSFMAP02"
+MAGIC = b"BSFMAP03"
 
 
 def map_bytes(nut_map: NutMap) -> bytes:
-    """Magic, size, checksum and content hash, then little-endian doubles: axes, defaults, law, coefficients.
+    """Magic, size, checksum and content hash, then little-endian doubles: axes, defaults, law, presliding angle,
+    coefficients.
 
     The surfaces needed for a torque are stored apart from the others, speed first and force last: an evaluation reads
     sixteen contiguous rows (native/core/nut_law.h).
@@ -21,6 +22,7 @@ def map_bytes(nut_map: NutMap) -> bytes:
     numbers = [float(x) for name in AXES for x in header["axes"][name]]
     numbers += [float(header["defaults"][name]) for name in DEFAULTS]
     numbers.append(float(tuple(SURFACES).index(nut_map.law)))
+    numbers.append(nut_map.presliding_angle)
     surfaces = arrays["coefficients"].transpose(1, 2, 0, 3)
     parts = [
         np.array(numbers),

@@ -197,6 +197,6 @@ def _row(v: Variable) -> str:
         kind = "RATE" if v.derivative_of else "INDICATOR" if v.indicates else "STATE"
     else:
         kind = v.causality.upper()
-    lowest = 0.0 if v.causality == "parameter" else -constants.TOO_LARGE
+    lowest = (v.minimum or 0.0) if v.causality == "parameter" else -constants.TOO_LARGE
     numbers = ", ".join(repr(float(x)) for x in (v.start or 0.0, lowest, v.nominal or 1.0))
     return f'    {{"{v.name}", CAUSALITY_{kind}, NEEDS_{v.needs.upper()}, {str(v.unit is None).lower()}, {numbers}}},'

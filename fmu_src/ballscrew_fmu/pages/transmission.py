@@ -25,8 +25,9 @@ CONTACTS = part(
         "bearings and housing are not included: add their springs in your model.",
         "Lost motion at a reversal of the load is the way between the deflections at both loads, with axial_play in "
         "addition while preload is 0. axial_play has no effect on a preloaded nut.",
-        "damping_force is damping_time times stiffness times the rate of x. Its start value, 10 us, is an assumption "
-        "for rolling contacts (Kraemer 1993: 2.5 to 25 us). It ends with the contact and never supplies energy.",
+        "damping_force is contact_damping_time times stiffness times the rate of x. Its start value, 10 us, is "
+        "an assumption for rolling contacts (Kraemer 1993: 2.5 to 25 us). It ends with the contact and "
+        "never supplies energy.",
     ),
 )
 POWER = part(
@@ -48,10 +49,10 @@ COUPLING = part(
     "belong to angle + h speed and position + h velocity. Step this FMU first and then the axis, or both with the "
     "values of the last communication point.",
     "The stiffness is high, so explicit coupling needs small steps: with the mass m at the nut (or the inertia J at "
-    "the shaft, m = J (2 pi/lead)^2), stiffness k and damping c = damping_time k,",
+    "the shaft, m = J (2 pi/lead)^2), stiffness k and damping c = contact_damping_time k,",
     table(
         "coupling",
-        "Stable explicit coupling of a mass, a = h^2 k/m, b = h c/m = a damping_time/h",
+        "Stable explicit coupling of a mass, a = h^2 k/m, b = h c/m = a contact_damping_time/h",
         ("order of the models", "stable for"),
         (
             ("this FMU first, then the mass", "a + b < 2, also without damping"),

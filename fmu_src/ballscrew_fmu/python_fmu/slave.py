@@ -14,10 +14,18 @@ from pythonfmu.enums import Fmi2Status
 from ballscrew_fmu.python_fmu.slave_base import MapSlave
 from ballscrew_fmu.python_fmu.solver_cache import SolverError, compiled_files, load_solver
 from ballscrew_fmu.variables.friction import fmu_variables
+from ballscrew_tehl.runtime.constants import DAMPING_TIME, SLIDING_FROM
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS, POINT
-from ballscrew_tehl.runtime.standstill import coulomb_friction
+from ballscrew_tehl.runtime.standstill import (
+    Bristle,
+    CoulombFriction,
+    bristle_friction,
+    initial_bristle,
+    longest_step,
+    regularised_friction,
+)
 
 
 class BallScrewFrictionBase(MapSlave):
@@ -26,21 +34,22 @@ class BallScrewFrictionBase(MapSlave):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(fmu_variables, **kwargs)
         self._point = self._getter(*POINT, *DEFAULTS)
-        self._standstill = self._getter(
-            "speed", "regularization_speed", "presliding_stiffness", "presliding_damping"
-        )
+        self._regularized = self._getter("speed", "regularization_speed", "presliding")
+        self._given = self._getter("presliding_stiffness", "presliding_damping", "presliding_side")
+        self._loads = self._getter("preload", "axial_load", "net_sliding_coefficient", "breakaway_factor")
         self._refining = self._getter("refine", "refine_tolerance")
-        self._deflection = 0.0  # of the presliding bristle [rad]
+        self._bristle = Bristle()
+        self._stiffness = ((), 0.0)  # of the screw [N.m/rad], with what it belongs to
         self._refinement: Any = None  # created at the first refined step
         self._refinement_state: Any = None  # state for a refinement that is not created yet
         self._solver_failed = False
 
     def _memory(self) -> dict[str, Any]:
         refinement = self._refinement_state if self._refinement is None else self._refinement.state()
-        return {"deflection": self._deflection, "refinement": refinement}
+        return {"bristle": list(self._bristle), "refinement": refinement}
 
     def _restore_memory(self, state: Mapping[str, Any]) -> None:
-        self._deflection = state["deflection"]
+        self._bristle = Bristle(*state["bristle"])
         self._refinement, self._refinement_state = None, state["refinement"]
 
     def _evaluate(self, step: float | None) -> bool:
@@ -50,13 +59,44 @@ class BallScrewFrictionBase(MapSlave):
         nut = self._refined(tolerance, point) if refine else None
         if nut is None:
             nut = self._map.evaluate_point(*point)
-        speed, *bristle = self._standstill(values)
-        coulomb = coulomb_friction(nut.coulomb_torque, speed, step, self._deflection, *bristle)
+        speed, regularization_speed, presliding = self._regularized(values)
+        if presliding:
+            coulomb = self._presliding(nut.coulomb_torque, speed, step)
+        else:
+            coulomb = regularised_friction(
+                nut.coulomb_torque, speed, step, regularization_speed, self._bristle
+            )
         self._set_outputs(friction_outputs(nut, speed, coulomb))
-        self._deflection = coulomb.deflection
+        self._bristle = coulomb.bristle
         if nut.clamped:
             self._warn(nut.clamped)
         return True
+
+    def _presliding(self, coulomb_torque: float, speed: float, step: float | None) -> CoulombFriction:
+        """Standstill law of the bristle; without a step, at the start of the simulation."""
+        stiffness, damping, side = self._given(self._values)
+        stiffness = stiffness or self._stiffness_of_screw()
+        damping = damping or DAMPING_TIME * stiffness
+        before = self._bristle
+        if step is None:
+            before = initial_bristle(side, speed, coulomb_torque, stiffness)
+        coulomb = bristle_friction(coulomb_torque, speed, step, before, stiffness, damping)
+        if step and speed and step * stiffness >= damping and abs(coulomb.sign) < SLIDING_FROM:
+            self._log_once(
+                "step",
+                f"step = {step} s; an inertia coupled with the values of the last step comes to rest for steps below "
+                f"damping over stiffness of the bristle only, {damping:.6g} N.m.s/rad over {stiffness:.6g} N.m/rad = "
+                f"{longest_step(stiffness, damping):.6g} s (logged once)",
+                Fmi2Status.warning,
+            )
+        return coulomb
+
+    def _stiffness_of_screw(self) -> float:
+        """Stiffness at the present loads, computed when they change."""
+        loads = self._loads(self._values)
+        if loads != self._stiffness[0]:
+            self._stiffness = (loads, self._map.presliding_stiffness(*loads))
+        return self._stiffness[1]
 
     def _refined(self, tolerance: float, point: tuple[float, ...]) -> DoubleNutState | None:
         """The refined map at a point. None if the solver cannot be used, which is logged once."""

@@ -207,7 +207,9 @@ class MapSlave(Fmi2Slave):
         for place, least in self._bounds:
             value = self._values[place]
             if not least <= value < TOO_LARGE:
-                needs = "a finite number" if least < 0.0 else f"a finite number {'>' if least else '>='} 0"
+                needs = "a finite number"
+                if least > -TOO_LARGE:
+                    needs += " > 0" if 0.0 < least < 1e-300 else f" >= {least:g}"
                 return self._discard(f"{self._table[place].name} = {value}; needs {needs}")
         return True
 
@@ -232,8 +234,8 @@ class MapSlave(Fmi2Slave):
 
 
 def _least(variable: Variable) -> float:
-    """Lower bound of a Real parameter: 0, except for the tolerance, which must be positive."""
-    return math.ulp(0.0) if variable.name == "refine_tolerance" else 0.0
+    """Lower bound of a Real parameter; the tolerance must be positive."""
+    return math.ulp(0.0) if variable.name == "refine_tolerance" else variable.minimum or 0.0
 
 
 def _restore_imports(resources: str) -> None:

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 Header = Mapping[str, Any]  # of a map
@@ -59,6 +60,7 @@ class Variable(NamedTuple):
     relative: bool = False  # a difference: the offset of the display unit does not apply
     depends_on: tuple[str, ...] = ()  # inputs that an output depends on
     initially_depends_on: tuple[str, ...] = ()  # parameters that it depends on too in initialization mode
+    fixed: bool = False  # a parameter that is used at initialization only
     derivative_of: str | None = None  # the continuous state of which this is the time derivative
     indicates: bool = False  # its change of sign is an event
     python_only: bool = False  # not in the native FMUs
@@ -68,14 +70,14 @@ class Variable(NamedTuple):
     @property
     def variability(self) -> str:
         if self.causality == "parameter":
-            return "tunable"
+            return "fixed" if self.fixed else "tunable"
         return "discrete" if self.unit is None else "continuous"
 
 
 _ALL = ("preload", "speed", "temperature", "axial_load")
 _FILM_SHEAR_COULOMB = ("preload", "speed", "axial_load")
 _FORCES = ("preload", "axial_load")
-_SIGN = ("regularization_speed", "presliding_stiffness")
+_SIGN = ("regularization_speed", "presliding", "presliding_stiffness", "presliding_side")
 _REFINED = ("refine", "refine_tolerance")
 _COEFFICIENTS = ("net_sliding_coefficient", "breakaway_factor")
 _SLIDING = (*_COEFFICIENTS, *_SIGN)
@@ -276,18 +278,29 @@ PARAMETERS = (
     ),
     Variable(
         "regularization_speed", "parameter",
-        "Coulomb parts are multiplied by tanh(speed/regularization_speed). 0: by sign(speed)",
+        "Without presliding, Coulomb parts are multiplied by tanh(speed/regularization_speed). 0: by sign(speed)",
         "rad/s", 0.1, 0.0, nominal=0.1, display_unit="rev/min", quantity="AngularVelocity",
     ),
     Variable(
+        "presliding", "parameter",
+        "Coulomb parts through an elasto-plastic bristle, which holds the axis at standstill. false: through the tanh",
+        start=True,
+    ),
+    Variable(
         "presliding_stiffness", "parameter",
-        "Stiffness of the presliding bristle, which replaces the tanh. 0: no bristle",
+        "Stiffness of the presliding bristle. 0: from contact width, preload and Coulomb torque",
         "N.m/rad", 0.0, 0.0, nominal=100.0,
     ),
     Variable(
         "presliding_damping", "parameter",
-        "Damping of the presliding bristle, needed in explicit coupling with an inertia",
-        "N.m.s/rad", 1.0, 0.0, nominal=1.0,
+        "Damping of the presliding bristle, needed in explicit coupling with an inertia. "
+        f"0: stiffness times {1e3 * DAMPING_TIME:g} ms",
+        "N.m.s/rad", 0.0, 0.0, nominal=1.0,
+    ),
+    Variable(
+        "presliding_side", "parameter",
+        "Deflection of the bristle at the start over that at which it slides. 0: sign of the speed",
+        "1", 0.0, -1.0, 1.0, nominal=1.0, fixed=True,
     ),
     Variable(
         "refine", "parameter",
@@ -307,7 +320,7 @@ def fmu_variables(header: Header) -> tuple[Variable, ...]:
 
 
 _BRISTLE = ("presliding_deflection",)
-_SLIPPING = (*_COEFFICIENTS, "presliding_stiffness")
+_SLIPPING = (*_COEFFICIENTS, "presliding", "presliding_stiffness")
 STATES = (  # native FMUs only
     Variable(
         "presliding_deflection", "local", "Deflection of the presliding bristle, a continuous state", "rad",
@@ -323,7 +336,7 @@ STATES = (  # native FMUs only
         indicates=True,
     ),
     Variable(
-        "slip_indicator", "local", "Event indicator of the bristle: start or end of slip", "1",
+        "slip_indicator", "local", "Event indicator of the bristle: start or end of slip, or a change of its stiffness", "1",
         nominal=1.0, initially_depends_on=_SLIPPING, indicates=True, of_map={"depends_on": _coulomb(*_BRISTLE)},
     ),
 )  # fmt: skip

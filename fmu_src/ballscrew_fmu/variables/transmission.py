@@ -13,21 +13,23 @@ from ballscrew_fmu.variables.friction import (
     Variable,
     of_map,
 )
-from ballscrew_tehl.runtime.constants import CONTACT_DAMPING_TIME
+from ballscrew_tehl.runtime.transmission import CONTACT_DAMPING_TIME
 
 _MOTION = ("angle", "speed", "position", "velocity")
 _LOADS = (*_MOTION, "preload")
 _ALL = (*_MOTION, "temperature", "preload")
 _ELASTIC = ("lead", "nut_stiffness", "stiffness_preload", "axial_play")
-_DAMPED = (*_ELASTIC, "damping_time")
+_DAMPED = (*_ELASTIC, "contact_damping_time")
 _FRICTION = (
     "apparent_viscosity_ratio",
     "net_sliding_coefficient",
     "roughness_height",
     "breakaway_factor",
     "regularization_speed",
+    "presliding",
     "presliding_stiffness",
     "presliding_damping",
+    "presliding_side",
 )
 _BRISTLE = ("presliding_deflection",)
 _ROWS = {v.name: v for v in (*INPUTS, *OUTPUTS, *PARAMETERS, *STATES)}  # shared with BallScrewFriction
@@ -158,8 +160,8 @@ ROWS = (
         display_unit="um", quantity="Length",
     ),
     Variable(
-        "damping_time", "parameter", "Damping of the contacts divided by their stiffness (assumed)", "s",
-        CONTACT_DAMPING_TIME, 0.0, nominal=1e-5, quantity="Time",
+        "contact_damping_time", "parameter", "Damping of the contacts divided by their stiffness (assumed)",
+        "s", CONTACT_DAMPING_TIME, 0.0, nominal=1e-5, quantity="Time",
     ),
     *(_ROWS[name] for name in _FRICTION),
 )  # fmt: skip

@@ -26,6 +26,7 @@ from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.axial_stiffness import axial_stiffness, contact_stiffness
 from ..physics.ball_law import loaded_contact_angle
 from ..physics.hertz import RACEWAYS
+from ..physics.presliding import presliding_angle
 from ..runtime.bspline import fit
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import (
@@ -327,7 +328,12 @@ def load_map(
     defaults = dict(zip(DEFAULTS, _defaults(friction, parameters), strict=True))
     law = MECHANISTIC if film == MECHANISTIC else FILM_SHEAR
     header = dict(
-        header, film_model=film, law=law, defaults=defaults, friction=_provenance(friction, parameters)
+        header,
+        film_model=film,
+        law=law,
+        defaults=defaults,
+        friction=_provenance(friction, parameters),
+        presliding_angle=presliding_angle(parameters.screw, 1.0),
     )
     header["screw"] = screw_numbers(parameters.screw, nearest(header["axes"], "preload", BAND_PRELOAD))
     return NutMap.from_arrays(sealed(header, arrays), arrays)

@@ -20,6 +20,8 @@ SPEED_EXPONENT_MAX = (
 ELASTIC_SHARE = (
     0.7  # elastic limit over sliding deflection; 0 (Dahl): the bristle creeps under a swinging load
 )
+DAMPING_TIME = 4e-3  # [s] damping over stiffness by default; explicit coupling needs steps below it
+SLIDING_FROM = 0.999  # of the sliding deflection, which the bristle reaches after infinite travel only
 
 # preload from torque (preload.py)
 LEAST_ELASTICITY = 0.01  # (preload/torque) d torque/d preload; below it 1 % of torque is all of the preload
@@ -33,9 +35,6 @@ ROUNDING = 4e-16  # relative width of a bracket that cannot shrink any more
 MOST_ITERATIONS = 200  # each halves the error in torque or the bracket: it takes 3 to 10, and cannot take all
 
 # transmission (transmission.py)
-CONTACT_DAMPING_TIME = (
-    1e-5  # [s] of rolling contacts: 2.5e-6 to 2.5e-5, Kraemer, Dynamics of Rotors and Foundations 1993
-)
 FORCE_ROUNDING = 1e-12  # relative, of a force computed from a preload at the end of the map
 
 # inputs

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 FILM_SHEAR, MECHANISTIC = "film_shear", "mechanistic"  # friction laws, header["law"]
 _EXTREMES = (
     "minimum_film_screw",  # [m] thermal
@@ -132,6 +132,9 @@ def check(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) 
         missing = [name for name in names if name not in header.get(group, {})]
         if missing:
             raise MapError(f"map header: {group} {', '.join(missing)} missing; expected {', '.join(names)}")
+    angle = header.get("presliding_angle")
+    if not (isinstance(angle, float) and 0.0 < angle < np.inf):
+        raise MapError(f"map header: presliding_angle {angle}; expected a positive number [rad/N^(1/3)]")
     for name in AXES:
         lo, hi, nodes = header["axes"][name]
         logarithmic = name in ("force", "speed", "preload")

@@ -25,12 +25,21 @@ from collections.abc import Callable
 from operator import add
 from typing import Any, NamedTuple
 
-from ballscrew_tehl.runtime.constants import FORCE_ROUNDING
+from ballscrew_tehl.runtime.constants import DAMPING_TIME, FORCE_ROUNDING
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS
-from ballscrew_tehl.runtime.standstill import coulomb_friction
+from ballscrew_tehl.runtime.standstill import (
+    Bristle,
+    CoulombFriction,
+    bristle_friction,
+    initial_bristle,
+    regularised_friction,
+)
+
+#: [s] start value of contact_damping_time, of rolling contacts: Kraemer 1993, see above
+CONTACT_DAMPING_TIME = 1e-5
 
 
 class TransmissionInputs(NamedTuple):
@@ -51,21 +60,25 @@ class TransmissionParameters(NamedTuple):
     nut_stiffness: float  # [N/m] of the nut without load at stiffness_preload
     stiffness_preload: float  # [N]
     axial_play: float  # [m] free way of the nut without preload
-    damping_time: float  # [s] damping of the contacts over their stiffness
+    contact_damping_time: float  # [s] damping of the contacts over their stiffness
     apparent_viscosity_ratio: float
     net_sliding_coefficient: float
     roughness_height: float  # [m]
     breakaway_factor: float
     regularization_speed: float  # [rad/s]
-    presliding_stiffness: float  # [N.m/rad]
-    presliding_damping: float  # [N.m.s/rad]
+    presliding: bool
+    presliding_stiffness: float  # [N.m/rad] 0: from the screw
+    presliding_damping: float  # [N.m.s/rad] 0: from the stiffness
+    presliding_side: (
+        float  # deflection of the bristle at the start over that at which it slides; 0: from the speed
+    )
 
 
 class TransmissionStep(NamedTuple):
     """Outputs of a step, and what the next one needs."""
 
     outputs: dict[str, Any]
-    deflection: float  # [rad] of the presliding bristle
+    bristle: Bristle
     clamped: tuple[str, ...]  # inputs beyond the map
 
 
@@ -114,11 +127,11 @@ def transmission_step(
     inputs: TransmissionInputs,
     parameters: TransmissionParameters,
     step: float | None,
-    deflection: float,
+    before: Bristle | None,
 ) -> TransmissionStep:
     """Outputs at the end of a step; step None or 0: at an instant, where powers are those of the instant.
 
-    Parameters   step : [s];  deflection : of the presliding bristle at the start [rad]
+    Parameters   step : [s];  before : bristle at the start of the step; None: at the start of the simulation
     Validity     the caller has checked that all are finite numbers, parameters >= 0
     """
     p, h = parameters, step or 0.0
@@ -130,33 +143,21 @@ def transmission_step(
     d_0 = preload_approach(k, inputs.preload, p.axial_play)
     force_a, slope_a = contact_law(k, d_0 + x)
     force_b, slope_b = contact_law(k, d_0 - x)
-    damping = p.damping_time * (slope_a + slope_b) * drift
+    damping = p.contact_damping_time * (slope_a + slope_b) * drift
     force = force_a - force_b + damping
 
     each, nut = _nuts(nut_map, inputs, parameters, (force_a, force_b))
-    coulomb = coulomb_friction(
-        nut.coulomb_torque,
-        inputs.speed,
-        step,
-        deflection,
-        p.regularization_speed,
-        p.presliding_stiffness,
-        p.presliding_damping,
-    )
+    coulomb, supply = _standstill(nut_map, inputs, parameters, step, before, nut, (force_a, force_b))
     outputs = friction_outputs(nut, inputs.speed, coulomb)
     friction = outputs["friction_torque"]
     contact_energy = x * (mean_contact_force(k, d_0, d_0 + x) - mean_contact_force(k, d_0, d_0 - x))
-    bristle_energy = 0.5 * p.presliding_stiffness * coulomb.deflection**2
     if h > 0.0:
         # the damping force over a step is the time over the step times the change of the elastic force
         elastic = mean_contact_force(k, d_0 + first, d_0 + x) - mean_contact_force(k, d_0 - first, d_0 - x)
-        before = contact_law(k, d_0 + first)[0] - contact_law(k, d_0 - first)[0]
-        mean_damping = p.damping_time * (force_a - force_b - before) / h
-        wound = bristle_energy - 0.5 * p.presliding_stiffness * deflection**2
-        friction_power = outputs["power_loss"] + wound / h
+        at_start = contact_law(k, d_0 + first)[0] - contact_law(k, d_0 - first)[0]
+        mean_damping = p.contact_damping_time * (force_a - force_b - at_start) / h
     else:
         elastic, mean_damping = force_a - force_b, damping
-        friction_power = friction * inputs.speed
     mean = elastic + mean_damping
     ideal = ratio * force
     outputs |= {
@@ -168,15 +169,15 @@ def transmission_step(
         "axial_deflection": x,
         "axial_stiffness": slope_a + slope_b,
         "efficiency": efficiency(ideal, nut.friction_torque, inputs.speed),
-        "shaft_power": mean * ratio * inputs.speed + friction_power,
+        "shaft_power": mean * ratio * inputs.speed + nut.viscous_torque * abs(inputs.speed) + supply,
         "nut_power": mean * inputs.velocity,
         "power_loss": outputs["power_loss"] + mean_damping * drift,
-        "stored_energy": contact_energy + bristle_energy,
+        "stored_energy": contact_energy + coulomb.bristle.energy,
     }
     for name, one in zip("ab", each, strict=True):
         viscous = math.copysign(one.viscous_torque, inputs.speed)
         outputs[f"friction_torque_nut_{name}"] = viscous + coulomb.sign * one.coulomb_torque
-    return TransmissionStep(outputs, coulomb.deflection, nut.clamped)
+    return TransmissionStep(outputs, coulomb.bristle, nut.clamped)
 
 
 def efficiency(ideal_torque: float, friction_torque: float, speed: float) -> float:
@@ -193,6 +194,35 @@ def efficiency(ideal_torque: float, friction_torque: float, speed: float) -> flo
     if ideal_torque * speed >= 0.0:
         return ideal / (ideal + friction_torque)
     return max(ideal - friction_torque, 0.0) / ideal
+
+
+def _standstill(
+    nut_map: NutMap,
+    inputs: TransmissionInputs,
+    parameters: TransmissionParameters,
+    step: float | None,
+    before: Bristle | None,
+    nut: DoubleNutState,
+    forces: tuple[float, float],
+) -> tuple[CoulombFriction, float]:
+    """Coulomb friction of both nuts, and the power that the motion supplies to it, mean of the step [W]."""
+    p, speed, coulomb_torque = parameters, inputs.speed, nut.coulomb_torque
+    if not p.presliding:
+        coulomb = regularised_friction(
+            coulomb_torque, speed, step, p.regularization_speed, before or Bristle()
+        )
+        return coulomb, coulomb_torque * coulomb.sign * speed
+    stiffness = p.presliding_stiffness
+    if not stiffness > 0.0:
+        friction = p.net_sliding_coefficient, p.breakaway_factor
+        stiffness = 0.5 * sum(nut_map.presliding_stiffness(force, 0.0, *friction) for force in forces)
+    damping = p.presliding_damping or DAMPING_TIME * stiffness
+    if before is None:
+        before = initial_bristle(p.presliding_side, speed, coulomb_torque, stiffness)
+    coulomb = bristle_friction(coulomb_torque, speed, step, before, stiffness, damping)
+    if step:
+        return coulomb, coulomb.power + (coulomb.bristle.energy - before.energy) / step
+    return coulomb, coulomb_torque * coulomb.sign * speed
 
 
 def _nuts(

@@ -9,8 +9,9 @@
 typedef struct {
     Number deflection; /* [rad] at the end of the step */
     Number rate;       /* [rad/s] of the deflection */
-    Number torque;     /* [N.m] at the end of the step */
+    Number torque;     /* [N.m] at the end of the step, at most the Coulomb torque */
     Number power;      /* [W] dissipated, mean of the step */
+    Number supply;     /* [W] of the motion, mean of the step: power and rate of the stored energy */
 } Bristle;
 
 /* Smoothed sign of the speed. Regularization speed 0: the sign itself. */
@@ -25,6 +26,30 @@ static inline Number regularised_sign(Number speed, Number regularization_speed)
     ratio = divide(speed, regularization_speed);
     sign = tanh(value_of(ratio));
     return function(ratio, sign, 1.0 - sign * sign);
+}
+
+/* Deflection at another stiffness with the same energy: the stiffness follows preload and axial load. */
+static inline Number bristle_at_stiffness(Number deflection, double before, Number stiffness)
+{
+    if (!(value_of(stiffness) > 0.0)) {
+        return constant(0.0);
+    }
+    if (value_of(stiffness) == before && slope_of(stiffness) == 0.0) {
+        return deflection;
+    }
+    return multiply(root(divide(constant(before), stiffness)), deflection);
+}
+
+/* Deflection at the start of a simulation. side: share of that at which the bristle slides, -1 to 1; 0: from the speed */
+static inline Number initial_deflection(Number side, double speed, Number coulomb, Number stiffness)
+{
+    if (value_of(side) == 0.0) {
+        side = constant(speed > 0.0 ? 1.0 : speed < 0.0 ? -1.0 : 0.0);
+    }
+    if (!(value_of(coulomb) > 0.0 && value_of(stiffness) > 0.0)) {
+        return constant(0.0);
+    }
+    return multiply(clamped(side, -1.0, 1.0), divide(coulomb, stiffness));
 }
 
 /* limit: deflection at which the bristle slides */
@@ -54,7 +79,8 @@ static inline Bristle bristle_at_instant(Number deflection, Number speed, Number
     out.deflection = deflection;
     out.rate = multiply(speed, subtract(constant(1.0), yielding));
     out.torque = multiply(stiffness, wound);
-    out.power = multiply(multiply(out.torque, speed), yielding);
+    out.supply = multiply(out.torque, speed);
+    out.power = multiply(out.supply, yielding);
     return out;
 }
 
@@ -63,16 +89,17 @@ static inline Bristle bristle_continuous(Number deflection, Number speed, Number
                                          Number damping, int slip)
 {
     Bristle out = bristle_at_instant(deflection, speed, coulomb, stiffness);
-    const Number elastic = out.torque, damped = multiply(damping, out.rate);
+    const Number elastic = out.torque;
 
     if (slip != 0) {
         out.rate = constant(0.0);
         out.torque = times(slip, coulomb);
-        out.power = multiply(coulomb, absolute(speed));
+        out.power = out.supply = multiply(coulomb, absolute(speed));
         return out;
     }
-    out.torque = add(elastic, damped);
-    out.power = greater(add(multiply(elastic, subtract(speed, out.rate)), multiply(damped, speed)), constant(0.0));
+    out.torque = bristle_within(add(elastic, multiply(damping, out.rate)), coulomb);
+    out.supply = multiply(out.torque, speed);
+    out.power = greater(subtract(out.supply, multiply(elastic, out.rate)), constant(0.0));
     return out;
 }
 
@@ -87,12 +114,12 @@ static inline Bristle bristle_after_step(Number before, Number speed, double ste
     const Number sliding = subtract(travel, elastic);
     /* energy stored above the present limit, which is lower if the Coulomb torque has decreased, is lost */
     const Number lost = multiply(half, subtract(multiply(before, before), multiply(z, z)));
-    Number q = add(q_0, elastic), rate, heat;
+    Number q = add(q_0, elastic), rate, heat, work;
     Number integral = add(multiply(q_0, elastic), times(0.5, multiply(elastic, elastic))); /* of q over the travel */
     Bristle out;
 
     if (!(value_of(coulomb) > 0.0)) {
-        out.deflection = out.torque = zero;
+        out.deflection = out.torque = out.supply = zero;
         out.rate = over(negative(before), step);
         out.power = over(lost, step);
         return out;
@@ -104,12 +131,15 @@ static inline Bristle bristle_after_step(Number before, Number speed, double ste
         q = add(q, multiply(gap, decay));
     }
     rate = over(subtract(q, q_0), step);
-    heat = subtract(multiply(stiffness, integral), multiply(half, subtract(multiply(q, q), multiply(q_0, q_0))));
-    heat = add(heat, multiply(multiply(damping, rate), travel));
+    /* of the mean torque, which is limited to the Coulomb torque like that at the end */
+    work = lesser(add(multiply(stiffness, integral), multiply(multiply(damping, rate), travel)),
+                  multiply(coulomb, travel));
+    heat = subtract(work, multiply(half, subtract(multiply(q, q), multiply(q_0, q_0))));
     out.deflection = with_sign_of(q, speed);
     out.rate = over(subtract(out.deflection, before), step);
-    out.torque = with_sign_of(add(multiply(stiffness, q), multiply(damping, rate)), speed);
+    out.torque = with_sign_of(lesser(add(multiply(stiffness, q), multiply(damping, rate)), coulomb), speed);
     out.power = over(add(lost, greater(heat, zero)), step);
+    out.supply = over(work, step);
     return out;
 }
 

@@ -15,7 +15,7 @@
 #define MAGIC_SIZE (sizeof MAP_MAGIC - 1)
 #define HASH_SIZE 64 /* sha256 in hexadecimal */
 #define HEAD_SIZE (MAGIC_SIZE + 16 + HASH_SIZE)
-#define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS + 1) /* before the coefficients */
+#define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS + 2) /* before the coefficients */
 #define MOST_NODES 4096
 #define LARGEST_FILE 268435456
 
@@ -84,7 +84,7 @@ static bool head_fails(const unsigned char *bytes, size_t size, const char *cont
     return true;
 }
 
-/* Axes, defaults and law. NULL, or the name of what is invalid. */
+/* Axes, defaults, law and presliding angle. NULL, or the name of what is invalid. */
 static const char *numbers_from(Map *head, const unsigned char *numbers)
 {
     const struct {
@@ -106,7 +106,11 @@ static const char *numbers_from(Map *head, const unsigned char *numbers)
     for (size_t i = 0; i < MAP_DEFAULTS; ++i) {
         head->defaults[i] = number_at(numbers, 3 * MAP_AXES + i);
     }
-    law = number_at(numbers, NUMBERS - 1);
+    head->presliding_angle = number_at(numbers, NUMBERS - 1);
+    if (!(head->presliding_angle > 0.0 && isfinite(head->presliding_angle))) {
+        return "presliding angle";
+    }
+    law = number_at(numbers, NUMBERS - 2);
     for (head->law = 0; head->law < LAWS; ++head->law) {
         if (law == head->law) {
             return NULL;

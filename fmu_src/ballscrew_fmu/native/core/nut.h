@@ -33,6 +33,7 @@ typedef struct {
     double highest;      /* [N] force of the loaded nut under an axial load, clamped; else 0 */
     Number hysteresis;   /* [N.m] magnitude, sum over both nuts */
     Number sliding_load; /* [N.m] of balls on each other at coefficient and thrust factor 1, sum over both nuts */
+    Number stiffness_hysteresis, stiffness_sliding; /* [N.m/rad] of the bristle by both parts, as above */
     bool preload_clamped, axial_load_clamped;
 } Loads;
 
@@ -85,6 +86,14 @@ NUT_FUNCTION void nut_parts(const Map *map, const Loads *loads, const Conditions
                             const Friction *friction, Parts *out);
 
 static inline Number coulomb_magnitude(const Parts *parts) { return add(parts->hysteresis, parts->sliding); }
+
+/* Presliding stiffness: Coulomb torque at standstill over sliding deflection [N.m/rad], sum over both nuts. */
+static inline Number nut_stiffness(const Loads *loads, const Friction *friction)
+{
+    return add(loads->stiffness_hysteresis,
+               multiply(multiply(friction->net_sliding, greater(friction->breakaway, constant(1.0))),
+                        loads->stiffness_sliding));
+}
 
 NUT_FUNCTION void nut_films(const Map *map, const Loads *loads, const Conditions *now, Films *out);
 

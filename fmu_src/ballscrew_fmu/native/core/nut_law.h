@@ -173,27 +173,35 @@ NUT_FUNCTION void nut_loads(const Map *map, Number preload, Number axial_load, L
         force[1] = loads->axial_load_clamped ? constant(map->force.hi) : force[1];
         loads->highest = value_of(force[1]);
     }
-    loads->hysteresis = loads->sliding_load = constant(0.0);
+    loads->hysteresis = loads->sliding_load = loads->stiffness_hysteresis = loads->stiffness_sliding = constant(0.0);
     for (int n = 0; n < loads->nuts; ++n) {
         LoadedNut *nut = &loads->nut[n];
         const bool below = value_of(force[n]) < map->force.lo;
         const double *curves;
+        Number hysteresis, angle;
         spline_weights(axis_position(&map->force, force[n], &nut->cell), nut->weight);
         nut->share = below ? over(force[n], map->force.lo) : constant(1.0);
         nut->third = below ? power(nut->share, 1.0 / 3.0) : constant(1.0);
         curves = map->curves + (ptrdiff_t)nut->cell * CURVE_COLUMNS;
-        loads->hysteresis = add(
-            loads->hysteresis,
+        hysteresis =
             multiply(multiply(exponential(weighted(nut->weight, curves + HYSTERESIS_TORQUE_CURVE, CURVE_COLUMNS)),
                               nut->share),
-                     nut->third));
+                     nut->third);
+        loads->hysteresis = add(loads->hysteresis, hysteresis);
         nut->sliding_load =
             multiply(exponential(weighted(nut->weight, curves + SLIDING_TORQUE_CURVE, CURVE_COLUMNS)), nut->share);
         loads->sliding_load = add(loads->sliding_load, nut->sliding_load);
+        if (value_of(force[n]) > 0.0) {
+            angle = times(map->presliding_angle, power(force[n], 1.0 / 3.0)); /* contact width */
+            loads->stiffness_hysteresis = add(loads->stiffness_hysteresis, divide(hysteresis, angle));
+            loads->stiffness_sliding = add(loads->stiffness_sliding, divide(nut->sliding_load, angle));
+        }
     }
     if (loads->nuts == 1) {
         loads->hysteresis = times(2.0, loads->hysteresis);
         loads->sliding_load = times(2.0, loads->sliding_load);
+        loads->stiffness_hysteresis = times(2.0, loads->stiffness_hysteresis);
+        loads->stiffness_sliding = times(2.0, loads->stiffness_sliding);
     }
 }
 

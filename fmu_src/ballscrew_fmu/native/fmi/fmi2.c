@@ -173,8 +173,20 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
     return fmi2OK;
 }
 
-FORWARD(SetBoolean, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[]),
-        ((void)value, instance_no_variables(instance, "settable Boolean", vr, nvr)))
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
+{
+    Status status = STATUS_OK;
+
+    BEGIN(SetBoolean)
+    if (nvr > 0 && (vr == NULL || value == NULL)) {
+        RETURN(instance_missing_array(instance));
+    }
+    for (size_t i = 0; status == STATUS_OK && i < nvr; ++i) {
+        status = instance_set_boolean(instance, vr[i], value[i] != fmi2False);
+    }
+    RETURN(status);
+}
+
 FORWARD(GetInteger, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[]),
         ((void)value, instance_no_variables(instance, "Integer", vr, nvr)))
 FORWARD(SetInteger, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[]),

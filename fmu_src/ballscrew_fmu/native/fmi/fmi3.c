@@ -279,7 +279,23 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueR
     RETURN(status);
 }
 
-/* Types without variables, or without settable ones. */
+fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                          const fmi3Boolean values[], size_t nValues)
+{
+    Status status;
+
+    BEGIN(SetBoolean)
+    status = check_counts(self, nValueReferences, nValues);
+    if (status == STATUS_OK && nValues > 0 && (valueReferences == NULL || values == NULL)) {
+        status = instance_missing_array(self);
+    }
+    for (size_t i = 0; status == STATUS_OK && i < nValues; ++i) {
+        status = instance_set_boolean(self, valueReferences[i], values[i]);
+    }
+    RETURN(status);
+}
+
+/* Types without variables. */
 #define NO_GET(type) \
     FORWARD(Get##type, (VARIABLES, fmi3##type values[], size_t nValues), NONE_OF(#type, ((void)values, (void)nValues)))
 #define NO_SET(type, named)                                                    \
@@ -305,7 +321,6 @@ NO_SET(Int32, "Int32")
 NO_SET(UInt32, "UInt32")
 NO_SET(Int64, "Int64")
 NO_SET(UInt64, "UInt64")
-NO_SET(Boolean, "settable Boolean")
 NO_SET(String, "String")
 
 FORWARD(GetBinary, (VARIABLES, size_t valueSizes[], fmi3Binary values[], size_t nValues),

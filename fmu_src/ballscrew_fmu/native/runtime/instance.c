@@ -213,6 +213,24 @@ static void warn_of_clamping(Instance *instance)
     }
 }
 
+#ifdef MODEL_WARNS_OF_STEPS
+static void warn_of_step(Instance *instance, double step)
+{
+    double stiffness, damping;
+    char texts[4][32];
+
+    if ((instance->now.warned & WARNED_STEP) == 0U && logs(instance, STATUS_WARNING)
+        && model_step_too_long(&instance->now.model, &stiffness, &damping)) {
+        instance->now.warned |= WARNED_STEP;
+        warn(instance,
+             "step = %s s; an inertia coupled with the values of the last step comes to rest for steps below damping "
+             "over stiffness of the bristle only, %s N.m.s/rad over %s N.m/rad = %s s (logged once)",
+             number_text(step, texts[0]), number_text(damping, texts[1]), number_text(stiffness, texts[2]),
+             number_text(damping / stiffness, texts[3]));
+    }
+}
+#endif
+
 /* --- life cycle -------------------------------------------------------------------------------------------------- */
 
 static bool is_time(double value)
@@ -294,6 +312,9 @@ Status instance_step(Instance *instance, double time, double step, bool zero_all
     now->stale = false;
     now->time = time + step;
     warn_of_clamping(instance);
+#ifdef MODEL_WARNS_OF_STEPS
+    warn_of_step(instance, step);
+#endif
     return STATUS_OK;
 }
 

@@ -61,7 +61,7 @@ Status instance_missing_array(Instance *instance);
 Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[]);
 Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[]);
 Status instance_get_boolean(Instance *instance, unsigned reference, bool *value);
-Status instance_set_boolean(Instance *instance, unsigned reference);
+Status instance_set_boolean(Instance *instance, unsigned reference, bool value);
 Status instance_no_variables(Instance *instance, const char *type, const unsigned references[], size_t count);
 
 /* Derivatives of outputs and rates with respect to inputs, continuous states and, in initialization mode, parameters

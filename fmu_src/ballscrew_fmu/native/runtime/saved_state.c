@@ -11,7 +11,7 @@
 #define MAGIC "BSFSTATE"
 #define MAGIC_SIZE 8
 #define CHECKED_FROM (MAGIC_SIZE + 8)
-#define LAYOUT_VERSION 1U
+#define LAYOUT_VERSION 2U
 
 /* --- in memory --------------------------------------------------------------------------------------------------- */
 
@@ -135,7 +135,7 @@ static void pass_situation(Walk *walk, Situation *situation)
     pass_double(walk, &situation->time);
     pass_double(walk, &situation->stop);
     pass_unsigned(walk, &situation->state, FAILED);
-    pass_unsigned(walk, &situation->warned, 2U * WARNED_TIME - 1U);
+    pass_unsigned(walk, &situation->warned, 2U * WARNED_STEP - 1U);
     pass_bool(walk, &situation->stale);
     pass_model(walk, &situation->model);
 }

@@ -24,11 +24,12 @@ typedef struct {
     double time; /* [s] last communication point, or as set in model exchange */
     double stop; /* [s] infinity: not defined */
     unsigned state;
-    unsigned warned; /* warnings already logged: bit per clamped input, then WARNED_TIME */
+    unsigned warned; /* warnings already logged: bit per clamped input, then these */
     bool stale;      /* a value was set after the outputs were computed */
 } Situation;
 
 #define WARNED_TIME (1U << INPUT_COUNT)
+#define WARNED_STEP (2U * WARNED_TIME)
 
 typedef struct Saved Saved;
 struct Saved {

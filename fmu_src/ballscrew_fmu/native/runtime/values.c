@@ -98,9 +98,20 @@ Status instance_get_boolean(Instance *instance, unsigned reference, bool *value)
     return STATUS_OK;
 }
 
-Status instance_set_boolean(Instance *instance, unsigned reference)
+Status instance_set_boolean(Instance *instance, unsigned reference, bool value)
 {
-    return unknown(instance, "settable Boolean", reference);
+    if (reference >= (unsigned)VARIABLE_COUNT || !model_variables[reference].boolean
+        || settable_in(model_variables[reference].causality) == 0U) {
+        return unknown(instance, "settable Boolean", reference);
+    }
+    if ((settable_in(model_variables[reference].causality) & instance->now.state) == 0U) {
+        char here[32];
+        instance_list_states(instance->now.state, here, sizeof here);
+        return instance_fail(instance, "%s cannot be set in %s", model_variables[reference].name, here);
+    }
+    model_set(&instance->now.model, (int)reference, value ? 1.0 : 0.0);
+    instance->now.stale = true;
+    return STATUS_OK;
 }
 
 Status instance_no_variables(Instance *instance, const char *type, const unsigned references[], size_t count)

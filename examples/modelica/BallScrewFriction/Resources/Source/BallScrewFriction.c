@@ -55,7 +55,7 @@ void *ballScrewMap_open(const char *fileName)
     }
     model_reset(&handle->model, handle->map, true);
     model_set(&handle->model, REGULARIZATION_SPEED, 0.0);
-    model_set(&handle->model, PRESLIDING_STIFFNESS, 0.0);
+    model_set(&handle->model, PRESLIDING, 0.0);
     return handle;
 }
 

@@ -5,6 +5,7 @@
 
 #include "bristle_law.h"
 #include "nut.h"
+#include "tangent.h"
 #include "variables.h"
 
 static inline Friction friction_of(const Number at[])
@@ -14,16 +15,42 @@ static inline Friction friction_of(const Number at[])
     return out;
 }
 
-/* step: [s] that the outputs belong to, 0: an instant; slip: mode of a continuous bristle */
-static inline Bristle bristle_at(const Number at[], Number coulomb, double step, bool continuous, int slip)
+/* Stiffness of the bristle at these loads: as set, or from the screw. */
+static inline Number stiffness_at(const Number at[], const Loads *loads, const Friction *friction)
 {
-    const Number deflection = at[PRESLIDING_DEFLECTION], speed = at[SPEED], stiffness = at[PRESLIDING_STIFFNESS];
+    return value_of(at[PRESLIDING_STIFFNESS]) > 0.0 ? at[PRESLIDING_STIFFNESS] : nut_stiffness(loads, friction);
+}
 
-    if (continuous) {
-        return bristle_continuous(deflection, speed, coulomb, stiffness, at[PRESLIDING_DAMPING], slip);
+static inline Number damping_at(const Number at[], Number stiffness)
+{
+    return value_of(at[PRESLIDING_DAMPING]) > 0.0 ? at[PRESLIDING_DAMPING] : times(DAMPING_TIME, stiffness);
+}
+
+/* stiffness: at the present loads */
+static inline Bristle bristle_at(const Number at[], Number coulomb, Number stiffness, const Moment *moment)
+{
+    const Number speed = at[SPEED], zero = constant(0.0);
+    Number deflection = at[PRESLIDING_DEFLECTION];
+
+    if (moment->continuous && moment->start == RUNNING) {
+        stiffness = constant(moment->stiffness);
+    } else if (moment->start == FROM_SIDE) {
+        deflection = initial_deflection(at[PRESLIDING_SIDE], value_of(speed), coulomb, stiffness);
+    } else if (moment->start == RUNNING) {
+        deflection = bristle_at_stiffness(deflection, moment->stiffness, stiffness);
     }
-    return step > 0.0 ? bristle_after_step(deflection, speed, step, coulomb, stiffness, at[PRESLIDING_DAMPING])
-                      : bristle_at_instant(deflection, speed, coulomb, stiffness);
+    if (moment->slip == 0 && !(value_of(stiffness) > 0.0)) { /* no Coulomb torque; what the bristle stored is lost */
+        const double lost = 0.5 * moment->stiffness * value_of(at[PRESLIDING_DEFLECTION])
+                            * value_of(at[PRESLIDING_DEFLECTION]);
+        const Bristle none = {zero, zero, zero, constant(moment->step > 0.0 ? lost / moment->step : 0.0), zero};
+        return none;
+    }
+    if (moment->continuous) {
+        return bristle_continuous(deflection, speed, coulomb, stiffness, damping_at(at, stiffness), moment->slip);
+    }
+    return moment->step > 0.0
+               ? bristle_after_step(deflection, speed, moment->step, coulomb, stiffness, damping_at(at, stiffness))
+               : bristle_at_instant(deflection, speed, coulomb, stiffness);
 }
 
 static inline void torque_outputs(const Parts *parts, const Bristle *bristle, const Number at[], Number out[])
@@ -31,12 +58,12 @@ static inline void torque_outputs(const Parts *parts, const Bristle *bristle, co
     const Number speed = at[SPEED], coulomb = coulomb_magnitude(parts);
     Number sign, power_loss = multiply(parts->viscous, absolute(speed));
 
-    if (value_of(at[PRESLIDING_STIFFNESS]) > 0.0) {
+    if (value_of(at[PRESLIDING]) != 0.0) {
         sign = value_of(coulomb) > 0.0 ? divide(bristle->torque, coulomb) : constant(0.0);
         power_loss = add(power_loss, bristle->power);
     } else {
         sign = regularised_sign(speed, at[REGULARIZATION_SPEED]);
-        power_loss = add(power_loss, multiply(multiply(coulomb, sign), speed));
+        power_loss = add(add(power_loss, multiply(multiply(coulomb, sign), speed)), bristle->power);
     }
     out[VISCOUS_TORQUE] = with_sign_of(parts->viscous, speed);
     out[HYSTERESIS_TORQUE] = multiply(sign, parts->hysteresis);

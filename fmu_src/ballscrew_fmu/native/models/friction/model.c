@@ -10,16 +10,38 @@
 
 /* --- from the latched point to outputs --- */
 
+static bool presliding(const Model *model)
+{
+    return model->latched[PRESLIDING] != 0.0;
+}
+
+/* A deflection that has not been set follows from presliding_side. */
+static Moment moment_of(const Model *model)
+{
+    Moment moment = {model->step, model->continuous, model->slip, model->stiffness_before, RUNNING};
+
+    if (!model->began) {
+        moment.start = !model->continuous && model->deflection_before == model->initial_deflection ? FROM_SIDE : GIVEN;
+    }
+    return moment;
+}
+
 /* The bristle at the latched point. Its deflection, torque and power are stored in the model. */
 static void compute_bristle(Model *model)
 {
-    const Bristle bristle = bristle_at(model->latched, coulomb_magnitude(friction_parts(model)), model->step,
-                                       model->continuous, model->slip);
+    const Moment moment = moment_of(model);
+    const double coulomb = coulomb_magnitude(friction_parts(model)), stiffness = present_stiffness(model);
+    const Bristle bristle = bristle_at(model->latched, coulomb, stiffness, &moment);
 
+    if (!model->continuous) {
+        model->stiffness = stiffness;
+        model->initial_deflection = moment.start == FROM_SIDE ? bristle.deflection : model->initial_deflection;
+    }
     model->value[PRESLIDING_DEFLECTION] = model->latched[PRESLIDING_DEFLECTION] = bristle.deflection;
     model->value[PRESLIDING_DEFLECTION_RATE] = bristle.rate;
     model->bristle_torque = bristle.torque;
     model->bristle_power = bristle.power;
+    model->bristle_supply = bristle.supply;
 }
 
 static void compute_torque(Model *model)
@@ -29,14 +51,15 @@ static void compute_torque(Model *model)
 
     if (model->continuous) {
         model->value[PRESLIDING_DEFLECTION_RATE] = 0.0;
-        if (at[PRESLIDING_STIFFNESS] > 0.0) {
+        if (presliding(model)) {
             compute_bristle(model);
         }
     }
-    bristle.deflection = model->latched[PRESLIDING_DEFLECTION];
+    bristle.deflection = at[PRESLIDING_DEFLECTION];
     bristle.rate = model->value[PRESLIDING_DEFLECTION_RATE];
     bristle.torque = model->bristle_torque;
     bristle.power = model->bristle_power;
+    bristle.supply = model->bristle_supply;
     torques_at_point(model, &bristle);
     model->torque_known = true;
 }
@@ -58,37 +81,53 @@ void model_reset(Model *model, const Map *map, bool continuous)
 extern bool model_accepts(int reference, double value);
 extern void model_set(Model *model, int reference, double value);
 
-void model_latch(Model *model)
+static void latch(Model *model, double step)
 {
     memcpy(model->latched, model->value, sizeof model->latched);
-    model->step = 0.0;
+    model->step = step;
     model->deflection_before = model->value[PRESLIDING_DEFLECTION];
+    model->stiffness_before = model->stiffness;
     model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
-    if (model->value[PRESLIDING_STIFFNESS] > 0.0 && !model->continuous) {
+}
+
+void model_latch(Model *model)
+{
+    latch(model, 0.0);
+    if (presliding(model) && !model->continuous) {
         compute_bristle(model);
     }
 }
 
 void model_step(Model *model, double step)
 {
-    memcpy(model->latched, model->value, sizeof model->latched);
-    model->step = step;
-    model->deflection_before = model->value[PRESLIDING_DEFLECTION];
-    model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
-    if (model->latched[PRESLIDING_STIFFNESS] > 0.0) {
+    latch(model, step);
+    if (presliding(model)) {
         compute_bristle(model);
     } else if (step > 0.0) {
-        /* a bristle that is switched off has no deflection */
+        /* a bristle that is switched off is unwound: what it stored is heat */
+        const double deflection = model->deflection_before;
+        model->bristle_power = 0.5 * model->stiffness_before * deflection * deflection / step;
         model->value[PRESLIDING_DEFLECTION] = model->latched[PRESLIDING_DEFLECTION] = 0.0;
         model->value[PRESLIDING_DEFLECTION_RATE] = 0.0;
-        model->bristle_torque = model->bristle_power = 0.0;
+        model->bristle_torque = model->bristle_supply = 0.0;
     }
+    model->began = true;
+}
+
+bool model_step_too_long(const Model *model, double *stiffness, double *damping)
+{
+    const double *at = model->latched;
+
+    *stiffness = model->stiffness;
+    *damping = damping_at(at, model->stiffness);
+    return presliding(model) && at[SPEED] != 0.0 && model->step * *stiffness >= *damping
+           && fabs(model->bristle_torque) < SLIDING_FROM * coulomb_magnitude(&model->parts);
 }
 
 /* after the initial event of model exchange it changes at events only */
 static bool in_range(Model *model)
 {
-    return model->continuous && model->events_began ? model->in_range : model_clamped(model) == 0U;
+    return model->continuous && model->began ? model->in_range : model_clamped(model) == 0U;
 }
 
 double model_get(Model *model, int reference)
@@ -134,45 +173,92 @@ void model_clear_computed(Model *model)
 
 #define RANGE_HYSTERESIS 1e-6 /* of an axis: avoids repeated events at the limit of the map */
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
-#define SLIP_FROM 0.999       /* of the sliding deflection, which the bristle reaches after infinite travel only */
+#define STIFFNESS_CHANGE 0.02 /* of the stiffness: an event adapts the bristle, which keeps its energy */
+#define LEAST_STIFFNESS 1e-6  /* [N.m/rad] below which no event does */
+
+/* [rad] of the bristle; 0 without a Coulomb torque */
+static double sliding_deflection(Model *model)
+{
+    return model->stiffness > 0.0 ? lesser(coulomb_magnitude(friction_parts(model)) / model->stiffness, TOO_LARGE) : 0.0;
+}
+
+static double distance_to_slip(Model *model)
+{
+    const double *at = model->latched;
+
+    if (!(model->stiffness > 0.0)) {
+        return 1.0;
+    }
+    return SLIDING_FROM * sliding_deflection(model) - with_sign_of(at[PRESLIDING_DEFLECTION], at[SPEED]);
+}
+
+/* [rad] scaled like the distance to slip */
+static double distance_to_new_stiffness(Model *model)
+{
+    const double now = present_stiffness(model), held = model->stiffness;
+    const double allowed = STIFFNESS_CHANGE * greater(now, held) + LEAST_STIFFNESS;
+
+    return (1.0 - fabs(now - held) / allowed) * (held > 0.0 ? sliding_deflection(model) : 1.0);
+}
 
 void model_indicators(Model *model)
 {
     const double *at = model->latched;
-    const double stiffness = at[PRESLIDING_STIFFNESS];
     double *out = model->value;
 
     locate(model);
     out[IN_RANGE_INDICATOR] = margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
-    if (!(stiffness > 0.0)) {
+    if (!presliding(model)) {
         out[SLIP_INDICATOR] = 1.0;
     } else if (model->slip != 0) {
         out[SLIP_INDICATOR] = model->slip * at[SPEED] + SPEED_HYSTERESIS;
     } else {
-        const double sliding = lesser(coulomb_magnitude(friction_parts(model)) / stiffness, TOO_LARGE);
-        out[SLIP_INDICATOR] = SLIP_FROM * sliding - with_sign_of(at[PRESLIDING_DEFLECTION], at[SPEED]);
+        out[SLIP_INDICATOR] = lesser(distance_to_slip(model), distance_to_new_stiffness(model));
     }
+}
+
+/* Adapts the bristle to the present stiffness. True if its deflection changes. */
+static bool adapt_stiffness(Model *model)
+{
+    const double stiffness = present_stiffness(model), before = model->value[PRESLIDING_DEFLECTION];
+
+    model->value[PRESLIDING_DEFLECTION] = bristle_at_stiffness(before, model->stiffness, stiffness);
+    model->stiffness = stiffness;
+    return model->value[PRESLIDING_DEFLECTION] != before;
 }
 
 void model_initial_event(Model *model)
 {
     model->slip = 0;
     model->in_range = model_clamped(model) == 0U;
-    model->events_began = true;
-    (void)model_event(model);
+    model->began = true;
+    model->stiffness = present_stiffness(model);
+    if (presliding(model) && model->value[PRESLIDING_DEFLECTION] == 0.0) {
+        model->value[PRESLIDING_DEFLECTION] =
+            initial_deflection(model->latched[PRESLIDING_SIDE], model->latched[SPEED],
+                               coulomb_magnitude(friction_parts(model)), model->stiffness);
+        model->moved = model->value[PRESLIDING_DEFLECTION] != 0.0;
+    }
+    model_latch(model);
+    model->moved = model_event(model) || model->moved;
 }
 
 bool model_event(Model *model)
 {
     const double *at = model->latched;
     const double *out = model->value;
-    bool changed = false;
+    bool changed = model->moved;
 
+    model->moved = false;
+    if (presliding(model) && adapt_stiffness(model)) {
+        changed = true;
+        model_latch(model);
+    }
     model_indicators(model);
     if (model->in_range ? out[IN_RANGE_INDICATOR] < 0.0 : out[IN_RANGE_INDICATOR] > 0.0) {
         model->in_range = !model->in_range;
     }
-    if (!(at[PRESLIDING_STIFFNESS] > 0.0)) {
+    if (!presliding(model)) {
         model->slip = 0;
     } else if (model->slip == 0) {
         if (out[SLIP_INDICATOR] <= 0.0 && at[SPEED] != 0.0) {
@@ -181,9 +267,9 @@ bool model_event(Model *model)
     } else if (out[SLIP_INDICATOR] < 0.0) {
         /* Never more than the bristle had when it began to slip: a Coulomb torque that has risen since then would give
            it energy that no motion has put in. */
-        const double sliding = coulomb_magnitude(friction_parts(model)) / at[PRESLIDING_STIFFNESS];
-        const double wound = fabs(at[PRESLIDING_DEFLECTION]);
-        model->value[PRESLIDING_DEFLECTION] = model->slip * (wound < SLIP_FROM * sliding ? wound / SLIP_FROM : sliding);
+        const double sliding = sliding_deflection(model), wound = fabs(at[PRESLIDING_DEFLECTION]);
+        model->value[PRESLIDING_DEFLECTION] =
+            model->slip * (wound < SLIDING_FROM * sliding ? wound / SLIDING_FROM : sliding);
         model->slip = 0;
         changed = true;
     }
@@ -197,11 +283,12 @@ bool model_event(Model *model)
 static void derive(const Model *model, const double direction[VARIABLE_COUNT], double values[VARIABLE_COUNT],
                    double slopes[VARIABLE_COUNT])
 {
+    const Moment moment = moment_of(model);
     double at[VARIABLE_COUNT];
 
     memcpy(at, model->latched, sizeof at);
     at[PRESLIDING_DEFLECTION] = model->deflection_before;
-    outputs_along(model->map, at, direction, model->step, model->continuous, model->slip, values, slopes);
+    outputs_along(model->map, at, direction, &moment, values, slopes);
 }
 
 void model_directional_derivative(Model *model, const int unknowns[], size_t unknown_count, const int knowns[],

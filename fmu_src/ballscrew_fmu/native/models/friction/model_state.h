@@ -5,6 +5,7 @@
 #include <stdbool.h>
 
 #include "nut.h"
+#include "tangent.h"
 #include "variables.h"
 
 struct Model {
@@ -13,11 +14,16 @@ struct Model {
     double latched[VARIABLE_COUNT]; /* inputs and parameters that the outputs belong to */
     double step;                    /* [s] that the outputs belong to; 0: an instant */
     double deflection_before;       /* [rad] of the bristle at the start of that step */
+    double stiffness_before;        /* [N.m/rad] that it belongs to */
+    double stiffness;               /* [N.m/rad] that the present deflection belongs to */
+    double initial_deflection;      /* [rad] as found at the start; another value has been set */
     double bristle_torque;          /* [N.m] of the latched point */
     double bristle_power;           /* [W] */
+    double bristle_supply;          /* [W] of the motion */
     bool continuous;                /* model exchange: the bristle is a state of the importer */
     bool in_range;                  /* model exchange: at the last event */
-    bool events_began;              /* model exchange: the initial event is done */
+    bool began;                     /* co-simulation: a step, model exchange: the initial event is done */
+    bool moved;                     /* model exchange: the initial event has set the deflection */
     int slip;                       /* model exchange: 0 the bristle follows, +1 or -1 direction of slip */
     bool conditions_known, parts_known, torque_known, films_known;
     bool loads_known;                       /* valid while preload and axial load do not change: */
@@ -28,8 +34,13 @@ struct Model {
 };
 
 /* Fields of a saved state other than value and latched: numbers, flags, signs. */
-#define MODEL_NUMBERS(X) X(step) X(deflection_before) X(bristle_torque) X(bristle_power)
-#define MODEL_FLAGS(X) X(continuous) X(in_range) X(events_began)
+#define MODEL_NUMBERS(X) X(step) X(deflection_before) X(stiffness_before) X(stiffness) X(initial_deflection) \
+    X(bristle_torque) X(bristle_power) X(bristle_supply)
+#define MODEL_FLAGS(X) X(continuous) X(in_range) X(began) X(moved)
 #define MODEL_SIGNS(X) X(slip)
+
+/* Whether the last step is too long for the bristle, with its stiffness [N.m/rad] and damping [N.m.s/rad]. */
+#define MODEL_WARNS_OF_STEPS
+bool model_step_too_long(const struct Model *model, double *stiffness, double *damping);
 
 #endif

@@ -42,6 +42,14 @@ static inline const Parts *friction_parts(Model *model)
     return &model->parts;
 }
 
+static inline double present_stiffness(Model *model)
+{
+    const Friction friction = friction_of(model->latched);
+
+    locate(model);
+    return stiffness_at(model->latched, &model->loads, &friction);
+}
+
 static inline void torques_at_point(Model *model, const Bristle *bristle)
 {
     torque_outputs(friction_parts(model), bristle, model->latched, model->value);

@@ -6,11 +6,11 @@
 #include "friction_law.h"
 #include "nut_law.h"
 
-void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], double step,
-                   bool continuous, int slip, double values[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
+void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+                   const Moment *moment, double values[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
     Number in[VARIABLE_COUNT], out[VARIABLE_COUNT];
-    Bristle bristle = {constant(0.0), constant(0.0), constant(0.0), constant(0.0)};
+    Bristle bristle = {constant(0.0), constant(0.0), constant(0.0), constant(0.0), constant(0.0)};
     Loads loads;
     Conditions conditions;
     Friction friction;
@@ -25,8 +25,8 @@ void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double
     friction = friction_of(in);
     nut_parts(map, &loads, &conditions, NULL, &friction, &parts);
     nut_films(map, &loads, &conditions, &films);
-    if (at[PRESLIDING_STIFFNESS] > 0.0) {
-        bristle = bristle_at(in, coulomb_magnitude(&parts), step, continuous, slip);
+    if (at[PRESLIDING] != 0.0) {
+        bristle = bristle_at(in, coulomb_magnitude(&parts), stiffness_at(in, &loads, &friction), moment);
     }
     torque_outputs(&parts, &bristle, in, out);
     film_outputs(&films, in, out);

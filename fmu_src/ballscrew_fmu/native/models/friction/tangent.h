@@ -5,8 +5,21 @@
 #include "map.h"
 #include "variables.h"
 
-/* at: inputs, parameters and the bristle at the start of the step; step, continuous, slip: as in Model */
-void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], double step,
-                   bool continuous, int slip, double values[VARIABLE_COUNT], double slopes[VARIABLE_COUNT]);
+/* What the bristle needs in addition to the variables. */
+typedef struct {
+    double step;      /* [s] that the outputs belong to; 0: an instant */
+    bool continuous;  /* model exchange */
+    int slip;         /* model exchange: 0 the bristle follows, +1 or -1 direction of slip */
+    double stiffness; /* [N.m/rad] that the deflection belongs to; model exchange: constant between events */
+    enum {
+        RUNNING,
+        GIVEN,    /* at the start: the deflection is as set, at the present stiffness */
+        FROM_SIDE /* at the start: it follows from presliding_side */
+    } start;
+} Moment;
+
+/* at: inputs, parameters and the bristle at the start of the step */
+void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+                   const Moment *moment, double values[VARIABLE_COUNT], double slopes[VARIABLE_COUNT]);
 
 #endif

@@ -16,8 +16,8 @@ static inline void compute_approach(Model *model)
 
     if (!(model->approach_known && memcmp(model->approach_of, of, sizeof of) == 0)) {
         memcpy(model->approach_of, of, sizeof of);
-        model->stiffness = contact_stiffness(at[NUT_STIFFNESS], at[STIFFNESS_PRELOAD]);
-        model->approach = preload_approach(model->stiffness, at[PRELOAD], at[AXIAL_PLAY]);
+        model->contact = contact_stiffness(at[NUT_STIFFNESS], at[STIFFNESS_PRELOAD]);
+        model->approach = preload_approach(model->contact, at[PRELOAD], at[AXIAL_PLAY]);
         model->approach_known = true;
     }
 }
@@ -29,7 +29,7 @@ static inline void locate(Model *model)
 
     if (!model->conditions_known) {
         compute_approach(model);
-        contacts_at(at, model->stiffness, model->approach, model->step, &model->contacts);
+        contacts_at(at, model->contact, model->approach, model->step, &model->contacts);
         nut_loads(model->map, model->contacts.a.force, 0.0, &model->loads[0]);
         nut_loads(model->map, model->contacts.b.force, 0.0, &model->loads[1]);
         nut_conditions(model->map, at[SPEED], at[TEMPERATURE], &model->conditions);
@@ -46,18 +46,26 @@ static inline const Parts *friction_parts(Model *model)
         for (int n = 0; n < 2; ++n) {
             Parts two;
             nut_parts(model->map, &model->loads[n], &model->conditions, NULL, &friction, &two);
-            model->parts[n] = parts_of_one(two);
+            model->part[n] = parts_of_one(two);
         }
-        model->both = parts_of_both(model->parts);
+        model->parts = parts_of_both(model->part);
         model->parts_known = true;
     }
-    return &model->both;
+    return &model->parts;
+}
+
+static inline double present_stiffness(Model *model)
+{
+    const Friction friction = friction_of(model->latched);
+
+    locate(model);
+    return stiffness_of_both(model->latched, model->loads, &friction);
 }
 
 static inline void torques_at_point(Model *model, const Bristle *bristle)
 {
     (void)friction_parts(model);
-    transmission_outputs(&model->contacts, model->parts, bristle, model->deflection_before, model->latched, model->step,
+    transmission_outputs(&model->contacts, model->part, bristle, model->stiffness, model->latched, model->step,
                          model->value);
 }
 
@@ -118,12 +126,12 @@ static inline void forget_point(Model *model)
 {
     model->approach_known = false;
     memset(model->approach_of, 0, sizeof model->approach_of);
-    model->stiffness = model->approach = 0.0;
+    model->contact = model->approach = 0.0;
     memset(&model->contacts, 0, sizeof model->contacts);
     memset(model->loads, 0, sizeof model->loads);
     memset(&model->conditions, 0, sizeof model->conditions);
-    memset(model->parts, 0, sizeof model->parts);
-    memset(&model->both, 0, sizeof model->both);
+    memset(model->part, 0, sizeof model->part);
+    memset(&model->parts, 0, sizeof model->parts);
 }
 
 #endif

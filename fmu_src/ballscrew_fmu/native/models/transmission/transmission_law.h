@@ -42,33 +42,36 @@ static inline Number efficiency_of(Number ideal_torque, Number friction, Number 
     return divide(greater(subtract(ideal, friction), constant(0.0)), ideal);
 }
 
-/* wound_before: deflection of the bristle at the start of the step */
+/* Stiffness of the bristle of both nuts, each with the half of two nuts at its force. */
+static inline Number stiffness_of_both(const Number at[], const Loads loads[2], const Friction *friction)
+{
+    return times(0.5, add(stiffness_at(at, &loads[0], friction), stiffness_at(at, &loads[1], friction)));
+}
+
+/* bristle_stiffness: that the deflection of the bristle belongs to */
 static inline void transmission_outputs(const Contacts *contacts, const Parts nut[2], const Bristle *bristle,
-                                        Number wound_before, const Number at[], double step, Number out[])
+                                        Number bristle_stiffness, const Number at[], double step, Number out[])
 {
     const Contact a = contacts->a, b = contacts->b;
     const Number ratio = screw_ratio(at), speed = at[SPEED], drift = contacts->drift;
     const Number stiffness = add(a.slope, b.slope);
-    const Number damping = multiply(multiply(at[DAMPING_TIME], stiffness), drift);
+    const Number damping = multiply(multiply(at[CONTACT_DAMPING_TIME], stiffness), drift);
     const Number elastic = subtract(a.force, b.force), force = add(elastic, damping), ideal = multiply(ratio, force);
     const Parts both = parts_of_both(nut);
     const Number coulomb = coulomb_magnitude(&both), magnitude = add(both.viscous, coulomb);
-    const Number energy = multiply(times(0.5, at[PRESLIDING_STIFFNESS]),
-                                   multiply(bristle->deflection, bristle->deflection));
+    const Number wound =
+        multiply(times(0.5, bristle_stiffness), multiply(bristle->deflection, bristle->deflection));
     Number mean = force, mean_damping = damping, friction_power, friction;
 
     torque_outputs(&both, bristle, at, out);
     friction = out[FRICTION_TORQUE];
-    friction_power = multiply(friction, speed);
+    friction_power = value_of(at[PRESLIDING]) != 0.0 ? add(multiply(both.viscous, absolute(speed)), bristle->supply)
+                                                     : multiply(friction, speed);
     if (step > 0.0) {
-        const Number d_0 = contacts->preloaded, k = contacts->stiffness, first = contacts->first, last = contacts->last;
+        const Number d_0 = contacts->preloaded, k = contacts->stiffness, first = contacts->first;
         const Number before = subtract(contact_law(k, add(d_0, first)).force, contact_law(k, subtract(d_0, first)).force);
-        const Number wound = subtract(energy, multiply(times(0.5, at[PRESLIDING_STIFFNESS]),
-                                                       multiply(wound_before, wound_before)));
-        mean_damping = over(multiply(at[DAMPING_TIME], subtract(elastic, before)), step);
-        mean = mean_elastic_force(contacts, first, last);
-        mean = add(mean, mean_damping);
-        friction_power = add(out[POWER_LOSS], over(wound, step));
+        mean_damping = over(multiply(at[CONTACT_DAMPING_TIME], subtract(elastic, before)), step);
+        mean = add(mean_elastic_force(contacts, first, contacts->last), mean_damping);
     }
     for (int n = 0; n < 2; ++n) {
         const Number share = value_of(coulomb) > 0.0 ? divide(coulomb_magnitude(&nut[n]), coulomb) : constant(0.0);
@@ -87,7 +90,7 @@ static inline void transmission_outputs(const Contacts *contacts, const Parts nu
     out[NUT_POWER] = multiply(mean, at[VELOCITY]);
     out[POWER_LOSS] = add(out[POWER_LOSS], multiply(mean_damping, drift));
     out[STORED_ENERGY] =
-        add(multiply(contacts->last, mean_elastic_force(contacts, constant(0.0), contacts->last)), energy);
+        add(multiply(contacts->last, mean_elastic_force(contacts, constant(0.0), contacts->last)), wound);
 }
 
 #endif

@@ -1,0 +1,63 @@
+"""Presliding of rolling balls: travel from rest to rolling, as an angle of the screw.
+
+Assumptions: all balls of a nut carry the same load at the contact angle without load; the contact half width along
+rolling is the mean of both raceways; pure rolling. The stiffness over the angle is in runtime/nut_law.py.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..parameters.screw import ScrewParameters
+from ..runtime.constants import ELASTIC_SHARE
+from .ball_law import check_force, preload_ball_load
+from .hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from .kinematics import cage_speed
+
+#: travel of a ball from rest to rolling over the contact half width along rolling: 2 to 4 (De Moerlooze & Al-Bender
+#: 2008, rolling elements: about one contact length); moved to 2 or 4, the stiffness becomes 1.5 or 0.75 times as high
+TRAVEL = 3.0
+#: share of the rolling friction that is reached after this travel
+REACHED = 0.99
+
+
+def contact_half_width(screw: ScrewParameters, force: float) -> float:
+    """Hertz half width along rolling under the force of one nut [N], mean of both raceways [m].
+
+    Raises       ValueError: negative or not finite
+    """
+    check_force("force", force)
+    load = preload_ball_load(screw, force, screw.loaded_ball_count)
+    contacts = (
+        ellipse(load, *reduced_radii(screw, screw.contact_angle, raceway), E_prime(screw))
+        for raceway in RACEWAYS
+    )
+    return sum(float(contact.b) for contact in contacts) / len(RACEWAYS)
+
+
+def ball_travel(screw: ScrewParameters, angle: float) -> float:
+    """Path of a ball centre relative to the nut at a screw angle [rad], in pure rolling [m]."""
+    return float(cage_speed(screw, angle)) * screw.nominal_radius
+
+
+def transition_travel() -> float:
+    """Travel in which the bristle reaches REACHED of its torque, from rest, over its sliding deflection.
+
+    Elastic up to ELASTIC_SHARE, then 1 - q/z_s falls as an exponential of the travel (runtime/standstill.py).
+    """
+    return ELASTIC_SHARE + (1.0 - ELASTIC_SHARE) * math.log((1.0 - ELASTIC_SHARE) / (1.0 - REACHED))
+
+
+def presliding_angle(screw: ScrewParameters, force: float) -> float:
+    """Screw angle at which the bristle of a nut slides: Coulomb torque over stiffness [rad].
+
+    Parameters   force : of one nut [N], >= 0; the angle grows with its cube root
+    Raises       ValueError: negative or not finite
+    Source       travel of a ball: De Moerlooze & Al-Bender, Adv. Tribol. 2008, 561280 (balls in V-grooved tracks)
+    Example
+        >>> from ballscrew_tehl.parameters.file import load_parameters
+        >>> f"{1e3 * presliding_angle(load_parameters().screw, 2000.0):.1f} mrad"
+        '8.7 mrad'
+    """
+    travel = TRAVEL * contact_half_width(screw, force)
+    return travel / (transition_travel() * ball_travel(screw, 1.0))
