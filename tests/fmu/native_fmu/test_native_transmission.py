@@ -1,0 +1,284 @@
+"""The native transmission: model against Python, derivatives, power balance, co-simulation against model exchange."""
+
+import math
+import re
+import subprocess
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+from native_model import NativeModel, compiled_model
+from scipy.integrate import solve_ivp
+from synthetic_map import LAWS, make_map
+
+from ballscrew_fmu.checks.check import check
+from ballscrew_fmu.checks.reference import STEP, reference_results
+from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
+from ballscrew_fmu.models import FRICTION, TRANSMISSION
+from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu, native_file_name
+from ballscrew_fmu.native_fmu.sources import native_sources
+from ballscrew_fmu.variables.transmission import transmission_variables
+from ballscrew_tehl.runtime.standstill import Bristle
+from ballscrew_tehl.runtime.transmission import (
+    TransmissionInputs,
+    TransmissionParameters,
+    transmission_step,
+)
+
+pytestmark = pytest.mark.slow
+VERSIONS = pytest.mark.parametrize("version", [2, 3])
+KIND = {2: FmuInstance, 3: Fmu3Instance}
+PLATFORMS = ("x86_64-linux",)
+RATIO = 8e-3 / (2.0 * math.pi)  # of the synthetic map [m/rad]
+WAY = 4.4e-6  # [m] about the way at which a nut comes free at 2 kN
+FORCES = ("nut_force", "force_nut_a", "force_nut_b", "damping_force")
+TORQUES = (
+    "screw_torque", "friction_torque", "viscous_torque", "hysteresis_torque", "sliding_torque",
+    "friction_torque_nut_a", "friction_torque_nut_b",
+)  # fmt: skip
+POWERS = ("shaft_power", "nut_power", "power_loss")
+
+
+@pytest.fixture(scope="module", params=LAWS)
+def nut_map(request):
+    return make_map(law=request.param)
+
+
+@pytest.fixture(scope="module")
+def library(nut_map, tmp_path_factory):
+    return compiled_model(tmp_path_factory.mktemp("transmission"), nut_map, TRANSMISSION)
+
+
+@pytest.fixture
+def model(library, nut_map):
+    return NativeModel(library, nut_map, model=TRANSMISSION)
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory, synthetic_nut_map):
+    folder = tmp_path_factory.mktemp("native_transmission")
+    reference = Reference(STEP, *reference_results(synthetic_nut_map, TRANSMISSION))
+    return {
+        v: build_native_fmu(
+            synthetic_nut_map, v, folder / native_file_name(v, TRANSMISSION), reference, platforms=PLATFORMS,
+            model=TRANSMISSION,
+        ).path
+        for v in (2, 3)
+    }  # fmt: skip
+
+
+def random_motion(rng, n):
+    """Inputs in and beyond the map, at rest, under loads that part the nuts, without preload."""
+    angle, speed = rng.normal() * 100.0, rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-3.0, 2.6)
+    return {
+        "angle": angle,
+        "speed": speed,
+        "position": RATIO * angle - rng.normal() * WAY * 10.0 ** rng.uniform(-3.0, 0.3),
+        "velocity": RATIO * speed - rng.normal() * 10.0 ** rng.uniform(-6.0, -2.5),
+        "temperature": rng.uniform(280.0, 356.0),
+        "preload": 0.0 if n % 17 == 0 else 10.0 ** rng.uniform(1.5, 4.1),
+    }
+
+
+def random_parameters(rng, n):
+    return {
+        "nut_stiffness": 10.0 ** rng.uniform(8.5, 9.3),
+        "axial_play": (0.0, 1e-5)[n % 2],
+        "contact_damping_time": 10.0 ** rng.uniform(-6.0, -3.5),
+        "breakaway_factor": (0.5, 2.0)[n % 2],  # 1 is a kink
+        "presliding": float(n % 3 > 0),
+        "presliding_stiffness": (0.0, 150.0)[n // 3 % 2],
+        "presliding_damping": (0.0, 0.4)[n // 5 % 2],
+    }
+
+
+# --- packing ---
+
+
+@VERSIONS
+def test_no_checker_finds_anything_and_the_replay_is_that_of_python(fmus, synthetic_nut_map, version):
+    path = fmus[version]
+    assert path.name == f"BallScrewTransmission_fmi{version}.fmu"
+    assert validate_fmu(str(path)) == []
+    line = check(path, synthetic_nut_map, KIND[version], TRANSMISSION)
+    assert float(re.search(r"difference (\S+)", line)[1]) <= 1e-9
+
+
+def test_both_interfaces_and_derivatives_are_declared(fmus):
+    for version in (2, 3):
+        description = fmpy.read_model_description(str(fmus[version]))
+        assert description.modelName == "BallScrewTransmission"
+        for interface in (description.coSimulation, description.modelExchange):
+            assert interface.modelIdentifier == "BallScrewTransmission"
+            assert interface.providesDirectionalDerivative
+        assert len(description.modelVariables) == len(transmission_variables(make_map().header)) + (version == 3)
+
+
+def test_friction_files_are_shared_with_the_friction_fmu(synthetic_nut_map):
+    """Life cycle, bristle and events exist once in C."""
+    own, friction = (native_sources(synthetic_nut_map.header, 2, "t", m) for m in (TRANSMISSION, FRICTION))
+    for name in ("model.c", "friction_law.h", "tangent.h", "bristle_law.h", "nut_law.h"):
+        assert own[name] == friction[name]
+
+
+# --- model ---
+
+
+def test_model_is_that_of_python(model, nut_map):
+    """Random steps in sequence, all laws at standstill: to 1e-9 of the value or of the rounding of its parts."""
+    rng = np.random.default_rng(5)
+    starts = {v.name: v.start or 0.0 for v in transmission_variables(nut_map.header) if v.causality == "parameter"}
+    names = [v.name for v in transmission_variables(nut_map.header) if v.causality == "output"]
+    before, worst = None, 0.0
+    for n in range(3000):
+        inputs, given = random_motion(rng, n), random_parameters(rng, n // 50)
+        inputs["speed"] *= n % 23 > 0
+        step = 10.0 ** rng.uniform(-6.0, -2.0)
+        if n % 50 == 0:
+            model.reset()
+            before = None
+        model.step(step, **inputs, **given)
+        numbers = TransmissionParameters(**{k: (starts | given)[k] for k in TransmissionParameters._fields})
+        law = transmission_step(nut_map, TransmissionInputs(**inputs), numbers, step, before)
+        before, wanted = law.bristle, law.outputs
+        scale = dict.fromkeys(FORCES, max(wanted["force_nut_a"], wanted["force_nut_b"], abs(wanted["damping_force"])))
+        scale |= dict.fromkeys(TORQUES, RATIO * scale["nut_force"] + abs(wanted["friction_torque"]))
+        way = RATIO * abs(inputs["speed"]) + abs(inputs["velocity"])
+        mean = scale["nut_force"] + abs(wanted["damping_force"])
+        largest = mean * way + wanted["power_loss"] + before.energy / step
+        scale |= dict.fromkeys(POWERS, largest)
+        # the way is the difference of two of the size of a turn
+        rounding = 4e-16 * abs(inputs["position"]) * wanted["axial_stiffness"]
+        for name in names:
+            error = abs(model.get(name) - wanted[name])
+            full = max(abs(wanted[name]), scale.get(name, 0.0))
+            allowed = 1e-9 * full + (rounding if name in FORCES else 0.0)
+            assert error <= allowed + 1e-300, (name, n, model.get(name), wanted[name])
+            worst = max(worst, error / (full + 1e-300))
+        assert model.get("presliding_deflection") == pytest.approx(before.deflection, rel=1e-9, abs=1e-15)
+    assert 0.0 < worst
+
+
+@pytest.mark.parametrize("continuous", [False, True])
+def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):
+    """Values of both programs agree; derivatives against central differences of two widths, where these agree."""
+    rng = np.random.default_rng(6)
+    outputs = [v.name for v in transmission_variables(nut_map.header) if v.causality == "output" and v.unit]
+    outputs.append("presliding_deflection_rate")
+    widths = {"angle": 1e-4 * WAY / RATIO, "position": 1e-4 * WAY, "speed": None, "velocity": 1e-7, "preload": None}
+    widths |= {"temperature": None, "presliding_deflection": 1e-8, "nut_stiffness": None, "contact_damping_time": None}
+    compared = tried = 0
+    for n in range(300):
+        model.reset(continuous)
+        base = random_motion(rng, n + 1) | random_parameters(rng, n) | {"presliding_deflection": rng.normal() * 5e-4}
+        step = 0.0 if continuous or n % 4 == 0 else 10.0 ** rng.uniform(-5.0, -3.0)
+
+        def outputs_at(base=base, step=step, **change):
+            values = base | change
+            if step:
+                model.step(step, **values)
+            else:
+                model.latch(**values)
+            return np.array([model.get(name) for name in outputs])
+
+        values = outputs_at()
+        twins = model.values_with_derivatives()
+        size = np.maximum(np.abs(values), 1e-9 * np.abs(values).max())
+        difference = np.abs(values - [twins[name] for name in outputs])
+        differs = difference > 1e-9 * size + 1e-12 * np.abs(values[:7]).max()
+        differs[-1] = differs[-1] and continuous  # a rate of model exchange
+        assert not differs.any(), (n, [(outputs[i], values[i], difference[i]) for i in np.flatnonzero(differs)])
+        for name, absolute in widths.items():
+            outputs_at()
+            found = np.array(model.derivative(outputs, **{name: 1.0}))
+            width = absolute or 1e-5 * max(abs(base[name]), 1e-5)
+            wide, narrow = (
+                (outputs_at(**{name: base[name] + w}) - outputs_at(**{name: base[name] - w})) / (2.0 * w)
+                for w in (width, 0.5 * width)
+            )
+            noise = 1e-12 * np.maximum(size, np.abs(values[:7]).max()) / width
+            trusted = np.abs(wide - narrow) <= 1e-6 * np.abs(narrow) + noise
+            error = np.abs(found - narrow)
+            wrong = trusted & (error > 1e-5 * np.abs(narrow) + 10.0 * noise)
+            assert not wrong.any(), (n, name, [outputs[i] for i in np.flatnonzero(wrong)], base, step)
+            compared += int(trusted.sum())
+            tried += trusted.size
+    assert compared > 0.7 * tried
+
+
+# --- balance of power ---
+
+
+def motion(time):
+    """Inputs along a smooth cycle of 0.4 s with two reversals of the screw and a load that parts the nuts."""
+    w = 2.0 * math.pi / 0.4
+    angle, speed = 2.0 * (1.0 - math.cos(w * time)), 2.0 * w * math.sin(w * time)
+    x = 5e-6 * math.sin(w * time + 0.7) + 1e-6 * math.sin(3.0 * w * time)
+    rate = 5e-6 * w * math.cos(w * time + 0.7) + 3e-6 * w * math.cos(3.0 * w * time)
+    return {"angle": angle, "speed": speed, "position": RATIO * angle - x, "velocity": RATIO * speed - rate}
+
+
+def test_power_balance_of_co_simulation(model):
+    """Shaft - nut - heat = stored over a cycle with reversal: 1e-6 of the throughput wanted."""
+    step, n_steps = 1e-4, 4000
+    model.reset()
+    at = motion(0.0)
+    model.latch(**at)
+    sums = np.zeros(3)
+    throughput, angle, position = 0.0, at["angle"], at["position"]
+    for n in range(n_steps):
+        ahead = motion((n + 1) * step)
+        speed, velocity = (ahead["angle"] - angle) / step, (ahead["position"] - position) / step
+        model.step(step, angle=angle, speed=speed, position=position, velocity=velocity)
+        angle, position = angle + speed * step, position + velocity * step
+        powers = np.array([model.get(name) for name in POWERS])
+        assert powers[2] >= 0.0
+        if n == 0:  # the bristle begins with the sign of the first speed
+            first = model.get("stored_energy")
+            continue
+        sums += step * powers
+        throughput += step * abs(powers[0])
+    stored = model.get("stored_energy") - first
+    assert throughput > 5.0
+    assert abs(sums[0] - sums[1] - sums[2] - stored) <= 1e-9 * throughput
+
+
+def test_power_balance_of_model_exchange(library, nut_map):
+    """The same with the bristle integrated by a solver and events located by it."""
+    model = NativeModel(library, nut_map, True, TRANSMISSION)
+    model.latch(**motion(0.0))
+    model.initial_event()
+    first, end, events = model.get("stored_energy"), 0.4, 0
+    state, time = np.array([model.get("presliding_deflection"), 0.0, 0.0, 0.0, 0.0]), 0.0
+
+    def rates(t, y):
+        model.latch(**motion(t), presliding_deflection=y[0])
+        shaft, nut, loss = (model.get(name) for name in POWERS)
+        return [model.get("presliding_deflection_rate"), shaft, nut, loss, abs(shaft)]
+
+    def indicator(t, y):
+        model.latch(**motion(t), presliding_deflection=y[0])
+        return model.get("slip_indicator")
+
+    indicator.terminal = True
+    while time < end:
+        found = solve_ivp(
+            rates, (time, end), state, method="RK45", rtol=1e-9, atol=1e-12, max_step=1e-3, events=indicator
+        )
+        assert found.success
+        time, state = found.t[-1], found.y[:, -1]
+        model.latch(**motion(time), presliding_deflection=state[0])
+        if found.status == 1:
+            events += 1
+            time += 1e-9  # past the crossing
+            model.latch(**motion(time))
+            model.event()
+            state[0] = model.get("presliding_deflection")
+        assert events < 400
+    balance = state[1] - state[2] - state[3] - (model.get("stored_energy") - first)
+    assert events >= 3
+    assert state[4] > 5.0
+    assert abs(balance) <= 1e-6 * state[4]
