@@ -52,8 +52,7 @@ def transmission_outputs(
     starts = {v.name: v.start for v in table if v.causality == "parameter"} | parameters
     names = [v.name for v in table if v.causality == "output"]
     law = TransmissionParameters._make(float(starts[name] or 0.0) for name in TransmissionParameters._fields)
-    before: Bristle | None = None
-    results = []
+    before, results = Bristle(), []  # at rest before the first step
     for row in inputs:
         done = transmission_step(nut_map, TransmissionInputs(**row), law, step, before)
         results.append({name: done.outputs[name] for name in names})

@@ -336,8 +336,9 @@ STATES = (  # native FMUs only
         indicates=True,
     ),
     Variable(
-        "slip_indicator", "local", "Event indicator of the bristle: start or end of slip, or a change of its stiffness", "1",
-        nominal=1.0, initially_depends_on=_SLIPPING, indicates=True, of_map={"depends_on": _coulomb(*_BRISTLE)},
+        "slip_indicator", "local",
+        "Event indicator of the bristle: start or end of slip, or a change of its stiffness", "1", nominal=1.0,
+        initially_depends_on=_SLIPPING, indicates=True, of_map={"depends_on": _coulomb(*_BRISTLE)},
     ),
 )  # fmt: skip
 

@@ -173,6 +173,7 @@ def transmission_step(
         "nut_power": mean * inputs.velocity,
         "power_loss": outputs["power_loss"] + mean_damping * drift,
         "stored_energy": contact_energy + coulomb.bristle.energy,
+        "event_heat": 0.0,  # of model exchange
     }
     for name, one in zip("ab", each, strict=True):
         viscous = math.copysign(one.viscous_torque, inputs.speed)

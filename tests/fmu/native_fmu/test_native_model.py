@@ -9,8 +9,9 @@ from synthetic_map import make_map
 
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
-from ballscrew_tehl.runtime.standstill import presliding_power, presliding_step, regularised_sign
+from ballscrew_tehl.runtime.standstill import Bristle, bristle_friction, initial_bristle, regularised_sign
 
 POINTS = {FILM_SHEAR: 100_000, MECHANISTIC: 20_000}
 AGREEMENT = 1e-12
@@ -82,6 +83,7 @@ def test_model_is_the_map(model, nut_map):
             temperature=temperature,
             axial_load=axial,
             breakaway_factor=breakaway[i],
+            presliding=0.0,
         )
         for name, value in row.items():
             error = abs(model.get(name) - value) / max(abs(value), 1e-3 * full[name])
@@ -92,41 +94,108 @@ def test_model_is_the_map(model, nut_map):
 
 
 @pytest.mark.slow
-def test_bristle_is_that_of_python(model, nut_map):
+@pytest.mark.parametrize(
+    ("stiffness", "damping"),
+    [(0.0, 0.0), (400.0, 0.5), (2000.0, 1e-9)],
+    ids=["of the screw", "soft", "stiff"],
+)
+def test_bristle_is_that_of_python(model, nut_map, stiffness, damping):
+    """Steps of any length with jumping loads; with the stiffness of the screw it jumps with them."""
     rng = np.random.default_rng(2)
-    deflection = 0.0
-    for stiffness, damping in ((400.0, 0.5), (2000.0, 0.0)):
-        model.reset()
-        model.set(presliding_stiffness=stiffness, presliding_damping=damping, breakaway_factor=2.0)
-        deflection = 0.0
-        for n in range(3000):
-            preload = 10.0 ** rng.uniform(1.8, 4.0) if n % 7 else 0.0
-            speed = rng.normal() * 10.0 ** rng.uniform(-4.0, 1.0) if n % 5 else 0.0
-            step = 10.0 ** rng.uniform(-6.0, 0.0) if n % 11 else 0.0
-            model.step(step, preload=preload, speed=speed)
-            nut = nut_map.evaluate(preload, speed, 303.15, breakaway_factor=2.0)
-            coulomb = nut.coulomb_torque
-            law = presliding_step(deflection, speed, step, coulomb, stiffness, damping)
-            viscous = math.copysign(nut.viscous_torque, speed)
-            scale = max(coulomb, abs(viscous), abs(law.torque), 1e-300)
-            assert model.get("friction_torque") == pytest.approx(viscous + law.torque, abs=1e-12 * scale)
-            heat = law.heat / step if step else presliding_power(deflection, speed, coulomb, stiffness)
-            power = nut.viscous_torque * abs(speed) + heat
-            # heat is the difference of two energies of the size torque times deflection
-            energy = scale * max(abs(deflection), abs(law.deflection))
-            rounding = 1e-9 * scale * abs(speed) + (4e-16 * energy / step if step else 0.0)
-            assert model.get("power_loss") == pytest.approx(power, rel=1e-9, abs=rounding)
-            assert model.get("presliding_deflection") == pytest.approx(law.deflection, rel=1e-12, abs=1e-18)
-            deflection = law.deflection
+    net, bristle = nut_map.defaults.net_sliding_coefficient, Bristle()
+    model.set(presliding_stiffness=stiffness, presliding_damping=damping, breakaway_factor=2.0)
+    for n in range(3000):
+        preload = 10.0 ** rng.uniform(1.0, 4.2) if n % 7 else 0.0
+        axial = rng.normal() * 10.0 ** rng.uniform(1.0, 4.0) if n % 3 == 0 else 0.0
+        speed = rng.normal() * 10.0 ** rng.uniform(-4.0, 1.0) if n % 5 else 0.0
+        step = 10.0 ** rng.uniform(-6.0, 0.0) if n % 11 else 0.0
+        model.step(step, preload=preload, speed=speed, axial_load=axial)
+        nut = nut_map.evaluate(preload, speed, 303.15, axial, breakaway_factor=2.0)
+        now = stiffness or nut_map.presliding_stiffness(preload, axial, net, 2.0)
+        before, coulomb = bristle, nut.coulomb_torque
+        law = bristle_friction(coulomb, speed, step, before, now, damping or DAMPING_TIME * now)
+        bristle = law.bristle
+        viscous = math.copysign(nut.viscous_torque, speed)
+        scale = max(coulomb, abs(viscous), 1e-300)
+        assert model.get("friction_torque") == pytest.approx(viscous + law.sign * coulomb, abs=1e-12 * scale)
+        # heat is the difference of two energies
+        rounding = 1e-9 * scale * abs(speed) + (
+            4e-15 * max(before.energy, bristle.energy) / step if step else 0.0
+        )
+        power = nut.viscous_torque * abs(speed) + law.power
+        assert model.get("power_loss") == pytest.approx(power, rel=1e-9, abs=rounding)
+        assert model.get("presliding_deflection") == pytest.approx(bristle.deflection, rel=1e-12, abs=1e-18)
+
+
+@pytest.mark.parametrize("side", [0.0, -1.0, 0.4, 3.0])
+@pytest.mark.parametrize("speed", [0.0, 5.0, -5.0])
+def test_the_bristle_starts_at_its_side_or_that_of_the_speed(model, nut_map, side, speed):
+    model.latch(presliding_side=side, speed=speed)
+    coulomb = nut_map.evaluate(2000.0, speed, 303.15).coulomb_torque
+    of_screw = nut_map.presliding_stiffness(2000.0, 0.0, *nut_map.defaults[1::2])
+    expected = initial_bristle(side, speed, coulomb, of_screw)
+    share = max(-1.0, min(side or np.sign(speed), 1.0))
+    assert expected.deflection * of_screw == pytest.approx(share * coulomb, rel=1e-12)
+    assert model.get("presliding_deflection") == pytest.approx(expected.deflection, rel=1e-12)
+    assert model.get("hysteresis_torque") + model.get("sliding_torque") == pytest.approx(
+        share * coulomb, rel=1e-12
+    )
+    model.reset(True)
+    model.latch(presliding_side=side, speed=speed)
+    model.initial_event()
+    assert model.get("presliding_deflection") == pytest.approx(expected.deflection, rel=1e-12)
+    assert model.event() == (share != 0.0)
+    assert not model.event()
+
+
+def test_a_deflection_that_is_set_before_the_start_is_kept(model):
+    model.latch(speed=5.0, presliding_deflection=1e-5)
+    assert model.get("presliding_deflection") == 1e-5
+    model.step(1e-9)
+    assert model.get("presliding_deflection") == pytest.approx(1e-5, rel=1e-3)
+
+
+def test_model_exchange_keeps_the_energy_when_the_stiffness_changes(model, nut_map):
+    """Held at rest while the preload rises, from zero and between events too."""
+    model.reset(True)
+    model.latch(preload=2000.0)
+    model.initial_event()
+    model.latch(presliding_deflection=1e-3)
+    net = nut_map.defaults[1::2]
+    stiffness, torque = nut_map.presliding_stiffness(2000.0, 0.0, *net), model.get("friction_torque")
+    assert torque == pytest.approx(1e-3 * stiffness, rel=1e-9)
+    model.latch(preload=2010.0)
+    assert model.get("slip_indicator") > 0.0
+    assert model.get("friction_torque") == pytest.approx(torque, rel=1e-12)
+    model.latch(preload=4000.0)
+    assert model.get("slip_indicator") < 0.0
+    assert model.event()
+    higher = nut_map.presliding_stiffness(4000.0, 0.0, *net)
+    assert higher > 1.4 * stiffness
+    assert model.get("presliding_deflection") == pytest.approx(
+        1e-3 * math.sqrt(stiffness / higher), rel=1e-12
+    )
+    assert model.get("slip_indicator") > 0.0
+    for preload, event in ((0.0, True), (0.0, False), (2000.0, True)):
+        model.latch(preload=preload)
+        assert (model.get("slip_indicator") < 0.0) == event
+        model.event()
+        assert model.get("friction_torque") == 0.0  # what was stored is lost without preload
+    model.latch(presliding_deflection=1e-3)
+    assert model.get("friction_torque") == pytest.approx(torque, rel=1e-9)
 
 
 def test_switched_off_bristle_is_unwound_by_a_step(model):
     model.step(1e-3, presliding_stiffness=400.0, speed=0.1)
+    deflection = model.get("presliding_deflection")
+    assert deflection > 0.0
+    model.latch(presliding=0.0)
     assert model.get("presliding_deflection") > 0.0
-    model.latch(presliding_stiffness=0.0)
-    assert model.get("presliding_deflection") > 0.0
-    model.step(1e-3)
+    model.step(1e-3, speed=0.0)
     assert model.get("presliding_deflection") == 0.0
+    assert model.get("power_loss") == pytest.approx(200.0 * deflection**2 / 1e-3)
+    model.step(1e-3)
+    assert model.get("power_loss") == 0.0
 
 
 def random_state(rng, n):
@@ -135,6 +204,7 @@ def random_state(rng, n):
         speed=rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-3.0, 2.8),
         temperature=rng.uniform(284.0, 352.0),
         axial_load=0.0 if n % 5 == 0 else rng.normal() * 10.0 ** rng.uniform(2.0, 4.0),
+        presliding=float(n % 4 > 0),
         presliding_stiffness=(0.0, 400.0, 2000.0)[n % 3],
         presliding_damping=0.5,
         presliding_deflection=rng.normal() * 5e-4,
@@ -154,11 +224,12 @@ def test_derivatives_are_those_of_the_outputs(model, continuous):
     widths |= dict(net_sliding_coefficient=0.005, apparent_viscosity_ratio=1.0, breakaway_factor=1.0)
     compared = 0
     for n in range(1500):
-        model.reset(continuous)
         base = random_state(rng, n)
         step = 0.0 if continuous or n % 4 == 0 else 10.0 ** rng.uniform(-5.0, -1.0)
 
         def outputs_at(base=base, step=step, **change):
+            model.reset(continuous)
+            model.latch(**base)
             values = base | change
             if step:
                 model.step(step, **values)
@@ -220,8 +291,9 @@ def test_slip_begins_at_the_sliding_deflection_and_ends_at_reversal(model, nut_m
     nut = nut_map.evaluate(preload, 0.01, 303.15)
     coulomb = nut.coulomb_torque
     sliding = coulomb / stiffness
-    model.latch(preload=preload, presliding_stiffness=stiffness, presliding_damping=0.5, speed=0.01)
+    model.latch(preload=preload, presliding_stiffness=stiffness, presliding_damping=0.5)
     model.initial_event()
+    model.latch(speed=0.01)
     assert model.get("presliding_deflection_rate") == pytest.approx(0.01)
     assert model.get("friction_torque") > 0.0
     for share, sticks in ((0.69, True), (0.99, True), (0.9995, False)):
@@ -247,7 +319,7 @@ def test_slip_begins_at_the_sliding_deflection_and_ends_at_reversal(model, nut_m
 def test_modes_of_model_exchange_tend_to_the_exact_step(library, nut_map, step):
     """A swinging speed, integrated by Euler with events; the torque of co-simulation is exact for its steps."""
     exchange, exact = NativeModel(library, nut_map, True), NativeModel(library, nut_map)
-    fixed = dict(presliding_stiffness=400.0, presliding_damping=0.0, preload=2000.0)
+    fixed = dict(presliding_stiffness=400.0, presliding_damping=1e-9, preload=2000.0)
     exchange.latch(**fixed)
     exchange.initial_event()
     exact.step(0.0, **fixed)
@@ -331,9 +403,10 @@ def test_a_slowly_driven_axis_sticks_and_slips_with_breakaway_only(model, nut_ma
 def test_a_bristle_that_slipped_gives_back_no_more_than_it_got(model, nut_map, breakaway, fast):
     """Wound up at a speed of low friction, stopped at once, unwound at rest, where friction is high."""
     model.reset(True)
-    fixed = dict(preload=2000.0, presliding_stiffness=400.0, presliding_damping=0.0)
-    model.latch(**fixed, breakaway_factor=breakaway, speed=fast)
+    fixed = dict(preload=2000.0, presliding_stiffness=400.0, presliding_damping=1e-9)
+    model.latch(**fixed, breakaway_factor=breakaway)
     model.initial_event()
+    model.latch(speed=fast)
     work, travel = 0.0, nut_map.evaluate(2000.0, fast, 303.15).coulomb_torque / 400.0 / 500.0
 
     def move(direction):

@@ -289,7 +289,7 @@ def test_states_of_another_version_map_or_layout_are_refused(version):
         assert refused(other, sealed(good.replace(TOKEN.encode(), b"{tesT}")), "another version or map")
         longer = struct.pack("<I", len(TOKEN) + 1) + TOKEN.encode() + b"x"
         assert refused(other, sealed(good.replace(struct.pack("<I", len(TOKEN)) + TOKEN.encode(), longer)))
-        assert refused(other, sealed(good[:16] + struct.pack("<I", 99) + good[20:]), "layout 99.*layout 1")
+        assert refused(other, sealed(good[:16] + struct.pack("<I", 99) + good[20:]), "layout 99.*layout 2")
         assert refused(other, sealed(good[:-1]))
         assert refused(other, sealed(good + b"\0"))
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from native_library import (
     ERROR,
     OUTPUTS,
-    PARAMETERS,
+    REAL_PARAMETERS,
     VARIABLES,
     NativeInstance,
     c_size_t,
@@ -300,7 +300,7 @@ class Caller:
         return self.one.set(speed=1.0, preload=value)
 
     def set_parameter(self, value):
-        return self.one.set(**{PARAMETERS[0]: value})
+        return self.one.set(**{REAL_PARAMETERS[0]: value})
 
     def set_output(self, _):
         return self.one.set(friction_torque=1.0)

@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ballscrew_fmu.checks.replay import FmuInstance, replay
+from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
-from ballscrew_tehl.runtime.standstill import presliding_step
+from ballscrew_tehl.runtime.standstill import Bristle, bristle_friction, presliding_step
 
 WARNING, DISCARD, ERROR = 1, 2, 3
 PARTS = ("viscous_torque", "hysteresis_torque", "sliding_torque")
@@ -20,7 +21,7 @@ DIRECT = DoubleNutState._fields[3:10]  # outputs taken from the map unchanged
 def expected(
     nut_map, preload=2000.0, speed=0.0, temperature=303.15, axial_load=0.0, regularization_speed=0.1
 ):
-    """Outputs by name from the map itself."""
+    """Outputs by name from the map itself, without presliding; while the bristle slides, the same with it."""
     state = nut_map.evaluate(preload, speed, temperature, axial_load)
     sign = math.tanh(speed / regularization_speed)
     parts = (
@@ -48,8 +49,57 @@ def test_outputs_equal_the_map_over_a_random_input_sequence(unpacked, synthetic_
         }
         for _ in range(200)
     ]
+    rows[0]["presliding"] = False
     for row, outputs in zip(rows, replay(unpacked, rows), strict=True):
+        row.pop("presliding", None)
         assert outputs == pytest.approx(expected(synthetic_nut_map, **row), rel=1e-12, abs=1e-15)
+
+
+def test_outputs_with_presliding_equal_the_map_and_the_law(unpacked, synthetic_nut_map):
+    """Jumping loads, rests and reversals, with the start values of the parameters."""
+    rng, bristle, net = np.random.default_rng(6), Bristle(), synthetic_nut_map.defaults[1::2]
+    with FmuInstance(unpacked) as one:
+        for _ in range(300):
+            row = {
+                "preload": float(rng.choice([0.0, 10.0, 2000.0, 9000.0])),
+                "speed": float(rng.choice([0.0, 1.0, 300.0]) * rng.uniform(-1.0, 1.0)),
+                "axial_load": float(rng.choice([0.0, 3000.0]) * rng.uniform(-1.0, 1.0)),
+            }
+            assert one.step(**row)
+            state = synthetic_nut_map.evaluate(temperature=303.15, **row)
+            stiffness = synthetic_nut_map.presliding_stiffness(row["preload"], row["axial_load"], *net)
+            law = bristle_friction(
+                state.coulomb_torque, row["speed"], 1e-3, bristle, stiffness, DAMPING_TIME * stiffness
+            )
+            bristle = law.bristle
+            parts = one.get(*PARTS)
+            assert parts[1] + parts[2] == pytest.approx(law.sign * state.coulomb_torque, rel=1e-12, abs=1e-15)
+            assert abs(parts[1] + parts[2]) <= state.coulomb_torque * (1.0 + 1e-15)
+            power = law.power + state.viscous_torque * abs(row["speed"])
+            assert one.get("power_loss") == pytest.approx(power, rel=1e-9, abs=1e-15)
+
+
+@pytest.mark.parametrize(("side", "share"), [(0.0, 1.0), (-1.0, -1.0), (0.25, 0.25)])
+def test_the_bristle_starts_on_the_side_of_the_speed_or_as_set(unpacked, synthetic_nut_map, side, share):
+    coulomb = synthetic_nut_map.evaluate(2000.0, 4.0, 303.15).coulomb_torque
+    with FmuInstance(unpacked, speed=4.0, presliding_side=side) as one:
+        assert sum(one.get(*PARTS[1:])) == pytest.approx(share * coulomb, rel=1e-12)
+        assert one.step(1e-9)
+        assert sum(one.get(*PARTS[1:])) == pytest.approx(share * coulomb, rel=1e-3)
+
+
+@pytest.mark.parametrize(("step", "warns"), [(3.9e-3, False), (4.1e-3, True)])
+def test_a_step_that_is_too_long_for_the_bristle_is_reported_once(unpacked, step, warns):
+    with FmuInstance(unpacked) as one:
+        one.step(1.0, speed=10.0)  # slides: no matter
+        assert one.messages == []
+        for speed in (-0.1, 0.1, -0.1):
+            assert one.step(step, speed=speed)
+        texts = [text for status, text in one.messages if status == WARNING]
+        assert len(texts) == int(warns)
+        assert all(
+            text.startswith("step = 0.0041 s; ") and "= 0.004 s (logged once)" in text for text in texts
+        )
 
 
 def test_simulate_fmu_follows_an_input_signal(fmu, synthetic_nut_map):
@@ -103,10 +153,11 @@ def test_get_after_set_gives_the_values_of_the_last_step(instance):
 
 @pytest.mark.parametrize("speed", [-200.0, -0.3, -0.02, 0.02, 0.3, 200.0])
 def test_each_part_opposes_motion(instance, speed):
-    instance.step(speed=speed)
+    instance.step(10.0, speed=speed)
     parts = instance.get(*PARTS)
     assert all(part * speed > 0.0 for part in parts)
     assert instance.get("friction_torque") == pytest.approx(sum(parts), rel=1e-15)
+    instance.step(10.0)  # in the step before, some work wound up the bristle
     assert instance.get("power_loss") == pytest.approx(speed * sum(parts))
 
 
@@ -151,13 +202,13 @@ def test_10000_rpm(instance, synthetic_nut_map):
     assert instance.get("in_range") is False
 
 
-@pytest.mark.parametrize("stiffness", [0.0, 400.0])
+@pytest.mark.parametrize("presliding", [False, True])
 @pytest.mark.parametrize("name", ["preload", "speed", "temperature", "axial_load", "roughness_height"])
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e40])
-def test_a_value_that_is_not_finite_discards_the_step_and_changes_nothing(unpacked, name, bad, stiffness):
+def test_a_value_that_is_not_finite_discards_the_step_and_changes_nothing(unpacked, name, bad, presliding):
     with (
-        FmuInstance(unpacked, presliding_stiffness=stiffness, speed=0.01) as one,
-        FmuInstance(unpacked, presliding_stiffness=stiffness, speed=0.01) as undisturbed,
+        FmuInstance(unpacked, presliding=presliding, speed=0.01) as one,
+        FmuInstance(unpacked, presliding=presliding, speed=0.01) as undisturbed,
     ):
         for each in (one, undisturbed):
             each.step()
@@ -191,10 +242,10 @@ def test_a_bad_start_value_is_logged_and_can_be_replaced(unpacked, synthetic_nut
         assert one.outputs() == pytest.approx(expected(synthetic_nut_map, speed=5.0), rel=1e-12)
 
 
-@pytest.mark.parametrize("stiffness", [0.0, 400.0])
+@pytest.mark.parametrize("presliding", [False, True])
 @pytest.mark.parametrize("size", [0.0, 1e-9, 1e-6, 1.0])
-def test_any_step_size(unpacked, size, stiffness):
-    with FmuInstance(unpacked, presliding_stiffness=stiffness) as one:
+def test_any_step_size(unpacked, size, presliding):
+    with FmuInstance(unpacked, presliding=presliding) as one:
         for speed in (0.0, 1e-4, -3.0, 0.0):
             assert one.step(size, speed=speed)
             values = one.outputs()
@@ -240,7 +291,7 @@ def test_reset_restores_the_start_values(unpacked):
 
 
 def test_friction_parameters_are_tunable_between_steps(instance, synthetic_nut_map):
-    instance.step(speed=30.0)
+    instance.step(speed=30.0, presliding=False)
     base = instance.outputs()
     instance.step(apparent_viscosity_ratio=3.8, net_sliding_coefficient=0.0102, regularization_speed=30.0)
     state = synthetic_nut_map.evaluate(2000.0, 30.0, 303.15)
@@ -287,14 +338,14 @@ def test_presliding_holds_an_axis_that_creeps_with_the_regularisation(unpacked):
     held, speed = run(presliding_stiffness=100.0, presliding_damping=2.0)
     assert abs(speed) < 1e-9
     assert held == pytest.approx(0.02 / 100.0, rel=0.2)
-    creeping, _ = run()
+    creeping, _ = run(presliding=False)
     assert creeping > 100.0 * held
 
 
 @pytest.fixture(scope="module")
 def unwound(unpacked):
     """One instance for all examples of a property, and its initial state."""
-    with FmuInstance(unpacked, presliding_stiffness=400.0) as one:
+    with FmuInstance(unpacked) as one:
         yield one, one.slave.getFMUstate()
 
 
@@ -309,12 +360,13 @@ def unwound(unpacked):
         min_size=1,
         max_size=25,
     ),
+    stiffness=st.sampled_from([0.0, 400.0]),
     damping=st.sampled_from([0.0, 0.5]),
 )
-def test_the_fmu_never_delivers_energy(unwound, run, damping):
+def test_the_fmu_never_delivers_energy(unwound, run, stiffness, damping):
     one, beginning = unwound
     one.slave.setFMUstate(beginning)
-    one.set(presliding_damping=damping)
+    one.set(presliding_stiffness=stiffness, presliding_damping=damping)
     work = scale = 0.0
     for speed, preload, size in run:
         assert one.step(size, speed=speed, preload=preload)
@@ -346,7 +398,7 @@ def test_an_exception_inside_the_step_discards_it_without_ending_the_host(unpack
         one.step(speed=30.0)
         before = one.outputs()
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(slave_module(unpacked), "coulomb_friction", None)
+            patch.setattr(slave_module(unpacked), "bristle_friction", None)
             assert one.step(presliding_stiffness=1.0) is False
         assert one.messages[-1][1].startswith("step failed: TypeError")
         assert one.outputs() == before

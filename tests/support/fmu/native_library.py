@@ -39,7 +39,7 @@ REFERENCES = {v.name: place for place, v in enumerate(VARIABLES)}
 REALS = tuple(v.name for v in VARIABLES if v.unit is not None)
 OUTPUTS = tuple(v.name for v in VARIABLES if v.causality == "output" and v.unit is not None)
 INPUTS = tuple(v.name for v in VARIABLES if v.causality == "input")
-PARAMETERS = tuple(v.name for v in VARIABLES if v.causality == "parameter")
+REAL_PARAMETERS = tuple(v.name for v in VARIABLES if v.causality == "parameter" and v.unit is not None)
 HOST = Path(__file__).parent / "native" / "host_states.c"
 
 
@@ -178,6 +178,11 @@ class NativeInstance:
         values = doubles(*[0.0] * len(names))
         assert self.get_raw(references(*names), values) == OK, self.last
         return list(values)
+
+    def set_boolean(self, name: str, value: bool) -> int:
+        room = (c_int * 1)(int(value)) if self.version == 2 else (ctypes.c_bool * 1)(value)
+        counts = (c_size_t(1),) if self.version == 3 else ()
+        return self.call("SetBoolean", references(name), c_size_t(1), room, *counts)
 
     def in_range(self) -> bool:
         vr, value = references("in_range"), (c_int * 1)()

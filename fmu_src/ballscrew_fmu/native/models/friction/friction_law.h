@@ -26,10 +26,19 @@ static inline Number damping_at(const Number at[], Number stiffness)
     return value_of(at[PRESLIDING_DAMPING]) > 0.0 ? at[PRESLIDING_DAMPING] : times(DAMPING_TIME, stiffness);
 }
 
+/* A step without presliding, or where there is no Coulomb torque: what the bristle stored becomes heat. */
+static inline Bristle bristle_unwound(Number deflection, const Moment *moment)
+{
+    const Number none = constant(0.0), stored = times(0.5 * moment->stiffness, multiply(deflection, deflection));
+    const Bristle out = {none, none, none, moment->step > 0.0 ? over(stored, moment->step) : none, none};
+
+    return out;
+}
+
 /* stiffness: at the present loads */
 static inline Bristle bristle_at(const Number at[], Number coulomb, Number stiffness, const Moment *moment)
 {
-    const Number speed = at[SPEED], zero = constant(0.0);
+    const Number speed = at[SPEED];
     Number deflection = at[PRESLIDING_DEFLECTION];
 
     if (moment->continuous && moment->start == RUNNING) {
@@ -39,11 +48,8 @@ static inline Bristle bristle_at(const Number at[], Number coulomb, Number stiff
     } else if (moment->start == RUNNING) {
         deflection = bristle_at_stiffness(deflection, moment->stiffness, stiffness);
     }
-    if (moment->slip == 0 && !(value_of(stiffness) > 0.0)) { /* no Coulomb torque; what the bristle stored is lost */
-        const double lost = 0.5 * moment->stiffness * value_of(at[PRESLIDING_DEFLECTION])
-                            * value_of(at[PRESLIDING_DEFLECTION]);
-        const Bristle none = {zero, zero, zero, constant(moment->step > 0.0 ? lost / moment->step : 0.0), zero};
-        return none;
+    if (moment->slip == 0 && !(value_of(stiffness) > 0.0)) {
+        return bristle_unwound(at[PRESLIDING_DEFLECTION], moment);
     }
     if (moment->continuous) {
         return bristle_continuous(deflection, speed, coulomb, stiffness, damping_at(at, stiffness), moment->slip);

@@ -21,9 +21,18 @@ static Moment moment_of(const Model *model)
     Moment moment = {model->step, model->continuous, model->slip, model->stiffness_before, RUNNING};
 
     if (!model->began) {
-        moment.start = !model->continuous && model->deflection_before == model->initial_deflection ? FROM_SIDE : GIVEN;
+        moment.start = model->deflection_before == model->initial_deflection ? FROM_SIDE : GIVEN;
     }
     return moment;
+}
+
+static void store_bristle(Model *model, Bristle bristle)
+{
+    model->value[PRESLIDING_DEFLECTION] = model->latched[PRESLIDING_DEFLECTION] = bristle.deflection;
+    model->value[PRESLIDING_DEFLECTION_RATE] = bristle.rate;
+    model->bristle_torque = bristle.torque;
+    model->bristle_power = bristle.power;
+    model->bristle_supply = bristle.supply;
 }
 
 /* The bristle at the latched point. Its deflection, torque and power are stored in the model. */
@@ -33,20 +42,15 @@ static void compute_bristle(Model *model)
     const double coulomb = coulomb_magnitude(friction_parts(model)), stiffness = present_stiffness(model);
     const Bristle bristle = bristle_at(model->latched, coulomb, stiffness, &moment);
 
-    if (!model->continuous) {
+    if (!(model->continuous && model->began)) {
         model->stiffness = stiffness;
-        model->initial_deflection = moment.start == FROM_SIDE ? bristle.deflection : model->initial_deflection;
     }
-    model->value[PRESLIDING_DEFLECTION] = model->latched[PRESLIDING_DEFLECTION] = bristle.deflection;
-    model->value[PRESLIDING_DEFLECTION_RATE] = bristle.rate;
-    model->bristle_torque = bristle.torque;
-    model->bristle_power = bristle.power;
-    model->bristle_supply = bristle.supply;
+    model->initial_deflection = moment.start == FROM_SIDE ? bristle.deflection : model->initial_deflection;
+    store_bristle(model, bristle);
 }
 
 static void compute_torque(Model *model)
 {
-    const double *at = model->latched;
     Bristle bristle;
 
     if (model->continuous) {
@@ -55,7 +59,7 @@ static void compute_torque(Model *model)
             compute_bristle(model);
         }
     }
-    bristle.deflection = at[PRESLIDING_DEFLECTION];
+    bristle.deflection = model->latched[PRESLIDING_DEFLECTION];
     bristle.rate = model->value[PRESLIDING_DEFLECTION_RATE];
     bristle.torque = model->bristle_torque;
     bristle.power = model->bristle_power;
@@ -101,17 +105,13 @@ void model_latch(Model *model)
 void model_step(Model *model, double step)
 {
     latch(model, step);
+    model->began = true;
     if (presliding(model)) {
         compute_bristle(model);
     } else if (step > 0.0) {
-        /* a bristle that is switched off is unwound: what it stored is heat */
-        const double deflection = model->deflection_before;
-        model->bristle_power = 0.5 * model->stiffness_before * deflection * deflection / step;
-        model->value[PRESLIDING_DEFLECTION] = model->latched[PRESLIDING_DEFLECTION] = 0.0;
-        model->value[PRESLIDING_DEFLECTION_RATE] = 0.0;
-        model->bristle_torque = model->bristle_supply = 0.0;
+        const Moment moment = moment_of(model);
+        store_bristle(model, bristle_unwound(model->deflection_before, &moment));
     }
-    model->began = true;
 }
 
 bool model_step_too_long(const Model *model, double *stiffness, double *damping)
@@ -229,18 +229,24 @@ static bool adapt_stiffness(Model *model)
 
 void model_initial_event(Model *model)
 {
+    bool moved;
+
     model->slip = 0;
     model->in_range = model_clamped(model) == 0U;
-    model->began = true;
-    model->stiffness = present_stiffness(model);
-    if (presliding(model) && model->value[PRESLIDING_DEFLECTION] == 0.0) {
-        model->value[PRESLIDING_DEFLECTION] =
-            initial_deflection(model->latched[PRESLIDING_SIDE], model->latched[SPEED],
-                               coulomb_magnitude(friction_parts(model)), model->stiffness);
-        model->moved = model->value[PRESLIDING_DEFLECTION] != 0.0;
+    if (presliding(model)) {
+        compute_bristle(model);
     }
+    moved = model->initial_deflection != 0.0;
+    model->began = true;
     model_latch(model);
-    model->moved = model_event(model) || model->moved;
+    model->moved = model_event(model) || moved;
+}
+
+static double bristle_energy(const Model *model)
+{
+    const double deflection = model->value[PRESLIDING_DEFLECTION];
+
+    return 0.5 * model->stiffness * deflection * deflection;
 }
 
 bool model_event(Model *model)
@@ -268,8 +274,10 @@ bool model_event(Model *model)
         /* Never more than the bristle had when it began to slip: a Coulomb torque that has risen since then would give
            it energy that no motion has put in. */
         const double sliding = sliding_deflection(model), wound = fabs(at[PRESLIDING_DEFLECTION]);
+        model->event_heat += bristle_energy(model);
         model->value[PRESLIDING_DEFLECTION] =
             model->slip * (wound < SLIDING_FROM * sliding ? wound / SLIDING_FROM : sliding);
+        model->event_heat -= bristle_energy(model);
         model->slip = 0;
         changed = true;
     }

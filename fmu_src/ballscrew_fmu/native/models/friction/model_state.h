@@ -20,6 +20,7 @@ struct Model {
     double bristle_torque;          /* [N.m] of the latched point */
     double bristle_power;           /* [W] */
     double bristle_supply;          /* [W] of the motion */
+    double event_heat;              /* [J] model exchange: that the bristle has lost at events */
     bool continuous;                /* model exchange: the bristle is a state of the importer */
     bool in_range;                  /* model exchange: at the last event */
     bool began;                     /* co-simulation: a step, model exchange: the initial event is done */
@@ -35,7 +36,7 @@ struct Model {
 
 /* Fields of a saved state other than value and latched: numbers, flags, signs. */
 #define MODEL_NUMBERS(X) X(step) X(deflection_before) X(stiffness_before) X(stiffness) X(initial_deflection) \
-    X(bristle_torque) X(bristle_power) X(bristle_supply)
+    X(bristle_torque) X(bristle_power) X(bristle_supply) X(event_heat)
 #define MODEL_FLAGS(X) X(continuous) X(in_range) X(began) X(moved)
 #define MODEL_SIGNS(X) X(slip)
 

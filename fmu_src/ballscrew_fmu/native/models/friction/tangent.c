@@ -10,7 +10,7 @@ void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double
                    const Moment *moment, double values[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
     Number in[VARIABLE_COUNT], out[VARIABLE_COUNT];
-    Bristle bristle = {constant(0.0), constant(0.0), constant(0.0), constant(0.0), constant(0.0)};
+    Bristle bristle;
     Loads loads;
     Conditions conditions;
     Friction friction;
@@ -25,9 +25,9 @@ void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double
     friction = friction_of(in);
     nut_parts(map, &loads, &conditions, NULL, &friction, &parts);
     nut_films(map, &loads, &conditions, &films);
-    if (at[PRESLIDING] != 0.0) {
-        bristle = bristle_at(in, coulomb_magnitude(&parts), stiffness_at(in, &loads, &friction), moment);
-    }
+    bristle = at[PRESLIDING] != 0.0
+                  ? bristle_at(in, coulomb_magnitude(&parts), stiffness_at(in, &loads, &friction), moment)
+                  : bristle_unwound(in[PRESLIDING_DEFLECTION], moment);
     torque_outputs(&parts, &bristle, in, out);
     film_outputs(&films, in, out);
     out[PRESLIDING_DEFLECTION_RATE] = bristle.rate;

@@ -67,6 +67,7 @@ static inline void torques_at_point(Model *model, const Bristle *bristle)
     (void)friction_parts(model);
     transmission_outputs(&model->contacts, model->part, bristle, model->stiffness, model->latched, model->step,
                          model->value);
+    model->value[EVENT_HEAT] = model->event_heat;
 }
 
 static inline void compute_films(Model *model)

@@ -10,7 +10,7 @@ void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double
                    const Moment *moment, double values[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
     Number in[VARIABLE_COUNT], out[VARIABLE_COUNT], contact, force[2], stiffness;
-    Bristle bristle = {constant(0.0), constant(0.0), constant(0.0), constant(0.0), constant(0.0)};
+    Bristle bristle;
     Conditions conditions;
     Contacts contacts;
     Friction friction;
@@ -38,9 +38,15 @@ void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double
     stiffness = stiffness_of_both(in, loads, &friction);
     if (at[PRESLIDING] != 0.0) {
         bristle = bristle_at(in, coulomb_magnitude(&parts), stiffness, moment);
-    }
-    if (moment->continuous && moment->start == RUNNING) { /* changes at events only */
-        stiffness = constant(moment->stiffness);
+        if (moment->continuous && moment->start == RUNNING) { /* changes at events only */
+            stiffness = constant(moment->stiffness);
+        }
+    } else {
+        bristle = bristle_unwound(in[PRESLIDING_DEFLECTION], moment);
+        if (!(moment->step > 0.0)) { /* only a step unwinds it */
+            bristle.deflection = in[PRESLIDING_DEFLECTION];
+            stiffness = constant(moment->stiffness);
+        }
     }
     transmission_outputs(&contacts, part, &bristle, stiffness, in, moment->step, out);
     film_outputs(&films[0], in, out);
