@@ -88,7 +88,7 @@ def test_all_but_the_model_layer_is_shared_with_friction(synthetic_nut_map, vers
     )
     own = {"model.c", "model_state.h", "variables.c", "variables.h"}
     assert {name for name in set(monitor) & set(friction) if monitor[name] != friction[name]} == own
-    assert set(friction) - set(monitor) == {"friction_law.h", "tangent.c", "tangent.h"}
+    assert set(friction) - set(monitor) == {"friction_law.h", "point.h", "tangent.c", "tangent.h"}
     assert set(monitor) - set(friction) == {"search.c", "search.h"}
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     assert "native/*/*/*" in project["tool"]["setuptools"]["package-data"]["ballscrew_fmu"]

@@ -2,12 +2,14 @@
 
 import math
 import re
+import subprocess
 import zipfile
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
+from native_host import sanitized_c_host
 from native_model import NativeModel, compiled_model
 from scipy.integrate import solve_ivp
 from synthetic_map import LAWS, make_map
@@ -31,6 +33,7 @@ pytestmark = pytest.mark.slow
 VERSIONS = pytest.mark.parametrize("version", [2, 3])
 KIND = {2: FmuInstance, 3: Fmu3Instance}
 PLATFORMS = ("x86_64-linux",)
+CALLS = 100_000  # of the random walk
 RATIO = 8e-3 / (2.0 * math.pi)  # of the synthetic map [m/rad]
 WAY = 4.4e-6  # [m] about the way at which a nut comes free at 2 kN
 FORCES = ("nut_force", "force_nut_a", "force_nut_b", "damping_force")
@@ -231,6 +234,98 @@ def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):
     assert compared > 0.7 * tried
 
 
+# --- model exchange ---
+
+
+def test_in_range_follows_the_forces_at_events(model):
+    model.reset(True)
+    model.latch(position=-2e-6, speed=20.0, velocity=20.0 * RATIO)
+    model.initial_event()
+    assert model.get("in_range") == 1.0
+    model.latch(position=-2e-5)
+    assert model.get("force_nut_a") > 12000.0
+    assert model.get("in_range_indicator") < 0.0
+    assert model.get("in_range") == 1.0
+    model.event()
+    assert model.get("in_range") == 0.0
+    assert model.get("in_range_indicator") < 0.0
+    model.latch(position=-2e-6)
+    assert model.get("in_range_indicator") > 0.0
+    model.event()
+    assert model.get("in_range") == 1.0
+
+
+@pytest.mark.parametrize("continuous", [False, True])
+def test_dependencies_are_those_that_a_change_of_the_value_shows(library, nut_map, continuous):
+    """Whatever changes an output or a rate is declared for it."""
+    table = {v.name: v for v in transmission_variables(nut_map.header)}
+    names = [v.name for v in table.values() if v.causality == "output" or v.derivative_of or v.indicates]
+    model = NativeModel(library, nut_map, continuous, TRANSMISSION)
+    rng, seen = np.random.default_rng(8), {name: set() for name in names}
+    knowns = [v.name for v in table.values() if v.causality in ("input", "parameter")] + [
+        "presliding_deflection"
+    ]
+
+    def values(base):
+        model.reset(continuous)
+        if continuous:
+            model.latch(**base)
+        else:
+            model.step(1e-4, **base)
+        return [model.get(name) for name in names]
+
+    for n in range(60):
+        base = random_motion(rng, n) | random_parameters(rng, n) | {"presliding_deflection": 1e-3}
+        before = values(base)
+        for known in knowns:
+            start = base.get(known, table[known].start or 0.0)
+            changed = 1.0 - start if table[known].unit is None else 1.01 * start + 1e-7
+            after = values(base | {known: changed})
+            for name, one, other in zip(names, before, after, strict=True):
+                if one != other:
+                    seen[name].add(known)
+    for name in names:
+        declared = {*table[name].depends_on, *table[name].initially_depends_on}
+        if table[name].indicates and name != "in_range_indicator":
+            declared |= {"presliding_damping", "presliding_side", "regularization_speed"}
+        assert seen[name] <= declared, (name, seen[name] - declared)
+    assert seen["screw_torque"] >= {
+        "angle",
+        "speed",
+        "position",
+        "velocity",
+        "temperature",
+        "preload",
+        "lead",
+    }
+
+
+# --- C hosts ---
+
+
+def run(program, *arguments, **options):
+    done = subprocess.run(
+        [str(program), str(program.parent), *map(str, arguments)], capture_output=True, text=True, timeout=600,
+        **options,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Sanitizer" not in done.stderr, done.stderr
+    return done.stdout
+
+
+def sanitized(folder, name, *options):
+    try:
+        return sanitized_c_host(folder, make_map(), name, *options, model=TRANSMISSION)
+    except FileNotFoundError as error:
+        pytest.skip(str(error))
+
+
+def test_random_calls_give_no_sanitizer_report(tmp_path):
+    program = sanitized(tmp_path, "walk", "-fsanitize=address,undefined")
+    *_, summary = run(program, CALLS, env={"ASAN_OPTIONS": "detect_leaks=1"}).splitlines()
+    assert int(re.match(r"\d+ calls, (\d+) succeeded", summary)[1]) > CALLS // 2
+
+
 # --- balance of power ---
 
 
@@ -346,7 +441,8 @@ def exchanged(library, nut_map, points, **parameters):
         )  # fmt: skip
         assert run.success
         here = (points >= time) & (points <= run.t[-1])
-        found[here] = run.sol(points[here])[:4].T
+        if here.any():
+            found[here] = run.sol(points[here])[:4].T
         time, state = run.t[-1], run.y[:, -1]
         if run.status == 1:
             latch(state)
@@ -384,6 +480,6 @@ def test_co_simulation_tends_to_model_exchange(library, nut_map):
         exact, steps = (run(library, nut_map, points) for run in (exchanged, stepped))
         assert np.abs(exact[:, 0]).max() > 1.0
         errors.append(np.max(np.abs(steps - exact), axis=0) / np.max(np.abs(exact), axis=0))
-    print(errors)
     assert np.max(errors[0]) <= 1e-3
-    assert (errors[1] <= 0.7 * errors[0]).all()
+    for place in (0, 2):  # speeds reach the error of the modes of model exchange
+        assert errors[1][place] <= 0.6 * errors[0][place]
