@@ -49,10 +49,12 @@ class TransmissionRun(NamedTuple):
     in_range: bool
 
 
-def simulate_transmission(axis: TransmissionAxis, motion: Motion, fmu: Path | str) -> TransmissionRun:
-    """Axis from rest along a motion, the screw first (head of this file)."""
+def simulate_transmission(
+    axis: TransmissionAxis, motion: Motion, fmu: Path | str, **parameters: float
+) -> TransmissionRun:
+    """Axis from rest along a motion, the screw first (head of this file); parameters: of the FMU."""
     drive, errors, torques, rows, in_range = TransmissionDrive(axis), [], [], [], True
-    held = {"preload": axis.preload, "temperature": axis.oil_temperature}
+    held = {"preload": axis.preload, "temperature": axis.oil_temperature, **parameters}
     with FmuInstance(fmu, **held) as screw:
         for x_ref, v_ref, process_force in zip(*(column.tolist() for column in motion[1:]), strict=True):
             errors.append(x_ref - drive.position)
