@@ -17,7 +17,8 @@ gives one event to follow, and one to slip again.
 Co-simulation, friction first, converges with the first order of explicit coupling, but not to the last digit: where
 model exchange jumps from 99.9 % to 100 % of the Coulomb torque, the bristle of co-simulation creeps. The
 missing impulse is up to 0.001 T_C (0.3 T_C/s0) / (w J) = 2e-4 rad/s at the first slip, which begins at the least
-speed w; with steps of 15 us 2e-4 to 3e-4 rad/s remain. presliding_damping, needed for explicit coupling only, is 0.
+speed w; with steps of 15 us 2e-4 to 3e-4 rad/s remain. presliding_damping,
+needed for explicit coupling only, is next to nothing (0 would be that from the screw).
 """
 
 import ctypes
@@ -39,7 +40,7 @@ from ballscrew_fmu.checks.replay import FmuInstance
 FMU = Path(__file__).resolve().parents[1] / "dist" / "BallScrewFrictionNative_fmi2.fmu"
 INERTIA, AMPLITUDE, FREQUENCY = 0.01, 1.5, 2.0  # [kg m2], [N m], [Hz]
 TIME, INTERVAL = 1.0, 2.0**-9  # [s]
-START = {"preload": 2000.0, "temperature": 303.15, "presliding_stiffness": 100.0, "presliding_damping": 0.0}
+START = {"preload": 2000.0, "temperature": 303.15, "presliding_stiffness": 100.0, "presliding_damping": 1e-9}
 STEPS = tuple(2.0**-n for n in (10, 11, 12, 13))  # [s] of co-simulation
 STATES = 3  # speed, angle, deflection
 INDICATORS = 2  # in_range, slip

@@ -82,11 +82,8 @@ def assemble(nut_map: Any, folder: Path, platforms: Sequence[str] = tuple(FOLDER
 def _set_screw(path: Path, numbers: Mapping[str, float]) -> None:
     """Defaults of ScrewTransmission: lead and stiffness of this screw."""
     text = path.read_text()
-    for name, number in (
-        ("lead", "lead"),
-        ("nutStiffness", "nut_stiffness"),
-        ("stiffnessPreload", "stiffness_preload"),
-    ):
+    names = {"lead": "lead", "nutStiffness": "nut_stiffness", "nutStiffnessPreload": "stiffness_preload"}
+    for name, number in names.items():
         pattern = rf"(parameter SI\.\w+ {name}\(min=\S+\) = )\S+"
         text, found = re.subn(pattern, rf"\g<1>{numbers[number]!r}", text)
         if found != 1:

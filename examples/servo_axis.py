@@ -96,7 +96,7 @@ class FrictionFmu:
     def __init__(self, fmu: Path | str, axis: Axis, presliding: bool = False) -> None:
         description = fmpy.read_model_description(str(fmu))
         reference = {variable.name: variable.valueReference for variable in description.modelVariables}
-        missing = {*self.INPUTS, *self.OUTPUTS, *self.PRESLIDING, "in_range"} - reference.keys()
+        missing = {*self.INPUTS, *self.OUTPUTS, *self.PRESLIDING, "presliding", "in_range"} - reference.keys()
         if missing:
             raise ValueError(f"{fmu} has no variable {min(missing)}; needs BallScrewFriction.fmu")
         self._inputs = [reference[name] for name in self.INPUTS]
@@ -113,6 +113,7 @@ class FrictionFmu:
         self._slave.instantiate(loggingOn=True)  # the log has the reason of a rejected step
         self._slave.setupExperiment(startTime=0.0)
         self._slave.setReal(self._inputs, [axis.preload, 0.0, axis.oil_temperature, 0.0])
+        self._slave.setBoolean([reference["presliding"]], [presliding])
         if presliding:
             bristle = [axis.presliding_stiffness, axis.presliding_damping]
             self._slave.setReal([reference[name] for name in self.PRESLIDING], bristle)

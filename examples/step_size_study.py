@@ -36,7 +36,7 @@ FMU = Path(__file__).resolve().parents[1] / "dist" / "BallScrewFrictionNative_fm
 INERTIA = 0.01  # [kg m2]
 PRELOAD, TEMPERATURE = 2000.0, 303.15
 LAWS = {
-    "tanh": {"regularization_speed": 0.5},
+    "tanh": {"presliding": False, "regularization_speed": 0.5},
     "bristle": {"presliding_stiffness": 100.0, "presliding_damping": 0.1},
 }
 MASTERS = ("parallel", "sequential")

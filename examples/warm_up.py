@@ -126,7 +126,9 @@ def main(fmu: Path | str = FMU, drive: Drive | None = None, hours: float = 8.0) 
     """
     drive = drive or Drive()
     inside = True
-    with FmuInstance(fmu, preload=drive.preload, speed=drive.speed, temperature=drive.ambient) as screw:
+    with FmuInstance(
+        fmu, preload=drive.preload, speed=drive.speed, temperature=drive.ambient, presliding=False
+    ) as screw:
 
         def loss(preload: float, temperature: float) -> tuple[float, float]:
             nonlocal inside

@@ -8,8 +8,8 @@ import tempfile
 from itertools import product
 from pathlib import Path
 
-SUPPORT = Path(__file__).parents[1] / "support"
-sys.path[:0] = [str(SUPPORT), str(SUPPORT / "fmu")]  # run as a script
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
+sys.path.insert(0, str(Path(__file__).parents[1] / "support" / "fmu"))
 from native_model import NativeModel, compiled_model
 from standstill_runs import (
     ACCELERATIONS,

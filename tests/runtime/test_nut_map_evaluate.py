@@ -285,7 +285,9 @@ def test_changed_content_is_refused():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda h, a: h.update(format_version=99), "format version 99; expected 2"),
+        (lambda h, a: h.update(format_version=99), "format version 99; expected 3"),
+        (lambda h, a: h.pop("presliding_angle"), "presliding_angle None; expected a positive number"),
+        (lambda h, a: h.update(presliding_angle=0.0), "presliding_angle 0.0; expected"),
         (lambda h, a: h.pop("law"), "law None; expected one of film_shear, mechanistic"),
         (lambda h, a: h.update(law="sticky"), "law sticky; expected one of"),
         (lambda h, a: h["axes"].pop("share"), "axes share missing"),

@@ -7,8 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ballscrew_tehl.runtime.constants import ELASTIC_SHARE
-from ballscrew_tehl.runtime.standstill import presliding_power, presliding_step, regularised_sign
+from ballscrew_tehl.runtime.constants import DAMPING_TIME, ELASTIC_SHARE
+from ballscrew_tehl.runtime.standstill import (
+    Bristle,
+    bristle_friction,
+    initial_bristle,
+    least_inertia,
+    longest_step,
+    presliding_power,
+    presliding_step,
+    regularised_friction,
+    regularised_sign,
+)
 
 TC, S0 = 0.25, 400.0
 
@@ -111,6 +121,83 @@ def test_bristle_never_delivers_energy(run, damping):
         scale += abs(result.torque * speed * step)
         assert abs(z) <= coulomb / S0 * (1 + 1e-15)
         assert work_of_output >= -1e-12 * scale - 1e-18
+
+
+loaded_step = st.tuples(
+    st.floats(-300.0, 300.0) | st.floats(-1e-2, 1e-2) | st.just(0.0),
+    st.floats(-6.0, 0.0).map(lambda e: 10.0**e),
+    st.floats(-4.0, 4.2).map(lambda e: 10.0**e) | st.just(0.0),  # preload [N]
+    st.floats(0.4, 1.0),  # Coulomb torque over that at standstill
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(loaded_step, min_size=1, max_size=60))
+def test_a_bristle_whose_stiffness_follows_the_preload_never_delivers_energy(run):
+    """Coulomb torque as F, stiffness as F^(2/3), default damping; preload jumps between steps."""
+    bristle, heat, given_work, scale = Bristle(), 0.0, 0.0, 0.0
+    for speed, step, preload, share in run:
+        coulomb, stiffness = share * TC * preload / 2000.0, 80.0 * (preload / 2000.0) ** (2.0 / 3.0)
+        before = bristle
+        result = bristle_friction(coulomb, speed, step, before, stiffness, DAMPING_TIME * stiffness)
+        bristle = result.bristle
+        assert result.power * step >= -1e-12
+        assert abs(result.sign) <= 1.0 + 1e-15
+        done = result.sign * coulomb * speed * step
+        given_work += done
+        scale += abs(done)
+        heat += result.power * step
+        assert given_work >= bristle.energy - 1e-12 * scale - 1e-15  # nothing is stored that was not supplied
+    assert heat >= 0.0
+
+
+def test_a_change_of_stiffness_keeps_the_energy_and_comes_back():
+    bristle = Bristle(1e-3, 100.0)
+    stiffer = bristle.at_stiffness(225.0)
+    assert stiffer.energy == pytest.approx(bristle.energy, rel=1e-14)
+    assert stiffer.deflection == pytest.approx(1e-3 / 1.5, rel=1e-14)
+    assert stiffer.at_stiffness(100.0).deflection == pytest.approx(1e-3, rel=1e-14)
+    assert bristle.at_stiffness(0.0) == (0.0, 0.0)
+    lost = bristle_friction(0.0, 1.0, 1e-3, bristle, 0.0, 0.0)
+    assert lost == (0.0, pytest.approx(bristle.energy / 1e-3), (0.0, 0.0))
+    off = regularised_friction(TC, 0.0, 1e-3, 0.1, bristle)
+    assert off == (0.0, pytest.approx(bristle.energy / 1e-3), (0.0, 0.0))
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.4, 50.0])
+def test_neither_the_end_nor_the_mean_of_a_step_exceeds_the_coulomb_torque(damping):
+    z = TC / S0
+    for speed, step in ((-5.0, 1e-6), (-5.0, 1e-3), (0.1, 1e-4), (-0.01, 1e-2)):
+        result = presliding_step(z, speed, step, TC, S0, damping)
+        assert abs(result.torque) <= TC
+        stored = 0.5 * S0 * (result.deflection**2 - z**2)
+        assert abs(result.heat + stored) <= TC * abs(speed) * step * (1.0 + 1e-12)
+        z = result.deflection
+
+
+@pytest.mark.parametrize(
+    ("side", "speed", "share"),
+    [(0.0, 2.0, 1.0), (0.0, -2.0, -1.0), (0.0, 0.0, 0.0), (0.3, -2.0, 0.3), (-5.0, 2.0, -1.0)],
+)
+def test_side_of_the_bristle_at_the_start(side, speed, share):
+    assert initial_bristle(side, speed, TC, S0) == (pytest.approx(share * TC / S0), S0)
+    assert initial_bristle(side, speed, 0.0, 0.0) == (0.0, 0.0)
+
+
+def test_rotors_below_the_least_inertia_do_not_come_to_rest():
+    """The condition of the warning: default damping, both models with the values of the last step."""
+    stiffness, step = 100.0, 1e-3
+    damping = DAMPING_TIME * stiffness
+    assert longest_step(stiffness, damping) == pytest.approx(DAMPING_TIME)
+    least = least_inertia(step, stiffness, damping)
+    assert least == pytest.approx(step * damping / 0.75)
+    for factor, rests in ((0.9, False), (1.1, True)):
+        speeds, _ = rotor(stiffness, damping, 0.5 * TC, 20.0, inertia=factor * least, step=step)
+        assert bool(np.ptp(speeds[-1000:]) < 1e-9) is rests
+    assert least_inertia(DAMPING_TIME, stiffness, damping) == math.inf
+    for inertia in (0.001, 0.01, 0.1, 1.0):  # a longer step finds no rest at any inertia
+        speeds, _ = rotor(stiffness, damping, 0.5 * TC, 60.0, inertia=inertia, step=1.05 * DAMPING_TIME)
+        assert np.ptp(speeds[-1000:]) > 1e-6
 
 
 def rotor(stiffness, damping, load, seconds, inertia=0.01, step=1e-3, omega=0.0, parallel=True):

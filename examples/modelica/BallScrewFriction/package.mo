@@ -3,7 +3,9 @@ package BallScrewFriction "Friction of a preloaded double-nut ball screw at a ro
   import SI = Modelica.Units.SI;
 
   model ScrewFriction "Friction torque of the double nut, from the map of thermal elastohydrodynamic solves"
-    extends Interfaces.PartialScrewFriction;
+    extends Interfaces.PartialScrewFriction(
+      preslidingStiffness=Map.preslidingStiffness(map, stiffnessPreload, netSlidingCoefficient, breakawayFactor));
+    parameter SI.Force stiffnessPreload(min=0) = 2000 "Preload that the stiffness of the bristle belongs to";
     parameter String fileName =
       Modelica.Utilities.Files.loadResource("modelica://BallScrewFriction/Resources/Data/nut_map.bin")
       "Map of the screw";
@@ -26,7 +28,9 @@ functions, same law at standstill.</p></html>"));
   end ScrewFriction;
 
   model NutFriction "Friction torque of two nuts, each at its own force, from the same map"
-    extends Interfaces.PartialNutFriction;
+    extends Interfaces.PartialNutFriction(
+      preslidingStiffness=Map.preslidingStiffness(map, stiffnessPreload, netSlidingCoefficient, breakawayFactor));
+    parameter SI.Force stiffnessPreload(min=0) = 2000 "Preload that the stiffness of the bristle belongs to";
     parameter String fileName =
       Modelica.Utilities.Files.loadResource("modelica://BallScrewFriction/Resources/Data/nut_map.bin")
       "Map of the screw";
@@ -47,8 +51,8 @@ functions, same law at standstill.</p></html>"));
     constant Real pi = Modelica.Constants.pi;
     parameter SI.Length lead(min=0) = 8e-3 "Travel of the nut in one turn";
     parameter SI.TranslationalSpringConstant nutStiffness(min=1) = 1.388871e9
-      "Axial stiffness of the unloaded nut at stiffnessPreload: Hertz contacts between rigid bodies";
-    parameter SI.Force stiffnessPreload(min=1e-3) = 2000 "Preload at which the nut has nutStiffness";
+      "Axial stiffness of the unloaded nut at nutStiffnessPreload: Hertz contacts between rigid bodies";
+    parameter SI.Force nutStiffnessPreload(min=1e-3) = 2000 "Preload at which the nut has nutStiffness";
     parameter SI.Length axialPlay(min=0) = 0 "Free way of the nut while preload is 0";
     parameter SI.Time contactDampingTime(min=0) = 1e-5 "Damping of the contacts divided by their stiffness (assumed)";
     replaceable model Friction = NutFriction constrainedby Interfaces.PartialNutFriction;
@@ -66,7 +70,7 @@ functions, same law at standstill.</p></html>"));
     SI.Force force "Of the screw on the nut";
     SI.Force damping "Part of it";
   protected
-    final parameter Real k = nutStiffness/3*sqrt(nutStiffness/3/stiffnessPreload) "F = k d^1.5 of one nut, N and m";
+    final parameter Real k = nutStiffness/3*sqrt(nutStiffness/3/nutStiffnessPreload) "F = k d^1.5 of one nut, N and m";
   equation
     x = lead/(2*pi)*friction.flange_a.phi - nut.s;
     rate = lead/(2*pi)*friction.w - der(nut.s);
@@ -105,6 +109,7 @@ contacts, friction of each nut at its own force.</p></html>"));
       SI.Torque coulomb "Hysteresis and sliding part, magnitude";
       SI.Torque viscous "Viscous part, sign of the speed";
       SI.Torque tau "Friction torque; opposes motion: J*der(w) = drive - tau";
+      SI.Torque bristle "Of the bristle; not beyond coulomb";
       SI.Power lossPower "Heat; less than tau*w while the bristle stores energy";
       SI.Angle z(start=0, fixed=true) "Deflection of the bristle";
       SI.Angle sliding "Deflection at which it slides";
@@ -132,9 +137,11 @@ contacts, friction of each nut at its own force.</p></html>"));
         max(0, ((if w < 0 then -wound else wound) - elasticShare*sliding)/((1 - elasticShare)*sliding)));
       rate = if slip <> 0 then 0 else w*(1 - yielding);
       der(z) = rate;
-      tau = viscous + (if slip <> 0 then slip*coulomb else preslidingStiffness*wound + preslidingDamping*rate);
+      tau = viscous + bristle;
+      bristle = noEvent(if slip <> 0 then slip*coulomb else
+        max(-coulomb, min(coulomb, preslidingStiffness*wound + preslidingDamping*rate)));
       lossPower = viscous*w + noEvent(if slip <> 0 then coulomb*abs(w) else
-        max(0, preslidingStiffness*wound*(w - rate) + preslidingDamping*rate*w));
+        max(0, bristle*w - preslidingStiffness*wound*rate));
       forward = pre(slip) == 0 and w > 0 and z > slipFrom*sliding;
       backward = pre(slip) == 0 and w < 0 and z < -slipFrom*sliding;
       turned = pre(slip) == 1 and w < -turning or pre(slip) == -1 and w > turning;
@@ -340,6 +347,20 @@ contacts, friction of each nut at its own force.</p></html>"));
         Library="BallScrewFriction",
         LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
     end breakawayFactor;
+
+    pure function preslidingStiffness "From contact width and Coulomb torque of the screw"
+      input FrictionMap map;
+      input SI.Force preload;
+      input Real netSlidingCoefficient;
+      input Real breakawayFactor;
+      output SI.RotationalSpringConstant stiffness;
+      external "C" stiffness = ballScrewMap_preslidingStiffness(map, preload, netSlidingCoefficient,
+        breakawayFactor) annotation (
+        Include="#include \"BallScrewFriction.h\"",
+        IncludeDirectory="modelica://BallScrewFriction/Resources/Include",
+        Library="BallScrewFriction",
+        LibraryDirectory="modelica://BallScrewFriction/Resources/Library");
+    end preslidingStiffness;
   end Map;
 
   package Examples

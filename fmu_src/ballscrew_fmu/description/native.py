@@ -214,7 +214,7 @@ def _fmi3_variables(parent: Element, variables: Sequence[Variable]) -> None:
             node.set("initial", "calculated")
         if v.unit is None:
             if v.start is not None:
-                node.set("start", str(v.start).lower())
+                node.set("start", str(bool(v.start)).lower())
             continue
         numbers = (("min", v.minimum), ("max", v.maximum), ("nominal", v.nominal), ("start", v.start))
         attributes = {"quantity": v.quantity, "unit": v.unit, "displayUnit": v.display_unit}

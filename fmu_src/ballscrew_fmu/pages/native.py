@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from ballscrew_fmu.models import FRICTION, TRANSMISSION, FmuModel
 from ballscrew_fmu.pages import friction, monitor, transmission
-from ballscrew_fmu.pages.page import documentation_page, part
+from ballscrew_fmu.pages.page import Part, documentation_page, part
 from ballscrew_fmu.variables.friction import TIME
 from ballscrew_tehl.report.page import Html, figure, paragraph, table
 from ballscrew_tehl.runtime.constants import TOO_LARGE
@@ -72,40 +72,44 @@ HOSTS = part(
     ),
     "Common inputs, outputs and parameters have the same names, value references and results.",
 )
-STANDSTILL = part(
-    "Standstill",
-    f"With presliding_stiffness = 0 the Coulomb parts {friction.TANH}",
-    "presliding_stiffness > 0 replaces the tanh by an elasto-plastic bristle: elastic up to a deflection of 0.7 times "
-    "Coulomb torque/stiffness, then yielding, then slipping at the Coulomb torque. It holds the axis, stores energy "
-    "and springs back. So friction_torque may act along the motion, and power_loss differs from torque times speed.",
-    "The Coulomb torque is the sum of hysteresis and sliding torque at the current inputs. With breakaway_factor > 1, "
-    "or where friction in the map falls with speed, it is larger at rest than in motion: an axis driven slowly through "
-    "a spring then sticks and slips.",
-    table(
-        "coupling",
-        "Stable explicit coupling: stiffness s0, damping s1 (presliding_damping), step h, inertia J",
-        ("order of the models", "stable for", ""),
-        (
+
+
+def standstill_part(header: Mapping[str, Any]) -> Part:
+    """The law at standstill and its explicit coupling."""
+    return part(
+        "Standstill",
+        *friction.standstill(header),
+        "The Coulomb torque is the sum of hysteresis and sliding torque at the current inputs. With breakaway_factor > "
+        "1, or where friction in the map falls with speed, it is larger at rest than in motion: an axis driven slowly "
+        "through a spring then sticks and slips.",
+        table(
+            "coupling",
+            "Stable explicit coupling: stiffness s0, damping s1, step h, inertia J",
+            ("order of the models", "stable for", ""),
             (
-                "both with the values of the last step",
-                "s0 < (s1/h) (1 - h s1/J)",
-                "best s1 = 0.5 J/h, then s0 up to 0.25 J/h^2",
+                (
+                    "both with the values of the last step",
+                    "s0 < (s1/h) (1 - h s1/J)",
+                    "that is h < s1/s0 and J > h s1/(1 - h s0/s1); best s1 = 0.5 J/h",
+                ),
+                ("friction first, then the inertia", "s0 < (4 - 2 h s1/J) J/h^2", "for h s1/J up to 1"),
             ),
-            ("friction first, then the inertia", "s0 < (4 - 2 h s1/J) J/h^2", "for h s1/J up to 1"),
+            text=True,
         ),
-        text=True,
-    ),
-    "Example: J = 0.01 kg m2 and h = 1 ms allow 2500 N.m/rad with s1 = 5 N.m.s/rad. Without damping no explicit "
-    "coupling with the values of the last step is stable. The damping adds its own torque while the bristle yields: "
-    "keep s1 times speed well below the Coulomb torque.",
-)
+        "Example: s0 = 100 N.m/rad with the damping of 4 ms times that, h = 1 ms: J > 5.3e-4 kg m2. J = 0.01 kg m2 and "
+        "h = 1 ms allow 2500 N.m/rad with s1 = 5 N.m.s/rad. Without damping no explicit coupling with the values of "
+        "the last step is stable.",
+    )
+
+
 MODEL_EXCHANGE = part(
     "Model exchange",
     "One continuous state, presliding_deflection, also without a bristle (its rate is then 0). Two modes, which change "
     "at events only: the bristle follows the motion, or it slips and the torque is the Coulomb torque at constant "
     "deflection. slip_indicator crosses 0 where the bristle reaches 0.999 of its sliding deflection, and where the "
-    "speed reverses while it slips. Where the Coulomb torque has risen while the bristle slipped, it sticks with the "
-    "deflection that it began to slip with. in_range_indicator crosses 0 where an input leaves the map or returns. "
+    "speed reverses while it slips, and where the stiffness from the screw has changed by 2 % while it follows: the "
+    "stiffness changes at events only. Where the Coulomb torque has risen while the bristle slipped, it sticks with "
+    "the deflection that it began to slip with. in_range_indicator crosses 0 where an input leaves the map or returns. "
     "Both have hysteresis, so that an event does not repeat at once. The tanh law needs no event.",
 )
 TERMINAL = part(
@@ -149,7 +153,7 @@ def native_documentation(
             validated,
             behaviour,
             part("Co-simulation", f"{friction.STEP} {ZERO_STEP[fmi_version]} {DERIVATIVES}"),
-            STANDSTILL,
+            standstill_part(header),
             MODEL_EXCHANGE,
             TERMINAL,
         ]
@@ -157,7 +161,7 @@ def native_documentation(
         lead = [ICON, paragraph(transmission.LEAD, friction.friction_law(header), host)]
         step = f"{friction.STEP} {ZERO_STEP[fmi_version]} {DERIVATIVES}"
         shown = transmission.transmission_parts(header, INVALID, step)
-        parts = [friction.validity(header), *shown, STANDSTILL, MODEL_EXCHANGE]
+        parts = [friction.validity(header), *shown, standstill_part(header), MODEL_EXCHANGE]
     else:
         lead = [ICON, paragraph(monitor.LEAD, friction.friction_law(header), host)]
         step = f"Co-simulation: {friction.STEP} {monitor.ZERO_STEP[fmi_version]} {monitor.NATIVE_STEP}"

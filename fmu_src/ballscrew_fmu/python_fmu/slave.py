@@ -81,7 +81,7 @@ class BallScrewFrictionBase(MapSlave):
         if step is None:
             before = initial_bristle(side, speed, coulomb_torque, stiffness)
         coulomb = bristle_friction(coulomb_torque, speed, step, before, stiffness, damping)
-        if step and speed and step * stiffness >= damping and abs(coulomb.sign) < SLIDING_FROM:
+        if step and speed and step * stiffness >= damping > 0.0 and abs(coulomb.sign) < SLIDING_FROM:
             self._log_once(
                 "step",
                 f"step = {step} s; an inertia coupled with the values of the last step comes to rest for steps below "

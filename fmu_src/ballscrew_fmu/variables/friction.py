@@ -77,7 +77,7 @@ class Variable(NamedTuple):
 _ALL = ("preload", "speed", "temperature", "axial_load")
 _FILM_SHEAR_COULOMB = ("preload", "speed", "axial_load")
 _FORCES = ("preload", "axial_load")
-_SIGN = ("regularization_speed", "presliding", "presliding_stiffness", "presliding_side")
+_SIGN = ("regularization_speed", "presliding", "presliding_side")
 _REFINED = ("refine", "refine_tolerance")
 _COEFFICIENTS = ("net_sliding_coefficient", "breakaway_factor")
 _SLIDING = (*_COEFFICIENTS, *_SIGN)
@@ -320,7 +320,7 @@ def fmu_variables(header: Header) -> tuple[Variable, ...]:
 
 
 _BRISTLE = ("presliding_deflection",)
-_SLIPPING = (*_COEFFICIENTS, "presliding", "presliding_stiffness")
+_SLIPPING = (*_COEFFICIENTS, "presliding", "presliding_stiffness", "presliding_side")
 STATES = (  # native FMUs only
     Variable(
         "presliding_deflection", "local", "Deflection of the presliding bristle, a continuous state", "rad",
@@ -354,10 +354,12 @@ def native_variables(header: Header) -> tuple[Variable, ...]:
     table = []
     for v in shared:
         initially = tuple(name for name in v.initially_depends_on if name in names)
-        follows = "presliding_stiffness" in initially
+        follows = "presliding" in initially
         if follows:
             v = v._replace(depends_on=(*v.depends_on, *_BRISTLE))
-            initially = tuple(dict.fromkeys((*initially, *_COEFFICIENTS, "presliding_damping")))
+            initially = tuple(
+                dict.fromkeys((*initially, *_COEFFICIENTS, "presliding_stiffness", "presliding_damping"))
+            )
         table.append(v._replace(initially_depends_on=initially))
     return (*table, *of_map(STATES, header))
 

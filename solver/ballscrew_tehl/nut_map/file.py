@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.origin import carried_over, refuse_other_fit
+from ..friction.presliding import presliding_angle
 from ..friction.sets import FrictionSet, default_friction_set
 from ..parameters.file import Parameters, ScrewParameters, changed
 from ..parameters.identity import map_parameters_json, parameters_hash
@@ -26,7 +27,6 @@ from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.axial_stiffness import axial_stiffness, contact_stiffness
 from ..physics.ball_law import loaded_contact_angle
 from ..physics.hertz import RACEWAYS
-from ..physics.presliding import presliding_angle
 from ..runtime.bspline import fit
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import (

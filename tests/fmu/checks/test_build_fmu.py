@@ -245,9 +245,11 @@ def test_the_reference_input_covers_both_directions_standstill_and_the_outside(s
 
 
 def test_nothing_is_written_when_a_replay_differs(script, with_synthetic_map, tmp_path, monkeypatch, capsys):
-    original = reference.expected_outputs
+    original = reference.presliding_outputs
     monkeypatch.setattr(
-        reference, "expected_outputs", lambda *a: {n: v * (1.0 + 1e-8) for n, v in original(*a).items()}
+        reference,
+        "presliding_outputs",
+        lambda *a: [{n: v * (1.0 + 1e-8) for n, v in row.items()} for row in original(*a)],
     )
     assert script.main(["--output", str(tmp_path)]) == 1
     error = capsys.readouterr().err

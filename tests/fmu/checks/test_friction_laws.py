@@ -58,7 +58,7 @@ def test_friction_parameters_are_tunable_and_those_of_the_map(fmus, nut_map, sub
         "apparent_viscosity_ratio": 2.5, "net_sliding_coefficient": 0.009, "roughness_height": 90e-9,
         "breakaway_factor": 3.0,
     }  # fmt: skip
-    with kind_of(subject)(fmus[FRICTION.name, subject]) as one:
+    with kind_of(subject)(fmus[FRICTION.name, subject], presliding=False) as one:
         for speed in (0.2, -0.2, 30.0):
             for given in (nut_map.header["defaults"], parameters):
                 assert one.step(1e-3, preload=1500.0, axial_load=400.0, speed=speed, **given)
@@ -77,7 +77,7 @@ def test_friction_parameters_are_tunable_and_those_of_the_map(fmus, nut_map, sub
 @pytest.mark.parametrize("subject", SUBJECTS)
 def test_the_bristle_slides_at_the_coulomb_torque_of_its_conditions(fmus, nut_map, subject):
     """Warm or cold, fast or nearly at rest, in steps that take the bristle to its end: the torque of that step."""
-    start = {"presliding_stiffness": 400.0, "presliding_damping": 0.0, "breakaway_factor": 2.0}
+    start = {"breakaway_factor": 2.0}
     seen = []
     with kind_of(subject)(fmus[FRICTION.name, subject], **start) as one:
         for speed, temperature in ((100.0, 290.0), (0.4, 290.0), (0.1, 290.0), (0.1, 340.0), (0.01, 340.0)):
@@ -96,7 +96,7 @@ def test_the_monitor_recovers_the_preload_below_the_slowest_speed_of_the_map(fmu
         friction, monitor = (fmus[model.name, subject] for model in (FRICTION, MONITOR))
         given = {"breakaway_factor": 2.5, "regularization_speed": 0.01}
         with (
-            kind_of(subject)(friction, **given) as source,
+            kind_of(subject)(friction, presliding=False, **given) as source,
             kind_of(subject)(monitor, speed_min=0.05, **given) as one,
         ):
             for preload in (300.0, 1700.0, 6000.0):

@@ -35,10 +35,10 @@ OUTPUTS = {
 PARAMETERS = {
     "apparent_viscosity_ratio": "1", "net_sliding_coefficient": "1", "roughness_height": "m",
     "breakaway_factor": "1",
-    "regularization_speed": "rad/s", "presliding_stiffness": "N.m/rad", "presliding_damping": "N.m.s/rad",
-    "refine": None, "refine_tolerance": "1",
+    "regularization_speed": "rad/s", "presliding": None, "presliding_stiffness": "N.m/rad",
+    "presliding_damping": "N.m.s/rad", "presliding_side": "1", "refine": None, "refine_tolerance": "1",
 }  # fmt: skip
-BOOLEANS = ("in_range", "refine")
+BOOLEANS = ("in_range", "presliding", "refine")
 DIMENSIONS = {  # exponents of kg, m, s, K, rad written down independently of the table
     "N": (1, 1, -2, 0, 0), "rad/s": (0, 0, -1, 0, 1), "K": (0, 0, 0, 1, 0), "N.m": (1, 2, -2, 0, 0),
     "W": (1, 2, -3, 0, 0), "m": (0, 1, 0, 0, 0), "Pa": (1, -1, -2, 0, 0), "1": (0, 0, 0, 0, 0),
@@ -80,6 +80,7 @@ def test_variables_are_those_of_the_interface(scalars):
     for name, node in scalars.items():
         causality = "input" if name in INPUTS else "output" if name in OUTPUTS else "parameter"
         variability = "discrete" if name == "in_range" else "tunable" if name in PARAMETERS else "continuous"
+        variability = "fixed" if name == "presliding_side" else variability
         initial = {"input": None, "output": "calculated", "parameter": "exact"}[causality]
         assert (node.get("causality"), node.get("variability"), node.get("initial")) == (
             causality,
@@ -102,7 +103,7 @@ def test_start_values_bounds_and_display_units(scalars):
         real = node[0]
         assert (real.get("start") is not None) == (name not in OUTPUTS)
         if name in BOOLEANS:
-            assert real.get("start") == {"in_range": None, "refine": "false"}[name]
+            assert real.get("start") == {"in_range": None, "presliding": "true", "refine": "false"}[name]
             continue
         assert float(real.get("nominal")) > 0.0
         if real.get("start") is not None:
@@ -156,7 +157,7 @@ OTHER = {
     "preload": 90000.0, "speed": -400.0, "temperature": 500.0, "axial_load": 14000.0,
     "apparent_viscosity_ratio": 2.0, "net_sliding_coefficient": 0.1, "roughness_height": 1e-7,
     "breakaway_factor": 3.0, "regularization_speed": 3.0, "presliding_stiffness": 50.0, "presliding_damping": 9.0,
-    "refine": True, "refine_tolerance": 0.05,
+    "presliding": False, "presliding_side": -0.5, "refine": True, "refine_tolerance": 0.05,
 }  # fmt: skip
 
 
@@ -178,10 +179,11 @@ def test_dependencies_are_those_that_a_change_of_the_value_shows(law, refinable_
             return one.outputs()
 
     for changed, value in changes.items():
-        switch = {"refine": True} if changed == "refine_tolerance" else {}
+        switch = {"refine_tolerance": {"refine": True}, "regularization_speed": {"presliding": False}}
+        switch = switch.get(changed, {})
         base = outputs(**switch)
         for name, output in outputs(**switch, **{changed: value}).items():
-            if output != base[name]:
+            if not math.isclose(output, base[name], rel_tol=1e-12):
                 seen[name].add(changed)
     if law == MECHANISTIC:  # with a deflected bristle, whose Coulomb torque depends on it
         seen["hysteresis_torque"].add("temperature")

@@ -194,8 +194,16 @@ def test_switched_off_bristle_is_unwound_by_a_step(model):
     model.step(1e-3, speed=0.0)
     assert model.get("presliding_deflection") == 0.0
     assert model.get("power_loss") == pytest.approx(200.0 * deflection**2 / 1e-3)
-    model.step(1e-3)
+    model.latch()
     assert model.get("power_loss") == 0.0
+    model.reset(True)
+    model.latch(speed=5.0)
+    model.initial_event()
+    slipping = model.get("power_loss")
+    model.latch(presliding=0.0)
+    assert model.event()
+    assert model.get("presliding_deflection") == 0.0
+    assert model.get("power_loss") == pytest.approx(slipping, rel=1e-12)  # not twice
 
 
 def random_state(rng, n):

@@ -197,7 +197,8 @@ def _against_the_sources(root, files):
     for (name, node), (_, kind, boolean, start, _, nominal) in zip(listed, rows, strict=False):
         if (node.tag == "Boolean") != (boolean == "true"):
             found.append(f"{name}: {node.tag}, but boolean is {boolean} in variables.c")
-        if node.get("start") is not None and float(node.get("start")) != float(start):
+        given = {"true": "1", "false": "0"}.get(node.get("start"), node.get("start"))
+        if given is not None and float(given) != float(start):
             found.append(f"{name}: start {node.get('start')}, but {start} in variables.c")
         if node.get("nominal") is not None and float(node.get("nominal")) != float(nominal):
             found.append(f"{name}: nominal {node.get('nominal')}, but {nominal} in variables.c")

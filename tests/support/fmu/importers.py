@@ -128,7 +128,13 @@ def in_fmpy_co_simulation(fmu: Path, rows: Rows) -> list[Row]:
 
 def _in_fmpy_model_exchange(fmu: Path, rows: Rows, solver: str) -> list[Row]:
     result = in_simulate_fmu(
-        fmu, rows, fmi_type="ModelExchange", solver=solver, step_size=STEP, record_events=False
+        fmu,
+        rows,
+        fmi_type="ModelExchange",
+        solver=solver,
+        step_size=STEP,
+        record_events=False,
+        start_values={"presliding": False},
     )
     return _rows_of(result, 0)[: len(rows)]
 

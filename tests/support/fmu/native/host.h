@@ -37,9 +37,9 @@
 #define FIRST_LOCAL PRESLIDING_DEFLECTION
 #define STATES 1
 #define DERIVATIVES 1
-#define SWITCH PRESLIDING_STIFFNESS
+#define SWITCH PRESLIDING
 #define SWITCH_OFF 0.0
-#define SWITCH_ON 400.0
+#define SWITCH_ON 1.0
 #endif
 
 #define REQUIRE(condition)                                                            \
@@ -130,6 +130,14 @@ static inline int get_outputs(const Fmu *fmu, double output[OUTPUTS])
 
 static inline int set_parameter(const Fmu *fmu, unsigned reference, double value)
 {
+#ifndef MONITOR
+    if (reference == PRESLIDING) {
+        const fmi2Boolean on_2 = value != 0.0;
+        const fmi3Boolean on_3 = value != 0.0;
+        return fmu->version == 2 ? (int)fmi2SetBoolean(fmu->instance, &reference, 1, &on_2)
+                                 : (int)fmi3SetBoolean(fmu->instance, &reference, 1, &on_3, 1);
+    }
+#endif
     return set_values(fmu, &reference, 1, &value);
 }
 

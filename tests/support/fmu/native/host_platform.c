@@ -102,7 +102,7 @@ int main(int count, char **arguments)
 #endif
     CALL(ExitInitializationMode(c));
     for (int n = 0; n < POINTS; ++n) {
-        /* half of the points slow, for the law near standstill; its bristle in the second half */
+        /* half of the points slow, for the law at standstill; stiffness of the bristle from the screw in the first half */
         const double speed = n % 2 ? 6.5 * (n - 40) : 0.0625 * (n - 40), wound = n < POINTS / 2 ? 0.0 : 400.0;
         const double in[INPUTS] = {60.0 * n, speed, 280.0 + 0.75 * n, n % 4 == 3 ? 25.0 * (n - 50) : 0.0};
         double out[OUTPUT_COUNT];

@@ -178,3 +178,12 @@ double ballScrewMap_breakawayFactor(void *map)
 {
     return ((Handle *)map)->map->defaults[BREAKAWAY_FACTOR_DEFAULT];
 }
+
+double ballScrewMap_preslidingStiffness(void *map, double preload, double netSlidingCoefficient, double breakawayFactor)
+{
+    const Friction friction = {0.0, netSlidingCoefficient, 0.0, breakawayFactor};
+    Loads loads;
+
+    nut_loads(((Handle *)map)->map, preload, 0.0, &loads);
+    return nut_stiffness(&loads, &friction);
+}

@@ -15,14 +15,11 @@ static bool presliding(const Model *model)
     return model->latched[PRESLIDING] != 0.0;
 }
 
-/* A deflection that has not been set follows from presliding_side. */
 static Moment moment_of(const Model *model)
 {
-    Moment moment = {model->step, model->continuous, model->slip, model->stiffness_before, RUNNING};
+    const Moment moment = {model->step, model->continuous, model->slip, model->stiffness_before,
+                           model->began ? RUNNING : model->from_side ? FROM_SIDE : GIVEN};
 
-    if (!model->began) {
-        moment.start = model->deflection_before == model->initial_deflection ? FROM_SIDE : GIVEN;
-    }
     return moment;
 }
 
@@ -91,7 +88,11 @@ static void latch(Model *model, double step)
     model->step = step;
     model->deflection_before = model->value[PRESLIDING_DEFLECTION];
     model->stiffness_before = model->stiffness;
+    model->from_side = model->deflection_before == model->initial_deflection;
     model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
+    if (!presliding(model)) {
+        model->bristle_torque = model->bristle_power = model->bristle_supply = 0.0;
+    }
 }
 
 void model_latch(Model *model)
@@ -159,7 +160,7 @@ unsigned model_clamped(Model *model)
 
 bool model_possible(const Model *model)
 {
-    return model->step >= 0.0;
+    return model->step >= 0.0 && model->stiffness >= 0.0 && model->stiffness_before >= 0.0;
 }
 
 void model_clear_computed(Model *model)
@@ -207,6 +208,9 @@ void model_indicators(Model *model)
     double *out = model->value;
 
     locate(model);
+    if (!model->began) {
+        model->stiffness = present_stiffness(model);
+    }
     out[IN_RANGE_INDICATOR] = margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
     if (!presliding(model)) {
         out[SLIP_INDICATOR] = 1.0;
@@ -265,6 +269,10 @@ bool model_event(Model *model)
         model->in_range = !model->in_range;
     }
     if (!presliding(model)) {
+        /* as in co-simulation, a bristle that is switched off is unwound */
+        changed = changed || model->value[PRESLIDING_DEFLECTION] != 0.0;
+        model->event_heat += bristle_energy(model);
+        model->value[PRESLIDING_DEFLECTION] = 0.0;
         model->slip = 0;
     } else if (model->slip == 0) {
         if (out[SLIP_INDICATOR] <= 0.0 && at[SPEED] != 0.0) {

@@ -24,6 +24,7 @@ struct Model {
     double event_heat;              /* [J] model exchange: that the bristle has lost at events */
     bool continuous;                /* model exchange: the bristle is a state of the importer */
     bool in_range;                  /* model exchange: at the last event */
+    bool from_side;                 /* before: the deflection has not been set and follows from presliding_side */
     bool began;                     /* co-simulation: a step, model exchange: the initial event is done */
     bool moved;                     /* model exchange: the initial event has set the deflection */
     int slip;                       /* model exchange: 0 the bristle follows, +1 or -1 direction of slip */
@@ -39,7 +40,7 @@ struct Model {
 /* Fields of a saved state other than value and latched: numbers, flags, signs. */
 #define MODEL_NUMBERS(X) X(step) X(deflection_before) X(stiffness_before) X(stiffness) X(initial_deflection) \
     X(bristle_torque) X(bristle_power) X(bristle_supply) X(event_heat)
-#define MODEL_FLAGS(X) X(continuous) X(in_range) X(began) X(moved)
+#define MODEL_FLAGS(X) X(continuous) X(in_range) X(from_side) X(began) X(moved)
 #define MODEL_SIGNS(X) X(slip)
 
 /* Whether the last step is too long for the bristle, with its stiffness [N.m/rad] and damping [N.m.s/rad]. */

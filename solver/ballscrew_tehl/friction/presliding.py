@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 
 from ..parameters.screw import ScrewParameters
+from ..physics.ball_law import check_force, preload_ball_load
+from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ..physics.kinematics import cage_speed
 from ..runtime.constants import ELASTIC_SHARE
-from .ball_law import check_force, preload_ball_load
-from .hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from .kinematics import cage_speed
 
 #: travel of a ball from rest to rolling over the contact half width along rolling: 2 to 4 (De Moerlooze & Al-Bender
 #: 2008, rolling elements: about one contact length); moved to 2 or 4, the stiffness becomes 1.5 or 0.75 times as high
