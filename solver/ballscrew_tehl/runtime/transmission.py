@@ -25,7 +25,7 @@ from collections.abc import Callable
 from operator import add
 from typing import Any, NamedTuple
 
-from ballscrew_tehl.runtime.constants import DAMPING_TIME, FORCE_ROUNDING
+from ballscrew_tehl.runtime.constants import DAMPING_TIME, FORCE_ROUNDING, TOO_LARGE
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
@@ -83,11 +83,15 @@ class TransmissionStep(NamedTuple):
 
 
 def contact_stiffness(nut_stiffness: float, stiffness_preload: float) -> float:
-    """k [N/m^1.5] of one nut from the stiffness of both at a preload, 3 k^(2/3) preload^(1/3); 0 without one."""
+    """k [N/m^1.5] of one nut from the stiffness of both at a preload, 3 k^(2/3) preload^(1/3); 0 without one.
+
+    0 where it is so small, and limited where it is so large, that a force would not be finite.
+    """
     if not (nut_stiffness > 0.0 and stiffness_preload > 0.0):
         return 0.0
     one = nut_stiffness / 3.0
-    return one * math.sqrt(one / stiffness_preload)
+    stiffness = one * math.sqrt(one / stiffness_preload)
+    return min(stiffness, TOO_LARGE) if stiffness * TOO_LARGE > 1.0 else 0.0
 
 
 def contact_law(stiffness: float, approach: float) -> tuple[float, float]:

@@ -71,7 +71,9 @@ def test_it_writes_the_native_fmus_as_well(
     script, with_synthetic_map, for_this_machine, tmp_path, capsys, synthetic_nut_map
 ):
     assert script.main(["--output", str(tmp_path)]) == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*PYTHON, *NATIVE, *MONITOR, *TRANSMISSION])
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        [*PYTHON, *NATIVE, *MONITOR, *TRANSMISSION]
+    )
     printed = capsys.readouterr().out
     for name in MONITOR:
         assert validate_fmu(str(tmp_path / name)) == []

@@ -3,6 +3,7 @@
 #ifndef BALLSCREW_CONTACTS_H
 #define BALLSCREW_CONTACTS_H
 
+#include "constants.h"
 #include "number.h"
 #include "variables.h"
 
@@ -24,15 +25,18 @@ typedef struct {
 
 static inline Number screw_ratio(const Number at[]) { return over(at[LEAD], TWO_PI); }
 
-/* k of one nut from the stiffness of both at a preload. */
+/* k of one nut from the stiffness of both at a preload. 0 where it is so small, and limited where it is so large, that
+   a force would not be finite. */
 static inline Number contact_stiffness(Number nut_stiffness, Number preload)
 {
     const Number one = over(nut_stiffness, 3.0);
+    Number stiffness;
 
     if (!(value_of(nut_stiffness) > 0.0 && value_of(preload) > 0.0)) {
         return constant(0.0);
     }
-    return multiply(one, root(divide(one, preload)));
+    stiffness = multiply(one, root(divide(one, preload)));
+    return value_of(stiffness) * TOO_LARGE > 1.0 ? lesser(stiffness, constant(TOO_LARGE)) : constant(0.0);
 }
 
 /* Approach without load; without preload half the play, negative. */
