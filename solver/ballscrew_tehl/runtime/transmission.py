@@ -218,7 +218,7 @@ def _standstill(
         )
         return coulomb, coulomb_torque * coulomb.sign * speed
     stiffness = p.presliding_stiffness
-    if not stiffness > 0.0:
+    if not stiffness * TOO_LARGE > 1.0:
         friction = p.net_sliding_coefficient, p.breakaway_factor
         stiffness = 0.5 * sum(nut_map.presliding_stiffness(force, 0.0, *friction) for force in forces)
     damping = p.presliding_damping or DAMPING_TIME * stiffness

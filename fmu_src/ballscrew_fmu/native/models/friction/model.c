@@ -112,6 +112,7 @@ void model_step(Model *model, double step)
     } else if (step > 0.0) {
         const Moment moment = moment_of(model);
         store_bristle(model, bristle_unwound(model->deflection_before, &moment));
+        model->stiffness = model->initial_deflection = 0.0; /* nothing is left of it */
     }
 }
 
@@ -160,7 +161,12 @@ unsigned model_clamped(Model *model)
 
 bool model_possible(const Model *model)
 {
-    return model->step >= 0.0 && model->stiffness >= 0.0 && model->stiffness_before >= 0.0;
+    /* comparisons that NaN and infinity fail */
+    return model->step >= 0.0 && model->stiffness >= 0.0 && model->stiffness_before >= 0.0
+           && model->stiffness + model->stiffness_before < HUGE_VAL
+           && fabs(model->deflection_before) + fabs(model->initial_deflection) + fabs(model->bristle_torque)
+                      + fabs(model->bristle_power) + fabs(model->bristle_supply) + fabs(model->event_heat)
+                  < HUGE_VAL;
 }
 
 void model_clear_computed(Model *model)
