@@ -3,10 +3,11 @@
 
     python examples/modelica_package.py [--screw my.toml --map my_map.nc] [--output dist/modelica]
 
-The package has a rotational friction component with flanges of the Modelica Standard Library 4.0 (ScrewFriction) and an
-axis with it (Examples.Axis). Torques come from the C functions of the native FMUs through an external object; the law
-at standstill, that of the FMUs in model exchange, is written as equations. Load dist/modelica/BallScrewFriction in
-a Modelica tool. The library is built for x86_64 Linux and, for MinGW, x86_64 Windows; Resources/Source has the sources.
+The package has a rotational friction component with flanges of the Modelica Standard Library 4.0 (ScrewFriction), the
+screw between shaft and nut (ScrewTransmission), and an axis with each (Examples). Torques come from the C functions of
+the native FMUs through an external object; the law at standstill, that of the FMUs in model exchange, and the contacts
+of the nut are written as equations. Load dist/modelica/BallScrewFriction in a Modelica tool. The library is built for
+x86_64 Linux and, for MinGW, x86_64 Windows; Resources/Source has the sources.
 
 What was checked, and what not: no Modelica tool with external functions and the standard library was at hand. The
 package was parsed; the law and the axis were compiled and run by rumoca with stand-ins for the map and for the
@@ -15,11 +16,12 @@ have not seen it.
 """
 
 import argparse
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -44,7 +46,7 @@ FOLDERS = {"x86_64-linux": "linux64", "x86_64-windows": "win64"}  # of Resources
 UNITS = ("map.c", "nut.c", "model.c", "tangent.c")  # of the native runtime, without FMI
 HEADERS = (
     "constants.h", "number.h", "lock.h", "map.h", "nut.h", "nut_law.h", "bristle_law.h", "model.h", "model_state.h",
-    "friction_law.h", "tangent.h",
+    "friction_law.h", "point.h", "range.h", "slip_event.h", "tangent.h",
 )  # fmt: skip
 
 
@@ -61,6 +63,7 @@ def assemble(nut_map: Any, folder: Path, platforms: Sequence[str] = tuple(FOLDER
     with tempfile.TemporaryDirectory(prefix=f".{NAME}_", dir=folder) as scratch:
         package = Path(scratch) / NAME
         shutil.copytree(SOURCE, package)
+        _set_screw(package / "package.mo", nut_map.header["screw"])
         resources = package / "Resources"
         for name in (*UNITS, *HEADERS, "variables.c", "variables.h"):
             (resources / "Source" / name).write_bytes(runtime[name])
@@ -74,6 +77,20 @@ def assemble(nut_map: Any, folder: Path, platforms: Sequence[str] = tuple(FOLDER
         shutil.rmtree(target, ignore_errors=True)
         package.rename(target)
     return target
+
+
+def _set_screw(path: Path, numbers: Mapping[str, float]) -> None:
+    """Defaults of ScrewTransmission: lead and stiffness of this screw."""
+    text = path.read_text()
+    names = {"lead": "lead", "nutStiffness": "nut_stiffness", "nutStiffnessPreload": "stiffness_preload"}
+    for name, number in names.items():
+        pattern = rf"(parameter SI\.\w+ {name}\(min=\S+\) = )\S+"
+        text, found = re.subn(pattern, rf"\g<1>{numbers[number]!r}", text)
+        if found != 1:
+            raise BuildError(
+                f"{path}: parameter {name} of ScrewTransmission found {found} times; expected once"
+            )
+    path.write_text(text)
 
 
 def _build(resources: Path, library: Path, target: str) -> None:

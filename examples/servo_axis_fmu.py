@@ -1,5 +1,7 @@
 """Packs servo_axis_slave.py as ServoAxis.fmu: FMI 2.0 co-simulation for Python hosts, same input, same bytes.
 
+With another module of a slave of the same kind, servo_transmission_slave.py, that one.
+
 pythonfmu builds it; units, dependencies and initial unknowns, which pythonfmu 0.7 omits, are added. All
 modules of the project get names with the hash of their content, since the pythonfmu FMUs of a process share
 one interpreter.
@@ -15,6 +17,7 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
+from types import ModuleType
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
@@ -24,21 +27,23 @@ from servo_drive import Axis
 
 from ballscrew_fmu.archive import NAMESPACE, write_fmu
 from ballscrew_fmu.python_fmu import process_end
-from ballscrew_fmu.variables.friction import UNITS, Unit
+from ballscrew_fmu.variables.friction import UNITS
 
-NAME = "ServoAxis"
-TABLE = {**slave.INPUTS, **slave.OUTPUTS, **slave.PARAMETERS}  # unit and description by name
-ALL_UNITS: Mapping[str, Unit] = {**UNITS, "m/s": Unit({"m": 1, "s": -1})}
+NAME = "ServoAxis"  # of the class in the module of the slave
 
 
-def build_axis_fmu(path: Path, axis: Axis, radius: float, feed: float, cutting_force: float) -> Path:
+def build_axis_fmu(
+    path: Path, axis: Axis, radius: float, feed: float, cutting_force: float, module: ModuleType = slave
+) -> Path:
     """The FMU of an axis on a circle; the values of the circle [m, m/s, N] are start values of its parameters.
+
+    Parameters   module : of the slave, with its tables INPUTS, OUTPUTS, PARAMETERS and communication_step(axis)
 
     Raises       subprocess.CalledProcessError: pythonfmu does not build it;  OSError: cannot be written
     """
     circle = {"radius": radius, "feed": feed, "cutting_force": cutting_force}
     values = json.dumps({**asdict(axis), **circle}, indent=1)
-    files = _renamed({**_sources(), slave.AXIS_FILE: values})
+    files = _renamed({**_sources(module), module.AXIS_FILE: values})
     with tempfile.TemporaryDirectory(prefix="servo_axis_") as scratch:
         folder = Path(scratch)
         for name, text in files.items():
@@ -50,14 +55,16 @@ def build_axis_fmu(path: Path, axis: Axis, radius: float, feed: float, cutting_f
         with zipfile.ZipFile(folder / f"{NAME}.fmu") as archive:
             members = {name: archive.read(name) for name in archive.namelist()}
     content = hashlib.sha256("".join(files[name] for name in sorted(files)).encode()).hexdigest()
-    description = _completed(members["modelDescription.xml"], str(uuid.uuid5(NAMESPACE, content)), axis.step)
+    description = _completed(
+        members["modelDescription.xml"], str(uuid.uuid5(NAMESPACE, content)), axis, module
+    )
     write_fmu(path, {**members, "modelDescription.xml": description})
     return path
 
 
-def _sources() -> dict[str, str]:
-    modules = {"servo_drive": servo_drive, "process_end": process_end, NAME: slave}
-    return {name: Path(str(module.__file__)).read_text(encoding="utf-8") for name, module in modules.items()}
+def _sources(module: ModuleType) -> dict[str, str]:
+    modules = {"servo_drive": servo_drive, "process_end": process_end, NAME: module}
+    return {name: Path(str(one.__file__)).read_text(encoding="utf-8") for name, one in modules.items()}
 
 
 def _renamed(sources: Mapping[str, str]) -> dict[str, str]:
@@ -75,27 +82,28 @@ def _renamed(sources: Mapping[str, str]) -> dict[str, str]:
     return {**files, f"{NAME}_{mark}.py": script}
 
 
-def _completed(xml: bytes, guid: str, step: float) -> bytes:
+def _completed(xml: bytes, guid: str, axis: Axis, module: ModuleType) -> bytes:
     """modelDescription.xml with units, descriptions, dependencies and a guid computed from the content.
 
     At the start the axis is at rest: no output depends on anything. The outputs of a step belong to its end
     and depend on the torque that was held over it, not on that of the same instant.
     """
+    table = {**module.INPUTS, **module.OUTPUTS, **module.PARAMETERS}  # unit and description by name
     root = ElementTree.fromstring(xml)
     root.set("guid", guid)
     del root.attrib["generationDateAndTime"]
     root.set("variableNamingConvention", "flat")
     units = Element("UnitDefinitions")
-    for name in sorted({unit for unit, _ in TABLE.values()}):
-        base = {key: str(exponent) for key, exponent in ALL_UNITS[name].base.items()}
+    for name in sorted({unit for unit, _ in table.values()}):
+        base = {key: str(exponent) for key, exponent in UNITS[name].base.items()}
         SubElement(SubElement(units, "Unit", name=name), "BaseUnit", base)
     variables, structure = root.find("ModelVariables"), root.find("ModelStructure")
     root.insert(list(root).index(root.find("CoSimulation")) + 1, units)
-    experiment = Element("DefaultExperiment", startTime="0.0", stepSize=repr(step))
+    experiment = Element("DefaultExperiment", startTime="0.0", stepSize=repr(module.communication_step(axis)))
     root.insert(list(root).index(variables), experiment)
     outputs = []
     for index, variable in enumerate(variables, start=1):
-        unit, text = TABLE[variable.get("name")]
+        unit, text = table[variable.get("name")]
         variable.set("description", text)
         variable.find("Real").set("unit", unit)
         if variable.get("causality") == "output":

@@ -34,6 +34,11 @@ OUTPUTS = {
 STEP_TOLERANCE = 1e-9  # relative: rounding of importers that count in nanoseconds or add up steps
 
 
+def communication_step(axis):
+    """The only step that is accepted [s]."""
+    return axis.step
+
+
 class ServoAxis(Fmi2Slave):
     """A wrong step or value is rejected with a message and changes nothing."""
 
@@ -68,7 +73,7 @@ class ServoAxis(Fmi2Slave):
         self._path = {name: getattr(self, name) for name in PARAMETERS}
 
     def do_step(self, current_time, step_size):
-        cycle = self._axis.step
+        cycle = communication_step(self._axis)
         if not abs(step_size / cycle - 1.0) <= STEP_TOLERANCE:
             return self._refuse(f"step size = {step_size} s; needs the cycle of the controller, {cycle} s")
         path, torque = self._path, self.friction_torque

@@ -113,6 +113,14 @@ class Drive:
 
     def advance(self, position: float, velocity: float, process_force: float, friction_torque: float) -> None:
         """One step of the controller cycle with these references, force and torque held."""
+        voltage = self.voltage(position, velocity)
+        state = (self._current, self.angle, self.speed, self.position, self.velocity)
+        held = (voltage, friction_torque, process_force)
+        next_state = (self._transition @ (*state, *held)).tolist()
+        self._current, self.angle, self.speed, self.position, self.velocity = next_state
+
+    def voltage(self, position: float, velocity: float) -> float:
+        """Voltage of the motor over the next controller cycle, for these references [V]."""
         axis, limit = self._axis, self._axis.current_limit
         r, h, K_t, R = axis.ratio, axis.step, axis.torque_constant, axis.resistance
         speed_error = (axis.position_gain * (position - self.position) + velocity) / r - self.speed
@@ -124,9 +132,76 @@ class Drive:
         voltage += K_t * self.speed
         if abs(voltage) <= axis.voltage_limit:
             self._current_integral += h * R * current_error
-        voltage = min(max(voltage, -axis.voltage_limit), axis.voltage_limit)
+        return min(max(voltage, -axis.voltage_limit), axis.voltage_limit)
 
-        state = (self._current, self.angle, self.speed, self.position, self.velocity)
-        held = (voltage, friction_torque, process_force)
+
+@dataclass(frozen=True)
+class TransmissionAxis(Axis):
+    """The axis with BallScrewTransmission as its screw: the stiffness of the nut is in the FMU, the rest stays here."""
+
+    screw_mass: float = 10.0  # [kg] 40 mm, 1 m long; moves axially in its bearings
+    nut_stiffness: float = 1.4e9  # [N/m] of the preloaded nut, which is a part of axial_stiffness
+    exchanges: int = 5  # of torque and force with the screw in one cycle of the controller
+
+    @property
+    def exchange_step(self) -> float:
+        """Communication step of the screw [s]."""
+        return self.step / self.exchanges
+
+    @property
+    def support_stiffness(self) -> float:
+        """Shaft of the screw and bearings, in series with the nut axial_stiffness [N/m]."""
+        return 1.0 / (1.0 / self.axial_stiffness - 1.0 / self.nut_stiffness)
+
+    def exchange_transition(self) -> np.ndarray:
+        """As transition(): (current, angle, speed, table position, velocity, axial position of the screw, its velocity;
+        voltage, screw torque, nut force, process force) to the first seven one exchange step later."""
+        J, m, m_s = self.inertia, self.table_mass, self.screw_mass
+        R, L, K_t, c = self.resistance, self.inductance, self.torque_constant, self.guide_damping
+        rates = np.zeros((11, 11))
+        rates[0, [0, 2, 7]] = -R / L, -K_t / L, 1.0 / L
+        rates[1, 2] = rates[3, 4] = rates[5, 6] = 1.0
+        rates[2, [0, 8]] = K_t / J, -1.0 / J
+        rates[4, [4, 9, 10]] = -c / m, 1.0 / m, -1.0 / m
+        rates[6, [5, 6, 9]] = -self.support_stiffness / m_s, -self.axial_damping / m_s, -1.0 / m_s
+        return expm(rates * self.exchange_step)[:7]
+
+
+class TransmissionDrive(Drive):
+    """Motor, controller, table and screw in its bearings; between screw and nut is the transmission."""
+
+    def __init__(self, axis: TransmissionAxis) -> None:
+        super().__init__(axis)
+        self._transition = axis.exchange_transition()
+        self._exchanges, self._count, self._voltage = axis.exchanges, 0, 0.0
+        self._shift = self._shift_rate = 0.0  # of the screw, axially [m], [m/s]
+
+    @property
+    def nut_position(self) -> float:
+        """Of the nut along the screw [m]."""
+        return self.position - self._shift
+
+    @property
+    def nut_velocity(self) -> float:
+        return self.velocity - self._shift_rate
+
+    def exchange(
+        self, position: float, velocity: float, process_force: float, screw_torque: float, nut_force: float
+    ) -> None:
+        """One exchange step with torque and force held; the references count at the start of a controller cycle."""
+        if self._count % self._exchanges == 0:
+            self._voltage = self.voltage(position, velocity)
+        self._count += 1
+        state = (
+            self._current,
+            self.angle,
+            self.speed,
+            self.position,
+            self.velocity,
+            self._shift,
+            self._shift_rate,
+        )
+        held = (self._voltage, screw_torque, nut_force, process_force)
         next_state = (self._transition @ (*state, *held)).tolist()
-        self._current, self.angle, self.speed, self.position, self.velocity = next_state
+        self._current, self.angle, self.speed, self.position, self.velocity = next_state[:5]
+        self._shift, self._shift_rate = next_state[5:]

@@ -18,8 +18,8 @@ from rich.table import Table
 from ballscrew_tehl.cli.extras import missing_extra
 
 DESCRIPTION = """\
-Build the FMUs of a screw from its map (friction and preload monitor, for Python hosts and native), check them in
-fmpy and print their torque."""
+Build the FMUs of a screw from its map (friction and preload monitor, for Python hosts and native; the screw as a
+transmission, native), check them in fmpy and print their torque."""
 EPILOG = """\
 steps
   1. read and check the screw file (a wrong key or value: message of one line, exit code 2)
@@ -27,7 +27,8 @@ steps
   3. pack map and Python code into BallScrewFriction.fmu (torque from preload) and BallScrewPreloadMonitor.fmu
      (preload from torque): FMI 2.0 co-simulation for Python hosts
   4. compile the C runtime for Linux, Windows and macOS with ziglang, and pack it with the map into
-     BallScrewFrictionNative_fmi2.fmu and _fmi3.fmu, BallScrewPreloadMonitorNative_fmi2.fmu and _fmi3.fmu:
+     BallScrewFrictionNative_fmi2.fmu and _fmi3.fmu, BallScrewPreloadMonitorNative_fmi2.fmu and _fmi3.fmu,
+     BallScrewTransmission_fmi2.fmu and _fmi3.fmu:
      co-simulation and model exchange for every host
      (the first time some minutes for the C libraries of these systems, then about a minute); without ziglang the C
      compiler of this machine builds for this machine only
@@ -195,7 +196,7 @@ def _build(args: argparse.Namespace) -> int:
 
     columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("reading screw and map", total=5 if args.python_only else 13)
+        task = progress.add_task("reading screw and map", total=5 if args.python_only else 17)
         try:
             parameters, nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
         except (ValueError, OSError) as error:

@@ -11,7 +11,7 @@ from ballscrew_fmu.checks.experiments import run_experiments
 from ballscrew_fmu.checks.reference import STEP, reference_results
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
-from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, FmuModel
+from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, NATIVE_MODELS, FmuModel
 from ballscrew_fmu.native_fmu import compile as native_compile
 from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
@@ -64,7 +64,7 @@ def build(
         note = ""
         if not python_only:
             compiler = native_compile.find_compiler()
-            for model in MODELS:
+            for model in NATIVE_MODELS:
                 built += _build_native(
                     parameters, nut_map, Path(scratch), advance, model, compiler.platforms, embed_map
                 )

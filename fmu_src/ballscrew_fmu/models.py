@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from ballscrew_fmu.variables.friction import Variable, fmu_variables, native_variables
 from ballscrew_fmu.variables.monitor import monitor_variables, native_monitor_variables
+from ballscrew_fmu.variables.transmission import transmission_variables
 
 Table = Callable[[Mapping[str, Any]], tuple[Variable, ...]]
 
@@ -23,22 +24,24 @@ class Terminal(NamedTuple):
 
 
 class FmuModel(NamedTuple):
-    """One model, as an FMU for Python hosts and as native FMUs."""
+    """One model, as native FMUs and, if it has a slave, as an FMU for Python hosts."""
 
-    name: str  # model name and identifier of the FMU for Python hosts
+    name: str  # model name and identifier; native FMUs of a model with a slave add "Native"
     summary: str  # first words of the description
     variables: Table
     native_variables: Table
-    slave: str  # module of the base class {name}Base
+    slave: str  # module of the base class {name}Base; "": native only
     refines: bool  # the FMU contains the contact solver
     layer: str  # folder of the model in native/models
     derivatives: bool  # directional and adjoint derivatives
     terminals: tuple[Terminal, ...] = ()
+    borrowed: tuple[str, ...] = ()  # files of other models in native/models
+    parts: bool = True  # steps in parts: event mode and intermediate updates of FMI 3 co-simulation
 
     @property
     def native_name(self) -> str:
         """Model name and identifier of the native FMUs."""
-        return f"{self.name}Native"
+        return f"{self.name}Native" if self.slave else self.name
 
 
 FRICTION = FmuModel(
@@ -94,4 +97,39 @@ MONITOR = FmuModel(
         ),
     ),
 )
-MODELS = (FRICTION, MONITOR)
+TRANSMISSION = FmuModel(
+    "BallScrewTransmission",
+    "Preloaded double-nut ball screw between shaft and axis: axial stiffness and friction",
+    transmission_variables,
+    transmission_variables,
+    slave="",
+    refines=False,
+    layer="transmission",
+    derivatives=True,
+    terminals=(
+        Terminal(
+            "shaft",
+            "rotational_shaft",
+            "Shaft of the screw: angle and speed in, torque that the shaft gives to the screw. "
+            "With a speed beside the angle, so not a Modelica flange",
+            (("angle", "phi", "signal"), ("speed", "w", "signal"), ("screw_torque", "tau", "inflow")),
+        ),
+        Terminal(
+            "nut",
+            "translational_flange",
+            "Nut: position and velocity in, force that the nut gives to the axis. "
+            "With a velocity beside the position, so not a Modelica flange",
+            (("position", "s", "signal"), ("velocity", "v", "signal"), ("nut_force", "f", "outflow")),
+        ),
+        Terminal(
+            "heat",
+            "heat",
+            "Heat port: temperature of the oil in, dissipated power out",
+            (("temperature", "T", "signal"), ("power_loss", "Q_flow", "outflow")),
+        ),
+    ),
+    borrowed=("friction/friction_law.h", "friction/model.c", "friction/slip_event.h", "friction/tangent.h"),
+    parts=False,  # angle and position are those at the start of a step, also of one that ends early
+)
+MODELS = (FRICTION, MONITOR)  # for Python hosts and native
+NATIVE_MODELS = (*MODELS, TRANSMISSION)

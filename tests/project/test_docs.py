@@ -20,7 +20,7 @@ from typing import NamedTuple
 import pytest
 from paths import FMU_SUPPORT, ROOT
 
-from ballscrew_fmu.models import FRICTION
+from ballscrew_fmu.models import FRICTION, TRANSMISSION
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_fmu.variables.friction import fmu_variables
@@ -154,7 +154,7 @@ def clone(tmp_path_factory):
     dist = folder / "dist"
     (dist / "stub").mkdir(parents=True)
     screw = load_map(None, load_parameters())
-    for version, model in ((2, FRICTION), (3, FRICTION)):
+    for version, model in ((2, FRICTION), (3, FRICTION), (2, TRANSMISSION)):
         target = dist / native_file_name(version, model)
         build_native_fmu(screw, version, target, platforms=("x86_64-linux",), model=model)
     stub = runpy.run_path(str(FMU_SUPPORT / "stub_solver.py"))

@@ -27,6 +27,7 @@ MECHANISTIC_DEFAULTS = {
     "breakaway_factor": 2.0,
 }  # fmt: skip
 LAWS = (FILM_SHEAR, MECHANISTIC)
+SCREW = {"lead": 8e-3, "nut_stiffness": 1.35e9, "stiffness_preload": 2000.0}
 PRESLIDING_ANGLE = 6.9e-4  # [rad/N^(1/3)], as of the 40 mm screw
 
 
@@ -116,6 +117,7 @@ def make_map(
         "kinematics": "published",
         "film_model": "synthetic",
         "defaults": DEFAULTS if law == FILM_SHEAR else MECHANISTIC_DEFAULTS,
+        "screw": SCREW,
         "presliding_angle": PRESLIDING_ANGLE,
         "certificate": {},
         "version": "0.1.0",

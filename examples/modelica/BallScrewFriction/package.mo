@@ -27,6 +27,72 @@ package BallScrewFriction "Friction of a preloaded double-nut ball screw at a ro
 functions, same law at standstill.</p></html>"));
   end ScrewFriction;
 
+  model NutFriction "Friction torque of two nuts, each at its own force, from the same map"
+    extends Interfaces.PartialNutFriction(
+      preslidingStiffness=Map.preslidingStiffness(map, stiffnessPreload, netSlidingCoefficient, breakawayFactor));
+    parameter SI.Force stiffnessPreload(min=0) = 2000 "Preload that the stiffness of the bristle belongs to";
+    parameter String fileName =
+      Modelica.Utilities.Files.loadResource("modelica://BallScrewFriction/Resources/Data/nut_map.bin")
+      "Map of the screw";
+    parameter Real apparentViscosityRatio(min=0) = Map.apparentViscosityRatio(map) "As in ScrewFriction";
+    parameter Real netSlidingCoefficient(min=0) = Map.netSlidingCoefficient(map) "As in ScrewFriction";
+    parameter SI.Length roughnessHeight(min=0) = Map.roughnessHeight(map) "As in ScrewFriction";
+    parameter Real breakawayFactor(min=0) = Map.breakawayFactor(map) "As in ScrewFriction";
+    final parameter Map.FrictionMap map = Map.FrictionMap(fileName);
+  equation
+    // the functions of the map give the torque of two equal nuts
+    coulomb = 0.5*(Map.coulombTorque(map, forceA, w, T, 0, netSlidingCoefficient, breakawayFactor)
+      + Map.coulombTorque(map, forceB, w, T, 0, netSlidingCoefficient, breakawayFactor));
+    viscous = 0.5*(Map.viscousTorque(map, forceA, w, T, 0, apparentViscosityRatio, roughnessHeight)
+      + Map.viscousTorque(map, forceB, w, T, 0, apparentViscosityRatio, roughnessHeight));
+  end NutFriction;
+
+  model ScrewTransmission "Screw between a shaft and a nut: lead, Hertz contacts of the preloaded nut, friction"
+    constant Real pi = Modelica.Constants.pi;
+    parameter SI.Length lead(min=0) = 8e-3 "Travel of the nut in one turn";
+    parameter SI.TranslationalSpringConstant nutStiffness(min=1) = 1.388871e9
+      "Axial stiffness of the unloaded nut at nutStiffnessPreload: Hertz contacts between rigid bodies";
+    parameter SI.Force nutStiffnessPreload(min=1e-3) = 2000 "Preload at which the nut has nutStiffness";
+    parameter SI.Length axialPlay(min=0) = 0 "Free way of the nut while preload is 0";
+    parameter SI.Time contactDampingTime(min=0) = 1e-5 "Damping of the contacts divided by their stiffness (assumed)";
+    replaceable model Friction = NutFriction constrainedby Interfaces.PartialNutFriction;
+    Friction friction;
+    Modelica.Mechanics.Rotational.Interfaces.Flange_a flange_a "Left flange of the screw";
+    Modelica.Mechanics.Translational.Interfaces.Flange_b nut "The nut, which moves along the screw";
+    Modelica.Thermal.HeatTransfer.Interfaces.HeatPort_a heatPort "Oil at the inlet; takes all heat";
+    Modelica.Blocks.Interfaces.RealInput preload(unit="N") "Preload of the double nut without axial load";
+    Modelica.Mechanics.Rotational.Sources.Torque load(useSupport=false) "Of the nut force on the shaft";
+    Modelica.Mechanics.Translational.Sources.Force push(useSupport=false) "Of the screw on the nut";
+    Interfaces.HeatSource damped "Heat of the damping";
+    SI.Length x "Way by which the screw leads the nut";
+    SI.Velocity rate "Of x";
+    SI.Length preloaded "Approach of both nuts without load";
+    SI.Force force "Of the screw on the nut";
+    SI.Force damping "Part of it";
+  protected
+    final parameter Real k = nutStiffness/3*sqrt(nutStiffness/3/nutStiffnessPreload) "F = k d^1.5 of one nut, N and m";
+  equation
+    x = lead/(2*pi)*friction.flange_a.phi - nut.s;
+    rate = lead/(2*pi)*friction.w - der(nut.s);
+    preloaded = noEvent(if preload > 0 then (preload/k)^(2/3) else -axialPlay/2);
+    friction.forceA = noEvent(if preloaded + x > 0 then k*(preloaded + x)*sqrt(preloaded + x) else 0);
+    friction.forceB = noEvent(if preloaded - x > 0 then k*(preloaded - x)*sqrt(preloaded - x) else 0);
+    damping = contactDampingTime*1.5*k*rate*(sqrt(noEvent(max(0, preloaded + x))) + sqrt(noEvent(max(0, preloaded - x))));
+    force = friction.forceA - friction.forceB + damping;
+    friction.preload = preload;
+    friction.axialLoad = -force;
+    load.tau = -lead/(2*pi)*force;
+    push.f = force;
+    damped.power = damping*rate;
+    connect(flange_a, friction.flange_a);
+    connect(friction.flange_b, load.flange);
+    connect(push.flange, nut);
+    connect(friction.heatPort, heatPort);
+    connect(damped.port, heatPort);
+    annotation (Documentation(info="<html><p>Compare BallScrewTransmission_fmi2.fmu in model exchange: same laws of the
+contacts, friction of each nut at its own force.</p></html>"));
+  end ScrewTransmission;
+
   package Interfaces "The law at standstill, without a map"
     partial model PartialScrewFriction "Coulomb torque through an elasto-plastic bristle, and a viscous torque"
       parameter SI.RotationalSpringConstant preslidingStiffness(min=1e-6) = 150 "Of the bristle";
@@ -91,6 +157,19 @@ functions, same law at standstill.</p></html>"));
         reinit(z, pre(slip)*min(sliding, abs(z)/slipFrom));
       end when;
     end PartialScrewFriction;
+
+    partial model PartialNutFriction "The same with the forces of both nuts"
+      extends PartialScrewFriction;
+      Modelica.Blocks.Interfaces.RealInput forceA(unit="N") "Of the nut that a positive force on the nut loads";
+      Modelica.Blocks.Interfaces.RealInput forceB(unit="N") "Of the other nut";
+    end PartialNutFriction;
+
+    model HeatSource "A heat flow out of the component"
+      Modelica.Thermal.HeatTransfer.Interfaces.HeatPort_a port;
+      SI.Power power "Into the port's connection";
+    equation
+      port.Q_flow = -power;
+    end HeatSource;
   end Interfaces;
 
   package Map "The map in C: the functions that the native FMUs use"
@@ -339,6 +418,36 @@ functions, same law at standstill.</p></html>"));
       connect(friction.heatPort, oil.port);
       annotation (experiment(StopTime=2.1, Tolerance=1e-7));
     end Axis;
+
+    model TransmissionAxis "The mechanics of Axis with ScrewTransmission, driven by a torque"
+      replaceable model Friction = NutFriction constrainedby Interfaces.PartialNutFriction;
+      parameter SI.Torque amplitude = 2 "Of the motor";
+      parameter Real frequency(unit="Hz") = 5 "Of the motor";
+      parameter SI.Force preload = 2000;
+      ScrewTransmission transmission(redeclare model Friction = Friction);
+      Modelica.Mechanics.Rotational.Sources.Torque motor(useSupport=false);
+      Modelica.Mechanics.Rotational.Components.Inertia screw(J=5e-3, phi(start=0, fixed=true), w(start=0, fixed=true))
+        "Motor, coupling and screw";
+      Modelica.Mechanics.Translational.Components.Mass nutBody(m=10, s(start=0, fixed=true), v(start=0, fixed=true));
+      Modelica.Mechanics.Translational.Components.SpringDamper axial(c=1.68e8, d=2e4)
+        "Shaft of the screw and bearings: with the nut in series that of Axis";
+      Modelica.Mechanics.Translational.Components.Mass table(m=300, s(start=0, fixed=true), v(start=0, fixed=true));
+      Modelica.Mechanics.Translational.Components.Damper guide(d=400);
+      Modelica.Mechanics.Translational.Components.Fixed bed;
+      Modelica.Thermal.HeatTransfer.Sources.FixedTemperature oil(T=303.15);
+    equation
+      motor.tau = amplitude*sin(2*Modelica.Constants.pi*frequency*time);
+      transmission.preload = preload;
+      connect(motor.flange, screw.flange_a);
+      connect(screw.flange_b, transmission.flange_a);
+      connect(transmission.nut, nutBody.flange_a);
+      connect(nutBody.flange_b, axial.flange_a);
+      connect(axial.flange_b, table.flange_a);
+      connect(table.flange_b, guide.flange_a);
+      connect(guide.flange_b, bed.flange);
+      connect(transmission.heatPort, oil.port);
+      annotation (experiment(StopTime=0.4, Tolerance=1e-7));
+    end TransmissionAxis;
   end Examples;
   annotation (version="0.1.0", uses(Modelica(version="4.0.0")), Documentation(info="<html>
 <p>Checked by parsing, by running law and axis in rumoca with stand-ins for the map and the standard library, and by

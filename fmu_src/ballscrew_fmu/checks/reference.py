@@ -5,7 +5,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from ballscrew_fmu.checks.monitor_check import monitor_outputs, preload_error
-from ballscrew_fmu.models import FRICTION, MONITOR, FmuModel
+from ballscrew_fmu.checks.transmission_check import transmission_input, transmission_outputs
+from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION, FmuModel
 from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
@@ -84,6 +85,9 @@ def reference_results(
 
     Raises       CheckError: the preload of the monitor differs from the one its reference torque is computed from
     """
+    if model is TRANSMISSION:
+        motion = list(transmission_input(nut_map.header, STEP))
+        return motion, transmission_outputs(nut_map, motion, STEP)
     starts = {v.name: v.start or 0.0 for v in FRICTION.variables(nut_map.header)}
     rows = list(reference_input(nut_map.header))
     if model is not MONITOR:

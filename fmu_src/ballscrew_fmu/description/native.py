@@ -70,6 +70,12 @@ _DERIVATIVES = (
     "providesDirectionalDerivatives",
     "providesAdjointDerivatives",
 )
+_PARTS = (
+    "providesIntermediateUpdate",
+    "mightReturnEarlyFromDoStep",
+    "canReturnEarlyAfterIntermediateUpdate",
+    "hasEventMode",
+)
 TERMINALS = """\
 <?xml version="1.0" encoding="UTF-8"?>
 <fmiTerminalsAndIcons fmiVersion="3.0">
@@ -92,6 +98,8 @@ def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]
     own = {"modelIdentifier": model.native_name}
     if not model.derivatives:
         own |= dict.fromkeys(_DERIVATIVES, "false")
+    if not model.parts:
+        own |= dict.fromkeys(_PARTS, "false")
     return {
         interface: {flag: own.get(flag, value) for flag, value in flags.items()}
         for interface, flags in CAPABILITIES[fmi_version].items()
@@ -146,7 +154,7 @@ def native_description(
         _fmi2_variables(SubElement(root, "ModelVariables"), variables)
         _fmi2_structure(SubElement(root, "ModelStructure"), variables)
     else:
-        _fmi3_variables(SubElement(root, "ModelVariables"), listed)
+        _fmi3_variables(SubElement(root, "ModelVariables"), listed, model.parts)
         _fmi3_structure(SubElement(root, "ModelStructure"), variables)
     return _serialized(root)
 
@@ -197,7 +205,7 @@ def _fmi2_variables(parent: Element, variables: Sequence[Variable]) -> None:
             node[0].set("derivative", str(place[v.derivative_of]))
 
 
-def _fmi3_variables(parent: Element, variables: Sequence[Variable]) -> None:
+def _fmi3_variables(parent: Element, variables: Sequence[Variable], parts: bool) -> None:
     reference = {v.name: str(n) for n, v in enumerate(variables, FIRST_REFERENCE)}
     for v in variables:
         node = SubElement(
@@ -213,7 +221,7 @@ def _fmi3_variables(parent: Element, variables: Sequence[Variable]) -> None:
             node.set("initial", "exact")
         elif v.causality != "independent":
             node.set("initial", "calculated")
-        if v.causality in ("input", "output"):
+        if parts and v.causality in ("input", "output"):
             node.set("intermediateUpdate", "true")
         if v.unit is None:
             if v.start is not None:

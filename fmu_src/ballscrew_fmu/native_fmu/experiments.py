@@ -50,7 +50,7 @@ def reference_files(reference: Reference, model: FmuModel = FRICTION) -> dict[st
         files = {"in": _table(rows[0], reference.step, 0), "out": _table(rows[1], reference.step, 1)}
         held = "Inputs, each held from its time to the next"
         about = f"{text}, co-simulation with steps of {reference.step:g} s"
-        experiment = _experiment(f"{name}_{kind}", about, reference, len(rows[0]))
+        experiment = _experiment(name, kind, about, reference, len(rows[0]))
         related[f"{name}_{kind}.exp"] = (EXPERIMENT_TYPE, f"experiment/{role}", about, experiment)
         related[f"{name}_{kind}_in.csv"] = ("text/csv", "other", f"{held}; {kind}", files["in"])
         related[f"{name}_{kind}_out.csv"] = (
@@ -82,7 +82,8 @@ def _manifest(related: Mapping[str, tuple[str, str, str, bytes]]) -> bytes:
     return _text(root)
 
 
-def _experiment(name: str, description: str, reference: Reference, steps: int) -> bytes:
+def _experiment(model: str, kind: str, description: str, reference: Reference, steps: int) -> bytes:
+    name = f"{model}_{kind}"
     root = Element("Experiments", name=name, description=description)
     experiment = SubElement(root, "Experiment", name=name, description=description)
     SubElement(
@@ -90,7 +91,7 @@ def _experiment(name: str, description: str, reference: Reference, steps: int) -
         stepSize=repr(reference.step),
     )  # fmt: skip
     if reference.parameters:
-        SubElement(experiment, "Parameters", source=f"{name.rpartition('Native')[0]}Native.ssv")
+        SubElement(experiment, "Parameters", source=f"{model}.ssv")
     SubElement(experiment, "Stimuli", type="text/csv", source=f"{name}_in.csv")
     SubElement(experiment, "References", type="text/csv", source=f"{name}_out.csv")
     return _text(root)

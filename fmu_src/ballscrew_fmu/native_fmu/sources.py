@@ -59,6 +59,7 @@ enum Variables {{
 #define INPUT_FIRST {first}
 #define INPUT_COUNT {inputs}
 #define MODEL_DERIVATIVES {derivatives} /* 1: the model has directional derivatives */
+#define MODEL_PARTS {parts} /* 1: event mode and intermediate updates of FMI 3 co-simulation */
 
 enum Causality {{
     CAUSALITY_INPUT,
@@ -169,6 +170,8 @@ def native_sources(
         for entry in sorted(folder.iterdir(), key=lambda entry: entry.name)
         if entry.name.endswith((".c", ".h")) and not entry.name.startswith(other)
     }
+    for name in model.borrowed:
+        files[Path(name).name] = (_HERE / "models" / name).read_bytes()
     if f"fmi{fmi_version}.c" not in files:
         raise SourceError(f"fmi{fmi_version}.c not found in {_HERE}; install the project again")
     files |= fmi_headers(fmi_version)
@@ -247,6 +250,7 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
             first=inputs[0].name.upper(),
             inputs=len(inputs),
             derivatives=int(model.derivatives),
+            parts=int(model.parts),
         ),
         "variables.c": _TABLE.format(rows="\n".join(_row(v) for v in table)),
     }

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from importlib.metadata import distribution
 from typing import Any, NamedTuple
 
-from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.pages import friction, monitor
+from ballscrew_fmu.models import FRICTION, TRANSMISSION, FmuModel
+from ballscrew_fmu.pages import friction, monitor, transmission
 from ballscrew_fmu.pages.page import Part, documentation_page, part
 from ballscrew_fmu.variables.friction import TIME
 from ballscrew_tehl.report.page import Html, figure, paragraph, table
@@ -183,6 +183,11 @@ def native_documentation(
             *([EVENT_MODE] if fmi_version == 3 else []),
             TERMINALS,
         ]
+    elif model is TRANSMISSION:
+        lead = [ICON, paragraph(transmission.LEAD, friction.friction_law(header), host)]
+        step = f"{friction.STEP} {ZERO_STEP[fmi_version]} {DERIVATIVES}"
+        shown = transmission.transmission_parts(header, INVALID, step)
+        parts = [friction.validity(header), *shown, standstill_part(header), MODEL_EXCHANGE]
     else:
         lead = [ICON, paragraph(monitor.LEAD, friction.friction_law(header), host)]
         step = f"Co-simulation: {friction.STEP} {monitor.ZERO_STEP[fmi_version]} {monitor.NATIVE_STEP}"

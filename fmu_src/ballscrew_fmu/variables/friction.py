@@ -28,10 +28,13 @@ class Unit(NamedTuple):
 UNITS: Mapping[str, Unit] = {
     "N": Unit({"kg": 1, "m": 1, "s": -2}),
     "rad/s": Unit({"rad": 1, "s": -1}, (("rev/min", 9.549296585513721, 0.0),)),
+    "m/s": Unit({"m": 1, "s": -1}, (("m/min", 60.0, 0.0),)),
     "K": Unit({"K": 1}, (("degC", 1.0, -273.15),)),
     "N.m": Unit({"kg": 1, "m": 2, "s": -2}),
     "W": Unit({"kg": 1, "m": 2, "s": -3}),
     "m": Unit({"m": 1}, (("um", 1e6, 0.0), ("nm", 1e9, 0.0))),
+    "N/m": Unit({"kg": 1, "s": -2}, (("N/um", 1e-6, 0.0),)),
+    "J": Unit({"kg": 1, "m": 2, "s": -2}),
     "Pa": Unit({"kg": 1, "m": -1, "s": -2}, (("GPa", 1e-9, 0.0),)),
     "N.m/N": Unit({"m": 1}),
     "N.m/rad": Unit({"kg": 1, "m": 2, "s": -2, "rad": -1}),

@@ -22,9 +22,11 @@ from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.origin import carried_over, refuse_other_fit
 from ..friction.presliding import presliding_angle
 from ..friction.sets import FrictionSet, default_friction_set
-from ..parameters.file import FOUR_POINT, Parameters, changed
+from ..parameters.file import FOUR_POINT, Parameters, ScrewParameters, changed
 from ..parameters.identity import map_parameters_json, parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
+from ..physics.axial_stiffness import axial_stiffness, contact_stiffness
+from ..physics.ball_law import loaded_contact_angle
 from ..physics.hertz import RACEWAYS
 from ..runtime.bspline import fit
 from ..runtime.evaluate import NutMap
@@ -38,7 +40,7 @@ from ..runtime.packed import (
     MapError,
     sealed,
 )
-from .interval import BAND, band, band_numbers, band_point
+from .interval import BAND, BAND_PRELOAD, band, band_numbers, band_point, nearest
 
 if TYPE_CHECKING:
     from .contact_map import ContactMap
@@ -341,7 +343,18 @@ def load_map(
         friction=_provenance(friction, parameters, header["axes"]),
         presliding_angle=presliding_angle(parameters.screw, 1.0),
     )
+    header["screw"] = screw_numbers(parameters.screw, nearest(header["axes"], "preload", BAND_PRELOAD))
     return NutMap.from_arrays(sealed(header, arrays), arrays)
+
+
+def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
+    """Numbers of the screw that the transmission needs: lead [m], stiffness of the nut at a preload [N/m], [N].
+
+    The contacts keep the angle that they have under this preload.
+    """
+    angle = float(loaded_contact_angle(screw, preload, screw.loaded_ball_count))
+    stiffness = float(axial_stiffness(contact_stiffness(screw, angle), preload))
+    return {"lead": screw.lead, "nut_stiffness": stiffness, "stiffness_preload": preload}
 
 
 def _defaults(friction: FrictionSet, parameters: Parameters) -> tuple[float, ...]:

@@ -38,5 +38,8 @@ LONGEST_STEP = (
 ROUNDING = 4e-16  # relative width of a bracket that cannot shrink any more
 MOST_ITERATIONS = 200  # each halves the error in torque or the bracket: it takes 3 to 10, and cannot take all
 
+# transmission (transmission.py)
+FORCE_ROUNDING = 1e-12  # relative, of a force computed from a preload at the end of the map
+
 # inputs
 TOO_LARGE = 1e30  # a value of this size or more is rejected like infinity, so that no product overflows

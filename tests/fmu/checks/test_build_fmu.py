@@ -51,6 +51,7 @@ def for_this_machine(monkeypatch):
 
 NATIVE = ["BallScrewFrictionNative_fmi2.fmu", "BallScrewFrictionNative_fmi3.fmu"]
 MONITOR = ["BallScrewPreloadMonitorNative_fmi2.fmu", "BallScrewPreloadMonitorNative_fmi3.fmu"]
+TRANSMISSION = ["BallScrewTransmission_fmi2.fmu", "BallScrewTransmission_fmi3.fmu"]
 PYTHON = ["BallScrewFriction.fmu", "BallScrewPreloadMonitor.fmu"]
 
 
@@ -71,7 +72,9 @@ def test_it_writes_the_native_fmus_as_well(
     script, with_synthetic_map, for_this_machine, tmp_path, capsys, synthetic_nut_map
 ):
     assert script.main(["--output", str(tmp_path)]) == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*PYTHON, *NATIVE, *MONITOR])
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        [*PYTHON, *NATIVE, *MONITOR, *TRANSMISSION]
+    )
     printed = capsys.readouterr().out
     for name in MONITOR:
         assert validate_fmu(str(tmp_path / name)) == []
@@ -84,6 +87,9 @@ def test_it_writes_the_native_fmus_as_well(
             ).decode()
         rows_in_range = [row for row in csv.DictReader(io.StringIO(results)) if row["in_range"] == "1"]
         assert len(rows_in_range) > 100
+    for name in TRANSMISSION:
+        assert validate_fmu(str(tmp_path / name)) == []
+        assert f"{name}: fmpy: no finding; replay against the map" in printed
     for name in NATIVE:
         assert validate_fmu(str(tmp_path / name)) == []
         assert hashlib.sha256((tmp_path / name).read_bytes()).hexdigest() in printed

@@ -245,7 +245,9 @@ def test_pymoca_reads_the_package():
     parser = pytest.importorskip("pymoca.parser", reason="python -m pip install -e '.[modelica]'")
     tree = parser.parse(TEXT)
     found = tree.classes["BallScrewFriction"].classes
-    assert list(found) == ["ScrewFriction", "Interfaces", "Map", "Examples"]
+    assert list(found) == [
+        "ScrewFriction", "NutFriction", "ScrewTransmission", "Interfaces", "Map", "Examples"
+    ]  # fmt: skip
     assert len(found["Map"].classes) == 12
     with pytest.raises(Exception, match="extraneous input"):
         parser.parse(TEXT.replace("  equation\n", "  equations\n", 1))
@@ -268,6 +270,21 @@ def test_rumoca_finds_no_error_in_the_package():
 
 CHECK = """
 package Check
+  model PlainNuts
+    extends BallScrewFriction.Interfaces.PartialNutFriction;
+  equation
+    coulomb = {level!r}*(forceA + forceB)/4000;
+    viscous = {slope!r}*w;
+  end PlainNuts;
+
+  model TransmissionAxis
+    extends BallScrewFriction.Examples.TransmissionAxis(redeclare model Friction = PlainNuts);
+    Real heat(start=0, fixed=true), work(start=0, fixed=true);
+  equation
+    der(heat) = oil.port.Q_flow;
+    der(work) = motor.tau*screw.w;
+  end TransmissionAxis;
+
   model Plain
     extends BallScrewFriction.Interfaces.PartialScrewFriction;
     parameter Real level = {level!r};
@@ -400,7 +417,7 @@ def without_externals(text):
     """The package with functions in Modelica, and a record in place of the external object."""
     record = "record FrictionMap Real x; end FrictionMap;"
     text = re.sub(r"class FrictionMap.*?end FrictionMap;", record, text, flags=re.S)
-    text = re.sub(r"parameter String fileName.*?;", "parameter Real fileName = 0;", text, count=1, flags=re.S)
+    text = re.sub(r"parameter String fileName.*?;", "parameter Real fileName = 0;", text, flags=re.S)
     for name in ("coulombTorque_der", "viscousTorque_der", "films"):  # not called by any equation
         text = re.sub(rf"pure function {name} .*?end {name};", "", text, flags=re.S)
     for name, body in BODIES.items():
@@ -424,3 +441,44 @@ def test_the_component_of_the_map_and_its_axis_compile_and_run():
         found, expected = (np.interp(plain.time, x.time, x[name]) for x in (run, plain))
         assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max(), name
     assert run["friction.covered"][-1] == 1.0
+
+
+def test_the_screw_is_a_transmission():
+    """Hertz forces of both nuts, force on the nut, and the balance of the whole axis."""
+    run = simulated("TransmissionAxis", 0.4, 1e-4, level=0.6, slope=0.004)
+    k = (1.388871e9 / 3.0) ** 1.5 / 2000.0**0.5
+    d_0, x = (2000.0 / k) ** (2.0 / 3.0), np.array(run["transmission.x"])
+    assert np.abs(x).max() > 1e-7
+    for nut, way in (("A", d_0 + x), ("B", d_0 - x)):
+        force = np.array(run[f"transmission.friction.force{nut}"])
+        assert np.abs(force - k * way**1.5).max() <= 1e-6 * force.max()
+    stored = (
+        0.5 * 5e-3 * run["screw.w"][-1] ** 2
+        + 150.0 * run["table.v"][-1] ** 2
+        + 5.0 * run["nutBody.v"][-1] ** 2
+    )
+    stored += 0.5 * 1.68e8 * (run["table.s"][-1] - run["nutBody.s"][-1]) ** 2
+    x_end = x[-1]
+    stored += 0.4 * k * ((d_0 + x_end) ** 2.5 + (d_0 - x_end) ** 2.5 - 2.0 * d_0**2.5)
+    time = np.array(run.time)
+    guide = np.trapezoid(400.0 * np.array(run["table.v"]) ** 2, time)
+    spring = np.trapezoid(2e4 * (np.array(run["table.v"]) - np.array(run["nutBody.v"])) ** 2, time)
+    work, heat = run["work"][-1], run["heat"][-1]
+    bristle = 0.5 * 150.0 * run["transmission.friction.z"][-1] ** 2
+    assert work > 1.0
+    assert work == pytest.approx(heat + guide + spring + stored + bristle, abs=2e-3 * work)
+
+
+def test_the_transmission_of_the_map_compiles():
+    tool = rumoca()
+    compiled = tool.Session().loads(
+        LIBRARY + without_externals(TEXT), model="BallScrewFriction.Examples.TransmissionAxis"
+    )
+    assert compiled.structure().is_balanced
+
+
+def test_the_package_has_the_numbers_of_the_screw(package, synthetic_nut_map):
+    text = (package / "package.mo").read_text()
+    numbers = synthetic_nut_map.header["screw"]
+    assert f"nutStiffness(min=1) = {numbers['nut_stiffness']!r}" in text
+    assert f"lead(min=0) = {numbers['lead']!r}" in text

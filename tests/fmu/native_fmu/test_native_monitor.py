@@ -91,6 +91,7 @@ def test_all_but_the_model_layer_is_shared_with_friction(synthetic_nut_map, vers
     assert {name for name in set(monitor) & set(friction) if monitor[name] != friction[name]} == own
     assert set(friction) - set(monitor) == {
         "friction_law.h",
+        "point.h",
         "range.h",
         "slip_event.h",
         "tangent.c",

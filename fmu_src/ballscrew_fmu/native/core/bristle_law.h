@@ -11,6 +11,7 @@ typedef struct {
     Number rate;       /* [rad/s] of the deflection */
     Number torque;     /* [N.m] at the end of the step, at most the Coulomb torque */
     Number power;      /* [W] dissipated, mean of the step */
+    Number supply;     /* [W] of the motion, mean of the step: power and rate of the stored energy */
 } Bristle;
 
 /* Smoothed sign of the speed. Regularization speed 0: the sign itself. */
@@ -78,7 +79,8 @@ static inline Bristle bristle_at_instant(Number deflection, Number speed, Number
     out.deflection = deflection;
     out.rate = multiply(speed, subtract(constant(1.0), yielding));
     out.torque = multiply(stiffness, wound);
-    out.power = multiply(multiply(out.torque, speed), yielding);
+    out.supply = multiply(out.torque, speed);
+    out.power = multiply(out.supply, yielding);
     return out;
 }
 
@@ -92,11 +94,12 @@ static inline Bristle bristle_continuous(Number deflection, Number speed, Number
     if (slip != 0) {
         out.rate = constant(0.0);
         out.torque = times(slip, coulomb);
-        out.power = multiply(coulomb, absolute(speed));
+        out.power = out.supply = multiply(coulomb, absolute(speed));
         return out;
     }
     out.torque = bristle_within(add(elastic, multiply(damping, out.rate)), coulomb);
-    out.power = greater(subtract(multiply(out.torque, speed), multiply(elastic, out.rate)), constant(0.0));
+    out.supply = multiply(out.torque, speed);
+    out.power = greater(subtract(out.supply, multiply(elastic, out.rate)), constant(0.0));
     return out;
 }
 
@@ -116,7 +119,7 @@ static inline Bristle bristle_after_step(Number before, Number speed, double ste
     Bristle out;
 
     if (!(value_of(coulomb) > 0.0)) {
-        out.deflection = out.torque = zero;
+        out.deflection = out.torque = out.supply = zero;
         out.rate = over(negative(before), step);
         out.power = over(lost, step);
         return out;
@@ -136,6 +139,7 @@ static inline Bristle bristle_after_step(Number before, Number speed, double ste
     out.rate = over(subtract(out.deflection, before), step);
     out.torque = with_sign_of(lesser(add(multiply(stiffness, q), multiply(damping, rate)), coulomb), speed);
     out.power = over(add(lost, greater(heat, zero)), step);
+    out.supply = over(work, step);
     return out;
 }
 

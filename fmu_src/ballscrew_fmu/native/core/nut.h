@@ -104,6 +104,21 @@ static inline Number nut_stiffness(const Map *map, Loads *loads, const Friction 
                         loads->stiffness_sliding));
 }
 
+/* Distance from the ends of an axis divided by its length, negative outside. */
+static inline Number margin_within(Number value, double lo, double hi)
+{
+    return over(lesser(subtract(value, constant(lo)), subtract(constant(hi), value)), hi - lo);
+}
+
+/* Least distance from the limits of preload, speed and temperature, each as a share of the length of its axis. */
+static inline Number nut_margin(const Map *map, Number preload, Number speed, Number temperature)
+{
+    const Number loads = margin_within(preload, map->preload.lo, map->force.hi);
+    const Number heat = margin_within(temperature, map->temperature.lo, map->temperature.hi);
+
+    return lesser(lesser(loads, heat), over(subtract(constant(map->speed.hi), absolute(speed)), map->speed.hi));
+}
+
 NUT_FUNCTION void nut_films(const Map *map, const Loads *loads, const Conditions *now, Films *out);
 
 static inline Number lambda_ratio(Number minimum_film, Number roughness)

@@ -181,7 +181,7 @@ static bool is_intermediate(fmi3ValueReference reference)
 {
     const unsigned index = instance_index(reference);
 
-    return index < (unsigned)VARIABLE_COUNT
+    return MODEL_PARTS && index < (unsigned)VARIABLE_COUNT
            && (model_variables[index].causality == CAUSALITY_INPUT
                || model_variables[index].causality == CAUSALITY_OUTPUT);
 }
@@ -207,11 +207,15 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
             return NULL;
         }
     }
+    if (eventModeUsed && !MODEL_PARTS) {
+        importer_error(&importer, instanceName, "eventModeUsed: this FMU has no event mode in co-simulation");
+        return NULL;
+    }
     self = create(&importer, CO_SIMULATION, instanceName, instantiationToken, resourcePath, loggingOn);
     if (self != NULL) {
         self->event_mode = eventModeUsed;
         self->early_return = earlyReturnAllowed;
-        self->update = intermediateUpdate != NULL ? update_fmi3 : NULL;
+        self->update = MODEL_PARTS && intermediateUpdate != NULL ? update_fmi3 : NULL;
         self->callback = (void (*)(void))intermediateUpdate;
         (void)instance_reset(self);
     }

@@ -179,7 +179,7 @@ static void make(World *w)
         w->instance = fmi2Instantiate("walk", w->co_simulation ? fmi2CoSimulation : fmi2ModelExchange, MODEL_TOKEN,
                                       resources, choose(2) ? &talking : &functions, 0, choose(2) ? 1 : 0);
     } else if (w->co_simulation) {
-        w->event_mode = (int)choose(2);
+        w->event_mode = MODEL_PARTS && choose(2);
         w->instance = fmi3InstantiateCoSimulation("walk", MODEL_TOKEN, resources, false, true, w->event_mode == 1,
                                                   choose(2) == 1, NULL, 0, w, silent_3, choose(2) ? update : NULL);
     } else {

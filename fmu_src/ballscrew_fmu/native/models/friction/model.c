@@ -1,61 +1,20 @@
+/* Life cycle, bristle, events and derivatives of a screw with friction: of BallScrewFriction and BallScrewTransmission.
+   What they compute at a point is in point.h. */
 #include "model.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "friction_law.h"
-#include "range.h"
+#include "point.h"
 #include "slip_event.h"
 #include "tangent.h"
 
 /* --- from the latched point to outputs --- */
 
-static void compute_loads(Model *model)
-{
-    const double preload = model->latched[PRELOAD], axial_load = model->latched[AXIAL_LOAD];
-
-    if (!(model->loads_known && model->loads_preload == preload && model->loads_axial_load == axial_load)) {
-        nut_loads(model->map, preload, axial_load, &model->loads);
-        model->loads_preload = preload;
-        model->loads_axial_load = axial_load;
-        model->loads_known = true;
-    }
-}
-
-/* Loads and conditions of the latched point. */
-static void locate(Model *model)
-{
-    if (!model->conditions_known) {
-        nut_conditions(model->map, model->latched[SPEED], model->latched[TEMPERATURE], &model->conditions);
-        compute_loads(model);
-        model->conditions_known = true;
-    }
-}
-
-/* Magnitudes of the friction parts at the latched point. */
-static const Parts *friction_parts(Model *model)
-{
-    if (!model->parts_known) {
-        const Friction friction = friction_of(model->latched);
-        locate(model);
-        nut_parts(model->map, &model->loads, &model->conditions, NULL, &friction, &model->parts);
-        model->parts_known = true;
-    }
-    return &model->parts;
-}
-
 static bool presliding(const Model *model)
 {
     return model->latched[PRESLIDING] != 0.0;
-}
-
-static double present_stiffness(Model *model)
-{
-    const Friction friction = friction_of(model->latched);
-
-    locate(model);
-    return stiffness_at(model->latched, model->map, &model->loads, &friction);
 }
 
 static Moment moment_of(const Model *model)
@@ -72,6 +31,7 @@ static void store_bristle(Model *model, Bristle bristle)
     model->value[PRESLIDING_DEFLECTION_RATE] = bristle.rate;
     model->bristle_torque = bristle.torque;
     model->bristle_power = bristle.power;
+    model->bristle_supply = bristle.supply;
 }
 
 /* The bristle at the latched point. Its deflection, torque and power are stored in the model. */
@@ -90,8 +50,6 @@ static void compute_bristle(Model *model)
 
 static void compute_torque(Model *model)
 {
-    const double *at = model->latched;
-    const Parts *parts = friction_parts(model);
     Bristle bristle;
 
     if (model->continuous) {
@@ -100,21 +58,14 @@ static void compute_torque(Model *model)
             compute_bristle(model);
         }
     }
+    bristle.deflection = model->latched[PRESLIDING_DEFLECTION];
+    bristle.rate = model->value[PRESLIDING_DEFLECTION_RATE];
     bristle.torque = model->bristle_torque;
     bristle.power = model->bristle_power;
-    torque_outputs(parts, &bristle, at, model->value);
+    bristle.supply = model->bristle_supply;
+    torques_at_point(model, &bristle);
     model->value[POWER_LOSS] += model->power_of_parts;
     model->torque_known = true;
-}
-
-static void compute_films(Model *model)
-{
-    Films films;
-
-    locate(model);
-    nut_films(model->map, &model->loads, &model->conditions, &films);
-    film_outputs(&films, model->latched, model->value);
-    model->films_known = true;
 }
 
 /* --- interface --- */
@@ -144,7 +95,7 @@ static void latch(Model *model, double step)
     model->from_side = model->deflection_before == model->initial_deflection;
     model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
     if (!presliding(model)) {
-        model->bristle_torque = model->bristle_power = 0.0;
+        model->bristle_torque = model->bristle_power = model->bristle_supply = 0.0;
     }
 }
 
@@ -161,7 +112,8 @@ void model_latch(Model *model)
         return;
     }
     if (is_held(model)) {
-        model->bristle_torque = model->bristle_power = 0.0; /* the next step makes heat of what it stored */
+        /* the next step makes heat of what it stored */
+        model->bristle_torque = model->bristle_power = model->bristle_supply = 0.0;
     } else {
         compute_bristle(model);
     }
@@ -204,7 +156,7 @@ double model_get(Model *model, int reference)
         return in_range(model);
     }
     if (reference == RANGE_MARGIN) {
-        model->value[RANGE_MARGIN] = margin_of_inputs(model->map, model->latched);
+        model->value[RANGE_MARGIN] = point_margin(model);
     } else if (variable->causality == CAUSALITY_INDICATOR) {
         model_indicators(model);
     } else if (variable->causality == CAUSALITY_OUTPUT && variable->needs == NEEDS_FILMS) {
@@ -222,27 +174,24 @@ double model_get(Model *model, int reference)
 
 unsigned model_clamped(Model *model)
 {
-    locate(model);
-    return (model->loads.preload_clamped ? 1U << (PRELOAD - INPUT_FIRST) : 0U)
-           | (model->conditions.speed_clamped ? 1U << (SPEED - INPUT_FIRST) : 0U)
-           | (model->conditions.temperature_clamped ? 1U << (TEMPERATURE - INPUT_FIRST) : 0U)
-           | (model->loads.axial_load_clamped ? 1U << (AXIAL_LOAD - INPUT_FIRST) : 0U);
+    return clamped_at_point(model);
 }
 
 bool model_possible(const Model *model)
 {
+    /* comparisons that NaN and infinity fail */
     return model->step >= 0.0 && model->stiffness >= 0.0 && model->stiffness_before >= 0.0
-           && fabs(model->power_of_parts) < TOO_LARGE;
+           && model->stiffness + model->stiffness_before < HUGE_VAL
+           && fabs(model->deflection_before) + fabs(model->initial_deflection) + fabs(model->bristle_torque)
+                      + fabs(model->bristle_power) + fabs(model->bristle_supply) + fabs(model->power_of_parts)
+                      + fabs(model->event_heat)
+                  < HUGE_VAL;
 }
 
 void model_clear_computed(Model *model)
 {
     model->map = NULL;
-    model->loads_known = false;
-    model->loads_preload = model->loads_axial_load = 0.0;
-    memset(&model->loads, 0, sizeof model->loads);
-    memset(&model->conditions, 0, sizeof model->conditions);
-    memset(&model->parts, 0, sizeof model->parts);
+    forget_point(model);
     model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
 }
 
@@ -288,7 +237,7 @@ void model_indicators(Model *model)
     if (!model->began) {
         model->stiffness = present_stiffness(model);
     }
-    out[IN_RANGE_INDICATOR] = margin_of_inputs(model->map, at) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
+    out[IN_RANGE_INDICATOR] = point_margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
     if (!presliding(model)) {
         out[SLIP_INDICATOR] = 1.0;
     } else if (model->slip != 0) {
@@ -345,6 +294,13 @@ void model_initial_event(Model *model)
     model->moved = model_event(model) || moved;
 }
 
+static double bristle_energy(const Model *model)
+{
+    const double deflection = model->value[PRESLIDING_DEFLECTION];
+
+    return 0.5 * model->stiffness * deflection * deflection;
+}
+
 bool model_event(Model *model)
 {
     bool changed = model->moved;
@@ -359,13 +315,16 @@ bool model_event(Model *model)
     if (!presliding(model) && model->continuous) {
         /* a bristle that is switched off is unwound; in co-simulation by the next step, which makes heat of it */
         changed = changed || model->value[PRESLIDING_DEFLECTION] != 0.0;
+        model->event_heat += bristle_energy(model);
         model->value[PRESLIDING_DEFLECTION] = 0.0;
     } else if (presliding(model) && model->slip != 0 && slip == 0) {
         /* Never more than the bristle had when it began to slip: a Coulomb torque that has risen since then would give
            it energy that no motion has put in. */
         const double sliding = sliding_deflection(model), wound = fabs(model->latched[PRESLIDING_DEFLECTION]);
+        model->event_heat += bristle_energy(model);
         model->value[PRESLIDING_DEFLECTION] =
             model->slip * (wound < SLIDING_FROM * sliding ? wound / SLIDING_FROM : sliding);
+        model->event_heat -= bristle_energy(model);
         changed = true;
     }
     model->slip = slip;

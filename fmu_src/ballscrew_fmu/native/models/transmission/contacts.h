@@ -1,0 +1,109 @@
+/* Contacts of both nuts between screw and nut body: Hertz's law over the way by which the screw leads the nut. Twin of
+   runtime/transmission.py, where the laws are derived. Numbers: number.h. */
+#ifndef BALLSCREW_CONTACTS_H
+#define BALLSCREW_CONTACTS_H
+
+#include "constants.h"
+#include "number.h"
+#include "variables.h"
+
+#define TWO_PI 6.283185307179586
+
+/* One nut at an approach of screw and nut. */
+typedef struct {
+    Number force, slope; /* [N], [N/m] */
+} Contact;
+
+/* Both nuts from the start to the end of a step. */
+typedef struct {
+    Number stiffness;       /* k [N/m^1.5] of k d^(3/2) */
+    Number preloaded;       /* [m] approach without load */
+    Number drift;           /* [m/s] rate of the deflection */
+    Number first, last;     /* [m] deflection at start and end */
+    Contact a, b;           /* at the end; a: loaded by a positive nut force */
+} Contacts;
+
+static inline Number screw_ratio(const Number at[]) { return over(at[LEAD], TWO_PI); }
+
+/* k of one nut from the stiffness of both at a preload. 0 where it is so small, and limited where it is so large, that
+   a force would not be finite. */
+static inline Number contact_stiffness(Number nut_stiffness, Number preload)
+{
+    const Number one = over(nut_stiffness, 3.0);
+    Number stiffness;
+
+    if (!(value_of(nut_stiffness) > 0.0 && value_of(preload) > 0.0)) {
+        return constant(0.0);
+    }
+    stiffness = multiply(one, root(divide(one, preload)));
+    return value_of(stiffness) * TOO_LARGE > 1.0 ? lesser(stiffness, constant(TOO_LARGE)) : constant(0.0);
+}
+
+/* Approach without load; without preload half the play, negative. */
+static inline Number preload_approach(Number stiffness, Number preload, Number play)
+{
+    if (!(value_of(preload) > 0.0)) {
+        return times(-0.5, play);
+    }
+    return value_of(stiffness) > 0.0 ? power(divide(preload, stiffness), 2.0 / 3.0) : constant(0.0);
+}
+
+static inline Contact contact_law(Number stiffness, Number approach)
+{
+    Contact out;
+
+    if (!(value_of(approach) > 0.0)) {
+        out.force = out.slope = constant(0.0);
+        return out;
+    }
+    out.slope = multiply(stiffness, root(approach));
+    out.force = multiply(out.slope, approach);
+    out.slope = times(1.5, out.slope);
+    return out;
+}
+
+/* Mean force while the approach moves from first to last: its work over its way, without cancellation. */
+static inline Number mean_contact_force(Number stiffness, Number first, Number last)
+{
+    const Number zero = constant(0.0), a = root(greater(first, zero)), b = root(greater(last, zero));
+    const Number aa = multiply(a, a), bb = multiply(b, b), ab = multiply(a, b);
+    Number work, way;
+
+    if (value_of(first) == value_of(last)) {
+        return contact_law(stiffness, times(0.5, add(first, last))).force;
+    }
+    if (value_of(a) > 0.0 && value_of(b) > 0.0) {
+        /* the difference of the fifth powers, divided by that of the squares */
+        work = add(add(multiply(aa, aa), multiply(bb, bb)), multiply(ab, add(add(aa, ab), bb)));
+        way = add(a, b);
+    } else {
+        work = subtract(multiply(multiply(bb, bb), b), multiply(multiply(aa, aa), a));
+        way = subtract(last, first);
+    }
+    return divide(times(0.4, multiply(stiffness, work)), way);
+}
+
+/* approach: of preload_approach, stiffness: of contact_stiffness; step: [s], 0: an instant */
+static inline void contacts_at(const Number at[], Number stiffness, Number approach, double step, Contacts *out)
+{
+    const Number ratio = screw_ratio(at);
+
+    out->stiffness = stiffness;
+    out->preloaded = approach;
+    out->drift = subtract(multiply(ratio, at[SPEED]), at[VELOCITY]);
+    out->first = subtract(multiply(ratio, at[ANGLE]), at[POSITION]);
+    out->last = add(out->first, times(step, out->drift));
+    out->a = contact_law(stiffness, add(approach, out->last));
+    out->b = contact_law(stiffness, subtract(approach, out->last));
+}
+
+/* Mean of the nut force, without damping, while the deflection moves from first to last. */
+static inline Number mean_elastic_force(const Contacts *contacts, Number first, Number last)
+{
+    const Number k = contacts->stiffness, d_0 = contacts->preloaded;
+
+    return subtract(mean_contact_force(k, add(d_0, first), add(d_0, last)),
+                    mean_contact_force(k, subtract(d_0, first), subtract(d_0, last)));
+}
+
+#endif

@@ -1,0 +1,272 @@
+"""The screw as an element of a drive train: torque of the screw, force on the nut, friction of both nuts, heat.
+
+Twin of the native model BallScrewTransmission (native/models/transmission). Standard library only besides the map.
+
+The screw leads the nut by x = lead angle/(2 pi) - position. Screw and nut bodies are rigid, the contacts are Hertz's
+(physics/axial_stiffness.py, there the displacement is -x): with d_0 = (preload/k)^(2/3)
+
+    F_A = k max(d_0 + x, 0)^(3/2),  F_B = k max(d_0 - x, 0)^(3/2),  nut force F = F_A - F_B + c x',
+    c = damping time * dF/dx,       screw torque = lead/(2 pi) F + friction torque.
+
+A positive nut force pushes the nut along +position and loads nut A. Damping in proportion to the stiffness is an
+assumption: it vanishes with the contact and dissipates c x'^2 >= 0. Its time is that of rolling bearings, Kraemer,
+Dynamics of Rotors and Foundations 1993: 2.5e-6 to 2.5e-5 s. Each nut has the friction of the map at its own force, so
+load raises it, and the screw is driven back where lead/(2 pi) F exceeds the friction.
+
+A step: angle and position are those at its start and move on with their speeds. Powers are means of the step, so that
+
+    shaft power - nut power - power loss = change of stored energy over the step,
+
+exactly, if the next step starts where this one ends and the preload stays. A change of preload is work of the preload.
+"""
+
+import math
+from collections.abc import Callable
+from operator import add
+from typing import Any, NamedTuple
+
+from ballscrew_tehl.runtime.constants import DAMPING_TIME, FORCE_ROUNDING, TOO_LARGE
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.nut_law import DoubleNutState
+from ballscrew_tehl.runtime.outputs import friction_outputs
+from ballscrew_tehl.runtime.packed import DEFAULTS
+from ballscrew_tehl.runtime.standstill import (
+    Bristle,
+    CoulombFriction,
+    bristle_friction,
+    initial_bristle,
+    regularised_friction,
+)
+
+#: [s] start value of contact_damping_time, of rolling contacts: Kraemer 1993, see above
+CONTACT_DAMPING_TIME = 1e-5
+
+
+class TransmissionInputs(NamedTuple):
+    """Inputs of the FMU, under their names."""
+
+    angle: float  # [rad] of the screw
+    speed: float  # [rad/s]
+    position: float  # [m] of the nut
+    velocity: float  # [m/s]
+    temperature: float  # [K] oil
+    preload: float  # [N]
+
+
+class TransmissionParameters(NamedTuple):
+    """Parameters of the FMU, under their names."""
+
+    lead: float  # [m/rev]
+    nut_stiffness: float  # [N/m] of the nut without load at stiffness_preload
+    stiffness_preload: float  # [N]
+    axial_play: float  # [m] free way of the nut without preload
+    contact_damping_time: float  # [s] damping of the contacts over their stiffness
+    apparent_viscosity_ratio: float
+    net_sliding_coefficient: float
+    roughness_height: float  # [m]
+    breakaway_factor: float
+    regularization_speed: float  # [rad/s]
+    presliding: bool
+    presliding_stiffness: float  # [N.m/rad] 0: from the screw
+    presliding_damping: float  # [N.m.s/rad] 0: from the stiffness
+    presliding_side: (
+        float  # deflection of the bristle at the start over that at which it slides; 0: from the speed
+    )
+
+
+class TransmissionStep(NamedTuple):
+    """Outputs of a step, and what the next one needs."""
+
+    outputs: dict[str, Any]
+    bristle: Bristle
+    clamped: tuple[str, ...]  # inputs beyond the map
+
+
+def contact_stiffness(nut_stiffness: float, stiffness_preload: float) -> float:
+    """k [N/m^1.5] of one nut from the stiffness of both at a preload, 3 k^(2/3) preload^(1/3); 0 without one.
+
+    0 where it is so small, and limited where it is so large, that a force would not be finite.
+    """
+    if not (nut_stiffness > 0.0 and stiffness_preload > 0.0):
+        return 0.0
+    one = nut_stiffness / 3.0
+    stiffness = one * math.sqrt(one / stiffness_preload)
+    return min(stiffness, TOO_LARGE) if stiffness * TOO_LARGE > 1.0 else 0.0
+
+
+def contact_law(stiffness: float, approach: float) -> tuple[float, float]:
+    """Force [N] and its slope [N/m] of one nut over its approach [m]; 0 where it is free."""
+    if approach <= 0.0:
+        return 0.0, 0.0
+    slope = stiffness * math.sqrt(approach)
+    return slope * approach, 1.5 * slope
+
+
+def mean_contact_force(stiffness: float, first: float, last: float) -> float:
+    """Mean force [N] of one nut while its approach moves from first to last [m]: its work over its way, exactly.
+
+    Source       integral of k d^(3/2); the quotient of fifth powers of roots is divided out, so that a short way loses
+                 no digits
+    """
+    if first == last:
+        return contact_law(stiffness, last)[0]
+    a, b = math.sqrt(max(first, 0.0)), math.sqrt(max(last, 0.0))
+    aa, bb, ab = a * a, b * b, a * b
+    if a > 0.0 and b > 0.0:
+        work, way = aa * aa + bb * bb + ab * (aa + ab + bb), a + b
+    else:
+        work, way = bb * bb * b - aa * aa * a, last - first
+    return 0.4 * (stiffness * work) / way
+
+
+def preload_approach(stiffness: float, preload: float, play: float) -> float:
+    """Approach d_0 of both nuts without load [m]; without preload half the play, negative."""
+    if not preload > 0.0:
+        return -0.5 * play
+    return (preload / stiffness) ** (2.0 / 3.0) if stiffness > 0.0 else 0.0
+
+
+def transmission_step(
+    nut_map: NutMap,
+    inputs: TransmissionInputs,
+    parameters: TransmissionParameters,
+    step: float | None,
+    before: Bristle | None,
+) -> TransmissionStep:
+    """Outputs at the end of a step; step None or 0: at an instant, where powers are those of the instant.
+
+    Parameters   step : [s];  before : bristle at the start of the step; None: at the start of the simulation
+    Validity     the caller has checked that all are finite numbers, parameters >= 0
+    """
+    p, h = parameters, step or 0.0
+    k = contact_stiffness(p.nut_stiffness, p.stiffness_preload)
+    ratio = p.lead / (2.0 * math.pi)
+    drift = ratio * inputs.speed - inputs.velocity  # x'
+    first = ratio * inputs.angle - inputs.position
+    x = first + h * drift
+    d_0 = preload_approach(k, inputs.preload, p.axial_play)
+    force_a, slope_a = contact_law(k, d_0 + x)
+    force_b, slope_b = contact_law(k, d_0 - x)
+    damping = p.contact_damping_time * (slope_a + slope_b) * drift
+    force = force_a - force_b + damping
+
+    each, nut = _nuts(nut_map, inputs, parameters, (force_a, force_b))
+    coulomb, supply = _standstill(nut_map, inputs, parameters, step, before, nut, (force_a, force_b))
+    outputs = friction_outputs(nut, inputs.speed, coulomb)
+    friction = outputs["friction_torque"]
+    contact_energy = x * (mean_contact_force(k, d_0, d_0 + x) - mean_contact_force(k, d_0, d_0 - x))
+    if h > 0.0:
+        # the damping force over a step is the time over the step times the change of the elastic force
+        elastic = mean_contact_force(k, d_0 + first, d_0 + x) - mean_contact_force(k, d_0 - first, d_0 - x)
+        at_start = contact_law(k, d_0 + first)[0] - contact_law(k, d_0 - first)[0]
+        mean_damping = p.contact_damping_time * (force_a - force_b - at_start) / h
+    else:
+        elastic, mean_damping = force_a - force_b, damping
+    mean = elastic + mean_damping
+    ideal = ratio * force
+    outputs |= {
+        "screw_torque": ideal + friction,
+        "nut_force": force,
+        "force_nut_a": force_a,
+        "force_nut_b": force_b,
+        "damping_force": damping,
+        "axial_deflection": x,
+        "axial_stiffness": slope_a + slope_b,
+        "efficiency": efficiency(ideal, nut.friction_torque, inputs.speed),
+        "shaft_power": mean * ratio * inputs.speed + nut.viscous_torque * abs(inputs.speed) + supply,
+        "nut_power": mean * inputs.velocity,
+        "power_loss": outputs["power_loss"] + mean_damping * drift,
+        "stored_energy": contact_energy + coulomb.bristle.energy,
+        "event_heat": 0.0,  # of model exchange
+        "range_margin": _margin(nut_map, inputs, max(force_a, force_b)),
+    }
+    for name, one in zip("ab", each, strict=True):
+        viscous = math.copysign(one.viscous_torque, inputs.speed)
+        outputs[f"friction_torque_nut_{name}"] = viscous + coulomb.sign * one.coulomb_torque
+    return TransmissionStep(outputs, coulomb.bristle, nut.clamped)
+
+
+def _margin(nut_map: NutMap, inputs: TransmissionInputs, highest_force: float) -> float:
+    """Least distance from the limits of the map, as NutMap.range_margin, with the force of the loaded nut."""
+    margin = nut_map.range_margin(inputs.preload, inputs.speed, inputs.temperature, 0.0)
+    limit = nut_map.force.hi
+    return min(margin, (limit * (1.0 + FORCE_ROUNDING) - highest_force) / limit)
+
+
+def efficiency(ideal_torque: float, friction_torque: float, speed: float) -> float:
+    """Share of the power that arrives in steady motion, 0 to 1.
+
+    Parameters   ideal_torque : lead/(2 pi) times the nut force [N.m], signed
+                 friction_torque : magnitude at motion [N.m];  speed : [rad/s], its sign with that of the torque says
+                 whether the screw drives the nut or the nut the screw
+    Returns      driving: ideal/(ideal + friction); driven back: (ideal - friction)/ideal, 0 where friction holds
+    """
+    ideal = abs(ideal_torque)
+    if ideal == 0.0:
+        return 0.0
+    if ideal_torque * speed >= 0.0:
+        return ideal / (ideal + friction_torque)
+    return max(ideal - friction_torque, 0.0) / ideal
+
+
+def _standstill(
+    nut_map: NutMap,
+    inputs: TransmissionInputs,
+    parameters: TransmissionParameters,
+    step: float | None,
+    before: Bristle | None,
+    nut: DoubleNutState,
+    forces: tuple[float, float],
+) -> tuple[CoulombFriction, float]:
+    """Coulomb friction of both nuts, and the power that the motion supplies to it, mean of the step [W]."""
+    p, speed, coulomb_torque = parameters, inputs.speed, nut.coulomb_torque
+    if not p.presliding:
+        coulomb = regularised_friction(
+            coulomb_torque, speed, step, p.regularization_speed, before or Bristle()
+        )
+        return coulomb, coulomb_torque * coulomb.sign * speed
+    stiffness = p.presliding_stiffness
+    if not stiffness * TOO_LARGE > 1.0:
+        friction = p.net_sliding_coefficient, p.breakaway_factor
+        stiffness = 0.5 * sum(nut_map.presliding_stiffness(force, 0.0, *friction) for force in forces)
+    damping = p.presliding_damping or DAMPING_TIME * stiffness
+    if before is None:
+        before = initial_bristle(p.presliding_side, speed, coulomb_torque, stiffness)
+    coulomb = bristle_friction(coulomb_torque, speed, step, before, stiffness, damping)
+    if step:
+        return coulomb, coulomb.power + (coulomb.bristle.energy - before.energy) / step
+    return coulomb, coulomb_torque * coulomb.sign * speed
+
+
+def _nuts(
+    nut_map: NutMap,
+    inputs: TransmissionInputs,
+    parameters: TransmissionParameters,
+    forces: tuple[float, float],
+) -> tuple[list[DoubleNutState], DoubleNutState]:
+    """State of each nut at its force, and of both; `clamped` of both names what is beyond the map."""
+    friction = [getattr(parameters, name) for name in DEFAULTS]
+    highest = nut_map.force.hi
+    clamped, nuts = [], []
+    if not nut_map.preload.lo <= inputs.preload <= highest:
+        clamped.append("preload")
+    for name, force in zip(("force_nut_a", "force_nut_b"), forces, strict=True):
+        # the torques of a map are those of two equal nuts
+        two = nut_map.evaluate_point(min(force, highest), inputs.speed, inputs.temperature, 0.0, *friction)
+        nuts.append(
+            two._replace(
+                viscous_torque=0.5 * two.viscous_torque,
+                hysteresis_torque=0.5 * two.hysteresis_torque,
+                sliding_torque=0.5 * two.sliding_torque,
+            )
+        )
+        if force > highest * (1.0 + FORCE_ROUNDING):
+            clamped.append(name)
+    clamped += [name for name in nuts[0].clamped if name != "preload"]
+    columns = zip(*nuts, strict=True)
+    merged: list[Any] = [merge(*column) for merge, column in zip(_OF_BOTH, columns, strict=False)]
+    return nuts, DoubleNutState._make([*merged, not clamped, tuple(clamped)])
+
+
+#: columns of DoubleNutState: torques, least films, highest rise, pressure and load, least lambda ratio
+_OF_BOTH: tuple[Callable[[float, float], float], ...] = (add, add, add, min, min, min, max, max, max, min)
