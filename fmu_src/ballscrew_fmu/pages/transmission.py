@@ -62,6 +62,15 @@ COUPLING = part(
         text=True,
     ),
     "In model exchange the solver of the importer chooses the step, and there is no such limit.",
+    "FMI 3: no event mode and no intermediate updates in co-simulation, as angle and position belong to the start of a "
+    "whole step. Model exchange has events.",
+)
+TERMINALS = part(
+    "Terminals",
+    "shaft: angle (phi), speed (w) and screw_torque (tau, an inflow: the torque that the shaft gives to the screw). "
+    "nut: position (s), velocity (v) and nut_force (f, an outflow: the force that the nut gives to the axis). heat: "
+    "temperature (T) and power_loss (Q_flow, an outflow). Shaft and nut need the speed too, so they are no Modelica "
+    "flanges.",
 )
 
 
@@ -80,4 +89,4 @@ def transmission_parts(header: Mapping[str, Any], invalid: str, step: str) -> li
         "The state can be saved, restored and serialized, bristle included. A serialized state of another version or "
         "map is rejected. A step allocates no memory.",
     )
-    return [CONTACTS, POWER, COUPLING, part("Behaviour", behaviour)]
+    return [CONTACTS, POWER, COUPLING, TERMINALS, part("Behaviour", behaviour)]

@@ -34,7 +34,7 @@ def write_sources(folder: Path, nut_map, fmi_version: int = 2, model: FmuModel =
 def compiled_model(folder: Path, nut_map, model: FmuModel = FRICTION) -> Path:
     """Shared library of the model with all its functions visible."""
     write_sources(folder, nut_map, model=model)
-    units = MODEL_UNITS if model.derivatives else MONITOR_UNITS
+    units = MONITOR_UNITS if model is MONITOR else MODEL_UNITS
     options = [o for o in COMPILER_OPTIONS if not o.startswith("-fvisibility")]
     options.append("-DBALLSCREW_PREFIX=")  # plain names, for ctypes
     command = [*compiler(), *options, *WARNINGS, "-shared", "-fPIC", "-o", "model.so", *units, "-lm"]
