@@ -292,13 +292,13 @@ def test_unknown_kinds(version):
         assert "co-simulation or model exchange" in one.last
 
 
-@pytest.mark.parametrize("reference", [PARAMETERS[0], "presliding_deflection", "time", 4000])
+@pytest.mark.parametrize("reference", [REAL_PARAMETERS[0], "presliding_deflection", "time", 0, 4000])
 def test_an_intermediate_variable_is_an_input_or_an_output(reference):
-    wanted = REFERENCES.get(reference, len(VARIABLES) if reference == "time" else reference)
-    with NativeInstance(3, CS, intermediate=(0, wanted)) as one:
+    wanted = REFERENCES.get(reference, TIME_REFERENCE if reference == "time" else reference)
+    with NativeInstance(3, CS, intermediate=(REFERENCES["speed"], wanted)) as one:
         assert one.handle is None
         assert "required intermediate variable 1 is not an input or an output" in one.last
-    with NativeInstance(3, CS, intermediate=(0, REFERENCES["in_range"])) as one:
+    with NativeInstance(3, CS, intermediate=(REFERENCES["speed"], REFERENCES["in_range"])) as one:
         assert one.handle is not None
 
 
