@@ -726,7 +726,8 @@ def test_modes_change_at_events_only(version):
         assert one.call("SetContinuousStates", doubles(1.0), c_size_t(1)) == OK  # far beyond sliding
         assert one.vector("GetEventIndicators", 2)[1] < 0.0
         one.call("EnterEventMode")
-        assert one.update() == (OK, False)
+        assert one.update() == (OK, True)  # not beyond the sliding deflection
+        assert 0.0 < one.vector("GetContinuousStates")[0] < 1e-2
         assert one.rates() == [0.0]  # slips
         one.set(speed=-0.5)
         assert one.vector("GetEventIndicators", 2)[1] < 0.0
