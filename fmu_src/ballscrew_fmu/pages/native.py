@@ -122,8 +122,8 @@ MODEL_EXCHANGE = part(
     "speed reverses while it slips, and where the stiffness from the screw has changed by 2 % while it follows: the "
     "stiffness changes at events only. Where the Coulomb torque has risen while the bristle slipped, it sticks with "
     "the deflection that it began to slip with; where slip begins because the Coulomb torque has decreased, the "
-    "deflection falls to the sliding deflection. in_range_indicator crosses 0 where an input leaves the map or returns. "
-    "Both have hysteresis, so that an event does not repeat at once. The tanh law needs no event.",
+    "deflection falls to the sliding deflection. in_range_indicator crosses 0 where an input leaves the map or "
+    "returns. Both have hysteresis, so that an event does not repeat at once. The tanh law needs no event.",
 )
 EVENT_MODE = part(
     "Co-simulation with event mode",
