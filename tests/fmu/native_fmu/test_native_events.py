@@ -320,6 +320,21 @@ def test_energy_above_a_coulomb_torque_that_decreases_is_heat(early_return):
         assert one.get("presliding_deflection")[0] == pytest.approx(limit, rel=1e-12)
 
 
+def test_the_warning_of_long_steps_has_the_longest_part():
+    """Longer than damping over stiffness, 4 ms from the screw."""
+    with NativeInstance(3, CS, event_mode=True).start(presliding_side=1e-20, speed=0.1) as one:
+        one.update()
+        one.call("EnterStepMode")
+        one.step_to_event(0.0, 5e-3)
+        one.step_to_event(5e-3, 5e-3)
+        assert len(one.messages) == 1
+        assert one.last.startswith("step = 0.005 s; an inertia")
+    updates = Updates()
+    with updating(updates).start(presliding_side=1e-20, speed=0.1) as one:
+        one.step_to_event(0.0, 5e-3)
+        assert not one.messages
+
+
 def test_a_step_with_a_value_that_is_not_valid_is_discarded():
     """As without event mode. Events are those of the last valid values."""
     with started(early_return=True) as one, started(early_return=True) as other:
