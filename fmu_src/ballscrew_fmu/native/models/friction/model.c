@@ -178,6 +178,10 @@ void model_step(Model *model, double step)
         store_bristle(model, bristle_unwound(model->deflection_before, &moment));
         model->stiffness = model->initial_deflection = 0.0; /* nothing is left of it */
     }
+    if (step > 0.0) {
+        model->bristle_power += model->heat / step;
+        model->heat = 0.0;
+    }
 }
 
 bool model_step_too_long(const Model *model, double step, double *stiffness, double *damping)
@@ -232,7 +236,7 @@ unsigned model_clamped(Model *model)
 bool model_possible(const Model *model)
 {
     return model->step >= 0.0 && model->stiffness >= 0.0 && model->stiffness_before >= 0.0
-           && fabs(model->power_of_parts) < TOO_LARGE;
+           && fabs(model->power_of_parts) < TOO_LARGE && model->heat >= 0.0 && model->heat < TOO_LARGE;
 }
 
 void model_clear_computed(Model *model)
@@ -348,6 +352,7 @@ void model_initial_event(Model *model)
 bool model_event(Model *model)
 {
     bool changed = model->moved;
+    double before;
     int slip;
 
     model->moved = false;
@@ -355,6 +360,7 @@ bool model_event(Model *model)
         changed = true;
         model_latch(model);
     }
+    before = model->value[PRESLIDING_DEFLECTION];
     modes_after_event(model, &model->in_range, &slip);
     if (!presliding(model) && model->continuous) {
         /* a bristle that is switched off is unwound; in co-simulation by the next step, which makes heat of it */
@@ -367,6 +373,13 @@ bool model_event(Model *model)
         model->value[PRESLIDING_DEFLECTION] =
             model->slip * (wound < SLIDING_FROM * sliding ? wound / SLIDING_FROM : sliding);
         changed = true;
+    } else if (model->slip == 0 && fabs(before) > sliding_deflection(model) && slip != 0) {
+        model->value[PRESLIDING_DEFLECTION] = slip * sliding_deflection(model); /* the Coulomb torque has decreased */
+        changed = true;
+    }
+    if (presliding(model) && !model->continuous) {
+        const double after = model->value[PRESLIDING_DEFLECTION];
+        model->heat += greater(0.5 * model->stiffness * (before * before - after * after), 0.0);
     }
     model->slip = slip;
     model_latch(model);

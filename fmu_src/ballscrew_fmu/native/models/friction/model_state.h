@@ -20,6 +20,7 @@ struct Model {
     double bristle_torque;          /* [N.m] of the latched point */
     double bristle_power;           /* [W] */
     double power_of_parts;          /* [W] of a step in parts: its mean power minus that of its last part */
+    double heat;                    /* [J] of events of co-simulation, part of the power of the next step */
     bool continuous;                /* model exchange: the bristle is a state of the importer */
     bool events;                    /* modes change at events only: model exchange, co-simulation with event mode */
     bool in_range;                  /* with events: at the last event */
@@ -37,7 +38,7 @@ struct Model {
 
 /* Fields of a saved state other than value and latched: numbers, flags, signs. */
 #define MODEL_NUMBERS(X) X(step) X(deflection_before) X(stiffness_before) X(stiffness) X(initial_deflection) \
-    X(bristle_torque) X(bristle_power) X(power_of_parts)
+    X(bristle_torque) X(bristle_power) X(power_of_parts) X(heat)
 #define MODEL_FLAGS(X) X(continuous) X(events) X(in_range) X(from_side) X(began) X(moved)
 #define MODEL_SIGNS(X) X(slip)
 
