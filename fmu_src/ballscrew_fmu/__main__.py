@@ -269,6 +269,7 @@ def _info(args: argparse.Namespace) -> int:
 def _write_map(args: argparse.Namespace) -> int:
     from ballscrew_fmu import build
     from ballscrew_fmu.native_fmu.map_file import map_bytes
+    from ballscrew_tehl.runtime.packed import map_hash
 
     try:
         _, nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
@@ -280,7 +281,7 @@ def _write_map(args: argparse.Namespace) -> int:
         return _print_error(
             args, f"--output {args.output}: {error.strerror or error}; needs a file that can be written"
         )
-    print(f"{args.output}  map {nut_map.header['content_hash']}, {nut_map.law} friction law")
+    print(f"{args.output}  map {map_hash(nut_map.header)}, {nut_map.law} friction law")
     for name, value in nut_map.header["defaults"].items():
         print(f"{name} = {value:g}")
     return 0

@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.variables.friction import FIRST_REFERENCE, UNITS, Variable, band_text, law_name
+from ballscrew_tehl.runtime.packed import map_hash
 
 LOG_CATEGORIES = {
     "logStatusWarning": "An input is outside the map and is clamped",
@@ -44,7 +45,7 @@ def model_description(
         guid=guid,
         description=(
             f"{model.summary}, thermal elastohydrodynamic lubrication; "
-            f"{law_name(header)} friction law, {header['kinematics']} kinematics, map {header['content_hash'][:12]}"
+            f"{law_name(header)} friction law, {header['kinematics']} kinematics, map {map_hash(header)[:12]}"
             f"{'; ' if band_text(header) else ''}{band_text(header)}"
         ),
         version=str(header["version"]),

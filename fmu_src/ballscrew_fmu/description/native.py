@@ -9,6 +9,7 @@ from ballscrew_fmu.description.fmi2 import LOG_CATEGORIES as PYTHON_CATEGORIES
 from ballscrew_fmu.description.fmi2 import _scalar_variable, _unit_definitions
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.variables.friction import FIRST_REFERENCE, TIME, Variable, band_text, law_name
+from ballscrew_tehl.runtime.packed import map_hash
 
 LOG_CATEGORIES = {
     "logStatusWarning": PYTHON_CATEGORIES["logStatusWarning"],
@@ -128,7 +129,7 @@ def native_description(
             "guid" if fmi_version == 2 else "instantiationToken": token,
             "description": (
                 f"{model.summary}, thermal elastohydrodynamic lubrication; {law_name(header)} friction law, "
-                f"{header['kinematics']} kinematics, map {header['content_hash'][:12]}"
+                f"{header['kinematics']} kinematics, map {map_hash(header)[:12]}"
                 f"{'; ' if band_text(header) else ''}{band_text(header)}"
             ),
             "version": str(header["version"]),

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, SURFACES, TORQUE_SURFACES
+from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, SURFACES, TORQUE_SURFACES, map_hash
 
 MAP_FILE = "nut_map.bin"
 MAGIC = b"BSFMAP03"
@@ -14,7 +14,7 @@ MAGIC = b"BSFMAP03"
 
 def map_bytes(nut_map: NutMap) -> bytes:
     """Magic, size, checksum and content hash, then little-endian doubles: the numbers of the map."""
-    body = str(nut_map.header["content_hash"]).encode() + map_numbers(nut_map).astype("<f8").tobytes()
+    body = map_hash(nut_map.header).encode() + map_numbers(nut_map).astype("<f8").tobytes()
     size = len(MAGIC) + 16 + len(body)
     return MAGIC + struct.pack("<QQ", size, checksum(body)) + body
 

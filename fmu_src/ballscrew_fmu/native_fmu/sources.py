@@ -23,7 +23,15 @@ from ballscrew_fmu.native_fmu.map_file import MAGIC, MAP_FILE, checksum, map_num
 from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable, origin_text
 from ballscrew_tehl.runtime import constants
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, FILM_SHEAR, FORCE_CURVES, SURFACES, TORQUE_SURFACES
+from ballscrew_tehl.runtime.packed import (
+    AXES,
+    DEFAULTS,
+    FILM_SHEAR,
+    FORCE_CURVES,
+    SURFACES,
+    TORQUE_SURFACES,
+    map_hash,
+)
 
 NATIVE_NAME = FRICTION.native_name
 FMI_HEADERS = {
@@ -44,7 +52,7 @@ _HEADER = """\
 
 #define MODEL_NAME "{name}"
 #define MODEL_TOKEN "{token}" /* guid of FMI 2, instantiationToken of FMI 3 */
-#define MODEL_MAP "{content_hash}" /* content hash of the map that the table of variables is from */
+#define MODEL_MAP "{content_hash}" /* hash of the map that the table of variables is from */
 #define MODEL_LAW {law}_LAW /* of its friction: required of a map in the resources */
 #define MODEL_ORIGIN "{origin}" /* of friction numbers that were measured on another screw; logged at instantiation */
 
@@ -203,11 +211,10 @@ def _map_source(nut_map: NutMap) -> str:
     """nut_map.c: the numbers of the map file in hexadecimal, so that none is rounded."""
     numbers = map_numbers(nut_map)
     rows = (", ".join(float.hex(x) for x in numbers[n : n + 4].tolist()) for n in range(0, numbers.size, 4))
-    content_hash = str(nut_map.header["content_hash"])
     return _MAP.format(
         size=numbers.nbytes,
         checksum=f"0x{checksum(numbers.astype('<f8').tobytes()):016x}",
-        content_hash=content_hash,
+        content_hash=map_hash(nut_map.header),
         numbers=",\n".join(f"    {row}" for row in rows),
     )
 
@@ -242,7 +249,7 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
         "variables.h": _HEADER.format(
             name=model.native_name,
             token=token,
-            content_hash=header["content_hash"],
+            content_hash=map_hash(header),
             law=str(header["law"]).upper(),
             first_reference=FIRST_REFERENCE,
             origin=_c_text(origin_text(header)),

@@ -121,8 +121,9 @@ MODEL_EXCHANGE = part(
     "deflection. slip_indicator crosses 0 where the bristle reaches 0.999 of its sliding deflection, and where the "
     "speed reverses while it slips, and where the stiffness from the screw has changed by 2 % while it follows: the "
     "stiffness changes at events only. Where the Coulomb torque has risen while the bristle slipped, it sticks with "
-    "the deflection that it began to slip with. in_range_indicator crosses 0 where an input leaves the map or returns. "
-    "Both have hysteresis, so that an event does not repeat at once. The tanh law needs no event.",
+    "the deflection that it began to slip with; where slip begins because the Coulomb torque has decreased, the "
+    "deflection falls to the sliding deflection. in_range_indicator crosses 0 where an input leaves the map or "
+    "returns. Both have hysteresis, so that an event does not repeat at once. The tanh law needs no event.",
 )
 EVENT_MODE = part(
     "Co-simulation with event mode",
@@ -130,9 +131,12 @@ EVENT_MODE = part(
     "ends at the event with eventHandlingNeeded. The start of slip is located by its closed form at constant "
     "inputs. The other events are those of new inputs: the next step returns at its start unless event mode was "
     "entered for them. An event that is not handled by the importer is handled by the next step; without early "
-    "return it is handled within the step.",
+    "return it is handled within the step. Unlike model exchange, a step adapts the bristle to the stiffness of the "
+    "screw at its loads, without an event, and energy that the bristle loses at an event is part of power_loss of "
+    "the next step. A value that is not valid stays set through event mode and steps are discarded for it.",
     "With an intermediate update callback each step has eight equal parts. After a part, outputs may be read, "
-    "inputs of the next part may be set, and an early return may be requested. power_loss is then the mean of the "
+    "inputs of the next part may be set, and an early return may be requested. An input that is not valid discards "
+    "the whole step. power_loss is then the mean of the "
     "whole step.",
 )
 TERMINALS = part(

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 from ballscrew_fmu.variables.friction import Variable
 from ballscrew_tehl.report.page import Html, bullets, element, page, paragraph, section, table
 from ballscrew_tehl.report.tables import certificate_table
+from ballscrew_tehl.runtime.packed import map_hash
 
 
 class Part(NamedTuple):
@@ -41,14 +42,14 @@ def documentation_page(
     for title, content in shown:
         key = title.lower().replace(" ", "_")
         sections.append((key, title, section(key, title, *content)))
-    return page(name, lead, sections, element("span", f"map {header['content_hash']}"))
+    return page(name, lead, sections, element("span", f"map {map_hash(header)}"))
 
 
 def map_provenance(header: Mapping[str, Any]) -> list[Html]:
     """Source, range and certificate of the map."""
     axes = header["axes"]
     text = (
-        f"{header['kinematics']} kinematics, film model {header['film_model']}, map {header['content_hash']} "
+        f"{header['kinematics']} kinematics, film model {header['film_model']}, map {map_hash(header)} "
         f"of version {header['version']}, parameters {header['parameters_hash']}. "
         f"Range: force of a nut up to {axes['force'][1]:g} N, speed up to {axes['speed'][1]:g} rad/s, "
         f"{axes['temperature'][0]:g} to {axes['temperature'][1]:g} K."

@@ -81,16 +81,20 @@ def ratio_of_axes(radius_ratio: float) -> float:
         raise ValueError(
             f"radius_ratio = {radius_ratio}; needs 0 < R_x/R_y <= 1: rolling is along the short axis"
         )
-    from scipy.optimize import brentq
+    if radius_ratio == 1.0:
+        return 1.0
     from scipy.special import elliprd
 
     def mismatch(ln_k: float) -> float:
         q = math.exp(-2.0 * ln_k)
         return math.log(elliprd(0.0, 1.0, q) / elliprd(0.0, q, 1.0)) + math.log(radius_ratio)
 
-    # k lies between ratio^(-1/2) and ratio^(-1)
-    upper = -math.log(radius_ratio) + 1e-9
-    return math.exp(brentq(mismatch, 0.0, upper, xtol=1e-15, rtol=1e-14)) if radius_ratio < 1.0 else 1.0
+    # k lies between ratio^(-1/2) and ratio^(-1); halved to the last digit: scipy.optimize takes longer to import than
+    # a map to be read
+    low, high = 0.0, -math.log(radius_ratio) + 1e-9
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if mismatch(middle) < 0.0 else (low, middle)
+    return math.exp(high)
 
 
 @lru_cache(maxsize=4096)

@@ -112,6 +112,14 @@ def content_hash(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.floa
     return digest.hexdigest()
 
 
+def map_hash(header: Mapping[str, Any]) -> str:
+    """Hash that a map is named by everywhere: of its file, whatever friction set it is used with.
+
+    Of its content, if it has not been read from a file.
+    """
+    return str(header.get("file_hash", header["content_hash"]))
+
+
 def sealed(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> dict[str, Any]:
     """Header with format_version and the content_hash that belongs to it and to the arrays."""
     complete = {**header, "format_version": FORMAT_VERSION}

@@ -292,13 +292,13 @@ def test_unknown_kinds(version):
         assert "co-simulation or model exchange" in one.last
 
 
-@pytest.mark.parametrize("reference", [PARAMETERS[0], "presliding_deflection", "time", 4000])
+@pytest.mark.parametrize("reference", [REAL_PARAMETERS[0], "presliding_deflection", "time", 0, 4000])
 def test_an_intermediate_variable_is_an_input_or_an_output(reference):
-    wanted = REFERENCES.get(reference, len(VARIABLES) if reference == "time" else reference)
-    with NativeInstance(3, CS, intermediate=(0, wanted)) as one:
+    wanted = REFERENCES.get(reference, TIME_REFERENCE if reference == "time" else reference)
+    with NativeInstance(3, CS, intermediate=(REFERENCES["speed"], wanted)) as one:
         assert one.handle is None
         assert "required intermediate variable 1 is not an input or an output" in one.last
-    with NativeInstance(3, CS, intermediate=(0, REFERENCES["in_range"])) as one:
+    with NativeInstance(3, CS, intermediate=(REFERENCES["speed"], REFERENCES["in_range"])) as one:
         assert one.handle is not None
 
 
@@ -726,7 +726,8 @@ def test_modes_change_at_events_only(version):
         assert one.call("SetContinuousStates", doubles(1.0), c_size_t(1)) == OK  # far beyond sliding
         assert one.vector("GetEventIndicators", 2)[1] < 0.0
         one.call("EnterEventMode")
-        assert one.update() == (OK, False)
+        assert one.update() == (OK, True)  # not beyond the sliding deflection
+        assert 0.0 < one.vector("GetContinuousStates")[0] < 1e-2
         assert one.rates() == [0.0]  # slips
         one.set(speed=-0.5)
         assert one.vector("GetEventIndicators", 2)[1] < 0.0

@@ -6,7 +6,19 @@ from ctypes import byref, c_bool, c_double, c_size_t
 import fmpy
 import numpy as np
 import pytest
-from native_library import CS, ERROR, ME, NUT_MAP, OK, WARNING, NativeInstance, doubles, references
+from native_library import (
+    CS,
+    DISCARD,
+    ERROR,
+    ME,
+    NUT_MAP,
+    OK,
+    TIME_REFERENCE,
+    WARNING,
+    NativeInstance,
+    doubles,
+    references,
+)
 from scipy.integrate import solve_ivp
 
 from ballscrew_fmu.models import MONITOR
@@ -250,6 +262,106 @@ def test_states_of_instances_with_and_without_event_mode_are_not_exchanged():
         assert "with event mode" in other.last
 
 
+def handle(one):
+    """Event mode and back; the continuous state does not belong to the importer."""
+    assert one.call("EnterEventMode") == OK
+    assert one.update() == (OK, False)
+    assert one.call("EnterStepMode") == OK
+
+
+@pytest.mark.parametrize("in_event_mode", [False, True])
+def test_the_stiffness_of_the_screw_follows_the_loads_as_without_event_mode(in_event_mode):
+    """Without slip all outputs are the same, with the heat of a bristle whose stiffness vanishes or that is switched
+    off; also if the loads are set in event mode."""
+    with (
+        NativeInstance(3, CS, event_mode=True).start(presliding_side=0.1, preload=2000.0, speed=0.5) as one,
+        NativeInstance(3).start(presliding_side=0.1, preload=2000.0, speed=0.5) as plain,
+    ):
+        one.update()
+        one.call("EnterStepMode")
+        wound = []
+        for n, preload in enumerate((2000.0, 2500.0, 1500.0, 0.0, 0.0, 2000.0, 2000.0, 2000.0)):
+            if in_event_mode:
+                assert one.call("EnterEventMode") == OK
+            for fmu in (one, plain):
+                fmu.set(preload=preload)
+                if n == 7:
+                    assert fmu.set_boolean("presliding", False) == OK
+            if in_event_mode:
+                one.get("friction_torque")
+                assert one.update() == (OK, False)
+                assert one.call("EnterStepMode") == OK
+            wound.append(plain.get("presliding_deflection")[0])
+            assert one.step_to_event(n * STEP, STEP) == (False, False, n * STEP + STEP)
+            assert plain.step(n * STEP, STEP) == OK
+            assert one.outputs() == pytest.approx(plain.outputs(), rel=1e-12, abs=1e-15)
+        assert min(wound[3], wound[7]) > 1e-4
+        assert one.get("presliding_deflection") == [0.0]
+
+
+@pytest.mark.parametrize("early_return", [False, True])
+def test_energy_above_a_coulomb_torque_that_decreases_is_heat(early_return):
+    """Slip begins at once, and the power of the next step has what the bristle stored above the sliding deflection."""
+    stiffness, size, speed = 400.0, 1e-4, 2.0
+    start = {"presliding_stiffness": stiffness, "presliding_side": 0.9, "preload": 4000.0, "speed": speed}
+    with started((start,), early_return=early_return) as one:
+        (wound,) = one.get("presliding_deflection")
+        one.set(preload=1000.0)
+        event, early, _ = one.step_to_event(0.0, size)
+        assert event == early == early_return
+        if early_return:
+            handle(one)
+            one.step_to_event(0.0, size)
+        coulomb, (viscous,) = sum(one.get("hysteresis_torque", "sliding_torque")), one.get("viscous_torque")
+        limit = coulomb / stiffness
+        assert wound > 1.5 * limit
+        heat = 0.5 * stiffness * (wound**2 - limit**2) + (coulomb + viscous) * speed * size
+        assert one.get("power_loss")[0] * size == pytest.approx(heat, rel=1e-12)
+        assert one.get("presliding_deflection")[0] == pytest.approx(limit, rel=1e-12)
+
+
+def test_the_warning_of_long_steps_has_the_longest_part():
+    """Longer than damping over stiffness, 4 ms from the screw."""
+    with NativeInstance(3, CS, event_mode=True).start(presliding_side=1e-20, speed=0.1) as one:
+        one.update()
+        one.call("EnterStepMode")
+        one.step_to_event(0.0, 5e-3)
+        one.step_to_event(5e-3, 5e-3)
+        assert len(one.messages) == 1
+        assert one.last.startswith("step = 0.005 s; an inertia")
+    updates = Updates()
+    with updating(updates).start(presliding_side=1e-20, speed=0.1) as one:
+        one.step_to_event(0.0, 5e-3)
+        assert not one.messages
+
+
+def test_a_step_with_a_value_that_is_not_valid_is_discarded():
+    """As without event mode. Events are those of the last valid values."""
+    with started(early_return=True) as one, started(early_return=True) as other:
+        for fmu in (one, other):
+            assert fmu.step_to_event(0.0, 1e-5) == (False, False, 1e-5)
+        for name in ("speed", "preload", "roughness_height"):
+            good, expected = one.get(name)[0], one.outputs()
+            assert one.set(**{name: math.nan}) == OK
+            assert one.step(1e-5, 1e-5) == DISCARD
+            assert one.outputs() == expected
+            handle(one)
+            assert np.all(np.isfinite(one.outputs()))
+            assert one.step(1e-5, 1e-5) == DISCARD
+            assert one.set(**{name: good}) == OK
+        handle(other)
+        assert one.step_to_event(1e-5, 1e-5) == other.step_to_event(1e-5, 1e-5) == (False, False, 2e-5)
+        assert one.outputs() == other.outputs()
+
+
+def test_initialization_with_a_value_that_is_not_valid():
+    with started(({"speed": math.nan},)) as one, started() as other:
+        assert one.step(0.0, STEP) == DISCARD
+        assert one.set(speed=2.0) == OK
+        assert one.step_to_event(0.0, 1e-5) == other.step_to_event(0.0, 1e-5)
+        assert one.outputs() == other.outputs()
+
+
 def test_the_monitor_reports_motion_and_range():
     """Events at changes of the inputs only; the preload is held as without event mode."""
     with (
@@ -390,6 +502,30 @@ def test_other_calls_within_an_intermediate_update_are_refused(call):
         assert one.call("DoStep", c_double(0.0), c_double(STEP), 0, *nothing) == ERROR
         assert statuses == [ERROR]
         assert "Intermediate Update Mode" in one.last
+
+
+def test_a_value_of_an_intermediate_update_that_is_not_valid_discards_the_step():
+    """Outputs, state and time are those before the step."""
+    updates = Updates()
+    with updating(updates).start(speed=2.0, **BRISTLE) as one, NativeInstance(3).start(**BRISTLE) as plain:
+        plain.go(1e-4, speed=2.0)
+        assert one.step_to_event(0.0, 1e-4) == (False, False, 1e-4)
+        updates.inputs, expected, reached = lambda time: {"speed": math.nan}, one.outputs(), doubles(0.0)
+        updates.calls.clear()
+        assert one.step(1e-4, STEP) == DISCARD
+        assert len(updates.calls) == 1
+        assert "speed = nan" in one.last
+        assert one.outputs() == expected
+        assert one.get_raw(references(TIME_REFERENCE), reached) == OK
+        assert reached[0] == 1e-4
+        assert one.step(1e-4, STEP) == DISCARD
+        assert len(updates.calls) == 1  # the value waits
+        updates.inputs = None
+        one.set(speed=3.0)
+        plain.go(STEP, speed=3.0)
+        assert one.step_to_event(1e-4, STEP)[:2] == (False, False)
+        names = ("friction_torque", "power_loss", "presliding_deflection")
+        assert one.get(*names) == pytest.approx(plain.get(*names), rel=1e-9)
 
 
 def test_parameters_are_not_set_in_an_intermediate_update():

@@ -108,7 +108,7 @@ def test_map_of_another_law_is_refused_with_both_laws(reader):
 def test_another_format_is_refused_with_both_formats(reader):
     message = reader(b"BSFMAP01" + GOOD[8:])
     assert f"{len(GOOD)} bytes that begin with 'BSFMAP01'" in message
-    assert "begins with 'BSFMAP02'" in message
+    assert "begins with 'BSFMAP03'" in message
     assert "begin with '..P.'" in reader(b"\x00\n\x50\xff")
 
 

@@ -307,8 +307,8 @@ def test_impossible_values_are_refused(version):
         for place, form, value in (
             (fields, "<d", math.nan), (fields + 8, "<d", math.nan), (fields + 16, "<I", 0),
             (fields + 16, "<I", 3), (fields + 16, "<I", 128), (fields + 20, "<I", 1 << 31),
-            (fields + 24, "<I", 2), (fields + 28, "<I", 2), (fields + 32, "<I", 2), (preload, "<d", math.nan),
-            (preload, "<d", 1e300), (preload + 8, "<d", math.inf), (len(good) - 4, "<I", 3),
+            (fields + 24, "<I", 2), (fields + 28, "<I", 2), (fields + 32, "<I", 2),
+            (preload, "<d", math.nan), (preload, "<d", 1e300), (preload + 8, "<d", math.inf), (len(good) - 4, "<I", 3),
         ):  # fmt: skip
             bad = bytearray(good)
             struct.pack_into(form, bad, place, value)

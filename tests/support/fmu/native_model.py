@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.models import FRICTION, MONITOR, FmuModel
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
 from ballscrew_fmu.native_fmu.map_file import map_bytes
 from ballscrew_fmu.native_fmu.sources import native_sources

@@ -130,6 +130,10 @@ void model_step(Model *model, double step)
         store_bristle(model, bristle_unwound(model->deflection_before, &moment));
         model->stiffness = model->initial_deflection = 0.0; /* nothing is left of it */
     }
+    if (step > 0.0) {
+        model->bristle_power += model->event_heat / step;
+        model->event_heat = 0.0;
+    }
 }
 
 bool model_step_too_long(const Model *model, double step, double *stiffness, double *damping)
@@ -181,6 +185,7 @@ bool model_possible(const Model *model)
 {
     /* comparisons that NaN and infinity fail */
     return model->step >= 0.0 && model->stiffness >= 0.0 && model->stiffness_before >= 0.0
+           && (model->continuous || model->event_heat >= 0.0)
            && model->stiffness + model->stiffness_before < HUGE_VAL
            && fabs(model->deflection_before) + fabs(model->initial_deflection) + fabs(model->bristle_torque)
                       + fabs(model->bristle_power) + fabs(model->bristle_supply) + fabs(model->power_of_parts)
@@ -303,7 +308,9 @@ static double bristle_energy(const Model *model)
 
 bool model_event(Model *model)
 {
+    const double stored = bristle_energy(model);
     bool changed = model->moved;
+    double lost;
     int slip;
 
     model->moved = false;
@@ -315,18 +322,20 @@ bool model_event(Model *model)
     if (!presliding(model) && model->continuous) {
         /* a bristle that is switched off is unwound; in co-simulation by the next step, which makes heat of it */
         changed = changed || model->value[PRESLIDING_DEFLECTION] != 0.0;
-        model->event_heat += bristle_energy(model);
         model->value[PRESLIDING_DEFLECTION] = 0.0;
     } else if (presliding(model) && model->slip != 0 && slip == 0) {
         /* Never more than the bristle had when it began to slip: a Coulomb torque that has risen since then would give
            it energy that no motion has put in. */
         const double sliding = sliding_deflection(model), wound = fabs(model->latched[PRESLIDING_DEFLECTION]);
-        model->event_heat += bristle_energy(model);
         model->value[PRESLIDING_DEFLECTION] =
             model->slip * (wound < SLIDING_FROM * sliding ? wound / SLIDING_FROM : sliding);
-        model->event_heat -= bristle_energy(model);
+        changed = true;
+    } else if (model->slip == 0 && fabs(model->value[PRESLIDING_DEFLECTION]) > sliding_deflection(model) && slip != 0) {
+        model->value[PRESLIDING_DEFLECTION] = slip * sliding_deflection(model); /* the Coulomb torque has decreased */
         changed = true;
     }
+    lost = stored - bristle_energy(model);
+    model->event_heat += model->continuous ? lost : greater(lost, 0.0);
     model->slip = slip;
     model_latch(model);
     return changed;

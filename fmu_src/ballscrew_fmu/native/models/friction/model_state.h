@@ -21,7 +21,7 @@ struct Model {
     double bristle_power;           /* [W] */
     double power_of_parts;          /* [W] of a step in parts: its mean power minus that of its last part */
     double bristle_supply;          /* [W] of the motion */
-    double event_heat;              /* [J] with events: that the bristle has lost at events */
+    double event_heat;              /* [J] lost by the bristle at events; co-simulation: part of the power of the next step */
     bool continuous;                /* model exchange: the bristle is a state of the importer */
     bool events;                    /* modes change at events only: model exchange, co-simulation with event mode */
     bool in_range;                  /* with events: at the last event */

@@ -22,7 +22,7 @@ struct Model {
     double bristle_power;           /* [W] */
     double power_of_parts;          /* [W] 0: there are no steps in parts */
     double bristle_supply;          /* [W] of the motion */
-    double event_heat;              /* [J] with events: that the bristle has lost at events */
+    double event_heat;              /* [J] lost by the bristle at events */
     bool continuous;                /* model exchange: the bristle is a state of the importer */
     bool events;                    /* modes change at events only: model exchange */
     bool in_range;                  /* with events: at the last event */
