@@ -13,7 +13,7 @@ import pytest
 from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks.experiments import run_experiments
 from ballscrew_fmu.checks.reference import STEP, CheckError, expected_outputs, reference_results
-from ballscrew_fmu.models import FRICTION, MONITOR
+from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.experiments import FOLDER, MANIFEST, Reference, reference_files
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 
@@ -29,7 +29,9 @@ ROLES = re.compile(
 
 
 @pytest.fixture(
-    scope="module", params=[(2, FRICTION), (3, FRICTION), (3, MONITOR)], ids=["fmi2", "fmi3", "monitor"]
+    scope="module",
+    params=[(2, FRICTION), (3, FRICTION), (3, MONITOR), (3, TRANSMISSION)],
+    ids=["fmi2", "fmi3", "monitor", "transmission"],
 )
 def fmu(request, tmp_path_factory, synthetic_nut_map):
     version, model = request.param

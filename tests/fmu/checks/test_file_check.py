@@ -66,7 +66,7 @@ def test_a_native_fmu_that_differs_from_its_reference_is_found(with_reference, t
         cells[1] = repr(1.001 * float(cells[1]))
         return "\n".join([*lines[:7], ",".join(cells), *lines[8:]]).encode()
 
-    damaged = rewritten(with_reference[2], tmp_path / "damaged.fmu", "_out.csv", other)
+    damaged = rewritten(with_reference[2], tmp_path / "damaged.fmu", "_validation_out.csv", other)
     assert main(["check", str(damaged)]) == 1
     error = capsys.readouterr().err
     assert "the reference in the FMU is" in error
