@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 from native_host import sanitized_c_host
 from native_model import NativeModel, compiled_model
@@ -18,6 +19,7 @@ from ballscrew_fmu.checks.check import check
 from ballscrew_fmu.checks.reference import STEP, reference_results
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
+from ballscrew_fmu.description.native import terminals
 from ballscrew_fmu.models import FRICTION, TRANSMISSION
 from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
@@ -119,6 +121,33 @@ def test_both_interfaces_and_derivatives_are_declared(fmus):
         for interface in ("CoSimulation", "ModelExchange"):
             assert root.find(interface).get("modelIdentifier") == "BallScrewTransmission"
             assert root.find(interface).get(flag[version]) == "true"
+
+
+def test_co_simulation_has_no_steps_in_parts(fmus):
+    """Angle and position belong to the start of a whole step: event mode is refused, a callback is not called."""
+    with zipfile.ZipFile(fmus[3]) as archive:
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    declared = root.find("CoSimulation")
+    for flag in ("hasEventMode", "providesIntermediateUpdate", "mightReturnEarlyFromDoStep"):
+        assert declared.get(flag) == "false"
+    assert not [node.get("name") for node in root.iter() if node.get("intermediateUpdate") == "true"]
+    with Fmu3Instance(fmus[3], initialize=False) as one:
+        identity = {"guid": one.description.guid, "instanceName": "parts"}
+        identity |= {
+            "unzipDirectory": one._unpacked, "modelIdentifier": one.description.coSimulation.modelIdentifier
+        }  # fmt: skip
+        with pytest.raises(Exception, match=r"[Ii]nstantiate"):
+            FMU3Slave(**identity).instantiate(eventModeUsed=True)
+
+
+def test_terminals_are_shaft_nut_and_heat():
+    text = terminals(TRANSMISSION).decode()
+    assert re.findall('Terminal name="([^"]+)"', text) == ["shaft", "nut", "heat"]
+    assert re.findall('variableName="([^"]+)" memberName="([^"]+)" variableKind="([^"]+)"', text) == [
+        ("angle", "phi", "signal"), ("speed", "w", "signal"), ("screw_torque", "tau", "inflow"),
+        ("position", "s", "signal"), ("velocity", "v", "signal"), ("nut_force", "f", "outflow"),
+        ("temperature", "T", "signal"), ("power_loss", "Q_flow", "outflow"),
+    ]  # fmt: skip
 
 
 def test_friction_files_are_shared_with_the_friction_fmu(synthetic_nut_map):
