@@ -44,7 +44,7 @@ FOLDERS = {"x86_64-linux": "linux64", "x86_64-windows": "win64"}  # of Resources
 UNITS = ("map.c", "nut.c", "model.c", "tangent.c")  # of the native runtime, without FMI
 HEADERS = (
     "constants.h", "number.h", "lock.h", "map.h", "nut.h", "nut_law.h", "bristle_law.h", "model.h", "model_state.h",
-    "friction_law.h", "tangent.h",
+    "friction_law.h", "range.h", "slip_event.h", "tangent.h",
 )  # fmt: skip
 
 

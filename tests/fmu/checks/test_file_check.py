@@ -9,7 +9,8 @@ import pytest
 from ballscrew_fmu.__main__ import main
 from ballscrew_fmu.checks.reference import STEP, reference_results
 from ballscrew_fmu.native_fmu.compile import this_platform
-from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu
+from ballscrew_fmu.native_fmu.experiments import Reference
+from ballscrew_fmu.native_fmu.package import build_native_fmu
 
 pytestmark = pytest.mark.slow
 
@@ -66,7 +67,7 @@ def test_a_native_fmu_that_differs_from_its_reference_is_found(with_reference, t
         cells[1] = repr(1.001 * float(cells[1]))
         return "\n".join([*lines[:7], ",".join(cells), *lines[8:]]).encode()
 
-    damaged = rewritten(with_reference[2], tmp_path / "damaged.fmu", "_out.csv", other)
+    damaged = rewritten(with_reference[2], tmp_path / "damaged.fmu", "_validation_out.csv", other)
     assert main(["check", str(damaged)]) == 1
     error = capsys.readouterr().err
     assert "the reference in the FMU is" in error

@@ -185,5 +185,5 @@ double ballScrewMap_preslidingStiffness(void *map, double preload, double netSli
     Loads loads;
 
     nut_loads(((Handle *)map)->map, preload, 0.0, &loads);
-    return nut_stiffness(&loads, &friction);
+    return nut_stiffness(((Handle *)map)->map, &loads, &friction);
 }
