@@ -21,7 +21,7 @@ from ballscrew_fmu.models import MODELS
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MapError
 
-#: ends of the paths of the reference inputs and outputs in an FMU
+#: ends of the paths of inputs and outputs of the validation experiment in an FMU
 INPUTS, OUTPUTS = "_validation_in.csv", "_validation_out.csv"
 
 

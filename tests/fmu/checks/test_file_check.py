@@ -9,7 +9,8 @@ import pytest
 from ballscrew_fmu.__main__ import main
 from ballscrew_fmu.checks.reference import STEP, reference_results
 from ballscrew_fmu.native_fmu.compile import this_platform
-from ballscrew_fmu.native_fmu.package import Reference, build_native_fmu
+from ballscrew_fmu.native_fmu.experiments import Reference
+from ballscrew_fmu.native_fmu.package import build_native_fmu
 
 pytestmark = pytest.mark.slow
 

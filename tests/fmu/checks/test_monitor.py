@@ -111,7 +111,7 @@ def test_the_friction_fmu_upstream(monitors, unpacked, synthetic_nut_map, subjec
     """The monitor recovers the preload from the torque of BallScrewFriction stepped in parallel."""
     rows, _ = friction_rows(synthetic_nut_map, 200, 13)
     in_range_count = 0
-    with FmuInstance(unpacked) as friction, opened(monitors, subject) as monitor:
+    with FmuInstance(unpacked, presliding=False) as friction, opened(monitors, subject) as monitor:
         for row in rows:
             assert friction.step(**row)
             del row["preload"]
