@@ -194,7 +194,7 @@ def test_model_is_that_of_python(model, nut_map):
             full = max(abs(wanted[name]), scale.get(name, 0.0))
             allowed = 1e-9 * full + (rounding if name in FORCES else 0.0)
             assert error <= allowed + 1e-300, (name, n, model.get(name), wanted[name])
-            worst = max(worst, error / (full + 1e-300))
+            worst = float(np.maximum(worst, error / (full + 1e-300)))
         assert model.get("presliding_deflection") == pytest.approx(before.deflection, rel=1e-9, abs=1e-15)
     assert worst > 0.0
 

@@ -39,7 +39,7 @@ def reversal_peak(
         else:
             model.step(step, speed=speed)
         coulomb = model.get("hysteresis_torque") + model.get("sliding_torque")
-        largest = max(largest, abs(coulomb) / coulomb_level(nut_map, speed))
+        largest = float(np.maximum(largest, abs(coulomb) / coulomb_level(nut_map, speed)))
     return largest
 
 
