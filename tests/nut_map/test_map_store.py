@@ -366,7 +366,7 @@ def test_missing_attribute_is_refused(saved, tmp_path, attribute):
         ("screw", "ball_count", 85),
         ("screw", "contact_angle", 0.786),
         ("solid", "density", 7800.0),
-        ("lubricant", "viscosity", math.nextafter(0.033, 1.0)),
+        ("lubricant", "viscosity", 0.033 * (1.0 + 1e-11)),
         ("lubricant", "viscosity_law", "roelands_printed"),
         ("friction", "hysteresis_coefficient", 0.011),
         ("friction", "reference_slip", 0.03),
@@ -380,6 +380,23 @@ def test_map_of_another_screw_is_refused(saved, table, key, value):
     assert message == (
         f"map of other parameters: {table}.{key} = {found}; expected {value}: build a map for this screw"
     )
+
+
+def test_rounding_of_a_converted_unit_is_no_other_screw(saved):
+    near = changed(GD4008, screw={"lead_angle": math.nextafter(GD4008.screw.lead_angle, 1.0)})
+    assert load_map(saved, near).header["file_hash"] == load_map(saved, GD4008).header["file_hash"]
+
+
+def test_without_a_map_the_message_says_what_to_do(saved):
+    other = changed(GD4008, screw={"ball_diameter": 4.764e-3})
+    with pytest.raises(MapError) as error:
+        load_map(None, other)
+    text = str(error.value)
+    assert text.startswith(
+        f"no packaged map fits {other.name} with {other.lubricant.name} (screw.ball_diameter = 0.004764"
+    )
+    assert "--direct" in text
+    assert "map build" in text
 
 
 def test_map_of_another_name_or_without_a_table_is_refused(saved):

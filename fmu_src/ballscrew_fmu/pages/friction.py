@@ -82,10 +82,10 @@ def standstill(header: Mapping[str, Any]) -> tuple[str, ...]:
         f"elastic up to {ELASTIC_SHARE:g} of the deflection at which it slides, then yielding. It holds the axis, "
         "stores energy and springs back. So friction_torque may act along the motion, and power_loss differs from "
         "torque times speed. The Coulomb parts never exceed their value in motion.",
-        f"It slides after about {angle:.2g} mrad at {preload:.0f} N, from the width of the contacts: a ball rolls "
-        "after a travel of about three half widths of its contact. The angle grows with the cube root of the preload. "
-        "After a start from rest or a reversal the torque builds up over this angle: 1 ms at 1000 r/min turns the "
-        "screw by 105 mrad, 10 us by 1 mrad. At the beginning of a simulation the bristle slides in the "
+        f"It slides at a deflection of {angle:.2g} mrad at {preload:.0f} N, from the width of the contacts: in slow "
+        "motion from rest the torque reaches 99 % after 1.7 times this angle, when a ball has travelled three half "
+        "widths of its contact. The angle grows with the cube root of the preload. In fast motion the damping reaches "
+        "the torque first. At the beginning of a simulation the bristle slides in the "
         "direction of the speed, or has the deflection of presliding_side.",
         "presliding_stiffness = 0 and presliding_damping = 0: from the screw. That stiffness follows preload and axial "
         f"load, and the stored energy stays the same; the damping is {1e3 * DAMPING_TIME:g} ms times the stiffness. A "

@@ -212,19 +212,40 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     return dict(header, file_hash=digest), variables
 
 
-def _refuse_other_parameters(path: Path, header: Mapping[str, Any], parameters: Parameters) -> None:
-    expected = map_parameters_json(parameters)
-    if header["parameters_json"] == expected:
-        return
-    ours, theirs = json.loads(expected), json.loads(header["parameters_json"])
+#: relative difference of parameters that conversion of units makes
+ROUNDING = 1e-12
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Whether two parameters are equal, numbers but for rounding."""
+    if isinstance(one, float) and isinstance(other, float):
+        return math.isclose(one, other, rel_tol=ROUNDING)
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(_same, one, other))
+    return bool(one == other)
+
+
+def _refuse_other_parameters(
+    path: Path, header: Mapping[str, Any], parameters: Parameters, packaged: bool
+) -> None:
+    """packaged : no map was given, so that the packaged one was tried."""
+    ours, theirs = json.loads(map_parameters_json(parameters)), json.loads(header["parameters_json"])
     for table in sorted(set(ours) | set(theirs)):
         a, b = theirs.get(table), ours.get(table)
-        if a == b:
+        if _same(a, b):
             continue
         where, found, wanted = table, a, b
         if isinstance(a, dict) and isinstance(b, dict):
-            key = next(key for key in sorted(set(a) | set(b)) if a.get(key) != b.get(key))
+            key = next(key for key in sorted(set(a) | set(b)) if not _same(a.get(key), b.get(key)))
             where, found, wanted = f"{table}.{key}", a.get(key), b.get(key)
+        if packaged:
+            raise MapError(
+                f"no packaged map fits {parameters.name} with {parameters.lubricant.name} ({where} = {wanted}, in "
+                f"{path.name} {found}): build one (python -m ballscrew_tehl map build --screw FILE --output MAP.nc) and "
+                "give it with --map, or solve points with torque --direct"
+            )
         raise MapError(
             f"{path}: map of other parameters: {where} = {found}; expected {wanted}: build a map for this screw"
         )
@@ -304,9 +325,9 @@ def load_map(
                  own_films : show the films of the file even where those of rolling_frame are known
     Raises       MapError (a ValueError): missing, damaged, of another format or of other parameters
     """
-    path = _path_for(path, parameters)
+    packaged, path = path is None, _path_for(path, parameters)
     header, variables = _read(path)
-    _refuse_other_parameters(path, header, parameters)
+    _refuse_other_parameters(path, header, parameters, packaged)
     if friction_set is not None:
         refuse_other_fit(friction_set, parameters)
     friction = friction_set or default_friction_set(parameters)
@@ -413,9 +434,9 @@ def _band(
 
 def load_contact_map(path: Path | str | None, parameters: Parameters) -> ContactMap:
     """Contact samples of a map file; arguments and errors as load_map."""
-    path = _path_for(path, parameters)
+    packaged, path = path is None, _path_for(path, parameters)
     header, variables = _read(path)
-    _refuse_other_parameters(path, header, parameters)
+    _refuse_other_parameters(path, header, parameters, packaged)
     return _contact_map(header, variables, parameters)
 
 
