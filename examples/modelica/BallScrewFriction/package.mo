@@ -153,8 +153,8 @@ contacts, friction of each nut at its own force.</p></html>"));
         slip = 0;
       end when;
       when turned then
-        // not more than when it began to slip: a Coulomb torque that has risen gives the bristle no energy
-        reinit(z, pre(slip)*min(sliding, abs(z)/slipFrom));
+        // not more than when it began to slip: more would be energy that no motion has put in
+        reinit(z, pre(slip)*min(sliding, abs(z)));
       end when;
     end PartialScrewFriction;
 

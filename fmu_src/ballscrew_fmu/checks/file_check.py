@@ -1,11 +1,14 @@
 """What an FMU file says of itself (`ballscrew_fmu info`), and its checks without the map that it was built from
 (`ballscrew_fmu check`): validation in fmpy, and the reference input that a native FMU carries, replayed."""
 
+import contextlib
 import csv
 import io
 import shutil
 import tempfile
 import zipfile
+import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +73,10 @@ def check_file(fmu: Path) -> list[str]:
         return [*lines, f"not run: no library for this machine ({fmpy.platform})"]
     folder = tempfile.mkdtemp(prefix="ballscrew_fmu_")
     try:
-        fmpy.extract(str(fmu), unzipdir=folder)
+        try:
+            fmpy.extract(str(fmu), unzipdir=folder)
+        except (zipfile.BadZipFile, zlib.error, OSError) as error:
+            raise CheckError(f"damaged archive: {error}") from error
         kind = Fmu3Instance if description.fmiVersion.startswith("3") else FmuInstance
         own = next((model for model in MODELS if model.name == description.modelName), None)
         if (
@@ -93,6 +99,22 @@ def check_file(fmu: Path) -> list[str]:
         return [*lines, _replayed(Path(folder), kind, _rows(inputs), _rows(outputs))]
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def _running(folder: Path, kind: type[FmuInstance]) -> Iterator[FmuInstance]:
+    """An instance of the FMU.
+
+    Raises       CheckError: it cannot be loaded or instantiated, with what the FMU says itself
+    """
+    one = kind.__new__(kind)
+    try:
+        one.__init__(folder)  # type: ignore[misc]  # apart from new: its messages outlive a failure
+    except Exception as error:
+        said = [text for _, text in getattr(one, "messages", [])]
+        raise CheckError(" ".join((said[-1] if said else str(error)).split())) from error
+    with one:
+        yield one
 
 
 def read_description(fmu: Path) -> ModelDescription:
@@ -123,7 +145,7 @@ def _rows(path: Path) -> list[dict[str, float]]:
 
 def _stepped(folder: Path, kind: type[FmuInstance]) -> str:
     """One step with the start values: an FMU that carries no reference."""
-    with kind(folder) as one:
+    with _running(folder, kind) as one:
         if not one.step():
             raise CheckError(f"a step with the start values is discarded: {one.messages[-1][1]}")
         numbers = {name: float(value) for name, value in one.outputs().items()}
@@ -136,7 +158,7 @@ def _replayed(
     folder: Path, kind: type[FmuInstance], inputs: list[dict[str, float]], wanted: list[dict[str, float]]
 ) -> str:
     worst = 0.0
-    with kind(folder) as one:
+    with _running(folder, kind) as one:
         for row, expected in zip(inputs, wanted, strict=True):
             values = {name: value for name, value in row.items() if name != "time"}
             if not one.step(expected["time"] - row["time"], **values):

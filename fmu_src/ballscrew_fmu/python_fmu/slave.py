@@ -14,7 +14,7 @@ from pythonfmu.enums import Fmi2Status
 from ballscrew_fmu.python_fmu.slave_base import MapSlave
 from ballscrew_fmu.python_fmu.solver_cache import SolverError, compiled_files, load_solver
 from ballscrew_fmu.variables.friction import fmu_variables
-from ballscrew_tehl.runtime.constants import DAMPING_TIME, SLIDING_FROM
+from ballscrew_tehl.runtime.constants import DAMPING_TIME, LEAST_STIFFNESS, SLIDING_FROM
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS, POINT
@@ -77,7 +77,8 @@ class BallScrewFrictionBase(MapSlave):
     def _presliding(self, coulomb_torque: float, speed: float, step: float | None) -> CoulombFriction:
         """Standstill law of the bristle; without a step, at the start of the simulation."""
         stiffness, damping, side = self._given(self._values)
-        stiffness = stiffness or self._stiffness_of_screw()
+        if stiffness < LEAST_STIFFNESS:
+            stiffness = self._stiffness_of_screw()
         damping = damping or DAMPING_TIME * stiffness
         before = self._bristle
         if step is None:

@@ -243,8 +243,8 @@ def _refuse_other_parameters(
         if packaged:
             raise MapError(
                 f"no packaged map fits {parameters.name} with {parameters.lubricant.name} ({where} = {wanted}, in "
-                f"{path.name} {found}): build one (python -m ballscrew_tehl map build --screw FILE --output MAP.nc) and "
-                "give it with --map, or solve points with torque --direct"
+                f"{path.name} {found}): build one (python -m ballscrew_tehl map build --screw FILE --output MAP.nc) "
+                "and give it with --map, or solve points with torque --direct"
             )
         raise MapError(
             f"{path}: map of other parameters: {where} = {found}; expected {wanted}: build a map for this screw"

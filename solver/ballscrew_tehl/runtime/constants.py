@@ -38,6 +38,9 @@ LONGEST_STEP = (
 ROUNDING = 4e-16  # relative width of a bracket that cannot shrink any more
 MOST_ITERATIONS = 200  # each halves the error in torque or the bracket: it takes 3 to 10, and cannot take all
 
+# standstill (standstill.py)
+LEAST_STIFFNESS = 1e-6  # [N.m/rad] of the bristle; a smaller one that is set counts as 0, from the screw
+
 # transmission (transmission.py)
 FORCE_ROUNDING = 1e-12  # relative, of a force computed from a preload at the end of the map
 

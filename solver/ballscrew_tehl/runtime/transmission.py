@@ -25,7 +25,7 @@ from collections.abc import Callable
 from operator import add
 from typing import Any, NamedTuple
 
-from ballscrew_tehl.runtime.constants import DAMPING_TIME, FORCE_ROUNDING, TOO_LARGE
+from ballscrew_tehl.runtime.constants import DAMPING_TIME, FORCE_ROUNDING, LEAST_STIFFNESS, TOO_LARGE
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
@@ -226,7 +226,7 @@ def _standstill(
         )
         return coulomb, coulomb_torque * coulomb.sign * speed
     stiffness = p.presliding_stiffness
-    if not stiffness * TOO_LARGE > 1.0:
+    if not stiffness >= LEAST_STIFFNESS:
         friction = p.net_sliding_coefficient, p.breakaway_factor
         stiffness = 0.5 * sum(nut_map.presliding_stiffness(force, 0.0, *friction) for force in forces)
     damping = p.presliding_damping or DAMPING_TIME * stiffness

@@ -338,7 +338,8 @@ def test_slip_begins_at_the_sliding_deflection_and_ends_at_reversal(model, nut_m
     model.latch(speed=-0.01)
     assert model.get("slip_indicator") < 0.0
     assert model.event()
-    assert model.get("presliding_deflection") == pytest.approx(sliding)
+    # as much as when slip began: no energy without motion
+    assert model.get("presliding_deflection") == pytest.approx(0.9995 * sliding)
     assert model.get("presliding_deflection_rate") == pytest.approx(-0.01)
     assert model.get("slip_indicator") > 0.0
 

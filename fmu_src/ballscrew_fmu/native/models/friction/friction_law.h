@@ -15,12 +15,12 @@ static inline Friction friction_of(const Number at[])
     return out;
 }
 
-/* Stiffness of the bristle at these loads: as set, or from the screw. One that is as good as 0 counts as 0, or a
+/* Stiffness of the bristle at these loads: as set, or from the screw. One that is next to 0 counts as 0, or a
    deflection would not be finite. */
 static inline Number stiffness_at(const Number at[], const Map *map, Loads *loads, const Friction *friction)
 {
-    return value_of(at[PRESLIDING_STIFFNESS]) * TOO_LARGE > 1.0 ? at[PRESLIDING_STIFFNESS]
-                                                                : nut_stiffness(map, loads, friction);
+    return value_of(at[PRESLIDING_STIFFNESS]) >= LEAST_STIFFNESS ? at[PRESLIDING_STIFFNESS]
+                                                                 : nut_stiffness(map, loads, friction);
 }
 
 static inline Number damping_at(const Number at[], Number stiffness)

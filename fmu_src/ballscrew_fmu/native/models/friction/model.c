@@ -205,7 +205,6 @@ void model_clear_computed(Model *model)
 #define RANGE_HYSTERESIS 1e-6 /* of an axis: avoids repeated events at the limit of the map */
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
 #define STIFFNESS_CHANGE 0.02 /* of the stiffness: an event adapts the bristle, which keeps its energy */
-#define LEAST_STIFFNESS 1e-6  /* [N.m/rad] below which no event does */
 
 /* [rad] of the bristle; 0 without a Coulomb torque */
 static double sliding_deflection(Model *model)
@@ -324,11 +323,10 @@ bool model_event(Model *model)
         changed = changed || model->value[PRESLIDING_DEFLECTION] != 0.0;
         model->value[PRESLIDING_DEFLECTION] = 0.0;
     } else if (presliding(model) && model->slip != 0 && slip == 0) {
-        /* Never more than the bristle had when it began to slip: a Coulomb torque that has risen since then would give
-           it energy that no motion has put in. */
+        /* Never more than the bristle had when it began to slip: more would be energy that no motion has put in, and
+           small motions to and fro would drive the shaft. */
         const double sliding = sliding_deflection(model), wound = fabs(model->latched[PRESLIDING_DEFLECTION]);
-        model->value[PRESLIDING_DEFLECTION] =
-            model->slip * (wound < SLIDING_FROM * sliding ? wound / SLIDING_FROM : sliding);
+        model->value[PRESLIDING_DEFLECTION] = model->slip * lesser(wound, sliding);
         changed = true;
     } else if (model->slip == 0 && fabs(model->value[PRESLIDING_DEFLECTION]) > sliding_deflection(model) && slip != 0) {
         model->value[PRESLIDING_DEFLECTION] = slip * sliding_deflection(model); /* the Coulomb torque has decreased */
