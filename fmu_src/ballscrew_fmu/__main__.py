@@ -256,6 +256,8 @@ def _info(args: argparse.Namespace) -> int:
         f"{info['model']}, FMI {info['fmi_version']}, {' and '.join(info['kinds'])}, {', '.join(info['platforms'])}"
     )
     print(f"{info['description']}\n{info['tool']}, {info['token']}")
+    if info["map"]:
+        print(info["map"])
     table = Table(box=None, pad_edge=False)
     for title in ("variable", "causality", "unit", "start", "min", "max"):
         table.add_column(title, justify="left" if title in ("variable", "causality", "unit") else "right")

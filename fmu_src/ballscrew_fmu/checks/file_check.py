@@ -21,9 +21,12 @@ from ballscrew_fmu.checks.reference import CheckError
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
 from ballscrew_fmu.models import MODELS
+from ballscrew_fmu.native_fmu.map_file import MAGIC, MAP_FILE
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MapError
 
+#: characters of the hash of a map in its file
+HASH_SIZE = 64
 #: ends of the paths of inputs and outputs of the validation experiment in an FMU
 INPUTS, OUTPUTS = "_validation_in.csv", "_validation_out.csv"
 
@@ -43,6 +46,7 @@ def fmu_info(fmu: Path) -> dict[str, Any]:
         "kinds": [name for name, kind in kinds.items() if kind is not None],
         "platforms": _platforms(fmu),
         "token": description.guid,
+        "map": _map_note(fmu, description.description or ""),
         "tool": description.generationTool,
         "variables": [
             {
@@ -69,6 +73,8 @@ def check_file(fmu: Path) -> list[str]:
     if findings := validation.validate_fmu(str(fmu)):
         raise CheckError(f"fmpy validation of {fmu.name}: {' | '.join(findings)}")
     lines = ["fmpy validation: no finding"]
+    if (note := _map_note(fmu, description.description or "")) is not None:
+        lines.append(note)
     if fmpy.platform not in fmpy.supported_platforms(str(fmu)):
         return [*lines, f"not run: no library for this machine ({fmpy.platform})"]
     folder = tempfile.mkdtemp(prefix="ballscrew_fmu_")
@@ -130,6 +136,21 @@ def read_description(fmu: Path) -> ModelDescription:
         raise ValueError(f"{fmu}: not an FMU: {error}") from error
     except Exception as error:  # what fmpy raises on a model description that breaks the standard
         raise ValueError(f"{fmu}: model description: {' '.join(str(error).split())}") from error
+
+
+def _map_note(fmu: Path, text: str) -> str | None:
+    """Which map a native FMU holds, and whether it is that of its description; None: no map in a file."""
+    with zipfile.ZipFile(fmu) as archive:
+        if f"resources/{MAP_FILE}" not in archive.namelist():
+            return None
+        head = archive.read(f"resources/{MAP_FILE}")[: len(MAGIC) + 16 + HASH_SIZE]
+    found = head[len(MAGIC) + 16 :].decode("ascii", "replace")
+    if not head.startswith(MAGIC) or len(found) < HASH_SIZE:
+        return f"{MAP_FILE} is damaged or of another format"
+    same = f"map {found[:12]}" in text
+    return f"map {found}" + (
+        "" if same else ", not that of the description: start values belong to another map"
+    )
 
 
 def _platforms(fmu: Path) -> list[str]:

@@ -74,6 +74,21 @@ def test_a_native_fmu_that_differs_from_its_reference_is_found(with_reference, t
     assert error.count("\n") == 1
 
 
+def test_another_map_in_a_native_fmu_is_named(with_reference, synthetic_nut_map, tmp_path, capsys):
+    own = synthetic_nut_map.header["content_hash"].encode()
+    other = rewritten(
+        with_reference[2], tmp_path / "other.fmu", "nut_map.bin", lambda c: c.replace(own, own[::-1])
+    )
+    assert main(["info", str(other)]) == 0
+    assert f"map {own[::-1].decode()}, not that of the description" in capsys.readouterr().out
+    assert main(["info", str(with_reference[2])]) == 0
+    assert f"map {own.decode()}\n" in capsys.readouterr().out
+    assert main(["check", str(other)]) == 1  # its checksum is wrong
+    error = capsys.readouterr().err
+    assert "damaged" in error
+    assert error.count("\n") == 1
+
+
 def test_a_python_fmu_is_replayed_against_its_map(fmu, capsys):
     assert main(["check", str(fmu), "--json"]) == 0
     checks = json.loads(capsys.readouterr().out)["checks"]
