@@ -162,7 +162,9 @@ def test_the_axis_fmu_is_valid_and_states_its_units(axis_fmu):
     assert validate_fmu(str(axis_fmu)) == []
     description = fmpy.read_model_description(str(axis_fmu))
     units = {v.name: v.unit for v in description.modelVariables}
-    assert units == {name: unit for name, (unit, _) in servo_axis_fmu.TABLE.items()}
+    slave = servo_axis_fmu.slave
+    table = {**slave.INPUTS, **slave.OUTPUTS, **slave.PARAMETERS}
+    assert units == {name: unit for name, (unit, _) in table.items()}
     assert description.coSimulation.canHandleVariableCommunicationStepSize is False
     assert description.coSimulation.needsExecutionTool is False
 

@@ -26,7 +26,7 @@ from ballscrew_tehl.physics.load import (
 
 SCREW = load_parameters().screw
 K = contact_stiffness(SCREW)
-STIFF = {"screw_section_area": 1e4, "nut_section_area": 1e4, "spacer_section_area": 1e4}  # [m^2] rigid bodies
+STIFF = {"screw_section_area": 1e3, "nut_section_area": 1e3, "spacer_section_area": 1e3}  # [m^2] rigid bodies
 RIGID = SCREW.model_copy(update=STIFF)
 BETA = SCREW.contact_angle
 
