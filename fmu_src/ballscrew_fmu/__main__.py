@@ -16,6 +16,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from ballscrew_tehl.cli.extras import missing_extra
+from ballscrew_tehl.cli.main import INTERRUPTED
 
 DESCRIPTION = """\
 Build the FMUs of a screw from its map (friction and preload monitor, for Python hosts and native; the screw as a
@@ -42,7 +43,7 @@ Same input gives the same bytes. The FMUs are delivered only if all checks pass.
 examples
   {prog}                                  the screw GD4008-3 with its packaged map
   {prog} --kinematics rolling_frame       its other kinematics, with reliable films
-  {prog} --python-only                    only the FMUs for Python hosts, without compiler
+  {prog} --python-only                    only the FMUs for Python hosts
   {prog} --embed-map                      native FMUs that open no file, for real-time targets
   python -m ballscrew_tehl map build --screw my.toml --output my_map.nc
   {prog} --screw my.toml --map my_map.nc --output my_fmus
@@ -51,9 +52,6 @@ examples
 
 exit codes: 0 done, 1 a check or the compiler failed, 2 invalid input, 130 interrupted
 """
-#: exit code after Ctrl-C: 128 and the number of the signal
-INTERRUPTED = 130
-
 
 MAP_DESCRIPTION = """\
 Write the map of a screw as nut_map.bin, the form in which the native FMUs read it. Put in place of the file of this
@@ -145,7 +143,7 @@ def _add_build(options: argparse.ArgumentParser, folder: Path) -> None:
     options.add_argument(
         "--python-only",
         action="store_true",
-        help="build the FMUs for Python hosts only; the native ones need a C compiler",
+        help="build the FMUs for Python hosts only",
     )
     options.add_argument(
         "--embed-map",
@@ -270,6 +268,7 @@ def _info(args: argparse.Namespace) -> int:
 
 def _write_map(args: argparse.Namespace) -> int:
     from ballscrew_fmu import build
+    from ballscrew_fmu.archive import write_whole
     from ballscrew_fmu.native_fmu.map_file import map_bytes
     from ballscrew_tehl.runtime.packed import map_hash
 
@@ -278,7 +277,7 @@ def _write_map(args: argparse.Namespace) -> int:
     except (ValueError, OSError) as error:
         return _print_error(args, str(error))
     try:
-        args.output.write_bytes(map_bytes(nut_map))
+        write_whole(args.output, map_bytes(nut_map))
     except OSError as error:
         return _print_error(
             args, f"--output {args.output}: {error.strerror or error}; needs a file that can be written"

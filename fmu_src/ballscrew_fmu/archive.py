@@ -25,7 +25,6 @@ def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> None:
 
     Raises       OSError: the folder cannot be written
     """
-    path = Path(path)
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files, key=lambda n: (n != "modelDescription.xml", n)):
@@ -33,11 +32,19 @@ def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> None:
             member.create_system = 3  # unix, whatever the build system
             member.external_attr = 0o644 << 16
             archive.writestr(member, files[name], zipfile.ZIP_DEFLATED, 9)
+    write_whole(Path(path), out.getvalue())
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file by a temporary name, so that it is never there in part; its folder is created.
+
+    Raises       OSError: the folder cannot be written
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
         with os.fdopen(handle, "wb") as stream:
-            stream.write(out.getvalue())
+            stream.write(content)
         os.chmod(temporary, 0o644)
         os.replace(temporary, path)
     except BaseException:
