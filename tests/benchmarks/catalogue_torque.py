@@ -16,6 +16,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
+from ballscrew_tehl.cli.screw import CATALOGUE_SHARE
 from ballscrew_tehl.friction.baselines import nsk_torque
 from ballscrew_tehl.friction.interval import torque_interval, zero_fitted
 from ballscrew_tehl.friction.torque import nut_forces
@@ -26,7 +27,7 @@ from ballscrew_tehl.refinement.direct import DirectContacts
 
 SCREWS = Path(__file__).parents[1] / "data" / "screws"
 #: speed [r/min], ISO VG and viscosity index, temperature [C], preload over the dynamic rating
-SPEED, OIL, TEMPERATURE, SHARE = 100.0, (68, 95.0), 30.0, 0.05
+SPEED, OIL, TEMPERATURE, SHARE = 100.0, (68, 95.0), 30.0, CATALOGUE_SHARE
 
 
 class Row(NamedTuple):

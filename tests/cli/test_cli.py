@@ -380,10 +380,12 @@ def test_choices_of_the_parser_are_those_of_the_modules():
     from ballscrew_tehl.contact.moes import LAWS
     from ballscrew_tehl.friction.sets import SETS
     from ballscrew_tehl.nut_map.file import FILM_MODELS
+    from ballscrew_tehl.parameters.template import LUBRICANTS
     from ballscrew_tehl.physics.kinematics import KINEMATICS
 
     assert tuple(LOSSES) == cli.LOSS_NAMES
     assert DROPS == cli.DROP_KINDS
+    assert LUBRICANTS == cli.LUBRICANTS
     assert tuple(SETS) == cli.SET_NAMES
     assert tuple(KINEMATICS) == cli.KINEMATICS
     assert (*FILM_MODELS[:2], "hamrock_dowson") == cli.FILMS

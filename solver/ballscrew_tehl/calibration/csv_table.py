@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 _SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
-#: a number with a decimal comma
-_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
-_POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
+#: a number with a decimal comma or point
+_DECIMAL = re.compile(r"[+-]?(\d+[.,]\d*|[.,]\d+)([eE][+-]?\d+)?")
 
 
 class CsvTable(NamedTuple):
@@ -104,18 +103,13 @@ def with_decimal_points(table: CsvTable, numeric: Collection[int]) -> CsvTable:
 
 
 def read_rows(path: Path | str) -> list[dict[str, str]]:
-    """Rows by heading; columns in which every field is empty or a number may have decimal commas.
+    """Rows by heading; columns with a decimal comma or point are numbers, which may have decimal commas.
 
     Raises       ValueError: as read_table and with_decimal_points
     """
     table = read_table(path)
     if table.separator != ",":
         fields = list(zip(*(row for _, row in table.rows), strict=True))
-        numeric = [
-            k
-            for k, column in enumerate(fields)
-            if any(_COMMA.fullmatch(text) for text in column)
-            or any(_POINT.fullmatch(text) for text in column)
-        ]
+        numeric = [k for k, column in enumerate(fields) if any(_DECIMAL.fullmatch(text) for text in column)]
         table = with_decimal_points(table, numeric)
     return [dict(zip(table.headings, row, strict=True)) for _, row in table.rows]

@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from .file import TABLES, LubricantParameters, Parameters, graded_oil, load_parameters
+from .friction_constants import BOUNDED
 from .packaged_data import PACKAGED_DATA
 from .toml import UNITS
 
 EXAMPLE = "example_25x10.toml"
 #: ISO grade and viscosity index of the example
 EXAMPLE_GRADE = (100, 95.0)
-#: NLGI grade of the example grease, and the constant of SKF's replenishment factor for greases
+#: NLGI grade of the example grease
 EXAMPLE_NLGI: Literal["2"] = "2"
-GREASE_REPLENISHMENT = 6e-8
 #: lubricants of a template
 LUBRICANTS = ("oil", "grease")
 #: units that data sheets use, by dimension; others take the first one, SI
@@ -99,7 +99,9 @@ def _greased(example: Parameters) -> Parameters:
         nlgi=EXAMPLE_NLGI,
     )  # fmt: skip
     values = {name: getattr(example.friction, name) for name in example.friction.model_fields_set}
-    friction = type(example.friction)(**{**values, "replenishment_constant": GREASE_REPLENISHMENT})
+    friction = type(example.friction)(
+        **{**values, "replenishment_constant": BOUNDED["replenishment_constant"].high}
+    )
     return example.model_copy(update={"lubricant": base, "friction": friction})
 
 
