@@ -7,21 +7,44 @@ import shutil
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
 
+from ballscrew_fmu.checks.check import AGREEMENT
 from ballscrew_fmu.checks.reference import CheckError
 from ballscrew_fmu.native_fmu.experiments import EXPERIMENT_TYPE, FOLDER, MANIFEST, SSV_NAMESPACE
 
 
-def run_experiments(fmu: Path | str) -> dict[str, float]:
-    """Largest relative difference between the outputs of an FMU and their references, by experiment.
+class Comparison(NamedTuple):
+    """Outputs of one experiment against their references."""
+
+    steps: int
+    difference: float  # relative, the largest
+    place: str  # of the largest difference: variable, time and both values
+
+
+def check_experiments(fmu: Path | str) -> dict[str, Comparison]:
+    """run_experiments, none of whose outputs differs by more than AGREEMENT.
+
+    Raises       CheckError: as run_experiments; the output with the largest difference
+    """
+    experiments = run_experiments(fmu)
+    for name, found in experiments.items():
+        if not found.difference <= AGREEMENT:
+            raise CheckError(f"{name}: {found.place}; allowed difference {AGREEMENT:g}")
+    return experiments
+
+
+def run_experiments(fmu: Path | str) -> dict[str, Comparison]:
+    """Outputs of an FMU, packed or in a folder, against their references, by experiment.
 
     Raises       CheckError: there is no manifest, a file is missing or has another checksum, or fmpy cannot run it
     """
+    if Path(fmu).is_dir():
+        return _run_all(Path(fmu))
     folder = tempfile.mkdtemp(prefix="ballscrew_experiments_")
     try:
         fmpy.extract(str(fmu), unzipdir=folder)
@@ -30,7 +53,11 @@ def run_experiments(fmu: Path | str) -> dict[str, float]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _run_all(folder: Path) -> dict[str, float]:
+def has_experiments(folder: Path) -> bool:
+    return (folder / FOLDER / MANIFEST).is_file()
+
+
+def _run_all(folder: Path) -> dict[str, Comparison]:
     place = folder / FOLDER
     listed = {node.get("source", ""): node for node in _parsed(place / MANIFEST).iter("Related")}
     for source, related in listed.items():
@@ -45,7 +72,7 @@ def _run_all(folder: Path) -> dict[str, float]:
     return {experiment.get("name", ""): _run(folder, place, experiment) for experiment in experiments}
 
 
-def _run(folder: Path, place: Path, experiment: ElementTree.Element) -> float:
+def _run(folder: Path, place: Path, experiment: ElementTree.Element) -> Comparison:
     sources = {node.tag: place / node.get("source", "") for node in experiment if node.get("source")}
     settings = experiment.find("TransientSimulation")
     if settings is None:
@@ -68,11 +95,16 @@ def _run(folder: Path, place: Path, experiment: ElementTree.Element) -> float:
     # the first row of fmpy is that after initialization; references begin with the end of the first step
     if not np.allclose(found["time"][1:], wanted["time"], rtol=0.0, atol=1e-6 * times["stepSize"]):
         raise CheckError(f"{experiment.get('name')}: steps end at other times than the references")
-    return max(
-        float(np.max(np.abs(found[name][1:] - values) / np.maximum(np.abs(values), 1e-300)))
-        for name, values in wanted.items()
-        if name != "time"
-    )
+    ends = wanted.pop("time")
+    worst = Comparison(len(ends), 0.0, "")
+    for name, values in wanted.items():
+        differences = np.abs(found[name][1:] - values) / np.maximum(np.abs(values), 1e-300)
+        k = int(np.argmax(differences))  # the first NaN, if there is one
+        if not differences[k] <= worst.difference:
+            value, expected = float(found[name][1 + k]), float(values[k])
+            place = f"{name} at {ends[k]:g} s = {value!r}; the reference in the FMU is {expected!r}"
+            worst = worst._replace(difference=float(differences[k]), place=place)
+    return worst
 
 
 def _content(path: Path) -> bytes:

@@ -1,9 +1,7 @@
 """What an FMU file says of itself (`ballscrew_fmu info`), and its checks without the map that it was built from
-(`ballscrew_fmu check`): validation in fmpy, and the reference input that a native FMU carries, replayed."""
+(`ballscrew_fmu check`): validation in fmpy, and the reference experiments that a native FMU carries."""
 
 import contextlib
-import csv
-import io
 import shutil
 import tempfile
 import zipfile
@@ -17,6 +15,7 @@ from fmpy import validation
 from fmpy.model_description import ModelDescription
 
 from ballscrew_fmu.checks.check import AGREEMENT, check_replay
+from ballscrew_fmu.checks.experiments import check_experiments, has_experiments
 from ballscrew_fmu.checks.reference import CheckError
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
@@ -27,8 +26,6 @@ from ballscrew_tehl.runtime.packed import MapError
 
 #: characters of the hash of a map in its file
 HASH_SIZE = 64
-#: ends of the paths of inputs and outputs of the validation experiment in an FMU
-INPUTS, OUTPUTS = "_validation_in.csv", "_validation_out.csv"
 
 
 def fmu_info(fmu: Path) -> dict[str, Any]:
@@ -97,12 +94,18 @@ def check_file(fmu: Path) -> list[str]:
                 *lines,
                 f"replay against the map in the FMU: largest difference {worst:.1e} (limit {AGREEMENT:g})",
             ]
-        files = {path.name: path for path in Path(folder).glob("extra/*/*.csv")}
-        inputs = next((path for name, path in files.items() if name.endswith(INPUTS)), None)
-        outputs = next((path for name, path in files.items() if name.endswith(OUTPUTS)), None)
-        if inputs is None or outputs is None:
-            return [*lines, _stepped(Path(folder), kind)]
-        return [*lines, _replayed(Path(folder), kind, _rows(inputs), _rows(outputs))]
+        stepped = _stepped(Path(folder), kind)
+        if not has_experiments(Path(folder)):
+            return [*lines, f"{stepped}; the FMU carries no reference results"]
+        return [
+            *lines,
+            stepped,
+            *(
+                f"{name} of the reference in the FMU, {one.steps} steps: largest difference {one.difference:.1e} "
+                f"(limit {AGREEMENT:g})"
+                for name, one in check_experiments(folder).items()
+            ),
+        ]
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -159,38 +162,12 @@ def _platforms(fmu: Path) -> list[str]:
     return sorted({part[1] for part in parts if part[0] == "binaries" and len(part) > 2})
 
 
-def _rows(path: Path) -> list[dict[str, float]]:
-    reader = csv.DictReader(io.StringIO(path.read_text(encoding="utf-8")))
-    return [{name: float(value) for name, value in row.items()} for row in reader]
-
-
 def _stepped(folder: Path, kind: type[FmuInstance]) -> str:
-    """One step with the start values: an FMU that carries no reference."""
+    """One step with the start values."""
     with _running(folder, kind) as one:
         if not one.step():
             raise CheckError(f"a step with the start values is discarded: {one.messages[-1][1]}")
         numbers = {name: float(value) for name, value in one.outputs().items()}
     if wrong := [name for name, value in numbers.items() if value != value]:
         raise CheckError(f"not a number after a step with the start values: {', '.join(wrong)}")
-    return f"a step with the start values: {len(numbers)} outputs, all numbers; the FMU carries no reference results"
-
-
-def _replayed(
-    folder: Path, kind: type[FmuInstance], inputs: list[dict[str, float]], wanted: list[dict[str, float]]
-) -> str:
-    worst = 0.0
-    with _running(folder, kind) as one:
-        for row, expected in zip(inputs, wanted, strict=True):
-            values = {name: value for name, value in row.items() if name != "time"}
-            if not one.step(expected["time"] - row["time"], **values):
-                raise CheckError(f"the step at {row['time']:g} s is discarded: {one.messages[-1][1]}")
-            for name, value in one.outputs().items():
-                if name not in expected:
-                    continue
-                difference = abs(float(value) - expected[name]) / max(abs(expected[name]), 1e-300)
-                if not difference <= AGREEMENT:
-                    raise CheckError(
-                        f"step at {row['time']:g} s: {name} = {value!r}; the reference in the FMU is {expected[name]!r}"
-                    )
-                worst = max(worst, difference)
-    return f"reference in the FMU, {len(inputs)} steps: largest difference {worst:.1e} (limit {AGREEMENT:g})"
+    return f"a step with the start values: {len(numbers)} outputs, all numbers"

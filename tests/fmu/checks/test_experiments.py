@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import pytest
 
 from ballscrew_fmu.archive import write_fmu
-from ballscrew_fmu.checks.experiments import run_experiments
+from ballscrew_fmu.checks.experiments import check_experiments, run_experiments
 from ballscrew_fmu.checks.reference import STEP, CheckError, expected_outputs, reference_results
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.experiments import FOLDER, MANIFEST, Reference, reference_files
@@ -56,7 +56,7 @@ def test_experiments_run_from_the_manifest_alone(fmu):
     found = run_experiments(fmu)
     name = fmu.stem
     assert set(found) == {f"{name}_smoke_test", f"{name}_validation"}
-    assert all(difference <= 1e-9 for difference in found.values())  # as the replay of the build
+    assert all(one.difference <= 1e-9 for one in found.values())  # as the replay of the build
 
 
 @pytest.mark.slow
@@ -72,7 +72,9 @@ def test_changed_results_and_files_are_found(fmu, tmp_path):
     manifest = files[f"{FOLDER}/{MANIFEST}"]
     before, after = (hashlib.sha3_256(content).hexdigest().encode() for content in (files[place], changed))
     write_fmu(other, files | {place: changed, f"{FOLDER}/{MANIFEST}": manifest.replace(before, after)})
-    assert run_experiments(other)[f"{fmu.stem}_validation"] == pytest.approx(0.01 / 1.01)
+    assert run_experiments(other)[f"{fmu.stem}_validation"].difference == pytest.approx(0.01 / 1.01)
+    with pytest.raises(CheckError, match=r"_validation: .* at .* s = .*; the reference in the FMU is"):
+        check_experiments(other)
     write_fmu(other, {name: content for name, content in files.items() if name != place})
     with pytest.raises(CheckError, match="No such file"):
         run_experiments(other)
