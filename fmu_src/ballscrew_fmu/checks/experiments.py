@@ -102,8 +102,8 @@ def _run(folder: Path, place: Path, experiment: ElementTree.Element) -> Comparis
         k = int(np.argmax(differences))  # the first NaN, if there is one
         if not differences[k] <= worst.difference:
             value, expected = float(found[name][1 + k]), float(values[k])
-            place = f"{name} at {ends[k]:g} s = {value!r}; the reference in the FMU is {expected!r}"
-            worst = worst._replace(difference=float(differences[k]), place=place)
+            where = f"{name} at {ends[k]:g} s = {value!r}; the reference in the FMU is {expected!r}"
+            worst = worst._replace(difference=float(differences[k]), place=where)
     return worst
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from argparse import Namespace
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..friction.baselines import nsk_torque
 from ..parameters.file import ScrewParameters
@@ -21,6 +21,14 @@ CATALOGUE_SHARE = 0.05
 CONDITIONS = "JIS B 1192: 100 r/min, oil ISO VG 68, no seals; a convention, proportional to the preload"
 
 
+class _Constants(NamedTuple):
+    """What a screw has at any load: ratings [N], contact stiffness K of F = K deflection^(3/2)."""
+
+    static: float
+    dynamic: float
+    stiffness: float
+
+
 def run_screw(args: Namespace) -> int:
     """Loads, pressure, stiffness, life and, with a map, efficiency at one or many loads."""
     chosen = chosen_of(args)
@@ -29,7 +37,8 @@ def run_screw(args: Namespace) -> int:
     if needs_map != (args.temperature_c is not None):
         raise ValueError("--speed-rpm and --temperature-c: give both, for the efficiency, or none")
     points = read_points(args, SCREW_POINT)
-    results = [{**point, **_mechanics(screw, **point)} for point in points]
+    constants = _Constants(static_rating(screw), dynamic_rating(screw), contact_stiffness(screw))
+    results = [{**point, **_mechanics(screw, constants, **point)} for point in points]
     if needs_map:
         speed = SPEED.checked("--speed-rpm", args.speed_rpm)
         temperature = TEMPERATURE.checked("--temperature-c", args.temperature_c)
@@ -49,13 +58,15 @@ def run_screw(args: Namespace) -> int:
     return 0
 
 
-def _mechanics(screw: ScrewParameters, preload_n: float, axial_load_n: float) -> dict[str, Any]:
+def _mechanics(
+    screw: ScrewParameters, constants: _Constants, preload_n: float, axial_load_n: float
+) -> dict[str, Any]:
     """Loads, pressures, stiffness and life at one load of the nut, on the balls that carry load."""
     nuts = double_nut_loads(screw, preload_n, axial_load_n, screw.loaded_ball_count)
     heaviest = max(float(nuts.Q_a.max()), float(nuts.Q_b.max()))
     pressure = ball_pressure(screw, heaviest) if heaviest > 0.0 else 0.0
     largest = max(nuts.force_a, nuts.force_b)
-    static, k = static_rating(screw), contact_stiffness(screw)
+    static, dynamic, k = constants
     deflection = float(axial_deflection(k, preload_n, axial_load_n))
     return {
         "nut_force_a_n": nuts.force_a,
@@ -66,8 +77,8 @@ def _mechanics(screw: ScrewParameters, preload_n: float, axial_load_n: float) ->
         "static_load_rating_n": static,
         "static_safety": static / largest if largest > 0.0 else math.inf,
         "pressure_over_static": pressure / STATIC_PRESSURE,
-        "dynamic_load_rating_n": dynamic_rating(screw),
-        "preload_over_dynamic": preload_n / dynamic_rating(screw),
+        "dynamic_load_rating_n": dynamic,
+        "preload_over_dynamic": preload_n / dynamic,
         "life_turns": life(screw, nuts.force_a, nuts.force_b),
         "axial_stiffness_n_per_m": float(axial_stiffness(k, preload_n, deflection)),
         "axial_deflection_m": deflection,
