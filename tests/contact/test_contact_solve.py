@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import ballscrew_tehl.contact.solve as solve_module
 from ballscrew_tehl.contact.ball_contact import ball_contact
 from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
 from ballscrew_tehl.contact.continuation import thermal_reduction_continued
-from ballscrew_tehl.contact.coupled import solve_coupled
+from ballscrew_tehl.contact.coupled import CIRCLING, CIRCLING_MEAN, _CoupledRun, solve_coupled
 from ballscrew_tehl.contact.moes import reference_oil, solve_moes
 from ballscrew_tehl.contact.problem import ContactProblem
 from ballscrew_tehl.contact.solve import solve_contact
@@ -433,3 +434,20 @@ def test_undamped_steps_that_lead_away_are_taken_back():
     assert np.min(found.temperature_history[:-1]) <= 0.02
     balance = found.balance()
     assert abs(balance.defect) <= 2e-3
+
+
+@pytest.mark.parametrize(
+    ("swing", "mean", "count", "found"),
+    [
+        (0.9, 0.9, CIRCLING, True),
+        (1.1, 0.9, CIRCLING, False),  # the film swings too far
+        (0.9, 1.1, CIRCLING, False),  # the temperature does
+        (0.9, 0.9, CIRCLING - 1, False),  # not for long enough
+        (np.nan, 0.9, CIRCLING, False),
+    ],
+)
+def test_a_spike_that_oscillates_ends_a_solve_whose_film_does_not_move(swing, mean, count, found):
+    tolerance = 1e-4
+    films = [7.0, *(0.5 * (1.0 + (-1) ** n * swing * tolerance) for n in range(count))][-count:]
+    run = SimpleNamespace(films=films, mean_changes=[1.0] + [mean * CIRCLING_MEAN] * count)
+    assert _CoupledRun._circles(run, tolerance) is found
