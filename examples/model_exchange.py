@@ -232,13 +232,19 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
         torque.plot(times, values, "o", ms=5, color=color, label=f"event: {kind}s")
     speed.set(ylabel="speed [rad/s]", title="Rotor under a sine of torque", ylim=(-10.0, 17.0))
     torque.set(ylabel="friction torque [N m]", xlabel="time [s]")
-    error.loglog(1e3 * np.array(result["steps"]), result["errors"], "o-", color="#D55E00")
+    error.loglog(
+        1e3 * np.array(result["steps"]),
+        result["errors"],
+        "o-",
+        color="#D55E00",
+        label=f"order {result['order']:.2f}",
+    )
     error.axhline(result["remaining"], color="0.4", ls=":", label="steps of 0")
     error.set_xticks(1e3 * np.array(result["steps"]), [f"{1e3 * h:.2g}" for h in result["steps"]])
     error.minorticks_off()
     error.set(xlabel="step [ms]", ylabel="difference [rad/s]")
     error.legend(frameon=False, fontsize=9)
-    error.set_title(f"Difference: order {result['order']:.2f}")
+    error.set_title("Co-simulation to model exchange")
     speed.legend(frameon=False, fontsize=9, loc="upper right", ncols=2)
     torque.legend(frameon=False, fontsize=9, loc="center right")
     plain((speed, torque, error))
