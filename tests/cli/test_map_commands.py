@@ -484,13 +484,16 @@ def test_output_that_is_no_map_is_never_replaced(tmp_path, capsys, output):
     screw = screw_file(tmp_path, "")
     output = output.format(folder=tmp_path, screw=screw)
     line = refused(capsys, "map", "build", "--screw", screw, "--output", output)
-    assert line.endswith(f"--output = {Path(output)}; allowed: a new file *.nc, or a map to replace")
+    path = Path(output)
+    reason = ": is a folder; allowed: a file *.nc" if path.is_dir() else "; allowed: a new file *.nc, or a map"
+    assert f"--output = {path}{reason}" in line
     assert [*tmp_path.iterdir()] == [screw]
 
 
 def test_output_below_a_file_is_refused(tmp_path, capsys):
-    line = refused(capsys, "map", "build", "--output", screw_file(tmp_path, "") / "x.nc")
-    assert "Not a directory" in line or "exists" in line
+    screw = screw_file(tmp_path, "")
+    line = refused(capsys, "map", "build", "--output", screw / "x.nc")
+    assert line.endswith(f"--output = {screw / 'x.nc'}: {screw} is not a folder; allowed: a path below a folder")
 
 
 @pytest.mark.slow

@@ -339,8 +339,8 @@ def test_packaged_maps_are_drawn(kinematics, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("output", "named"),
     [
-        ("nowhere/map.png", "nowhere/map.png; allowed: a file *.png in a folder that exists"),
-        ("file/map.png", "file/map.png; allowed: a file *.png in a folder that exists"),
+        ("nowhere/map.png", "nowhere/map.png: no such folder; allowed: a file *.png in a folder that exists"),
+        ("file/map.png", "file is not a folder; allowed: a path below a folder"),
         ("map.jpg", "map.jpg; allowed: a file *.png"),
         ("folder.png", "folder.png; allowed: a file *.png"),
         (".", "allowed: a file *.png"),

@@ -14,6 +14,7 @@ from ..parameters.file import Parameters
 from ..parameters.packaged_data import PACKAGED_VG100
 from ..parameters.units import CELSIUS, RPM
 from .common import film_model_of, say, screw_of
+from .files import check_output, written
 from .main import TEMPERATURE
 from .points import print_results
 from .progress import progress_bar
@@ -41,24 +42,28 @@ def run_calibrate(args: Namespace) -> int:
         say(f"no --screw: {parameters.name} with {parameters.lubricant.name} ({PACKAGED_VG100.name})")
     if args.packaged:
         return _packaged(args, parameters)
-    for option in (args.output, args.plot):
-        if option and not Path(option).absolute().parent.is_dir():
-            raise ValueError(f"{option}: no such folder; allowed: a file in an existing folder")
+    outputs = ("--output", args.output, "a file *.toml"), ("--plot", args.plot, "a file *.png")
+    for option, given, kind in outputs:
+        if given:
+            check_output(option, given, kind)
     result = _calibration(args, parameters)
     found = result.friction_set
     if found.film_model == "hamrock_dowson":
         say("film hamrock_dowson: not in any map, build_fmu.py rejects this fit")
     if args.output:
-        write_friction_sets(
-            args.output,
-            {(found.kinematics, found.name): found},
-            "Fitted by python -m ballscrew_tehl calibrate",
-        )
+        with written("--output", args.output):
+            write_friction_sets(
+                args.output,
+                {(found.kinematics, found.name): found},
+                "Fitted by python -m ballscrew_tehl calibrate",
+            )
         say(f"written: {args.output}")
     if args.plot:
         from ..calibration.plot import calibration_figure, save_figure
 
-        save_figure(calibration_figure(result), Path(args.plot))
+        figure = calibration_figure(result)
+        with written("--plot", args.plot):
+            save_figure(figure, Path(args.plot))
         say(f"written: {args.plot}")
     if args.json:
         from ..calibration.user import calibration_data
@@ -184,6 +189,7 @@ def _packaged(args: Namespace, parameters: Parameters) -> int:
         if value:
             raise ValueError(f"{option} with --packaged; allowed: with MEASUREMENTS.csv only")
     output = args.output or PACKAGED_SETS
+    check_output("--output", output, "a file *.toml")
 
     def film_model(variant: Parameters, name: str) -> FilmModel | ContactValues:
         film = PACKAGED_FILM[name]

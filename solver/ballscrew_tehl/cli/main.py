@@ -17,6 +17,7 @@ from typing import Any, NoReturn
 from .. import __version__
 from .contact import add_contact
 from .extras import missing_extra
+from .files import os_error_text
 from .oil import add_oil
 from .points import Quantity, add_json, add_options
 
@@ -351,7 +352,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except (ValueError, OSError) as err:
-        print(f"ballscrew_tehl {args.command}: error: {' '.join(str(err).split())}", file=sys.stderr)
+        text = os_error_text(err) if isinstance(err, OSError) else str(err)
+        print(f"ballscrew_tehl {args.command}: error: {' '.join(text.split())}", file=sys.stderr)
         return 2
     except ArithmeticError as err:
         print(f"ballscrew_tehl {args.command}: not converged: {' '.join(str(err).split())}", file=sys.stderr)

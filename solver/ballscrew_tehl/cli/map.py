@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from argparse import Namespace
 from concurrent.futures import Executor
 from contextlib import ExitStack
@@ -22,6 +23,7 @@ from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from ..runtime.packed import certificate_totals
 from .common import EXTREMES, say, screw_of
+from .files import check_folder, check_output, written
 from .points import print_results
 from .progress import progress_bar
 
@@ -179,10 +181,18 @@ def _opened(parameters: Parameters, path: Path, args: Namespace, stack: ExitStac
     from ..nut_map.build import map_journal
 
     grid = _grid(parameters, args)
+    check_output("--output", path, "a file *.nc", create=True)
     if path.exists() and not is_map_file(path):
         raise ValueError(f"--output = {path}; allowed: a new file *.nc, or a map to replace")
-    journal = map_journal(path.with_name(path.name + ".contacts"), parameters)
-    return _Wanted(parameters, path, grid, stack.enter_context(journal))
+    kept = path.with_name(path.name + ".contacts")
+    for beside in (kept, kept.with_name(kept.name + ".lock")):
+        # the lock takes a file that it may not open for that of another build
+        if beside.exists() and not (beside.is_file() and os.access(beside, os.W_OK)):
+            raise ValueError(
+                f"--output = {path}: {beside} cannot be written; remedy: remove or rename it, or another --output"
+            )
+    with written("--output", path):
+        return _Wanted(parameters, path, grid, stack.enter_context(map_journal(kept, parameters)))
 
 
 def _family(args: Namespace) -> list[tuple[Parameters, Path]]:
@@ -194,6 +204,7 @@ def _family(args: Namespace) -> list[tuple[Parameters, Path]]:
     if not files:
         raise ValueError(f"--family = {folder}; allowed: a folder with screw files *.toml")
     target = Path(args.output) if args.output else folder
+    check_folder("--output", target)
     return [
         (screw_of(Namespace(screw=str(file), kinematics=args.kinematics)), target / f"{file.stem}.nc")
         for file in files
@@ -256,8 +267,9 @@ def run_map_info(args: Namespace) -> int:
 def run_map_plot(args: Namespace) -> int:
     """Draw a map: torque, film and temperature rise over speed, its samples and the points of its certificate."""
     path = Path(args.output)
-    if path.suffix.lower() != ".png" or path.is_dir() or not path.parent.is_dir():
+    if path.suffix.lower() != ".png":
         raise ValueError(f"--output = {path}; allowed: a file *.png in a folder that exists")
+    check_output("--output", path, "a file *.png")
     parameters = screw_of(args)
     from ..nut_map.file import load_contact_map, load_map
     from ..nut_map.plot import map_figure, map_picture, save_figure
@@ -266,7 +278,9 @@ def run_map_plot(args: Namespace) -> int:
         load_map(args.file, parameters, own_films=True), load_contact_map(args.file, parameters)
     )
     file_hash = picture.nut_map.header["file_hash"]
-    save_figure(map_figure(picture, args.error), path, file_hash)
+    figure = map_figure(picture, args.error)
+    with written("--output", path):
+        save_figure(figure, path, file_hash)
     friction_set = default_friction_set(parameters)
     result = {
         "file": str(path),

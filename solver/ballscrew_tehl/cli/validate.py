@@ -12,6 +12,7 @@ from ..friction.sets import MECHANISTIC_SETS, FrictionSet, default_friction_set
 from ..parameters.file import Parameters, load_parameters
 from ..parameters.packaged_data import PACKAGED_VG100
 from .common import Chosen, chosen_of, say, screw_of
+from .files import check_output, written
 from .points import print_results
 
 if TYPE_CHECKING:
@@ -67,8 +68,8 @@ def run_validate(args: Namespace) -> int:
         else:
             print(section5_text(contacts))
         return 0
-    if args.plot and not Path(args.plot).absolute().parent.is_dir():
-        raise ValueError(f"{args.plot}: no such folder; allowed: a file in an existing folder")
+    if args.plot:
+        check_output("--plot", args.plot, "a file *.png")
     from ..validation.laws import baseline_rows, laws_text, mechanistic_rows, set_row
 
     chosen = chosen_of(args)
@@ -114,6 +115,8 @@ def _plot(args: Namespace, laws: list[_Law]) -> None:
             "--plot: no mechanistic set; allowed: --kinematics rolling_frame with friction.set mechanistic"
         )
     shown = Law(law.parameters, law.entry, law.nut_map, ASSUMED_TEMPERATURE)
-    save_figure(shares_figure(shown), Path(args.plot))
+    figure = shares_figure(shown)
+    with written("--plot", args.plot):
+        save_figure(figure, Path(args.plot))
     say(f"written: {args.plot}")
     say(shares_text(shown))
