@@ -102,7 +102,10 @@ def test_a_folder_that_refuses_is_found_before_the_work(name, number, remedy, fo
     [
         (("init", "x.toml"), "FILE.toml = x.toml"),
         (("map", "plot", "--output", "x.png"), "--output = x.png"),
-        (("calibrate", "measured.csv", "--film", "hamrock_dowson", "--output", "x.toml"), "--output = x.toml"),
+        (
+            ("calibrate", "measured.csv", "--film", "hamrock_dowson", "--output", "x.toml"),
+            "--output = x.toml",
+        ),
         (("calibrate", "measured.csv", "--film", "hamrock_dowson", "--plot", "x.png"), "--plot = x.png"),
     ],
 )

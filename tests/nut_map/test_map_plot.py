@@ -271,7 +271,7 @@ def test_caption_states_sampling_errors_and_certificate(picture, figure):
 
 
 def test_points_of_the_certificate_stay_out_of_tables_and_documentation(path, capsys, monkeypatch):
-    assert "certificate.torque_error_max" in run(capsys, "map", "info", path)[1]
+    assert re.search(r"(?m)^torque_error( +\S+){6}$", run(capsys, "map", "info", path)[1])
     assert "each" not in run(capsys, "map", "info", path)[1]
     assert "each" in json.loads(run(capsys, "map", "info", path, "--json")[1])["certificate"]
     monkeypatch.setattr(certificate, "deviation_at", found_deviation)
@@ -342,7 +342,7 @@ def test_packaged_maps_are_drawn(kinematics, tmp_path, capsys):
         ("nowhere/map.png", "nowhere/map.png: no such folder; allowed: a file *.png in a folder that exists"),
         ("file/map.png", "file is not a folder; allowed: a path below a folder"),
         ("map.jpg", "map.jpg; allowed: a file *.png"),
-        ("folder.png", "folder.png; allowed: a file *.png"),
+        ("folder.png", "folder.png: is a folder; allowed: a file *.png"),
         (".", "allowed: a file *.png"),
         (None, "arguments are required: --output"),
     ],

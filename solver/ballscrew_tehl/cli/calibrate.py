@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from argparse import Namespace
 from collections.abc import Callable
 from pathlib import Path
@@ -17,7 +16,7 @@ from .common import film_model_of, say, screw_of
 from .files import check_output, written
 from .main import TEMPERATURE
 from .points import print_results
-from .progress import progress_bar
+from .progress import QUIET, progress_bar
 
 if TYPE_CHECKING:
     from ..calibration.user import Calibration
@@ -26,9 +25,6 @@ if TYPE_CHECKING:
 
     #: name -> film model, or contacts of the mechanistic law
     Films = Callable[[str], FilmModel | ContactValues]
-
-#: seconds before the first progress message
-QUIET = 2.0
 
 
 def run_calibrate(args: Namespace) -> int:
@@ -109,15 +105,7 @@ def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
         )
     file = read_measurement_file(args.measurements, temperature)
     film_model, outside = _films(args, parameters)
-    due = time.monotonic() + QUIET
-    with progress_bar() as shown:
-
-        def progress(finished: int, total: int, what: str) -> None:
-            nonlocal due
-            if time.monotonic() > due:
-                due = time.monotonic() + 0.5
-                shown(finished, total, what)
-
+    with progress_bar(QUIET) as progress:
         return calibrate_file(
             file,
             parameters,

@@ -30,7 +30,9 @@ def os_error_text(error: OSError, where: str = "") -> str:
     place = where or str(error.filename or "")
     if error.strerror is None or not place:
         return str(error)
-    return f"{place}: {error.strerror}; remedy: {REMEDIES.get(error.errno or 0, 'check path and permissions')}"
+    return (
+        f"{place}: {error.strerror}; remedy: {REMEDIES.get(error.errno or 0, 'check path and permissions')}"
+    )
 
 
 def check_output(option: str, given: Path | str, kind: str, create: bool = False) -> Path:

@@ -1,4 +1,4 @@
-"""The commands `map build`, `map check`, `map info` and `map plot`."""
+"""The commands `map build`, `map check` and `map plot`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ..runtime.packed import certificate_totals
 from .common import EXTREMES, say, screw_of
 from .files import check_folder, check_output, written
 from .points import print_results
-from .progress import progress_bar
+from .progress import QUIET, progress_bar
 
 if TYPE_CHECKING:
     from ..nut_map.plot import MapPicture
@@ -118,16 +118,24 @@ def _plan(parameters: Parameters, grid: MapGrid, points: int) -> str:
     """What will be solved, before the first solve."""
     from ..nut_map.build import contact_counts
 
-    least, most = (4 * count for count in contact_counts(parameters, grid))
-    contacts = f"{least} to {most}" if least < most else f"{least}"
+    first, last = contact_counts(parameters, grid)
+    # as progress and map info count them
+    least, most = 4 * first, 4 * last
+    contacts = (
+        f"{_ends(least, most)} contacts ({_ends(first, last)} points of each raceway, isothermal and thermal)"
+    )
     pressure = largest_pressure(parameters.screw, grid.preload[1])
     return (
         f"{parameters.name}, kinematics {parameters.friction.kinematics}: preload {grid.preload[0]:g} to "
         f"{grid.preload[1]:g} N (up to {1e-9 * pressure:.3g} GPa), speed {grid.speed[0] / RPM:.4g} to "
         f"{grid.speed[1] / RPM:.4g} r/min, oil {grid.temperature[0] - CELSIUS:.4g} to "
-        f"{grid.temperature[1] - CELSIUS:.4g} C; {contacts} contacts, then {points} points of a certificate; about "
+        f"{grid.temperature[1] - CELSIUS:.4g} C; {contacts}, then {points} points of a certificate; about "
         f"{SECONDS_PER_CONTACT * least:.0f} to {SECONDS_PER_CONTACT * (most + 6 * points):.0f} core-seconds"
     )
+
+
+def _ends(least: int, most: int) -> str:
+    return f"{least} to {most}" if least < most else f"{least}"
 
 
 def run_map_build(args: Namespace) -> int:
@@ -222,7 +230,9 @@ def run_map_check(args: Namespace) -> int:
     if args.count < 1:
         raise ValueError(f"--count = {args.count}; allowed: a whole number >= 1")
     nut_map = load_map(args.file, parameters, own_films=True)
-    result = certificate_totals(deviation_from_direct(nut_map, parameters, args.count))
+    with progress_bar(QUIET) as progress:
+        deviation = deviation_from_direct(nut_map, parameters, args.count, progress=progress)
+    result = certificate_totals(deviation)
     allowed = float(nut_map.header["certificate"].get("torque_error_max", 0.0))
     good = result["torque_error_max"] <= allowed + 1e-6
     result |= {
@@ -236,32 +246,6 @@ def run_map_check(args: Namespace) -> int:
             f"map differs from direct solves by {result['torque_error_max']:.2e}; its certificate states {allowed:.2e}"
         )
     return 0 if good else 1
-
-
-def run_map_info(args: Namespace) -> int:
-    """Axes, film model, friction defaults, version, hashes and certificate of a map."""
-    from ..nut_map.file import load_map
-
-    header = dict(load_map(args.file, screw_of(args), own_films=True).header)
-    if args.json:
-        print_results([header], True, False)
-        return 0
-    rows: dict[str, Any] = {}
-    header["certificate"] = certificate_totals(header["certificate"])
-    for key, value in header.items():
-        if isinstance(value, dict):
-            simple = {name: entry for name, entry in value.items() if not isinstance(entry, dict | None)}
-            rows |= {f"{key}.{name}": entry for name, entry in simple.items()}
-        elif key != "parameters_json":
-            rows[key] = value
-    for name, unit, scale in (("speed", "r/min", 1.0 / RPM), ("temperature", "C", 1.0)):
-        low, high, nodes = header["axes"][name]
-        shift = CELSIUS if name == "temperature" else 0.0
-        rows[f"axes.{name}"] = (
-            f"{scale * low - shift:.6g} to {scale * high - shift:.6g} {unit}, {nodes} nodes"
-        )
-    print_results([rows], False, False)
-    return 0
 
 
 def run_map_plot(args: Namespace) -> int:

@@ -5,50 +5,87 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from ..nut_map.workers import Progress
 
 
+#: seconds before the first word of a command that may be done sooner
+QUIET = 2.0
+
+
 @contextmanager
-def progress_bar() -> Iterator[Progress]:
-    """A bar with rate and time left on a terminal, else a line per twentieth of the work."""
+def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
+    """A bar with rate and time left on a terminal, else a line per twentieth of the work.
+
+    Parameters   quiet : seconds from the beginning in which nothing is shown, nor anything imported for it
+    """
+    due = time.monotonic() + quiet
+    with ExitStack() as stack:
+        shown = None if quiet > 0.0 else stack.enter_context(_display())
+
+        def progress(finished: int, total: int, what: str) -> None:
+            nonlocal shown
+            if shown is None:
+                if time.monotonic() < due:
+                    return
+                shown = stack.enter_context(_display())
+            shown(finished, total, what)
+
+        yield progress
+
+
+@contextmanager
+def _display() -> Iterator[Progress]:
     from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _lines()
+        return
+    with _bar(console) as progress:
+        yield progress
+
+
+def _lines() -> Progress:
+    begun, doing = time.monotonic(), ""
+    printed, before, whole = -1, 0, 0
+
+    def line(finished: int, total: int, what: str) -> None:
+        nonlocal printed, before, begun, doing, whole
+        if what != doing or total != whole:
+            # a refining build adds work stage by stage
+            begun, printed, before, doing, whole = time.monotonic(), -1, finished, what, total
+        if 20 * (finished - before) >= (printed + 1) * (total - before):
+            printed = 20 * (finished - before) // max(total - before, 1)
+            rate = (finished - before) / max(time.monotonic() - begun, 1e-9)
+            left = f", {rate:.1f}/s, {(total - finished) / rate:.0f} s left" if rate > 0.0 else ""
+            print(f"{finished} of {total} {what}{left}", file=sys.stderr, flush=True)
+
+    return line
+
+
+@contextmanager
+def _bar(console: Console) -> Iterator[Progress]:
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
+        Progress,
         TextColumn,
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
-    from rich.progress import Progress as Bar
 
-    console = Console(stderr=True)
-    begun, doing = time.monotonic(), ""
-    if not console.is_terminal:
-        printed, before, whole = -1, 0, 0
-
-        def line(finished: int, total: int, what: str) -> None:
-            nonlocal printed, before, begun, doing, whole
-            if what != doing or total != whole:
-                # a refining build adds work stage by stage
-                begun, printed, before, doing, whole = time.monotonic(), -1, finished, what, total
-            if 20 * (finished - before) >= (printed + 1) * (total - before):
-                printed = 20 * (finished - before) // max(total - before, 1)
-                rate = (finished - before) / max(time.monotonic() - begun, 1e-9)
-                left = f", {rate:.1f}/s, {(total - finished) / rate:.0f} s left" if rate > 0.0 else ""
-                print(f"{finished} of {total} {what}{left}", file=sys.stderr, flush=True)
-
-        yield line
-        return
     columns = (
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
         TimeElapsedColumn(), TimeRemainingColumn(),
     )  # fmt: skip
-    with Bar(*columns, console=console) as bar:
-        task = bar.add_task("starting", total=None, rate="")
+    with Progress(*columns, console=console) as bar:
+        task, doing = bar.add_task("starting", total=None, rate=""), ""
 
         def progress(finished: int, total: int, what: str) -> None:
             nonlocal doing
