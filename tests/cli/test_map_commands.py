@@ -227,7 +227,8 @@ def test_plan_is_printed_before_the_first_solve(closed, tmp_path, monkeypatch, c
     plan, error = err.splitlines()
     assert error == "ballscrew_tehl map: not converged: first solve"
     for words in ("GD4008-3, kinematics published", "preload 500 to 4000 N (up to 1.46 GPa)", "speed 100 to 1000 r/min",
-                  "oil 20 to 40 C", "120 contacts (30 points of each raceway, isothermal and thermal), then 1 ", "core-seconds"):  # fmt: skip
+                  "oil 20 to 40 C", "120 contacts (30 points of each raceway, isothermal and thermal), then 1 ",
+                  "core-seconds"):  # fmt: skip
         assert words.replace(" 1 ", " 200 ") in plan
     _, _, err = run(capsys, "map", "build", "--output", tmp_path / "x.nc", "--quick")
     plan = err.splitlines()[0]

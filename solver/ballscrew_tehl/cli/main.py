@@ -68,7 +68,7 @@ class Parser(argparse.ArgumentParser):
         return super().add_subparsers(**settings)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
-        """As argparse, but a misspelt option is refused first, before one that is missing for it, and by its command."""
+        """As argparse, but a misspelt option is refused by its command, before one that is missing for it."""
         words = sys.argv[1:] if args is None else list(args)
         if self._subparsers is not None:
             # what follows belongs to the command

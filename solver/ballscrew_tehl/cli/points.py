@@ -227,7 +227,7 @@ def shown(value: Any) -> str:
 
 
 #: columns of a terminal; widest column of keys, longer ones have their value behind them
-WIDTH, KEYS = 80, 34
+WIDTH, KEYS = 80, 40
 
 
 def listing(row: Mapping[str, Any], notes: Mapping[str, str] | None = None) -> str:

@@ -63,7 +63,7 @@ def run_preload(args: Namespace) -> int:
         which = "" if len(results) == 1 else f"{len(below)} of {len(results)} points, the first: "
         say(
             f"in_range: false; {which}torque_nm {point['torque_nm']:.6g} is below {least:.4g} N.m, the lowest torque "
-            f"that this map answers at {_at(point)} (preload {lowest:g} N): preload_n is extrapolated and not reliable; "
+            f"that this map answers at {_at(point)} (preload {lowest:g} N): preload_n is extrapolated, not reliable; "
             "remedy: check the unit and what was subtracted from the torque, or map build with a lower --preload-n"
         )
     say_outside([result for result in results if result["clamped"] != ["preload"]])

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 #: seconds before the first word of a command that may be done sooner
 QUIET = 2.0
+#: seconds between two words of such a command
+BETWEEN = 0.5
 
 
 @contextmanager
@@ -29,11 +31,13 @@ def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
         shown = None if quiet > 0.0 else stack.enter_context(_display())
 
         def progress(finished: int, total: int, what: str) -> None:
-            nonlocal shown
-            if shown is None:
-                if time.monotonic() < due:
-                    return
-                shown = stack.enter_context(_display())
+            nonlocal shown, due
+            if time.monotonic() < due and not (shown is not None and finished == total):
+                return
+            if quiet > 0.0:
+                # a stage of many short steps is soon over
+                due = time.monotonic() + BETWEEN
+            shown = shown or stack.enter_context(_display())
             shown(finished, total, what)
 
         yield progress

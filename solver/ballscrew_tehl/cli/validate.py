@@ -14,9 +14,14 @@ from ..parameters.packaged_data import PACKAGED_VG100
 from .common import Chosen, chosen_of, say, screw_of
 from .files import check_output, written
 from .points import print_results
+from .progress import QUIET, progress_bar
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
+
+
+#: what takes its time
+MAPS = "maps read"
 
 
 class _Law(NamedTuple):
@@ -43,14 +48,22 @@ def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
     """
     from ..nut_map.file import load_map
 
-    found = [_Law(chosen.friction_set, chosen.parameters, chosen.nut_map(args))]
-    for entry in other_sets(chosen.friction_set, chosen.parameters):
-        # every set needs the film that it was fitted with
-        own = with_set(chosen.parameters, entry.name)
-        found.append(_Law(entry, own, load_map(args.map, own)))
-    if args.screw is None and not found[0].mechanistic:
+    # every set needs the film that it was fitted with
+    wanted = [
+        (entry, with_set(chosen.parameters, entry.name), args.map)
+        for entry in other_sets(chosen.friction_set, chosen.parameters)
+    ]
+    if args.screw is None and chosen.friction_set.name not in MECHANISTIC_SETS:
         own = load_parameters(PACKAGED_VG100)
-        found.append(_Law(default_friction_set(own), own, load_map(None, own)))
+        wanted.append((default_friction_set(own), own, None))
+    with progress_bar(QUIET) as progress:
+        # the film of another set is summed over the balls when its map is read
+        progress(0, 1 + len(wanted), MAPS)
+        found = [_Law(chosen.friction_set, chosen.parameters, chosen.nut_map(args))]
+        for entry, own, file in wanted:
+            progress(len(found), 1 + len(wanted), MAPS)
+            found.append(_Law(entry, own, load_map(file, own)))
+        progress(len(found), len(found), MAPS)
     return found
 
 
@@ -62,7 +75,8 @@ def run_validate(args: Namespace) -> int:
     if args.contacts:
         from ..validation.section5 import section5_contacts, section5_text
 
-        contacts = section5_contacts(screw_of(args))
+        with progress_bar(QUIET) as progress:
+            contacts = section5_contacts(screw_of(args), progress)
         if args.json:
             print_results([row._asdict() for row in contacts], True, True)
         else:
