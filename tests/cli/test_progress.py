@@ -46,6 +46,12 @@ def test_a_quick_command_says_nothing_and_a_slow_one_each_stage(capsys, clock):
         shown(0, 2, "fits")
     lines = capsys.readouterr().err.splitlines()
     assert lines[0].startswith("2 of 3 contacts")
+    with progress.progress_bar(quiet=2.5) as shown:
+        shown(0, 1, "contacts")
+        shown(0, 1, "contacts")
+        shown(1, 1, "contacts")
+        shown(1, 1, "contacts")
+    assert capsys.readouterr().err == ""
     assert lines[-1] == "0 of 2 fits"
 
 

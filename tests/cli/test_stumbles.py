@@ -11,7 +11,7 @@ from reference_screw import GD4008
 from ballscrew_tehl.cli.points import WIDTH, listing, print_results
 from ballscrew_tehl.cli.torque import _interval
 from ballscrew_tehl.friction.interval import TorqueInterval
-from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
@@ -174,3 +174,16 @@ def test_the_fitted_number_has_one_name_in_the_interval():
     )
     text = _interval(found, 1.0)["torque_interval"]
     assert text.endswith(": net_sliding_coefficient 60 %, eyring_stress 30 %")
+
+
+@pytest.mark.parametrize(
+    "words", [("map", "info"), ("map", "check"), ("torque", *PLACE, "--speed-rpm", "100", "--map")]
+)
+def test_a_map_of_another_screw_asks_for_its_screw_file(capsys, words):
+    file = packaged_map(VG100)
+    line = refused(capsys, *words, file)
+    assert line.endswith("give the screw file of the map by --screw")
+    # what is said already is not said again
+    line = refused(capsys, *words, file, "--screw", PACKAGED_VG100.with_name("gd4008.toml"))
+    assert "map of other parameters" in line
+    assert "--screw" not in line

@@ -12,7 +12,7 @@ from ..friction.sets import MECHANISTIC_SETS, PACKAGED_SETS, FrictionSet, write_
 from ..parameters.file import Parameters
 from ..parameters.packaged_data import PACKAGED_VG100
 from ..parameters.units import CELSIUS, RPM
-from .common import film_model_of, say, screw_of
+from .common import film_model_of, say, screw_hint, screw_of
 from .files import check_output, written
 from .main import TEMPERATURE
 from .points import print_results
@@ -131,7 +131,8 @@ def _films(args: Namespace, parameters: Parameters) -> tuple[Films, Callable[[Me
     from ..nut_map.contact_map import MapContacts, SolvedFilm
     from ..nut_map.file import load_contact_map, load_map
 
-    contact_map = load_contact_map(args.map, parameters)
+    with screw_hint(args, args.map):
+        contact_map = load_contact_map(args.map, parameters)
     axes = load_map(args.map, parameters).header["axes"]
 
     def outside(m: Measurement) -> str:

@@ -22,7 +22,7 @@ from ..nut_map.workers import build_executor
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from ..runtime.packed import certificate_totals
-from .common import EXTREMES, say, screw_of
+from .common import EXTREMES, say, screw_hint, screw_of
 from .files import check_folder, check_output, written
 from .points import print_results
 from .progress import QUIET, progress_bar
@@ -229,7 +229,8 @@ def run_map_check(args: Namespace) -> int:
     parameters = screw_of(args)
     if args.count < 1:
         raise ValueError(f"--count = {args.count}; allowed: a whole number >= 1")
-    nut_map = load_map(args.file, parameters, own_films=True)
+    with screw_hint(args, args.file):
+        nut_map = load_map(args.file, parameters, own_films=True)
     with progress_bar(QUIET) as progress:
         deviation = deviation_from_direct(nut_map, parameters, args.count, progress=progress)
     result = certificate_totals(deviation)
@@ -258,9 +259,9 @@ def run_map_plot(args: Namespace) -> int:
     from ..nut_map.file import load_contact_map, load_map
     from ..nut_map.plot import map_figure, map_picture, save_figure
 
-    picture = map_picture(
-        load_map(args.file, parameters, own_films=True), load_contact_map(args.file, parameters)
-    )
+    with screw_hint(args, args.file):
+        nut_map = load_map(args.file, parameters, own_films=True)
+    picture = map_picture(nut_map, load_contact_map(args.file, parameters))
     file_hash = picture.nut_map.header["file_hash"]
     figure = map_figure(picture, args.error)
     with written("--output", path):

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..parameters.units import CELSIUS, RPM
-from .common import screw_of
+from .common import screw_hint, screw_of
 from .points import listing, print_results, table
 
 #: axis -> unit, that unit over SI, its offset
@@ -45,7 +45,8 @@ def run_map_info(args: Namespace) -> int:
     """Axes, film model, friction defaults, version, hashes and certificate of a map."""
     from ..nut_map.file import load_map
 
-    header = load_map(args.file, screw_of(args), own_films=True).header
+    with screw_hint(args, args.file):
+        header = load_map(args.file, screw_of(args), own_films=True).header
     if args.json:
         print_results([header], True, False)
         return 0

@@ -32,7 +32,8 @@ def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
 
         def progress(finished: int, total: int, what: str) -> None:
             nonlocal shown, due
-            if time.monotonic() < due and not (shown is not None and finished == total):
+            done = finished == total
+            if (done and shown is None) or (time.monotonic() < due and not done):
                 return
             if quiet > 0.0:
                 # a stage of many short steps is soon over

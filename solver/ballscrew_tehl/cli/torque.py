@@ -47,8 +47,7 @@ def run_torque(args: Namespace) -> int:
     """Friction torque, films and contact extremes at one or many operating points."""
     points = read_points(args, TORQUE_POINT)
     chosen = chosen_of(args)
-    if other := carried_over(chosen.friction_set, chosen.parameters):
-        say(other)
+    other = carried_over(chosen.friction_set, chosen.parameters)
     common = {
         **chosen.described,
         # stderr has it beside a table
@@ -56,6 +55,8 @@ def run_torque(args: Namespace) -> int:
         "version": __version__,
     }
     results = _direct_torques(chosen, points) if args.direct else _map_torques(chosen, args, points)
+    if other:
+        say(other)
     say_outside(results)
     _say_at_rest(results)
     print_results(
