@@ -36,6 +36,8 @@ def test_a_point_outside_the_map_is_said_in_one_line(capsys):
         "in_range: false; preload_n 5e+09 is outside the map, the numbers are those at its edge"
     )
     assert err.count("\n") == 1
+    _, _, err = command_line.run(capsys, "torque", "--preload-n", "50", *POINT[2:])
+    assert "preload_n 50 is outside the map, the numbers are extrapolated from its lowest preload" in err
     error = refused(capsys, "torque", *POINT[:4], "--temperature-c", "303.15")
     assert "is 303.15 K = 30 C meant?" in error
 

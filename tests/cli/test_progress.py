@@ -11,6 +11,7 @@ from rich.console import Console
 from ballscrew_tehl.cli import progress
 from ballscrew_tehl.cli.common import EXTREMES
 from ballscrew_tehl.friction.film_model import HamrockDowsonFilm
+from ballscrew_tehl.nut_map import certificate
 from ballscrew_tehl.refinement import direct
 from ballscrew_tehl.validation import section5
 
@@ -124,3 +125,14 @@ def test_reading_of_maps_by_validate_is_counted(capsys, clock):
     code, _, err = command_line.run(capsys, "validate", "--json")
     assert code == 0
     assert " of 3 maps read" in err
+
+
+def test_map_check_counts_its_points(capsys, monkeypatch):
+    monkeypatch.setattr(
+        certificate, "_deviation_or_nan", lambda *arguments: certificate.Deviation(0.0, 0.0, 0.0)
+    )
+    code, _, err = command_line.run(capsys, "map", "check", "--count", "2")
+    assert code == 0
+    assert [line.partition(",")[0] for line in err.splitlines()] == [
+        f"{number} of 2 points of the certificate" for number in range(3)
+    ]

@@ -139,8 +139,8 @@ CLAMPED_KEYS = {
 }
 
 
-def say_outside(results: Sequence[Mapping[str, Any]]) -> None:
-    """One line on stderr about the answers that a map gives at its edge, with the first of them."""
+def say_outside(results: Sequence[Mapping[str, Any]], axes: Mapping[str, Any]) -> None:
+    """One line on stderr about answers beyond a map, with the first of them; axes: of its header."""
     outside = [result for result in results if result.get("clamped")]
     if not outside:
         return
@@ -148,9 +148,12 @@ def say_outside(results: Sequence[Mapping[str, Any]]) -> None:
     names = [CLAMPED_KEYS.get(name, name) for name in first["clamped"]]
     values = ", ".join(f"{name} {first[name]:g}" if name in first else name for name in names)
     which = "" if len(results) == 1 else f"{len(outside)} of {len(results)} points, the first: "
+    # below its lowest preload a map continues by power laws
+    light = list(first["clamped"]) == ["preload"] and first["preload_n"] < axes["preload"][0]
+    edge = "extrapolated from its lowest preload" if light else "those at its edge"
     say(
-        f"in_range: false; {which}{values} is outside the map, the numbers are those at its edge (ranges: map info; a "
-        "larger map: map build; without a map: torque --direct)"
+        f"in_range: false; {which}{values} is outside the map, the numbers are {edge} (ranges: map info; a larger "
+        "map: map build; without a map: torque --direct)"
     )
 
 

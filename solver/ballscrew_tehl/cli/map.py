@@ -25,7 +25,7 @@ from ..runtime.packed import certificate_totals
 from .common import EXTREMES, say, screw_hint, screw_of
 from .files import check_folder, check_output, written
 from .points import print_results
-from .progress import QUIET, progress_bar
+from .progress import progress_bar
 
 if TYPE_CHECKING:
     from ..nut_map.plot import MapPicture
@@ -231,7 +231,9 @@ def run_map_check(args: Namespace) -> int:
         raise ValueError(f"--count = {args.count}; allowed: a whole number >= 1")
     with screw_hint(args, args.file):
         nut_map = load_map(args.file, parameters, own_films=True)
-    with progress_bar(QUIET) as progress:
+    with progress_bar() as progress:
+        # the first point may take as long as compiling the solver
+        progress(0, args.count, "points of the certificate")
         deviation = deviation_from_direct(nut_map, parameters, args.count, progress=progress)
     result = certificate_totals(deviation)
     allowed = float(nut_map.header["certificate"].get("torque_error_max", 0.0))

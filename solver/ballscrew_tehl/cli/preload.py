@@ -66,6 +66,6 @@ def run_preload(args: Namespace) -> int:
             f"that this map answers at {_at(point)} (preload {lowest:g} N): preload_n is extrapolated, not reliable; "
             "remedy: check the unit and what was subtracted from the torque, or map build with a lower --preload-n"
         )
-    say_outside([result for result in results if result["clamped"] != ["preload"]])
+    say_outside([result for result in results if result["clamped"] != ["preload"]], axes)
     print_results(results, args.json, bool(args.points))
     return 0

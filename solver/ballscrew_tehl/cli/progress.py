@@ -29,12 +29,15 @@ def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
     due = time.monotonic() + quiet
     with ExitStack() as stack:
         shown = None if quiet > 0.0 else stack.enter_context(_display())
+        stage = ""
 
         def progress(finished: int, total: int, what: str) -> None:
-            nonlocal shown, due
+            nonlocal shown, due, stage
             done = finished == total
-            if (done and shown is None) or (time.monotonic() < due and not done):
+            # the end of a stage that was not shown is no news
+            if quiet > 0.0 and (what != stage if done else time.monotonic() < due):
                 return
+            stage = what
             if quiet > 0.0:
                 # a stage of many short steps is soon over
                 due = time.monotonic() + BETWEEN
@@ -56,6 +59,10 @@ def _display() -> Iterator[Progress]:
         yield progress
 
 
+def _rate(per_second: float) -> str:
+    return f"{per_second:.1f}/s" if per_second >= 1.0 else f"{per_second:.2g}/s"
+
+
 def _lines() -> Progress:
     begun, doing = time.monotonic(), ""
     printed, before, whole = -1, 0, 0
@@ -68,7 +75,7 @@ def _lines() -> Progress:
         if 20 * (finished - before) >= (printed + 1) * (total - before):
             printed = 20 * (finished - before) // max(total - before, 1)
             rate = (finished - before) / max(time.monotonic() - begun, 1e-9)
-            left = f", {rate:.1f}/s, {(total - finished) / rate:.0f} s left" if rate > 0.0 else ""
+            left = f", {_rate(rate)}, {(total - finished) / rate:.0f} s left" if rate > 0.0 else ""
             print(f"{finished} of {total} {what}{left}", file=sys.stderr, flush=True)
 
     return line
@@ -98,6 +105,6 @@ def _bar(console: Console) -> Iterator[Progress]:
                 doing = what
                 bar.reset(task, total=total, description=what)
             speed = bar.tasks[0].speed
-            bar.update(task, completed=finished, total=total, rate=f"{speed:.1f}/s" if speed else "")
+            bar.update(task, completed=finished, total=total, rate=_rate(speed) if speed else "")
 
         yield progress

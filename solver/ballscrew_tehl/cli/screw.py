@@ -57,7 +57,7 @@ def run_screw(args: Namespace) -> int:
                 result["life_hours"] = result["life_turns"] / (60.0 * abs(speed))
         if speed == 0.0:
             say("--speed-rpm 0: friction_torque_nm and efficiencies are those at breakaway")
-    say_outside(results)
+        say_outside(results, nut_map.header["axes"])
     print_results(
         [{**result, **chosen.described} for result in results],
         args.json,

@@ -57,7 +57,6 @@ def run_torque(args: Namespace) -> int:
     results = _direct_torques(chosen, points) if args.direct else _map_torques(chosen, args, points)
     if other:
         say(other)
-    say_outside(results)
     _say_at_rest(results)
     print_results(
         [{**result, **_catalogue(chosen, result), **common} for result in results],
@@ -135,6 +134,7 @@ def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]
             progress(number, len(points), "points")
             results.append(read.at(point))
         progress(len(points), len(points), "points")
+    say_outside(results, nut_map.header["axes"])
     return results
 
 
