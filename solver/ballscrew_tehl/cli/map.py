@@ -263,6 +263,7 @@ def run_map_plot(args: Namespace) -> int:
 
     with screw_hint(args, args.file):
         nut_map = load_map(args.file, parameters, own_films=True)
+    say(f"drawing {path}")
     picture = map_picture(nut_map, load_contact_map(args.file, parameters))
     file_hash = picture.nut_map.header["file_hash"]
     figure = map_figure(picture, args.error)
