@@ -227,10 +227,12 @@ def test_plan_is_printed_before_the_first_solve(closed, tmp_path, monkeypatch, c
     plan, error = err.splitlines()
     assert error == "ballscrew_tehl map: not converged: first solve"
     for words in ("GD4008-3, kinematics published", "preload 500 to 4000 N (up to 1.46 GPa)", "speed 100 to 1000 r/min",
-                  "oil 20 to 40 C", "120 contacts, then 1 ", "core-seconds"):  # fmt: skip
+                  "oil 20 to 40 C", "120 contacts (30 points of each raceway, isothermal and thermal), then 1 ",
+                  "core-seconds"):  # fmt: skip
         assert words.replace(" 1 ", " 200 ") in plan
     _, _, err = run(capsys, "map", "build", "--output", tmp_path / "x.nc", "--quick")
-    assert "48 contacts, then 12 points" in err.splitlines()[0]
+    plan = err.splitlines()[0]
+    assert "48 contacts (12 points of each raceway, isothermal and thermal), then 12 points" in plan
     assert list(tmp_path.iterdir()) == []
 
 
@@ -484,13 +486,20 @@ def test_output_that_is_no_map_is_never_replaced(tmp_path, capsys, output):
     screw = screw_file(tmp_path, "")
     output = output.format(folder=tmp_path, screw=screw)
     line = refused(capsys, "map", "build", "--screw", screw, "--output", output)
-    assert line.endswith(f"--output = {Path(output)}; allowed: a new file *.nc, or a map to replace")
+    path = Path(output)
+    reason = (
+        ": is a folder; allowed: a file *.nc" if path.is_dir() else "; allowed: a new file *.nc, or a map"
+    )
+    assert f"--output = {path}{reason}" in line
     assert [*tmp_path.iterdir()] == [screw]
 
 
 def test_output_below_a_file_is_refused(tmp_path, capsys):
-    line = refused(capsys, "map", "build", "--output", screw_file(tmp_path, "") / "x.nc")
-    assert "Not a directory" in line or "exists" in line
+    screw = screw_file(tmp_path, "")
+    line = refused(capsys, "map", "build", "--output", screw / "x.nc")
+    assert line.endswith(
+        f"--output = {screw / 'x.nc'}: {screw} is not a folder; allowed: a path below a folder"
+    )
 
 
 @pytest.mark.slow

@@ -130,5 +130,5 @@ def test_init_writes_a_file_but_never_replaces_one(tmp_path, capsys):
     assert "exists already" in capsys.readouterr().err
     assert path.read_text() == "name = 'filled in'"
     assert cli.main(["init", str(tmp_path / "none" / "x.toml")]) == 2
-    assert "needs a folder" in capsys.readouterr().err
+    assert "no such folder; allowed: a new file *.toml in a folder that exists" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == [path]

@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import __version__
 from ..friction.film_model import FilmModel
+from ..friction.interval import implied_thrust
 from ..friction.mechanistic import ContactValues
 from ..friction.sets import (
     FITTED,
@@ -55,8 +56,9 @@ FEW_DEGREES = 3
 ONE_NUMBER, SUPPLY = MECHANISTIC_SETS
 #: set -> that of the same law with one parameter less
 SMALLER = {"three_parameter": "two_parameter", SUPPLY: ONE_NUMBER}
+NO_OUTLIERS = "--drop outliers: there are none, every point is in the fit"
 TRANSFER = (
-    "for other screws of the same maker: net_sliding_coefficient, the thrust between balls, carries over to screws "
+    "for other screws of the same maker: net_sliding_coefficient, the friction between balls, carries over to screws "
     "with the same kind of balls, returns and finish; the torque of seals, which is not modelled, and the supply of "
     "oil or grease do not"
 )
@@ -189,7 +191,7 @@ def calibrate_file(
     if "outliers" in drop:
         basis, outliers = _without_outliers(basis, count)
         dropped = dropped + outliers
-        notes += _check_count(list(basis.measurements), name) if outliers else []
+        notes += _check_count(list(basis.measurements), name) if outliers else [NO_OUTLIERS]
     if name in MECHANISTIC_SETS:
         name, text = _with_supply(basis, name, loss)
         count = len(SETS[name])
@@ -209,7 +211,12 @@ def calibrate_file(
             rivals.append(_rival(f"{other} (film {films[other]})", theirs, len(fitted), loss, progress))
     unknown = not_identified(basis, found.values, count, found.limits, found.correlations, missed, rivals)
     diagnostics = point_diagnostics(basis, found.values, count)
-    notes += [*_zero_note(found), *_rival_notes(rivals, missed), *_point_notes(basis, diagnostics)]
+    notes += [
+        *_relation_note(found, parameters),
+        *_zero_note(found),
+        *_rival_notes(rivals, missed),
+        *_point_notes(basis, diagnostics),
+    ]
     return Calibration(
         replace(found, not_identified=unknown), basis, diagnostics, left_out, dropped, notes,
         condition(basis, found.values, count), _spread(basis, found, count),
@@ -257,6 +264,17 @@ def _rival(name: str, basis: TorqueBasis, count: int, loss: str, progress: Progr
     """Another set fitted to the same points with its own films."""
     values = fit_values(basis, count, loss)
     return Rival(name, basis, values, np.abs(left_out_deviations(basis, count, loss, progress)))
+
+
+def _relation_note(found: FrictionSet, parameters: Parameters) -> list[str]:
+    """What the fitted number of the mechanistic law is in terms of the other keys of the screw file."""
+    if found.name not in MECHANISTIC_SETS:
+        return []
+    thrust = implied_thrust(found.net_sliding_coefficient, parameters)
+    return [
+        "net_sliding_coefficient = 2 boundary_friction limiting_shear_coefficient ball_thrust; with the first two of "
+        f"this screw file ball_thrust = {thrust:.3g}. A screw file has one of these two numbers, not both"
+    ]
 
 
 def _zero_note(found: FrictionSet) -> list[str]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..nut_map.atlas_contacts import build_atlas
 from ..nut_map.workers import build_executor
+from .files import check_output
 from .points import print_results
 from .progress import progress_bar
 
@@ -14,8 +15,9 @@ from .progress import progress_bar
 def run_map_atlas(args: Namespace) -> int:
     """Solve the contacts of the atlas, compare it with others, and write it; continues an interrupted run."""
     path = Path(args.output)
-    if path.suffix != ".npz" or path.is_dir():
+    if path.suffix != ".npz":
         raise ValueError(f"--output = {path}; allowed: a file *.npz")
+    check_output("--output", path, "a file *.npz")
     for name in ("workers", "count"):
         value = getattr(args, name)
         if value is not None and value < 1:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from argparse import Namespace
 from collections.abc import Callable
 from pathlib import Path
@@ -13,10 +12,11 @@ from ..friction.sets import MECHANISTIC_SETS, PACKAGED_SETS, FrictionSet, write_
 from ..parameters.file import Parameters
 from ..parameters.packaged_data import PACKAGED_VG100
 from ..parameters.units import CELSIUS, RPM
-from .common import film_model_of, say, screw_of
+from .common import film_model_of, say, screw_hint, screw_of
+from .files import check_output, written
 from .main import TEMPERATURE
 from .points import print_results
-from .progress import progress_bar
+from .progress import QUIET, progress_bar
 
 if TYPE_CHECKING:
     from ..calibration.user import Calibration
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 
     #: name -> film model, or contacts of the mechanistic law
     Films = Callable[[str], FilmModel | ContactValues]
-
-#: seconds before the first progress message
-QUIET = 2.0
 
 
 def run_calibrate(args: Namespace) -> int:
@@ -41,24 +38,28 @@ def run_calibrate(args: Namespace) -> int:
         say(f"no --screw: {parameters.name} with {parameters.lubricant.name} ({PACKAGED_VG100.name})")
     if args.packaged:
         return _packaged(args, parameters)
-    for option in (args.output, args.plot):
-        if option and not Path(option).absolute().parent.is_dir():
-            raise ValueError(f"{option}: no such folder; allowed: a file in an existing folder")
+    outputs = ("--output", args.output, "a file *.toml"), ("--plot", args.plot, "a file *.png")
+    for option, given, kind in outputs:
+        if given:
+            check_output(option, given, kind)
     result = _calibration(args, parameters)
     found = result.friction_set
     if found.film_model == "hamrock_dowson":
         say("film hamrock_dowson: not in any map, build_fmu.py rejects this fit")
     if args.output:
-        write_friction_sets(
-            args.output,
-            {(found.kinematics, found.name): found},
-            "Fitted by python -m ballscrew_tehl calibrate",
-        )
+        with written("--output", args.output):
+            write_friction_sets(
+                args.output,
+                {(found.kinematics, found.name): found},
+                "Fitted by python -m ballscrew_tehl calibrate",
+            )
         say(f"written: {args.output}")
     if args.plot:
         from ..calibration.plot import calibration_figure, save_figure
 
-        save_figure(calibration_figure(result), Path(args.plot))
+        figure = calibration_figure(result)
+        with written("--plot", args.plot):
+            save_figure(figure, Path(args.plot))
         say(f"written: {args.plot}")
     if args.json:
         from ..calibration.user import calibration_data
@@ -104,15 +105,7 @@ def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
         )
     file = read_measurement_file(args.measurements, temperature)
     film_model, outside = _films(args, parameters)
-    due = time.monotonic() + QUIET
-    with progress_bar() as shown:
-
-        def progress(finished: int, total: int, what: str) -> None:
-            nonlocal due
-            if time.monotonic() > due:
-                due = time.monotonic() + 0.5
-                shown(finished, total, what)
-
+    with progress_bar(QUIET) as progress:
         return calibrate_file(
             file,
             parameters,
@@ -138,7 +131,8 @@ def _films(args: Namespace, parameters: Parameters) -> tuple[Films, Callable[[Me
     from ..nut_map.contact_map import MapContacts, SolvedFilm
     from ..nut_map.file import load_contact_map, load_map
 
-    contact_map = load_contact_map(args.map, parameters)
+    with screw_hint(args, args.map):
+        contact_map = load_contact_map(args.map, parameters)
     axes = load_map(args.map, parameters).header["axes"]
 
     def outside(m: Measurement) -> str:
@@ -184,6 +178,7 @@ def _packaged(args: Namespace, parameters: Parameters) -> int:
         if value:
             raise ValueError(f"{option} with --packaged; allowed: with MEASUREMENTS.csv only")
     output = args.output or PACKAGED_SETS
+    check_output("--output", output, "a file *.toml")
 
     def film_model(variant: Parameters, name: str) -> FilmModel | ContactValues:
         film = PACKAGED_FILM[name]

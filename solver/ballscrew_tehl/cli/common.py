@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,12 +18,16 @@ from ..friction.sets import (
 )
 from ..parameters.file import Parameters, changed, load_parameters
 from ..parameters.packaged_data import PACKAGED_VG100
-from ..runtime.packed import MECHANISTIC
+from ..runtime.packed import MECHANISTIC, MapError
 from .main import FILMS
 
 if TYPE_CHECKING:
     from ..friction.film_model import FilmModel
     from ..runtime.evaluate import NutMap
+
+
+#: of the message about a map of another screw or oil
+OTHER_PARAMETERS = "map of other parameters"
 
 
 def say(text: str) -> None:
@@ -45,6 +50,19 @@ def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
     return changed(parameters, friction={"kinematics": args.kinematics})
 
 
+@contextmanager
+def screw_hint(args: Namespace, file: str | None) -> Iterator[None]:
+    """Where a given map is not that of the packaged screw, say that its screw file is missing on the command line."""
+    try:
+        yield
+    except MapError as error:
+        if file is None or args.screw is not None or OTHER_PARAMETERS not in str(error):
+            raise
+        raise ValueError(
+            f"{error}; without --screw that is the packaged GD4008-3: give the screw file of the map by --screw"
+        ) from error
+
+
 class Chosen(NamedTuple):
     """Screw and friction set of the options; of_file: the set is that of a file, None = a packaged one."""
 
@@ -56,7 +74,8 @@ class Chosen(NamedTuple):
         """The map of --map with the film and the numbers of the friction set."""
         from ..nut_map.file import load_map
 
-        return load_map(args.map, self.parameters, self.of_file)
+        with screw_hint(args, args.map):
+            return load_map(args.map, self.parameters, self.of_file)
 
     @property
     def described(self) -> dict[str, str]:
@@ -120,8 +139,8 @@ CLAMPED_KEYS = {
 }
 
 
-def say_outside(results: Sequence[Mapping[str, Any]]) -> None:
-    """One line on stderr about the answers that a map gives at its edge, with the first of them."""
+def say_outside(results: Sequence[Mapping[str, Any]], axes: Mapping[str, Any]) -> None:
+    """One line on stderr about answers beyond a map, with the first of them; axes: of its header."""
     outside = [result for result in results if result.get("clamped")]
     if not outside:
         return
@@ -129,9 +148,12 @@ def say_outside(results: Sequence[Mapping[str, Any]]) -> None:
     names = [CLAMPED_KEYS.get(name, name) for name in first["clamped"]]
     values = ", ".join(f"{name} {first[name]:g}" if name in first else name for name in names)
     which = "" if len(results) == 1 else f"{len(outside)} of {len(results)} points, the first: "
+    # below its lowest preload a map continues by power laws
+    light = list(first["clamped"]) == ["preload"] and first["preload_n"] < axes["preload"][0]
+    edge = "extrapolated from its lowest preload" if light else "those at its edge"
     say(
-        f"in_range: false; {which}{values} is outside the map, the numbers are those at its edge (ranges: map info; a "
-        "larger map: map build; without a map: torque --direct)"
+        f"in_range: false; {which}{values} is outside the map, the numbers are {edge} (ranges: map info; a larger "
+        "map: map build; without a map: torque --direct)"
     )
 
 

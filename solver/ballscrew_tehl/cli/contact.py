@@ -12,6 +12,7 @@ from typing import Any
 from .. import __version__
 from ..calibration.csv_table import read_rows
 from .points import add_json, print_results
+from .progress import QUIET, progress_bar
 
 #: rheologies of the contact solver
 RHEOLOGIES = ("newtonian", "eyring", "carreau", "limiting_shear_stress")
@@ -162,7 +163,12 @@ def run_contact(args: Namespace) -> int:
             _read(f"{args.points}: row {index}: ", {**given, **row})
             for index, row in enumerate(filled, start=1)
         ]
-    results = [_solve(contact, args.screw) for contact in contacts]
+    results: list[dict[str, Any]] = []
+    with progress_bar(QUIET) as progress:
+        for contact in contacts:
+            progress(len(results), len(contacts), "contacts solved")
+            results.append(_solve(contact, args.screw))
+        progress(len(results), len(contacts), "contacts solved")
     print_results(
         [{**result, "version": __version__} for result in results], args.json, args.points is not None
     )

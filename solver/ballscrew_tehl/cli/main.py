@@ -8,15 +8,18 @@ map must not wait for the import of the solver.
 from __future__ import annotations
 
 import argparse
+import difflib
 import importlib
+import itertools
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NoReturn
 
 from .. import __version__
 from .contact import add_contact
 from .extras import missing_extra
+from .files import os_error_text
 from .oil import add_oil
 from .points import Quantity, add_json, add_options
 
@@ -43,6 +46,14 @@ LUBRICANTS = ("oil", "grease")
 LOSS_NAMES = ("least_squares", "soft_l1")
 
 
+def _nearest(given: str, known: Iterable[str]) -> str:
+    """End of a message about a misspelt word, empty if it is like none: a word that begins so, or the most similar."""
+    words = list(known)
+    begun = [word for word in words if len(given.strip("-")) > 1 and word.startswith(given)]
+    near = begun or difflib.get_close_matches(given, words, n=1, cutoff=0.6)
+    return f"; is {near[0]} meant?" if near else ""
+
+
 class Parser(argparse.ArgumentParser):
     """One line per error; no abbreviations, which a later option could make ambiguous."""
 
@@ -55,6 +66,29 @@ class Parser(argparse.ArgumentParser):
         """Arguments of a command are left to its own parser as they are."""
         self.register("type", None, str)
         return super().add_subparsers(**settings)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """As argparse, but a misspelt option is refused by its command, before one that is missing for it."""
+        words = sys.argv[1:] if args is None else list(args)
+        if self._subparsers is not None:
+            # what follows belongs to the command
+            words = list(itertools.takewhile(lambda word: word.startswith("-"), words))
+        known = self._option_string_actions
+        for word in itertools.takewhile(lambda word: word != "--", words):
+            option = word.partition("=")[0]
+            if option.startswith("--") and option not in known:
+                self.error(f"unrecognized arguments: {option}{_nearest(option, known)}")
+        found, left = super().parse_known_args(args, namespace)
+        if left:
+            self.error(f"unrecognized arguments: {' '.join(left)}")
+        return found, left
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            error.message += _nearest(str(value), [str(choice) for choice in action.choices or ()])
+            raise
 
     def error(self, message: str) -> NoReturn:
         """Print the error and exit with code 2."""
@@ -176,7 +210,7 @@ def _map(commands: argparse._SubParsersAction) -> None:
     for action, name in ((build, "build"), (check, "check"), (info, "info"), (plot, "plot")):
         _screw_options(action, with_map=False)
         add_json(action)
-        action.set_defaults(run=f"map.run_map_{name}")
+        action.set_defaults(run=f"{'map_info' if action is info else 'map'}.run_map_{name}")
 
 
 def _calibrate(commands: argparse._SubParsersAction) -> None:
@@ -351,7 +385,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except (ValueError, OSError) as err:
-        print(f"ballscrew_tehl {args.command}: error: {' '.join(str(err).split())}", file=sys.stderr)
+        text = os_error_text(err) if isinstance(err, OSError) else str(err)
+        print(f"ballscrew_tehl {args.command}: error: {' '.join(text.split())}", file=sys.stderr)
         return 2
     except ArithmeticError as err:
         print(f"ballscrew_tehl {args.command}: not converged: {' '.join(str(err).split())}", file=sys.stderr)

@@ -1,8 +1,9 @@
-"""The commands `map build`, `map check`, `map info` and `map plot`."""
+"""The commands `map build`, `map check` and `map plot`."""
 
 from __future__ import annotations
 
 import dataclasses
+import os
 from argparse import Namespace
 from concurrent.futures import Executor
 from contextlib import ExitStack
@@ -21,7 +22,8 @@ from ..nut_map.workers import build_executor
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from ..runtime.packed import certificate_totals
-from .common import EXTREMES, say, screw_of
+from .common import EXTREMES, say, screw_hint, screw_of
+from .files import check_folder, check_output, written
 from .points import print_results
 from .progress import progress_bar
 
@@ -116,16 +118,24 @@ def _plan(parameters: Parameters, grid: MapGrid, points: int) -> str:
     """What will be solved, before the first solve."""
     from ..nut_map.build import contact_counts
 
-    least, most = (4 * count for count in contact_counts(parameters, grid))
-    contacts = f"{least} to {most}" if least < most else f"{least}"
+    first, last = contact_counts(parameters, grid)
+    # as progress and map info count them
+    least, most = 4 * first, 4 * last
+    contacts = (
+        f"{_ends(least, most)} contacts ({_ends(first, last)} points of each raceway, isothermal and thermal)"
+    )
     pressure = largest_pressure(parameters.screw, grid.preload[1])
     return (
         f"{parameters.name}, kinematics {parameters.friction.kinematics}: preload {grid.preload[0]:g} to "
         f"{grid.preload[1]:g} N (up to {1e-9 * pressure:.3g} GPa), speed {grid.speed[0] / RPM:.4g} to "
         f"{grid.speed[1] / RPM:.4g} r/min, oil {grid.temperature[0] - CELSIUS:.4g} to "
-        f"{grid.temperature[1] - CELSIUS:.4g} C; {contacts} contacts, then {points} points of a certificate; about "
+        f"{grid.temperature[1] - CELSIUS:.4g} C; {contacts}, then {points} points of a certificate; about "
         f"{SECONDS_PER_CONTACT * least:.0f} to {SECONDS_PER_CONTACT * (most + 6 * points):.0f} core-seconds"
     )
+
+
+def _ends(least: int, most: int) -> str:
+    return f"{least} to {most}" if least < most else f"{least}"
 
 
 def run_map_build(args: Namespace) -> int:
@@ -179,10 +189,18 @@ def _opened(parameters: Parameters, path: Path, args: Namespace, stack: ExitStac
     from ..nut_map.build import map_journal
 
     grid = _grid(parameters, args)
+    check_output("--output", path, "a file *.nc", create=True)
     if path.exists() and not is_map_file(path):
         raise ValueError(f"--output = {path}; allowed: a new file *.nc, or a map to replace")
-    journal = map_journal(path.with_name(path.name + ".contacts"), parameters)
-    return _Wanted(parameters, path, grid, stack.enter_context(journal))
+    kept = path.with_name(path.name + ".contacts")
+    for beside in (kept, kept.with_name(kept.name + ".lock")):
+        # the lock takes a file that it may not open for that of another build
+        if beside.exists() and not (beside.is_file() and os.access(beside, os.W_OK)):
+            raise ValueError(
+                f"--output = {path}: {beside} cannot be written; remedy: remove or rename it, or another --output"
+            )
+    with written("--output", path):
+        return _Wanted(parameters, path, grid, stack.enter_context(map_journal(kept, parameters)))
 
 
 def _family(args: Namespace) -> list[tuple[Parameters, Path]]:
@@ -194,6 +212,7 @@ def _family(args: Namespace) -> list[tuple[Parameters, Path]]:
     if not files:
         raise ValueError(f"--family = {folder}; allowed: a folder with screw files *.toml")
     target = Path(args.output) if args.output else folder
+    check_folder("--output", target)
     return [
         (screw_of(Namespace(screw=str(file), kinematics=args.kinematics)), target / f"{file.stem}.nc")
         for file in files
@@ -210,8 +229,13 @@ def run_map_check(args: Namespace) -> int:
     parameters = screw_of(args)
     if args.count < 1:
         raise ValueError(f"--count = {args.count}; allowed: a whole number >= 1")
-    nut_map = load_map(args.file, parameters, own_films=True)
-    result = certificate_totals(deviation_from_direct(nut_map, parameters, args.count))
+    with screw_hint(args, args.file):
+        nut_map = load_map(args.file, parameters, own_films=True)
+    with progress_bar() as progress:
+        # the first point may take as long as compiling the solver
+        progress(0, args.count, "points of the certificate")
+        deviation = deviation_from_direct(nut_map, parameters, args.count, progress=progress)
+    result = certificate_totals(deviation)
     allowed = float(nut_map.header["certificate"].get("torque_error_max", 0.0))
     good = result["torque_error_max"] <= allowed + 1e-6
     result |= {
@@ -227,46 +251,24 @@ def run_map_check(args: Namespace) -> int:
     return 0 if good else 1
 
 
-def run_map_info(args: Namespace) -> int:
-    """Axes, film model, friction defaults, version, hashes and certificate of a map."""
-    from ..nut_map.file import load_map
-
-    header = dict(load_map(args.file, screw_of(args), own_films=True).header)
-    if args.json:
-        print_results([header], True, False)
-        return 0
-    rows: dict[str, Any] = {}
-    header["certificate"] = certificate_totals(header["certificate"])
-    for key, value in header.items():
-        if isinstance(value, dict):
-            simple = {name: entry for name, entry in value.items() if not isinstance(entry, dict | None)}
-            rows |= {f"{key}.{name}": entry for name, entry in simple.items()}
-        elif key != "parameters_json":
-            rows[key] = value
-    for name, unit, scale in (("speed", "r/min", 1.0 / RPM), ("temperature", "C", 1.0)):
-        low, high, nodes = header["axes"][name]
-        shift = CELSIUS if name == "temperature" else 0.0
-        rows[f"axes.{name}"] = (
-            f"{scale * low - shift:.6g} to {scale * high - shift:.6g} {unit}, {nodes} nodes"
-        )
-    print_results([rows], False, False)
-    return 0
-
-
 def run_map_plot(args: Namespace) -> int:
     """Draw a map: torque, film and temperature rise over speed, its samples and the points of its certificate."""
     path = Path(args.output)
-    if path.suffix.lower() != ".png" or path.is_dir() or not path.parent.is_dir():
+    if path.suffix.lower() != ".png":
         raise ValueError(f"--output = {path}; allowed: a file *.png in a folder that exists")
+    check_output("--output", path, "a file *.png")
     parameters = screw_of(args)
     from ..nut_map.file import load_contact_map, load_map
     from ..nut_map.plot import map_figure, map_picture, save_figure
 
-    picture = map_picture(
-        load_map(args.file, parameters, own_films=True), load_contact_map(args.file, parameters)
-    )
+    with screw_hint(args, args.file):
+        nut_map = load_map(args.file, parameters, own_films=True)
+    say(f"drawing {path}")
+    picture = map_picture(nut_map, load_contact_map(args.file, parameters))
     file_hash = picture.nut_map.header["file_hash"]
-    save_figure(map_figure(picture, args.error), path, file_hash)
+    figure = map_figure(picture, args.error)
+    with written("--output", path):
+        save_figure(figure, path, file_hash)
     friction_set = default_friction_set(parameters)
     result = {
         "file": str(path),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Mapping
 
 from .. import __version__
 from ..friction.origin import carried_over
@@ -10,6 +11,10 @@ from ..parameters.units import CELSIUS, RPM
 from .common import chosen_of, say, say_outside
 from .main import PRELOAD_POINT
 from .points import print_results, read_points
+
+
+def _at(point: Mapping[str, float]) -> str:
+    return f"{point['speed_rpm']:g} r/min and {point['temperature_c']:g} C"
 
 
 def run_preload(args: Namespace) -> int:
@@ -22,8 +27,9 @@ def run_preload(args: Namespace) -> int:
     if other := carried_over(chosen.friction_set, chosen.parameters):
         say(other)
     axes = nut_map.header["axes"]
+    lowest = float(axes["preload"][0])
     highest = min(float(axes[name][1]) for name in ("force", "preload"))
-    results = []
+    results, below = [], []
     for point in points:
         speed, temperature = point["speed_rpm"] * RPM, point["temperature_c"] + CELSIUS
 
@@ -31,6 +37,15 @@ def run_preload(args: Namespace) -> int:
             state = nut_map.evaluate(preload, speed, temperature)
             return float(state.friction_torque)
 
+        least, most = torque(lowest), torque(highest)
+        if not point["torque_nm"] <= most:
+            raise ValueError(
+                f"torque_nm = {point['torque_nm']:.6g} at {_at(point)}; allowed: {least:.4g} to {most:.4g} N.m, the "
+                f"torques of this map there (preload {lowest:g} to {highest:g} N); remedy: check unit and sign of the "
+                "torque, or map build with a higher --preload-n"
+            )
+        if point["torque_nm"] < least:
+            below.append((point, least))
         preload = preload_from_torque(torque, point["torque_nm"], 0.0, highest)
         state = nut_map.evaluate(preload, speed, temperature)
         results.append({
@@ -43,6 +58,14 @@ def run_preload(args: Namespace) -> int:
             "map_hash": nut_map.header["file_hash"],
             "version": __version__,
         })  # fmt: skip
-    say_outside(results)
+    if below:
+        point, least = below[0]
+        which = "" if len(results) == 1 else f"{len(below)} of {len(results)} points, the first: "
+        say(
+            f"in_range: false; {which}torque_nm {point['torque_nm']:.6g} is below {least:.4g} N.m, the lowest torque "
+            f"that this map answers at {_at(point)} (preload {lowest:g} N): preload_n is extrapolated, not reliable; "
+            "remedy: check the unit and what was subtracted from the torque, or map build with a lower --preload-n"
+        )
+    say_outside([result for result in results if result["clamped"] != ["preload"]], axes)
     print_results(results, args.json, bool(args.points))
     return 0

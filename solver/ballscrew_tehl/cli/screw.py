@@ -12,12 +12,14 @@ from ..parameters.units import CELSIUS, RPM
 from ..physics.axial_stiffness import axial_deflection, axial_stiffness, contact_stiffness, lost_motion
 from ..physics.load import double_nut_loads, separation_load
 from ..physics.rating import STATIC_PRESSURE, ball_pressure, dynamic_rating, life, static_rating
-from .common import chosen_of, say_outside, screw_of
+from .common import chosen_of, say, say_outside, screw_of
 from .main import SCREW_POINT, SPEED, TEMPERATURE
 from .points import print_results, read_points
 
 #: preload over the dynamic rating that catalogues state torques for
 CATALOGUE_SHARE = 0.05
+#: loads of balls under an axial load
+STRETCHED = "bodies stretched by the axial load"
 CONDITIONS = "JIS B 1192: 100 r/min, oil ISO VG 68, no seals; a convention, proportional to the preload"
 
 
@@ -53,9 +55,25 @@ def run_screw(args: Namespace) -> int:
             result |= {"in_range": bool(state.in_range), "clamped": list(state.clamped)}
             if speed:
                 result["life_hours"] = result["life_turns"] / (60.0 * abs(speed))
-    say_outside(results)
-    print_results([{**result, **chosen.described} for result in results], args.json, bool(args.points))
+        if speed == 0.0:
+            say("--speed-rpm 0: friction_torque_nm and efficiencies are those at breakaway")
+        say_outside(results, nut_map.header["axes"])
+    print_results(
+        [{**result, **chosen.described} for result in results],
+        args.json,
+        bool(args.points),
+        _notes(points[0]["axial_load_n"], args.speed_rpm),
+    )
     return 0
+
+
+def _notes(axial_load: float, speed: float | None) -> dict[str, str]:
+    """What numbers of the text mean that `torque` gives differently."""
+    notes = {"friction_torque_nm": "at breakaway"} if speed == 0.0 else {}
+    if axial_load != 0.0:
+        # torque and maps take the loads of each nut as by a preload of its force
+        notes |= dict.fromkeys(("ball_load_max_n", "contact_pressure_max_pa"), STRETCHED)
+    return notes
 
 
 def _mechanics(

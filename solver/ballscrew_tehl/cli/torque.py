@@ -6,7 +6,7 @@ import math
 from argparse import Namespace
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .. import __version__
 from ..friction.baselines import nsk_torque
@@ -17,9 +17,18 @@ from ..runtime.packed import MECHANISTIC
 from .common import EXTREMES, Chosen, chosen_of, film_model_of, say, say_outside
 from .main import TORQUE_POINT
 from .points import print_results, read_points
+from .progress import QUIET, progress_bar
 
 if TYPE_CHECKING:
     from ..friction.interval import TorqueInterval
+    from ..nut_map.contact_map import ContactMap
+    from ..runtime.evaluate import NutMap
+
+
+#: torque at which motion begins, of an answer at speed 0
+BREAKAWAY = "breakaway_torque_nm"
+#: loads of balls under an axial load
+OF_A_NUT = "nut loaded as by preload alone"
 
 
 def _signed(parts: tuple[float, float, float], speed: float) -> dict[str, float]:
@@ -38,8 +47,7 @@ def run_torque(args: Namespace) -> int:
     """Friction torque, films and contact extremes at one or many operating points."""
     points = read_points(args, TORQUE_POINT)
     chosen = chosen_of(args)
-    if other := carried_over(chosen.friction_set, chosen.parameters):
-        say(other)
+    other = carried_over(chosen.friction_set, chosen.parameters)
     common = {
         **chosen.described,
         # stderr has it beside a table
@@ -47,13 +55,39 @@ def run_torque(args: Namespace) -> int:
         "version": __version__,
     }
     results = _direct_torques(chosen, points) if args.direct else _map_torques(chosen, args, points)
-    say_outside(results)
+    if other:
+        say(other)
+    _say_at_rest(results)
     print_results(
         [{**result, **_catalogue(chosen, result), **common} for result in results],
         args.json,
         bool(args.points),
+        _notes(points[0]),
     )
     return 0
+
+
+def _notes(point: dict[str, float]) -> dict[str, str]:
+    """What numbers of the text mean that another command or another point would give differently."""
+    notes = {}
+    if point["speed_rpm"] == 0.0:
+        notes = {"friction_torque_nm": "at rest", "breakaway_torque_nm": "needed to start, either way"}
+    if point["axial_load_n"] != 0.0:
+        # screw has the loads of both bodies stretched by the axial load
+        notes |= dict.fromkeys(("ball_load_max_n", "contact_pressure_max_pa"), OF_A_NUT)
+    return notes
+
+
+def _say_at_rest(results: list[dict[str, Any]]) -> None:
+    """One line on stderr about answers at speed 0."""
+    resting = [result for result in results if BREAKAWAY in result]
+    if resting:
+        which = "" if len(results) == 1 else f"{len(resting)} of {len(results)} points, the first: "
+        first = resting[0]
+        say(
+            f"speed_rpm 0: {which}at rest friction balances the torque of the drive up to {BREAKAWAY} = "
+            f"{first[BREAKAWAY]:.6g} N.m either way; friction_torque_nm is that of motion, and 0"
+        )
 
 
 def _catalogue(chosen: Chosen, point: dict[str, Any]) -> dict[str, Any]:
@@ -73,16 +107,18 @@ def _catalogue(chosen: Chosen, point: dict[str, Any]) -> dict[str, Any]:
 
 def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
     """Keys of an interval: its ends over its own torque, applied to that of the answer."""
-    from ..friction.interval import MEANING
+    from ..friction.interval import FITTED_COEFFICIENT, MEANING
 
     low, high = sorted(share * torque for share in found.relative)
-    shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:2])
+    # both are the one number of the law: the bounds of ball_thrust are those of the coefficient without a fit
+    names = {"ball_thrust": FITTED_COEFFICIENT}
+    shares = ", ".join(
+        f"{names.get(name, name)} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:2]
+    )
     return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": f"{MEANING}: {shares}"}
 
 
 def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]) -> list[dict[str, Any]]:
-    from ..nut_map.trend import too_thick, unlike_flanks, unphysical_trend
-
     nut_map = chosen.nut_map(args)
     contact_map = supply = None
     if nut_map.law == MECHANISTIC:
@@ -90,40 +126,66 @@ def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]
         from ..nut_map.file import load_contact_map
 
         supply = partial(supply_factor, chosen.parameters)
-
         contact_map = load_contact_map(args.map, chosen.parameters)
+    read = _MapAnswer(chosen, nut_map, contact_map, supply)
     results = []
-    for point in points:
+    with progress_bar(QUIET) as progress:
+        for number, point in enumerate(points):
+            progress(number, len(points), "points")
+            results.append(read.at(point))
+        progress(len(points), len(points), "points")
+    say_outside(results, nut_map.header["axes"])
+    return results
+
+
+class _MapAnswer(NamedTuple):
+    """A map that answers operating points; contact_map, supply: of the mechanistic law, for its interval."""
+
+    chosen: Chosen
+    nut_map: NutMap
+    contact_map: ContactMap | None
+    supply: Callable[[Any, Any], Any] | None
+
+    def at(self, point: dict[str, float]) -> dict[str, Any]:
+        """Keys of the answer at a point."""
+        from ..nut_map.trend import too_thick, unphysical_trend
+
+        nut_map = self.nut_map
         speed = point["speed_rpm"] * RPM
         at = point["preload_n"], speed, point["temperature_c"] + CELSIUS, point["axial_load_n"]
         state = nut_map.evaluate(*at)
         torques = _signed((state.viscous_torque, state.hysteresis_torque, state.sliding_torque), speed)
         further: dict[str, Any] = {}
-        unlike = ""
-        if trend := unphysical_trend(nut_map, *at, supply).text:
+        if speed == 0.0:
+            further[BREAKAWAY] = float(state.friction_torque)
+        if trend := unphysical_trend(nut_map, *at, self.supply).text:
             further["unphysical_trend"] = trend
-        if thick := too_thick(state, 0.5 * chosen.parameters.screw.ball_diameter):
+        if thick := too_thick(state, 0.5 * self.chosen.parameters.screw.ball_diameter):
             further["too_thick_film"] = thick
-        if contact_map is not None and point["preload_n"] > 0.0:
-            from ..nut_map.interval import map_interval
-
-            found = map_interval(
-                chosen.parameters, contact_map, nut_map.header["axes"], chosen.friction_set, *at
-            )
-            further |= _interval(found, torques["friction_torque_nm"])
-            if unlike := unlike_flanks(chosen.parameters, at[0], at[3], found.torque):
-                further["unlike_flanks"] = unlike
-        results.append({
+        if point["preload_n"] > 0.0:
+            further |= self._interval(at, torques["friction_torque_nm"])
+        return {
             **point,
             **torques,
             **further,
             **{key: float(getattr(state, name)) for name, key in EXTREMES.items()},
-            "in_range": bool(state.in_range) and not (trend or thick or unlike),
+            "in_range": bool(state.in_range) and not (trend or thick or "unlike_flanks" in further),
             "clamped": list(state.clamped),
             "film_kinematics": nut_map.header["film_kinematics"],
             "map_hash": nut_map.header["file_hash"],
-        })  # fmt: skip
-    return results
+        }
+
+    def _interval(self, at: tuple[float, float, float, float], torque: float) -> dict[str, Any]:
+        """Interval of a torque by the mechanistic law, and whether oversize balls make it uncertain."""
+        if self.contact_map is None:
+            return {}
+        from ..nut_map.interval import map_interval
+        from ..nut_map.trend import unlike_flanks
+
+        parameters, friction_set = self.chosen.parameters, self.chosen.friction_set
+        found = map_interval(parameters, self.contact_map, self.nut_map.header["axes"], friction_set, *at)
+        unlike = unlike_flanks(parameters, at[0], at[3], found.torque)
+        return _interval(found, torque) | ({"unlike_flanks": unlike} if unlike else {})
 
 
 def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict[str, Any]]:
@@ -144,21 +206,24 @@ def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict
     # speeds of the published kinematics are not physical: its films are not shown, as by the map
     rolling = changed(parameters, friction={"kinematics": ROLLING_FRAME})
     results = []
-    for number, point in enumerate(points, start=1):
-        say(f"point {number} of {len(points)}")
-        speed, temperature = point["speed_rpm"] * RPM, point["temperature_c"] + CELSIUS
-        preload, axial_load = point["preload_n"], point["axial_load_n"]
-        torques = solved(preload, speed, temperature, axial_load)
-        extremes = direct_extremes(rolling, preload, axial_load, abs(speed), temperature)
-        extremes["lambda_ratio"] = min(extremes["film_thickness_min"] / max(height, SMOOTH), LAMBDA_RATIO_MAX)
-        results.append({
-            **point,
-            **torques,
-            **{key: float(extremes[name]) for name, key in EXTREMES.items()},
-            "in_range": True,
-            "clamped": [],
-            "film_kinematics": ROLLING_FRAME,
-        })  # fmt: skip
+    with progress_bar() as progress:
+        for number, point in enumerate(points):
+            progress(number, len(points), "points solved")
+            speed, temperature = point["speed_rpm"] * RPM, point["temperature_c"] + CELSIUS
+            preload, axial_load = point["preload_n"], point["axial_load_n"]
+            torques = solved(preload, speed, temperature, axial_load)
+            extremes = direct_extremes(rolling, preload, axial_load, abs(speed), temperature)
+            film = extremes["film_thickness_min"]
+            extremes["lambda_ratio"] = min(film / max(height, SMOOTH), LAMBDA_RATIO_MAX)
+            results.append({
+                **point,
+                **torques,
+                **{key: float(extremes[name]) for name, key in EXTREMES.items()},
+                "in_range": True,
+                "clamped": [],
+                "film_kinematics": ROLLING_FRAME,
+            })  # fmt: skip
+        progress(len(points), len(points), "points solved")
     return results
 
 

@@ -12,10 +12,16 @@ from ..friction.sets import MECHANISTIC_SETS, FrictionSet, default_friction_set
 from ..parameters.file import Parameters, load_parameters
 from ..parameters.packaged_data import PACKAGED_VG100
 from .common import Chosen, chosen_of, say, screw_of
+from .files import check_output, written
 from .points import print_results
+from .progress import QUIET, progress_bar
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
+
+
+#: what takes its time
+MAPS = "maps read"
 
 
 class _Law(NamedTuple):
@@ -42,14 +48,22 @@ def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
     """
     from ..nut_map.file import load_map
 
-    found = [_Law(chosen.friction_set, chosen.parameters, chosen.nut_map(args))]
-    for entry in other_sets(chosen.friction_set, chosen.parameters):
-        # every set needs the film that it was fitted with
-        own = with_set(chosen.parameters, entry.name)
-        found.append(_Law(entry, own, load_map(args.map, own)))
-    if args.screw is None and not found[0].mechanistic:
+    # every set needs the film that it was fitted with
+    wanted = [
+        (entry, with_set(chosen.parameters, entry.name), args.map)
+        for entry in other_sets(chosen.friction_set, chosen.parameters)
+    ]
+    if args.screw is None and chosen.friction_set.name not in MECHANISTIC_SETS:
         own = load_parameters(PACKAGED_VG100)
-        found.append(_Law(default_friction_set(own), own, load_map(None, own)))
+        wanted.append((default_friction_set(own), own, None))
+    with progress_bar(QUIET) as progress:
+        # the film of another set is summed over the balls when its map is read
+        progress(0, 1 + len(wanted), MAPS)
+        found = [_Law(chosen.friction_set, chosen.parameters, chosen.nut_map(args))]
+        for entry, own, file in wanted:
+            progress(len(found), 1 + len(wanted), MAPS)
+            found.append(_Law(entry, own, load_map(file, own)))
+        progress(len(found), len(found), MAPS)
     return found
 
 
@@ -61,14 +75,15 @@ def run_validate(args: Namespace) -> int:
     if args.contacts:
         from ..validation.section5 import section5_contacts, section5_text
 
-        contacts = section5_contacts(screw_of(args))
+        with progress_bar(QUIET) as progress:
+            contacts = section5_contacts(screw_of(args), progress)
         if args.json:
             print_results([row._asdict() for row in contacts], True, True)
         else:
             print(section5_text(contacts))
         return 0
-    if args.plot and not Path(args.plot).absolute().parent.is_dir():
-        raise ValueError(f"{args.plot}: no such folder; allowed: a file in an existing folder")
+    if args.plot:
+        check_output("--plot", args.plot, "a file *.png")
     from ..validation.laws import baseline_rows, laws_text, mechanistic_rows, set_row
 
     chosen = chosen_of(args)
@@ -114,6 +129,8 @@ def _plot(args: Namespace, laws: list[_Law]) -> None:
             "--plot: no mechanistic set; allowed: --kinematics rolling_frame with friction.set mechanistic"
         )
     shown = Law(law.parameters, law.entry, law.nut_map, ASSUMED_TEMPERATURE)
-    save_figure(shares_figure(shown), Path(args.plot))
+    figure = shares_figure(shown)
+    with written("--plot", args.plot):
+        save_figure(figure, Path(args.plot))
     say(f"written: {args.plot}")
     say(shares_text(shown))

@@ -168,7 +168,9 @@ class FrictionParameters(Table):
     apparent_viscosity_ratio: float | None = Field(
         default=None, gt=0, le=1e3, description="override of the set"
     )
-    net_sliding_coefficient: float | None = Field(default=None, ge=0, le=1, description="override of the set")
+    net_sliding_coefficient: float | None = Field(
+        default=None, ge=0, le=1, description="override of the set; the number that calibrate fits"
+    )
     raceway_rq: float | None = quantity(
         "length", "rms roughness of the raceways", default=None, ge=0, le=1e-4
     )
@@ -181,7 +183,8 @@ class FrictionParameters(Table):
         default=None,
         ge=0,
         le=100,
-        description="override of the set, mechanistic only: " + BOUNDED["ball_thrust"].meaning,
+        description="instead of net_sliding_coefficient, which is 2 boundary_friction limiting_shear_coefficient times "
+        "it, mechanistic only: " + BOUNDED["ball_thrust"].meaning,
     )
     replenishment_constant: float = bounded("replenishment_constant", ge=0, le=1e-6)
     inlet_films: float | None = Field(

@@ -145,7 +145,7 @@ def mechanistic_rows(parameters: Parameters, nut_map: NutMap) -> list[LawRow]:
         return float(nut_map.evaluate(preload, speed, temperature, 0.0, 1.0, k).friction_torque)
 
     return [
-        evaluated_row(f"mechanistic, k = {k:.3g} by default", 0, unfitted),
+        evaluated_row(f"mechanistic, not fitted ({k:.3g})", 0, unfitted),
         fitted_row("mechanistic, {a:.2f} of rolling", map_basis(nut_map, law_points()), 2),
     ]
 
@@ -164,7 +164,8 @@ def laws_text(rows: Sequence[LawRow]) -> str:
     lines += [
         "",
         "Deviation in per cent. 2 from 4, 4 from 2: points of one table only, by a fit to the other; left out: one",
-        f"point at a time; last column: {TWELFTH.point}, not fitted",
+        f"point at a time; last column: {TWELFTH.point}, not fitted;",
+        f"in brackets: {MECHANISTIC_FITTED[0]} by default",
         f"{'':{width}}{'fitted':>6}{'mean':>7}{'max':>7}{'2 from 4':>10}{'4 from 2':>10}{'left out':>10}{'max':>7}"
         f"{'12th':>8}",
     ]

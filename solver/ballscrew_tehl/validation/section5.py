@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..contact.ball_contact import ball_contact
 from ..contact.solution import EXTRAPOLATED_BELOW
@@ -15,6 +15,9 @@ from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM
 from ..physics.hertz import RACEWAYS
 from ..physics.kinematics import KINEMATICS
+
+if TYPE_CHECKING:
+    from ..calibration.packaged import Progress
 
 #: operating point of the section: 2000 N on the load-carrying balls, 3000 r/min, oil at the reference temperature
 PRELOAD, SPEED = 2000.0, 3000.0 * RPM
@@ -83,20 +86,22 @@ def extrapolated(coarse: float, middle: float, fine: float) -> float:
     return fine + second * second / (first - second)
 
 
-def section5_contacts(parameters: Parameters) -> list[ContactRow]:
+def section5_contacts(
+    parameters: Parameters, progress: Progress = lambda finished, total, what: None
+) -> list[ContactRow]:
     """Solve the contact of the section for both kinematics, both viscosity laws and both raceways on three grids.
 
     The law `roelands_printed` is Eq. 7 with the printed 0.032 1/K; `section_2_3` is the one of all other results.
     """
-    rows = []
-    for kinematics in KINEMATICS:
-        for law in LAWS:
-            variant = changed(
-                parameters, friction={"kinematics": kinematics}, lubricant={"viscosity_law": law}
-            )
-            for raceway in RACEWAYS:
-                solutions = [_solve(variant, raceway, grid) for grid in GRIDS]
-                rows.append(_row(kinematics, law, raceway, solutions))
+    rows: list[ContactRow] = []
+    wanted = [(k, law, raceway) for k in KINEMATICS for law in LAWS for raceway in RACEWAYS]
+    for kinematics, law, raceway in wanted:
+        variant = changed(parameters, friction={"kinematics": kinematics}, lubricant={"viscosity_law": law})
+        solutions: list[ContactSolution] = []
+        for grid in GRIDS:
+            progress(len(GRIDS) * len(rows) + len(solutions), len(GRIDS) * len(wanted), "contacts solved")
+            solutions.append(_solve(variant, raceway, grid))
+        rows.append(_row(kinematics, law, raceway, solutions))
     return rows
 
 
