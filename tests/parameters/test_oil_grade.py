@@ -213,7 +213,7 @@ def test_command_shows_the_oil_of_a_screw_that_gives_numbers(capsys, tmp_path):
     path.write_text(EXAMPLE)
     code, out, _ = run(capsys, "oil", "--screw", str(path))
     assert code == 0
-    assert "example grease" in out
+    assert "example oil" in out
     assert "assumed" not in out
 
 

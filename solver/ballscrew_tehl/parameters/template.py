@@ -16,7 +16,6 @@ from .toml import UNITS
 EXAMPLE = "example_25x10.toml"
 #: ISO grade and viscosity index of the example
 EXAMPLE_GRADE = (100, 95.0)
-EXAMPLE_OIL = f"example oil ISO VG {EXAMPLE_GRADE[0]}"
 #: NLGI grade of the example grease
 EXAMPLE_NLGI: Literal["2"] = "2"
 #: lubricants of a template
@@ -88,9 +87,9 @@ def example_parameters(oil: str = "viscosities", lubricant: str = "oil") -> Para
     if oil not in ("viscosities", "iso_vg"):
         raise ValueError(f"oil = {oil!r}; allowed: viscosities, iso_vg")
     example = load_parameters(PACKAGED_DATA / EXAMPLE)
-    # the packaged file is that of a grease, by its base oil
-    plain = example.lubricant.model_copy(update={"name": EXAMPLE_OIL})
-    return example.model_copy(update={"lubricant": graded_oil(*EXAMPLE_GRADE) if oil == "iso_vg" else plain})
+    return (
+        example.model_copy(update={"lubricant": graded_oil(*EXAMPLE_GRADE)}) if oil == "iso_vg" else example
+    )
 
 
 def _greased(example: Parameters) -> Parameters:
