@@ -1,0 +1,271 @@
+"""Lines of the report read from the map: torque with its interval, films, over speed, preload and temperature."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..friction.interval import DEVIATIONS, SCATTER_DEVIATION
+from ..friction.interval import MEANING as OF_CONSTANTS
+from ..friction.mechanistic import supply_factor
+from ..friction.sets import FrictionSet
+from ..mechanics import CATALOGUE_SHARE
+from ..nut_map.contact_map import Array, ContactMap
+from ..nut_map.interval import map_interval, nearest
+from ..nut_map.trend import Trend, unphysical_trend
+from ..parameters.file import Parameters
+from ..parameters.identity import parameters_hash
+from ..parameters.units import CELSIUS, RPM
+from ..physics.rating import dynamic_rating
+from ..runtime.evaluate import NutMap
+from ..runtime.packed import MECHANISTIC
+
+#: called with finished, total and the name of the step
+Progress = Callable[[int, int, str], None]
+
+#: speeds of lines over preload and temperature [rad/s]; only those within the map are drawn
+LINE_SPEEDS = tuple(rpm * RPM for rpm in (100.0, 500.0, 1000.0, 2500.0))
+#: preloads of the lines of the measured screw [N] and end of its speeds [rad/s]
+MEASURED_PRELOADS, MEASURED_TOP = (1000.0, 2000.0, 4000.0, 6000.0), 3000.0 * RPM
+#: preloads of the lines of any other screw over that of its operating point; speed of that point [rad/s]
+PRELOAD_SHARES, POINT_SPEED = (0.5, 1.0, 2.0), 1000.0 * RPM
+#: points of a line, those of its interval
+POINTS, INTERVALS = 161, 9
+#: what the ends of the interval of a fitted set are
+OF_FIT = "about 80 %, from the mean error of a point left out of the fit"
+INTERVAL_STEP = "intervals of the torque"
+
+
+class Friction(NamedTuple):
+    """A friction set and the map with the film of its fit."""
+
+    entry: FrictionSet
+    nut_map: NutMap
+
+    def parts(self, preload: Any, speed: Any, temperature: Any) -> tuple[Any, Any, Any]:
+        """Viscous, hysteresis and sliding torque [N.m] at preload [N], speed [rad/s], temperature [K]."""
+        state = self.nut_map.evaluate(preload, speed, temperature)
+        return state.viscous_torque, state.hysteresis_torque, state.sliding_torque
+
+    def torque(self, preload: Any, speed: Any, temperature: Any) -> Any:
+        """Their sum."""
+        return sum(self.parts(preload, speed, temperature))
+
+
+class OperatingPoint(NamedTuple):
+    """Preload [N], speed [rad/s], temperature [K]."""
+
+    preload: float
+    speed: float
+    temperature: float
+
+    @property
+    def text(self) -> str:
+        """In the units of the page."""
+        return (
+            f"preload {self.preload:.0f} N, {self.speed / RPM:.0f} r/min, oil at "
+            f"{self.temperature - CELSIUS:.1f} C"
+        )
+
+
+class Band(NamedTuple):
+    """Ends of the interval of the torque [N.m], one row per line, at places x."""
+
+    x: Array  # (m,)
+    low: Array  # (n, m)
+    high: Array  # (n, m)
+    meaning: str
+
+
+class Lines(NamedTuple):
+    """Torque [N.m] over one quantity, one row per value of another; all at one value of the third.
+
+    marked : where the trend of the torque is not physical or that of the supply of oil (nut_map.trend)
+    """
+
+    x: Array
+    rows: Array
+    torque: Array
+    fixed: float
+    marked: Trend
+    band: Band | None = None
+
+
+class FilmLines(NamedTuple):
+    """Films [m] and lambda over speed at one preload [N], one row per temperature [K]."""
+
+    speed: Array
+    temperatures: Array
+    preload: float
+    central_screw: Array
+    central_nut: Array
+    minimum: Array
+    lambda_ratio: Array
+
+
+class TorqueLines(NamedTuple):
+    """All lines of a report; rows are preloads, temperatures, speeds, speeds."""
+
+    over_speed: Lines
+    by_temperature: Lines
+    over_preload: Lines
+    over_temperature: Lines
+    films: FilmLines
+
+
+def operating_point(parameters: Parameters, axes: Any, temperature: float) -> OperatingPoint:
+    """Point of a screw whose use is not known: preload as catalogues take it, POINT_SPEED, a temperature [K].
+
+    The preload is CATALOGUE_SHARE of the dynamic rating in two digits; all within the map.
+    """
+    preload = float(f"{CATALOGUE_SHARE * dynamic_rating(parameters.screw):.2g}")
+    return OperatingPoint(
+        nearest(axes, "preload", preload),
+        nearest(axes, "speed", POINT_SPEED),
+        nearest(axes, "temperature", temperature),
+    )
+
+
+def torque_lines(
+    parameters: Parameters,
+    friction: Friction,
+    contact_map: ContactMap,
+    point: OperatingPoint,
+    measured: bool,
+    progress: Progress,
+) -> TorqueLines:
+    """Lines around an operating point with their intervals.
+
+    Parameters   measured : the screw of the paper: its preloads and speeds;  progress : called for each interval
+    Raises       ArithmeticError: equilibrium of a ball not found
+    """
+    axes = friction.nut_map.header["axes"]
+    slowest, fastest = axes["speed"][:2]
+    cold, hot = axes["temperature"][:2]
+    if measured:
+        preloads = np.array(MEASURED_PRELOADS)
+    else:
+        preloads = np.unique([nearest(axes, "preload", share * point.preload) for share in PRELOAD_SHARES])
+    top = min(MEASURED_TOP, fastest) if measured else fastest
+    held = [speed for speed in LINE_SPEEDS if slowest <= speed <= fastest]
+    speeds = np.array(held) if len(held) > 1 else np.geomspace(slowest, fastest, 3)
+    temperatures = np.unique([cold, point.temperature, hot])
+    speed = np.geomspace(slowest, top, POINTS)
+    force = np.linspace(max(axes["preload"][0], axes["force"][0]), preloads[-1], POINTS)
+    preload = point.preload
+    trend = partial(_trend, parameters, friction.nut_map)
+    interval = _Intervals(parameters, friction, contact_map, measured, progress)
+    interval.expect(len(preloads) + len(temperatures))
+
+    def lines(x: Array, rows: Array, fixed: float, at: Any, with_interval: bool) -> Lines:
+        places = at(x, rows[:, None])
+        band = interval.band(x, rows, at) if with_interval else None
+        return Lines(x, rows, friction.torque(*places), fixed, trend(places), band)
+
+    temperature = point.temperature
+    return TorqueLines(
+        lines(speed, preloads, temperature, lambda x, row: (row, x, temperature), True),
+        lines(speed, temperatures, preload, lambda x, row: (preload, x, row), interval.mechanistic),
+        lines(force, speeds, temperature, lambda x, row: (x, row, temperature), not interval.mechanistic),
+        lines(np.linspace(cold, hot, POINTS), speeds, preload, lambda x, row: (preload, row, x), False),
+        _films(friction, speed, temperatures, preload),
+    )
+
+
+class _Intervals:
+    """Intervals of the torque of a friction set: by the constants of the mechanistic law, or by the errors of a fit."""
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        friction: Friction,
+        contact_map: ContactMap,
+        measured: bool,
+        progress: Progress,
+    ) -> None:
+        self.mechanistic = friction.nut_map.law == MECHANISTIC
+        self._measured = measured
+        self._of = parameters, contact_map, friction.nut_map.header["axes"], friction.entry
+        self._friction, self._progress = friction, progress
+        self._done = self._total = 0
+
+    def expect(self, rows: int) -> None:
+        """Lines that will have an interval."""
+        self._total = rows * INTERVALS
+
+    def band(self, x: Array, rows: Array, at: Callable[[Any, Any], tuple[Any, Any, Any]]) -> Band | None:
+        """Interval of each line; at : x and row -> preload, speed, temperature."""
+        if not self.mechanistic:
+            return _band_of_fit(self._of[0], self._friction, self._measured, x, rows, at)
+        places = np.geomspace(x[0], x[-1], INTERVALS)
+        ends = np.array([[self._relative(*map(float, at(place, row))) for place in places] for row in rows])
+        torque = self._friction.torque(*at(places, rows[:, None]))
+        return Band(places, torque * ends[..., 0], torque * ends[..., 1], OF_CONSTANTS)
+
+    def _relative(self, preload: float, speed: float, temperature: float) -> tuple[float, float]:
+        self._progress(self._done, self._total, INTERVAL_STEP)
+        found = map_interval(*self._of, preload, speed, temperature).relative
+        self._done += 1
+        self._progress(self._done, self._total, INTERVAL_STEP)
+        return found
+
+
+def left_out_errors(friction: FrictionSet, parameters: Parameters) -> tuple[float, float] | None:
+    """Mean error of a point and of a table left out of a fit to this screw; None: not fitted to it, or not known.
+
+    The second is the first where the fit had no tables.
+    """
+    point = friction.errors.get("leave_one_out_mean")
+    if friction.parameters_hash != parameters_hash(parameters) or point is None:
+        return None
+    return point, max([point, *(errors["mean"] for errors in friction.leave_one_table_out.values())])
+
+
+def _band_of_fit(
+    parameters: Parameters,
+    friction: Friction,
+    measured: bool,
+    x: Array,
+    rows: Array,
+    at: Callable[[Any, Any], tuple[Any, Any, Any]],
+) -> Band | None:
+    """Scatter of a fitted set as of a normal quantity, as friction.interval counts it; None: not known.
+
+    On the lines with measured points of the paper the error of a point left out of the fit; on the others, on which
+    preload and speed are combined as in no measured point, that of a table left out.
+    """
+    errors = left_out_errors(friction.entry, parameters)
+    if errors is None:
+        return None
+    torque = friction.torque(*at(x, rows[:, None]))
+    near = [measured and _is_measured_line(*at(math.nan, float(row))[:2]) for row in rows]
+    error = np.where(near, *errors)[:, None]
+    wide = DEVIATIONS * SCATTER_DEVIATION * error
+    return Band(x, torque * np.exp(-wide), torque * np.exp(wide), OF_FIT)
+
+
+def _is_measured_line(preload: float, speed: float) -> bool:
+    """Whether Tables 2 and 4 of the paper lie on a line: at 1000 N, or at 100 r/min; what varies on it is NaN."""
+    return preload == MEASURED_PRELOADS[0] or math.isclose(speed, LINE_SPEEDS[0])
+
+
+def _trend(parameters: Parameters, nut_map: NutMap, places: Sequence[Any]) -> Trend:
+    supply = partial(supply_factor, parameters) if nut_map.law == MECHANISTIC else None
+    return unphysical_trend(nut_map, *places, 0.0, supply)
+
+
+def _films(friction: Friction, speed: Array, temperatures: Array, preload: float) -> FilmLines:
+    state = friction.nut_map.evaluate(preload, speed, temperatures[:, None])
+    return FilmLines(
+        speed,
+        temperatures,
+        preload,
+        state.film_thickness_central_screw,
+        state.film_thickness_central_nut,
+        state.film_thickness_min,
+        state.lambda_ratio,
+    )
