@@ -1,52 +1,51 @@
-"""The command `report`: one HTML page on a screw, its map and the paper."""
+"""The command `report`: one HTML page on a screw and its map; without --screw on the paper's screw and the paper."""
 
 from __future__ import annotations
 
+import importlib
 import os
+import shlex
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, TYPE_CHECKING, Any
 
 from .. import __version__
-from .common import chosen_of, say
+from ..runtime.packed import MapError
+from .common import Chosen, chosen_of
 from .points import print_results
+from .progress import progress_bar
+
+if TYPE_CHECKING:
+    from ..nut_map.workers import Progress
+    from ..report.material import Material
 
 SUFFIXES = (".html", ".htm")
+ALLOWED = "allowed: a file *.html in a folder that exists and that you may write to"
+#: part of the message of a packaged map that does not fit, before its remedy
+NO_MAP = ": build one"
 
 
 def run_report(args: Namespace) -> int:
     """Gather, draw, write; the file is complete or does not exist."""
     path = Path(args.output)
     if path.suffix.lower() not in SUFFIXES or path.is_dir() or not path.parent.is_dir():
-        raise ValueError(f"--output = {path}; allowed: a file *.html in a folder that exists")
+        raise ValueError(f"--output = {path}; {ALLOWED}")
     selected = chosen_of(args)
-    parameters = selected.parameters
-    from ..report.claims import claims
-    from ..report.errata import errata
-    from ..report.material import gather
-    from ..report.sections import whole_page
-
-    material = gather(parameters, args.map, say, selected.of_file)
-    chosen = material.chosen.entry
-    claimed = (
-        claims(parameters, material.frictions, material.tables[chosen.name]) if material.measured else []
-    )
-    say("figures")
-    text = whole_page(material, claimed, errata(material) if material.measured else [])
-    temporary = path.with_name(path.name + ".part")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    # a missing one is found before the contacts are solved
+    importlib.import_module("matplotlib")
+    with _whole_file(path) as file, progress_bar() as progress:
+        material = _gathered(args, selected, progress)
+        text, claimed = _page(material, progress)
+        file.write(text)
     tables = material.tables.items()
     result: dict[str, Any] = {
         "file": str(path),
         "figures": text.count("<img "),
         "measured": material.measured,
         "deviations": {name: {table.name: table.deviations[0] for table in found} for name, found in tables},
-        "claims": {claim.id: claim.verdicts[0] for claim in claimed},
+        "claims": claimed,
         "contacts_converged": all(found.solution.converged for found in material.contacts),
         **selected.described,
         "map_hash": material.picture.nut_map.header["file_hash"],
@@ -54,6 +53,59 @@ def run_report(args: Namespace) -> int:
     }
     print_results([result if args.json else flat(result)], args.json, False)
     return 0
+
+
+@contextmanager
+def _whole_file(path: Path) -> Iterator[IO[str]]:
+    """A temporary file beside `path`, which it replaces when it is complete.
+
+    Raises       ValueError: cannot be written, before the work or at its end
+    """
+    temporary = path.with_name(path.name + ".part")
+    try:
+        with temporary.open("w", encoding="utf-8") as file:
+            yield file
+        os.replace(temporary, path)
+    except OSError as error:
+        raise ValueError(f"--output = {path}: not written: {error.strerror or error}; {ALLOWED}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _gathered(args: Namespace, selected: Chosen, progress: Progress) -> Material:
+    """Numbers of the page: about the paper's screw and the paper without --screw.
+
+    Raises       ValueError: no map of this screw, with the command that builds it
+    """
+    from ..report.material import gather, is_measured_screw
+
+    measured = args.screw is None and is_measured_screw(selected.parameters)
+    try:
+        return gather(selected.parameters, args.map, progress, selected.of_file, measured)
+    except MapError as error:
+        reason, missing, _ = str(error).partition(NO_MAP)
+        if args.map is not None or args.screw is None or not missing:
+            raise
+        target = f"{Path(args.screw).stem}_map.nc"
+        words = ["python", "-m", "ballscrew_tehl", "map", "build", "--screw", args.screw]
+        words += ["--kinematics", args.kinematics] if args.kinematics else []
+        raise ValueError(
+            f"--map (missing): {reason}; build it with: {shlex.join([*words, '--output', target])}; then give "
+            f"--map {shlex.quote(target)}"
+        ) from error
+
+
+def _page(material: Material, progress: Progress) -> tuple[str, dict[str, str]]:
+    """The page, and the verdicts on the statements of the paper."""
+    from ..report.claims import claims
+    from ..report.errata import errata
+    from ..report.sections import whole_page
+
+    if not material.measured:
+        return whole_page(material, [], [], progress), {}
+    found = claims(material.parameters, material.frictions, material.tables[material.chosen.entry.name])
+    text = whole_page(material, found, errata(material), progress)
+    return text, {claim.id: claim.verdicts[0] for claim in found}
 
 
 def flat(nested: Mapping[str, Any], before: str = "") -> dict[str, Any]:

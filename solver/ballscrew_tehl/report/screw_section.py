@@ -67,7 +67,13 @@ def oil(material: Material) -> Html:
         alpha = 1e9 * float(lubricant.pressure_viscosity(of, T))
         cells = (1e3 * eta, 1e6 * eta / rho, rho, alpha)
         rows.append([f"{T - CELSIUS:.1f}", *(f"{value:.4g}" for value in cells)])
-    head = ["temperature [C]", "viscosity [mPa s]", "[mm2/s]", "density [kg/m3]", "pressure coefficient [1/GPa]"]
+    head = [
+        "temperature [C]",
+        "viscosity [mPa s]",
+        "[mm2/s]",
+        "density [kg/m3]",
+        "pressure coefficient [1/GPa]",
+    ]
     return table("oil", f"The oil: {of.name}", head, rows)
 
 
@@ -181,7 +187,8 @@ def torque_interval_text(material: Material) -> str:
     torque = float(material.chosen.torque(*point))
     at = material.chosen.torque(float(lines.rows[row]), lines.band.x, lines.fixed)
     ends = [
-        torque * math.exp(float(np.interp(math.log(point.speed), np.log(lines.band.x), np.log(end[row] / at))))
+        torque
+        * math.exp(float(np.interp(math.log(point.speed), np.log(lines.band.x), np.log(end[row] / at))))
         for end in (lines.band.low, lines.band.high)
     ]
     return f" (interval {ends[0]:.3f} to {ends[1]:.3f})"

@@ -56,3 +56,25 @@ def certificate_table(certificate: Mapping[str, Any]) -> Html:
         "it, compared with direct solves of the balls"
     )
     return table("certificate", caption, ["", *(total for _, total in TOTALS)], rows)
+
+
+#: errors of a region of a certificate by their key, with their headings
+REGION_ERRORS = {
+    "torque_error_99": "torque, 99 %",
+    "torque_error_max": "torque, largest",
+    "film_error_99": "film, 99 %",
+    "temperature_rise_error_99": "temperature rise, 99 %",
+}
+
+
+def certificate_regions(certificate: Mapping[str, Any]) -> list[Html]:
+    """The errors of REGION_ERRORS by region, where the certificate has them."""
+    regions = certificate.get("regions", {})
+    if not regions:
+        return []
+    rows = [
+        [name, str(errors["points"]), *(percent(errors[key]) for key in REGION_ERRORS)]
+        for name, errors in regions.items()
+    ]
+    head = ["region", "points", *REGION_ERRORS.values()]
+    return [table("certificate_regions", "The same by region", head, rows)]
