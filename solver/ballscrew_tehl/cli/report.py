@@ -7,9 +7,9 @@ import os
 import shlex
 from argparse import Namespace
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..runtime.packed import MapError
@@ -35,10 +35,13 @@ def run_report(args: Namespace) -> int:
     selected = chosen_of(args)
     # a missing one is found before the contacts are solved
     importlib.import_module("matplotlib")
-    with _whole_file(path) as file, progress_bar() as progress:
-        material = _gathered(args, selected, progress)
-        text, claimed = _page(material, progress)
-        file.write(text)
+    with _reserved(path) as temporary:
+        with progress_bar() as progress:
+            material = _gathered(args, selected, progress)
+            text, claimed = _page(material, progress)
+        with _refused_in_one_line(path):
+            temporary.write_text(text, encoding="utf-8")
+            os.replace(temporary, path)
     tables = material.tables.items()
     result: dict[str, Any] = {
         "file": str(path),
@@ -56,20 +59,29 @@ def run_report(args: Namespace) -> int:
 
 
 @contextmanager
-def _whole_file(path: Path) -> Iterator[IO[str]]:
-    """A temporary file beside `path`, which it replaces when it is complete.
+def _reserved(path: Path) -> Iterator[Path]:
+    """An empty temporary file beside `path`, created before the work and deleted after it.
 
-    Raises       ValueError: cannot be written, before the work or at its end
+    Raises       ValueError: the folder cannot be written
     """
     temporary = path.with_name(path.name + ".part")
     try:
-        with temporary.open("w", encoding="utf-8") as file:
-            yield file
-        os.replace(temporary, path)
+        with _refused_in_one_line(path):
+            temporary.touch()
+        yield temporary
+    finally:
+        # of a folder that cannot be written there is none
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def _refused_in_one_line(path: Path) -> Iterator[None]:
+    """Errors of writing name the option, the reason and what is allowed."""
+    try:
+        yield
     except OSError as error:
         raise ValueError(f"--output = {path}: not written: {error.strerror or error}; {ALLOWED}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _gathered(args: Namespace, selected: Chosen, progress: Progress) -> Material:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from argparse import Namespace
+from typing import Any
 
 from ..friction.baselines import nsk_torque
 from ..mechanics import CATALOGUE_SHARE, LoadedScrew, efficiency, loaded_screw, screw_constants
@@ -36,7 +37,7 @@ def run_screw(args: Namespace) -> int:
         raise ValueError("--speed-rpm and --temperature-c: give both, for the efficiency, or none")
     points = read_points(args, SCREW_POINT)
     constants = screw_constants(screw)
-    results = []
+    results: list[dict[str, Any]] = []
     for point in points:
         found = loaded_screw(screw, constants, point["preload_n"], point["axial_load_n"])
         results.append({**point, **dict(zip(KEYS, found, strict=True))})

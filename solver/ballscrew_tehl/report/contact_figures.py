@@ -23,8 +23,8 @@ LEVELS = 14
 #: drawn domain: along rolling in half-widths, across in semi-axes; its points
 SHOWN_X, SHOWN_Y = (-2.2, 1.6), 1.25
 POINTS_X, POINTS_Y = 401, 301
-#: least half-width of a line, as a share of that of the middle, that its features are taken to scale with
-LEAST_WIDTH = 0.25
+#: share of the largest pressure of a line at which its rim is, least pressure of a line that has one over Hertz pressure
+RIM, LEAST_PRESSURE = 0.3, 0.25
 #: field -> title, unit, factor from SI, colours
 FIELDS = {
     "pressure": ("Pressure", "GPa", 1e-9, "viridis"),
@@ -46,26 +46,53 @@ def whole_field(solution: ContactSolution, name: str) -> tuple[Array, Array, Arr
     return solution.x, y, field
 
 
+def contact_rim(solution: ContactSolution) -> tuple[Array, Array, Array]:
+    """Lines y that carry load, and where the pressure of each rises at the inlet and falls at the outlet.
+
+    Where it passes the share RIM of its largest value on the line, linear between nodes; y in semi-axes, x in half-widths
+    """
+    x, y, pressure = whole_field(solution, "pressure")
+    found = []
+    for place, line in zip(y, pressure, strict=True):
+        if line.max() < LEAST_PRESSURE * solution.hertz.p_max:
+            continue
+        above = np.flatnonzero(line > RIM * line.max())
+        ends = [above[0] - 1, above[-1]]  # nodes before the crossing
+        share = [(RIM * line.max() - line[k]) / (line[k + 1] - line[k]) for k in ends]
+        found.append((place, *(x[k] + s * (x[k + 1] - x[k]) for k, s in zip(ends, share, strict=True))))
+    return tuple(np.array(found).T)
+
+
 def fine_field(solution: ContactSolution, name: str) -> tuple[Array, Array, Array]:
     """The field on POINTS_X x POINTS_Y points of the drawn domain, arguments and axes as whole_field.
 
-    The lines of the solver lie far apart across rolling and their features follow the rim of the ellipse: between the
-    lines they are interpolated at equal shares of the half-width, monotonically, so that no value is made up.
+    The lines of the solver lie far apart across rolling and their features follow the rim of the contact: between the
+    lines they are interpolated at equal places between both ends of the rim, monotonically, so that no value is made up.
     """
     from scipy.interpolate import PchipInterpolator
 
     x, y, field = whole_field(solution, name)
+    lines, inlet, outlet = contact_rim(solution)
     fine_x = np.linspace(*SHOWN_X, POINTS_X)
-    fine_y = np.linspace(-SHOWN_Y, SHOWN_Y, POINTS_Y)
+    fine_y = np.clip(np.linspace(-SHOWN_Y, SHOWN_Y, POINTS_Y), y[0], y[-1])
 
-    def width(of: Array) -> Array:
-        return np.sqrt(np.maximum(1.0 - of**2, LEAST_WIDTH**2))
+    def rim(of: Array) -> tuple[Array, Array]:
+        """Middle and half-width of the rim, beyond the last line as on it."""
+        at = np.clip(of, lines[0], lines[-1])
+        low, high = (PchipInterpolator(lines, ends)(at) for ends in (inlet, outlet))
+        return 0.5 * (low + high), 0.5 * (high - low)
 
-    share = np.linspace(SHOWN_X[0] / LEAST_WIDTH, SHOWN_X[1] / LEAST_WIDTH, 8 * POINTS_X)
-    lines = [np.interp(share * w, x, line) for w, line in zip(width(y), field, strict=True)]
-    between = PchipInterpolator(y, np.array(lines), axis=0)(np.clip(fine_y, y[0], y[-1]))
-    rows = [np.interp(fine_x / w, share, line) for w, line in zip(width(fine_y), between, strict=True)]
-    return fine_x, fine_y, np.array(rows)
+    middle, half = rim(y)
+    fine_middle, fine_half = rim(fine_y)
+    reach = max(np.abs((fine_x[[0, -1], None] - fine_middle) / fine_half).max(), 1.0)
+    place = np.linspace(-reach, reach, int(POINTS_X * 2.0 * reach))
+    rows = [np.interp(m + place * h, x, line) for m, h, line in zip(middle, half, field, strict=True)]
+    between = PchipInterpolator(y, np.array(rows), axis=0)(fine_y)
+    fine = [
+        np.interp((fine_x - m) / h, place, line)
+        for m, h, line in zip(fine_middle, fine_half, between, strict=True)
+    ]
+    return fine_x, np.linspace(-SHOWN_Y, SHOWN_Y, POINTS_Y), np.array(fine)
 
 
 def inside_range(solution: ContactSolution, name: str) -> tuple[float, float]:

@@ -37,7 +37,7 @@ WIDTH, DOTS = 4.2, 200
 SMALL, LINE = 9.0, 1.8
 #: speed that the catalogue torque is stated for [r/min]; lambda between which asperities carry a part of the load
 CATALOGUE_RPM, MIXED = 100.0, (1.0, THICK)
-FONTS = {
+FONTS: Any = {
     "font.size": SMALL, "axes.titlesize": 10.0, "axes.labelsize": SMALL, "figure.titlesize": 10.0,
     "legend.fontsize": SMALL, "legend.title_fontsize": SMALL, "xtick.labelsize": SMALL, "ytick.labelsize": SMALL,
 }  # fmt: skip
@@ -146,12 +146,12 @@ def named_parts(material: Material, preload: Any, speed: Any) -> dict[str, Any]:
 def _stacked(material: Material, x: Any, preload: Any, speed: Any) -> tuple[Figure, Axes]:
     """Figure with the parts over x, from the bottom those that change least with speed."""
     parts = named_parts(material, preload, speed)
-    figure, axes = new_figure(4.6)
+    figure, axes = new_figure(4.8)
     axes.stackplot(x, list(parts.values()), labels=list(parts), colors=[STACK[name] for name in parts])
     axes.set_xlim(x[0], x[-1])
     axes.set_ylim(0.0, 1.02 * float(np.sum(list(parts.values()), axis=0).max()))
     handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles[::-1], labels[::-1], loc="outside lower center", ncols=2)
+    figure.legend(handles[::-1], labels[::-1], loc="outside lower center")
     return figure, axes
 
 

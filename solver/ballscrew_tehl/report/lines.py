@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -253,9 +253,9 @@ def _is_measured_line(preload: float, speed: float) -> bool:
     return preload == MEASURED_PRELOADS[0] or math.isclose(speed, LINE_SPEEDS[0])
 
 
-def _trend(parameters: Parameters, nut_map: NutMap, places: Sequence[Any]) -> Trend:
+def _trend(parameters: Parameters, nut_map: NutMap, places: tuple[Any, Any, Any]) -> Trend:
     supply = partial(supply_factor, parameters) if nut_map.law == MECHANISTIC else None
-    return unphysical_trend(nut_map, *places, 0.0, supply)
+    return unphysical_trend(nut_map, *places, supply=supply)
 
 
 def _films(friction: Friction, speed: Array, temperatures: Array, preload: float) -> FilmLines:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..parameters.units import RPM
+from ..physics.axial_stiffness import separation_deflection_load
 from ..physics.rating import STATIC_PRESSURE
 from .figures import LINE, figure_address, finish, new_figure, scale
 from .screw_numbers import ScrewNumbers
@@ -23,6 +24,8 @@ QUANTITIES = {
     "lost_motion": ("lost motion [um]", 1e6),
     "life_turns": ("life L10 [turns]", 1.0),
 }
+#: those computed with rigid bodies, of which the relieved side comes free earlier
+RIGID = ("axial_stiffness", "lost_motion")
 
 
 def over_axial_load(numbers: ScrewNumbers, name: str) -> str:
@@ -31,6 +34,8 @@ def over_axial_load(numbers: ScrewNumbers, name: str) -> str:
     figure, axes = new_figure()
     values = factor * numbers.line(name)
     separation = numbers.line("separation_load")[:, 0]
+    if name in RIGID:
+        separation = separation_deflection_load(numbers.constants.stiffness, numbers.preloads)[1]
     x = numbers.axial_loads / 1000.0
     for preload, line, apart, colour in zip(
         numbers.preloads, values, separation / 1000.0, scale("cividis", len(values)), strict=True

@@ -15,7 +15,7 @@ from ..runtime.evaluate import NutMap
 from .lines import OperatingPoint
 
 #: axial loads of the lines: end over the largest separation load, number
-AXIAL_END, AXIAL_LOADS = 1.25, 26
+AXIAL_END, AXIAL_LOADS = 1.25, 101
 #: axial loads of the table over the separation load of the preload
 AXIAL_SHARES = (0.0, 0.5, 1.0)
 #: preloads of the line of stiffness: end over the largest preload of the lines, number

@@ -28,7 +28,7 @@ COLUMNS: dict[str, Callable[[LoadedScrew], str]] = {
     "pressure [GPa]": lambda case: f"{1e-9 * case.contact_pressure_max:.3f}",
     "pressure over static": lambda case: f"{case.pressure_over_static:.3f}",
     "static safety": lambda case: f"{case.static_safety:.2f}",
-    "L10 [1e6 turns]": lambda case: f"{1e-6 * case.life_turns:.4g}",
+    "L10 [1e6 turns]": lambda case: f"{float(f'{1e-6 * case.life_turns:.4g}'):.10g}",
     "stiffness [N/um]": lambda case: f"{1e-6 * case.axial_stiffness:.1f}",
     "deflection [um]": lambda case: f"{1e6 * case.axial_deflection:.3f}",
     "lost motion [um]": lambda case: f"{1e6 * case.lost_motion:.3f}",
@@ -91,8 +91,9 @@ def mechanics(material: Material) -> list[Html]:
             ("contact_pressure_max",
              f"Largest Hertz pressure; static rating: {1e-9 * STATIC_PRESSURE:g} GPa."),
             ("axial_stiffness",
-             f"Axial stiffness of the nut; it falls where the relieved {side} carries nothing any more."),
-            ("lost_motion", "Lost motion when the axial load changes its sign: twice the deflection."),
+             f"Axial stiffness of the nut; it falls where the relieved {side} carries nothing any more, with rigid "
+             f"bodies at {2.0**1.5:.2f} times the preload."),
+            ("lost_motion", "Lost motion when the axial load changes its sign, twice the deflection; rigid bodies."),
             ("life_turns", "Nominal life L10 under a constant axial load."),
         )
     ]  # fmt: skip
@@ -173,8 +174,6 @@ def key_tiles(material: Material) -> list[tuple[str, str]]:
         (f"{float(state.lambda_ratio):.2f}", "lambda, least film over roughness, there"),
         (f"{1e-6 * case.axial_stiffness:.0f} N/um", f"axial stiffness at {point.preload:.0f} N"),
         (f"{case.separation_load:.0f} N", "axial load that releases this preload"),
-        (f"{numbers.constants.dynamic_rating / 1e3:.1f} / {numbers.constants.static_rating / 1e3:.1f} kN",
-         "dynamic and static load rating"),
     ]  # fmt: skip
 
 

@@ -279,7 +279,7 @@ def _interval_note(material: Material) -> str:
     """What the shaded intervals are."""
     band = material.lines.over_speed.band
     if band is None:
-        return "No interval: this friction set was fitted to another screw or oil, so that its errors are not those here."
+        return "No interval: this friction set was fitted to another screw or oil, its errors are not those here."
     text = f"Shaded: interval of the torque, {band.meaning}"
     if material.measured and material.chosen.entry.leave_one_table_out:
         text += "; where preload and speed are combined as in no measured point, of a table left out"
@@ -396,7 +396,8 @@ def contacts(material: Material) -> list[Html]:
     if not material.measured:
         where = f"the heaviest one at a preload of {material.balls.preload:.0f} N without axial load"
     text = (
-        f"One ball, {where}: {load:.1f} N, {speed / RPM:.0f} r/min, oil and bodies at {temperature:g} K. Pressure, "
+        f"One ball, {where}: {load:.1f} N, {speed / RPM:.0f} r/min, oil and bodies at "
+        f"{temperature - CELSIUS:.2f} C ({temperature:g} K). Pressure, "
         "film and temperature are solved together when this report is made, for Newtonian oil and smooth surfaces. "
     )
     if any(found.kinematics == "published" for found in material.contacts):
