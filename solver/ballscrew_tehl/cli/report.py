@@ -14,11 +14,13 @@ from typing import TYPE_CHECKING, Any
 from .. import __version__
 from ..runtime.packed import MapError
 from .common import Chosen, chosen_of
+from .main import PRELOAD, SPEED, TEMPERATURE
 from .points import print_results
 from .progress import progress_bar
 
 if TYPE_CHECKING:
     from ..nut_map.workers import Progress
+    from ..report.lines import GivenPoint
     from ..report.material import Material
 
 SUFFIXES = (".html", ".htm")
@@ -32,12 +34,13 @@ def run_report(args: Namespace) -> int:
     path = Path(args.output)
     if path.suffix.lower() not in SUFFIXES or path.is_dir() or not path.parent.is_dir():
         raise ValueError(f"--output = {path}; {ALLOWED}")
+    given = _given(args)
     selected = chosen_of(args)
     # a missing one is found before the contacts are solved
     importlib.import_module("matplotlib")
     with _reserved(path) as temporary:
         with progress_bar() as progress:
-            material = _gathered(args, selected, progress)
+            material = _gathered(args, selected, given, progress)
             text, claimed = _page(material, progress)
         with _refused_in_one_line(path):
             temporary.write_text(text, encoding="utf-8")
@@ -84,7 +87,25 @@ def _refused_in_one_line(path: Path) -> Iterator[None]:
         raise ValueError(f"--output = {path}: not written: {error.strerror or error}; {ALLOWED}") from error
 
 
-def _gathered(args: Namespace, selected: Chosen, progress: Progress) -> Material:
+def _given(args: Namespace) -> GivenPoint:
+    """Operating point of the options.
+
+    Raises       ValueError: a number out of range, or without --screw
+    """
+    from ..report.lines import UNITS, GivenPoint
+
+    found: list[float | None] = []
+    for quantity, (_, scale, shift) in zip((PRELOAD, SPEED, TEMPERATURE), UNITS.values(), strict=True):
+        value = getattr(args, quantity.name)
+        if value is not None and args.screw is None:
+            raise ValueError(
+                f"{quantity.option} = {value}; allowed: with --screw, the paper has its own point"
+            )
+        found.append(None if value is None else scale * quantity.checked(quantity.option, value) + shift)
+    return GivenPoint(*found)
+
+
+def _gathered(args: Namespace, selected: Chosen, given: GivenPoint, progress: Progress) -> Material:
     """Numbers of the page: about the paper's screw and the paper without --screw.
 
     Raises       ValueError: no map of this screw, with the command that builds it
@@ -93,7 +114,7 @@ def _gathered(args: Namespace, selected: Chosen, progress: Progress) -> Material
 
     measured = args.screw is None and is_measured_screw(selected.parameters)
     try:
-        return gather(selected.parameters, args.map, progress, selected.of_file, measured)
+        return gather(selected.parameters, args.map, progress, selected.of_file, measured, given)
     except MapError as error:
         reason, missing, _ = str(error).partition(NO_MAP)
         if args.map is not None or args.screw is None or not missing:

@@ -23,7 +23,7 @@ LEVELS = 14
 #: drawn domain: along rolling in half-widths, across in semi-axes; its points
 SHOWN_X, SHOWN_Y = (-2.2, 1.6), 1.25
 POINTS_X, POINTS_Y = 401, 301
-#: share of the largest pressure of a line at which its rim is, least pressure of a line that has one over Hertz pressure
+#: share of the largest pressure of a line where its rim is; least pressure of a line with a rim over Hertz pressure
 RIM, LEAST_PRESSURE = 0.3, 0.25
 #: field -> title, unit, factor from SI, colours
 FIELDS = {
@@ -49,7 +49,8 @@ def whole_field(solution: ContactSolution, name: str) -> tuple[Array, Array, Arr
 def contact_rim(solution: ContactSolution) -> tuple[Array, Array, Array]:
     """Lines y that carry load, and where the pressure of each rises at the inlet and falls at the outlet.
 
-    Where it passes the share RIM of its largest value on the line, linear between nodes; y in semi-axes, x in half-widths
+    Where it passes the share RIM of its largest value on the line, linear between nodes; y in semi-axes, x in
+    half-widths.
     """
     x, y, pressure = whole_field(solution, "pressure")
     found = []
@@ -67,7 +68,7 @@ def fine_field(solution: ContactSolution, name: str) -> tuple[Array, Array, Arra
     """The field on POINTS_X x POINTS_Y points of the drawn domain, arguments and axes as whole_field.
 
     The lines of the solver lie far apart across rolling and their features follow the rim of the contact: between the
-    lines they are interpolated at equal places between both ends of the rim, monotonically, so that no value is made up.
+    lines the field is interpolated at equal places from rim to rim, monotonically, so that no value is made up.
     """
     from scipy.interpolate import PchipInterpolator
 

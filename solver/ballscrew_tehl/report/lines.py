@@ -117,17 +117,39 @@ class TorqueLines(NamedTuple):
     films: FilmLines
 
 
-def operating_point(parameters: Parameters, axes: Any, temperature: float) -> OperatingPoint:
-    """Point of a screw whose use is not known: preload as catalogues take it, POINT_SPEED, a temperature [K].
+class GivenPoint(NamedTuple):
+    """What of an operating point is given, SI; None: chosen by operating_point."""
 
-    The preload is CATALOGUE_SHARE of the dynamic rating in two digits; all within the map.
+    preload: float | None = None
+    speed: float | None = None
+    temperature: float | None = None
+
+
+#: unit of the page by quantity: factor to SI, offset
+UNITS = {"preload": ("N", 1.0, 0.0), "speed": ("r/min", RPM, 0.0), "temperature": ("C", 1.0, CELSIUS)}
+
+
+def operating_point(
+    parameters: Parameters, axes: Any, temperature: float, given: GivenPoint
+) -> OperatingPoint:
+    """Point of the page; what is not given: preload as catalogues take it, POINT_SPEED, a temperature [K].
+
+    That preload is CATALOGUE_SHARE of the dynamic rating in two digits. Chosen numbers are moved into the map.
+    Raises       ValueError: a given number outside the map
     """
     preload = float(f"{CATALOGUE_SHARE * dynamic_rating(parameters.screw):.2g}")
-    return OperatingPoint(
-        nearest(axes, "preload", preload),
-        nearest(axes, "speed", POINT_SPEED),
-        nearest(axes, "temperature", temperature),
-    )
+    found = []
+    for name, own, usual in zip(UNITS, given, (preload, POINT_SPEED, temperature), strict=True):
+        inside = nearest(axes, name, usual if own is None else own)
+        if own is not None and not math.isclose(inside, own, rel_tol=1e-9):
+            unit, scale, shift = UNITS[name]
+            low, high, wanted = ((value - shift) / scale for value in (*axes[name][:2], own))
+            raise ValueError(
+                f"{name} = {wanted:.6g} {unit}; allowed: {low:.6g} to {high:.6g} {unit}, the range of the map: "
+                "build one for a wider range"
+            )
+        found.append(inside)
+    return OperatingPoint(*found)
 
 
 def torque_lines(

@@ -20,7 +20,7 @@ from ..physics.kinematics import KINEMATICS
 from ..physics.load import DoubleNutLoads, double_nut_loads, separation_load
 from ..validation.section5 import LOAD, PRELOAD, SPEED
 from ..validation.tables import ValidationTable, validation_tables
-from .lines import Friction, Progress, TorqueLines, operating_point, torque_lines
+from .lines import Friction, GivenPoint, Progress, TorqueLines, operating_point, torque_lines
 from .screw_numbers import ScrewNumbers, screw_numbers
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 #: axial load over the separation load: of the load distributions, and the end of the forces over axial load
 AXIAL_SHARES, AXIAL_END = (0.0, 0.5, 1.0), 1.2
 CONTACT_STEP = "contacts solved"
+CHOSEN_POINT = GivenPoint()
 
 
 class PreloadWords(NamedTuple):
@@ -98,6 +99,7 @@ class Material:
     frictions: tuple[Friction, ...]
     picture: MapPicture
     measured: bool
+    given: GivenPoint
     tables: dict[str, list[ValidationTable]]
     lines: TorqueLines
     screw: ScrewNumbers
@@ -131,13 +133,14 @@ def gather(
     progress: Progress,
     friction_set: FrictionSet | None = None,
     measured: bool = True,
+    given: GivenPoint = CHOSEN_POINT,
 ) -> Material:
     """Load the map, evaluate it, solve the contacts.
 
     Parameters   map_file: None = the packaged map of the kinematics;  progress: called before and after every step
                  friction_set: of a file; None = the packaged one that the parameters select
-                 measured: the page is about the screw of the paper
-    Raises       MapError (a ValueError): map missing, damaged or of another screw
+                 measured: the page is about the screw of the paper;  given: operating point, of any other screw
+    Raises       MapError (a ValueError): map missing, damaged or of another screw; ValueError: point outside the map
     """
     frictions = friction_sets(parameters, map_file, friction_set)
     contact_map = load_contact_map(map_file, parameters)
@@ -145,7 +148,7 @@ def gather(
     picture = map_picture(chosen.nut_map, contact_map)
     tables = {f.entry.name: validation_tables(f.torque) for f in frictions} if measured else {}
     axes = chosen.nut_map.header["axes"]
-    point = operating_point(parameters, axes, picture.temperature)
+    point = operating_point(parameters, axes, picture.temperature, given)
     if measured:
         point = point._replace(preload=PRELOAD)
     lines = torque_lines(parameters, chosen, contact_map, point, measured, progress)
@@ -161,6 +164,7 @@ def gather(
         frictions,
         picture,
         measured,
+        given,
         tables,
         lines,
         screw_numbers(parameters, chosen.nut_map, point, lines.over_speed.rows, lines.over_preload.rows),

@@ -142,20 +142,19 @@ def _efficiencies(material: Material) -> Html:
 
 
 def point_note(material: Material) -> str:
-    """How the operating point of the page was chosen."""
+    """The operating point of the page and how it was chosen."""
     point, axes = material.screw.point, material.picture.nut_map.header["axes"]
-    rating = material.screw.constants.dynamic_rating
-    wanted = CATALOGUE_SHARE * rating
-    text = (
-        f"Unless stated otherwise: {point.text}. The preload is {100.0 * CATALOGUE_SHARE:g} % of the dynamic rating, "
-        "for which catalogues state torques, the temperature the reference of the oil."
-    )
-    low, high = axes["preload"][:2]
-    if not low <= wanted <= high:
-        text = (
-            f"Unless stated otherwise: {point.text}. {100.0 * CATALOGUE_SHARE:g} % of the dynamic rating are "
-            f"{wanted:.0f} N, beyond the map, whose end is taken instead."
+    text = f"Unless stated otherwise: {point.text}."
+    if material.given.preload is None:
+        wanted = CATALOGUE_SHARE * material.screw.constants.dynamic_rating
+        low, high = axes["preload"][:2]
+        text += (
+            f" {100.0 * CATALOGUE_SHARE:g} % of the dynamic rating, for which catalogues state torques, is "
         )
+        text += f"{wanted:.0f} N"
+        text += "." if low <= wanted <= high else ", beyond the map, whose end is taken instead."
+    if any(value is None for value in material.given):
+        text += " The options --preload-n, --speed-rpm and --temperature-c choose another point."
     return text
 
 

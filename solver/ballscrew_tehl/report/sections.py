@@ -223,7 +223,8 @@ def torque(material: Material) -> list[Html]:
         ),
         figure(
             figures.torque_by_temperature(material),
-            f"Friction torque over screw speed by oil temperature, preload {lines.by_temperature.fixed:.0f} N.",
+            f"Friction torque over screw speed by oil temperature, preload {lines.by_temperature.fixed:.0f} N."
+            + (" The measured points have one temperature: no interval." if material.measured else ""),
         ),
         figure(figures.torque_over_preload(material), f"Friction torque over preload; {formulas}"),
         figure(figures.torque_over_temperature(material), "Friction torque over oil temperature."),
@@ -282,7 +283,7 @@ def _interval_note(material: Material) -> str:
         return "No interval: this friction set was fitted to another screw or oil, its errors are not those here."
     text = f"Shaded: interval of the torque, {band.meaning}"
     if material.measured and material.chosen.entry.leave_one_table_out:
-        text += "; where preload and speed are combined as in no measured point, of a table left out"
+        text += "; on the lines without measured tables of a table left out"
     return f"{text}."
 
 
