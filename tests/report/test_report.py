@@ -413,7 +413,7 @@ def test_report_of_a_carried_over_fit_has_no_interval_and_no_paper(found, not_dr
 
 @pytest.mark.parametrize(("row", "error"), [(0, 0.0170), (3, 0.17186)])
 def test_interval_of_a_fit_is_the_error_of_what_was_left_out(found, row, error):
-    """1 kN: measured over speed, error of a point left out; 6 kN: that of a table left out. 1.2816 sqrt(pi/2) holds 80 %."""
+    """1 kN: measured over speed, error of a point left out; 6 kN: that of a table. 1.2816 sqrt(pi/2) holds 80 %."""
     lines = found.lines.over_speed
     assert lines.rows[row] == (1000.0, 6000.0)[row > 0]
     wide = 1.2816 * math.sqrt(math.pi / 2.0)
