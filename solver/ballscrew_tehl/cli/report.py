@@ -34,13 +34,14 @@ def run_report(args: Namespace) -> int:
     path = Path(args.output)
     if path.suffix.lower() not in SUFFIXES or path.is_dir() or not path.parent.is_dir():
         raise ValueError(f"--output = {path}; {ALLOWED}")
-    given = _given(args)
     selected = chosen_of(args)
+    measured = _is_paper(args, selected)
+    given = _given(args, measured)
     # a missing one is found before the contacts are solved
     importlib.import_module("matplotlib")
     with _reserved(path) as temporary:
         with progress_bar() as progress:
-            material = _gathered(args, selected, given, progress)
+            material = _gathered(args, selected, measured, given, progress)
             text, claimed = _page(material, progress)
         with _refused_in_one_line(path):
             temporary.write_text(text, encoding="utf-8")
@@ -87,17 +88,17 @@ def _refused_in_one_line(path: Path) -> Iterator[None]:
         raise ValueError(f"--output = {path}: not written: {error.strerror or error}; {ALLOWED}") from error
 
 
-def _given(args: Namespace) -> GivenPoint:
+def _given(args: Namespace, measured: bool) -> GivenPoint:
     """Operating point of the options.
 
-    Raises       ValueError: a number out of range, or without --screw
+    Raises       ValueError: a number out of range, or any in the report on the paper
     """
     from ..report.lines import UNITS, GivenPoint
 
     found: list[float | None] = []
     for quantity, (_, scale, shift) in zip((PRELOAD, SPEED, TEMPERATURE), UNITS.values(), strict=True):
         value = getattr(args, quantity.name)
-        if value is not None and args.screw is None:
+        if value is not None and measured:
             raise ValueError(
                 f"{quantity.option} = {value}; allowed: with --screw, the paper has its own point"
             )
@@ -105,14 +106,22 @@ def _given(args: Namespace) -> GivenPoint:
     return GivenPoint(*found)
 
 
-def _gathered(args: Namespace, selected: Chosen, given: GivenPoint, progress: Progress) -> Material:
-    """Numbers of the page: about the paper's screw and the paper without --screw.
+def _is_paper(args: Namespace, selected: Chosen) -> bool:
+    """Whether the page is about the measured screw of the paper and the paper."""
+    from ..report.material import is_measured_screw
 
-    Raises       ValueError: no map of this screw, with the command that builds it
+    return args.screw is None and is_measured_screw(selected.parameters)
+
+
+def _gathered(
+    args: Namespace, selected: Chosen, measured: bool, given: GivenPoint, progress: Progress
+) -> Material:
+    """Numbers of the page.
+
+    Raises       ValueError: no map of this screw, with the command that builds it; point outside the map
     """
-    from ..report.material import gather, is_measured_screw
+    from ..report.material import gather
 
-    measured = args.screw is None and is_measured_screw(selected.parameters)
     try:
         return gather(selected.parameters, args.map, progress, selected.of_file, measured, given)
     except MapError as error:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -81,6 +81,14 @@ class Band(NamedTuple):
     meaning: str
 
 
+class PointInterval(NamedTuple):
+    """Interval of the torque at the operating point [N.m]; shares of the variance of ln(torque), largest first."""
+
+    low: float
+    high: float
+    shares: Mapping[str, float]
+
+
 class Lines(NamedTuple):
     """Torque [N.m] over one quantity, one row per value of another; all at one value of the third.
 
@@ -108,13 +116,14 @@ class FilmLines(NamedTuple):
 
 
 class TorqueLines(NamedTuple):
-    """All lines of a report; rows are preloads, temperatures, speeds, speeds."""
+    """All lines of a report; rows are preloads, temperatures, speeds, speeds. interval: at the operating point."""
 
     over_speed: Lines
     by_temperature: Lines
     over_preload: Lines
     over_temperature: Lines
     films: FilmLines
+    interval: PointInterval | None
 
 
 class GivenPoint(NamedTuple):
@@ -195,6 +204,7 @@ def torque_lines(
         lines(force, speeds, temperature, lambda x, row: (x, row, temperature), not interval.mechanistic),
         lines(np.linspace(cold, hot, POINTS), speeds, preload, lambda x, row: (preload, row, x), False),
         _films(friction, speed, temperatures, preload),
+        interval.at_point(point),
     )
 
 
@@ -227,6 +237,17 @@ class _Intervals:
         ends = np.array([[self._relative(*map(float, at(place, row))) for place in places] for row in rows])
         torque = self._friction.torque(*at(places, rows[:, None]))
         return Band(places, torque * ends[..., 0], torque * ends[..., 1], OF_CONSTANTS)
+
+    def at_point(self, point: OperatingPoint) -> PointInterval | None:
+        """Interval at one point."""
+        torque = float(self._friction.torque(*point))
+        if self.mechanistic:
+            found = map_interval(*self._of, *point)
+            low, high = found.relative
+            return PointInterval(low * torque, high * torque, found.shares)
+        x, row = np.array([point.speed]), np.array([point.preload])
+        band = self.band(x, row, lambda x, row: (row, x, point.temperature))
+        return None if band is None else PointInterval(float(band.low[0, 0]), float(band.high[0, 0]), {})
 
     def _relative(self, preload: float, speed: float, temperature: float) -> tuple[float, float]:
         self._progress(self._done, self._total, INTERVAL_STEP)

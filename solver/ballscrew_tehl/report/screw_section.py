@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-import numpy as np
-
 from ..friction.baselines import nsk_torque
 from ..friction.mechanistic import roughness_of
 from ..mechanics import CATALOGUE_SHARE, LoadedScrew
@@ -17,7 +15,7 @@ from ..physics.rating import STATIC_PRESSURE
 from ..runtime.packed import MECHANISTIC
 from . import figures, screw_figures
 from .material import Material
-from .page import Html, figure, paragraph, table
+from .page import Html, element, figure, paragraph, table
 from .page import figures as side_by_side
 from .screw_numbers import efficiency_at
 from .tables import words
@@ -141,21 +139,23 @@ def _efficiencies(material: Material) -> Html:
     )
 
 
-def point_note(material: Material) -> str:
+def point_note(material: Material) -> Html:
     """The operating point of the page and how it was chosen."""
     point, axes = material.screw.point, material.picture.nut_map.header["axes"]
-    text = f"Unless stated otherwise: {point.text}."
+    text: list[str] = [f"Unless stated otherwise: {point.text}."]
     if material.given.preload is None:
         wanted = CATALOGUE_SHARE * material.screw.constants.dynamic_rating
         low, high = axes["preload"][:2]
-        text += (
+        beyond = "" if low <= wanted <= high else ", beyond the map, whose end is taken instead"
+        text.append(
             f" {100.0 * CATALOGUE_SHARE:g} % of the dynamic rating, for which catalogues state torques, is "
+            f"{wanted:.0f} N{beyond}."
         )
-        text += f"{wanted:.0f} N"
-        text += "." if low <= wanted <= high else ", beyond the map, whose end is taken instead."
     if any(value is None for value in material.given):
-        text += " The options --preload-n, --speed-rpm and --temperature-c choose another point."
-    return text
+        options = (element("code", option) for option in ("--preload-n", "--speed-rpm", "--temperature-c"))
+        first, second, third = options
+        text += [" The options ", first, ", ", second, " and ", third, " choose another point."]
+    return paragraph(*text)
 
 
 def key_tiles(material: Material) -> list[tuple[str, str]]:
@@ -163,7 +163,8 @@ def key_tiles(material: Material) -> list[tuple[str, str]]:
     numbers, point = material.screw, material.screw.point
     case = numbers.lines[_row(material)][0]
     torque = float(material.chosen.torque(*point))
-    interval = torque_interval_text(material)
+    found = material.lines.interval
+    interval = "" if found is None else f" (interval {found.low:.3f} to {found.high:.3f})"
     state = material.chosen.nut_map.evaluate(*point)
     at = f"{point.preload:.0f} N, {point.speed / RPM:.0f} r/min, {point.temperature - CELSIUS:.0f} C"
     catalogue = float(nsk_torque(material.parameters.screw, point.preload))
@@ -174,22 +175,6 @@ def key_tiles(material: Material) -> list[tuple[str, str]]:
         (f"{1e-6 * case.axial_stiffness:.0f} N/um", f"axial stiffness at {point.preload:.0f} N"),
         (f"{case.separation_load:.0f} N", "axial load that releases this preload"),
     ]  # fmt: skip
-
-
-def torque_interval_text(material: Material) -> str:
-    """Interval at the operating point by linear interpolation in its band; "" without one."""
-    lines, point = material.lines.over_speed, material.screw.point
-    if lines.band is None:
-        return ""
-    row = _row(material)
-    torque = float(material.chosen.torque(*point))
-    at = material.chosen.torque(float(lines.rows[row]), lines.band.x, lines.fixed)
-    ends = [
-        torque
-        * math.exp(float(np.interp(math.log(point.speed), np.log(lines.band.x), np.log(end[row] / at))))
-        for end in (lines.band.low, lines.band.high)
-    ]
-    return f" (interval {ends[0]:.3f} to {ends[1]:.3f})"
 
 
 def _row(material: Material) -> int:

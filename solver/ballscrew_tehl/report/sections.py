@@ -43,6 +43,10 @@ NAMES = {
 }
 
 
+#: cell of a number that a set does not have
+UNKNOWN = "-"
+#: least share of the variance of an interval that is shown
+LEAST_SHARE = 1e-3
 #: a step of the progress
 PAGE_STEP = "parts of the page"
 
@@ -69,7 +73,7 @@ def intro(material: Material, claimed: Sequence[Claim]) -> list[Html]:
         tiles(_paper_tiles(material, claimed) if material.measured else key_tiles(material)),
     ]
     if not material.measured:
-        content.append(paragraph(point_note(material)))
+        content.append(point_note(material))
     if other := carried_over(material.chosen.entry, parameters):
         force = material.screw.point.preload
         catalogue = float(nsk_torque(parameters.screw, force))
@@ -118,12 +122,14 @@ def _sets(frictions: Sequence[Friction]) -> Html:
     rows: list[list[str]] = []
 
     def add(what: str, value: Any) -> None:
-        rows.append([what, *(value(friction.entry) for friction in frictions)])
+        cells = [value(friction.entry) for friction in frictions]
+        if any(cell != UNKNOWN for cell in cells):
+            rows.append([what, *cells])
 
     def fitted(key: str) -> Any:
         def text(entry: Any) -> str:
             if key not in SETS.get(entry.name, FITTED):
-                return "-"
+                return UNKNOWN
             scale = 1e9 if key == "roughness_height" else 1.0
             half = entry.intervals.get(key)
             known = "" if half is None else f" +- {scale * half:.2g}"
@@ -132,10 +138,10 @@ def _sets(frictions: Sequence[Friction]) -> Html:
         return text
 
     def error(key: str) -> Any:
-        return lambda entry: percent_of(entry.errors[key]) if key in entry.errors else "-"
+        return lambda entry: percent_of(entry.errors[key]) if key in entry.errors else UNKNOWN
 
     for key in FITTED:
-        add(f"{NAMES[key]}, calibrated", fitted(key))
+        add(f"{NAMES[key]}, fitted", fitted(key))
     for key, what in (
         ("mean", "mean deviation of the points of the fit"),
         ("leave_one_out_mean", "mean deviation of points left out of the fit one at a time"),
@@ -152,7 +158,7 @@ def _sets(frictions: Sequence[Friction]) -> Html:
         )
     head = ["", *(f"{words(f.entry.name)} (film: {words(f.entry.film_model)})" for f in frictions)]
     caption = (
-        "Calibrated numbers (+-: half width of the 95 % interval), deviations of points in and out of the fit"
+        "Fitted numbers (+-: half width of the 95 % interval), deviations of points in and out of the fit"
     )
     return table("calibration", caption, head, rows)
 
@@ -194,14 +200,39 @@ def validation(material: Material) -> list[Html]:
 
 
 def friction_numbers(material: Material) -> list[Html]:
-    """Numbers of the friction set, and where it is compared with measurements."""
+    """Numbers of the friction set, what its interval consists of, and where it is compared with measurements."""
+    entry = material.chosen.entry
     return [
         paragraph(
             "How the friction laws compare with the torques measured on the one screw with published numbers, "
-            "GD4008-3: the command report without --screw, or validate."
+            "GD4008-3: the command ",
+            element("code", "report"),
+            " without ",
+            element("code", "--screw"),
+            ", or ",
+            element("code", "validate"),
+            ".",
+        ),
+        *(
+            [paragraph(f"Provenance of the set {words(entry.name)}: {entry.provenance}.")]
+            if entry.provenance
+            else []
         ),
         _sets(material.frictions),
+        *_shares(material),
     ]
+
+
+def _shares(material: Material) -> list[Html]:
+    """What contributes to the interval at the operating point."""
+    found, point = material.lines.interval, material.screw.point
+    if found is None or not found.shares:
+        return []
+    caption = f"Interval of the torque at {point.text}, {found.low:.3f} to {found.high:.3f} N m: what contributes to it"
+    rows = [
+        (words(name), f"{100.0 * share:.1f}") for name, share in found.shares.items() if share > LEAST_SHARE
+    ]
+    return [table("shares", caption, ["constant, or error of the fit", "share of the variance [%]"], rows)]
 
 
 def torque(material: Material) -> list[Html]:
