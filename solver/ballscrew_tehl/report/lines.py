@@ -36,7 +36,7 @@ PRELOAD_SHARES, POINT_SPEED = (0.5, 1.0, 2.0), 1000.0 * RPM
 #: points of a line, those of its interval
 POINTS, INTERVALS = 161, 9
 #: what the ends of the interval of a fitted set are
-OF_FIT = "about 80 %, from the mean error of a point left out of the fit"
+OF_FIT = "about 80 %, from the mean error of a {} left out of the fit"
 INTERVAL_STEP = "intervals of the torque"
 
 
@@ -288,7 +288,9 @@ def _band_of_fit(
     near = [measured and _is_measured_line(*at(math.nan, float(row))[:2]) for row in rows]
     error = np.where(near, *errors)[:, None]
     wide = DEVIATIONS * SCATTER_DEVIATION * error
-    return Band(x, torque * np.exp(-wide), torque * np.exp(wide), OF_FIT)
+    from_tables = errors[1] > errors[0] and not any(near)
+    meaning = OF_FIT.format("table" if from_tables else "point")
+    return Band(x, torque * np.exp(-wide), torque * np.exp(wide), meaning)
 
 
 def _is_measured_line(preload: float, speed: float) -> bool:
