@@ -28,6 +28,7 @@ from ballscrew_tehl.physics.kinematics import KINEMATICS
 from ballscrew_tehl.physics.load import double_nut_loads
 from ballscrew_tehl.report import claims, errata, figures, material
 from ballscrew_tehl.report.claims import PACKAGED_CLAIMS, RULES, VERDICTS
+from ballscrew_tehl.report.lines import OF_BOTH
 from ballscrew_tehl.report.page import element, page, paragraph, table
 from ballscrew_tehl.validation.tables import MODELS
 
@@ -420,6 +421,7 @@ def test_interval_of_a_fit_is_the_error_of_what_was_left_out(found, row, error):
     for end, sign in ((lines.band.low, -1.0), (lines.band.high, 1.0)):
         relative = sign * np.log(end[row] / lines.torque[row]) / wide
         assert np.max(np.abs(relative - error)) <= 5e-5
+    assert lines.band.meaning == OF_BOTH
     assert found.lines.by_temperature.band is None
 
 

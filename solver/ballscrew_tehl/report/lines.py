@@ -35,8 +35,10 @@ MEASURED_PRELOADS, MEASURED_TOP = (1000.0, 2000.0, 4000.0, 6000.0), 3000.0 * RPM
 PRELOAD_SHARES, POINT_SPEED = (0.5, 1.0, 2.0), 1000.0 * RPM
 #: points of a line, those of its interval
 POINTS, INTERVALS = 161, 9
-#: what the ends of the interval of a fitted set are
-OF_FIT = "about 80 %, from the mean error of a {} left out of the fit"
+#: what the ends of the interval of a fitted set are, by what was left out of the fit
+OF_POINT = "about 80 %, from the mean error of a point left out of the fit"
+OF_TABLE = "about 80 %, from the mean error of a table left out of the fit"
+OF_BOTH = f"{OF_POINT}; on lines with at most one measured point of a table"
 INTERVAL_STEP = "intervals of the torque"
 
 
@@ -278,8 +280,8 @@ def _band_of_fit(
 ) -> Band | None:
     """Scatter of a fitted set as of a normal quantity, as friction.interval counts it; None: not known.
 
-    On the lines with measured points of the paper the error of a point left out of the fit; on the others, on which
-    preload and speed are combined as in no measured point, that of a table left out.
+    On the two lines along which the paper measured, the error of a point left out of the fit; on the others, which have
+    one measured point at most, that of a table left out.
     """
     errors = left_out_errors(friction.entry, parameters)
     if errors is None:
@@ -288,8 +290,7 @@ def _band_of_fit(
     near = [measured and _is_measured_line(*at(math.nan, float(row))[:2]) for row in rows]
     error = np.where(near, *errors)[:, None]
     wide = DEVIATIONS * SCATTER_DEVIATION * error
-    from_tables = errors[1] > errors[0] and not any(near)
-    meaning = OF_FIT.format("table" if from_tables else "point")
+    meaning = OF_POINT if all(near) or errors[0] == errors[1] else OF_BOTH if any(near) else OF_TABLE
     return Band(x, torque * np.exp(-wide), torque * np.exp(wide), meaning)
 
 

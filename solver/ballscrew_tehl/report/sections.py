@@ -312,10 +312,7 @@ def _interval_note(material: Material) -> str:
     band = material.lines.over_speed.band
     if band is None:
         return "No interval: this friction set was fitted to another screw or oil, its errors are not those here."
-    text = f"Shaded: interval of the torque, {band.meaning}"
-    if material.measured and material.chosen.entry.leave_one_table_out:
-        text += "; on the lines without measured tables of a table left out"
-    return f"{text}."
+    return f"Shaded: interval of the torque, {band.meaning}."
 
 
 def _trend_note(material: Material) -> str:
