@@ -248,6 +248,8 @@ def test_certificate_and_limits_of_the_map(found, shown):
     assert 0.0 < share < 1.0
     assert f"{100.0 * share:.0f} % of those over speed by temperature" in limits["dashed lines of torque"]
     assert "GD4008-3" in limits["friction numbers"]
+    # contacts in closed form, without the atlas; two nuts
+    assert not {"inside the atlas of contacts", "oversize balls under axial load"} & set(limits)
     axes = {row[0]: row[1:] for row in shown.tables["axes"][1:]}
     assert axes["speed"][:2] == ["100 r/min", "6000 r/min"]
 

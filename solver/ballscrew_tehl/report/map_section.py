@@ -6,7 +6,10 @@ import numpy as np
 
 from ..contact.ball_formula import THICKEST_FILM
 from ..friction.origin import carried_over
+from ..nut_map.trend import LEAST_FORCES
+from ..parameters.file import FOUR_POINT
 from ..parameters.units import CELSIUS, RPM
+from ..runtime.packed import MECHANISTIC
 from . import figures
 from .material import Material
 from .page import Html, element, figure, paragraph, table
@@ -72,7 +75,7 @@ def limits(material: Material) -> list[tuple[str, str]]:
         ),
         ("on the asymptotic branch", f"{_percent(asymptotic)} of the contacts, extrapolated over the load"),
     ]
-    if header.get("atlas_share") is not None:
+    if header.get("atlas"):
         rows.append(("inside the atlas of contacts", f"{_percent(header['atlas_share'])} of the contacts; beyond it "
                      "the atlas is extrapolated and corrected by the solved ones"))  # fmt: skip
     if header.get("range_cut"):
@@ -82,6 +85,14 @@ def limits(material: Material) -> list[tuple[str, str]]:
             ("quick map", "few contacts, for a first look: build the map without --quick for final numbers")
         )
     rows += _marks(material)
+    if material.parameters.screw.preload_kind == FOUR_POINT and material.chosen.nut_map.law == MECHANISTIC:
+        rows.append(
+            (
+                "oversize balls under axial load",
+                f"torque and efficiency are some 10 % less certain from a force ratio of both sets of flanks of "
+                f"{LEAST_FORCES:g} to separation; the command torque marks such points (unlike_flanks)",
+            )
+        )
     if other := carried_over(material.chosen.entry, material.parameters):
         rows.append(("friction numbers", other))
     return rows
