@@ -16,10 +16,10 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-from ballscrew_tehl.cli.screw import CATALOGUE_SHARE
 from ballscrew_tehl.friction.baselines import nsk_torque
 from ballscrew_tehl.friction.interval import torque_interval, zero_fitted
 from ballscrew_tehl.friction.torque import nut_forces
+from ballscrew_tehl.mechanics import CATALOGUE_SHARE
 from ballscrew_tehl.parameters.file import Parameters, graded_oil, load_parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.rating import dynamic_rating

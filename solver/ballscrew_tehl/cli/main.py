@@ -307,10 +307,20 @@ def _init(commands: argparse._SubParsersAction) -> None:
 def _report(commands: argparse._SubParsersAction) -> None:
     parser = commands.add_parser(
         "report",
-        help="one HTML page: validation, torques, ball loads, a contact, the map, the paper",
-        description="Write one HTML page without external files. Solves the contacts of one ball (some seconds).",
+        help="one HTML page: the screw, torques with intervals, films, a contact, the map; without --screw the paper",
+        description="Write one HTML page without external files: with --screw about that screw, its oil and its map, "
+        "without it about the measured screw of the paper. Solves the contacts of one ball (some seconds).",
     )
     parser.add_argument("--output", required=True, metavar="FILE.html", help="where to write the page")
+    for quantity, default in (
+        (PRELOAD, "5 %% of the dynamic rating"),
+        (SPEED, "1000"),
+        (TEMPERATURE, "reference of the oil"),
+    ):
+        parser.add_argument(
+            quantity.option, metavar=quantity.name.rsplit("_", 1)[-1].upper(),
+            help=f"with --screw: {quantity.help} of the page; default: {default}",
+        )  # fmt: skip
     _screw_options(parser)
     add_json(parser)
     parser.set_defaults(run="report.run_report")

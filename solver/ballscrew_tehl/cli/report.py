@@ -1,52 +1,58 @@
-"""The command `report`: one HTML page on a screw, its map and the paper."""
+"""The command `report`: one HTML page on a screw and its map; without --screw on the paper's screw and the paper."""
 
 from __future__ import annotations
 
+import importlib
 import os
+import shlex
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from .common import chosen_of, say
+from ..runtime.packed import MapError
+from .common import Chosen, chosen_of
+from .main import PRELOAD, SPEED, TEMPERATURE
 from .points import print_results
+from .progress import progress_bar
+
+if TYPE_CHECKING:
+    from ..nut_map.workers import Progress
+    from ..report.lines import GivenPoint
+    from ..report.material import Material
 
 SUFFIXES = (".html", ".htm")
+ALLOWED = "allowed: a file *.html in a folder that exists and that you may write to"
+#: part of the message of a packaged map that does not fit, before its remedy
+NO_MAP = ": build one"
 
 
 def run_report(args: Namespace) -> int:
     """Gather, draw, write; the file is complete or does not exist."""
     path = Path(args.output)
     if path.suffix.lower() not in SUFFIXES or path.is_dir() or not path.parent.is_dir():
-        raise ValueError(f"--output = {path}; allowed: a file *.html in a folder that exists")
+        raise ValueError(f"--output = {path}; {ALLOWED}")
     selected = chosen_of(args)
-    parameters = selected.parameters
-    from ..report.claims import claims
-    from ..report.errata import errata
-    from ..report.material import gather
-    from ..report.sections import whole_page
-
-    material = gather(parameters, args.map, say, selected.of_file)
-    chosen = material.chosen.entry
-    claimed = (
-        claims(parameters, material.frictions, material.tables[chosen.name]) if material.measured else []
-    )
-    say("figures")
-    text = whole_page(material, claimed, errata(material) if material.measured else [])
-    temporary = path.with_name(path.name + ".part")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    measured = _is_paper(args, selected)
+    given = _given(args, measured)
+    # a missing one is found before the contacts are solved
+    importlib.import_module("matplotlib")
+    with _reserved(path) as temporary:
+        with progress_bar() as progress:
+            material = _gathered(args, selected, measured, given, progress)
+            text, claimed = _page(material, progress)
+        with _refused_in_one_line(path):
+            temporary.write_text(text, encoding="utf-8")
+            os.replace(temporary, path)
     tables = material.tables.items()
     result: dict[str, Any] = {
         "file": str(path),
         "figures": text.count("<img "),
         "measured": material.measured,
         "deviations": {name: {table.name: table.deviations[0] for table in found} for name, found in tables},
-        "claims": {claim.id: claim.verdicts[0] for claim in claimed},
+        "claims": claimed,
         "contacts_converged": all(found.solution.converged for found in material.contacts),
         **selected.described,
         "map_hash": material.picture.nut_map.header["file_hash"],
@@ -54,6 +60,94 @@ def run_report(args: Namespace) -> int:
     }
     print_results([result if args.json else flat(result)], args.json, False)
     return 0
+
+
+@contextmanager
+def _reserved(path: Path) -> Iterator[Path]:
+    """An empty temporary file beside `path`, created before the work and deleted after it.
+
+    Raises       ValueError: the folder cannot be written
+    """
+    temporary = path.with_name(path.name + ".part")
+    try:
+        with _refused_in_one_line(path):
+            temporary.touch()
+        yield temporary
+    finally:
+        # of a folder that cannot be written there is none
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def _refused_in_one_line(path: Path) -> Iterator[None]:
+    """Errors of writing name the option, the reason and what is allowed."""
+    try:
+        yield
+    except OSError as error:
+        raise ValueError(f"--output = {path}: not written: {error.strerror or error}; {ALLOWED}") from error
+
+
+def _given(args: Namespace, measured: bool) -> GivenPoint:
+    """Operating point of the options.
+
+    Raises       ValueError: a number out of range, or any in the report on the paper
+    """
+    from ..report.lines import UNITS, GivenPoint
+
+    found: list[float | None] = []
+    for quantity, (_, scale, shift) in zip((PRELOAD, SPEED, TEMPERATURE), UNITS.values(), strict=True):
+        value = getattr(args, quantity.name)
+        if value is not None and measured:
+            raise ValueError(
+                f"{quantity.option} = {value}; allowed: with --screw, the paper has its own point"
+            )
+        found.append(None if value is None else scale * quantity.checked(quantity.option, value) + shift)
+    return GivenPoint(*found)
+
+
+def _is_paper(args: Namespace, selected: Chosen) -> bool:
+    """Whether the page is about the measured screw of the paper and the paper."""
+    from ..report.material import is_measured_screw
+
+    return args.screw is None and is_measured_screw(selected.parameters)
+
+
+def _gathered(
+    args: Namespace, selected: Chosen, measured: bool, given: GivenPoint, progress: Progress
+) -> Material:
+    """Numbers of the page.
+
+    Raises       ValueError: no map of this screw, with the command that builds it; point outside the map
+    """
+    from ..report.material import gather
+
+    try:
+        return gather(selected.parameters, args.map, progress, selected.of_file, measured, given)
+    except MapError as error:
+        reason, missing, _ = str(error).partition(NO_MAP)
+        if args.map is not None or args.screw is None or not missing:
+            raise
+        target = f"{Path(args.screw).stem}_map.nc"
+        words = ["python", "-m", "ballscrew_tehl", "map", "build", "--screw", args.screw]
+        words += ["--kinematics", args.kinematics] if args.kinematics else []
+        raise ValueError(
+            f"--map (missing): {reason}; build it with: {shlex.join([*words, '--output', target])}; then give "
+            f"--map {shlex.quote(target)}"
+        ) from error
+
+
+def _page(material: Material, progress: Progress) -> tuple[str, dict[str, str]]:
+    """The page, and the verdicts on the statements of the paper."""
+    from ..report.claims import claims
+    from ..report.errata import errata
+    from ..report.sections import whole_page
+
+    if not material.measured:
+        return whole_page(material, [], [], progress), {}
+    found = claims(material.parameters, material.frictions, material.tables[material.chosen.entry.name])
+    text = whole_page(material, found, errata(material), progress)
+    return text, {claim.id: claim.verdicts[0] for claim in found}
 
 
 def flat(nested: Mapping[str, Any], before: str = "") -> dict[str, Any]:

@@ -17,7 +17,7 @@ from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import surface_speeds
 from ..physics.lubricant import pressure_viscosity, section_2_3
 from ..validation.tables import ASSUMED_TEMPERATURE, ValidationTable
-from .material import Friction
+from .lines import Friction
 
 PACKAGED_CLAIMS = PACKAGED_DATA / "zhao2023_claims.csv"
 

@@ -3,66 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..friction.origin import other_sets, with_set
 from ..friction.sets import FrictionSet, default_friction_set
 from ..nut_map.contact_map import Array
-from ..nut_map.file import load_contact_map, load_map
+from ..nut_map.file import ROLLING_FRAME, load_contact_map, load_map
 from ..nut_map.plot import MapPicture, map_picture
 from ..parameters.file import Parameters, changed, load_parameters
-from ..parameters.units import RPM
 from ..physics.hertz import RACEWAYS
 from ..physics.kinematics import KINEMATICS
 from ..physics.load import DoubleNutLoads, double_nut_loads, separation_load
-from ..runtime.evaluate import NutMap
 from ..validation.section5 import LOAD, PRELOAD, SPEED
 from ..validation.tables import ValidationTable, validation_tables
+from .lines import Friction, GivenPoint, Progress, TorqueLines, operating_point, torque_lines
+from .screw_numbers import ScrewNumbers, screw_numbers
 
 if TYPE_CHECKING:
     from ..contact.solve import ContactSolution
 
-#: speeds of lines over preload and temperature [rad/s]; only those within the map are drawn
-LINE_SPEEDS = tuple(rpm * RPM for rpm in (100.0, 500.0, 1000.0, 2500.0))
-#: preloads of the lines of the measured screw [N] and end of its speeds [rad/s]
-MEASURED_PRELOADS, MEASURED_TOP = (1000.0, 2000.0, 4000.0, 6000.0), 3000.0 * RPM
-#: points of a line
-POINTS = 161
 #: axial load over the separation load: of the load distributions, and the end of the forces over axial load
 AXIAL_SHARES, AXIAL_END = (0.0, 0.5, 1.0), 1.2
-
-#: called with the name of the next step
-Progress = Callable[[str], None]
-
-
-class Friction(NamedTuple):
-    """A friction set and the map with the film of its fit."""
-
-    entry: FrictionSet
-    nut_map: NutMap
-
-    def parts(self, preload: Any, speed: Any, temperature: Any) -> tuple[Any, Any, Any]:
-        """Viscous, hysteresis and sliding torque [N.m] at preload [N], speed [rad/s], temperature [K]."""
-        state = self.nut_map.evaluate(preload, speed, temperature)
-        return state.viscous_torque, state.hysteresis_torque, state.sliding_torque
-
-    def torque(self, preload: Any, speed: Any, temperature: Any) -> Any:
-        """Their sum."""
-        return sum(self.parts(preload, speed, temperature))
-
-
-class Lines(NamedTuple):
-    """Torque [N.m] over one quantity, one row per value of another; all at one value of the third."""
-
-    x: Array
-    rows: Array
-    torque: Array
-    fixed: float
+CONTACT_STEP = "contacts solved"
+CHOSEN_POINT = GivenPoint()
 
 
 class PreloadWords(NamedTuple):
@@ -124,7 +91,7 @@ class SolvedContact(NamedTuple):
 class Material:
     """All numbers of the report; frictions: the chosen set first.
 
-    measured: the screw and its oil are those of the paper; without it `tables` is empty
+    measured: the page is about the measured screw of the paper; without it `tables` is empty
     contact_point: ball load [N], screw speed [rad/s], temperature [K] of the solved contacts
     """
 
@@ -132,10 +99,10 @@ class Material:
     frictions: tuple[Friction, ...]
     picture: MapPicture
     measured: bool
+    given: GivenPoint
     tables: dict[str, list[ValidationTable]]
-    over_speed: Lines
-    over_preload: Lines
-    over_temperature: Lines
+    lines: TorqueLines
+    screw: ScrewNumbers
     balls: BallLoads
     contact_point: tuple[float, float, float]
     contacts: tuple[SolvedContact, ...]
@@ -165,32 +132,45 @@ def gather(
     map_file: Path | str | None,
     progress: Progress,
     friction_set: FrictionSet | None = None,
+    measured: bool = True,
+    given: GivenPoint = CHOSEN_POINT,
 ) -> Material:
     """Load the map, evaluate it, solve the contacts.
 
-    Parameters   map_file: None = the packaged map of the kinematics;  progress: called before every contact
+    Parameters   map_file: None = the packaged map of the kinematics;  progress: called before and after every step
                  friction_set: of a file; None = the packaged one that the parameters select
-    Raises       MapError (a ValueError): map missing, damaged or of another screw
+                 measured: the page is about the screw of the paper;  given: operating point, of any other screw
+    Raises       MapError (a ValueError): map missing, damaged or of another screw; ValueError: point outside the map
     """
     frictions = friction_sets(parameters, map_file, friction_set)
-    picture = map_picture(frictions[0].nut_map, load_contact_map(map_file, parameters))
-    measured = is_measured_screw(parameters)
+    contact_map = load_contact_map(map_file, parameters)
+    chosen = frictions[0]
+    picture = map_picture(chosen.nut_map, contact_map)
     tables = {f.entry.name: validation_tables(f.torque) for f in frictions} if measured else {}
-    preload = PRELOAD if measured else picture.preload
-    balls = ball_loads(parameters, preload)
-    top = float(picture.speed[-1])
-    heaviest = float(max(balls.cases[0].loads.Q_a.max(), balls.cases[0].loads.Q_b.max()))
-    point = (LOAD if measured else heaviest, min(SPEED, top), parameters.lubricant.reference_temperature)
+    axes = chosen.nut_map.header["axes"]
+    point = operating_point(parameters, axes, picture.temperature, given)
+    if measured:
+        point = point._replace(preload=PRELOAD)
+    lines = torque_lines(parameters, chosen, contact_map, point, measured, progress)
+    balls = ball_loads(parameters, point.preload)
+    if measured:
+        top = float(picture.speed[-1])
+        contact_point = LOAD, min(SPEED, top), parameters.lubricant.reference_temperature
+    else:
+        heaviest = float(max(balls.cases[0].loads.Q_a.max(), balls.cases[0].loads.Q_b.max()))
+        contact_point = heaviest, point.speed, point.temperature
     return Material(
         parameters,
         frictions,
         picture,
         measured,
+        given,
         tables,
-        *_lines(frictions[0], picture, measured),
+        lines,
+        screw_numbers(parameters, chosen.nut_map, point, lines.over_speed.rows, lines.over_preload.rows),
         balls,
-        point,
-        solved_contacts(parameters, point, progress),
+        contact_point,
+        solved_contacts(parameters, shown_kinematics(parameters, measured), contact_point, progress),
     )
 
 
@@ -205,25 +185,6 @@ def friction_sets(
             Friction(entry, load_map(map_file, with_set(parameters, entry.name)))
             for entry in other_sets(first, parameters)
         ),
-    )
-
-
-def _lines(friction: Friction, picture: MapPicture, measured: bool) -> tuple[Lines, Lines, Lines]:
-    """Torque over speed, over preload, over temperature."""
-    axes = picture.nut_map.header["axes"]
-    slowest, fastest = axes["speed"][:2]
-    preloads = np.array(MEASURED_PRELOADS) if measured else picture.preloads[-4:]
-    held = [speed for speed in LINE_SPEEDS if slowest <= speed <= fastest]
-    speeds = np.array(held) if len(held) > 1 else np.geomspace(slowest, fastest, 3)
-    top = min(MEASURED_TOP, fastest) if measured else fastest
-    temperature, preload = picture.temperature, preloads[len(preloads) // 2 - 1]
-    speed = np.geomspace(slowest, top, POINTS)
-    force = np.linspace(picture.preloads[0], preloads[-1], POINTS)
-    oil = np.linspace(float(axes["temperature"][0]), float(axes["temperature"][1]), POINTS)
-    return (
-        Lines(speed, preloads, friction.torque(preloads[:, None], speed, temperature), temperature),
-        Lines(force, speeds, friction.torque(force, speeds[:, None], temperature), temperature),
-        Lines(oil, speeds, friction.torque(float(preload), speeds[:, None], oil), float(preload)),
     )
 
 
@@ -242,24 +203,33 @@ def ball_loads(parameters: Parameters, preload: float) -> BallLoads:
     return BallLoads(preload, separation, cases, axial_loads, forces, PRELOAD_WORDS[screw.preload_kind])
 
 
+def shown_kinematics(parameters: Parameters, measured: bool) -> list[str]:
+    """Kinematics of the solved contacts: of the paper's screw all, else the physical one and the chosen one."""
+    if measured:
+        return list(KINEMATICS)
+    return list(dict.fromkeys((parameters.friction.kinematics, ROLLING_FRAME)))
+
+
 def solved_contacts(
-    parameters: Parameters, point: tuple[float, float, float], progress: Progress
+    parameters: Parameters,
+    kinematics: list[str],
+    point: tuple[float, float, float],
+    progress: Progress,
 ) -> tuple[SolvedContact, ...]:
-    """Thermal solves of both raceways with every kinematics for which the screw has data."""
+    """Thermal solves of both raceways with each kinematics at a ball load, screw speed and temperature."""
     from ..contact.ball_contact import ball_contact
     from ..contact.solve import solve_contact
 
-    names = [name for name in KINEMATICS if name != "published" or parameters.published_speeds is not None]
+    pairs = [(name, raceway) for name in kinematics for raceway in RACEWAYS]
     found: list[SolvedContact] = []
-    for kinematics in names:
-        variant = changed(parameters, friction={"kinematics": kinematics})
-        for raceway in RACEWAYS:
-            progress(
-                f"contact {len(found) + 1} of {len(names) * len(RACEWAYS)}: {kinematics}, {raceway} raceway"
-            )
-            conditions = ball_contact(variant, raceway, *point)
-            solution = solve_contact(conditions, variant.lubricant, variant.solid)
-            found.append(SolvedContact(kinematics, raceway, solution))
+    for name, raceway in pairs:
+        progress(len(found), len(pairs), CONTACT_STEP)
+        variant = changed(parameters, friction={"kinematics": name})
+        conditions = ball_contact(variant, raceway, *point)
+        found.append(
+            SolvedContact(name, raceway, solve_contact(conditions, variant.lubricant, variant.solid))
+        )
+    progress(len(pairs), len(pairs), CONTACT_STEP)
     return tuple(found)
 
 

@@ -43,7 +43,7 @@ tr.total td { font-weight: 600; border-top: 2px solid var(--ink); }
 figure { margin: .5rem 0; }
 img { width: 100%; height: auto; display: block; }
 figcaption { color: var(--soft); font-size: .9rem; margin-top: .25rem; }
-figure.wide { max-width: 56rem; }
+figure.wide { max-width: 60rem; }
 .verdict { font-weight: 600; white-space: nowrap; }
 .verdict::before { content: ""; display: inline-block; width: .7em; height: .7em; border-radius: 50%;
   margin-right: .4em; }
@@ -61,7 +61,7 @@ footer { margin-top: 3rem; color: var(--soft); font-size: .9rem; border-top: 1px
   table.text td { min-width: 5.5rem; }
   table.text td.long { min-width: 11rem; }
   figure.wide { overflow-x: auto; }
-  figure.wide img { min-width: 44rem; }
+  figure.wide img { min-width: 60rem; }
 }
 @media print {
   @page { margin: 15mm; }

@@ -1,4 +1,4 @@
-"""Part 6 of the page: what of the paper is reproduced, what is not, and why."""
+"""The last part of the page on the paper's screw: what is reproduced, what is not, and why."""
 
 from __future__ import annotations
 
@@ -12,13 +12,10 @@ from ..validation.section5 import printed_values
 from .claims import NEAR_WITHIN, REPRODUCED_WITHIN, VERDICTS, Claim, verdict_on
 from .errata import Erratum
 from .material import Material, torque_of_contacts
-from .page import Html, element, paragraph, section, table
+from .page import Html, element, paragraph, table
 from .tables import percent_of, words
 
-UNMEASURED = (
-    "This screw or its oil is not that of the paper: there are no measured torques for it. The report has no "
-    "comparison with a measurement or with the statements of the paper."
-)
+TITLE = "What of the paper is reproduced"
 
 
 def verdict_mark(verdict: str) -> Html:
@@ -113,15 +110,10 @@ def _traction_text(material: Material) -> str:
     )
 
 
-def paper(material: Material, claimed: Sequence[Claim], found: Sequence[Erratum]) -> Html:
-    """Part 6."""
-    title = "6 What of the paper is reproduced"
-    if not material.measured:
-        return section("paper", title, paragraph(UNMEASURED, class_="note"))
+def paper(material: Material, claimed: Sequence[Claim], found: Sequence[Erratum]) -> list[Html]:
+    """Statements, section 5.1 and misprints of the paper compared with this model."""
     head = ["quantity", "raceway", "printed", "this model", "verdict"]
-    return section(
-        "paper",
-        title,
+    return [
         paragraph(
             "Every statement that can be computed is compared with this model by one rule: ",
             verdict_mark(VERDICTS[0]),
@@ -150,9 +142,9 @@ def paper(material: Material, claimed: Sequence[Claim], found: Sequence[Erratum]
             text=True,
         ),
         paragraph(
-            "Calibrated: apparent viscosity ratio, net sliding coefficient, roughness height (part 1). "
+            "Calibrated: apparent viscosity ratio, net sliding coefficient, roughness height (first part). "
             f"Chosen, not printed: {material.parameters.screw.loaded_ball_count} load-carrying balls, "
             "section areas of screw, nut and spacer, oil at 303 K in the tables, and for rolling frame the "
             f"reference slip {material.parameters.friction.reference_slip:g}."
         ),
-    )
+    ]

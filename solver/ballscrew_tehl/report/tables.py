@@ -10,6 +10,9 @@ from ..parameters.units import RPM
 from ..validation.tables import MODELS, ValidationTable
 from .page import Html, paragraph, table
 
+#: totals of an error by the ends of their keys, as `map info` prints them
+COLUMNS = {"mean": "mean", "50": "median", **dict(TOTALS)}
+
 
 def words(name: str) -> str:
     """A name of the program in words."""
@@ -49,10 +52,34 @@ def certificate_table(certificate: Mapping[str, Any]) -> Html:
         return paragraph("The map has no certificate.", class_="note")
     rows = []
     for name, quantity in ERRORS.items():
-        errors = (certificate.get(f"{name}_error_{key}") for key, _ in TOTALS)
+        errors = (certificate.get(f"{name}_error_{key}") for key in COLUMNS)
         rows.append([quantity, *("-" if error is None else percent(error) for error in errors)])
     caption = (
         f"Certificate: error of the map at {certificate['points']} random points that were not used to build "
         "it, compared with direct solves of the balls"
     )
-    return table("certificate", caption, ["", *(total for _, total in TOTALS)], rows)
+    if certificate.get("points_not_solved"):
+        caption += f"; {certificate['points_not_solved']} more were not solved"
+    return table("certificate", caption, ["", *COLUMNS.values()], rows)
+
+
+#: errors of a region of a certificate by their key, with their headings
+REGION_ERRORS = {
+    "torque_error_99": "torque, 99 %",
+    "torque_error_max": "torque, largest",
+    "film_error_99": "film, 99 %",
+    "temperature_rise_error_99": "temperature rise, 99 %",
+}
+
+
+def certificate_regions(certificate: Mapping[str, Any]) -> list[Html]:
+    """The errors of REGION_ERRORS by region, where the certificate has them."""
+    regions = certificate.get("regions", {})
+    if not regions:
+        return []
+    rows = [
+        [name, str(errors["points"]), *(percent(errors[key]) for key in REGION_ERRORS)]
+        for name, errors in regions.items()
+    ]
+    head = ["region", "points", *REGION_ERRORS.values()]
+    return [table("certificate_regions", "The same by region", head, rows)]

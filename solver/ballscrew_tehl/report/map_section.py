@@ -1,0 +1,135 @@
+"""The part of the page on the map: its picture, certificate, range, and what is extrapolated or marked."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..contact.ball_formula import THICKEST_FILM
+from ..friction.origin import carried_over
+from ..nut_map.trend import LEAST_FORCES
+from ..parameters.file import FOUR_POINT
+from ..parameters.units import CELSIUS, RPM
+from ..runtime.packed import MECHANISTIC
+from . import figures
+from .material import Material
+from .page import Html, element, figure, paragraph, table
+from .tables import certificate_regions, certificate_table
+
+#: films below which contacts are not solved: they continue those above [m]
+THINNEST_SOLVED = 1e-9
+
+
+def nut_map(material: Material) -> list[Html]:
+    """Picture, certificate, range and limits."""
+    header = material.picture.nut_map.header
+    axes = header["axes"]
+    scales = {
+        "force": (1.0, 0.0, "N"),
+        "preload": (1.0, 0.0, "N"),
+        "speed": (1.0 / RPM, 0.0, "r/min"),
+        "temperature": (1.0, CELSIUS, "C"),
+    }
+    span = [
+        [
+            name,
+            *(f"{round(scale * end - shift, 3):.6g} {unit}" for end in axes[name][:2]),
+            f"{axes[name][2]:.0f}",
+        ]
+        for name, (scale, shift, unit) in scales.items()
+    ]
+    return [
+        paragraph(
+            "The contacts were solved once for many loads, speeds and temperatures. Torques, films and "
+            "temperatures are interpolated in this map. Its films and temperatures are extremes over all balls. The "
+            "certificate and all else of the file: ",
+            element("code", "map info"),
+            ".",
+        ),
+        figure(
+            figures.map_picture_address(material),
+            "The map: its results, its samples, and the points of its certificate, where it was compared with "
+            "direct solves.",
+            wide=True,
+        ),
+        certificate_table(header["certificate"]),
+        *certificate_regions(header["certificate"]),
+        table("axes", "Range of the map", ["axis (force: of one nut)", "from", "to", "nodes"], span),
+        table("limits", "What is extrapolated or marked", ("", ""), limits(material), text=True),
+    ]
+
+
+def limits(material: Material) -> list[tuple[str, str]]:
+    """What of the map and of this page is not interpolated between solved contacts, or carries a mark."""
+    header = material.picture.nut_map.header
+    samples = material.picture.contact_map.contacts.values()
+    unsolved = sum(int((~found.good).sum()) for found in samples)
+    solved = sum(int(found.good.sum()) for found in samples)
+    asymptotic = float(
+        np.mean(np.concatenate([found.values["asymptotic"][found.good] > 0.0 for found in samples]))
+    )
+    rows = [
+        ("beyond the range", "values at its edge are given and marked as out of range (in_range false)"),
+        (
+            "contacts solved, not solved",
+            f"{solved}, {unsolved}; those not solved are interpolated from the others",
+        ),
+        ("on the asymptotic branch", f"{_percent(asymptotic)} of the contacts, extrapolated over the load"),
+    ]
+    if header.get("atlas"):
+        rows.append(("inside the atlas of contacts", f"{_percent(header['atlas_share'])} of the contacts; beyond it "
+                     "the atlas is extrapolated and corrected by the solved ones"))  # fmt: skip
+    if header.get("range_cut"):
+        rows.append(("range cut", str(header["range_cut"])))
+    if header.get("quick"):
+        rows.append(
+            ("quick map", "few contacts, for a first look: build the map without --quick for final numbers")
+        )
+    rows += _marks(material)
+    if material.parameters.screw.preload_kind == FOUR_POINT and material.chosen.nut_map.law == MECHANISTIC:
+        rows.append(
+            (
+                "oversize balls under axial load",
+                f"torque and efficiency are some 10 % less certain from a force ratio of both sets of flanks of "
+                f"{LEAST_FORCES:g} to separation; the command torque marks such points (unlike_flanks)",
+            )
+        )
+    if other := carried_over(material.chosen.entry, material.parameters):
+        rows.append(("friction numbers", other))
+    return rows
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %"
+
+
+def _marks(material: Material) -> list[tuple[str, str]]:
+    """Marks on the lines of this page."""
+    lines, films = material.lines, material.lines.films
+    shares = {
+        "over speed": lines.over_speed,
+        "over speed by temperature": lines.by_temperature,
+        "over preload": lines.over_preload,
+        "over temperature": lines.over_temperature,
+    }
+    found = [
+        f"{_percent(share)} of those {name}"
+        for name, of in shares.items()
+        if (share := float(np.mean(of.marked.unphysical))) > 0.0
+    ]
+    rows = [
+        ("dashed lines of torque", ", ".join(found) or "none"),
+    ]
+    thin = float(np.mean(films.minimum < THINNEST_SOLVED))
+    if thin > 0.0:
+        rows.append(("films below a nanometre", f"{_percent(thin)} of the lines of the film; not solved, they continue "
+                     "the films above"))  # fmt: skip
+    thick = THICKEST_FILM * 0.5 * material.parameters.screw.ball_diameter
+    share = float(np.mean(np.maximum(films.central_screw, films.central_nut) > thick))
+    if share > 0.0:
+        rows.append(("films above a tenth of the ball radius", f"{_percent(share)} of the lines of the film; the "
+                     "rolling loss is its lower bound there"))  # fmt: skip
+    beyond = float(np.mean(np.isnan(material.screw.driving[:, 1:])))
+    if beyond > 0.0:
+        rows.append(("efficiency", f"not drawn at {_percent(beyond)} of its loads, where the force of a nut leaves "
+                     "the map"))  # fmt: skip
+    return rows
