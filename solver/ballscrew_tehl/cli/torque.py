@@ -107,14 +107,10 @@ def _catalogue(chosen: Chosen, point: dict[str, Any]) -> dict[str, Any]:
 
 def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
     """Keys of an interval: its ends over its own torque, applied to that of the answer."""
-    from ..friction.interval import FITTED_COEFFICIENT, MEANING
+    from ..friction.interval import MEANING
 
     low, high = sorted(share * torque for share in found.relative)
-    # both are the one number of the law: the bounds of ball_thrust are those of the coefficient without a fit
-    names = {"ball_thrust": FITTED_COEFFICIENT}
-    shares = ", ".join(
-        f"{names.get(name, name)} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:2]
-    )
+    shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:2])
     return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": f"{MEANING}: {shares}"}
 
 

@@ -60,7 +60,7 @@ class TorqueInterval(NamedTuple):
     """Torque with its interval [N.m].
 
     ends : by constant, the torques with this constant alone at its low and high end
-    shares : of the variance of ln(torque), by constant, largest first
+    shares : of the variance of ln(torque), by constant, largest first; that of ball_thrust under FITTED_COEFFICIENT
     """
 
     torque: float
@@ -204,7 +204,9 @@ def torque_interval(
     middle = math.log(at) + sum(mean for mean, _ in moments.values())
     variance = sum(part for _, part in moments.values())
     wide = DEVIATIONS * math.sqrt(variance)
-    shares = {name: part / (variance or 1.0) for name, (_, part) in moments.items()}
+    # both are the one number of the law: the bounds of ball_thrust are those of the coefficient without a fit
+    names = {"ball_thrust": FITTED_COEFFICIENT}
+    shares = {names.get(name, name): part / (variance or 1.0) for name, (_, part) in moments.items()}
     return TorqueInterval(
         at,
         # constants at one end of their interval move the middle
