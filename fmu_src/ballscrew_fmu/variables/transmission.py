@@ -129,11 +129,7 @@ ROWS = (
         nominal=1e-3, quantity="Energy", depends_on=(*_ALL, *_BRISTLE),
         initially_depends_on=(*_ELASTIC, *_FRICTION),
     ),
-    Variable(
-        "event_heat", "output",
-        "Model exchange: heat that the bristle has given off at events, at which power_loss has no time", "J",
-        nominal=1e-3, quantity="Energy",
-    ),
+    _friction_row("heat", initially_depends_on=()),
     *(
         _friction_row(name, depends_on=_LOADS if name in ("contact_pressure_max", "ball_load_max") else _ALL,
                       initially_depends_on=(*_ELASTIC, *(("roughness_height",) if name == "lambda_ratio" else ())))

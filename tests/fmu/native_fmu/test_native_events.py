@@ -170,7 +170,7 @@ def test_events_without_early_return_are_handled_within_the_step():
     """Same deflection and torque at the communication points as with early return; the heat of the steps adds up."""
     rows = profile(5)
     with started(rows, early_return=True) as early, started(rows) as whole:
-        inside = 0
+        inside, total = 0, 0.0
         for n, row in enumerate(rows):
             time, heat = n * STEP, 0.0
             early.set(**row)
@@ -191,6 +191,9 @@ def test_events_without_early_return_are_handled_within_the_step():
             )
             assert whole.get("power_loss")[0] * STEP == pytest.approx(heat, rel=1e-10, abs=1e-15)
             assert whole.in_range() == early.in_range()
+            total += heat
+            for fmu in (early, whole):
+                assert fmu.get("heat")[0] == pytest.approx(total, rel=1e-10)
         assert inside >= 5
 
 
@@ -379,6 +382,33 @@ def test_initialization_with_a_value_that_is_not_valid():
         assert one.set(speed=2.0) == OK
         assert one.step_to_event(0.0, 1e-5) == other.step_to_event(0.0, 1e-5)
         assert one.outputs() == other.outputs()
+
+
+SLIDING = {"speed": 0.01}  # at the start, from which presliding_side = 0 takes the direction
+
+
+@pytest.mark.parametrize("in_event_mode", [False, True])
+def test_after_a_bad_start_value_the_bristle_begins_with_the_good_one_in_event_mode(in_event_mode):
+    with (
+        NativeInstance(3, CS, event_mode=True).start(speed=math.nan) as one,
+        NativeInstance(3, CS, event_mode=True).start(**SLIDING) as good,
+    ):
+        assert one.update() == (OK, False)
+        assert good.update() == (OK, False)
+        if in_event_mode:
+            assert one.set(**SLIDING) == OK
+            assert one.outputs() == pytest.approx(good.outputs(), rel=1e-12)
+            assert one.update() == (OK, False)
+        for fmu in (one, good):
+            assert fmu.call("EnterStepMode") == OK
+        if not in_event_mode:
+            assert one.step(0.0, STEP) == DISCARD
+            assert one.set(**SLIDING) == OK
+        for n in range(3):
+            assert one.step_to_event(n * STEP, STEP) == good.step_to_event(n * STEP, STEP)
+            assert one.outputs() == good.outputs()
+        coulomb = sum(one.get("hysteresis_torque", "sliding_torque"))
+        assert coulomb * SLIDING["speed"] <= one.get("power_loss")[0]  # it slides: nothing is stored
 
 
 def test_the_monitor_reports_motion_and_range():
