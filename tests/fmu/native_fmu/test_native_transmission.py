@@ -348,7 +348,7 @@ def run(program, *arguments, **options):
 
 def sanitized(folder, name, *options):
     try:
-        return sanitized_c_host(folder, make_map(), name, *options, model=TRANSMISSION)
+        return sanitized_c_host(folder, make_map(), name, "-DTRANSMISSION", *options, model=TRANSMISSION)
     except FileNotFoundError as error:
         pytest.skip(str(error))
 
