@@ -454,6 +454,106 @@ def test_the_monitor_reports_motion_and_range():
         assert found == [False, True, False, True, True]
 
 
+# --- loads that change while the stiffness is that of the screw ---
+
+WINDING = 0.4  # [rad/s] speed at which the bristle winds up in some 50 ms
+
+
+def rising_loads(time):
+    """Preload and axial load [N], which reach their last values in 20 ms, before the bristle slips."""
+    share = 0.5 - 0.5 * math.cos(math.pi * min(time / 0.02, 1.0))
+    return {"preload": 1500.0 + 1500.0 * share, "axial_load": 900.0 * share}
+
+
+def slip_of_the_law():
+    """Time of the start of slip from the law itself: the energy that the bristle stores follows the motion alone."""
+    net = NUT_MAP.defaults[1::2]
+
+    def at(time):
+        loads = rising_loads(time)
+        coulomb = NUT_MAP.evaluate(speed=WINDING, temperature=303.15, **loads).coulomb_torque
+        return coulomb, NUT_MAP.presliding_stiffness(*loads.values(), *net)
+
+    def rate(time, y):  # of the root of twice the energy
+        coulomb, stiffness = at(time)
+        share = y[0] * math.sqrt(stiffness) / coulomb
+        return [math.sqrt(stiffness) * WINDING * (1.0 - max(share - 0.7, 0.0) / 0.3)]
+
+    def slip(time, y):
+        coulomb, stiffness = at(time)
+        return 0.999 - y[0] * math.sqrt(stiffness) / coulomb
+
+    slip.terminal = True
+    run = solve_ivp(rate, (0.0, 1.0), [0.0], "DOP853", events=slip, rtol=1e-12, atol=1e-15, max_step=2e-3)
+    return run.t_events[0][0]
+
+
+def slip_of_exchange():
+    """The same in model exchange, and the number of events on the way."""
+    with NativeInstance(3, ME).start(presliding_side=1e-20, speed=WINDING, **rising_loads(0.0)) as one:
+        one.update()
+        one.call("EnterContinuousTimeMode")
+
+        def at(time, z):
+            assert one.call("SetTime", c_double(time)) == OK
+            assert one.set(**rising_loads(time)) == OK
+            assert one.call("SetContinuousStates", doubles(z), c_size_t(1)) == OK
+
+        def rate(time, z):
+            at(time, z[0])
+            return one.rates()
+
+        def indicator(time, z):
+            at(time, z[0])
+            return one.vector("GetEventIndicators", INDICATORS)[1]
+
+        indicator.terminal = True
+        time, events = 0.0, 0
+        while time < 1.0:
+            start = one.vector("GetContinuousStates")
+            run = solve_ivp(
+                rate, (time, 1.0), start, "DOP853", events=indicator, rtol=1e-12, atol=1e-15, max_step=2e-3
+            )
+            time = run.t[-1]
+            at(time, run.y[0, -1] + 1e-15)
+            one.call("EnterEventMode")
+            assert one.update()[0] == OK
+            one.call("EnterContinuousTimeMode")
+            at(time, one.vector("GetContinuousStates")[0])
+            events += 1
+            if one.rates() == [0.0]:
+                return time, events
+    raise AssertionError("no slip")
+
+
+def slip_of_steps(step):
+    """The same in co-simulation with event mode; a step has the loads of its start."""
+    with NativeInstance(3, CS, event_mode=True, early_return=True) as one:
+        one.start(presliding_side=1e-20, speed=WINDING, **rising_loads(0.0))
+        one.update()
+        one.call("EnterStepMode")
+        for n in range(round(1.0 / step)):
+            assert one.set(**rising_loads(n * step)) == OK
+            event, _, time = one.step_to_event(n * step, step)
+            if event:
+                return time
+    raise AssertionError("no slip")
+
+
+def test_slip_under_loads_that_change_with_the_stiffness_of_the_screw():
+    """Model exchange follows the law between events. Co-simulation holds the loads of a step: first order, with the
+    event of model exchange as its limit, to the change of the extrapolated time at the last halving of the step."""
+    expected = slip_of_the_law()
+    assert expected > 0.02
+    time, events = slip_of_exchange()
+    assert events == 1
+    assert abs(time - expected) <= EVENT_TIME
+    steps = [slip_of_steps(5e-4 / 2**n) for n in range(5)]
+    differences = np.abs(np.subtract(steps, expected))
+    assert np.all(differences[1:] <= 0.6 * differences[:-1])
+    extrapolated = np.subtract(np.multiply(2.0, steps[1:]), steps[:-1])
+    assert abs(extrapolated[-1] - expected) <= abs(extrapolated[-1] - extrapolated[-2])
+
 # --- intermediate update ---
 
 
