@@ -554,6 +554,7 @@ def test_slip_under_loads_that_change_with_the_stiffness_of_the_screw():
     extrapolated = np.subtract(np.multiply(2.0, steps[1:]), steps[:-1])
     assert abs(extrapolated[-1] - expected) <= abs(extrapolated[-1] - extrapolated[-2])
 
+
 # --- intermediate update ---
 
 

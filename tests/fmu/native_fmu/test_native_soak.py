@@ -62,7 +62,12 @@ def test_transmissions_in_threads_under_sanitizers(tmp_path):
     for name in ("thread", "address,undefined"):
         try:
             program = sanitized_c_host(
-                tmp_path / name, make_map(), "threads", f"-fsanitize={name}", "-DTRANSMISSION", model=TRANSMISSION
+                tmp_path / name,
+                make_map(),
+                "threads",
+                f"-fsanitize={name}",
+                "-DTRANSMISSION",
+                model=TRANSMISSION,
             )
         except FileNotFoundError as error:
             pytest.skip(str(error))

@@ -25,7 +25,7 @@ from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.native_fmu.sources import native_sources
 from ballscrew_fmu.variables.transmission import transmission_variables
-from ballscrew_tehl.runtime.packed import FILM_SHEAR
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 from ballscrew_tehl.runtime.standstill import Bristle
 from ballscrew_tehl.runtime.transmission import (
     TransmissionInputs,
@@ -48,8 +48,10 @@ TORQUES = (
 POWERS = ("shaft_power", "nut_power", "power_loss")
 
 
-@pytest.fixture(scope="module", params=LAWS)
+@pytest.fixture(scope="module", params=[*LAWS, "oversize balls"])
 def nut_map(request):
+    if request.param == "oversize balls":
+        return make_map(law=MECHANISTIC, free=0.3)
     return make_map(law=request.param)
 
 
