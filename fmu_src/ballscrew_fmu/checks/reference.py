@@ -45,12 +45,12 @@ def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
 
 
 def expected_outputs(
-    nut_map: NutMap, regularization_speed: float, row: Mapping[str, float]
+    nut_map: NutMap, regularization_speed: float, row: Mapping[str, float], heat: float = 0.0
 ) -> dict[str, Any]:
-    """Outputs of the FMU without presliding after its first step, with this input, from the map."""
+    """Outputs of the FMU without presliding after a step with this input, from the map; heat: before it [J]."""
     state = nut_map.evaluate(**row)
     coulomb = regularised_friction(state.coulomb_torque, row["speed"], STEP, regularization_speed, Bristle())
-    return _outputs(nut_map, state, row, coulomb, STEP)
+    return _outputs(nut_map, state, row, coulomb, STEP, heat)
 
 
 def presliding_outputs(
