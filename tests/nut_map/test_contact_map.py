@@ -497,7 +497,7 @@ def test_direct_extremes_are_those_of_all_balls_of_both_nuts(monkeypatch, share)
     count = SCREW.loaded_ball_count
     axial = share * separation_load(SCREW, 2000.0, SCREW.ball_count, 1 if share >= 0.0 else -1)
     found = direct_extremes(GD4008, 2000.0, axial, 100.0, 303.0)
-    torques = {"viscous_torque", "hysteresis_torque", "sliding_torque"}
+    torques = {name for name in DoubleNutState._fields if name.endswith("_torque")}
     assert found.keys() == set(DoubleNutState._fields) - torques - {"lambda_ratio", "in_range", "clamped"}
     # both nuts share the load by all their balls, and distribute it over those that carry
     forces = double_nut_loads(SCREW, 2000.0, axial, SCREW.ball_count)[2:4]

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from synthetic_map import LAWS, make_map
 
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.physics import axial_stiffness as closed
@@ -138,6 +139,30 @@ def test_without_load_friction_is_that_of_the_double_nut(synthetic_nut_map):
     wanted = synthetic_nut_map.evaluate(2000.0, 60.0, 303.15).friction_torque
     assert out["friction_torque"] == pytest.approx(wanted, rel=1e-12)
     assert out["nut_force"] == 0.0
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("axial_load", [1500.0, -5500.0, 9000.0])
+def test_friction_is_that_of_the_friction_fmu_at_the_same_forces_with_oversize_balls_too(law, axial_load):
+    """A ball between two sets of flanks has one motion; the nuts are apart at 9 kN. Preload by rigid bodies."""
+    nut_map = make_map(law=law, free=0.3)
+    forces = np.array(nut_map._forces_point(2000.0, axial_load))  # relieved, loaded
+    b, a = np.cbrt(forces / K) ** 2  # approaches
+    apart = forces[0] == 0.0
+    assert apart == (axial_load == 9000.0)
+    d_0, x = (0.4 * a, 0.6 * a) if apart else (0.5 * (a + b), 0.5 * (a - b))
+    inputs = {"position": -math.copysign(x, axial_load), "speed": 60.0, "velocity": 60.0 * RATIO}
+    parameters = PARAMETERS._replace(presliding_stiffness=0.0)
+    step = transmission_step(
+        nut_map, AT_REST._replace(preload=K * d_0**1.5, **inputs), parameters, None, None
+    )
+    wanted = nut_map.evaluate(2000.0, 60.0, 303.15, axial_load, 7.6, 0.0051, 24e-9, 1.0)
+    assert step.outputs["friction_torque"] == pytest.approx(wanted.friction_torque, rel=1e-9)
+    relieved = step.outputs["friction_torque_nut_b" if axial_load > 0.0 else "friction_torque_nut_a"]
+    expected = wanted.relieved_viscous_torque + wanted.relieved_coulomb_torque
+    assert relieved == pytest.approx(expected, rel=1e-9, abs=1e-15)
+    stiffness = nut_map.presliding_stiffness(2000.0, axial_load, 0.0051, 1.0)
+    assert step.bristle.stiffness == pytest.approx(stiffness, rel=1e-9)
 
 
 @pytest.mark.parametrize("load", [1500.0, -1500.0])

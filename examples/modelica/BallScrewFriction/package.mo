@@ -40,7 +40,7 @@ functions, same law at standstill.</p></html>"));
     parameter Real breakawayFactor(min=0) = Map.breakawayFactor(map) "As in ScrewFriction";
     final parameter Map.FrictionMap map = Map.FrictionMap(fileName);
   equation
-    // the functions of the map give the torque of two equal nuts
+    // the functions of the map give the torque of two equal nuts; not for oversize balls beyond separation, see the FMU
     coulomb = 0.5*(Map.coulombTorque(map, forceA, w, T, 0, netSlidingCoefficient, breakawayFactor)
       + Map.coulombTorque(map, forceB, w, T, 0, netSlidingCoefficient, breakawayFactor));
     viscous = 0.5*(Map.viscousTorque(map, forceA, w, T, 0, apparentViscosityRatio, roughnessHeight)

@@ -45,12 +45,12 @@ def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
 
 
 def expected_outputs(
-    nut_map: NutMap, regularization_speed: float, row: Mapping[str, float]
+    nut_map: NutMap, regularization_speed: float, row: Mapping[str, float], heat: float = 0.0
 ) -> dict[str, Any]:
-    """Outputs of the FMU without presliding after a step with this input, from the map."""
+    """Outputs of the FMU without presliding after a step with this input, from the map; heat: before it [J]."""
     state = nut_map.evaluate(**row)
     coulomb = regularised_friction(state.coulomb_torque, row["speed"], STEP, regularization_speed, Bristle())
-    return _outputs(nut_map, state, row, coulomb)
+    return _outputs(nut_map, state, row, coulomb, STEP, heat)
 
 
 def presliding_outputs(
@@ -59,7 +59,7 @@ def presliding_outputs(
     """Outputs of the FMU with the start values of its parameters after each step of a sequence, from the map."""
     defaults = dict(zip(DEFAULTS, nut_map.defaults, strict=True))
     net, breakaway = defaults["net_sliding_coefficient"], defaults["breakaway_factor"]
-    bristle, results = Bristle(), []
+    bristle, heat, results = Bristle(), 0.0, []
     for row in rows:
         state = nut_map.evaluate(**row)
         stiffness = nut_map.presliding_stiffness(row["preload"], row["axial_load"], net, breakaway)
@@ -67,14 +67,22 @@ def presliding_outputs(
             state.coulomb_torque, row["speed"], step, bristle, stiffness, DAMPING_TIME * stiffness
         )
         bristle = coulomb.bristle
-        results.append(_outputs(nut_map, state, row, coulomb))
+        results.append(_outputs(nut_map, state, row, coulomb, step, heat))
+        heat = results[-1]["heat"]
     return results
 
 
 def _outputs(
-    nut_map: NutMap, state: DoubleNutState, row: Mapping[str, float], coulomb: CoulombFriction
+    nut_map: NutMap,
+    state: DoubleNutState,
+    row: Mapping[str, float],
+    coulomb: CoulombFriction,
+    step: float,
+    heat: float = 0.0,
 ) -> dict[str, Any]:
-    outputs = friction_outputs(state, row["speed"], coulomb) | {"range_margin": nut_map.range_margin(**row)}
+    outputs = friction_outputs(state, row["speed"], coulomb, loads_a=row["axial_load"] >= 0.0)
+    outputs["range_margin"] = nut_map.range_margin(**row)
+    outputs["heat"] = heat + step * outputs["power_loss"]
     return {v.name: outputs[v.name] for v in FRICTION.variables(nut_map.header) if v.causality == "output"}
 
 

@@ -54,9 +54,9 @@ def transmission_outputs(
     starts = {v.name: v.start for v in table if v.causality == "parameter"} | parameters
     names = [v.name for v in table if v.causality == "output"]
     law = TransmissionParameters._make(float(starts[name] or 0.0) for name in TransmissionParameters._fields)
-    before, results = Bristle(), []  # at rest before the first step
+    before, heat, results = Bristle(), 0.0, []  # at rest before the first step
     for row in inputs:
-        done = transmission_step(nut_map, TransmissionInputs(**row), law, step, before)
+        done = transmission_step(nut_map, TransmissionInputs(**row), law, step, before, heat)
         results.append({name: done.outputs[name] for name in names})
-        before = done.bristle
+        before, heat = done.bristle, done.outputs["heat"]
     return results

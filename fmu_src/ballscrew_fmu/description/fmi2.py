@@ -107,7 +107,7 @@ def _model_structure(parent: Element, variables: Sequence[Variable]) -> None:
     for v in variables:
         if v.causality != "output":
             continue
-        for node, names in ((outputs, v.depends_on), (unknowns, (*v.depends_on, *v.initially_depends_on))):
+        for node, names in ((outputs, v.depends_on), (unknowns, v.initial_dependencies)):
             known = sorted((index[name] for name in names), key=int)
             SubElement(
                 node,

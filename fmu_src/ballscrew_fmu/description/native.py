@@ -250,7 +250,7 @@ def _unknowns(variables: Sequence[Variable]) -> dict[str, list[tuple[Variable, t
     }
     unknowns = {kind: [(v, v.depends_on) for v in group] for kind, group in groups.items()}
     initial = [v for v in variables if v in groups["Output"] or v in groups["Derivative"]]
-    unknowns["Initial"] = [(v, (*v.depends_on, *v.initially_depends_on)) for v in initial]
+    unknowns["Initial"] = [(v, v.initial_dependencies) for v in initial]
     return unknowns
 
 

@@ -118,12 +118,16 @@ MODEL_EXCHANGE = part(
     "Model exchange",
     "One continuous state, presliding_deflection, also without a bristle (its rate is then 0). Two modes, which change "
     "at events only: the bristle follows the motion, or it slips and the torque is the Coulomb torque at constant "
-    "deflection. slip_indicator crosses 0 where the bristle reaches 0.999 of its sliding deflection, and where the "
-    "speed reverses while it slips, and where the stiffness from the screw has changed by 2 % while it follows: the "
-    "stiffness changes at events only. Where the Coulomb torque has risen while the bristle slipped, it sticks with "
-    "the deflection that it began to slip with; where slip begins because the Coulomb torque has decreased, the "
-    "deflection falls to the sliding deflection. in_range_indicator crosses 0 where an input leaves the map or "
-    "returns. Both have hysteresis, so that an event does not repeat at once. The tanh law needs no event.",
+    "deflection. slip_indicator crosses 0 where the bristle reaches 0.999 of its sliding deflection, where the speed "
+    "reverses while it slips, and where the stiffness from the screw has doubled or halved while it follows. "
+    "presliding_deflection belongs to the stiffness at the last event: rate and torque are those of the present "
+    "stiffness at the same stored energy, and the event refers the state to that. Where the Coulomb torque has risen "
+    "while the bristle slipped, it sticks with the deflection that it began to slip with; where slip begins because "
+    "the Coulomb torque has decreased, the deflection falls to the sliding deflection. in_range_indicator crosses 0 "
+    "where an input leaves the map or returns. Both have hysteresis, so that an event does not repeat at once. The "
+    "tanh law needs no event.",
+    "heat has what the bristle loses at events. The heat since the start is heat plus the integral of power_loss, "
+    "which the importer forms: a continuous state for it would cost each solver, and nothing depends on it.",
 )
 EVENT_MODE = part(
     "Co-simulation with event mode",

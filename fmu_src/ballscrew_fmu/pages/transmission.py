@@ -39,7 +39,8 @@ POWER = part(
         "shaft_power - nut_power - power_loss is the rate of stored_energy. In co-simulation the three are means of "
         "the step, and the balance is exact if angle and position start each step where the last one has ended. A "
         "change of preload is work of the preload, which no power includes. In model exchange the bristle may lose "
-        "energy in an event, where it sticks again at a lower load: event_heat is their sum.",
+        "energy in an event, where it sticks again at a lower load: heat is their sum. "
+        "In co-simulation heat is the sum of power_loss times step.",
         "efficiency is the share of the power that arrives in steady motion at this load, speed and temperature: screw "
         "driving nut, or nut driving screw (0 where friction holds). Without nut_force it is 0.",
     ),

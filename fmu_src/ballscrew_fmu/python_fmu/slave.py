@@ -39,6 +39,7 @@ class BallScrewFrictionBase(MapSlave):
         self._loads = self._getter("preload", "axial_load", "net_sliding_coefficient", "breakaway_factor")
         self._refining = self._getter("refine", "refine_tolerance")
         self._bristle = Bristle()
+        self._heat = 0.0  # [J] dissipated in the steps
         self._stiffness = ((), 0.0)  # of the screw [N.m/rad], with what it belongs to
         self._refinement: Any = None  # created at the first refined step
         self._refinement_state: Any = None  # state for a refinement that is not created yet
@@ -46,10 +47,10 @@ class BallScrewFrictionBase(MapSlave):
 
     def _memory(self) -> dict[str, Any]:
         refinement = self._refinement_state if self._refinement is None else self._refinement.state()
-        return {"bristle": list(self._bristle), "refinement": refinement}
+        return {"bristle": list(self._bristle), "heat": self._heat, "refinement": refinement}
 
     def _restore_memory(self, state: Mapping[str, Any]) -> None:
-        self._bristle = Bristle(*state["bristle"])
+        self._bristle, self._heat = Bristle(*state["bristle"]), state["heat"]
         self._refinement, self._refinement_state = None, state["refinement"]
 
     def _evaluate(self, step: float | None) -> bool:
@@ -66,10 +67,12 @@ class BallScrewFrictionBase(MapSlave):
             coulomb = regularised_friction(
                 nut.coulomb_torque, speed, step, regularization_speed, self._bristle
             )
-        outputs = friction_outputs(nut, speed, coulomb)
-        outputs["range_margin"] = self._map.range_margin(*point[: len(POINT)])
+        loads = point[: len(POINT)]
+        outputs = friction_outputs(nut, speed, coulomb, loads_a=loads[-1] >= 0.0)
+        outputs["range_margin"] = self._map.range_margin(*loads)
+        outputs["heat"] = self._heat + (step or 0.0) * outputs["power_loss"]
         self._set_outputs(outputs)
-        self._bristle = coulomb.bristle
+        self._bristle, self._heat = coulomb.bristle, outputs["heat"]
         if nut.clamped:
             self._warn(nut.clamped)
         return True

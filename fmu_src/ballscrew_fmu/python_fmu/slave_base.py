@@ -59,6 +59,7 @@ class MapSlave(Fmi2Slave):
         self._values += [0.0 if v.start is None else v.start for v in table_of_map]
         self._phase = INITIALIZING
         self._stale = True  # outputs are older than the inputs; used while initializing
+        self._started = True  # not if initialization ended with an invalid value: the first good step does it
         self._warned: list[str] = []
         if origin := origin_text(self._map.header):
             self.log(origin, Fmi2Status.warning)
@@ -91,7 +92,7 @@ class MapSlave(Fmi2Slave):
     # FMI calls
 
     def exit_initialization_mode(self) -> None:
-        self._update(None)
+        self._started = self._update(None)
         self._phase = STEPPING
 
     def do_step(self, current_time: float, step_size: float) -> bool:
@@ -101,7 +102,8 @@ class MapSlave(Fmi2Slave):
             )
         if not 0.0 <= step_size < TOO_LARGE:
             return self._discard(f"step size = {step_size} s; needs a finite number >= 0")
-        return self._update(step_size)
+        self._started = self._started or self._update(None)
+        return self._started and self._update(step_size)
 
     def terminate(self) -> None:
         self._phase = TERMINATED
@@ -147,6 +149,7 @@ class MapSlave(Fmi2Slave):
             "values": list(self._values),
             "phase": self._phase,
             "stale": self._stale,
+            "started": self._started,
             "warned": list(self._warned),
             **self._memory(),
         }
@@ -163,6 +166,7 @@ class MapSlave(Fmi2Slave):
         self._values = list(state["values"])
         self._phase = state["phase"]
         self._stale = state["stale"]
+        self._started = state["started"]
         self._warned = list(state["warned"])
         self._restore_memory(state)
 

@@ -61,6 +61,7 @@ class Variable(NamedTuple):
     relative: bool = False  # a difference: the offset of the display unit does not apply
     depends_on: tuple[str, ...] = ()  # inputs that an output depends on
     initially_depends_on: tuple[str, ...] = ()  # parameters that it depends on too in initialization mode
+    from_zero: bool = False  # 0 at the start, so that it depends on nothing in initialization mode
     fixed: bool = False  # a parameter that is used at initialization only
     derivative_of: str | None = None  # the continuous state of which this is the time derivative
     indicates: bool = False  # its change of sign is an event
@@ -73,6 +74,11 @@ class Variable(NamedTuple):
         if self.causality == "parameter":
             return "fixed" if self.fixed else "tunable"
         return "discrete" if self.unit is None else "continuous"
+
+    @property
+    def initial_dependencies(self) -> tuple[str, ...]:
+        """What it depends on in initialization mode."""
+        return () if self.from_zero else (*self.depends_on, *self.initially_depends_on)
 
 
 _ALL = ("preload", "speed", "temperature", "axial_load")
@@ -257,6 +263,21 @@ OUTPUTS = (
         "share of the length of the axis. Negative outside",
         "1", nominal=0.1, depends_on=_ALL,
     ),
+    Variable(
+        "heat", "output",
+        "Heat of all steps of co-simulation since the start. Model exchange: of events only, at which power_loss has "
+        "no time; add the integral of power_loss",
+        "J", nominal=100.0, quantity="Energy", depends_on=_ALL, from_zero=True,
+    ),
+    Variable(
+        "friction_torque_nut_a", "output",
+        "Part of friction_torque of the nut that a positive axial_load loads", nominal=1.0, depends_on=_ALL,
+        of_map={"initially_depends_on": _of_viscous(*_SLIDING)}, **_TORQUE,
+    ),
+    Variable(
+        "friction_torque_nut_b", "output", "Part of friction_torque of the other nut", nominal=1.0, depends_on=_ALL,
+        of_map={"initially_depends_on": _of_viscous(*_SLIDING)}, **_TORQUE,
+    ),
 )  # fmt: skip
 PARAMETERS = (
     Variable(
@@ -371,8 +392,7 @@ def native_variables(header: Header) -> tuple[Variable, ...]:
     table = []
     for v in shared:
         initially = tuple(name for name in v.initially_depends_on if name in names)
-        follows = "presliding" in initially
-        if follows:
+        if "presliding" in initially or v.from_zero:
             v = v._replace(depends_on=(*v.depends_on, *_BRISTLE))
             initially = tuple(
                 dict.fromkeys((*initially, *_COEFFICIENTS, "presliding_stiffness", "presliding_damping"))

@@ -129,11 +129,6 @@ ROWS = (
         nominal=1e-3, quantity="Energy", depends_on=(*_ALL, *_BRISTLE),
         initially_depends_on=(*_ELASTIC, *_FRICTION),
     ),
-    Variable(
-        "event_heat", "output",
-        "Model exchange: heat that the bristle has given off at events, at which power_loss has no time", "J",
-        nominal=1e-3, quantity="Energy",
-    ),
     *(
         _friction_row(name, depends_on=_LOADS if name in ("contact_pressure_max", "ball_load_max") else _ALL,
                       initially_depends_on=(*_ELASTIC, *(("roughness_height",) if name == "lambda_ratio" else ())))
@@ -147,6 +142,7 @@ ROWS = (
         depends_on=_ALL, initially_depends_on=_ELASTIC,
     ),
     _ROWS["range_margin"]._replace(depends_on=_ALL, initially_depends_on=_ELASTIC),
+    _friction_row("heat", initially_depends_on=()),
     Variable(
         "lead", "parameter", "Travel of the nut in one turn of the screw", "m", minimum=0.0, nominal=0.01,
         quantity="Length", of_map={"start": of_screw("lead")},

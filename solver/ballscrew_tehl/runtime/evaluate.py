@@ -195,15 +195,53 @@ class NutMap:
         correction : of the surfaces of each nut at its force (refine.py), None = the map as it is
         """
         clamped = []
-        force_axis, speed_axis, temperature_axis = self.force, self.speed, self.temperature
+        force_axis = self.force
         if not self.preload.lo <= preload <= force_axis.hi:
             clamped.append("preload")
             preload = min(max(preload, 0.0), force_axis.hi)
+        forces: tuple[float, ...] = (preload,)
+        outside = self._outside(speed, temperature)
+        if axial_load != 0.0:
+            relieved, loaded = self._forces_point(preload, axial_load)
+            forces = (relieved, min(loaded, force_axis.hi))
+            if loaded > force_axis.hi:
+                outside.append("axial_load")
+        friction = FrictionParameters(ratio, net, roughness, breakaway)
+        return self._at_forces(forces, speed, temperature, friction, (*clamped, *outside), correction)
+
+    def evaluate_forces(
+        self,
+        relieved: float,
+        loaded: float,
+        speed: float,
+        temperature: float,
+        friction: FrictionParameters,
+    ) -> DoubleNutState:
+        """State of both nuts at given forces, relieved <= loaded <= end of the axis [N], checked by the caller.
+
+        `clamped` has speed and temperature only.
+        """
+        clamped = tuple(self._outside(speed, temperature))
+        return self._at_forces((relieved, loaded), speed, temperature, friction, clamped, None)
+
+    def _outside(self, speed: float, temperature: float) -> list[str]:
+        names = ["speed"] if abs(speed) > self.speed.hi else []
+        if not self.temperature.lo <= temperature <= self.temperature.hi:
+            names.append("temperature")
+        return names
+
+    def _at_forces(
+        self,
+        forces: tuple[float, ...],
+        speed: float,
+        temperature: float,
+        friction: FrictionParameters,
+        clamped: tuple[str, ...],
+        correction: Correction | None,
+    ) -> DoubleNutState:
+        """State at the forces of both nuts, relieved first, or at one that both have."""
+        speed_axis, temperature_axis = self.speed, self.temperature
         speed = abs(speed)
-        if speed > speed_axis.hi:
-            clamped.append("speed")
-        if not temperature_axis.lo <= temperature <= temperature_axis.hi:
-            clamped.append("temperature")
         j, tj = speed_axis.place(speed)
         k, tk = temperature_axis.place(temperature)
         s = speed / speed_axis.lo if speed < speed_axis.lo else 1.0
@@ -213,16 +251,8 @@ class NutMap:
             scale = speed_axis.scale
             rows.append([a * b for a in [scale * a for a in cubic_slopes(tj)] for b in w_k])
         weights = np.array(rows)
-        nuts = (j, k, weights, s, FrictionParameters(ratio, net, roughness, breakaway), correction)
-        if axial_load == 0.0:
-            nut = self._nut_point(preload, *nuts)
-            return double_nut(nut, nut, roughness, not clamped, tuple(clamped), FLOATS)
-        relieved, loaded = self._forces_point(preload, axial_load)
-        if loaded > force_axis.hi:
-            clamped.append("axial_load")
-            loaded = force_axis.hi
-        first, second = self._nut_point(relieved, *nuts), self._nut_point(loaded, *nuts)
-        return double_nut(first, second, roughness, not clamped, tuple(clamped), FLOATS)
+        nuts = [self._nut_point(force, j, k, weights, s, friction, correction) for force in forces]
+        return double_nut(nuts[0], nuts[-1], friction.roughness_height, not clamped, clamped, FLOATS)
 
     def presliding_stiffness(self, preload: float, axial_load: float, net: float, breakaway: float) -> float:
         """Stiffness of the presliding bristle of both nuts, of the screw [N.m/rad].
@@ -236,7 +266,10 @@ class NutMap:
         if axial_load == 0.0:
             return 2.0 * self._nut_stiffness(preload, net, breakaway)
         relieved, loaded = self._forces_point(preload, axial_load)
-        loaded = min(loaded, self.force.hi)
+        return self.stiffness_at_forces(relieved, min(loaded, self.force.hi), net, breakaway)
+
+    def stiffness_at_forces(self, relieved: float, loaded: float, net: float, breakaway: float) -> float:
+        """presliding_stiffness at given forces of both nuts [N], at most the end of the axis."""
         return self._nut_stiffness(relieved, net, breakaway) + self._nut_stiffness(loaded, net, breakaway)
 
     def _nut_stiffness(self, force: float, net: float, breakaway: float) -> float:

@@ -71,6 +71,8 @@ class DoubleNutState(NamedTuple):
     contact_pressure_max: Any  # [Pa]
     ball_load_max: Any  # [N]
     lambda_ratio: Any  # minimum film over roughness height, at most LAMBDA_RATIO_MAX
+    relieved_viscous_torque: Any  # [N.m] share of the nut with the lower force, a half if both have the same
+    relieved_coulomb_torque: Any  # [N.m] the same
     in_range: Any  # bool
     clamped: tuple[str, ...]  # names of the inputs beyond the map, at any point
 
@@ -259,6 +261,11 @@ def nut_extremes(surfaces: Numbers, curves: Numbers, f: Any, s: Any, ops: Ops) -
     )
 
 
+def relieved_share(relieved: Spin, loaded: Spin, ops: Ops) -> Any:
+    """Share of the relieved set of flanks in freed_shear: that of the shear of balls held by all four. A convention."""
+    return relieved.shear / ops.most(relieved.shear + loaded.shear, SMOOTH)
+
+
 def double_nut(
     first: tuple[Numbers, Numbers],
     second: tuple[Numbers, Numbers],
@@ -274,10 +281,14 @@ def double_nut(
     )
     least, most = ops.least, ops.most
     film = least(film, film_2)
+    freed = freed_shear(spin, spin_2, ops)
+    relieved = hysteresis + sliding
+    if spin is not None and spin_2 is not None:
+        relieved = relieved + freed * relieved_share(spin, spin_2, ops)
     return DoubleNutState(
         viscous + viscous_2,
         hysteresis + hysteresis_2,
-        sliding + sliding_2 + freed_shear(spin, spin_2, ops),
+        sliding + sliding_2 + freed,
         film,
         least(screw, screw_2),
         least(nut, nut_2),
@@ -285,6 +296,8 @@ def double_nut(
         most(pressure, pressure_2),
         most(load, load_2),
         least(film / most(roughness, SMOOTH), LAMBDA_RATIO_MAX),
+        viscous,
+        relieved,
         in_range,
         clamped,
     )

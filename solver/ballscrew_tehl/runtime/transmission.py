@@ -10,8 +10,9 @@ The screw leads the nut by x = lead angle/(2 pi) - position. Screw and nut bodie
 
 A positive nut force pushes the nut along +position and loads nut A. Damping in proportion to the stiffness is an
 assumption: it vanishes with the contact and dissipates c x'^2 >= 0. Its time is that of rolling bearings, Kraemer,
-Dynamics of Rotors and Foundations 1993: 2.5e-6 to 2.5e-5 s. Each nut has the friction of the map at its own force, so
-load raises it, and the screw is driven back where lead/(2 pi) F exceeds the friction.
+Dynamics of Rotors and Foundations 1993: 2.5e-6 to 2.5e-5 s. Each nut has the friction of the map at its own force,
+with the one motion of oversize balls between both sets of flanks (nut_law.freed_shear), so load raises it, and the
+screw is driven back where lead/(2 pi) F exceeds the friction.
 
 A step: angle and position are those at its start and move on with their speeds. Powers are means of the step, so that
 
@@ -21,15 +22,13 @@ exactly, if the next step starts where this one ends and the preload stays. A ch
 """
 
 import math
-from collections.abc import Callable
-from operator import add
 from typing import Any, NamedTuple
 
 from ballscrew_tehl.runtime.constants import DAMPING_TIME, FORCE_ROUNDING, LEAST_STIFFNESS, TOO_LARGE
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
-from ballscrew_tehl.runtime.packed import DEFAULTS
+from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters
 from ballscrew_tehl.runtime.standstill import (
     Bristle,
     CoulombFriction,
@@ -132,10 +131,12 @@ def transmission_step(
     parameters: TransmissionParameters,
     step: float | None,
     before: Bristle | None,
+    heat: float = 0.0,
 ) -> TransmissionStep:
     """Outputs at the end of a step; step None or 0: at an instant, where powers are those of the instant.
 
     Parameters   step : [s];  before : bristle at the start of the step; None: at the start of the simulation
+                 heat : dissipated before the step [J]
     Validity     the caller has checked that all are finite numbers, parameters >= 0
     """
     p, h = parameters, step or 0.0
@@ -150,9 +151,10 @@ def transmission_step(
     damping = p.contact_damping_time * (slope_a + slope_b) * drift
     force = force_a - force_b + damping
 
-    each, nut = _nuts(nut_map, inputs, parameters, (force_a, force_b))
-    coulomb, supply = _standstill(nut_map, inputs, parameters, step, before, nut, (force_a, force_b))
-    outputs = friction_outputs(nut, inputs.speed, coulomb)
+    forces = (force_a, force_b)
+    nut = _nuts(nut_map, inputs, parameters, forces)
+    coulomb, supply = _standstill(nut_map, inputs, parameters, step, before, nut, forces)
+    outputs = friction_outputs(nut, inputs.speed, coulomb, force_a >= force_b)
     friction = outputs["friction_torque"]
     contact_energy = x * (mean_contact_force(k, d_0, d_0 + x) - mean_contact_force(k, d_0, d_0 - x))
     if h > 0.0:
@@ -164,6 +166,7 @@ def transmission_step(
         elastic, mean_damping = force_a - force_b, damping
     mean = elastic + mean_damping
     ideal = ratio * force
+    power_loss = outputs["power_loss"] + mean_damping * drift
     outputs |= {
         "screw_torque": ideal + friction,
         "nut_force": force,
@@ -175,14 +178,11 @@ def transmission_step(
         "efficiency": efficiency(ideal, nut.friction_torque, inputs.speed),
         "shaft_power": mean * ratio * inputs.speed + nut.viscous_torque * abs(inputs.speed) + supply,
         "nut_power": mean * inputs.velocity,
-        "power_loss": outputs["power_loss"] + mean_damping * drift,
+        "power_loss": power_loss,
         "stored_energy": contact_energy + coulomb.bristle.energy,
-        "event_heat": 0.0,  # of model exchange
+        "heat": heat + h * power_loss,
         "range_margin": _margin(nut_map, inputs, max(force_a, force_b)),
     }
-    for name, one in zip("ab", each, strict=True):
-        viscous = math.copysign(one.viscous_torque, inputs.speed)
-        outputs[f"friction_torque_nut_{name}"] = viscous + coulomb.sign * one.coulomb_torque
     return TransmissionStep(outputs, coulomb.bristle, nut.clamped)
 
 
@@ -227,8 +227,8 @@ def _standstill(
         return coulomb, coulomb_torque * coulomb.sign * speed
     stiffness = p.presliding_stiffness
     if not stiffness >= LEAST_STIFFNESS:
-        friction = p.net_sliding_coefficient, p.breakaway_factor
-        stiffness = 0.5 * sum(nut_map.presliding_stiffness(force, 0.0, *friction) for force in forces)
+        low, high = sorted(min(force, nut_map.force.hi) for force in forces)
+        stiffness = nut_map.stiffness_at_forces(low, high, p.net_sliding_coefficient, p.breakaway_factor)
     damping = p.presliding_damping or DAMPING_TIME * stiffness
     if before is None:
         before = initial_bristle(p.presliding_side, speed, coulomb_torque, stiffness)
@@ -243,30 +243,15 @@ def _nuts(
     inputs: TransmissionInputs,
     parameters: TransmissionParameters,
     forces: tuple[float, float],
-) -> tuple[list[DoubleNutState], DoubleNutState]:
-    """State of each nut at its force, and of both; `clamped` of both names what is beyond the map."""
-    friction = [getattr(parameters, name) for name in DEFAULTS]
+) -> DoubleNutState:
+    """State of both nuts at their forces; `clamped` names what is beyond the map."""
     highest = nut_map.force.hi
-    clamped, nuts = [], []
-    if not nut_map.preload.lo <= inputs.preload <= highest:
-        clamped.append("preload")
+    clamped = [] if nut_map.preload.lo <= inputs.preload <= highest else ["preload"]
     for name, force in zip(("force_nut_a", "force_nut_b"), forces, strict=True):
-        # the torques of a map are those of two equal nuts
-        two = nut_map.evaluate_point(min(force, highest), inputs.speed, inputs.temperature, 0.0, *friction)
-        nuts.append(
-            two._replace(
-                viscous_torque=0.5 * two.viscous_torque,
-                hysteresis_torque=0.5 * two.hysteresis_torque,
-                sliding_torque=0.5 * two.sliding_torque,
-            )
-        )
         if force > highest * (1.0 + FORCE_ROUNDING):
             clamped.append(name)
-    clamped += [name for name in nuts[0].clamped if name != "preload"]
-    columns = zip(*nuts, strict=True)
-    merged: list[Any] = [merge(*column) for merge, column in zip(_OF_BOTH, columns, strict=False)]
-    return nuts, DoubleNutState._make([*merged, not clamped, tuple(clamped)])
-
-
-#: columns of DoubleNutState: torques, least films, highest rise, pressure and load, least lambda ratio
-_OF_BOTH: tuple[Callable[[float, float], float], ...] = (add, add, add, min, min, min, max, max, max, min)
+    low, high = sorted(min(force, highest) for force in forces)
+    friction = FrictionParameters._make(getattr(parameters, name) for name in DEFAULTS)
+    nut = nut_map.evaluate_forces(low, high, inputs.speed, inputs.temperature, friction)
+    clamped += nut.clamped
+    return nut._replace(in_range=not clamped, clamped=tuple(clamped))

@@ -37,7 +37,10 @@ def fmu(request, tmp_path_factory, synthetic_nut_map):
     version, model = request.param
     reference = Reference(STEP, *reference_results(synthetic_nut_map, model))
     if version == 2:  # with a parameter
-        outputs = [expected_outputs(synthetic_nut_map, 0.1, row) for row in reference.inputs]
+        outputs, heat = [], 0.0
+        for row in reference.inputs:
+            outputs.append(expected_outputs(synthetic_nut_map, 0.1, row, heat))
+            heat = outputs[-1]["heat"]
         parameters = {"presliding": False, "regularization_speed": 0.1}
         reference = reference._replace(outputs=outputs, parameters=parameters)
     path = tmp_path_factory.mktemp("experiments") / f"{model.native_name}.fmu"

@@ -14,6 +14,7 @@ from native_host import native_folder
 from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.archive import write_fmu
+from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
 from ballscrew_fmu.description.native import CAPABILITIES
 from ballscrew_fmu.variables.friction import fmu_variables, native_variables
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
@@ -169,6 +170,21 @@ def initial_values(folder, names, **start):
         fmu.freeInstance()
 
 
+def heat_follows(folder, deflection):
+    """Names of what the heat of a step of co-simulation depends on."""
+    found = set()
+    base = WOUND | {"presliding_deflection": deflection}
+    for changed, value in CHANGED.items():
+        results = []
+        for start in (base, base | {changed: value}):
+            with Fmu3Instance(folder, **start) as one:
+                one.step(1e-5)
+                results.append(one.get("heat"))
+        if results[0] != results[1]:
+            found.add(changed)
+    return found
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_dependencies_are_those_that_a_change_of_the_value_shows(folder_by_law, law):
     folder = folder_by_law[law]
@@ -189,6 +205,7 @@ def test_dependencies_are_those_that_a_change_of_the_value_shows(folder_by_law, 
         n: set(initially[n]) for n in names if n in initially
     }
     changing = {"preload", "speed", "temperature", "axial_load", "presliding_deflection"}
+    seen["heat"] = heat_follows(folder, YIELDING[law])
     for name in names:
         assert seen[name] & changing == set((running | indicators)[name]), name
 

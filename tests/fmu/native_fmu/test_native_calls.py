@@ -529,10 +529,27 @@ def test_a_bad_start_value_leaves_the_outputs_of_the_start_values(version):
         assert one.call("ExitInitializationMode") == OK
         assert one.step(0.0, 1e-3) == DISCARD
         assert [m.text.split()[0] for m in one.messages] == ["speed", "speed"]
-        # both leave initialization at standstill, which is where a bristle begins that follows the speed
-        assert other.call("ExitInitializationMode") == OK
-        assert one.set(speed=4.0) == other.set(speed=4.0) == OK
-        assert one.go() == other.go()
+
+
+@both_versions
+@pytest.mark.parametrize("restored", [False, True])
+def test_after_a_bad_start_value_the_bristle_begins_with_the_good_one(version, restored):
+    """It slides in the direction of the speed, as if the good value had been there at once; from a state too."""
+    with (
+        NativeInstance(version).start(speed=math.nan) as one,
+        NativeInstance(version).start(speed=0.01) as good,
+    ):
+        assert one.step(0.0, 1e-3) == DISCARD
+        if restored:
+            content = one.serialize(one.save())
+            one.go(speed=-2.0)
+            _, state = one.deserialize(content)
+            assert one.restore(state) == OK
+            one.time = 0.0
+        for _ in range(3):
+            assert one.go(speed=0.01) == good.go()
+        coulomb = sum(one.get("hysteresis_torque", "sliding_torque"))
+        assert coulomb * 0.01 <= one.get("power_loss")[0]  # it slides: nothing is stored
 
 
 @both_versions

@@ -170,7 +170,7 @@ def test_events_without_early_return_are_handled_within_the_step():
     """Same deflection and torque at the communication points as with early return; the heat of the steps adds up."""
     rows = profile(5)
     with started(rows, early_return=True) as early, started(rows) as whole:
-        inside = 0
+        inside, total = 0, 0.0
         for n, row in enumerate(rows):
             time, heat = n * STEP, 0.0
             early.set(**row)
@@ -191,6 +191,9 @@ def test_events_without_early_return_are_handled_within_the_step():
             )
             assert whole.get("power_loss")[0] * STEP == pytest.approx(heat, rel=1e-10, abs=1e-15)
             assert whole.in_range() == early.in_range()
+            total += heat
+            for fmu in (early, whole):
+                assert fmu.get("heat")[0] == pytest.approx(total, rel=1e-10)
         assert inside >= 5
 
 
@@ -381,6 +384,33 @@ def test_initialization_with_a_value_that_is_not_valid():
         assert one.outputs() == other.outputs()
 
 
+SLIDING = {"speed": 0.01}  # at the start, from which presliding_side = 0 takes the direction
+
+
+@pytest.mark.parametrize("in_event_mode", [False, True])
+def test_after_a_bad_start_value_the_bristle_begins_with_the_good_one_in_event_mode(in_event_mode):
+    with (
+        NativeInstance(3, CS, event_mode=True).start(speed=math.nan) as one,
+        NativeInstance(3, CS, event_mode=True).start(**SLIDING) as good,
+    ):
+        assert one.update() == (OK, False)
+        assert good.update() == (OK, False)
+        if in_event_mode:
+            assert one.set(**SLIDING) == OK
+            assert one.outputs() == pytest.approx(good.outputs(), rel=1e-12)
+            assert one.update() == (OK, False)
+        for fmu in (one, good):
+            assert fmu.call("EnterStepMode") == OK
+        if not in_event_mode:
+            assert one.step(0.0, STEP) == DISCARD
+            assert one.set(**SLIDING) == OK
+        for n in range(3):
+            assert one.step_to_event(n * STEP, STEP) == good.step_to_event(n * STEP, STEP)
+            assert one.outputs() == good.outputs()
+        coulomb = sum(one.get("hysteresis_torque", "sliding_torque"))
+        assert coulomb * SLIDING["speed"] <= one.get("power_loss")[0]  # it slides: nothing is stored
+
+
 def test_the_monitor_reports_motion_and_range():
     """Events at changes of the inputs only; the preload is held as without event mode."""
     with (
@@ -422,6 +452,107 @@ def test_the_monitor_reports_motion_and_range():
             results = [fmu.get(place["preload"], place["preload_half_width"]) for fmu in (one, plain)]
             assert results[0] == results[1]
         assert found == [False, True, False, True, True]
+
+
+# --- loads that change while the stiffness is that of the screw ---
+
+WINDING = 0.4  # [rad/s] speed at which the bristle winds up in some 50 ms
+
+
+def rising_loads(time):
+    """Preload and axial load [N], which reach their last values in 20 ms, before the bristle slips."""
+    share = 0.5 - 0.5 * math.cos(math.pi * min(time / 0.02, 1.0))
+    return {"preload": 1500.0 + 1500.0 * share, "axial_load": 900.0 * share}
+
+
+def slip_of_the_law():
+    """Time of the start of slip from the law itself: the energy that the bristle stores follows the motion alone."""
+    net = NUT_MAP.defaults[1::2]
+
+    def at(time):
+        loads = rising_loads(time)
+        coulomb = NUT_MAP.evaluate(speed=WINDING, temperature=303.15, **loads).coulomb_torque
+        return coulomb, NUT_MAP.presliding_stiffness(*loads.values(), *net)
+
+    def rate(time, y):  # of the root of twice the energy
+        coulomb, stiffness = at(time)
+        share = y[0] * math.sqrt(stiffness) / coulomb
+        return [math.sqrt(stiffness) * WINDING * (1.0 - max(share - 0.7, 0.0) / 0.3)]
+
+    def slip(time, y):
+        coulomb, stiffness = at(time)
+        return 0.999 - y[0] * math.sqrt(stiffness) / coulomb
+
+    slip.terminal = True
+    run = solve_ivp(rate, (0.0, 1.0), [0.0], "DOP853", events=slip, rtol=1e-12, atol=1e-15, max_step=2e-3)
+    return run.t_events[0][0]
+
+
+def slip_of_exchange():
+    """The same in model exchange, and the number of events on the way."""
+    with NativeInstance(3, ME).start(presliding_side=1e-20, speed=WINDING, **rising_loads(0.0)) as one:
+        one.update()
+        one.call("EnterContinuousTimeMode")
+
+        def at(time, z):
+            assert one.call("SetTime", c_double(time)) == OK
+            assert one.set(**rising_loads(time)) == OK
+            assert one.call("SetContinuousStates", doubles(z), c_size_t(1)) == OK
+
+        def rate(time, z):
+            at(time, z[0])
+            return one.rates()
+
+        def indicator(time, z):
+            at(time, z[0])
+            return one.vector("GetEventIndicators", INDICATORS)[1]
+
+        indicator.terminal = True
+        time, events = 0.0, 0
+        while time < 1.0:
+            start = one.vector("GetContinuousStates")
+            run = solve_ivp(
+                rate, (time, 1.0), start, "DOP853", events=indicator, rtol=1e-12, atol=1e-15, max_step=2e-3
+            )
+            time = run.t[-1]
+            at(time, run.y[0, -1] + 1e-15)
+            one.call("EnterEventMode")
+            assert one.update()[0] == OK
+            one.call("EnterContinuousTimeMode")
+            at(time, one.vector("GetContinuousStates")[0])
+            events += 1
+            if one.rates() == [0.0]:
+                return time, events
+    raise AssertionError("no slip")
+
+
+def slip_of_steps(step):
+    """The same in co-simulation with event mode; a step has the loads of its start."""
+    with NativeInstance(3, CS, event_mode=True, early_return=True) as one:
+        one.start(presliding_side=1e-20, speed=WINDING, **rising_loads(0.0))
+        one.update()
+        one.call("EnterStepMode")
+        for n in range(round(1.0 / step)):
+            assert one.set(**rising_loads(n * step)) == OK
+            event, _, time = one.step_to_event(n * step, step)
+            if event:
+                return time
+    raise AssertionError("no slip")
+
+
+def test_slip_under_loads_that_change_with_the_stiffness_of_the_screw():
+    """Model exchange follows the law between events. Co-simulation holds the loads of a step: first order, with the
+    event of model exchange as its limit, to the change of the extrapolated time at the last halving of the step."""
+    expected = slip_of_the_law()
+    assert expected > 0.02
+    time, events = slip_of_exchange()
+    assert events == 1
+    assert abs(time - expected) <= EVENT_TIME
+    steps = [slip_of_steps(5e-4 / 2**n) for n in range(5)]
+    differences = np.abs(np.subtract(steps, expected))
+    assert np.all(differences[1:] <= 0.6 * differences[:-1])
+    extrapolated = np.subtract(np.multiply(2.0, steps[1:]), steps[:-1])
+    assert abs(extrapolated[-1] - expected) <= abs(extrapolated[-1] - extrapolated[-2])
 
 
 # --- intermediate update ---

@@ -16,6 +16,7 @@ from ballscrew_tehl.runtime.standstill import Bristle, bristle_friction, initial
 POINTS = {FILM_SHEAR: 100_000, MECHANISTIC: 20_000}
 AGREEMENT = 1e-12
 REGULARIZATION = 0.1  # start value of regularization_speed [rad/s]
+NUTS = ("friction_torque_nut_a", "friction_torque_nut_b")
 STATE = (
     "film_thickness_min", "film_thickness_central_screw", "film_thickness_central_nut", "film_temperature_rise",
     "contact_pressure_max", "ball_load_max", "lambda_ratio",
@@ -54,7 +55,8 @@ def random_points(count: int, seed: int = 1) -> np.ndarray:
     return np.stack((preload, speed, temperature, axial), axis=1)
 
 
-def expected_values(state, i, speed):
+def expected_values(state, i, point):
+    _, speed, _, axial_load = point
     sign = regularised_sign(speed, REGULARIZATION)
     parts = (
         math.copysign(state.viscous_torque[i], speed),
@@ -62,6 +64,11 @@ def expected_values(state, i, speed):
         sign * state.sliding_torque[i],
     )
     torques = dict(zip(TORQUES, (sum(parts), *parts, sum(parts) * speed), strict=True))
+    relieved = (
+        math.copysign(state.relieved_viscous_torque[i], speed) + sign * state.relieved_coulomb_torque[i]
+    )
+    nuts = (sum(parts) - relieved, relieved)
+    torques |= zip(NUTS, nuts if axial_load >= 0.0 else nuts[::-1], strict=True)
     return torques | {name: getattr(state, name)[i] for name in STATE}
 
 
@@ -71,7 +78,7 @@ def test_model_is_the_map(model, nut_map):
     points = random_points(POINTS[nut_map.law])
     breakaway = np.random.default_rng(4).choice([0.0, 1.0, 1.3, 4.0], len(points))
     state = nut_map.evaluate(*points.T, breakaway_factor=breakaway)
-    expected = [expected_values(state, i, point[1]) for i, point in enumerate(points.tolist())]
+    expected = [expected_values(state, i, point) for i, point in enumerate(points.tolist())]
     full = {name: max(abs(row[name]) for row in expected) for name in expected[0]}
     worst = dict.fromkeys(full, 0.0)
     for i, ((preload, speed, temperature, axial), row) in enumerate(
@@ -185,14 +192,17 @@ def test_model_exchange_keeps_the_energy_when_the_stiffness_changes(model, nut_m
     net = nut_map.defaults[1::2]
     stiffness, torque = nut_map.presliding_stiffness(2000.0, 0.0, *net), model.get("friction_torque")
     assert torque == pytest.approx(1e-3 * stiffness, rel=1e-9)
-    model.latch(preload=2010.0)
-    assert model.get("slip_indicator") > 0.0
-    assert model.get("friction_torque") == pytest.approx(torque, rel=1e-12)
-    model.latch(preload=4000.0)
+    higher = nut_map.presliding_stiffness(2400.0, 0.0, *net)
+    model.latch(preload=2400.0)
+    assert model.get("slip_indicator") > 0.0  # no event yet: the state is the deflection at the last one
+    assert model.get("presliding_deflection") == 1e-3
+    expected = 1e-3 * math.sqrt(stiffness * higher)
+    assert model.get("friction_torque") == pytest.approx(expected, rel=1e-12)
+    model.latch(preload=7000.0)
     assert model.get("slip_indicator") < 0.0
     assert model.event()
-    higher = nut_map.presliding_stiffness(4000.0, 0.0, *net)
-    assert higher > 1.4 * stiffness
+    higher = nut_map.presliding_stiffness(7000.0, 0.0, *net)
+    assert higher > 2.0 * stiffness
     assert model.get("presliding_deflection") == pytest.approx(
         1e-3 * math.sqrt(stiffness / higher), rel=1e-12
     )
@@ -248,7 +258,7 @@ def random_state(rng, n):
 def test_derivatives_are_those_of_the_outputs(model, continuous):
     """Values of both programs agree; derivatives against central differences of two widths, where these agree."""
     rng = np.random.default_rng(3)
-    outputs = [*TORQUES, *STATE, "range_margin", "presliding_deflection_rate"]
+    outputs = [*TORQUES, *NUTS, *STATE, "range_margin", "heat", "presliding_deflection_rate"]
     widths = dict(preload=1.0, speed=1.0, temperature=300.0, axial_load=1.0, presliding_deflection=1.0)
     widths |= dict(net_sliding_coefficient=0.005, apparent_viscosity_ratio=1.0, breakaway_factor=1.0)
     compared = 0
@@ -256,9 +266,11 @@ def test_derivatives_are_those_of_the_outputs(model, continuous):
         base = random_state(rng, n)
         step = 0.0 if continuous or n % 4 == 0 else 10.0 ** rng.uniform(-5.0, -1.0)
 
-        def outputs_at(base=base, step=step, **change):
+        def outputs_at(base=base, step=step, later=n % 2 > 0, **change):
             model.reset(continuous)
             model.latch(**base)
+            if continuous and later:
+                model.initial_event()  # the state belongs to the stiffness of these loads
             values = base | change
             if step:
                 model.step(step, **values)
@@ -480,3 +492,25 @@ def test_in_range_changes_at_events_with_hysteresis(model, nut_map):
     assert model.get("in_range_indicator") > 0.0
     model.event()
     assert model.get("in_range") == 1.0
+
+
+def test_heat_is_the_sum_of_the_power_of_all_steps(library, nut_map):
+    """Whether outputs are read or not; zero at the start and after a reset; a step of 0 adds nothing."""
+    rng = np.random.default_rng(12)
+    read, silent = (NativeModel(library, nut_map) for _ in range(2))
+    assert read.get("heat") == 0.0
+    heat = 0.0
+    for n in range(400):
+        state, step = random_state(rng, n), 10.0 ** rng.uniform(-6.0, -2.0) * (n % 7 > 0)
+        del state["presliding_deflection"]
+        for model in (read, silent):
+            model.step(step, **state)
+        heat += step * read.get("power_loss")
+        assert read.get("heat") == pytest.approx(heat, rel=1e-12)
+        if n % 50 == 49:
+            assert silent.get("heat") == read.get("heat")
+    assert heat > 1.0
+    read.latch(speed=0.0)
+    assert read.get("heat") == silent.get("heat")
+    read.reset()
+    assert read.get("heat") == 0.0

@@ -289,7 +289,7 @@ def test_states_of_another_version_map_or_layout_are_refused(version):
         assert refused(other, sealed(good.replace(TOKEN.encode(), b"{tesT}")), "another version or map")
         longer = struct.pack("<I", len(TOKEN) + 1) + TOKEN.encode() + b"x"
         assert refused(other, sealed(good.replace(struct.pack("<I", len(TOKEN)) + TOKEN.encode(), longer)))
-        assert refused(other, sealed(good[:16] + struct.pack("<I", 99) + good[20:]), "layout 99.*layout 2")
+        assert refused(other, sealed(good[:16] + struct.pack("<I", 99) + good[20:]), "layout 99.*layout 3")
         assert refused(other, sealed(good[:-1]))
         assert refused(other, sealed(good + b"\0"))
 
@@ -301,13 +301,14 @@ def test_impossible_values_are_refused(version):
         fields = HEAD + 8 + len(TOKEN) + len(NUT_MAP.header["content_hash"])
         time, stop, state, warned, stale = struct.unpack_from("<ddIII", good, fields)
         assert (time, stop, state, warned, stale) == (pytest.approx(2e-3), math.inf, 16, 0, 1)
-        assert struct.unpack_from("<II", good, fields + 28) == (0, 0)  # values are valid, no event is due
-        preload = fields + 36
+        # values are valid, no event is due, initialization is done
+        assert struct.unpack_from("<III", good, fields + 28) == (0, 0, 0)
+        preload = fields + 40
         assert struct.unpack_from("<d", good, preload) == (1500.0,)
         for place, form, value in (
             (fields, "<d", math.nan), (fields + 8, "<d", math.nan), (fields + 16, "<I", 0),
             (fields + 16, "<I", 3), (fields + 16, "<I", 128), (fields + 20, "<I", 1 << 31),
-            (fields + 24, "<I", 2), (fields + 28, "<I", 2), (fields + 32, "<I", 2),
+            (fields + 24, "<I", 2), (fields + 28, "<I", 2), (fields + 32, "<I", 2), (fields + 36, "<I", 2),
             (preload, "<d", math.nan), (preload, "<d", 1e300), (preload + 8, "<d", math.inf), (len(good) - 4, "<I", 3),
         ):  # fmt: skip
             bad = bytearray(good)

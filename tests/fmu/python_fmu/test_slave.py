@@ -19,11 +19,16 @@ DIRECT = DoubleNutState._fields[3:10]  # outputs taken from the map unchanged
 
 
 def expected(
-    nut_map, preload=2000.0, speed=0.0, temperature=303.15, axial_load=0.0, regularization_speed=0.1
+    nut_map, preload=2000.0, speed=0.0, temperature=303.15, axial_load=0.0, regularization_speed=0.1, heat=0.0
 ):
     """Outputs by name from the map itself, without presliding; while the bristle slides, the same with it."""
     state = nut_map.evaluate(preload, speed, temperature, axial_load)
     sign = math.tanh(speed / regularization_speed)
+    each = {}
+    for nut, force in forces_of_nuts(nut_map, preload, axial_load).items():
+        two = nut_map.evaluate(force, speed, temperature)
+        torque = math.copysign(two.viscous_torque, speed) + sign * two.coulomb_torque
+        each[f"friction_torque_nut_{nut}"] = 0.5 * torque
     parts = (
         math.copysign(1.0, speed) * state.viscous_torque,
         sign * state.hysteresis_torque,
@@ -36,7 +41,18 @@ def expected(
         **{name: getattr(state, name) for name in DIRECT},
         "in_range": state.in_range,
         "range_margin": nut_map.range_margin(preload, speed, temperature, axial_load),
+        "heat": heat,
+        **each,
     }
+
+
+def forces_of_nuts(nut_map, preload, axial_load):
+    """Force of each nut [N] by its letter: a positive axial load loads A."""
+    if axial_load == 0.0:
+        return {"a": preload, "b": preload}
+    relieved, loaded = nut_map._forces_point(preload, axial_load)
+    forces = (min(loaded, nut_map.force.hi), relieved)
+    return dict(zip("ab", forces if axial_load > 0.0 else forces[::-1], strict=True))
 
 
 def test_outputs_equal_the_map_over_a_random_input_sequence(unpacked, synthetic_nut_map):
@@ -51,9 +67,13 @@ def test_outputs_equal_the_map_over_a_random_input_sequence(unpacked, synthetic_
         for _ in range(200)
     ]
     rows[0]["presliding"] = False
+    heat = 0.0
     for row, outputs in zip(rows, replay(unpacked, rows), strict=True):
         row.pop("presliding", None)
-        assert outputs == pytest.approx(expected(synthetic_nut_map, **row), rel=1e-12, abs=1e-15)
+        reference = expected(synthetic_nut_map, **row)
+        heat += 1e-3 * reference["power_loss"]
+        assert outputs == pytest.approx(reference | {"heat": heat}, rel=1e-12, abs=1e-15)
+    assert heat > 1.0
 
 
 def test_outputs_with_presliding_equal_the_map_and_the_law(unpacked, synthetic_nut_map):
@@ -194,6 +214,7 @@ def test_beyond_the_map(instance, synthetic_nut_map, inputs, same_as):
     margin = synthetic_nut_map.range_margin(**point)
     assert margin < 0.0
     reference = expected(synthetic_nut_map, **same_as) | {"in_range": False, "range_margin": margin}
+    reference["heat"] = 1e-3 * reference["power_loss"]
     assert instance.outputs() == pytest.approx(reference, rel=1e-12)
 
 
@@ -243,7 +264,26 @@ def test_a_bad_start_value_is_logged_and_can_be_replaced(unpacked, synthetic_nut
         assert one.messages == [(DISCARD, "speed = nan; needs a finite number")]
         assert one.step() is False
         assert one.step(speed=5.0, presliding=False) is True
-        assert one.outputs() == pytest.approx(expected(synthetic_nut_map, speed=5.0), rel=1e-12)
+        reference = expected(synthetic_nut_map, speed=5.0)
+        heat = 1e-3 * reference["power_loss"]
+        assert one.outputs() == pytest.approx(reference | {"heat": heat}, rel=1e-12)
+
+
+@pytest.mark.parametrize("restored", [False, True])
+def test_after_a_bad_start_value_the_bristle_begins_with_the_good_one(unpacked, restored):
+    """It slides in the direction of the speed, as if the good value had been there at once; from a state too."""
+    with FmuInstance(unpacked, speed=math.nan) as one, FmuInstance(unpacked, speed=0.01) as good:
+        assert one.step() is False
+        if restored:
+            content = one.slave.serializeFMUstate(one.slave.getFMUstate())
+            assert one.step(speed=-2.0)
+            one.slave.setFMUstate(one.slave.deSerializeFMUstate(content))
+            one.time = 0.0
+        for _ in range(3):
+            assert one.step(speed=0.01)
+            assert good.step(speed=0.01)
+            assert one.outputs() == good.outputs()
+        assert one.get("power_loss") > 0.0
 
 
 @pytest.mark.parametrize("presliding", [False, True])

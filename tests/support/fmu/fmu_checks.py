@@ -32,7 +32,7 @@ SCHEMAS = Path(fmpy.__file__).parent / "schema"
 # exponents of kg, m, s, K, rad and display factors, offsets; written down independently of the table
 DIMENSIONS = {
     "N": (1, 1, -2, 0, 0), "rad/s": (0, 0, -1, 0, 1), "K": (0, 0, 0, 1, 0), "N.m": (1, 2, -2, 0, 0),
-    "W": (1, 2, -3, 0, 0), "m": (0, 1, 0, 0, 0), "Pa": (1, -1, -2, 0, 0), "1": (0, 0, 0, 0, 0),
+    "W": (1, 2, -3, 0, 0), "J": (1, 2, -2, 0, 0), "m": (0, 1, 0, 0, 0), "Pa": (1, -1, -2, 0, 0), "1": (0, 0, 0, 0, 0),
     "N.m/rad": (1, 2, -2, 0, -1), "N.m.s/rad": (1, 2, -1, 0, -1), "rad": (0, 0, 0, 0, 1), "s": (0, 0, 1, 0, 0),
     "N.m/N": (0, 1, 0, 0, 0),
 }  # fmt: skip

@@ -25,7 +25,7 @@ typedef struct {
     Number force;        /* [N] */
     Number share, third; /* force divided by the lowest of the axis, at most 1; its cube root */
     Number log_hysteresis, log_sliding, log_free; /* logarithms of the curves at this force */
-    Number sliding_load; /* [N.m] as in Loads */
+    Number hysteresis, sliding_load; /* [N.m] as in Loads */
     Number free;         /* shear of balls on two flanks divided by that on four alike; 1: no oversize balls */
 } LoadedNut;
 
@@ -64,6 +64,7 @@ typedef struct {
 /* Magnitudes of the friction parts at motion, sums over both nuts [N.m]. */
 typedef struct {
     Number viscous, hysteresis, sliding;
+    Number relieved_viscous, relieved_coulomb; /* of the relieved nut; a half if both have the same force */
 } Parts;
 
 /* Extremes over both nuts. */
@@ -79,6 +80,9 @@ typedef struct {
 #endif
 
 NUT_FUNCTION void nut_loads(const Map *map, Number preload, Number axial_load, Loads *loads);
+
+/* Loads of two nuts with given forces [N], the lower one first. */
+NUT_FUNCTION void nut_loads_of_forces(const Map *map, Number relieved, Number loaded, Loads *loads);
 
 /* Sums of both nuts in loads. nut_parts and nut_stiffness do it. */
 NUT_FUNCTION void nut_sums(const Map *map, Loads *loads);

@@ -155,26 +155,12 @@ NUT_FUNCTION void nut_forces(const Map *map, Number preload, Number axial_load, 
     force[1] = add(force[0], load);
 }
 
-NUT_FUNCTION void nut_loads(const Map *map, Number preload, Number axial_load, Loads *loads)
+/* Positions of the nuts in the map. force: of the relieved one first, within the axis or below it */
+static inline void place_nuts(const Map *map, const Number force[], int nuts, Loads *loads)
 {
-    Number force[2];
-
-    loads->preload_clamped = value_of(preload) < map->preload.lo || value_of(preload) > map->force.hi;
-    loads->axial_load_clamped = false;
-    loads->nuts = 1;
-    loads->highest = 0.0;
-    /* derivatives: one-sided at the end of the map, 0 at preload 0, where that of the viscous part is infinite */
-    force[0] = force[1] =
-        value_of(preload) > map->force.hi ? constant(map->force.hi) : greater(preload, constant(0.0));
-    if (value_of(axial_load) != 0.0) {
-        loads->nuts = 2;
-        nut_forces(map, force[0], axial_load, force);
-        loads->axial_load_clamped = value_of(force[1]) > map->force.hi;
-        force[1] = loads->axial_load_clamped ? constant(map->force.hi) : force[1];
-        loads->highest = value_of(force[1]);
-    }
+    loads->nuts = nuts;
     loads->summed = false;
-    for (int n = 0; n < loads->nuts; ++n) {
+    for (int n = 0; n < nuts; ++n) {
         LoadedNut *nut = &loads->nut[n];
         const bool below = value_of(force[n]) < map->force.lo;
         const double *curves;
@@ -189,6 +175,38 @@ NUT_FUNCTION void nut_loads(const Map *map, Number preload, Number axial_load, L
     }
 }
 
+NUT_FUNCTION void nut_loads_of_forces(const Map *map, Number relieved, Number loaded, Loads *loads)
+{
+    const double highest = map->force.hi;
+    const Number force[2] = {value_of(relieved) > highest ? constant(highest) : relieved,
+                             value_of(loaded) > highest ? constant(highest) : loaded};
+
+    loads->preload_clamped = loads->axial_load_clamped = false;
+    loads->highest = value_of(force[1]);
+    place_nuts(map, force, 2, loads);
+}
+
+NUT_FUNCTION void nut_loads(const Map *map, Number preload, Number axial_load, Loads *loads)
+{
+    int nuts = 1;
+    Number force[2];
+
+    loads->preload_clamped = value_of(preload) < map->preload.lo || value_of(preload) > map->force.hi;
+    loads->axial_load_clamped = false;
+    loads->highest = 0.0;
+    /* derivatives: one-sided at the end of the map, 0 at preload 0, where that of the viscous part is infinite */
+    force[0] = force[1] =
+        value_of(preload) > map->force.hi ? constant(map->force.hi) : greater(preload, constant(0.0));
+    if (value_of(axial_load) != 0.0) {
+        nuts = 2;
+        nut_forces(map, force[0], axial_load, force);
+        loads->axial_load_clamped = value_of(force[1]) > map->force.hi;
+        force[1] = loads->axial_load_clamped ? constant(map->force.hi) : force[1];
+        loads->highest = value_of(force[1]);
+    }
+    place_nuts(map, force, nuts, loads);
+}
+
 /* Sums over both nuts. Apart from nut_loads, so that the processor computes these exponential functions while it waits
    for the surfaces: a step is an eighth faster. No effect if already done. */
 NUT_FUNCTION void nut_sums(const Map *map, Loads *loads)
@@ -199,13 +217,13 @@ NUT_FUNCTION void nut_sums(const Map *map, Loads *loads)
     loads->hysteresis = loads->sliding_load = loads->stiffness_hysteresis = loads->stiffness_sliding = constant(0.0);
     for (int n = 0; n < loads->nuts; ++n) {
         LoadedNut *nut = &loads->nut[n];
-        const Number hysteresis = multiply(multiply(exponential(nut->log_hysteresis), nut->share), nut->third);
-        loads->hysteresis = add(loads->hysteresis, hysteresis);
+        nut->hysteresis = multiply(multiply(exponential(nut->log_hysteresis), nut->share), nut->third);
+        loads->hysteresis = add(loads->hysteresis, nut->hysteresis);
         nut->sliding_load = multiply(exponential(nut->log_sliding), nut->share);
         loads->sliding_load = add(loads->sliding_load, nut->sliding_load);
         if (value_of(nut->force) > 0.0) {
             const Number angle = times(map->presliding_angle, power(nut->force, 1.0 / 3.0)); /* contact width */
-            loads->stiffness_hysteresis = add(loads->stiffness_hysteresis, divide(hysteresis, angle));
+            loads->stiffness_hysteresis = add(loads->stiffness_hysteresis, divide(nut->hysteresis, angle));
             loads->stiffness_sliding = add(loads->stiffness_sliding, divide(nut->sliding_load, angle));
         }
         nut->free = exponential(nut->log_free);
@@ -358,12 +376,19 @@ static inline Number freed_shear(const Spin *relieved, const Spin *loaded, Numbe
     return subtract(multiply(low, power(add(one, near), -1.0 / FREE_SHARPNESS)), held);
 }
 
+/* Share of the relieved set of flanks in that, a convention. */
+static inline Number relieved_share(const Spin *relieved, const Spin *loaded)
+{
+    return divide(relieved->shear, greater(add(relieved->shear, loaded->shear), constant(SMOOTH)));
+}
+
 NUT_FUNCTION void nut_parts(const Map *map, Loads *loads, const Conditions *now, Columns columns[2],
                             const Friction *friction, Parts *out)
 {
     const bool slow = value_of(now->share) < 1.0;
     Number viscous = constant(0.0), sliding = constant(0.0);
     Row slope_plane;
+    Number relieved_viscous = viscous, relieved_sliding = sliding;
     Spin spin[2];
 
     if (slow) {
@@ -383,24 +408,35 @@ NUT_FUNCTION void nut_parts(const Map *map, Loads *loads, const Conditions *now,
         } else {
             viscous = add(viscous, viscous_torque_of_nut(map, nut, now, values, slopes, friction->roughness));
         }
+        if (n == 0) {
+            relieved_viscous = viscous;
+            relieved_sliding = sliding;
+        }
     }
     nut_sums(map, loads);
     viscous = multiply(friction->viscosity_ratio, viscous);
+    out->relieved_viscous = multiply(friction->viscosity_ratio, relieved_viscous);
     out->viscous = loads->nuts == 1 ? times(2.0, viscous) : viscous;
     out->hysteresis = loads->hysteresis;
     if (map->law == MECHANISTIC_LAW) {
         const LoadedNut *loaded = &loads->nut[loads->nuts - 1];
         out->sliding = loads->nuts == 1 ? times(2.0, sliding) : sliding;
         if (value_of(loaded->free) < 1.0) {
-            out->sliding = add(out->sliding, freed_shear(&spin[0], &spin[loads->nuts - 1], loaded->free));
+            const Number freed = freed_shear(&spin[0], &spin[loads->nuts - 1], loaded->free);
+            out->sliding = add(out->sliding, freed);
+            relieved_sliding =
+                add(relieved_sliding, multiply(freed, relieved_share(&spin[0], &spin[loads->nuts - 1])));
         }
     } else {
-        out->sliding = multiply(friction->net_sliding, loads->sliding_load);
+        Number coefficient = friction->net_sliding;
         if (slow) {
-            out->sliding = multiply(
-                out->sliding, coulomb_rise(map, now->share, constant(1.0), constant(0.0), friction->breakaway));
+            coefficient = multiply(
+                coefficient, coulomb_rise(map, now->share, constant(1.0), constant(0.0), friction->breakaway));
         }
+        out->sliding = multiply(coefficient, loads->sliding_load);
+        relieved_sliding = multiply(coefficient, loads->nut[0].sliding_load);
     }
+    out->relieved_coulomb = add(loads->nut[0].hysteresis, relieved_sliding);
 }
 
 static inline Films films_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now)

@@ -220,13 +220,25 @@ void instance_follow(Instance *instance)
     }
 }
 
+/* End of the initialization with valid values that was postponed. */
+static void initialize_now(Instance *instance)
+{
+    Model *model = &instance->now.model;
+
+    instance->now.postponed = false;
+    model_latch(model);
+    if (model->events) {
+        model_initial_event(model);
+    }
+}
+
 /* An event, in co-simulation with the last valid value in place of each that is not valid: steps are discarded for
    those. True: a continuous state has changed. */
-static bool event(Instance *instance, bool initial)
+static bool event(Instance *instance)
 {
     Model *model = &instance->now.model;
     double set[VARIABLE_COUNT];
-    bool invalid[VARIABLE_COUNT] = {false}, changed = false;
+    bool invalid[VARIABLE_COUNT] = {false}, changed;
 
     memcpy(set, model->value, sizeof set);
     for (int i = 0; instance->now.unchecked && i < VARIABLE_COUNT; ++i) {
@@ -235,11 +247,7 @@ static bool event(Instance *instance, bool initial)
                      && !model_accepts(i, set[i]);
         model->value[i] = invalid[i] ? model->latched[i] : set[i];
     }
-    if (initial) {
-        model_initial_event(model);
-    } else {
-        changed = model_event(model);
-    }
+    changed = model_event(model);
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
         model->value[i] = invalid[i] ? set[i] : model->value[i];
     }
@@ -312,13 +320,14 @@ Status instance_enter(Instance *instance, unsigned state)
 
 Status instance_exit_initialization(Instance *instance)
 {
+    Situation *now = &instance->now;
+
     instance_follow(instance);
-    if (instance->now.model.events) {
-        (void)event(instance, true);
-        instance->now.state = EVENT_MODE;
-    } else {
-        instance->now.state = STEP_MODE;
+    now->postponed = now->unchecked; /* a value is not valid: the bristle begins with the good one in its place */
+    if (now->model.events && !now->postponed) {
+        model_initial_event(&now->model);
     }
+    now->state = now->model.events ? EVENT_MODE : STEP_MODE;
     warn_of_clamping(instance);
     return STATUS_OK;
 }
@@ -357,6 +366,9 @@ Status instance_begin_step(Instance *instance, double time, double step, bool ze
     }
     if (!instance_is_valid(instance)) {
         return STATUS_DISCARD;
+    }
+    if (now->postponed) {
+        initialize_now(instance);
     }
     /* a warning is enough: the model depends on the length of a step only */
     if (check_time && (now->warned & WARNED_TIME) == 0U && fabs(time - now->time) > tolerance
@@ -417,7 +429,10 @@ Status instance_enter_event_mode(Instance *instance)
 Status instance_event(Instance *instance, bool *state_changed)
 {
     instance_follow(instance);
-    *state_changed = event(instance, false);
+    if (instance->now.postponed && !instance->now.unchecked) {
+        initialize_now(instance);
+    }
+    *state_changed = !instance->now.postponed && event(instance);
     warn_of_clamping(instance);
     return STATUS_OK;
 }

@@ -11,7 +11,7 @@
 #define MAGIC "BSFSTATE"
 #define MAGIC_SIZE 8
 #define CHECKED_FROM (MAGIC_SIZE + 8)
-#define LAYOUT_VERSION 2U
+#define LAYOUT_VERSION 3U
 
 /* --- in memory --------------------------------------------------------------------------------------------------- */
 
@@ -140,6 +140,7 @@ static void pass_situation(Walk *walk, Situation *situation)
     pass_bool(walk, &situation->stale);
     pass_bool(walk, &situation->unchecked);
     pass_bool(walk, &situation->reported);
+    pass_bool(walk, &situation->postponed);
     pass_model(walk, &situation->model);
 }
 

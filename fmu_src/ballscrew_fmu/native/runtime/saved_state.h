@@ -28,6 +28,7 @@ typedef struct {
     unsigned warned; /* warnings already logged: bit per clamped input, then these */
     bool stale;      /* a value was set after the outputs were computed */
     bool unchecked;  /* co-simulation: a value that was set may be invalid */
+    bool postponed;  /* co-simulation: initialization ended with an invalid value; the first good step does it */
     bool reported;   /* event mode of co-simulation: the last step ended at an event, which is not handled yet */
 } Situation;
 

@@ -37,6 +37,26 @@ static inline Bristle bristle_unwound(Number deflection, const Moment *moment)
     return out;
 }
 
+/* The bristle as a continuous state, at the present stiffness. The state is the deflection at the stiffness of the last
+   event, that of the Moment, with the same energy: so it follows the loads without their rates. */
+static inline Bristle bristle_of_state(const Number at[], Number coulomb, Number stiffness, const Moment *moment)
+{
+    const Number state = at[PRESLIDING_DEFLECTION];
+    Bristle out;
+
+    if (moment->slip == 0 && !(value_of(stiffness) > 0.0 && moment->stiffness > 0.0)) {
+        out.rate = out.torque = out.power = out.supply = constant(0.0); /* until the event that is due */
+    } else {
+        out = bristle_continuous(bristle_at_stiffness(state, moment->stiffness, stiffness), at[SPEED], coulomb, stiffness,
+                                 damping_at(at, stiffness), moment->slip);
+    }
+    if (moment->slip == 0 && moment->stiffness > 0.0) {
+        out.rate = multiply(out.rate, root(over(stiffness, moment->stiffness)));
+    }
+    out.deflection = state;
+    return out;
+}
+
 /* stiffness: at the present loads */
 static inline Bristle bristle_at(const Number at[], Number coulomb, Number stiffness, const Moment *moment)
 {
@@ -44,8 +64,9 @@ static inline Bristle bristle_at(const Number at[], Number coulomb, Number stiff
     Number deflection = at[PRESLIDING_DEFLECTION];
 
     if (moment->continuous && moment->start == RUNNING) {
-        stiffness = constant(moment->stiffness);
-    } else if (moment->start == FROM_SIDE) {
+        return bristle_of_state(at, coulomb, stiffness, moment);
+    }
+    if (moment->start == FROM_SIDE) {
         deflection = initial_deflection(at[PRESLIDING_SIDE], value_of(speed), coulomb, stiffness);
     } else if (moment->start == RUNNING) {
         deflection = bristle_at_stiffness(deflection, moment->stiffness, stiffness);
@@ -61,9 +82,13 @@ static inline Bristle bristle_at(const Number at[], Number coulomb, Number stiff
                : bristle_at_instant(deflection, speed, coulomb, stiffness);
 }
 
-static inline void torque_outputs(const Parts *parts, const Bristle *bristle, const Number at[], Number out[])
+/* loads_a: nut A has the larger force, of equal ones either */
+static inline void torque_outputs(const Parts *parts, const Bristle *bristle, bool loads_a, const Number at[],
+                                  Number out[])
 {
     const Number speed = at[SPEED], coulomb = coulomb_magnitude(parts);
+    const int relieved = loads_a ? FRICTION_TORQUE_NUT_B : FRICTION_TORQUE_NUT_A;
+    const int loaded = loads_a ? FRICTION_TORQUE_NUT_A : FRICTION_TORQUE_NUT_B;
     Number sign, power_loss = multiply(parts->viscous, absolute(speed));
 
     if (value_of(at[PRESLIDING]) != 0.0) {
@@ -77,7 +102,19 @@ static inline void torque_outputs(const Parts *parts, const Bristle *bristle, co
     out[HYSTERESIS_TORQUE] = multiply(sign, parts->hysteresis);
     out[SLIDING_TORQUE] = multiply(sign, parts->sliding);
     out[FRICTION_TORQUE] = add(add(out[VISCOUS_TORQUE], out[HYSTERESIS_TORQUE]), out[SLIDING_TORQUE]);
+    out[relieved] =
+        add(with_sign_of(parts->relieved_viscous, speed), multiply(sign, parts->relieved_coulomb));
+    out[loaded] = subtract(out[FRICTION_TORQUE], out[relieved]);
     out[POWER_LOSS] = power_loss;
+}
+
+/* Accumulated heat after the step, from its mean power. In model exchange, where the importer integrates the power,
+   that of events alone: a continuous state for it would cost each solver a column of its Jacobian and an error
+   control, for a quantity that feeds back on nothing. */
+static inline void heat_output(const Moment *moment, Number out[])
+{
+    out[HEAT] = add(constant(moment->heat),
+                    moment->continuous ? constant(0.0) : times(moment->step, out[POWER_LOSS]));
 }
 
 static inline void film_outputs(const Films *films, const Number at[], Number out[])

@@ -20,7 +20,8 @@ static bool presliding(const Model *model)
 static Moment moment_of(const Model *model)
 {
     const Moment moment = {model->step, model->continuous, model->slip, model->stiffness_before,
-                           model->began ? RUNNING : model->from_side ? FROM_SIDE : GIVEN};
+                           model->began ? RUNNING : model->from_side ? FROM_SIDE : GIVEN,
+                           model->continuous ? model->event_heat : model->heat};
 
     return moment;
 }
@@ -50,6 +51,7 @@ static void compute_bristle(Model *model)
 
 static void compute_torque(Model *model)
 {
+    const Moment moment = moment_of(model);
     Bristle bristle;
 
     if (model->continuous) {
@@ -64,6 +66,7 @@ static void compute_torque(Model *model)
     bristle.power = model->bristle_power;
     bristle.supply = model->bristle_supply;
     torques_at_point(model, &bristle);
+    heat_output(&moment, model->value);
     model->value[POWER_LOSS] += model->power_of_parts;
     model->torque_known = true;
 }
@@ -87,6 +90,9 @@ extern void model_set(Model *model, int reference, double value);
 
 static void latch(Model *model, double step)
 {
+    if (!model->continuous && model->step > 0.0) {
+        model->heat = model_get(model, HEAT);
+    }
     memcpy(model->latched, model->value, sizeof model->latched);
     model->step = step;
     model->power_of_parts = 0.0;
@@ -185,11 +191,11 @@ bool model_possible(const Model *model)
 {
     /* comparisons that NaN and infinity fail */
     return model->step >= 0.0 && model->stiffness >= 0.0 && model->stiffness_before >= 0.0
-           && (model->continuous || model->event_heat >= 0.0)
+           && (model->continuous || model->event_heat >= 0.0) && model->heat >= 0.0
            && model->stiffness + model->stiffness_before < HUGE_VAL
            && fabs(model->deflection_before) + fabs(model->initial_deflection) + fabs(model->bristle_torque)
                       + fabs(model->bristle_power) + fabs(model->bristle_supply) + fabs(model->power_of_parts)
-                      + fabs(model->event_heat)
+                      + fabs(model->event_heat) + model->heat
                   < HUGE_VAL;
 }
 
@@ -204,23 +210,32 @@ void model_clear_computed(Model *model)
 
 #define RANGE_HYSTERESIS 1e-6 /* of an axis: avoids repeated events at the limit of the map */
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
-#define STIFFNESS_CHANGE 0.02 /* of the stiffness: an event adapts the bristle, which keeps its energy */
+#define STIFFNESS_CHANGE 0.5 /* of the stiffness: an event refers the state to the present one, at the same energy */
+
+/* [N.m/rad] of the bristle at the latched point; that of the state of model exchange is model->stiffness */
+static double stiffness_now(Model *model)
+{
+    return model->continuous ? present_stiffness(model) : model->stiffness;
+}
 
 /* [rad] of the bristle; 0 without a Coulomb torque */
 static double sliding_deflection(Model *model)
 {
-    return model->stiffness > 0.0 ? lesser(coulomb_magnitude(friction_parts(model)) / model->stiffness, TOO_LARGE) : 0.0;
+    const double stiffness = stiffness_now(model);
+
+    return stiffness > 0.0 ? lesser(coulomb_magnitude(friction_parts(model)) / stiffness, TOO_LARGE) : 0.0;
 }
 
 static double distance_to_slip(Model *model)
 {
     const double *at = model->latched;
-    const double sliding = sliding_deflection(model);
+    const double sliding = sliding_deflection(model), stiffness = stiffness_now(model);
 
-    if (!(model->stiffness > 0.0) || (!model->continuous && !(sliding > 0.0)) || is_held(model)) {
+    if (!(model->stiffness > 0.0 && stiffness > 0.0) || (!model->continuous && !(sliding > 0.0)) || is_held(model)) {
         return 1.0;
     }
-    return SLIDING_FROM * sliding - with_sign_of(at[PRESLIDING_DEFLECTION], at[SPEED]);
+    return SLIDING_FROM * sliding
+           - with_sign_of(bristle_at_stiffness(at[PRESLIDING_DEFLECTION], model->stiffness, stiffness), at[SPEED]);
 }
 
 /* [rad] scaled like the distance to slip. Model exchange: in co-simulation a step adapts the bristle. */
@@ -229,7 +244,7 @@ static double distance_to_new_stiffness(Model *model)
     const double now = present_stiffness(model), held = model->stiffness;
     const double allowed = STIFFNESS_CHANGE * greater(now, held) + LEAST_STIFFNESS;
 
-    return (1.0 - fabs(now - held) / allowed) * (held > 0.0 ? sliding_deflection(model) : 1.0);
+    return (1.0 - fabs(now - held) / allowed) * (held > 0.0 && now > 0.0 ? sliding_deflection(model) : 1.0);
 }
 
 void model_indicators(Model *model)

@@ -22,6 +22,7 @@ struct Model {
     double power_of_parts;          /* [W] of a step in parts: its mean power minus that of its last part */
     double bristle_supply;          /* [W] of the motion */
     double event_heat;              /* [J] lost by the bristle at events; co-simulation: part of the power of the next step */
+    double heat;                    /* [J] co-simulation: dissipated before the step */
     bool continuous;                /* model exchange: the bristle is a state of the importer */
     bool events;                    /* modes change at events only: model exchange, co-simulation with event mode */
     bool in_range;                  /* with events: at the last event */
@@ -39,7 +40,7 @@ struct Model {
 
 /* Fields of a saved state other than value and latched: numbers, flags, signs. */
 #define MODEL_NUMBERS(X) X(step) X(deflection_before) X(stiffness_before) X(stiffness) X(initial_deflection) \
-    X(bristle_torque) X(bristle_power) X(power_of_parts) X(bristle_supply) X(event_heat)
+    X(bristle_torque) X(bristle_power) X(power_of_parts) X(bristle_supply) X(event_heat) X(heat)
 #define MODEL_FLAGS(X) X(continuous) X(events) X(in_range) X(from_side) X(began) X(moved)
 #define MODEL_SIGNS(X) X(slip)
 

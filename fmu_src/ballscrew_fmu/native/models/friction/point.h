@@ -52,7 +52,7 @@ static inline double present_stiffness(Model *model)
 
 static inline void torques_at_point(Model *model, const Bristle *bristle)
 {
-    torque_outputs(friction_parts(model), bristle, model->latched, model->value);
+    torque_outputs(friction_parts(model), bristle, !(model->latched[AXIAL_LOAD] < 0.0), model->latched, model->value);
 }
 
 static inline void compute_films(Model *model)

@@ -29,7 +29,8 @@ void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double
     bristle = at[PRESLIDING] != 0.0
                   ? bristle_at(in, coulomb_magnitude(&parts), stiffness_at(in, map, &loads, &friction), moment)
                   : bristle_unwound(in[PRESLIDING_DEFLECTION], moment);
-    torque_outputs(&parts, &bristle, in, out);
+    torque_outputs(&parts, &bristle, !(at[AXIAL_LOAD] < 0.0), in, out);
+    heat_output(moment, out);
     film_outputs(&films, in, out);
     out[RANGE_MARGIN] = margin_of_inputs(map, in);
     out[PRESLIDING_DEFLECTION_RATE] = bristle.rate;

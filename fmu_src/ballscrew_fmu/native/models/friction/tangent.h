@@ -16,6 +16,7 @@ typedef struct {
         GIVEN,    /* at the start: the deflection is as set, at the present stiffness */
         FROM_SIDE /* at the start: it follows from presliding_side */
     } start;
+    double heat; /* [J] dissipated before the step; model exchange: at events */
 } Moment;
 
 /* at: inputs, parameters and the bristle at the start of the step */

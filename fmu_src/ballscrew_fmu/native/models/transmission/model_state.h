@@ -23,6 +23,7 @@ struct Model {
     double power_of_parts;          /* [W] 0: there are no steps in parts */
     double bristle_supply;          /* [W] of the motion */
     double event_heat;              /* [J] lost by the bristle at events */
+    double heat;                    /* [J] co-simulation: dissipated before the step */
     bool continuous;                /* model exchange: the bristle is a state of the importer */
     bool events;                    /* modes change at events only: model exchange */
     bool in_range;                  /* with events: at the last event */
@@ -34,14 +35,14 @@ struct Model {
     bool approach_known;                         /* valid while the numbers that it belongs to do not change: */
     double approach_of[4], contact, approach;    /* preload, nut stiffness, its preload, play; k [N/m^1.5], [m] */
     Contacts contacts;                           /* of the latched point, as the following: */
-    Loads loads[2];                              /* of two nuts with the force of nut A, of nut B */
+    Loads loads;
     Conditions conditions;
-    Parts part[2], parts; /* of nut A and nut B; their sum */
+    Parts parts;
 };
 
 /* Fields of a saved state other than value and latched: numbers, flags, signs. */
 #define MODEL_NUMBERS(X) X(step) X(deflection_before) X(stiffness_before) X(stiffness) X(initial_deflection) \
-    X(bristle_torque) X(bristle_power) X(power_of_parts) X(bristle_supply) X(event_heat)
+    X(bristle_torque) X(bristle_power) X(power_of_parts) X(bristle_supply) X(event_heat) X(heat)
 #define MODEL_FLAGS(X) X(continuous) X(events) X(in_range) X(from_side) X(began) X(moved)
 #define MODEL_SIGNS(X) X(slip)
 

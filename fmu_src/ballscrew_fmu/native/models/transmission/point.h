@@ -29,8 +29,8 @@ static inline void locate(Model *model)
     if (!model->conditions_known) {
         compute_approach(model);
         contacts_at(at, model->contact, model->approach, model->step, &model->contacts);
-        nut_loads(model->map, model->contacts.a.force, 0.0, &model->loads[0]);
-        nut_loads(model->map, model->contacts.b.force, 0.0, &model->loads[1]);
+        nut_loads_of_forces(model->map, lesser(model->contacts.a.force, model->contacts.b.force),
+                            greater(model->contacts.a.force, model->contacts.b.force), &model->loads);
         nut_conditions(model->map, at[SPEED], at[TEMPERATURE], &model->conditions);
         model->conditions_known = true;
     }
@@ -42,12 +42,7 @@ static inline const Parts *friction_parts(Model *model)
     if (!model->parts_known) {
         const Friction friction = friction_of(model->latched);
         locate(model);
-        for (int n = 0; n < 2; ++n) {
-            Parts two;
-            nut_parts(model->map, &model->loads[n], &model->conditions, NULL, &friction, &two);
-            model->part[n] = parts_of_one(two);
-        }
-        model->parts = parts_of_both(model->part);
+        nut_parts(model->map, &model->loads, &model->conditions, NULL, &friction, &model->parts);
         model->parts_known = true;
     }
     return &model->parts;
@@ -58,26 +53,22 @@ static inline double present_stiffness(Model *model)
     const Friction friction = friction_of(model->latched);
 
     locate(model);
-    return stiffness_of_both(model->latched, model->map, model->loads, &friction);
+    return stiffness_at(model->latched, model->map, &model->loads, &friction);
 }
 
 static inline void torques_at_point(Model *model, const Bristle *bristle)
 {
-    (void)friction_parts(model);
-    transmission_outputs(&model->contacts, model->part, bristle, model->stiffness, model->latched, model->step,
-                         model->value);
-    model->value[EVENT_HEAT] = model->event_heat;
+    transmission_outputs(&model->contacts, friction_parts(model), bristle, model->stiffness, model->latched,
+                         model->step, model->value);
 }
 
 static inline void compute_films(Model *model)
 {
-    Films a, b;
+    Films films;
 
     locate(model);
-    nut_films(model->map, &model->loads[0], &model->conditions, &a);
-    nut_films(model->map, &model->loads[1], &model->conditions, &b);
-    a = films_of_both(a, b);
-    film_outputs(&a, model->latched, model->value);
+    nut_films(model->map, &model->loads, &model->conditions, &films);
+    film_outputs(&films, model->latched, model->value);
     model->films_known = true;
 }
 
@@ -116,9 +107,8 @@ static inline void forget_point(Model *model)
     memset(model->approach_of, 0, sizeof model->approach_of);
     model->contact = model->approach = 0.0;
     memset(&model->contacts, 0, sizeof model->contacts);
-    memset(model->loads, 0, sizeof model->loads);
+    memset(&model->loads, 0, sizeof model->loads);
     memset(&model->conditions, 0, sizeof model->conditions);
-    memset(model->part, 0, sizeof model->part);
     memset(&model->parts, 0, sizeof model->parts);
 }
 

@@ -9,33 +9,29 @@
 void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
                    const Moment *moment, double values[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
-    Number in[VARIABLE_COUNT], out[VARIABLE_COUNT], contact, force[2], stiffness;
+    Number in[VARIABLE_COUNT], out[VARIABLE_COUNT], contact, stiffness;
     Bristle bristle;
     Conditions conditions;
     Contacts contacts;
     Friction friction;
-    Films films[2];
-    Loads loads[2];
-    Parts part[2], parts;
+    Films films;
+    Loads loads;
+    Parts parts;
+    bool loads_a;
 
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
         in[i] = out[i] = number(at[i], direction[i]);
     }
     contact = contact_stiffness(in[NUT_STIFFNESS], in[STIFFNESS_PRELOAD]);
     contacts_at(in, contact, preload_approach(contact, in[PRELOAD], in[AXIAL_PLAY]), moment->step, &contacts);
-    force[0] = contacts.a.force;
-    force[1] = contacts.b.force;
+    loads_a = loads_nut_a(&contacts);
+    nut_loads_of_forces(map, loads_a ? contacts.b.force : contacts.a.force,
+                        loads_a ? contacts.a.force : contacts.b.force, &loads);
     nut_conditions(map, in[SPEED], in[TEMPERATURE], &conditions);
     friction = friction_of(in);
-    for (int n = 0; n < 2; ++n) {
-        nut_loads(map, force[n], constant(0.0), &loads[n]);
-        nut_parts(map, &loads[n], &conditions, NULL, &friction, &part[n]);
-        nut_films(map, &loads[n], &conditions, &films[n]);
-        part[n] = parts_of_one(part[n]);
-    }
-    parts = parts_of_both(part);
-    films[0] = films_of_both(films[0], films[1]);
-    stiffness = stiffness_of_both(in, map, loads, &friction);
+    nut_parts(map, &loads, &conditions, NULL, &friction, &parts);
+    nut_films(map, &loads, &conditions, &films);
+    stiffness = stiffness_at(in, map, &loads, &friction);
     if (at[PRESLIDING] != 0.0) {
         bristle = bristle_at(in, coulomb_magnitude(&parts), stiffness, moment);
         if (moment->continuous && moment->start == RUNNING) { /* changes at events only */
@@ -48,8 +44,9 @@ void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double
             stiffness = constant(moment->stiffness);
         }
     }
-    transmission_outputs(&contacts, part, &bristle, stiffness, in, moment->step, out);
-    film_outputs(&films[0], in, out);
+    transmission_outputs(&contacts, &parts, &bristle, stiffness, in, moment->step, out);
+    heat_output(moment, out);
+    film_outputs(&films, in, out);
     out[RANGE_MARGIN] = margin_of_contacts(map, &contacts, in);
     out[PRESLIDING_DEFLECTION_RATE] = bristle.rate;
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
