@@ -29,8 +29,8 @@ class ScrewConstants(NamedTuple):
 class LoadedScrew(NamedTuple):
     """The nut under a preload and an axial load, on the balls that carry load."""
 
-    nut_force_a: float  # [N] relieved by an axial load > 0
-    nut_force_b: float  # [N] loaded by it
+    nut_force_a: float  # [N] of the nut that an axial load > 0 loads, as in the FMUs; nut B of physics.load
+    nut_force_b: float  # [N] of the nut that it relieves
     separation_load: float  # [N] axial load that unloads a nut
     ball_load_max: float  # [N]
     contact_pressure_max: float  # [Pa]
@@ -77,8 +77,8 @@ def loaded_screw(
     static, dynamic, k = constants
     deflection = float(axial_deflection(k, preload, axial_load))
     return LoadedScrew(
-        nut_force_a=nuts.force_a,
-        nut_force_b=nuts.force_b,
+        nut_force_a=nuts.force_b,
+        nut_force_b=nuts.force_a,
         separation_load=separation_load(screw, preload, count),
         ball_load_max=heaviest,
         contact_pressure_max=pressure,

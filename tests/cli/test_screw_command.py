@@ -25,7 +25,7 @@ def run(capsys, *arguments):
 def test_screw_agrees_with_itself_and_with_the_loads(capsys):
     found = run(capsys, "screw", *LOADED)
     loads = double_nut_loads(SCREW, 2000.0, 1500.0, SCREW.loaded_ball_count)
-    assert abs(found["nut_force_b_n"] - found["nut_force_a_n"] - 1500.0) <= 1e-6
+    assert abs(found["nut_force_a_n"] - found["nut_force_b_n"] - 1500.0) <= 1e-6
     assert abs(found["ball_load_max_n"] / float(loads.Q_b.max()) - 1.0) <= 1e-12
     assert 2.0**1.5 * 2000.0 <= found["separation_load_n"] <= 4.0 * 2000.0
     step = 1.0

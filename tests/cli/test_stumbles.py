@@ -9,8 +9,6 @@ from command_line import refused
 from reference_screw import GD4008
 
 from ballscrew_tehl.cli.points import WIDTH, listing, print_results
-from ballscrew_tehl.cli.torque import _interval
-from ballscrew_tehl.friction.interval import TorqueInterval
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
@@ -168,14 +166,6 @@ def test_init_names_the_lubricant_that_it_writes(capsys, tmp_path, options, name
     assert load_parameters(path).lubricant.name == name
 
 
-def test_the_fitted_number_has_one_name_in_the_interval():
-    found = TorqueInterval(
-        1.0, 0.8, 1.2, {}, {"ball_thrust": 0.6, "eyring_stress": 0.3, "asperity_product": 0.1}
-    )
-    text = _interval(found, 1.0)["torque_interval"]
-    assert text.endswith(": net_sliding_coefficient 60 %, eyring_stress 30 %")
-
-
 @pytest.mark.parametrize(
     "words", [("map", "info"), ("map", "check"), ("torque", *PLACE, "--speed-rpm", "100", "--map")]
 )
@@ -187,3 +177,26 @@ def test_a_map_of_another_screw_asks_for_its_screw_file(capsys, words):
     line = refused(capsys, *words, file, "--screw", PACKAGED_VG100.with_name("gd4008.toml"))
     assert "map of other parameters" in line
     assert "--screw" not in line
+
+
+def test_a_pressure_above_the_static_limit_is_said(capsys):
+    assert command_line.run(capsys, "screw", "--preload-n", "2000")[2] == ""
+    code, _, error = command_line.run(capsys, "screw", "--preload-n", "1e6")
+    assert code == 0
+    assert "the static rating allows 4.2 GPa" in error
+
+
+def test_columns_given_twice_are_refused(capsys, tmp_path):
+    points = tmp_path / "points.csv"
+    points.write_text("preload_n,speed_rpm,temperature_c,preload_n\n2000,100,30,1\n")
+    error = refused(capsys, "torque", "--points", str(points))
+    assert "columns given twice: preload_n; allowed: each heading once" in error
+
+
+@pytest.mark.parametrize("speed", ["0", "100"])
+def test_the_torque_of_the_drive_at_rest_has_no_interval(capsys, speed):
+    code, out, _ = command_line.run(
+        capsys, "torque", "--friction", "mechanistic", *PLACE, "--speed-rpm", speed
+    )
+    assert code == 0
+    assert ("torque_interval" in out) is (speed != "0")

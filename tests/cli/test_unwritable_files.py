@@ -145,3 +145,23 @@ def test_an_error_of_the_system_elsewhere_names_file_reason_and_remedy():
     )
     # a worker that died: no number, no file
     assert files.os_error_text(ChildProcessError("a worker process has died")) == "a worker process has died"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_another_suffix_is_refused(name, folder, capsys):
+    words, option, suffix = COMMANDS[name]
+    error = refused(capsys, *(word.format("x.xyz") for word in words))
+    assert f"{option} = x.xyz; allowed: " in error
+    assert f"*{suffix}" in error
+    assert not (folder / "x.xyz").exists()
+
+
+@pytest.mark.parametrize(("option", "suffix"), [("--output", ".toml"), ("--plot", ".png")])
+def test_what_calibrate_reads_is_not_overwritten(option, suffix, folder, capsys):
+    measured = folder / f"measured{suffix}"
+    measured.write_text(ROWS)
+    # by another name of the same file
+    again = folder / "regular" / ".." / measured.name if os.name == "nt" else f"./{measured.name}"
+    error = refused(capsys, "calibrate", measured.name, option, str(again))
+    assert "is a file that this command reads; allowed: another file" in error
+    assert measured.read_text() == ROWS

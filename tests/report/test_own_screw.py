@@ -178,7 +178,7 @@ def test_efficiency_is_that_of_the_command_screw(found, shown, options, capsys):
         assert driving == f"{100.0 * said['efficiency']:.2f}"
         assert back == f"{100.0 * said['efficiency_backdriving']:.2f}"
     # where a nut leaves the map there is no line
-    heavy = found.screw.lines[-1][-1].nut_force_b
+    heavy = found.screw.lines[-1][-1].nut_force_a
     assert heavy < 12000.0
     assert np.isfinite(found.screw.driving[:, 1:]).any()
 

@@ -54,7 +54,7 @@ def run_experiments(fmu: Path | str) -> dict[str, Comparison]:
 
 
 def has_experiments(folder: Path) -> bool:
-    return (folder / FOLDER / MANIFEST).is_file()
+    return (folder / FOLDER).is_dir()
 
 
 def _run_all(folder: Path) -> dict[str, Comparison]:
@@ -93,18 +93,27 @@ def _run(folder: Path, place: Path, experiment: ElementTree.Element) -> Comparis
     except Exception as error:  # fmpy raises Exception itself
         raise CheckError(f"{experiment.get('name')}: {error}") from error
     # the first row of fmpy is that after initialization; references begin with the end of the first step
+    if len(found) != 1 + len(wanted["time"]):
+        file = sources["References"].name
+        raise CheckError(
+            f"{file}: {len(wanted['time'])} rows; {len(found) - 1} steps in {experiment.get('name')}"
+        )
     if not np.allclose(found["time"][1:], wanted["time"], rtol=0.0, atol=1e-6 * times["stepSize"]):
         raise CheckError(f"{experiment.get('name')}: steps end at other times than the references")
     ends = wanted.pop("time")
-    worst = Comparison(len(ends), 0.0, "")
-    for name, values in wanted.items():
-        differences = np.abs(found[name][1:] - values) / np.maximum(np.abs(values), 1e-300)
-        k = int(np.argmax(differences))  # the first NaN, if there is one
-        if not differences[k] <= worst.difference:
-            value, expected = float(found[name][1 + k]), float(values[k])
-            where = f"{name} at {ends[k]:g} s = {value!r}; the reference in the FMU is {expected!r}"
-            worst = worst._replace(difference=float(differences[k]), place=where)
-    return worst
+    return max(
+        (_compared(name, ends, found[name][1:], values) for name, values in wanted.items()),
+        # a difference that is not a number is the largest
+        key=lambda one: (np.isnan(one.difference), one.difference),
+    )
+
+
+def _compared(name: str, ends: Any, found: Any, wanted: Any) -> Comparison:
+    """One output at the ends of the steps (n,) [s], found and wanted (n,)."""
+    differences = np.abs(found - wanted) / np.maximum(np.abs(wanted), 1e-300)
+    k = int(np.argmax(differences))  # the first NaN, if there is one
+    place = f"{name} at {ends[k]:g} s = {float(found[k])!r}; the reference in the FMU is {float(wanted[k])!r}"
+    return Comparison(len(ends), float(differences[k]), place)
 
 
 def _content(path: Path) -> bytes:
@@ -115,12 +124,18 @@ def _content(path: Path) -> bytes:
 
 
 def _parsed(path: Path) -> ElementTree.Element:
-    return ElementTree.fromstring(_content(path))
+    try:
+        return ElementTree.fromstring(_content(path))
+    except ElementTree.ParseError as error:
+        raise CheckError(f"{path.name}: not XML: {error}") from error
 
 
 def _columns(path: Path) -> dict[str, Any]:
-    head, *rows = csv.reader(io.StringIO(_content(path).decode()))
-    return dict(zip(head, np.array(rows, dtype=float).T, strict=True))
+    try:
+        head, *rows = csv.reader(io.StringIO(_content(path).decode()))
+        return dict(zip(head, np.array(rows, dtype=float).T, strict=True))
+    except ValueError as error:
+        raise CheckError(f"{path.name}: not a table of numbers: {error}") from error
 
 
 def _signals(path: Path) -> Any:

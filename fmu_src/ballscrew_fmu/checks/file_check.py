@@ -7,6 +7,9 @@ import tempfile
 import zipfile
 import zlib
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -80,34 +83,41 @@ def check_file(fmu: Path) -> list[str]:
             fmpy.extract(str(fmu), unzipdir=folder)
         except (zipfile.BadZipFile, zlib.error, OSError) as error:
             raise CheckError(f"damaged archive: {error}") from error
-        kind = Fmu3Instance if description.fmiVersion.startswith("3") else FmuInstance
-        own = next((model for model in MODELS if model.name == description.modelName), None)
-        if (
-            own is not None
-            and (nut_map := next(Path(folder).glob("resources/nut_map.npz"), None)) is not None
-        ):
-            try:
-                worst = check_replay(Path(folder), NutMap.from_npz(nut_map), kind, own)
-            except MapError as error:
-                raise CheckError(f"made by another version of this package: {error}") from error
-            return [
-                *lines,
-                f"replay against the map in the FMU: largest difference {worst:.1e} (limit {AGREEMENT:g})",
-            ]
-        stepped = _stepped(Path(folder), kind)
-        if not has_experiments(Path(folder)):
-            return [*lines, f"{stepped}; the FMU carries no reference results"]
-        return [
-            *lines,
-            stepped,
-            *(
-                f"{name} of the reference in the FMU, {one.steps} steps: largest difference {one.difference:.1e} "
-                f"(limit {AGREEMENT:g})"
-                for name, one in check_experiments(folder).items()
-            ),
-        ]
+        with ProcessPoolExecutor(1, get_context("spawn")) as process:
+            run = process.submit(_run_checks, Path(folder), description.modelName, description.fmiVersion)
+            return [*lines, *run.result()]
+    except BrokenProcessPool as error:
+        # a library that is cut short ends the process that loads it
+        raise CheckError("its library for this machine ends the process: damaged") from error
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def _run_checks(folder: Path, model: str, fmi_version: str) -> list[str]:
+    """The checks that run the FMU in a folder, a line each.
+
+    Raises       CheckError: what is wrong, one line
+    """
+    kind = Fmu3Instance if fmi_version.startswith("3") else FmuInstance
+    own = next((one for one in MODELS if one.name == model), None)
+    nut_map = folder / "resources" / "nut_map.npz"
+    if own is not None and nut_map.exists():
+        try:
+            worst = check_replay(folder, NutMap.from_npz(nut_map), kind, own)
+        except MapError as error:
+            raise CheckError(f"made by another version of this package: {error}") from error
+        return [f"replay against the map in the FMU: largest difference {worst:.1e} (limit {AGREEMENT:g})"]
+    stepped = _stepped(folder, kind)
+    if not has_experiments(folder):
+        return [f"{stepped}; the FMU carries no reference results"]
+    return [
+        stepped,
+        *(
+            f"{name} of the reference in the FMU, {one.steps} steps: largest difference {one.difference:.1e} "
+            f"(limit {AGREEMENT:g})"
+            for name, one in check_experiments(folder).items()
+        ),
+    ]
 
 
 @contextlib.contextmanager
@@ -132,13 +142,19 @@ def read_description(fmu: Path) -> ModelDescription:
     Raises       ValueError: it cannot be read, with the reason
     """
     if not fmu.is_file():
-        raise ValueError(f"{fmu}: no such file")
+        raise ValueError(f"{fmu}: {'a folder; give an FMU file' if fmu.is_dir() else 'no such file'}")
     try:
         return fmpy.read_model_description(str(fmu))
-    except (zipfile.BadZipFile, KeyError, OSError) as error:
+    except (zipfile.BadZipFile, OSError) as error:
         raise ValueError(f"{fmu}: not an FMU: {error}") from error
     except Exception as error:  # what fmpy raises on a model description that breaks the standard
-        raise ValueError(f"{fmu}: model description: {' '.join(str(error).split())}") from error
+        with zipfile.ZipFile(fmu) as archive:
+            if "modelDescription.xml" not in archive.namelist():
+                raise ValueError(f"{fmu}: not an FMU: no modelDescription.xml") from error
+        what = " ".join(str(error).split())
+        if isinstance(error, KeyError):
+            what = f"references do not fit, unknown or given twice: {what}"
+        raise ValueError(f"{fmu}: model description: {what}") from error
 
 
 def _map_note(fmu: Path, text: str) -> str | None:

@@ -62,7 +62,10 @@ def read_table(path: Path | str) -> CsvTable:
                 f"{path}: row {index} (line {place}): {len(row)} fields between {_SEPARATORS[separator]}; "
                 f"{count} expected, as in the headings{hint}"
             )
-    return CsvTable(path, split[0][1], split[1:], separator, hashlib.sha256(content).hexdigest()[:12])
+    headings = split[0][1]
+    if twice := sorted({heading for heading in headings if heading and headings.count(heading) > 1}):
+        raise ValueError(f"{path}: columns given twice: {', '.join(twice)}; allowed: each heading once")
+    return CsvTable(path, headings, split[1:], separator, hashlib.sha256(content).hexdigest()[:12])
 
 
 def _decoded(path: Path, content: bytes) -> str:

@@ -15,8 +15,6 @@ from .progress import progress_bar
 def run_map_atlas(args: Namespace) -> int:
     """Solve the contacts of the atlas, compare it with others, and write it; continues an interrupted run."""
     path = Path(args.output)
-    if path.suffix != ".npz":
-        raise ValueError(f"--output = {path}; allowed: a file *.npz")
     check_output("--output", path, "a file *.npz")
     for name in ("workers", "count"):
         value = getattr(args, name)

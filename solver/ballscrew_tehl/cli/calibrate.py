@@ -41,7 +41,7 @@ def run_calibrate(args: Namespace) -> int:
     outputs = ("--output", args.output, "a file *.toml"), ("--plot", args.plot, "a file *.png")
     for option, given, kind in outputs:
         if given:
-            check_output(option, given, kind)
+            check_output(option, given, kind, inputs=(args.measurements, args.screw))
     result = _calibration(args, parameters)
     found = result.friction_set
     if found.film_model == "hamrock_dowson":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -35,17 +35,24 @@ def os_error_text(error: OSError, where: str = "") -> str:
     )
 
 
-def check_output(option: str, given: Path | str, kind: str, create: bool = False) -> Path:
+def check_output(
+    option: str, given: Path | str, kind: str, create: bool = False, inputs: Sequence[str | None] = ()
+) -> Path:
     """Refuse a file that could not be written, by trying its folder; nothing is left behind.
 
     Parameters   option : name of the option, for the message;  kind : allowed files, "a file *.png"
-                 create : the command creates missing folders
+                 create : the command creates missing folders;  inputs : files that the command reads, None = none
     Raises       ValueError
     """
     path = Path(given)
     where = f"{option} = {path}"
     if path.is_dir():
         raise ValueError(f"{where}: is a folder; allowed: {kind}, for example {path / _example(kind)}")
+    if path.suffix.lower() != kind[kind.rindex("*") + 1 :]:
+        raise ValueError(f"{where}; allowed: {kind}")
+    for read in inputs:
+        if read and path.exists() and Path(read).exists() and path.samefile(read):
+            raise ValueError(f"{where}: is a file that this command reads; allowed: another file")
     folder = path.parent
     if not create and not folder.exists():
         raise ValueError(f"{where}: no such folder; allowed: {kind} in a folder that exists")
@@ -62,7 +69,7 @@ def check_folder(option: str, given: Path | str) -> None:
 
 
 def _example(kind: str) -> str:
-    return f"NAME{kind[kind.rindex('*') + 1 :]}" if "*" in kind else "NAME"
+    return f"NAME{kind[kind.rindex('*') + 1 :]}"
 
 
 def _try_folder(where: str, folder: Path, name: str) -> None:

@@ -254,8 +254,6 @@ def run_map_check(args: Namespace) -> int:
 def run_map_plot(args: Namespace) -> int:
     """Draw a map: torque, film and temperature rise over speed, its samples and the points of its certificate."""
     path = Path(args.output)
-    if path.suffix.lower() != ".png":
-        raise ValueError(f"--output = {path}; allowed: a file *.png in a folder that exists")
     check_output("--output", path, "a file *.png")
     parameters = screw_of(args)
     from ..nut_map.file import load_contact_map, load_map

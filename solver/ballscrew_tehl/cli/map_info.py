@@ -28,6 +28,8 @@ UNITS = {
     "defaults.roughness_height": "m",
     "mechanistic.eyring_stress": "Pa",
     "mechanistic.roughness_height": "m",
+    "mechanistic_interval.high": "times the torque",
+    "mechanistic_interval.low": "times the torque",
     "mechanistic_interval.preload": "N",
     "mechanistic_interval.speed": "rad/s",
     "mechanistic_interval.temperature": "K",

@@ -9,7 +9,7 @@ from typing import Any
 from ..friction.baselines import nsk_torque
 from ..mechanics import CATALOGUE_SHARE, LoadedScrew, efficiency, loaded_screw, screw_constants
 from ..parameters.units import CELSIUS, RPM
-from ..physics.rating import dynamic_rating, static_rating
+from ..physics.rating import STATIC_PRESSURE, dynamic_rating, static_rating
 from .common import chosen_of, say, say_outside, screw_of
 from .main import SCREW_POINT, SPEED, TEMPERATURE
 from .points import print_results, read_points
@@ -43,6 +43,9 @@ def run_screw(args: Namespace) -> int:
     for point in points:
         found = loaded_screw(screw, constants, point["preload_n"], point["axial_load_n"])
         results.append({**point, **dict(zip(KEYS, found, strict=True))})
+    if crushed := [result for result in results if result["pressure_over_static"] > 1.0]:
+        pressure = 1e-9 * crushed[0]["contact_pressure_max_pa"]
+        say(f"contact pressure {pressure:.3g} GPa; the static rating allows {1e-9 * STATIC_PRESSURE:.3g} GPa")
     if needs_map:
         speed = SPEED.checked("--speed-rpm", args.speed_rpm)
         temperature = TEMPERATURE.checked("--temperature-c", args.temperature_c)

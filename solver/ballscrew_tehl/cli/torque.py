@@ -181,7 +181,8 @@ class _MapAnswer(NamedTuple):
         parameters, friction_set = self.chosen.parameters, self.chosen.friction_set
         found = map_interval(parameters, self.contact_map, self.nut_map.header["axes"], friction_set, *at)
         unlike = unlike_flanks(parameters, at[0], at[3], found.torque)
-        return _interval(found, torque) | ({"unlike_flanks": unlike} if unlike else {})
+        # at rest the torque is that of the drive
+        return (_interval(found, torque) if torque else {}) | ({"unlike_flanks": unlike} if unlike else {})
 
 
 def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict[str, Any]]:

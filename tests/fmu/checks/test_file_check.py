@@ -1,5 +1,6 @@
 """`ballscrew_fmu check` and `info` on files: what they print, what they refuse, damage that they find."""
 
+import hashlib
 import json
 import zipfile
 from pathlib import Path
@@ -7,9 +8,10 @@ from pathlib import Path
 import pytest
 
 from ballscrew_fmu.__main__ import main
+from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks.reference import STEP, reference_results
 from ballscrew_fmu.native_fmu.compile import this_platform
-from ballscrew_fmu.native_fmu.experiments import Reference
+from ballscrew_fmu.native_fmu.experiments import MANIFEST, Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 
 pytestmark = pytest.mark.slow
@@ -74,6 +76,60 @@ def test_a_native_fmu_that_differs_from_its_reference_is_found(with_reference, t
     assert error.count("\n") == 1
 
 
+def with_files(fmu: Path, target: Path, change) -> Path:
+    """A copy of an FMU with other files: change(dict of contents by name), which may update the manifest."""
+    with zipfile.ZipFile(fmu) as source:
+        files = {name: source.read(name) for name in source.namelist()}
+    write_fmu(target, change(files))
+    return target
+
+
+def with_table(files: dict[str, bytes], change) -> dict[str, bytes]:
+    """The results of the validation changed, with their checksum in the manifest."""
+    (place,) = [name for name in files if name.endswith("_validation_out.csv")]
+    (manifest,) = [name for name in files if name.endswith(MANIFEST)]
+    lines = change(files[place].decode().splitlines())
+    content = "\n".join(lines).encode() + b"\n"
+    before, after = (hashlib.sha3_256(text).hexdigest().encode() for text in (files[place], content))
+    return files | {place: content, manifest: files[manifest].replace(before, after)}
+
+
+def without_number(lines: list[str]) -> list[str]:
+    time, _, rest = lines[5].split(",", 2)
+    return [*lines[:5], f"{time},nan,{rest}", *lines[6:]]
+
+
+def other_manifest(files: dict[str, bytes], content: bytes | None) -> dict[str, bytes]:
+    kept = {name: text for name, text in files.items() if not name.endswith(MANIFEST)}
+    (name,) = set(files) - set(kept)
+    return kept if content is None else kept | {name: content}
+
+
+def with_library(files: dict[str, bytes]) -> dict[str, bytes]:
+    (name,) = [name for name in files if name.startswith("binaries/") and not name.endswith("/")]
+    return files | {name: files[name][:5000]}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda files: with_table(files, without_number), "the reference in the FMU is nan"),
+        (lambda files: with_table(files, lambda lines: lines[:9]), "_validation_out.csv: 8 rows; 240 steps"),
+        (lambda files: with_table(files, lambda lines: [*lines[:9], "a,b"]), "not a table of numbers"),
+        (lambda files: other_manifest(files, None), "fmi-ls-manifest.xml: No such file"),
+        (lambda files: other_manifest(files, b"<broken"), "fmi-ls-manifest.xml: not XML"),
+        (with_library, "library"),
+    ],
+    ids=["NaN", "few rows", "no numbers", "no manifest", "no XML", "library cut"],
+)
+def test_damage_is_one_line(with_reference, tmp_path, capsys, change, message):
+    damaged = with_files(with_reference[2], tmp_path / "damaged.fmu", change)
+    assert main(["check", str(damaged)]) == 1
+    error = capsys.readouterr().err
+    assert message in error or (message == "library" and "cannot" in error)
+    assert error.count("\n") == 1
+
+
 def test_another_map_in_a_native_fmu_is_named(with_reference, synthetic_nut_map, tmp_path, capsys):
     own = synthetic_nut_map.header["content_hash"].encode()
     other = rewritten(
@@ -118,6 +174,7 @@ def test_what_is_not_an_fmu_is_refused_in_one_line(command, tmp_path, capsys):
         (empty, "not an FMU"),
         (broken, "broken.fmu"),
         (tmp_path / "a.fmu", "no such"),
+        (tmp_path, "a folder; give an FMU file"),
     ):
         assert main([command, str(file)]) == 2
         error = capsys.readouterr().err
