@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import refused, run
+from command_line import interruptible, refused, run
 from reference_screw import GD4008
 from synthetic_contacts import ClosedFilm, closed_contact
 
@@ -276,11 +276,6 @@ def test_interrupted_build_continues_with_what_it_has(closed, tmp_path, monkeypa
     assert main(arguments) == 0
     assert len(solved) == 2 * 30 - 20
     assert [file.name for file in tmp_path.iterdir()] == ["map.nc"]
-
-
-def interruptible():
-    """Ctrl-C reaches a child also where the tests themselves run in the background of a script, which ignores it."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @pytest.mark.slow

@@ -382,8 +382,9 @@ def test_report_names_the_kind_of_preload(parameters, words, not_said):
 
     balls = material.ball_loads(parameters, 2000.0)
     chosen = SimpleNamespace(nut_map=SimpleNamespace(law=FILM_SHEAR))
-    shown = SimpleNamespace(parameters=parameters, balls=balls, chosen=chosen)
-    text = str(sections.balls(shown))
+    shown = SimpleNamespace(parameters=parameters, balls=balls, chosen=chosen, measured=True)
+    (part,) = [part for part in sections.parts_of_page(shown, [], []) if part.name == "balls"]
+    text = part.title + str(sections.balls(shown))
     # text inside pictures is not counted
     text = re.sub(r"src=\S+", "", text)
     for word in words:

@@ -11,7 +11,7 @@ import sys
 
 import numpy as np
 import pytest
-from command_line import refused, run
+from command_line import interruptible, refused, run
 from html_page import Page
 from synthetic_contacts import GRID, closed_build
 
@@ -388,7 +388,13 @@ def test_interrupted_report_is_one_line_and_leaves_nothing(options, tmp_path):
     target = tmp_path / "r.html"
     target.write_text("old")
     words = [sys.executable, "-m", "ballscrew_tehl", "report", *map(str, options), "--output", str(target)]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        words,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=interruptible,
+    ) as process:
         first = process.stderr.readline()
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=120)

@@ -1,5 +1,7 @@
 """The command line, run in this process."""
 
+import signal
+
 from ballscrew_tehl.cli import main as cli
 
 
@@ -19,3 +21,8 @@ def refused(capsys, *arguments):
     (line,) = [line for line in err.splitlines() if "error" in line]
     assert "Traceback" not in err
     return line
+
+
+def interruptible():
+    """Ctrl-C reaches a child also where the tests themselves run in the background of a script, which ignores it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -282,7 +282,7 @@ def _torques(material: Material) -> Html:
         rows.append([f"{preload:.0f}", *(f"{value:.3f}" for value in (*torques, catalogue))])
     return table(
         "torques",
-        f"Friction torque [N m], oil at {temperature - CELSIUS:.1f} C",
+        f"Friction torque [N m], oil at {temperature - CELSIUS:.1f} C; out of range where its line is dashed",
         ["preload [N]", *(f"{w / RPM:.0f} r/min" for w in speeds), "catalogue"],
         rows,
     )
