@@ -476,17 +476,19 @@ def test_bad_input_of_the_last_screw_is_refused_before_the_first_contact(
     assert sorted(folder.iterdir()) == before
 
 
-@pytest.mark.parametrize("output", ["", ".", "{folder}", "{screw}", "/dev/null"])
+@pytest.mark.parametrize("output", ["", ".", "{folder}", "{screw}", "/dev/null", "{folder}/notes.nc"])
 def test_output_that_is_no_map_is_never_replaced(tmp_path, capsys, output):
     screw = screw_file(tmp_path, "")
+    (tmp_path / "notes.nc").write_text("notes")
     output = output.format(folder=tmp_path, screw=screw)
     line = refused(capsys, "map", "build", "--screw", screw, "--output", output)
     path = Path(output)
-    reason = (
-        ": is a folder; allowed: a file *.nc" if path.is_dir() else "; allowed: a new file *.nc, or a map"
-    )
+    reason = ": is a folder; allowed: a file *.nc" if path.is_dir() else "; allowed: a file *.nc"
+    if path.suffix == ".nc":
+        reason = "; allowed: a new file *.nc, or a map"
     assert f"--output = {path}{reason}" in line
-    assert [*tmp_path.iterdir()] == [screw]
+    assert sorted(tmp_path.iterdir()) == sorted([screw, tmp_path / "notes.nc"])
+    assert (tmp_path / "notes.nc").read_text() == "notes"
 
 
 def test_output_below_a_file_is_refused(tmp_path, capsys):

@@ -111,7 +111,9 @@ def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
 
     low, high = sorted(share * torque for share in found.relative)
     shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:2])
-    return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": f"{MEANING}: {shares}"}
+    # at rest the torque is that of the drive
+    meaning = f"{MEANING}: {shares}" if torque else "none at rest"
+    return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": meaning}
 
 
 def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]) -> list[dict[str, Any]]:
@@ -181,8 +183,7 @@ class _MapAnswer(NamedTuple):
         parameters, friction_set = self.chosen.parameters, self.chosen.friction_set
         found = map_interval(parameters, self.contact_map, self.nut_map.header["axes"], friction_set, *at)
         unlike = unlike_flanks(parameters, at[0], at[3], found.torque)
-        # at rest the torque is that of the drive
-        return (_interval(found, torque) if torque else {}) | ({"unlike_flanks": unlike} if unlike else {})
+        return _interval(found, torque) | ({"unlike_flanks": unlike} if unlike else {})
 
 
 def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict[str, Any]]:
