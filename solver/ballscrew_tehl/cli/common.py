@@ -18,16 +18,12 @@ from ..friction.sets import (
 )
 from ..parameters.file import Parameters, changed, load_parameters
 from ..parameters.packaged_data import PACKAGED_VG100
-from ..runtime.packed import MECHANISTIC, MapError
+from ..runtime.packed import MECHANISTIC
 from .main import FILMS
 
 if TYPE_CHECKING:
     from ..friction.film_model import FilmModel
     from ..runtime.evaluate import NutMap
-
-
-#: of the message about a map of another screw or oil
-OTHER_PARAMETERS = "map of other parameters"
 
 
 def say(text: str) -> None:
@@ -53,10 +49,12 @@ def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
 @contextmanager
 def screw_hint(args: Namespace, file: str | None) -> Iterator[None]:
     """Where a given map is not that of the packaged screw, say that its screw file is missing on the command line."""
+    from ..nut_map.file import OtherParametersError
+
     try:
         yield
-    except MapError as error:
-        if file is None or args.screw is not None or OTHER_PARAMETERS not in str(error):
+    except OtherParametersError as error:
+        if file is None or args.screw is not None:
             raise
         raise ValueError(
             f"{error}; without --screw that is the packaged GD4008-3: give the screw file of the map by --screw"

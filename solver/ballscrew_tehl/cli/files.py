@@ -22,17 +22,12 @@ REMEDIES = {
 }
 
 
-def os_error_text(error: OSError, where: str = "") -> str:
-    """An error of the system in one line: place, reason, remedy.
-
-    Parameters   where : option and path; "" = the file that the error names
-    """
-    place = where or str(error.filename or "")
-    if error.strerror is None or not place:
+def os_error_text(error: OSError) -> str:
+    """An error of the system in one line: the file that it names, reason, remedy."""
+    if error.strerror is None or not error.filename:
         return str(error)
-    return (
-        f"{place}: {error.strerror}; remedy: {REMEDIES.get(error.errno or 0, 'check path and permissions')}"
-    )
+    remedy = REMEDIES.get(error.errno or 0, "check path and permissions")
+    return f"{error.filename}: {error.strerror}; remedy: {remedy}"
 
 
 def check_output(

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..runtime.packed import MapError
 from .common import Chosen, chosen_of
 from .main import PRELOAD, SPEED, TEMPERATURE
 from .points import print_results
@@ -25,8 +24,6 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".html", ".htm")
 ALLOWED = "allowed: a file *.html in a folder that exists and that you may write to"
-#: part of the message of a packaged map that does not fit, before its remedy
-NO_MAP = ": build one"
 
 
 def run_report(args: Namespace) -> int:
@@ -120,19 +117,19 @@ def _gathered(
 
     Raises       ValueError: no map of this screw, with the command that builds it; point outside the map
     """
+    from ..nut_map.file import OtherParametersError
     from ..report.material import gather
 
     try:
         return gather(selected.parameters, args.map, progress, selected.of_file, measured, given)
-    except MapError as error:
-        reason, missing, _ = str(error).partition(NO_MAP)
-        if args.map is not None or args.screw is None or not missing:
+    except OtherParametersError as error:
+        if args.map is not None or args.screw is None:
             raise
         target = f"{Path(args.screw).stem}_map.nc"
         words = ["python", "-m", "ballscrew_tehl", "map", "build", "--screw", args.screw]
         words += ["--kinematics", args.kinematics] if args.kinematics else []
         raise ValueError(
-            f"--map (missing): {reason}; build it with: {shlex.join([*words, '--output', target])}; then give "
+            f"--map (missing): {error.reason}; build it with: {shlex.join([*words, '--output', target])}; then give "
             f"--map {shlex.quote(target)}"
         ) from error
 

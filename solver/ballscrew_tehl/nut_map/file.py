@@ -227,10 +227,24 @@ def _same(one: Any, other: Any) -> bool:
     return bool(one == other)
 
 
+class OtherParametersError(MapError):
+    """A map of another screw or oil; reason: which one was tried, and what differs."""
+
+    def __init__(self, reason: str, remedy: str) -> None:
+        super().__init__(reason, remedy)
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return ": ".join(self.args)
+
+
 def _refuse_other_parameters(
     path: Path, header: Mapping[str, Any], parameters: Parameters, packaged: bool
 ) -> None:
-    """packaged : no map was given, so that the packaged one was tried."""
+    """packaged : no map was given, so that the packaged one was tried.
+
+    Raises       OtherParametersError
+    """
     ours, theirs = json.loads(map_parameters_json(parameters)), json.loads(header["parameters_json"])
     for table in sorted(set(ours) | set(theirs)):
         a, b = theirs.get(table), ours.get(table)
@@ -241,13 +255,15 @@ def _refuse_other_parameters(
             key = next(key for key in sorted(set(a) | set(b)) if not _same(a.get(key), b.get(key)))
             where, found, wanted = f"{table}.{key}", a.get(key), b.get(key)
         if packaged:
-            raise MapError(
+            raise OtherParametersError(
                 f"no packaged map fits {parameters.name} with {parameters.lubricant.name} ({where} = {wanted}, in "
-                f"{path.name} {found}): build one (python -m ballscrew_tehl map build --screw FILE --output MAP.nc) "
-                "and give it with --map, or solve points with torque --direct"
+                f"{path.name} {found})",
+                "build one (python -m ballscrew_tehl map build --screw FILE --output MAP.nc) and give it with --map, "
+                "or solve points with torque --direct",
             )
-        raise MapError(
-            f"{path}: map of other parameters: {where} = {found}; expected {wanted}: build a map for this screw"
+        raise OtherParametersError(
+            f"{path}: map of other parameters: {where} = {found}; expected {wanted}",
+            "build a map for this screw",
         )
 
 

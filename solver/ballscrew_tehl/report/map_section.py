@@ -6,6 +6,7 @@ import numpy as np
 
 from ..contact.ball_formula import THICKEST_FILM
 from ..friction.origin import carried_over
+from ..nut_map.contacts import LEAST_FILM
 from ..nut_map.trend import LEAST_FORCES
 from ..parameters.file import FOUR_POINT
 from ..parameters.units import CELSIUS, RPM
@@ -14,9 +15,6 @@ from . import figures
 from .material import Material
 from .page import Html, element, figure, paragraph, table
 from .tables import certificate_regions, certificate_table
-
-#: films below which contacts are not solved: they continue those above [m]
-THINNEST_SOLVED = 1e-9
 
 
 def nut_map(material: Material) -> list[Html]:
@@ -119,7 +117,7 @@ def _marks(material: Material) -> list[tuple[str, str]]:
     rows = [
         ("dashed lines of torque", ", ".join(found) or "none"),
     ]
-    thin = float(np.mean(films.minimum < THINNEST_SOLVED))
+    thin = float(np.mean(films.minimum < LEAST_FILM))
     if thin > 0.0:
         rows.append(("films below a nanometre", f"{_percent(thin)} of the lines of the film; not solved, they continue "
                      "the films above"))  # fmt: skip
