@@ -2,6 +2,7 @@
 
 import atexit
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -83,21 +84,20 @@ def indented_blocks(page):
     return found
 
 
-def test_the_defect_that_the_docs_describe_is_there(tmp_path):
-    """The case of docs/pythonfmu_at_exit.md as printed. If it no longer aborts, pythonfmu is mended: delete page,
-    workaround and these tests."""
+def test_the_case_of_the_docs_runs_as_printed(tmp_path):
+    """The case of docs/pythonfmu_at_exit.md. Whether a process aborts is chance (contents of the heap), that the
+    binary still has the function which frees the pointer twice is not: if it is gone, pythonfmu is mended, and page,
+    workaround and these tests can be deleted."""
     slave, host, _ = indented_blocks(ROOT / "docs" / "pythonfmu_at_exit.md")
     (tmp_path / "slave.py").write_text(slave)
     (tmp_path / "host.py").write_text(host)
     build = [sys.executable, "-m", "pythonfmu", "build", "-f", "slave.py"]
     subprocess.run(build, cwd=tmp_path, check=True, capture_output=True)
-    codes = set()
-    for seed in range(1, 17):
-        run = subprocess.run(
-            [sys.executable, "host.py", str(seed)], cwd=tmp_path, capture_output=True, text=True
-        )
+    for seed in range(1, 5):
+        command = [sys.executable, "host.py", str(seed)]
+        run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
         assert run.stdout == "end of the script\n"
-        codes.add(run.returncode)
-        if run.returncode != 0:
-            break
-    assert codes - {0}, "no abort in 16 runs"
+        assert run.returncode in (0, -signal.SIGABRT, -signal.SIGSEGV)
+    folder = fmpy.extract(str(tmp_path / "Slave.fmu"), unzipdir=str(tmp_path / "Slave"))
+    binary = Path(folder, process_end.BINARIES, "Slave.so").read_bytes()
+    assert process_end.RESET.encode() in binary, "mended"
