@@ -195,7 +195,7 @@ def test_coordinates_of_rolling_and_core():
     first = model.coordinates("rolling_loss", points)[:, 0]
     np.testing.assert_allclose(first, np.log(groups.M) / span, rtol=1e-12)
     x = np.log(groups.M * groups.L**0.4)
-    for name in ("core_pressure", "core_area"):
+    for name in ("core_pressure", "core_area", "mean_rise"):
         first = model.coordinates(name, points)[:, 0]
         np.testing.assert_allclose(first, (x + 4.0 * np.tanh((x - np.log(85.0)) / 0.5)) / span, rtol=1e-12)
 
@@ -275,6 +275,31 @@ def test_rises_of_nothing_are_interpolated():
     contact_map = altered(temperature_rise=0.0)
     rise = contact_map.evaluate("nut", "temperature_rise", np.array([30.0]), 30.0, 303.0)
     assert rise == pytest.approx(LEAST["temperature_rise"], rel=1e-9)
+
+
+def test_a_mean_rise_may_be_negative():
+    """Oil that expands behind the contact cools more than shear heats: cold and slow, or a nearly rigid contact."""
+
+    def share(points):
+        return 0.3 * np.tanh(np.log(points[:, 1] / 30.0))
+
+    contacts = altered().contacts
+    for each in contacts.values():
+        each.values["mean_rise"][:] = share(each.points) * each.values["temperature_rise"]
+    contact_map = ContactMap(GD4008, MAP.range, contacts)
+    points = points_of(MAP, 200)
+    for raceway, model in contact_map.models.items():
+        rise = values(GD4008, raceway, "temperature_rise", *points.T)
+        error = (model.value("mean_rise", points) - share(points) * rise) / rise
+        assert np.max(np.abs(error)) <= CLOSED_RISE
+        assert np.ptp(share(points)) >= 0.3
+        assert np.isfinite(model.left_out("mean_rise")).all()
+        assert np.max(np.abs(model.left_out("mean_rise"))) <= 0.1
+        loads, at = np.array([9.0, 30.0]), (np.array([14.0, 60.0]), np.array([300.0]))
+        grid = contact_map.evaluate_grid(raceway, "mean_rise", loads, *at)
+        single = [contact_map.evaluate(raceway, "mean_rise", loads, w, 300.0) for w in at[0]]
+        assert grid.min() < 0.0 < grid.max()
+        np.testing.assert_allclose(grid[..., 0], np.stack(single, axis=1), rtol=1e-2)
 
 
 def test_contacts_that_were_not_solved_are_interpolated_from_the_others():

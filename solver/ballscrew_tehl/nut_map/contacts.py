@@ -13,7 +13,8 @@ Array = NDArray[np.float64]
 
 #: quantities of a solved contact with units; temperature_rise: of the hottest level, mean over the contact (the largest
 #: of the smoothed ones in pure rolling depends on where the pressure spike lies between the nodes); mean_rise: mean
-#: over contact and film; rolling_loss, core_pressure, core_area: of the thermal solve, see contact.integrals
+#: over contact and film, below 0 where oil that expands cools more than shear heats; rolling_loss, core_pressure,
+#: core_area: of the thermal solve, see contact.integrals
 QUANTITIES = {
     "isothermal_central_film": "m",
     "thermal_central_film": "m",
@@ -42,8 +43,9 @@ LEAST_FILM = 1e-9
 #: relative distance beyond the end of an axis that counts as rounding
 ROUNDING = 1e-9
 FILMS = ("isothermal_central_film", "thermal_central_film", "thermal_minimum_film")
-#: temperature rises
-RISES = ("temperature_rise", "mean_rise")
+#: temperature rises, of the hottest level of the film and of its mean
+RISE, MEAN_RISE = "temperature_rise", "mean_rise"
+RISES = (RISE, MEAN_RISE)
 #: pressure and area of the core of a contact
 CORE = ("core_pressure", "core_area")
 #: what is interpolated
