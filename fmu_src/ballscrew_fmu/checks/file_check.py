@@ -23,12 +23,9 @@ from ballscrew_fmu.checks.reference import CheckError
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
 from ballscrew_fmu.models import MODELS
-from ballscrew_fmu.native_fmu.map_file import MAGIC, MAP_FILE
+from ballscrew_fmu.native_fmu.map_file import MAP_FILE, hash_in
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MapError
-
-#: characters of the hash of a map in its file
-HASH_SIZE = 64
 
 
 def fmu_info(fmu: Path) -> dict[str, Any]:
@@ -162,9 +159,8 @@ def _map_note(fmu: Path, text: str) -> str | None:
     with zipfile.ZipFile(fmu) as archive:
         if f"resources/{MAP_FILE}" not in archive.namelist():
             return None
-        head = archive.read(f"resources/{MAP_FILE}")[: len(MAGIC) + 16 + HASH_SIZE]
-    found = head[len(MAGIC) + 16 :].decode("ascii", "replace")
-    if not head.startswith(MAGIC) or len(found) < HASH_SIZE:
+        found = hash_in(archive.read(f"resources/{MAP_FILE}"))
+    if not found:
         return f"{MAP_FILE} is damaged or of another format"
     same = f"map {found[:12]}" in text
     return f"map {found}" + (

@@ -10,13 +10,22 @@ from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, SURFACES, TORQUE_SURFA
 
 MAP_FILE = "nut_map.bin"
 MAGIC = b"BSFMAP03"
+#: bytes of size and checksum behind it, then characters of the content hash
+NUMBERS, HASH_SIZE = "<QQ", 64
 
 
 def map_bytes(nut_map: NutMap) -> bytes:
     """Magic, size, checksum and content hash, then little-endian doubles: the numbers of the map."""
     body = map_hash(nut_map.header).encode() + map_numbers(nut_map).astype("<f8").tobytes()
-    size = len(MAGIC) + 16 + len(body)
-    return MAGIC + struct.pack("<QQ", size, checksum(body)) + body
+    size = len(MAGIC) + struct.calcsize(NUMBERS) + len(body)
+    return MAGIC + struct.pack(NUMBERS, size, checksum(body)) + body
+
+
+def hash_in(data: bytes) -> str:
+    """Content hash that such a file states; "" if it is damaged or of another format."""
+    begin = len(MAGIC) + struct.calcsize(NUMBERS)
+    found = data[begin : begin + HASH_SIZE].decode("ascii", "replace")
+    return found if data.startswith(MAGIC) and len(found) == HASH_SIZE else ""
 
 
 def map_numbers(nut_map: NutMap) -> NDArray[np.float64]:

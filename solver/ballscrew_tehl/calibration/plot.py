@@ -5,7 +5,6 @@ matplotlib is imported when a figure is made.
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,7 @@ import numpy as np
 
 from ..friction.sets import SETS
 from ..parameters.units import RPM
+from ..whole_file import whole_file
 from .user import Calibration
 
 if TYPE_CHECKING:
@@ -97,9 +97,5 @@ def _deviations_over_speed(axes: Axes, result: Calibration) -> None:
 
 def save_figure(figure: Figure, path: Path) -> None:
     """Write a PNG to a temporary file in the same folder and rename it."""
-    temporary = path.with_name(path.name + ".part")
-    try:
+    with whole_file(path) as temporary:
         figure.savefig(temporary, format="png", dpi=150, metadata={"Software": None})
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)

@@ -6,18 +6,10 @@ from argparse import Namespace
 from collections.abc import Mapping
 from typing import Any
 
-from ..parameters.units import CELSIUS, RPM
+from ..parameters.units import SHOWN
 from .common import screw_hint, screw_of
 from .points import listing, print_results, table
 
-#: axis -> unit, that unit over SI, its offset
-AXES = {
-    "force": ("N", 1.0, 0.0),
-    "preload": ("N", 1.0, 0.0),
-    "share": ("of the separation load", 1.0, 0.0),
-    "speed": ("r/min", 1.0 / RPM, 0.0),
-    "temperature": ("C", 1.0, CELSIUS),
-}
 #: unit of a row, if it has one
 UNITS = {
     "contacts": "both raceways, isothermal and thermal",
@@ -77,8 +69,8 @@ def _rows(header: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _axis(name: str, low: float, high: float, nodes: int) -> str:
-    unit, scale, shift = AXES[name]
-    return f"{scale * low - shift:.6g} to {scale * high - shift:.6g} {unit}, {nodes} nodes"
+    shown = SHOWN[name]
+    return f"{shown.of(low):.6g} to {shown.of(high):.6g} {shown.unit}, {nodes} nodes"
 
 
 def _certificate_text(certificate: Mapping[str, Any]) -> str:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
+from ..parameters.units import SHOWN
 from .common import Chosen, chosen_of
 from .main import PRELOAD, SPEED, TEMPERATURE
 from .points import print_results
@@ -90,16 +91,16 @@ def _given(args: Namespace, measured: bool) -> GivenPoint:
 
     Raises       ValueError: a number out of range, or any in the report on the paper
     """
-    from ..report.lines import UNITS, GivenPoint
+    from ..report.lines import POINT_AXES, GivenPoint
 
     found: list[float | None] = []
-    for quantity, (_, scale, shift) in zip((PRELOAD, SPEED, TEMPERATURE), UNITS.values(), strict=True):
+    for quantity, axis in zip((PRELOAD, SPEED, TEMPERATURE), POINT_AXES, strict=True):
         value = getattr(args, quantity.name)
         if value is not None and measured:
             raise ValueError(
                 f"{quantity.option} = {value}; allowed: with --screw, the paper has its own point"
             )
-        found.append(None if value is None else scale * quantity.checked(quantity.option, value) + shift)
+        found.append(None if value is None else SHOWN[axis].si(quantity.checked(quantity.option, value)))
     return GivenPoint(*found)
 
 

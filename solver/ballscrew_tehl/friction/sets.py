@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import os
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,6 +20,7 @@ from pydantic import ValidationError
 from ..parameters.file import Parameters, changed
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
+from ..whole_file import whole_file
 
 #: fitted parameters in their fixed order
 FITTED = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
@@ -256,13 +256,8 @@ def write_friction_sets(
         if entry.not_identified is not None:
             lines.append(f"[{prefix}.not_identified]")
             lines += [f"{_quoted(key)} = {_quoted(text)}" for key, text in entry.not_identified.items()]
-    path = Path(path)
-    temporary = path.with_name(path.name + ".part")
-    try:
+    with whole_file(Path(path)) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def friction_set_text(sets: Sequence[FrictionSet]) -> str:

@@ -30,6 +30,7 @@ from ..parameters.mineral_oil import D341_SHIFT
 from ..parameters.oil import ROELANDS_LN, ROELANDS_PRESSURE
 from ..parameters.units import CELSIUS
 from ..physics.hertz import ellipse
+from ..whole_file import whole_file
 from .atlas import (
     ATLAS_FORMAT,
     GROUPS,
@@ -334,9 +335,6 @@ def save_atlas(
         arrays[f"{name}_hyper"], arrays[f"{name}_slopes"] = interpolant.hyper, interpolant.slopes
         arrays[f"{name}_weights"] = interpolant.weights
     text = json.dumps(dict(header, hash=content_hash(arrays)), sort_keys=True)
-    temporary = path.with_name(path.name + ".part.npz")
-    try:
-        np.savez_compressed(temporary, header=np.array(text), **arrays)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    # a name without .npz would be changed
+    with whole_file(path) as temporary, temporary.open("wb") as stream:
+        np.savez_compressed(stream, header=np.array(text), **arrays)

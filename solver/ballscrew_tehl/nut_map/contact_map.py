@@ -73,7 +73,9 @@ THICKEST = 0.2
 #: the share itself is interpolated
 NO_LOSS = 0.02
 #: power of the viscosity in the second coordinate: 1 what the isothermal film sets, 1/2 what heat sets
-THICKENING = {name: 1.0 if name in (FILMS[0], *LIKE_CORE) else 0.5 for name in MAPPED} | {"rolling_loss": 0.75}
+THICKENING = {name: 1.0 if name in (FILMS[0], *LIKE_CORE) else 0.5 for name in MAPPED} | {
+    "rolling_loss": 0.75
+}
 #: degree of the trend of what the atlas leaves; none of the core, whose formula is exact where the load is high
 ATLAS_DEGREE, CORE_DEGREE = 0, -1
 #: temperature rise [K], and rolling loss over its closed formula, below which they count as that
@@ -203,7 +205,9 @@ class ContactModel:
         solved = model.values + self._from_atlas(name, self.points[known])
         predicted = unmodelled(name, solved - model.left_out)
         errors = np.zeros(len(self.points))
-        errors[known] = predicted - solved if name == MEAN_RISE else predicted / unmodelled(name, solved) - 1.0
+        errors[known] = (
+            predicted - solved if name == MEAN_RISE else predicted / unmodelled(name, solved) - 1.0
+        )
         return errors
 
     def value(self, name: str, points: Array) -> Array:

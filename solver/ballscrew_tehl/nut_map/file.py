@@ -8,7 +8,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -40,6 +39,7 @@ from ..runtime.packed import (
     MapError,
     sealed,
 )
+from ..whole_file import whole_file
 from .interval import BAND, BAND_PRELOAD, band, band_numbers, band_point, nearest
 
 if TYPE_CHECKING:
@@ -105,15 +105,14 @@ def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) 
     }  # fmt: skip
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.name + ".part")
     try:
-        xr.Dataset(variables, attrs=attributes).to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT")
-        os.replace(temporary, path)
+        with whole_file(path) as temporary:
+            xr.Dataset(variables, attrs=attributes).to_netcdf(
+                temporary, engine="scipy", format="NETCDF3_64BIT"
+            )
     except OSError as error:
         # a failed write, as on a full disk, names no file
         raise OSError(error.errno, error.strerror, str(path)) from error
-    finally:
-        temporary.unlink(missing_ok=True)
     return digest
 
 

@@ -5,7 +5,6 @@ The numbers are made by map_picture, drawn by map_figure. matplotlib is imported
 
 from __future__ import annotations
 
-import os
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from ..parameters.units import CELSIUS, RPM
 from ..physics.hertz import RACEWAYS
 from ..runtime.evaluate import DoubleNutState, NutMap
 from ..runtime.packed import POINT
+from ..whole_file import whole_file
 from .contact_map import ContactMap
 from .contacts import Array
 
@@ -353,9 +353,5 @@ def _plain_numbers(axes: Axes) -> None:
 
 def save_figure(figure: Figure, path: Path, file_hash: str) -> None:
     """Write a PNG to a temporary file next to `path` and rename it; its metadata name the map."""
-    temporary = path.with_name(path.name + ".part")
-    try:
+    with whole_file(path) as temporary:
         figure.savefig(temporary, format="png", dpi=150, metadata={"Source": f"map {file_hash}"})
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)

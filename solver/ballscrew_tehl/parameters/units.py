@@ -1,6 +1,33 @@
 """Factors of other units; inside the package all quantities are SI, radians and kelvin."""
 
 import math
+from typing import NamedTuple
 
 RPM = math.pi / 30.0  # [rad/s] of one revolution per minute
 CELSIUS = 273.15  # [K] at 0 degrees Celsius
+
+
+class Shown(NamedTuple):
+    """Unit of an axis of a map in what people read: its name, one of it and its zero in SI."""
+
+    unit: str
+    one: float = 1.0
+    zero: float = 0.0
+
+    def of(self, value: float) -> float:
+        """A value [SI] in this unit."""
+        return (value - self.zero) / self.one
+
+    def si(self, value: float) -> float:
+        """A value in this unit [SI]."""
+        return value * self.one + self.zero
+
+
+#: by axis of a map
+SHOWN = {
+    "force": Shown("N"),
+    "preload": Shown("N"),
+    "share": Shown("of the separation load"),
+    "speed": Shown("r/min", RPM),
+    "temperature": Shown("C", zero=CELSIUS),
+}

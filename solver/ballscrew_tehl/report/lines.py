@@ -19,7 +19,7 @@ from ..nut_map.interval import map_interval, nearest
 from ..nut_map.trend import Trend, unphysical_trend
 from ..parameters.file import Parameters
 from ..parameters.identity import parameters_hash
-from ..parameters.units import CELSIUS, RPM
+from ..parameters.units import CELSIUS, RPM, SHOWN
 from ..physics.rating import dynamic_rating
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
@@ -136,8 +136,8 @@ class GivenPoint(NamedTuple):
     temperature: float | None = None
 
 
-#: unit of the page by quantity: factor to SI, offset
-UNITS = {"preload": ("N", 1.0, 0.0), "speed": ("r/min", RPM, 0.0), "temperature": ("C", 1.0, CELSIUS)}
+#: axes of a map that an operating point lies on
+POINT_AXES = ("preload", "speed", "temperature")
 
 
 def operating_point(
@@ -150,11 +150,11 @@ def operating_point(
     """
     preload = float(f"{CATALOGUE_SHARE * dynamic_rating(parameters.screw):.2g}")
     found = []
-    for name, own, usual in zip(UNITS, given, (preload, POINT_SPEED, temperature), strict=True):
+    for name, own, usual in zip(POINT_AXES, given, (preload, POINT_SPEED, temperature), strict=True):
         inside = nearest(axes, name, usual if own is None else own)
         if own is not None and not math.isclose(inside, own, rel_tol=1e-9):
-            unit, scale, shift = UNITS[name]
-            low, high, wanted = ((value - shift) / scale for value in (*axes[name][:2], own))
+            unit = SHOWN[name].unit
+            low, high, wanted = (SHOWN[name].of(value) for value in (*axes[name][:2], own))
             raise ValueError(
                 f"{name} = {wanted:.6g} {unit}; allowed: {low:.6g} to {high:.6g} {unit}, the range of the map: "
                 "build one for a wider range"

@@ -9,7 +9,7 @@ from ..friction.origin import carried_over
 from ..nut_map.contacts import LEAST_FILM
 from ..nut_map.trend import LEAST_FORCES
 from ..parameters.file import FOUR_POINT
-from ..parameters.units import CELSIUS, RPM
+from ..parameters.units import SHOWN
 from ..runtime.packed import MECHANISTIC
 from . import figures
 from .material import Material
@@ -21,19 +21,14 @@ def nut_map(material: Material) -> list[Html]:
     """Picture, certificate, range and limits."""
     header = material.picture.nut_map.header
     axes = header["axes"]
-    scales = {
-        "force": (1.0, 0.0, "N"),
-        "preload": (1.0, 0.0, "N"),
-        "speed": (1.0 / RPM, 0.0, "r/min"),
-        "temperature": (1.0, CELSIUS, "C"),
-    }
     span = [
         [
             name,
-            *(f"{round(scale * end - shift, 3):.6g} {unit}" for end in axes[name][:2]),
+            *(f"{round(shown.of(end), 3):.6g} {shown.unit}" for end in axes[name][:2]),
             f"{axes[name][2]:.0f}",
         ]
-        for name, (scale, shift, unit) in scales.items()
+        for name, shown in SHOWN.items()
+        if name != "share"
     ]
     return [
         paragraph(
