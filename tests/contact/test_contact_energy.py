@@ -263,7 +263,10 @@ class Film:
 
 
 def carried_out(film):
-    """Heat [W] through the outer faces of the cells alone: upwind, inflow at T0, outflow continued from two nodes."""
+    """Heat [W] through the outer faces of the cells alone: upwind, inflow at T0, outflow continued from two nodes.
+
+    Across, the slope is at most that to the node beyond.
+    """
     first = 0 if film.mirror else 1
     lines, across = slice(first, N_Y - 1), np.full(N_Y - 1 - first, film.h_y)
     if film.mirror:
@@ -275,6 +278,13 @@ def carried_out(film):
         rise = near + 0.5 * ratio * (near - behind) - T_IN
         return np.maximum(flow, 0.0) * rise
 
+    def across_leaving(flow, near, behind, beyond):
+        before, after = near - behind, beyond - near
+        slope = np.where(
+            before * after > 0.0, np.sign(before) * np.minimum(np.abs(before), np.abs(after)), 0.0
+        )
+        return leaving(flow, near, near - slope, 1.0)
+
     x, t = film.x, film.t
     d = np.diff(x)
     # backflow is of first order
@@ -282,12 +292,30 @@ def carried_out(film):
     ratio = d[-1] / d[-2] * (film.face.x[lines, -2] > 0.0)
     east = leaving(film.face.x[lines, -1], t[lines, -2], t[lines, -3], ratio)
     total = np.einsum("j,jk,k", across, west + east, weights)
-    north = leaving(film.face.y[-1], t[-2], t[-3], 1.0)[1:-1]
+    north = across_leaving(film.face.y[-1], t[-2], t[-3], t[-1])[1:-1]
     total += np.einsum("i,ik,k", film.width[1:-1], north, weights) * (2.0 if film.mirror else 1.0)
     if not film.mirror:
-        south = leaving(-film.face.y[0], t[1], t[2], 1.0)[1:-1]
+        south = across_leaving(-film.face.y[0], t[1], t[2], t[0])[1:-1]
         total += np.einsum("i,ik,k", film.width[1:-1], south, weights)
     return total
+
+
+@pytest.mark.parametrize(
+    ("values", "slope"),
+    [
+        ((1.0, 2.0, 4.0), 1.0),
+        ((1.0, 4.0, 5.0), 1.0),
+        ((5.0, 3.0, 2.5), -0.5),
+        ((1.0, 2.0, 1.5), 0.0),
+        ((2.0, 1.0, 3.0), 0.0),
+        ((2.0, 2.0, 3.0), 0.0),
+    ],
+)
+def test_a_face_lies_between_its_cells(values, slope):
+    """The smaller difference, none at an extremum."""
+    assert energy.bounded_slope(*values) == slope
+    face = values[1] + 0.5 * slope
+    assert min(values[1:]) <= face <= max(values[1:])
 
 
 @pytest.mark.parametrize("mirror", [True, False], ids=["mirror", "both halves, spin"])

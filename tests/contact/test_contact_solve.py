@@ -1,6 +1,7 @@
 """Results of a contact solve: fields, bad input, reasons of missing convergence."""
 
 import math
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -197,6 +198,14 @@ def test_conditions_refuse_spin_and_slip_that_are_not_finite(name, value):
         ContactConditions(**(GOOD | {name: value}))
 
 
+@pytest.mark.parametrize("name", ["load", "R_y", "u_1", "temperature", "spin_2"])
+@pytest.mark.parametrize("value", ["30", None, True, [30.0, 40.0]])
+def test_conditions_refuse_what_is_no_number(name, value):
+    with pytest.raises(ValueError, match=rf"^{name} = {re.escape(repr(value))} .*; needs a number") as caught:
+        ContactConditions(**(GOOD | {name: value}))
+    assert "\n" not in str(caught.value)
+
+
 def test_conditions_refuse_rolling_along_the_long_axis():
     with pytest.raises(
         ValueError, match=r"R_x = 0.06 m; needs R_x <= R_y = 0.002 m: x is the rolling direction"
@@ -240,10 +249,19 @@ def test_moes_entrance_refuses(changed, message):
         ("tolerance", 0.0),
         ("tolerance", math.nan),
         ("max_newton", 0),
+        ("n_x", 10**6),
+        ("n_z", 8.5),
+        ("n_x", "65"),
+        ("n_x", None),
+        ("extent", 0.0),
+        ("extent", math.nan),
+        ("density", -1.0),
+        ("density", "1"),
+        ("thermal", "no"),
     ],
 )
 def test_options_out_of_range_are_refused(name, value):
-    with pytest.raises(ValueError, match=rf"{name} = {value}.*needs"):
+    with pytest.raises(ValueError, match=rf"{name} = {re.escape(repr(value))}.*needs"):
         SolverOptions(**{name: value})
 
 

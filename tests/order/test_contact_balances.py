@@ -16,12 +16,16 @@ from contact_cases import (
     options,
     solved,
 )
+from paths import ROOT
 from scipy.integrate import quad, trapezoid
 
+from ballscrew_tehl.contact.ball_contact import solve_ball
 from ballscrew_tehl.contact.half_space.grid import Grid
 from ballscrew_tehl.contact.moes import ISOTHERMAL, reference_oil
 from ballscrew_tehl.contact.problem import ContactProblem, WarmFilm
+from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.physics import lubricant
+from ballscrew_tehl.physics.hertz import RACEWAYS
 
 GIVEN = {"x_in": -4.0, "x_out": 1.5, "y_max": 1.5}  # a domain that is given has P = 0 on its edges
 ISOTHERMAL_CASES = {
@@ -154,6 +158,20 @@ def test_heat_balance_closes(at, n_z):
     assert balance.defect == pytest.approx(
         (balance.generated - balance.conducted - balance.convected) / size, rel=1e-9, abs=1e-15
     )
+
+
+@pytest.mark.parametrize("raceway", RACEWAYS)
+def test_oil_far_from_the_contact_keeps_its_temperature(raceway):
+    """In gaps of hundreds of films lines lie far apart and oil flows across: no slope may heat or cool it."""
+    screw = load_parameters(ROOT / "tests/data/screws/example_20x20.toml")
+    solution = solve_ball(screw, raceway, 20.0, 100.0, 293.15, thermal=True)
+    assert abs(solution.heat_balance.defect) <= 1e-3
+    c, hertz = solution.conditions, solution.hertz
+    rise = solution.temperature - c.temperature
+    far = solution.state.gap * hertz.b**2 / c.R_x > 100.0 * solution.h_c
+    assert far.sum() >= 100
+    assert rise.max() >= 2.0
+    assert np.max(np.abs(rise[far])) <= 0.5
 
 
 @pytest.mark.parametrize("rheology", ["eyring", "carreau"])

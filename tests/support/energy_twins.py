@@ -51,7 +51,7 @@ def side_heat(x, width, h_y, mirror, t, t_in, face, j, i, own):
 
     Sum of inflow times (temperature of the face - own). A face has the temperature upstream of it; of second order
     where the oil has passed two columns forward, with a share of the slope where it swells to more than four times the
-    flow of the face before. Across, outflow by what was known.
+    flow of the face before. Across, outflow by what was known, and slopes at most those to the cell downstream.
     """
     ny = t.shape[0]
 
@@ -73,11 +73,17 @@ def side_heat(x, width, h_y, mirror, t, t_in, face, j, i, own):
     for inflow, step in ((flow[j, i] / h_y, -1), (-flow[j + 1, i] / h_y, 1)):
         near, far, behind = (abs(j + m * step) for m in (1, 2, -1))
         edge = near == ny - 1 or (near == 0 and not mirror)
-        from_there = t_in if edge else 1.5 * t[near, i] - 0.5 * t[far, i]
-        out = out + np.where(
-            inflow > 0.0, inflow * (from_there - own), 0.5 * inflow * (t[j, i] - t[behind, i])
+        from_there = (
+            t_in if edge else t[near, i] + 0.5 * smaller(t[near, i] - t[far, i], t[j, i] - t[near, i])
         )
+        left = smaller(t[j, i] - t[behind, i], t[near, i] - t[j, i])
+        out = out + np.where(inflow > 0.0, inflow * (from_there - own), 0.5 * inflow * left)
     return out
+
+
+def smaller(one, other):
+    """The smaller of two differences, none if their signs differ."""
+    return 0.5 * (np.sign(one) + np.sign(other)) * np.minimum(np.abs(one), np.abs(other))
 
 
 def sweep(

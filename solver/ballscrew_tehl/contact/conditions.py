@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from numbers import Integral
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +15,17 @@ from ..physics.asperity import Roughness
 from ..physics.hertz import HertzContact, ellipse
 from .film.reynolds import GridChoice
 from .half_space.grid import INLET_SHAPE, Array
+
+
+def _number(name: str, value: Any, unit: str) -> float:
+    """A single number as given.
+
+    Raises       ValueError: none, text, a truth value, an array
+    """
+    array = np.asarray(value)
+    if array.ndim > 0 or array.dtype.kind not in "iuf":
+        raise ValueError(f"{name} = {value!r} {unit}; needs a number")
+    return float(value)
 
 
 @dataclass(frozen=True)
@@ -47,9 +60,11 @@ class ContactConditions:
             ("E_prime", "Pa"),
             ("temperature", "K"),
         ):
-            value = getattr(self, name)
+            value = _number(name, getattr(self, name), unit)
             if not (value > 0.0 and math.isfinite(value)):
                 raise ValueError(f"{name} = {value} {unit}; needs finite, > 0")
+        for name in ("u_1", "u_2"):
+            _number(name, getattr(self, name), "m/s")
         if not self.R_x <= self.R_y:
             raise ValueError(
                 f"R_x = {self.R_x} m; needs R_x <= R_y = {self.R_y} m: x is the rolling direction"
@@ -61,7 +76,7 @@ class ContactConditions:
 
         for name, unit in (("differential", "1/(m s)"), ("spin", "rad/s")):
             for body in (1, 2):
-                value = getattr(self, f"{name}_{body}")
+                value = _number(f"{name}_{body}", getattr(self, f"{name}_{body}"), unit)
                 if not math.isfinite(value):
                     raise ValueError(f"{name}_{body} = {value} {unit}; needs finite")
 
@@ -97,6 +112,10 @@ class ContactConditions:
         return 0.5 * (self.u_1 + self.u_2)
 
 
+#: most nodes, layers and iterations of a solve, which then takes hours; bounds of the factors on domain and lines
+MOST_NODES, LEAST_FACTOR, MOST_FACTOR = 10_000, 0.25, 64.0
+
+
 @dataclass(frozen=True)
 class SolverOptions:
     """Accuracy and cost of a solve.
@@ -125,11 +144,19 @@ class SolverOptions:
     max_thermal: int = 400
 
     def __post_init__(self) -> None:
+        if not isinstance(self.thermal, bool | np.bool_):
+            raise ValueError(f"thermal = {self.thermal!r}; needs True or False")
         least = {"n_x": 17, "n_y": 5, "n_z": 4, "max_newton": 1, "max_thermal": 1}
         for name, bound in least.items():
             value = getattr(self, name)
-            if not (value is None or value >= bound):
-                raise ValueError(f"{name} = {value}; needs a whole number >= {bound}")
+            if name == "n_y" and value is None:
+                continue
+            if not (isinstance(value, Integral) and bound <= int(value) <= MOST_NODES):
+                raise ValueError(f"{name} = {value!r}; needs a whole number >= {bound}, <= {MOST_NODES}")
+        for name in ("extent", "density"):
+            value = _number(name, getattr(self, name), "of the default")
+            if not (LEAST_FACTOR <= value <= MOST_FACTOR):
+                raise ValueError(f"{name} = {value}; needs {LEAST_FACTOR} to {MOST_FACTOR} of the default")
         if not (0.0 < self.tolerance < 1.0):
             raise ValueError(
                 f"tolerance = {self.tolerance}; needs > 0, < 1: relative to the largest pressure"
