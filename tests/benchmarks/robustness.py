@@ -2,7 +2,7 @@
 
 `python tests/benchmarks/robustness.py [--points N] [--thermal] [--layers K] [--roughness-um S] [--workers W]
 [--output FILE.csv]` solves N contacts and prints how many did not converge, are not a number or took the asymptotic
-branch (and the lowest load that did), the worst error estimate and seconds per contact. `--case K` solves point K
+branch (and the lowest load that did), the worst error estimate, the worst heat balance and seconds per contact. `--case K` solves point K
 alone, for one that is listed as not converged.
 Isothermal: radius ratio 0.03 to 1, Moes M 1.5 to 2e6, L 1.8 to 40 (ratio and M over their logarithms), both oil laws.
 Thermal: contacts of the packaged screw over the range of its map, both raceways and kinematics; --layers multiplies the
@@ -34,6 +34,9 @@ from ballscrew_tehl.contact.moes import solve_moes
 from ballscrew_tehl.contact.solve import ContactSolution, solve_contact
 from ballscrew_tehl.physics.asperity import typical_roughness
 
+#: relative gap of a heat balance that is counted
+BALANCE = 0.01
+
 
 class Variant(NamedTuple):
     """What the points are solved with: factor on the layers; composite roughness [um]."""
@@ -52,7 +55,7 @@ class Variant(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What became of one point."""
+    """What became of one point. heat_balance: relative gap, NaN isothermal; extreme_rise [K]: farthest from the bath."""
 
     variant: str
     seed: int
@@ -66,6 +69,8 @@ class Outcome(NamedTuple):
     branch: str
     error: float
     iterations: int
+    heat_balance: float
+    extreme_rise: float
     seconds: float
 
 
@@ -97,9 +102,13 @@ def thermal(u: np.ndarray, variant: Variant) -> tuple[str, ContactSolution]:
 def outcome(variant: Variant, seed: int, number: int, u: np.ndarray) -> Outcome:
     """Solve one point."""
     point, s = thermal(u, variant) if variant.thermal else isothermal(u)
+    balance, rise = math.nan, math.nan
+    if s.heat_balance is not None and s.temperature is not None:
+        balance = s.heat_balance.defect
+        rise = float(np.max(np.abs(s.temperature - s.conditions.temperature)))
     return Outcome(
         variant.options, seed, number, point, s.M, s.h_c, s.h_m, s.converged, s.reason, s.branch, s.error_estimate,
-        s.iterations, s.seconds,
+        s.iterations, balance, rise, s.seconds,
     )  # fmt: skip
 
 
@@ -173,6 +182,14 @@ def report(found: list[Outcome], seconds: float) -> dict[str, float]:
         )
     if resolved := [o for o in errors if o.branch == "resolved"]:
         print(f"worst on the resolved branch: {100 * resolved[-1].error:.2f} % at {resolved[-1].point}")
+    if balanced := sorted(
+        (o for o in found if math.isfinite(o.heat_balance)), key=lambda o: abs(o.heat_balance)
+    ):
+        worst, over = balanced[-1], sum(abs(o.heat_balance) > BALANCE for o in balanced)
+        print(
+            f"heat balance: {over} above {100.0 * BALANCE:g} %, worst {100.0 * worst.heat_balance:.2g} % "
+            f"(largest rise {worst.extreme_rise:.2g} K) at {worst.point}"
+        )
     slowest = max(found, key=lambda o: o.seconds)
     print(
         f"seconds per contact: median {np.median(times):.3f}, 90 % {np.quantile(times, 0.9):.3f}, "

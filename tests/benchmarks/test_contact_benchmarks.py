@@ -123,16 +123,31 @@ def test_robustness_at_a_few_points(options, tmp_path, capsys):
 
 def test_robustness_lists_what_failed_with_the_options_that_repeat_it(capsys):
     good = robustness.Outcome(
-        "--thermal --layers 2", 1, 7, "published nut", 5e4, 1e-7, 8e-8, True, "", "resolved", 0.01, 5, 0.1
+        "--thermal --layers 2",
+        1,
+        7,
+        "published nut",
+        5e4,
+        1e-7,
+        8e-8,
+        True,
+        "",
+        "resolved",
+        0.01,
+        5,
+        2e-3,
+        40.0,
+        0.1,
     )
     bad = good._replace(number=9, converged=False, reason="pressure not found", h_c=math.nan, error=math.nan)
-    far = good._replace(number=11, branch="asymptotic", M=4e4)
+    far = good._replace(number=11, branch="asymptotic", M=4e4, heat_balance=-0.4)
     assert robustness.report([good, bad, far], 1.0) == {
         "points": 3, "not converged": 1, "not finite": 1, "asymptotic": 1,
     }  # fmt: skip
     printed = capsys.readouterr().out
     assert "pressure not found (--case 9 --seed 1 --thermal --layers 2)" in printed
     assert "lowest M 4e+04" in printed
+    assert "heat balance: 1 above 1 %, worst -40 % (largest rise 40 K) at published nut" in printed
 
 
 def test_rough_contacts_get_their_roughness():
