@@ -2,8 +2,8 @@
 
 `python tests/benchmarks/robustness.py [--points N] [--thermal] [--layers K] [--roughness-um S] [--workers W]
 [--output FILE.csv]` solves N contacts and prints how many did not converge, are not a number or took the asymptotic
-branch (and the lowest load that did), the worst error estimate, the worst heat balance and seconds per contact. `--case K` solves point K
-alone, for one that is listed as not converged.
+branch (and the lowest load that did), the worst error estimate, the worst heat balance and seconds per contact.
+`--case K` solves point K alone, for one that is listed as not converged.
 Isothermal: radius ratio 0.03 to 1, Moes M 1.5 to 2e6, L 1.8 to 40 (ratio and M over their logarithms), both oil laws.
 Thermal: contacts of the packaged screw over the range of its map, both raceways and kinematics; --layers multiplies the
 layers through the film, --roughness-um is the composite roughness of both bodies.
@@ -55,7 +55,7 @@ class Variant(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What became of one point. heat_balance: relative gap, NaN isothermal; extreme_rise [K]: farthest from the bath."""
+    """What became of one point. Without heat NaN: heat_balance, its relative gap, extreme_rise [K], from the bath."""
 
     variant: str
     seed: int
