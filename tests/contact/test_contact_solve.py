@@ -198,6 +198,24 @@ def test_conditions_refuse_spin_and_slip_that_are_not_finite(name, value):
         ContactConditions(**(GOOD | {name: value}))
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("load", 1e300),
+        ("load", 1e-300),
+        ("R_x", 1e-300),
+        ("R_y", 1e300),
+        ("E_prime", 1e300),
+        ("temperature", 2000.0),
+        ("u_1", 1e300),
+    ],
+)
+def test_conditions_beyond_any_machine_are_refused(name, value):
+    with pytest.raises(ValueError, match=rf"{name}.* = .*{re.escape(str(value))}.*; allowed: ") as caught:
+        ContactConditions(**(GOOD | {name: value}))
+    assert "\n" not in str(caught.value)
+
+
 @pytest.mark.parametrize("name", ["load", "R_y", "u_1", "temperature", "spin_2"])
 @pytest.mark.parametrize("value", ["30", None, True, [30.0, 40.0]])
 def test_conditions_refuse_what_is_no_number(name, value):

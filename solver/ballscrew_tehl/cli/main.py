@@ -398,6 +398,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         text = os_error_text(err) if isinstance(err, OSError) else str(err)
         print(f"ballscrew_tehl {args.command}: error: {' '.join(text.split())}", file=sys.stderr)
         return 2
+    except MemoryError as err:
+        text = " ".join(str(err).split()) or "no number given"
+        print(
+            f"ballscrew_tehl {args.command}: error: not enough memory ({text}): fewer nodes or a smaller domain",
+            file=sys.stderr,
+        )
+        return 2
     except ArithmeticError as err:
         print(f"ballscrew_tehl {args.command}: not converged: {' '.join(str(err).split())}", file=sys.stderr)
         return 1

@@ -16,6 +16,16 @@ from ..physics.hertz import HertzContact, ellipse
 from .film.reynolds import GridChoice
 from .half_space.grid import INLET_SHAPE, Array
 
+#: unit, least and largest of what a contact is given by: wider than any machine, so that no number overflows
+RANGES = {
+    "load": ("N", 1e-12, 1e9),
+    "R_x": ("m", 1e-7, 1e3),
+    "R_y": ("m", 1e-7, 1e6),
+    "E_prime": ("Pa", 1e6, 1e14),
+    "temperature": ("K", 1.0, 1000.0),
+}
+FASTEST = 1e4  # [m/s]
+
 
 def _number(name: str, value: Any, unit: str) -> float:
     """A single number as given.
@@ -53,18 +63,15 @@ class ContactConditions:
     roughness: Roughness | None = None
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("load", "N"),
-            ("R_x", "m"),
-            ("R_y", "m"),
-            ("E_prime", "Pa"),
-            ("temperature", "K"),
-        ):
+        for name, (unit, low, high) in RANGES.items():
             value = _number(name, getattr(self, name), unit)
             if not (value > 0.0 and math.isfinite(value)):
                 raise ValueError(f"{name} = {value} {unit}; needs finite, > 0")
-        for name in ("u_1", "u_2"):
-            _number(name, getattr(self, name), "m/s")
+            if not low <= value <= high:
+                raise ValueError(f"{name} = {value} {unit}; allowed: {low:g} to {high:g} {unit}")
+        fastest = max(abs(_number(name, getattr(self, name), "m/s")) for name in ("u_1", "u_2"))
+        if math.isfinite(fastest) and fastest > FASTEST:
+            raise ValueError(f"u_1, u_2 = {self.u_1}, {self.u_2} m/s; allowed: up to {FASTEST:g} m/s")
         if not self.R_x <= self.R_y:
             raise ValueError(
                 f"R_x = {self.R_x} m; needs R_x <= R_y = {self.R_y} m: x is the rolling direction"
