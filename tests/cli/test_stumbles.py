@@ -114,6 +114,27 @@ def test_map_info_fits_a_terminal(capsys, screw):
     assert f"    {header['file_hash']}" in out
 
 
+def test_a_grid_beyond_the_memory_is_refused_in_one_line(capsys, monkeypatch):
+    def refuse(*_, **__):
+        raise MemoryError("Unable to allocate\n447 GiB")
+
+    monkeypatch.setattr("ballscrew_tehl.contact.solve._solved", refuse)
+    given = (
+        "--load-n",
+        "60",
+        "--radius-x-m",
+        "2e-3",
+        "--radius-y-m",
+        "6e-3",
+        "--u1-m-s",
+        "0.5",
+        "--u2-m-s",
+        "0.4",
+    )
+    line = refused(capsys, "contact", *given, "--temperature-k", "313.15")
+    assert "not enough memory (Unable to allocate 447 GiB): fewer nodes or a smaller domain" in line
+
+
 def test_a_listing_wraps_texts_and_keeps_long_words(capsys):
     row = {
         "x": np.float64(1.5),

@@ -39,7 +39,7 @@ from .kriging import Kriging
 #: quantity that another is interpolated over; the others over closed formulas
 OVER = {FILMS[1]: FILMS[0], FILMS[2]: FILMS[1], MEAN_RISE: RISE}
 #: what is added to the rise of the hottest level [K], so that a share of none is one. 960 contacts of three screws left
-#: out: mean error of the mean rise times beta 0.5 to 0.7 %, 0.3 to 4.5 % if its logarithm is interpolated
+#: out: mean error of the mean rise times beta 0.15 to 0.75 %, 0.3 to 4.5 % if its logarithm is interpolated
 MORE_RISE = 1.0
 
 
@@ -57,8 +57,9 @@ class Stretch(NamedTuple):
 FILM_STRETCH = Stretch(0.0, 4.0, 33.0, 0.9)
 #: of the core; contacts of four screws left out: mean error of its pressure 0.8 % with power 0.4, 1.0 % with power 0
 CORE_STRETCH = Stretch(0.4, 4.0, 85.0, 0.5)
-#: by quantity; the rolling loss has no dip at the transition
+#: what changes like the core
 LIKE_CORE = (*CORE, MEAN_RISE)
+#: by quantity; the rolling loss has no dip at the transition
 STRETCHES = {name: CORE_STRETCH if name in LIKE_CORE else FILM_STRETCH for name in MAPPED} | {
     "rolling_loss": Stretch(0.0, 0.0, 1.0, 1.0)
 }
