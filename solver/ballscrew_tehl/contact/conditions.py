@@ -201,6 +201,13 @@ class SolverOptions:
 DEFAULT_OPTIONS = SolverOptions()
 
 
+#: Moes M and least L of a narrow pressure in a cold fast film, and its lines over those of choose_grid. The spike, a few
+#: spacings wide, moves through the lines with the load: over five loads within 10 %, on eight contacts of four screws,
+#: mean rise and core pressure left their trend by 12 to 33 and 3 to 19 % before, by 2 to 12 and 1 to 16 % with them;
+#: twice the lines are no better
+NARROW_M, NARROW_L, NARROW_LINES = (15.0, 150.0), 20.0, 1.5
+
+
 @dataclass(frozen=True)
 class Scales:
     """Dimensionless numbers of one operating point."""
@@ -289,4 +296,6 @@ def choose_grid(
 def expected_grid(c: ContactConditions, scales: Scales, film: float, options: SolverOptions) -> GridChoice:
     """The grid of an operating point for an expected film [b^2/R_x]."""
     kappa = scales.hertz.b / scales.hertz.a
+    if NARROW_M[0] <= scales.M <= NARROW_M[1] and scales.L >= NARROW_L:
+        options = replace(options, density=NARROW_LINES * options.density)
     return choose_grid(options, film, c.R_x / c.R_y / kappa**2, kappa, c.symmetric)
