@@ -81,6 +81,10 @@ class ContactConditions:
                 f"u_1, u_2 = {self.u_1}, {self.u_2} m/s; needs finite with u_1 + u_2 not 0: no oil is drawn in"
             )
 
+        if not isinstance(self.roughness, Roughness | None):
+            raise ValueError(
+                f"roughness = {self.roughness!r}; needs a Roughness or None: typical_roughness(height)"
+            )
         for name, unit in (("differential", "1/(m s)"), ("spin", "rad/s")):
             for body in (1, 2):
                 value = _number(f"{name}_{body}", getattr(self, f"{name}_{body}"), unit)
@@ -201,10 +205,10 @@ class SolverOptions:
 DEFAULT_OPTIONS = SolverOptions()
 
 
-#: Moes M and least L of a narrow pressure in a cold fast film, and its lines over those of choose_grid. The spike, a few
-#: spacings wide, moves through the lines with the load: over five loads within 10 %, on eight contacts of four screws,
-#: mean rise and core pressure left their trend by 12 to 33 and 3 to 19 % before, by 2 to 12 and 1 to 16 % with them;
-#: twice the lines are no better
+#: Moes M and least L of a narrow pressure in a cold fast film, and its lines over those of choose_grid. The spike, a
+#: few spacings wide, moves through the lines with the load: over five loads within 10 %, on eight contacts of four
+#: screws, mean rise and core pressure left their trend by 12 to 33 and 3 to 19 % before, by 2 to 12 and 1 to 16 % with
+#: them; twice the lines are no better
 NARROW_M, NARROW_L, NARROW_LINES = (15.0, 150.0), 20.0, 1.5
 
 

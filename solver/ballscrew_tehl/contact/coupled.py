@@ -50,13 +50,14 @@ STALL_AFTER = 15
 #: share of the change of ln(viscosity) by shear thinning, moved to 0.25: 10 % more iterations; and the bound of that
 #: change, moved to 0.5: 7 % more
 THINNING_STEP, THINNING_LIMIT = 0.5, 2.0
-#: Newton steps per iteration at most, and where the last ones failed
-NEWTON_STEPS, MORE_NEWTON_STEPS = 4, 60
+#: Newton steps per iteration at most, and where the last ones failed, with damping and without
+NEWTON_STEPS, MORE_NEWTON_STEPS, MORE_UNDAMPED = 4, 60, 12
 #: pressure change that ends the Newton steps, as a share of the last relative change; changes above LARGE_CHANGE count
 #: as it; 16 contacts: a sixth fewer Newton steps than with 10 steps and a share of 0.1
 PRESSURE_SHARE, LARGE_CHANGE = 0.3, 0.1
 #: Newton steps in failed solves that end the whole solve: few converge later, on grids too coarse for them, in minutes;
-#: and those that end an undamped one: 20 contacts of M 20 to 90, L above 25 took a third of the time, to the same films
+#: and those that end an undamped one: 20 contacts of M 20 to 90, L above 25 took a third of the time, to the same
+#: films within 2e-3
 WASTED_STEPS, WASTED_UNDAMPED = 600, 12
 #: least film that scales the safeguard of the gap, as a share of the isothermal one; moved to 0.1 or 0.001: no effect
 LEAST_FILM_SHARE = 1e-2
@@ -168,7 +169,8 @@ class _CoupledRun:
         last_change = it.temperature_history[-1] if it.temperature_history else 1.0
         aim = max(self.tolerance, PRESSURE_SHARE * min(last_change, LARGE_CHANGE))
         # a node at the edge of cavitation may take many short steps
-        steps = NEWTON_STEPS if it.history.converged or not it.temperature_history else MORE_NEWTON_STEPS
+        more = MORE_NEWTON_STEPS if self.relaxation.ever_damped else MORE_UNDAMPED
+        steps = NEWTON_STEPS if it.history.converged or not it.temperature_history else more
         if problem.film_scale > HELD_ABOVE:
             steps = MORE_NEWTON_STEPS
         film = WarmFilm(problem, self.temperature.copy(), it.flow, it.heat)

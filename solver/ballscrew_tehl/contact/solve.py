@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from ..parameters.file import LubricantParameters, SolidParameters
-from .conditions import DEFAULT_OPTIONS, ContactConditions, SolverOptions
+from .conditions import DEFAULT_OPTIONS, ContactConditions, SolverOptions, scales_of
 from .continuation import (
     anchored,
     continued,
@@ -26,6 +26,8 @@ from .starts import neighbours
 
 __all__ = ["DEFAULT_OPTIONS", "ContactConditions", "ContactSolution", "SolverOptions", "solve_contact"]
 
+#: expected film over R_x above which a parabolic gap is none between round bodies
+THICKEST = 0.1
 #: share of the resolved cells in the inlet, by the expected film, below which the grid is refined without a first solve
 #: on it
 WORTH_TRYING = 0.8
@@ -63,6 +65,7 @@ def solve_contact(
                  (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959), film pressure p - p_a at every
                  node (Johnson, Greenwood & Poon 1972) and the errata named in the modules of this package
     """
+    _warn_of_thick(conditions, oil)
     announce_compilation()
     begun = time.perf_counter()
 
@@ -79,6 +82,17 @@ def solve_contact(
     if not solution.converged and (lower or touching):
         solution = thermal_reduction_continued(solution, lower, isothermal, solved)
     return replace(solution, seconds=time.perf_counter() - begun)
+
+
+def _warn_of_thick(c: ContactConditions, oil: LubricantParameters) -> None:
+    """Say where the bodies are far apart, compared with their radius: a solution in dimensionless numbers alone."""
+    scales = scales_of(c, oil)
+    film = scales.film_estimate * scales.h_unit
+    if film > THICKEST * c.R_x:
+        logging.getLogger(__name__).warning(
+            f"load = {c.load:g} N: film of about {film:.2g} m, above {THICKEST:g} of R_x = {c.R_x:g} m: "
+            "round bodies have no parabolic gap so wide; for these, a higher load or a lower speed"
+        )
 
 
 def _solved(

@@ -1,0 +1,98 @@
+"""Contacts of cold fast films: narrow pressures, and attempts that end early where they lead nowhere."""
+
+import logging
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from contact_cases import OIL, STEEL, conditions
+from paths import ROOT
+
+import ballscrew_tehl.contact.one_grid as one_grid
+from ballscrew_tehl.contact.ball_contact import MAP_NODES, ball_contact, map_nodes
+from ballscrew_tehl.contact.conditions import (
+    NARROW_L,
+    NARROW_LINES,
+    NARROW_M,
+    SolverOptions,
+    expected_grid,
+    scales_of,
+)
+from ballscrew_tehl.contact.coupled import MORE_UNDAMPED, NEWTON_STEPS, WASTED_UNDAMPED
+from ballscrew_tehl.contact.solve import solve_contact
+from ballscrew_tehl.parameters.file import load_parameters
+
+SMALL = load_parameters(ROOT / "tests/data/screws/example_12x05.toml")
+SMALLEST = load_parameters(ROOT / "tests/data/screws/example_08x02.toml")
+#: changes of the load that shift a pressure spike between the nodes
+LOADS = np.exp(np.linspace(-0.1, 0.1, 5))
+
+
+def contact(parameters, load, speed, temperature):
+    return ball_contact(parameters, "screw", load, speed, temperature)
+
+
+def test_a_narrow_pressure_gets_more_lines():
+    c = contact(SMALL, 3.96, 212.0, 290.0)
+    scales = scales_of(c, SMALL.lubricant)
+    assert NARROW_M[0] <= scales.M <= NARROW_M[1] and scales.L >= NARROW_L
+    options, film = SolverOptions(n_x=MAP_NODES), scales.film_estimate
+    lines = expected_grid(c, scales, film, options).n_y
+    wide = expected_grid(c, replace(scales, L=0.99 * NARROW_L), film, options)
+    assert lines - 1 == pytest.approx(NARROW_LINES * (wide.n_y - 1), abs=2.0)
+    assert expected_grid(c, scales, film, replace(options, n_y=21)).n_y == 21
+
+
+def test_what_friction_takes_of_a_narrow_pressure_follows_the_load():
+    """The core left its trend over the loads by 10 % with as many lines as elsewhere."""
+    found = []
+    for share in LOADS:
+        c = contact(SMALLEST, 1.198 * share, 270.0, 284.4)
+        options = SolverOptions(n_x=map_nodes(c, SMALLEST.lubricant))
+        s = solve_contact(c, SMALLEST.lubricant, SMALLEST.solid, options)
+        assert s.converged
+        found.append([s.h_c, s.integrals.core_pressure, s.integrals.rolling_loss])
+    values = np.log(found)
+    trend = np.array([np.polyval(np.polyfit(np.log(LOADS), v, 1), np.log(LOADS)) for v in values.T]).T
+    film, core, loss = np.abs(values - trend).max(axis=0)
+    assert film <= 2e-3
+    assert core <= 0.05
+    assert loss <= 5e-3
+
+
+def test_an_undamped_attempt_ends_soon_where_the_pressure_is_not_found(monkeypatch):
+    """It took up to 600 Newton steps before the damped one began, which converges."""
+    attempts = []
+
+    def recorded(problem, it, temperature, tolerance, limit, damped=False):
+        it = solve(problem, it, temperature, tolerance, limit, damped)
+        attempts.append((damped, it.converged, it.reason, len(it.history.change)))
+        return it
+
+    solve = one_grid.solve_coupled
+    monkeypatch.setattr(one_grid, "solve_coupled", recorded)
+    c = contact(SMALL, 3.96, 212.0, 290.0)
+    s = solve_contact(c, SMALL.lubricant, SMALL.solid, SolverOptions(n_x=map_nodes(c, SMALL.lubricant)))
+    assert s.converged
+    failed = [steps for damped, converged, reason, steps in attempts if not damped and not converged]
+    assert failed
+    assert max(failed) <= WASTED_UNDAMPED + MORE_UNDAMPED + 2 * NEWTON_STEPS
+    assert attempts[-1][:2] == (True, True)
+
+
+def test_a_film_as_thick_as_the_bodies_is_named(caplog):
+    """Solved all the same: in dimensionless numbers it is a contact like another."""
+    c = replace(conditions(), load=1e-6)
+    with caplog.at_level(logging.WARNING):
+        s = solve_contact(c, OIL, STEEL, SolverOptions(thermal=False, n_x=65))
+    assert s.converged and s.h_c > 0.1 * c.R_x
+    assert "above 0.1 of R_x" in caplog.text
+    caplog.clear()
+    solve_contact(conditions(), OIL, STEEL, SolverOptions(thermal=False, n_x=65))
+    assert "R_x" not in caplog.text
+
+
+@pytest.mark.parametrize("given", [0.2e-6, "rough", (1.0, 2.0)])
+def test_roughness_of_another_kind_is_refused(given):
+    with pytest.raises(ValueError, match="roughness = .*needs a Roughness or None"):
+        replace(conditions(), roughness=given)
