@@ -314,7 +314,6 @@ def carried_out(film):
 def test_a_face_lies_between_its_cells(values, slope):
     """The smaller difference, none at an extremum."""
     assert energy.bounded_slope(*values) == slope
-    assert energy.bounded_slope(*values) == slope
     face = values[1] + 0.5 * slope
     low, high = sorted(values[1:])
     assert low <= face <= high
