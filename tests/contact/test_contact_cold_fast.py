@@ -16,11 +16,13 @@ from ballscrew_tehl.contact.conditions import (
     NARROW_M,
     SolverOptions,
     expected_grid,
+    narrow,
     scales_of,
 )
 from ballscrew_tehl.contact.coupled import MORE_UNDAMPED, NEWTON_STEPS, WASTED_UNDAMPED
 from ballscrew_tehl.contact.solve import solve_contact
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.units import RPM
 
 SMALL = load_parameters(ROOT / "tests/data/screws/example_12x05.toml")
 SMALLEST = load_parameters(ROOT / "tests/data/screws/example_08x02.toml")
@@ -35,8 +37,9 @@ def contact(parameters, load, speed, temperature):
 def test_a_narrow_pressure_gets_more_lines():
     c = contact(SMALL, 3.96, 212.0, 290.0)
     scales = scales_of(c, SMALL.lubricant)
-    assert NARROW_M[0] <= scales.M <= NARROW_M[1]
-    assert scales.L >= NARROW_L
+    assert narrow(scales)
+    assert not narrow(replace(scales, M=0.99 * NARROW_M[0]))
+    assert not narrow(replace(scales, M=1.01 * NARROW_M[1]))
     options, film = SolverOptions(n_x=MAP_NODES), scales.film_estimate
     lines = expected_grid(c, scales, film, options).n_y
     wide = expected_grid(c, replace(scales, L=0.99 * NARROW_L), film, options)
@@ -82,6 +85,20 @@ def test_an_undamped_attempt_ends_soon_where_the_pressure_is_not_found(monkeypat
     assert attempts[-1][:2] == (True, True)
 
 
+def test_a_narrow_pressure_that_does_not_settle_is_solved_on_fewer_lines():
+    """As many lines as elsewhere found it before, with the same film."""
+    parameters = load_parameters(ROOT / "tests/data/screws/example_16x05.toml")
+    thick = changed(parameters, lubricant={"iso_vg": 220, "viscosity_index": 100.0})
+    c, oil = ball_contact(thick, "nut", 61.28, 1448.0 * RPM, 278.15), thick.lubricant
+    options = SolverOptions(n_x=map_nodes(c, oil))
+    s = solve_contact(c, oil, thick.solid, options)
+    assert s.converged
+    assert s.reason.endswith("on fewer lines")
+    few = solve_contact(c, oil, thick.solid, replace(options, density=1.0 / NARROW_LINES))
+    assert few.choice == s.choice
+    assert s.h_c == pytest.approx(few.h_c, rel=1e-12)
+
+
 def test_a_film_as_thick_as_the_bodies_is_named(caplog):
     """Solved all the same: in dimensionless numbers it is a contact like another."""
     c = replace(conditions(), load=1e-6)
@@ -99,3 +116,43 @@ def test_a_film_as_thick_as_the_bodies_is_named(caplog):
 def test_roughness_of_another_kind_is_refused(given):
     with pytest.raises(ValueError, match=r"roughness = .*needs a Roughness or None"):
         replace(conditions(), roughness=given)
+
+
+@pytest.mark.parametrize("given", ["1e-5", None, True, [1e-5]])
+@pytest.mark.parametrize("name", ["tolerance", "warm_films", "extent", "density"])
+def test_an_option_that_is_no_number_is_refused(name, given):
+    with pytest.raises(ValueError, match=rf"{name} = .*needs a number"):
+        SolverOptions(**{name: given})
+
+
+@pytest.mark.parametrize("name", ["x_in", "x_out", "y_max"])
+def test_a_domain_that_is_no_number_is_refused(name):
+    with pytest.raises(ValueError, match=rf"{name} = .*needs a number"):
+        SolverOptions(**{name: "3"})
+
+
+@pytest.mark.parametrize(
+    ("load", "speed", "temperature", "named"),
+    [
+        ("5", 100.0, 300.0, "load = '5'"),
+        ([5.0], 100.0, 300.0, "load = "),
+        (5.0, None, 300.0, "speed = None"),
+        (5.0, -500.0, 300.0, r"speed = -500.0 rad/s; needs finite, > 0"),
+        (5.0, 0.0, 300.0, r"speed = 0.0 rad/s"),
+        (5.0, 100.0, "300", "temperature = '300'"),
+    ],
+)
+def test_an_operating_point_that_is_none_is_refused(load, speed, temperature, named):
+    with pytest.raises(ValueError, match=named):
+        contact(SMALL, load, speed, temperature)
+
+
+@pytest.mark.parametrize("start", [5, "near", [5]])
+def test_a_start_of_another_kind_is_refused(start):
+    with pytest.raises(ValueError, match=r"start = .*needs a ContactSolution"):
+        solve_contact(conditions(), OIL, STEEL, SolverOptions(thermal=False, n_x=65), start)
+
+
+def test_an_oil_that_is_none_is_refused():
+    with pytest.raises(ValueError, match="oil = None; needs the LubricantParameters"):
+        solve_contact(conditions(), None, STEEL)

@@ -44,6 +44,13 @@ def _number(text: str) -> float:
     return _numbers(1, "")(text)[0]
 
 
+def _not_negative(text: str) -> float:
+    value = _number(text)
+    if value < 0.0:
+        raise ValueError
+    return value
+
+
 def _flag(text: str) -> bool:
     return {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False}[text.lower()]
 
@@ -58,7 +65,7 @@ FIELDS: dict[str, tuple[Callable[[str], Any], str]] = {
     "rheology": (_one_of(RHEOLOGIES), ", ".join(RHEOLOGIES)),
     "isothermal": (_flag, "true, false"),
     "refine": (_number, "a number, 1 to 8"),
-    "roughness_um": (_number, "a number, >= 0"),
+    "roughness_um": (_not_negative, "a number, >= 0"),
 }
 
 

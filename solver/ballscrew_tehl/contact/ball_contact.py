@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 from ..parameters.file import LubricantParameters, Parameters
 from ..physics.asperity import Roughness
 from ..physics.hertz import E_prime, ellipse, reduced_radii
 from ..physics.kinematics import SlipField, centre_speeds, slip_field, surface_speeds
 from ..physics.load import contact_angle_at_ball_load
-from .conditions import scales_of
+from .conditions import number, scales_of
 from .solve import ContactConditions, ContactSolution, SolverOptions, solve_contact
 
 #: nodes along rolling of the contacts of a map; the film is extrapolated from these and half of them
@@ -15,7 +17,7 @@ MAP_NODES = 97
 #: nodes where a rigid contact becomes a flattened one, and Moes M and least L of it: on 97 nodes the pressure spike,
 #: a few spacings wide there, moved films by 1.5 % and one rolling loss by 7 % in nine contacts, on 129 by 0.5 %
 SPIKE_NODES, SPIKE_M, SPIKE_L = 129, (15.0, 80.0), 15.0
-#: nodes along rolling and thermal iterations of the attempts in turn. 700 random contacts converge in the first
+#: nodes along rolling and thermal iterations of the attempts in turn; the second is for cold oil (L above 20)
 ATTEMPTS = ((MAP_NODES, 150), (129, 600))
 
 
@@ -40,6 +42,10 @@ def ball_contact(
     Raises       ValueError: out of range
     """
     screw = parameters.screw
+    load, speed = number("load", load, "N"), number("speed", speed, "rad/s")
+    temperature = number("temperature", temperature, "K")
+    if not (0.0 < speed < math.inf):
+        raise ValueError(f"speed = {speed} rad/s; needs finite, > 0: the other way round is the mirror image")
     angle = float(contact_angle_at_ball_load(screw, load))
     R_x, R_y = (float(r) for r in reduced_radii(screw, angle, raceway))
     speeds = surface_speeds(parameters, raceway, speed)
@@ -50,8 +56,7 @@ def ball_contact(
         u_1, u_2 = (float(u) for u in centre_speeds(speeds, field, semi_axis))
     differential_1, differential_2, spin_1, spin_2 = (float(v) for v in field)
     return ContactConditions(
-        float(load), R_x, R_y, u_1, u_2, float(temperature), E_prime(screw), differential_1, differential_2,
-        spin_1, spin_2, roughness,
+        load, R_x, R_y, u_1, u_2, temperature, E_prime(screw), differential_1, differential_2, spin_1, spin_2, roughness
     )  # fmt: skip
 
 

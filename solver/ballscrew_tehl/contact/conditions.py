@@ -27,7 +27,7 @@ RANGES = {
 FASTEST = 1e4  # [m/s]
 
 
-def _number(name: str, value: Any, unit: str) -> float:
+def number(name: str, value: Any, unit: str) -> float:
     """A single number as given.
 
     Raises       ValueError: none, text, a truth value, an array
@@ -64,12 +64,12 @@ class ContactConditions:
 
     def __post_init__(self) -> None:
         for name, (unit, low, high) in RANGES.items():
-            value = _number(name, getattr(self, name), unit)
+            value = number(name, getattr(self, name), unit)
             if not (value > 0.0 and math.isfinite(value)):
                 raise ValueError(f"{name} = {value} {unit}; needs finite, > 0")
             if not low <= value <= high:
                 raise ValueError(f"{name} = {value} {unit}; allowed: {low:g} to {high:g} {unit}")
-        fastest = max(abs(_number(name, getattr(self, name), "m/s")) for name in ("u_1", "u_2"))
+        fastest = max(abs(number(name, getattr(self, name), "m/s")) for name in ("u_1", "u_2"))
         if math.isfinite(fastest) and fastest > FASTEST:
             raise ValueError(f"u_1, u_2 = {self.u_1}, {self.u_2} m/s; allowed: up to {FASTEST:g} m/s")
         if not self.R_x <= self.R_y:
@@ -87,7 +87,7 @@ class ContactConditions:
             )
         for name, unit in (("differential", "1/(m s)"), ("spin", "rad/s")):
             for body in (1, 2):
-                value = _number(f"{name}_{body}", getattr(self, f"{name}_{body}"), unit)
+                value = number(f"{name}_{body}", getattr(self, f"{name}_{body}"), unit)
                 if not math.isfinite(value):
                     raise ValueError(f"{name}_{body} = {value} {unit}; needs finite")
 
@@ -137,7 +137,8 @@ class SolverOptions:
     domain with P = 0 on its edges, None = wide enough for a fully flooded contact; x_in is also the meniscus of a
     starved one. warm_films: gap, in films, up to which the energy equation is solved: oil enters there, or at x_in,
     with the inlet temperature. Twice as many change the film by 0.1 % at most (eight contacts of two screws).
-    extent, density: multiply the default domain and the default number of lines over it.
+    extent, density: multiply the default domain and the default number of lines over it. max_newton, max_thermal: most
+    iterations; those of a damped attempt end after one_grid.DAMPED_ITERATIONS whatever is allowed.
     """
 
     thermal: bool = True
@@ -165,19 +166,19 @@ class SolverOptions:
             if not (isinstance(value, Integral) and bound <= int(value) <= MOST_NODES):
                 raise ValueError(f"{name} = {value!r}; needs a whole number >= {bound}, <= {MOST_NODES}")
         for name in ("extent", "density"):
-            value = _number(name, getattr(self, name), "of the default")
+            value = number(name, getattr(self, name), "of the default")
             if not (LEAST_FACTOR <= value <= MOST_FACTOR):
                 raise ValueError(f"{name} = {value}; needs {LEAST_FACTOR} to {MOST_FACTOR} of the default")
-        if not (0.0 < self.tolerance < 1.0):
+        if not (0.0 < number("tolerance", self.tolerance, "of the largest pressure") < 1.0):
             raise ValueError(
                 f"tolerance = {self.tolerance}; needs > 0, < 1: relative to the largest pressure"
             )
-        if not (self.warm_films >= 2.0 and math.isfinite(self.warm_films)):
+        if not (2.0 <= number("warm_films", self.warm_films, "films") < math.inf):
             raise ValueError(f"warm_films = {self.warm_films}; needs finite, >= 2 films")
         # the Hertz ellipse must lie inside
         for name, sign in (("x_in", -1.0), ("x_out", 1.0), ("y_max", 1.0)):
             value = getattr(self, name)
-            if not (value is None or (sign * value > 1.0 and math.isfinite(value))):
+            if value is not None and not (1.0 < sign * number(name, value, "Hertz half-widths") < math.inf):
                 relation = "<" if sign < 0.0 else ">"
                 raise ValueError(f"{name} = {value}; needs finite, {relation} {sign:g} Hertz half-widths")
 
@@ -188,7 +189,7 @@ class SolverOptions:
         stays.
         Raises ValueError: factor out of range
         """
-        if not (1.0 <= factor <= 8.0):
+        if not (1.0 <= number("refine", factor, "of the default") <= 8.0):
             raise ValueError(f"refine = {factor}; needs 1 <= refine <= 8")
         return replace(
             self,
@@ -297,9 +298,14 @@ def choose_grid(
     )
 
 
+def narrow(scales: Scales) -> bool:
+    """Whether the pressure of a cold fast film is narrow: NARROW_LINES times the lines."""
+    return NARROW_M[0] <= scales.M <= NARROW_M[1] and scales.L >= NARROW_L
+
+
 def expected_grid(c: ContactConditions, scales: Scales, film: float, options: SolverOptions) -> GridChoice:
     """The grid of an operating point for an expected film [b^2/R_x]."""
     kappa = scales.hertz.b / scales.hertz.a
-    if NARROW_M[0] <= scales.M <= NARROW_M[1] and scales.L >= NARROW_L:
+    if narrow(scales):
         options = replace(options, density=NARROW_LINES * options.density)
     return choose_grid(options, film, c.R_x / c.R_y / kappa**2, kappa, c.symmetric)

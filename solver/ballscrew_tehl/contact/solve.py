@@ -10,7 +10,15 @@ from functools import lru_cache
 from pathlib import Path
 
 from ..parameters.file import LubricantParameters, SolidParameters
-from .conditions import DEFAULT_OPTIONS, ContactConditions, SolverOptions, scales_of
+from .conditions import (
+    DEFAULT_OPTIONS,
+    LEAST_FACTOR,
+    NARROW_LINES,
+    ContactConditions,
+    SolverOptions,
+    narrow,
+    scales_of,
+)
 from .continuation import (
     anchored,
     continued,
@@ -19,7 +27,7 @@ from .continuation import (
     thermal_reduction_continued,
 )
 from .film import energy
-from .one_grid import HIGH_LOAD, solve_on_grid
+from .one_grid import HIGH_LOAD, solve_cold, solve_on_grid
 from .problem import ContactProblem
 from .solution import TOUCHING, ContactSolution
 from .starts import neighbours
@@ -47,9 +55,11 @@ def solve_contact(
                  through `conditions` in the logarithms of load, entrainment speed and temperature: pressure, film over
                  expected film, temperature rise and the shares of the error are extrapolated through them (Lagrange).
                  Neighbours that have not converged are left out. A contact that does not converge from its start is
-                 solved from the dry contact, and where that fails, too, from lower speeds
+                 solved from the dry contact, a narrow one (conditions.narrow) then on as many lines as others have,
+                 and its reason says so; where that fails, too, from lower speeds
     Returns      ContactSolution; check `converged` and `reason` before using it
-    Raises       ValueError: conditions out of range; more than three neighbours, two at one point, or off the line
+    Raises       ValueError: conditions out of range; oil, solid or start of another kind; more than three neighbours,
+                 two at one point, or off the line
     Validity     steady; flooded, or with a meniscus at options.x_in. Resolved while the inlet length holds about three
                  cells; the nodes along rolling are doubled first, beyond that the film comes from the asymptotic
                  branch. Oil in a gap of more than options.warm_films films has the inlet temperature.
@@ -65,6 +75,9 @@ def solve_contact(
                  (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959), film pressure p - p_a at every
                  node (Johnson, Greenwood & Poon 1972) and the errata named in the modules of this package
     """
+    for name, value, kind in (("oil", oil, LubricantParameters), ("solid", solid, SolidParameters)):
+        if not isinstance(value, kind):
+            raise ValueError(f"{name} = {value!r}; needs the {kind.__name__} of load_parameters")
     _warn_of_thick(conditions, oil)
     announce_compilation()
     begun = time.perf_counter()
@@ -136,10 +149,26 @@ def _solve_on_grid(
     problem = ContactProblem(conditions, oil, solid, options)
     lower: list[ContactSolution] = []
     solution = solve_on_grid(problem, starts)
+    if not solution.converged:
+        solution = _solved_on_fewer_lines(problem) or solution
     # from elsewhere, too, the bodies would touch
     if not solution.converged and not problem.plain and solution.reason != TOUCHING:
         solution, lower = continued(problem, solution)
     return replace(solution, seconds=time.perf_counter() - begun), lower
+
+
+def _solved_on_fewer_lines(problem: ContactProblem) -> ContactSolution | None:
+    """A narrow pressure that does not settle on its lines, on those of others; None: it is none, or does not either.
+
+    The spike lies between the nodes of both; more lines only scatter less from load to load.
+    """
+    options, fewer = problem.options, problem.options.density / NARROW_LINES
+    if options.n_y is not None or fewer < LEAST_FACTOR or not narrow(problem.scales):
+        return None
+    solution = solve_cold(
+        ContactProblem(problem.given, problem.oil, problem.solid, replace(options, density=fewer))
+    )
+    return replace(solution, reason=f"{solution.reason}, on fewer lines") if solution.converged else None
 
 
 @lru_cache(maxsize=1)
