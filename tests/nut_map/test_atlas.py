@@ -36,7 +36,7 @@ from ballscrew_tehl.nut_map.atlas_contacts import (
     solve_point,
 )
 from ballscrew_tehl.nut_map.contact_map import ContactModel, screw_atlases, unmodelled
-from ballscrew_tehl.nut_map.contacts import FILMS, QUANTITIES, SolvedContacts
+from ballscrew_tehl.nut_map.contacts import CORE, FILMS, QUANTITIES, RISE, SolvedContacts
 from ballscrew_tehl.nut_map.grid import contact_range
 from ballscrew_tehl.nut_map.sampling import operating_points
 from ballscrew_tehl.parameters.file import changed
@@ -133,7 +133,7 @@ def test_table_of_a_screw_agrees_with_the_atlas():
     points = points_of(200)
     table = ScrewAtlas(ATLAS, ROLLING, "screw", RANGE)
     groups = ball_groups(ROLLING, "screw", points)
-    for name in FILMS[:2]:
+    for name in (*FILMS[:2], *CORE):
         error = table(name, points) - ATLAS.modelled(name, groups)
         assert np.max(np.abs(error)) <= 0.01
         assert np.mean(np.abs(error)) <= 1e-3
@@ -175,8 +175,8 @@ def test_one_contact_in_error_keeps_the_sampling_going(monkeypatch):
 def closed_point(values, heated):
     """In place of solve_point: polynomials of the logarithms, without heat the isothermal film alone."""
     x = np.log(contact_groups(values)[0][:2])
-    found = [0.05 * x[0] - 0.01 * x[1], -1.0 + 0.1 * x[1], -0.1, 0.3 * x[0]]
-    return [float(v) if heated or k == 0 else float("nan") for k, v in enumerate(found)]
+    found = dict.fromkeys(HELD, 0.1 * x[1]) | {FILMS[0]: 0.05 * x[0] - 0.01 * x[1], RISE: 0.3 * x[0]}
+    return [float(v) if heated or name == FILMS[0] else float("nan") for name, v in found.items()]
 
 
 def few_points():

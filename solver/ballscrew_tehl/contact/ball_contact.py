@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..parameters.file import LubricantParameters, Parameters
+from ..parameters.file import LubricantParameters, Parameters, SolidParameters
 from ..physics.asperity import Roughness
 from ..physics.hertz import E_prime, ellipse, reduced_radii
 from ..physics.kinematics import SlipField, centre_speeds, slip_field, surface_speeds
@@ -67,6 +67,24 @@ def map_nodes(conditions: ContactConditions, oil: LubricantParameters) -> int:
     return SPIKE_NODES if sharp else MAP_NODES
 
 
+def solve_for_map(
+    conditions: ContactConditions,
+    oil: LubricantParameters,
+    solid: SolidParameters,
+    thermal: bool,
+    start: ContactSolution | None = None,
+) -> ContactSolution:
+    """Solve a contact by the ATTEMPTS of a map in turn; the last one, where none converges."""
+    nodes = map_nodes(conditions, oil)
+    for least_nodes, most_iterations in ATTEMPTS:
+        n_x = max(nodes, least_nodes)
+        options = SolverOptions(thermal=thermal, n_x=n_x, max_thermal=most_iterations)
+        solution = solve_contact(conditions, oil, solid, options, start)
+        if solution.converged:
+            break
+    return solution
+
+
 def solve_ball(
     parameters: Parameters, raceway: str, load: float, speed: float, temperature: float, thermal: bool,
     start: ContactSolution | None = None,
@@ -77,13 +95,9 @@ def solve_ball(
     Raises       UnconvergedContactError: names the contact and the reason
     """
     conditions = ball_contact(parameters, raceway, load, speed, temperature)
-    nodes = map_nodes(conditions, parameters.lubricant)
-    for least_nodes, most_iterations in ATTEMPTS:
-        n_x = max(nodes, least_nodes)
-        options = SolverOptions(thermal=thermal, n_x=n_x, max_thermal=most_iterations)
-        solution = solve_contact(conditions, parameters.lubricant, parameters.solid, options, start)
-        if solution.converged:
-            return solution
+    solution = solve_for_map(conditions, parameters.lubricant, parameters.solid, thermal, start)
+    if solution.converged:
+        return solution
     raise UnconvergedContactError(
         f"contact not solved: {raceway}, load {load:.6g} N, speed {speed:.6g} rad/s, {temperature:.6g} K "
         f"({'thermal' if thermal else 'isothermal'}): {solution.reason}"

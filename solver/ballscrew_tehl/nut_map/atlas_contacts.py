@@ -21,15 +21,16 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from .. import __version__
-from ..contact.ball_contact import ATTEMPTS
-from ..contact.conditions import ContactConditions, Scales, SolverOptions, scales_of
+from ..contact.ball_contact import solve_for_map
+from ..contact.conditions import ContactConditions, Scales, scales_of
 from ..contact.solution import ContactSolution
-from ..contact.solve import solve_contact
 from ..parameters.file import LubricantParameters
 from ..parameters.mineral_oil import D341_SHIFT
 from ..parameters.oil import ROELANDS_LN, ROELANDS_PRESSURE
 from ..parameters.units import CELSIUS
 from ..physics.hertz import ellipse
+from ..physics.lubricant import eta0
+from ..physics.rolling_resistance import biboulet_houpert_point, rolling_power
 from ..whole_file import whole_file
 from .atlas import (
     ATLAS_FORMAT,
@@ -42,8 +43,8 @@ from .atlas import (
     coordinates,
     oil_groups,
 )
-from .contact_map import modelled, unmodelled
-from .contacts import FILMS, LEAST_FILM, Array
+from .contact_map import MORE_RISE, THICKEST, core_of, modelled, thick_film_loss, unmodelled
+from .contacts import CORE, FILMS, LEAST_FILM, MEAN_RISE, Array
 from .kriging import Interpolant, Kriging
 from .workers import Progress
 
@@ -96,9 +97,7 @@ class Points(NamedTuple):
 SEQUENCES = {
     "all": Points(AXES, 1, 1500, (0.5, 3e5), (0.0, 1e3), 0.0, lambda k, N: k < 700 or (k < 1000 and N > 3e-3)),
     "fast": Points(CATALOGUE, 5, 342, (1.0, 1e5), (0.0, 110.0), 0.03, lambda k, N: True),
-    "transition": Points(
-        CATALOGUE, 7, 1638, (8.0, 130.0), (8.0, 110.0), 0.0, lambda k, N: N > 0.5 and k % 6 == 0
-    ),
+    "transition": Points(CATALOGUE, 7, 1638, (8.0, 130.0), (8.0, 110.0), 0.0, lambda k, N: True),
     "hot": Points(CATALOGUE, 9, 872, (8.0, 150.0), (15.0, 110.0), 0.3, lambda k, N: True),
 }  # fmt: skip
 #: points of a sequence to draw from, as a power of two, and seed of the random points of the errors
@@ -196,23 +195,37 @@ def solve_point(values: tuple[float, ...], heated: bool) -> list[float]:
     conditions, oil = contact_of(values)
     groups, scales = contact_groups(values)
     result = dict.fromkeys(HELD, math.nan)
-    n_x, most = ATTEMPTS[0]
-    cold = solve_contact(conditions, oil, STEEL, SolverOptions(thermal=False, n_x=n_x))
+    cold = solve_for_map(conditions, oil, STEEL, thermal=False)
     if cold.converged:
         result[FILMS[0]] = math.log(cold.h_c / (scales.film_estimate * scales.h_unit))
     if cold.converged and heated:
-        hot = solve_contact(conditions, oil, STEEL, SolverOptions(n_x=n_x, max_thermal=most), start=cold)
+        hot = solve_for_map(conditions, oil, STEEL, thermal=True)
         if hot.converged:
-            result |= thermal_values(groups, cold, hot)
+            result |= thermal_values(groups, oil, scales, cold, hot)
     return [result[name] for name in HELD]
 
 
-def thermal_values(groups: Array, cold: ContactSolution, hot: ContactSolution) -> dict[str, float]:
-    """What is interpolated of a contact with heat, solved without and with it."""
+def thermal_values(
+    groups: Array, oil: LubricantParameters, scales: Scales, cold: ContactSolution, hot: ContactSolution
+) -> dict[str, float]:
+    """What is interpolated of a contact with heat, solved without and with it; a film above THICKEST has no loss."""
     columns = dict(zip(GROUPS, groups.tolist(), strict=True))
-    over = {FILMS[1]: hot.h_c / cold.h_c, FILMS[2]: hot.h_m / hot.h_c}
+    c, own = hot.conditions, hot.integrals
+    force = biboulet_houpert_point(c.load, c.u_e, c.R_x, c.R_y, c.E_prime, eta0(oil, c.temperature)).force
+    film = scales.film_estimate * scales.h_unit
+    loss = thick_film_loss(rolling_power(force, c.u_e), film, c.R_x)
+    pressure, area = core_of(scales.M, scales.L, scales.hertz)
+    rise = max(own.temperature_rise_mean, 1e-12)
+    over = {
+        FILMS[1]: hot.h_c / cold.h_c,
+        FILMS[2]: hot.h_m / hot.h_c,
+        MEAN_RISE: (own.mean_temperature - c.temperature) / (rise + MORE_RISE),
+        CORE[0]: own.core_pressure / pressure,
+        CORE[1]: own.core_area / (area * (pressure / own.core_pressure) ** 2),
+    }
+    if hot.h_c <= THICKEST * c.R_x:
+        over["rolling_loss"] = own.rolling_loss / loss
     result = {name: float(modelled(name, np.asarray(value))) for name, value in over.items()}
-    rise = max(hot.integrals.temperature_rise_mean, 1e-12)
     result["temperature_rise"] = math.log(rise * columns["slope"] / columns["N"])
     return result
 
@@ -278,13 +291,19 @@ def _single(rows: list[Any]) -> Array:
 
 
 def errors_at(atlas: Atlas, groups: Array, values: Array) -> dict[str, dict[str, float]]:
-    """Relative errors by quantity at contacts that were not used: number, mean, 99 % quantile, largest."""
+    """Errors by quantity at contacts that were not used: number, mean, 99 % quantile, largest.
+
+    Relative; of the mean rise as a share of that of the hottest level.
+    """
     found = {}
     for name, column in zip(HELD, values.T, strict=True):
         known = np.isfinite(column)
         if known.any():
-            predicted = unmodelled(name, atlas.modelled(name, groups[known]))
-            error = np.abs(predicted / unmodelled(name, column[known]) - 1.0)
+            predicted, found_there = (
+                unmodelled(name, of) for of in (atlas.modelled(name, groups[known]), column[known])
+            )
+            # the mean rise is a share, which may be none
+            error = np.abs(predicted - found_there) / (1.0 if name == MEAN_RISE else found_there)
             if name == "temperature_rise":
                 columns = dict(zip(GROUPS, groups[known].T, strict=True))
                 # of 1 K where the rise is less, as in the certificate of a map

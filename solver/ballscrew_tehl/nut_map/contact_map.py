@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,11 +28,11 @@ from ..contact.ball_formula import (
     rolling_formula,
 )
 from ..parameters.file import Parameters
-from ..physics.hertz import RACEWAYS
+from ..physics.hertz import RACEWAYS, HertzContact
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0
 from ..runtime.packed import MECHANISTIC
-from .atlas import AtlasError, ScrewAtlas, load_atlas
+from .atlas import CORE_STRETCH, AtlasError, ScrewAtlas, Stretch, load_atlas
 from .contacts import CORE, FILMS, MAPPED, MEAN_RISE, RISE, Array, ContactRange, SolvedContacts, film_weight
 from .kriging import Kriging
 
@@ -42,21 +42,9 @@ OVER = {FILMS[1]: FILMS[0], FILMS[2]: FILMS[1], MEAN_RISE: RISE}
 #: out: mean error of the mean rise times beta 0.15 to 0.75 %, 0.3 to 4.5 % if its logarithm is interpolated
 MORE_RISE = 1.0
 
-
-class Stretch(NamedTuple):
-    """First coordinate: x + most tanh((x - ln(turn))/width) with x = ln(M L^power)."""
-
-    power: float
-    most: float
-    turn: float
-    width: float
-
-
 #: of the films and rises; 240 contacts that were not used, 256 that were: mean error of the film 2.5e-3 without, 2.8e-4
 #: with it; most 2 or 6, width 0.6 or 1.2, turn 28 or 40: 2.5e-4 to 4.0e-4
 FILM_STRETCH = Stretch(0.0, 4.0, 33.0, 0.9)
-#: of the core; contacts of four screws left out: mean error of its pressure 0.8 % with power 0.4, 1.0 % with power 0
-CORE_STRETCH = Stretch(0.4, 4.0, 85.0, 0.5)
 #: what changes like the core
 LIKE_CORE = (*CORE, MEAN_RISE)
 #: by quantity; the rolling loss has no dip at the transition
@@ -112,14 +100,12 @@ class ContactModel:
         """Coordinates (n, 3) in which a quantity is interpolated, each over about the range of the contacts."""
         load, speed, temperature = points.T
         groups = moes_groups_of(self.parameters, self.raceway, load, speed, temperature)[0]
-        stretch = STRETCHES[name]
-        x = np.log(groups.M) + stretch.power * np.log(groups.L)
         spans = [np.log(high / low) for low, high in (self.range.load, self.range.speed)]
         cold, hot = self.range.temperature
         thick = np.log(eta0(self.parameters.lubricant, temperature))
         return np.stack(
             [
-                (x + stretch.most * np.tanh((x - np.log(stretch.turn)) / stretch.width)) / sum(spans),
+                STRETCHES[name](groups.M, groups.L) / sum(spans),
                 (np.log(speed) + THICKENING[name] * thick) / spans[1],
                 (temperature - cold) / (hot - cold),
             ],
@@ -226,8 +212,12 @@ def core_formula(
 ) -> tuple[Array, Array]:
     """Pressure [Pa] and area [m2] of the core that the solved ones are divided by: rigid, and by Hertz."""
     groups = moes_groups_of(parameters, raceway, load, speed, temperature)[0]
-    x = groups.M * groups.L**CORE_STRETCH.power
-    hertz = drawn_ellipse(parameters, raceway, load)
+    return core_of(groups.M, groups.L, drawn_ellipse(parameters, raceway, load))
+
+
+def core_of(M: Any, L: Any, hertz: HertzContact) -> tuple[Array, Array]:
+    """core_formula by the Moes numbers and the Hertz contact."""
+    x = M * L**CORE_STRETCH.power
     area = np.pi * hertz.a * hertz.b * (1.0 + (CORE_AREA_TURN / x) ** 3)
     return np.asarray(hertz.p_max / (1.0 + (CORE_PRESSURE_TURN / x) ** 3)), np.asarray(area)
 
@@ -240,8 +230,12 @@ def thick_rolling_formula(
     The oil of a contact ends at -R_x, where the gap is R_x/2; the closed formula counts the pressure in front of it.
     """
     at = parameters, raceway, load, speed, temperature
-    R_x = moes_groups_of(*at)[1]
-    return np.asarray(rolling_formula(*at) * np.exp(-THICK_FILM * np.sqrt(2.0 * film_formula(*at) / R_x)))
+    return thick_film_loss(rolling_formula(*at), film_formula(*at), moes_groups_of(*at)[1])
+
+
+def thick_film_loss(loss: Any, film: Any, R_x: Any) -> Array:
+    """Rolling loss of the closed formula [W] less what a film [m] lacks of it."""
+    return np.asarray(loss * np.exp(-THICK_FILM * np.sqrt(2.0 * film / R_x)))
 
 
 def modelled(name: str, values: Array) -> Array:
