@@ -9,7 +9,7 @@ from contact_cases import OIL, STEEL, conditions
 from paths import ROOT
 
 import ballscrew_tehl.contact.one_grid as one_grid
-from ballscrew_tehl.contact.ball_contact import MAP_NODES, ball_contact, map_nodes
+from ballscrew_tehl.contact.ball_contact import MAP_NODES, ball_contact, map_nodes, solve_ball
 from ballscrew_tehl.contact.conditions import (
     NARROW_L,
     NARROW_LINES,
@@ -156,3 +156,10 @@ def test_a_start_of_another_kind_is_refused(start):
 def test_an_oil_that_is_none_is_refused():
     with pytest.raises(ValueError, match="oil = None; needs the LubricantParameters"):
         solve_contact(conditions(), None, STEEL)
+
+
+def test_a_map_says_nothing_of_its_lightest_balls(caplog):
+    with caplog.at_level(logging.WARNING):
+        s = solve_ball(SMALL, "nut", 0.0759601, 400.0, 290.0, thermal=False)
+    assert s.h_c > 0.1 * s.conditions.R_x
+    assert "R_x" not in caplog.text

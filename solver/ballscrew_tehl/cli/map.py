@@ -37,8 +37,8 @@ QUICK = MapGrid(
     contact_first=48,
     contact_most=48,
     contact_batch=16,
-    contact_first_atlas=32,
-    contact_most_atlas=32,
+    contact_first_atlas=8,
+    contact_most_atlas=8,
     quick=True,
 )
 #: points of a certificate: of a build, of a quick one

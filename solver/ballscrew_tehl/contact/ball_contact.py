@@ -10,7 +10,7 @@ from ..physics.hertz import E_prime, ellipse, reduced_radii
 from ..physics.kinematics import SlipField, centre_speeds, slip_field, surface_speeds
 from ..physics.load import contact_angle_at_ball_load
 from .conditions import number, scales_of
-from .solve import ContactConditions, ContactSolution, SolverOptions, solve_contact
+from .solve import ContactConditions, ContactSolution, SolverOptions, solved_contact
 
 #: nodes along rolling of the contacts of a map; the film is extrapolated from these and half of them
 MAP_NODES = 97
@@ -79,7 +79,7 @@ def solve_for_map(
     for least_nodes, most_iterations in ATTEMPTS:
         n_x = max(nodes, least_nodes)
         options = SolverOptions(thermal=thermal, n_x=n_x, max_thermal=most_iterations)
-        solution = solve_contact(conditions, oil, solid, options, start)
+        solution = solved_contact(conditions, oil, solid, options, start)
         if solution.converged:
             break
     return solution
