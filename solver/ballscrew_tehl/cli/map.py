@@ -42,9 +42,9 @@ QUICK = MapGrid(
     quick=True,
 )
 #: points of a certificate: of a build, of a quick one
-POINTS, QUICK_POINTS = 200, 12
-#: time of a contact on one core of 2023 [s], mean of isothermal and thermal
-SECONDS_PER_CONTACT = 0.15
+POINTS, QUICK_POINTS = 200, 8
+#: time of a contact on one core of 2023 [s], mean of isothermal and thermal: 0.2 of large screws, 0.4 of small ones
+SECONDS_PER_CONTACT = 0.3
 
 
 class _Wanted(NamedTuple):

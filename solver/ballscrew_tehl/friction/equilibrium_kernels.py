@@ -163,7 +163,7 @@ def least_potential(
     return most
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def equilibria(
     matrix, offset, differential, speeds, axes, radius, weight, viscosity, pressure, film, asperities, tau_0,
     limiting, boundary, first,

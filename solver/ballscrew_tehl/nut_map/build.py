@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -261,8 +262,9 @@ def mechanistic_values(parameters: Parameters, contact_map: ContactMap, grid: Ma
     contacts = MapContacts(contact_map)
     values = np.empty((forces.size, speeds.size, temperatures.size, 4))
     alone = np.ones((forces.size, TORQUE_CURVES))
-    for i, force in enumerate(forces):
-        loads = nut_loads(parameters.screw, float(force), parameters.screw.loaded_ball_count)
+
+    def fill(i: int) -> None:
+        loads = nut_loads(parameters.screw, float(forces[i]), parameters.screw.loaded_ball_count)
         powers = nut_powers(parameters, loads, speeds[:, None], temperatures, contacts)
         columns = powers.rolling_screw, powers.rolling_nut, powers.shear, powers.thrust_factor
         values[i] = np.stack(columns, axis=-1)
@@ -272,6 +274,11 @@ def mechanistic_values(parameters: Parameters, contact_map: ContactMap, grid: Ma
                 parameters, loads, speeds[:, None], temperatures, contacts, np.zeros_like(loads)
             )
             alone[i, 2] = np.exp(np.mean(np.log(free.shear / powers.shear)))
+
+    # the first makes the tables that all share; the equilibria of the others run side by side
+    fill(0)
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        list(threads.map(fill, range(1, forces.size)))
     return values, alone
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,7 @@ from ..physics.hertz import RACEWAYS, HertzContact
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0
 from ..runtime.packed import MECHANISTIC
-from .atlas import CORE_STRETCH, AtlasError, ScrewAtlas, Stretch, load_atlas
+from .atlas import CORE_STRETCH, Atlas, AtlasError, ScrewAtlas, Stretch, load_atlas
 from .contacts import CORE, FILMS, MAPPED, MEAN_RISE, RISE, Array, ContactRange, SolvedContacts, film_weight
 from .kriging import Kriging
 
@@ -276,7 +276,13 @@ def screw_atlases(parameters: Parameters, range_: ContactRange, atlas: str) -> d
             f"contacts over the atlas {atlas[:12]}; packaged: {packaged.hash[:12]}: build the map again with "
             "python -m ballscrew_tehl map build"
         )
-    return {raceway: ScrewAtlas(packaged, parameters, raceway, range_) for raceway in RACEWAYS}
+    return {raceway: _screw_atlas(packaged, parameters, raceway, range_) for raceway in RACEWAYS}
+
+
+@lru_cache(maxsize=8)
+def _screw_atlas(atlas: Atlas, parameters: Parameters, raceway: str, range_: ContactRange) -> ScrewAtlas:
+    """Kept: its tables take seconds, and a build, its certificate and its file ask for the same."""
+    return ScrewAtlas(atlas, parameters, raceway, range_)
 
 
 @dataclass(frozen=True)
