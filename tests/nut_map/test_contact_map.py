@@ -434,7 +434,7 @@ def test_unconverged_contact_is_solved_on_other_grids_and_named(monkeypatch, the
         calls.append((conditions, oil, solid, options.thermal, options.n_x, options.max_thermal))
         return SimpleNamespace(converged=len(calls) == success, reason="pressure spike wanders")
 
-    monkeypatch.setattr(operating_contact, "solve_contact", solve)
+    monkeypatch.setattr(operating_contact, "solved_contact", solve)
     success = 2
     assert solve_ball(GD4008, "nut", 39.5, 314.0, 303.0, thermal).converged
     assert len(calls) == 2

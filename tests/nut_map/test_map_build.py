@@ -223,7 +223,7 @@ def test_range_that_cannot_be_solved_is_refused_with_its_remedies(monkeypatch):
         calls.append(options.thermal)
         return SimpleNamespace(converged=False, reason="step too small", M=1e3)
 
-    monkeypatch.setattr(operating_contact, "solve_contact", solve)
+    monkeypatch.setattr(operating_contact, "solved_contact", solve)
     executor = Reluctant(run=JOBS)
     with pytest.raises(MapNotBuiltError) as caught:
         build.build_contact_map(GD4008, GRID, executor)

@@ -73,8 +73,8 @@ class MapGrid:
     contact_tolerance: float = 1.5e-3
     contact_largest: float = 0.02
     atlas: bool = True
-    contact_first_atlas: int = 64
-    contact_most_atlas: int = 96
+    contact_first_atlas: int = 96
+    contact_most_atlas: int = 160
     quick: bool = False
 
 
