@@ -416,7 +416,7 @@ def test_ball_has_its_own_angle_and_the_speeds_of_its_raceway(kinematics, racewa
         (("cage", 39.5, 314.0, 303.0), "cage"),
         (("nut", -1.0, 314.0, 303.0), "ball_load = -1"),
         (("nut", 0.0, 314.0, 303.0), "load = 0"),
-        (("nut", 39.5, 0.0, 303.0), "u_1"),
+        (("nut", 39.5, 0.0, 303.0), "speed = 0"),
         (("nut", 39.5, math.nan, 303.0), "speed = nan"),
         (("nut", 39.5, 314.0, 0.0), "temperature = 0"),
     ],
