@@ -232,7 +232,7 @@ def test_plan_is_printed_before_the_first_solve(closed, tmp_path, monkeypatch, c
         assert words.replace(" 1 ", " 200 ") in plan
     _, _, err = run(capsys, "map", "build", "--output", tmp_path / "x.nc", "--quick")
     plan = err.splitlines()[0]
-    assert "48 contacts (12 points of each raceway, isothermal and thermal), then 12 points" in plan
+    assert "48 contacts (12 points of each raceway, isothermal and thermal), then 8 points" in plan
     assert list(tmp_path.iterdir()) == []
 
 
