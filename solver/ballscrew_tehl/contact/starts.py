@@ -100,12 +100,11 @@ def neighbours(
     c: ContactConditions, start: ContactSolution | Sequence[ContactSolution] | None
 ) -> list[tuple[float, ContactSolution]]:
     """The converged neighbours to start from with their weights."""
-    given = () if start is None else (start,) if isinstance(start, ContactSolution) else start
-    if not isinstance(given, Sequence) or not all(isinstance(s, ContactSolution) for s in given):
+    solutions = () if start is None else (start,) if isinstance(start, ContactSolution) else start
+    if not isinstance(solutions, Sequence) or not all(isinstance(s, ContactSolution) for s in solutions):
         raise ValueError(
             f"start = {start!r}; needs a ContactSolution, up to {MOST_NEIGHBOURS} of them, or None"
         )
-    solutions = list(given)
     if len(solutions) > MOST_NEIGHBOURS:
         raise ValueError(
             f"start: {len(solutions)} neighbours; needs at most {MOST_NEIGHBOURS}: take the nearest"
