@@ -13,6 +13,7 @@ import math
 import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, as_completed
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -43,8 +44,8 @@ from .atlas import (
     coordinates,
     oil_groups,
 )
-from .contact_map import MORE_RISE, THICKEST, core_of, modelled, thick_film_loss, unmodelled
-from .contacts import CORE, FILMS, LEAST_FILM, MEAN_RISE, Array
+from .contact_map import THICKEST, core_of, interpolated_over, modelled, thick_film_loss, unmodelled
+from .contacts import CORE, FILMS, LEAST_FILM, MEAN_RISE, RISE, Array
 from .kriging import Interpolant, Kriging
 from .workers import Progress
 
@@ -213,20 +214,26 @@ def thermal_values(
     c, own = hot.conditions, hot.integrals
     force = biboulet_houpert_point(c.load, c.u_e, c.R_x, c.R_y, c.E_prime, eta0(oil, c.temperature)).force
     film = scales.film_estimate * scales.h_unit
-    loss = thick_film_loss(rolling_power(force, c.u_e), film, c.R_x)
-    pressure, area = core_of(scales.M, scales.L, scales.hertz)
-    rise = max(own.temperature_rise_mean, 1e-12)
-    over = {
-        FILMS[1]: hot.h_c / cold.h_c,
-        FILMS[2]: hot.h_m / hot.h_c,
-        MEAN_RISE: (own.mean_temperature - c.temperature) / (rise + MORE_RISE),
-        CORE[0]: own.core_pressure / pressure,
-        CORE[1]: own.core_area / (area * (pressure / own.core_pressure) ** 2),
+    core = core_of(scales.M, scales.L, scales.hertz)
+    closed = {
+        "rolling_loss": thick_film_loss(rolling_power(force, c.u_e), film, c.R_x),
+        **dict.fromkeys(CORE, core),
     }
+    rise = max(own.temperature_rise_mean, 1e-12)
+    values = {
+        FILMS[0]: cold.h_c, FILMS[1]: hot.h_c, FILMS[2]: hot.h_m, RISE: rise,
+        MEAN_RISE: own.mean_temperature - c.temperature, CORE[0]: own.core_pressure, CORE[1]: own.core_area,
+    }  # fmt: skip
     if hot.h_c <= THICKEST * c.R_x:
-        over["rolling_loss"] = own.rolling_loss / loss
-    result = {name: float(modelled(name, np.asarray(value))) for name, value in over.items()}
-    result["temperature_rise"] = math.log(rise * columns["slope"] / columns["N"])
+        values["rolling_loss"] = own.rolling_loss
+    result = {
+        name: float(
+            modelled(name, value / interpolated_over(name, values.__getitem__, partial(closed.get, name)))
+        )
+        for name, value in values.items()
+        if name not in (FILMS[0], RISE)
+    }
+    result[RISE] = math.log(rise * columns["slope"] / columns["N"])
     return result
 
 

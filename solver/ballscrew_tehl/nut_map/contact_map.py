@@ -12,7 +12,7 @@ the core and may be negative. With an atlas, what is interpolated is the differe
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -154,14 +154,9 @@ class ContactModel:
         """What a quantity is interpolated over at points: another quantity, or a closed formula."""
         if name == RISE:
             return np.ones(len(points))
-        over = OVER.get(name)
-        if over is not None:
-            return np.asarray(quantity(over)) + (MORE_RISE if name == MEAN_RISE else 0.0)
-        at = self.parameters, self.raceway, *points.T
-        if name in CORE:
-            pressure, area = core_formula(*at)
-            return pressure if name == CORE[0] else area * (pressure / np.asarray(quantity(CORE[0]))) ** 2
-        return thick_rolling_formula(*at) if name == "rolling_loss" else film_formula(*at)
+        others = {"rolling_loss": thick_rolling_formula, **dict.fromkeys(CORE, core_formula)}
+        closed = others.get(name, film_formula)
+        return interpolated_over(name, quantity, lambda: closed(self.parameters, self.raceway, *points.T))
 
     def film(self, name: str, points: Array) -> Array:
         """A film [m] at operating points (n, 3), or another quantity."""
@@ -205,6 +200,20 @@ class ContactModel:
             return np.maximum(film, LEAST_ROLLING * rolling_formula(self.parameters, self.raceway, *points.T))
         # interpolated, the minimum film may exceed the central one
         return film if name != FILMS[2] else np.minimum(film, self.film(FILMS[1], points))
+
+
+def interpolated_over(name: str, quantity: Callable[[str], Any], closed: Callable[[], Any]) -> Array:
+    """What a quantity of a map, and of the atlas, is divided by: another quantity, or a closed formula.
+
+    quantity: by name;  closed: film [m], rolling loss [W], or pressure [Pa] and area [m2] of the core
+    """
+    over = OVER.get(name)
+    if over is not None:
+        return np.asarray(quantity(over)) + (MORE_RISE if name == MEAN_RISE else 0.0)
+    if name in CORE:
+        pressure, area = closed()
+        return pressure if name == CORE[0] else area * (pressure / np.asarray(quantity(CORE[0]))) ** 2
+    return np.asarray(closed())
 
 
 def core_formula(
