@@ -66,7 +66,7 @@ def _build_one(wanted: _Wanted, args: Namespace, executor: Executor, progress: P
 
     parameters, path, grid, journal = wanted
     say(_plan(parameters, grid, args.count))
-    built = build_map(parameters, progress=progress, grid=grid, executor=executor, journal=journal)
+    built = build_map(parameters, args.workers, progress, grid, executor, journal)
     unsolved = built.header["contacts_not_solved"]
     if unsolved:
         say(

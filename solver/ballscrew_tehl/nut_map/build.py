@@ -251,9 +251,12 @@ def force_values(parameters: Parameters, grid: MapGrid) -> Array:
     return values
 
 
-def mechanistic_values(parameters: Parameters, contact_map: ContactMap, grid: MapGrid) -> tuple[Array, Array]:
+def mechanistic_values(
+    parameters: Parameters, contact_map: ContactMap, grid: MapGrid, workers: int | None = None
+) -> tuple[Array, Array]:
     """Torques of one nut by the mechanistic law and of its force alone.
 
+    Parameters   workers: threads, None = one per core
     Returns      (n_force, n_speed, n_temperature, 4): rolling torque screw and nut, shear torque [N.m], thrust factor;
                  (n_force, 3): hysteresis torque, ball-ball torque at coefficient 1 [N.m], shear of a ball on two flanks
                  over that of one on four alike, geometric mean over speed and temperature
@@ -277,7 +280,7 @@ def mechanistic_values(parameters: Parameters, contact_map: ContactMap, grid: Ma
 
     # the first makes the tables that all share; the equilibria of the others run side by side
     fill(0)
-    with ThreadPoolExecutor(os.cpu_count()) as threads:
+    with ThreadPoolExecutor(workers or os.cpu_count()) as threads:
         list(threads.map(fill, range(1, forces.size)))
     return values, alone
 
@@ -340,7 +343,8 @@ def build_map(
 ) -> BuiltMap:
     """Build the map of a screw with the kinematics that its parameters name.
 
-    Parameters   workers: processes, None = one per core;  progress: called while it runs;  grid: None = the default
+    Parameters   workers: processes, and threads of the sums, None = one per core;  progress: called while it runs
+                 grid: None = the default
                  executor: any executor of the concurrent.futures interface instead of own processes
                  journal: open file of contacts (map_journal), with those of a build that was interrupted
     Returns      BuiltMap, to be written by file.save_map
@@ -366,7 +370,7 @@ def build_map(
         arrays[name] = dict(map_arrays(values, forces, *sharing))
     header: dict[str, Any] = {}
     if sampling.has_mechanistic(parameters):
-        values, alone = mechanistic_values(parameters, contact_map, grid)
+        values, alone = mechanistic_values(parameters, contact_map, grid, workers)
         values = np.concatenate([values, extremes], axis=-1)
         alone = np.concatenate([alone, forces[:, TORQUE_CURVES:]], axis=-1)
         arrays[MECHANISTIC] = dict(map_arrays(values, alone, *sharing))

@@ -50,9 +50,9 @@ Array = NDArray[np.float64]
 #: dimensions, values and attributes of a variable of the file
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
-FILE_FORMAT = 4
+FILE_FORMAT = 5
 #: version of the coordinates and formulas that the lengths and noise of a header hold for (nut_map.contact_map)
-INTERPOLATION = 3
+INTERPOLATION = 4
 #: first bytes of a netCDF file that scipy writes
 MAGIC = b"CDF"
 #: what the viscous columns and the curves of a friction set are computed from: name of its film model
