@@ -6,8 +6,8 @@ stretches. The loss of film by heat, 1/share - 1, is nearly a power of the therm
 ln(speed) + ln(viscosity)/2. Viscosity: of the oil at ambient pressure. Third coordinate of both: temperature. Rolling
 loss: over its closed formula, less what a film that is not thin against the radius lacks of it. Core: its pressure, and
 its area times the square of the pressure, which scatters a quarter as much with the nodes as the area; a rigid contact
-changes to a Hertzian one at about M L^0.4 = 85. Mean rise: its share of that of the hottest level, which changes like
-the core and may be negative. With an atlas, what is interpolated is the difference from it.
+changes to a Hertzian one at about M L^0.4 = 85. Mean rise: its share of that of the hottest level, which may be
+negative. With an atlas, what is interpolated is the difference from it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ from ..physics.hertz import RACEWAYS, HertzContact
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0
 from ..runtime.packed import MECHANISTIC
-from .atlas import CORE_STRETCH, Atlas, AtlasError, ScrewAtlas, Stretch, load_atlas
+from .atlas import Atlas, AtlasError, ScrewAtlas, load_atlas
 from .contacts import CORE, FILMS, MAPPED, MEAN_RISE, RISE, Array, ContactRange, SolvedContacts, film_weight
 from .kriging import Kriging
 
@@ -42,17 +42,26 @@ OVER = {FILMS[1]: FILMS[0], FILMS[2]: FILMS[1], MEAN_RISE: RISE}
 #: out: mean error of the mean rise times beta 0.15 to 0.75 %, 0.3 to 4.5 % if its logarithm is interpolated
 MORE_RISE = 1.0
 
-#: of the films and rises; 240 contacts that were not used, 256 that were: mean error of the film 2.5e-3 without, 2.8e-4
-#: with it; most 2 or 6, width 0.6 or 1.2, turn 28 or 40: 2.5e-4 to 4.0e-4
-FILM_STRETCH = Stretch(0.0, 4.0, 33.0, 0.9)
-#: what changes like the core
-LIKE_CORE = (*CORE, MEAN_RISE)
+
+class Stretch(NamedTuple):
+    """A coordinate that a transition stretches: x + most tanh((x - ln(turn))/width) with x = ln(M)."""
+
+    most: float
+    turn: float
+    width: float
+
+    def __call__(self, M: Array) -> Array:
+        x = np.log(M)
+        return np.asarray(x + self.most * np.tanh((x - np.log(self.turn)) / self.width))
+
+
+#: of the films, rises and core; 240 contacts that were not used, 256 that were: mean error of the film 2.5e-3 without,
+#: 2.8e-4 with it; most 2 or 6, width 0.6 or 1.2, turn 28 or 40: 2.5e-4 to 4.0e-4
+FILM_STRETCH = Stretch(4.0, 33.0, 0.9)
 #: by quantity; the rolling loss has no dip at the transition
-STRETCHES = {name: CORE_STRETCH if name in LIKE_CORE else FILM_STRETCH for name in MAPPED} | {
-    "rolling_loss": Stretch(0.0, 0.0, 1.0, 1.0)
-}
-#: M L^0.4 at which core area and pressure of a rigid contact would be those of Hertz, which they leave as its cubes
-CORE_AREA_TURN, CORE_PRESSURE_TURN = 80.0, 95.0
+STRETCHES = dict.fromkeys(MAPPED, FILM_STRETCH) | {"rolling_loss": Stretch(0.0, 1.0, 1.0)}
+#: M L^CORE_POWER at which core area and pressure of a rigid contact are those of Hertz, which they leave as its cubes
+CORE_AREA_TURN, CORE_PRESSURE_TURN, CORE_POWER = 80.0, 95.0, 0.4
 #: ln of the share of the rolling loss that films lack over sqrt(2 h/R_x): 4.8 to 5.3 in 1,000 contacts of five screws
 #: up to h = 0.1 R_x, where the loss is an eighth of its formula
 THICK_FILM = 5.0
@@ -62,7 +71,7 @@ THICKEST = 0.2
 #: the share itself is interpolated
 NO_LOSS = 0.02
 #: power of the viscosity in the second coordinate: 1 what the isothermal film sets, 1/2 what heat sets
-THICKENING = {name: 1.0 if name in (FILMS[0], *LIKE_CORE) else 0.5 for name in MAPPED} | {
+THICKENING = {name: 1.0 if name in (FILMS[0], MEAN_RISE, *CORE) else 0.5 for name in MAPPED} | {
     "rolling_loss": 0.75
 }
 #: degree of the trend of what the atlas leaves; none of the core, whose formula is exact where the load is high
@@ -105,7 +114,7 @@ class ContactModel:
         thick = np.log(eta0(self.parameters.lubricant, temperature))
         return np.stack(
             [
-                STRETCHES[name](groups.M, groups.L) / sum(spans),
+                STRETCHES[name](groups.M) / sum(spans),
                 (np.log(speed) + THICKENING[name] * thick) / spans[1],
                 (temperature - cold) / (hot - cold),
             ],
@@ -226,7 +235,7 @@ def core_formula(
 
 def core_of(M: Any, L: Any, hertz: HertzContact) -> tuple[Array, Array]:
     """core_formula by the Moes numbers and the Hertz contact."""
-    x = M * L**CORE_STRETCH.power
+    x = M * L**CORE_POWER
     area = np.pi * hertz.a * hertz.b * (1.0 + (CORE_AREA_TURN / x) ** 3)
     return np.asarray(hertz.p_max / (1.0 + (CORE_PRESSURE_TURN / x) ** 3)), np.asarray(area)
 
