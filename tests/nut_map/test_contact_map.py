@@ -188,16 +188,16 @@ def altered(**scale):
 
 
 def test_coordinates_of_rolling_and_core():
-    """Rolling: plain Moes load; core: M L^0.4, stretched where a rigid contact flattens."""
+    """Rolling: plain Moes load; core and mean rise as the films: stretched where a rigid contact flattens."""
     model, points = MAP.models["nut"], points_of(MAP, 50)
     groups = moes_groups_of(GD4008, "nut", *points.T)[0]
     span = np.log(MAP.range.load[1] / MAP.range.load[0] * 10.0)
     first = model.coordinates("rolling_loss", points)[:, 0]
     np.testing.assert_allclose(first, np.log(groups.M) / span, rtol=1e-12)
-    x = np.log(groups.M * groups.L**0.4)
-    for name in ("core_pressure", "core_area", "mean_rise"):
+    x = np.log(groups.M)
+    for name in ("core_pressure", "core_area", "mean_rise", "thermal_central_film"):
         first = model.coordinates(name, points)[:, 0]
-        np.testing.assert_allclose(first, (x + 4.0 * np.tanh((x - np.log(85.0)) / 0.5)) / span, rtol=1e-12)
+        np.testing.assert_allclose(first, (x + 4.0 * np.tanh((x - np.log(33.0)) / 0.9)) / span, rtol=1e-12)
 
 
 def test_core_formula_is_that_of_hertz_under_load_and_rigid_without():
