@@ -199,6 +199,8 @@ def test_atlas_is_built_continued_and_read(tmp_path, monkeypatch):
         build_atlas(path, thread, 6, points=few_points)
     kept = len(AtlasJournal(tmp_path / "atlas.npz.contacts").solved)
     assert kept >= 40
+    with (tmp_path / "atlas.npz.contacts").open("a") as file:
+        file.write('["cut of')
     before = len(solved)
     with ThreadPoolExecutor(1) as thread:
         header = build_atlas(path, thread, 6, points=few_points)
@@ -211,6 +213,14 @@ def test_atlas_is_built_continued_and_read(tmp_path, monkeypatch):
     for name, column in zip(HELD, np.array([closed_point(p.values, True) for p in points]).T, strict=True):
         # groups and values are stored in single precision
         np.testing.assert_allclose(atlas.modelled(name, groups), column, atol=2e-3)
+
+
+def test_points_of_another_format_are_not_continued(tmp_path):
+    path = tmp_path / "atlas.npz.contacts"
+    path.write_text('["free 0", [1.0, 2.0]]\n')
+    with pytest.raises(ValueError, match="not contacts of an atlas in format"):
+        AtlasJournal(path)
+    assert path.read_text() == '["free 0", [1.0, 2.0]]\n'
 
 
 def test_damaged_and_other_files_are_refused(tmp_path):

@@ -238,22 +238,38 @@ def thermal_values(
 
 
 class AtlasJournal:
-    """Solved points, line by line in a file that continues an interrupted build."""
+    """Solved points, line by line after a header in a file that continues an interrupted build.
+
+    Raises       ValueError: a file of another format
+    """
 
     def __init__(self, path: Path) -> None:
         self.path, self.solved = path, {}  # type: Path, dict[str, list[float]]
-        lines = path.read_text(encoding="ascii").splitlines(keepends=True) if path.exists() else []
-        for line in lines:
-            if line.endswith("\n"):
-                name, values = json.loads(line)
-                self.solved[name] = [math.nan if v is None else v for v in values]
+        self._head = json.dumps(["format", [ATLAS_FORMAT]]) + "\n"
+        text = path.read_text(encoding="ascii") if path.exists() else ""
+        # a killed build leaves the last line without its end
+        lines = text[: text.rfind("\n") + 1].splitlines(keepends=True)
+        if lines and lines[0] != self._head:
+            raise ValueError(
+                f"{path}: not contacts of an atlas in format {ATLAS_FORMAT}: remove or rename it, or another --output"
+            )
+        if text:
+            os.truncate(path, sum(map(len, lines)))
+        for line in lines[1:]:
+            name, values = json.loads(line)
+            self.solved[name] = [math.nan if v is None else v for v in values]
+        self._lines = len(lines)
 
     def add(self, name: str, values: list[float]) -> None:
+        """Write a point for good."""
         self.solved[name] = values
         with self.path.open("a", encoding="ascii") as file:
+            if not self._lines:
+                file.write(self._head)
             file.write(json.dumps([name, [v if math.isfinite(v) else None for v in values]]) + "\n")
             file.flush()
             os.fsync(file.fileno())
+        self._lines += 1
 
 
 def solve_points(

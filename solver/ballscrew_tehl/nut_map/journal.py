@@ -16,7 +16,8 @@ from filelock import FileLock, Timeout
 
 from .contacts import QUANTITIES, Array, SolvedContacts
 
-JOURNAL_FORMAT = 3
+#: another one also if the values of a solved contact are defined otherwise
+JOURNAL_FORMAT = 4
 
 #: values of a solved contact by quantity
 Contact = dict[str, float]
