@@ -88,6 +88,15 @@ def test_outside_the_map_is_flagged(capsys):
     assert found["clamped"] == ["speed"]
 
 
+def test_films_below_a_nanometre_are_named_and_in_range(capsys):
+    _, found, _ = run(capsys, "torque", "--preload-n", "9000", "--speed-rpm", "5.5", "--temperature-c", "79")
+    assert found["film_thickness_min_m"] < 1e-9
+    assert found["too_thin_film"].startswith("least film 0.")
+    assert found["in_range"] is True
+    _, found, _ = run(capsys, "torque", *POINT)
+    assert "too_thin_film" not in found
+
+
 def test_preload_inverts_torque(capsys):
     _, torque, _ = run(
         capsys, "torque", "--preload-n", "3210", "--speed-rpm", "-140", "--temperature-c", "41"

@@ -232,6 +232,14 @@ def test_full_disk_is_an_error_that_names_the_file_and_keeps_what_is_written(tmp
     assert loads(path) == [0.1]
 
 
+@pytest.mark.parametrize("size", [0, 20])
+def test_full_disk_that_takes_no_header_leaves_nothing(tmp_path, size):
+    path = tmp_path / "x.contacts"
+    with pytest.raises(OSError, match=r"x\.contacts"), full_disk(size), journal_of(path):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
 class InterruptError(Exception):
     pass
 

@@ -7,7 +7,7 @@ import pytest
 import synthetic_map
 
 from ballscrew_tehl.friction.torque import nut_forces
-from ballscrew_tehl.nut_map.trend import Trend, too_thick, unlike_flanks, unphysical_trend
+from ballscrew_tehl.nut_map.trend import Trend, too_thick, too_thin, unlike_flanks, unphysical_trend
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_parameters
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
@@ -69,9 +69,13 @@ def test_trends_by_the_supply_of_oil(a, b, w, t, text):
 
 
 def test_films_of_a_tenth_of_the_radius_are_named():
-    state = SimpleNamespace(film_thickness_central_screw=2e-4, film_thickness_central_nut=1e-4)
-    assert too_thick(state, 2.1e-3) == ""
-    assert too_thick(state, 1.9e-3).startswith("film 200 um, above a tenth of the ball radius")
+    assert too_thick(2e-4, 2.1e-3) == ""
+    assert too_thick(2e-4, 1.9e-3).startswith("film 200 um, above a tenth of the ball radius")
+
+
+def test_films_below_a_nanometre_are_named():
+    assert too_thin(1.01e-9) == "" == too_thin(0.0)
+    assert too_thin(2.7e-12).startswith("least film 0.0027 nm, below 1 nm: oil is no continuum there")
 
 
 def test_ends_of_the_map_and_beyond():

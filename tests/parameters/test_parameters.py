@@ -161,7 +161,7 @@ MISTAKES = {
     "unknown table": (edited("[solid]", "[solids]"), ["[solids] = ", "nearest: solid"]),
     "missing key": (
         edited("ball_diameter_mm = 4.763", ""),
-        ["screw.ball_diameter_m = (missing)", "ball_diameter_mm", "add the key"],
+        ["screw.ball_diameter_mm = (missing)", "ball_diameter_m,", "add the key"],
     ),
     "missing table": (PACKAGED.split("[solid]")[0], ["[solid] = (missing)"]),
     "missing name": (edited('name = "GD4008-3"', ""), ["name = (missing)", "name the screw"]),
@@ -195,7 +195,7 @@ MISTAKES = {
     ),
     "missing point": (
         edited("astm_temperature_2_degC = 100.0", "", EXAMPLE),
-        ["lubricant.astm_temperature_2_K = (missing)", "two points"],
+        ["lubricant.astm_temperature_2_degC = (missing)", "two points"],
     ),
     "points that rise": (
         edited("astm_viscosity_2_mm2_s = 11.1", "astm_viscosity_2_mm2_s = 111", EXAMPLE),
@@ -278,7 +278,7 @@ MISTAKES = {
     ),
     "roughness of one surface": (
         edited("spin_split = 0.5 ", "raceway_rq_um = 0.05\nspin_split = 0.5 "),
-        ["friction.ball_rq_m = (missing)", "the composite with raceway_rq needs it"],
+        ["friction.ball_rq_um = (missing)", "the composite with raceway_rq needs it"],
     ),
     "roughness given twice": (
         edited(

@@ -39,6 +39,8 @@ KINEMATICS = ("published", "rolling_frame")
 SET_NAMES = ("two_parameter", "three_parameter", "mechanistic", "mechanistic_supply")
 #: exit code after Ctrl-C: 128 and the number of the signal
 INTERRUPTED = 130
+#: points of a certificate: of a build, of a quick one
+POINTS, QUICK_POINTS = 200, 8
 CERTIFIED = ("torque", "film", "temperature_rise")
 DROP_KINDS = ("impossible", "outside", "outliers")
 OILS = ("viscosities", "iso_vg")
@@ -201,7 +203,7 @@ def _map(commands: argparse._SubParsersAction) -> None:
     )
     for action in (build, check):
         text = "random operating points to compare with direct solves (default "
-        text += "200, with --quick 12)" if action is build else "%(default)s)"
+        text += f"{POINTS}, with --quick {QUICK_POINTS})" if action is build else "%(default)s)"
         action.add_argument(
             "--count", type=int, default=None if action is build else 4, metavar="N", help=text
         )

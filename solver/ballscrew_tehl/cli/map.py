@@ -24,6 +24,7 @@ from ..parameters.units import CELSIUS, RPM
 from ..runtime.packed import certificate_totals
 from .common import EXTREMES, say, screw_hint, screw_of
 from .files import check_folder, check_output, written
+from .main import POINTS, QUICK_POINTS
 from .points import print_results
 from .progress import progress_bar
 
@@ -41,10 +42,15 @@ QUICK = MapGrid(
     contact_most_atlas=8,
     quick=True,
 )
-#: points of a certificate: of a build, of a quick one
-POINTS, QUICK_POINTS = 200, 8
-#: time of a contact on one core of 2023 [s], mean of isothermal and thermal: 0.2 of large screws, 0.4 of small ones
-SECONDS_PER_CONTACT = 0.3
+#: time of a contact on one core of 2023 [s], mean of isothermal and thermal: of large screws, of small ones
+SECONDS_PER_CONTACT = 0.2, 0.4
+#: contacts of a point of a certificate: mean and heaviest ball on both raceways of one nut, or of two, whose second
+#: solves take less
+CONTACTS_PER_POINT = 4, 6
+#: the same of the start of two workers, of the equilibria of the balls and of the sums [s]
+SECONDS_BESIDE = 30.0
+#: 99 % error of the torque of a map above which a build says so
+POOR = 0.02
 
 
 class _Wanted(NamedTuple):
@@ -87,6 +93,12 @@ def _build_one(wanted: _Wanted, args: Namespace, executor: Executor, progress: P
     finally:
         trial.unlink(missing_ok=True)
     file_hash = save_map(path, built, certificate)
+    if not certificate["torque_error_99"] <= POOR:
+        say(
+            f"{path}: a poor map, its torque is off by {100.0 * certificate['torque_error_99']:.2g} % (99 %), at worst "
+            f"{100.0 * certificate['torque_error_max']:.2g} %: see certificate in `map info`; remedy: "
+            + ("without --quick" if grid.quick else "a narrower range, or --tolerance")
+        )
     journal.discard()
     return {"file": str(path), "file_hash": file_hash, **certificate_totals(certificate)}
 
@@ -125,12 +137,16 @@ def _plan(parameters: Parameters, grid: MapGrid, points: int) -> str:
         f"{_ends(least, most)} contacts ({_ends(first, last)} points of each raceway, isothermal and thermal)"
     )
     pressure = largest_pressure(parameters.screw, grid.preload[1])
+    from_, to = (
+        SECONDS_BESIDE + second * (count + each * points)
+        for second, count, each in zip(SECONDS_PER_CONTACT, (least, most), CONTACTS_PER_POINT, strict=True)
+    )
     return (
         f"{parameters.name}, kinematics {parameters.friction.kinematics}: preload {grid.preload[0]:g} to "
         f"{grid.preload[1]:g} N (up to {1e-9 * pressure:.3g} GPa), speed {grid.speed[0] / RPM:.4g} to "
         f"{grid.speed[1] / RPM:.4g} r/min, oil {grid.temperature[0] - CELSIUS:.4g} to "
         f"{grid.temperature[1] - CELSIUS:.4g} C; {contacts}, then {points} points of a certificate; about "
-        f"{SECONDS_PER_CONTACT * least:.0f} to {SECONDS_PER_CONTACT * (most + 6 * points):.0f} core-seconds"
+        f"{from_:.0f} to {to:.0f} core-seconds"
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from argparse import Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 #: torque at which motion begins, of an answer at speed 0
 BREAKAWAY = "breakaway_torque_nm"
+#: what is said of a film beyond lubrication theory
+TOO_THICK = "too_thick_film"
 #: loads of balls under an axial load
 OF_A_NUT = "nut loaded as by preload alone"
 
@@ -90,6 +92,16 @@ def _say_at_rest(results: list[dict[str, Any]]) -> None:
         )
 
 
+def _odd_films(chosen: Chosen, extremes: Mapping[str, float]) -> dict[str, str]:
+    """What is to say of films beyond lubrication theory, by the keys of an answer."""
+    from ..nut_map.trend import too_thick, too_thin
+
+    thickest = max(extremes["film_thickness_central_screw_m"], extremes["film_thickness_central_nut_m"])
+    thick = too_thick(thickest, 0.5 * chosen.parameters.screw.ball_diameter)
+    thin = too_thin(extremes["film_thickness_min_m"])
+    return {key: text for key, text in ((TOO_THICK, thick), ("too_thin_film", thin)) if text}
+
+
 def _catalogue(chosen: Chosen, point: dict[str, Any]) -> dict[str, Any]:
     """Catalogue torque; of a single nut its kind, and with a fitted set the spin of oversize balls, which it omits."""
     screw, preload = chosen.parameters.screw, point["preload_n"]
@@ -146,7 +158,7 @@ class _MapAnswer(NamedTuple):
 
     def at(self, point: dict[str, float]) -> dict[str, Any]:
         """Keys of the answer at a point."""
-        from ..nut_map.trend import too_thick, unphysical_trend
+        from ..nut_map.trend import unphysical_trend
 
         nut_map = self.nut_map
         speed = point["speed_rpm"] * RPM
@@ -158,16 +170,18 @@ class _MapAnswer(NamedTuple):
             further[BREAKAWAY] = float(state.friction_torque)
         if trend := unphysical_trend(nut_map, *at, self.supply).text:
             further["unphysical_trend"] = trend
-        if thick := too_thick(state, 0.5 * self.chosen.parameters.screw.ball_diameter):
-            further["too_thick_film"] = thick
+        extremes = {key: float(getattr(state, name)) for name, key in EXTREMES.items()}
+        films = _odd_films(self.chosen, extremes)
         if point["preload_n"] > 0.0:
             further |= self._interval(at, torques["friction_torque_nm"])
         return {
             **point,
             **torques,
             **further,
-            **{key: float(getattr(state, name)) for name, key in EXTREMES.items()},
-            "in_range": bool(state.in_range) and not (trend or thick or "unlike_flanks" in further),
+            **films,
+            **extremes,
+            "in_range": bool(state.in_range)
+            and not (trend or TOO_THICK in films or "unlike_flanks" in further),
             "clamped": list(state.clamped),
             "film_kinematics": nut_map.header["film_kinematics"],
             "map_hash": nut_map.header["file_hash"],
@@ -213,11 +227,14 @@ def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict
             extremes = direct_extremes(rolling, preload, axial_load, abs(speed), temperature)
             film = extremes["film_thickness_min"]
             extremes["lambda_ratio"] = min(film / max(height, SMOOTH), LAMBDA_RATIO_MAX)
+            shown = {key: float(extremes[name]) for name, key in EXTREMES.items()}
+            films = _odd_films(chosen, shown)
             results.append({
                 **point,
                 **torques,
-                **{key: float(extremes[name]) for name, key in EXTREMES.items()},
-                "in_range": True,
+                **films,
+                **shown,
+                "in_range": TOO_THICK not in films,
                 "clamped": [],
                 "film_kinematics": ROLLING_FRAME,
             })  # fmt: skip

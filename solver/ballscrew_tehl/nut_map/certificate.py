@@ -112,6 +112,9 @@ def deviation_from_direct(
     whole = _with_films(parameters, operating_points(nut_map, SPARE * count))[:count]
     points = [tuple(point) for point in np.concatenate([whole, slow]).tolist()]
     found: list[Deviation] = []
+    if progress is not None:
+        # the time of the first one counts
+        progress(0, len(points), "points of the certificate")
     if executor is None:
         results: Iterator[Deviation] = (_deviation_or_nan(nut_map, parameters, point) for point in points)
     else:

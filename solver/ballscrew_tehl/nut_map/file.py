@@ -52,7 +52,7 @@ Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
 FILE_FORMAT = 5
 #: version of the coordinates and formulas that the lengths and noise of a header hold for (nut_map.contact_map)
-INTERPOLATION = 4
+INTERPOLATION = 5
 #: first bytes of a netCDF file that scipy writes
 MAGIC = b"CDF"
 #: what the viscous columns and the curves of a friction set are computed from: name of its film model

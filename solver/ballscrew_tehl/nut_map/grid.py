@@ -178,9 +178,14 @@ def _refuse_ends(parameters: Parameters, ends: Mapping[str, tuple[float, float]]
     thick, thin = (float(eta0(parameters.lubricant, temperature)) for temperature in ends["temperature"])
     least, most = WIDEST_VISCOSITY
     if not least <= thin <= thick <= most:
+        coldest, hottest = WIDEST_ENDS["temperature"]
+        temperatures = np.arange(coldest, hottest + 0.5, 1.0)
+        viscosity = np.array([float(eta0(parameters.lubricant, t)) for t in temperatures])
+        good = temperatures[(viscosity >= least) & (viscosity <= most)] - CELSIUS
+        where = f", that is {math.ceil(good[0])} to {math.floor(good[-1])} C" if good.size else ""
         raise ValueError(
             f"{what['temperature']}: viscosity of {parameters.lubricant.name} {thin:.3g} to {thick:.3g} Pa s; allowed: "
-            f"{least:g} to {most:g} Pa s"
+            f"{least:g} to {most:g} Pa s{where}"
         )
 
 

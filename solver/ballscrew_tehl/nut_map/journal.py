@@ -78,6 +78,10 @@ class Journal:
         try:
             self._open()
         except BaseException:
+            self._close()
+            # a full disk took not even the header
+            if self.path.exists() and b"\n" not in self.path.read_bytes():
+                self.path.unlink()
             self._release()
             raise
         return self

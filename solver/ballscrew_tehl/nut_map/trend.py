@@ -19,6 +19,7 @@ from ..friction.torque import nut_forces
 from ..parameters.file import FOUR_POINT, Parameters
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
+from .contacts import LEAST_FILM
 
 #: film ratio above which a film counts as thick
 THICK = 3.0
@@ -133,9 +134,18 @@ def unlike_flanks(parameters: Parameters, preload: float, axial_load: float, tor
     )
 
 
-def too_thick(state: Any, ball_radius: float) -> str:
-    """One line if the films of a state are a large part of the ball radius [m], beyond lubrication theory; or ""."""
-    film = max(state.film_thickness_central_screw, state.film_thickness_central_nut)
+def too_thick(film: float, ball_radius: float) -> str:
+    """One line if a film [m] is a large part of the ball radius [m], beyond lubrication theory; or ""."""
     if not film > THICKEST_FILM * ball_radius:
         return ""
     return f"film {1e6 * film:.0f} um, above a tenth of the ball radius: rolling loss from its lower bound"
+
+
+def too_thin(film: float) -> str:
+    """One line if a minimum film [m], not that at rest, is below LEAST_FILM, where oil is no continuum; or ""."""
+    if film >= LEAST_FILM or film == 0.0:
+        return ""
+    return (
+        f"least film {1e9 * film:.2g} nm, below {1e9 * LEAST_FILM:g} nm: oil is no continuum there, the "
+        "certificate has no such points"
+    )

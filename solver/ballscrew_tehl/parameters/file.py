@@ -83,7 +83,12 @@ def _explain(
     """The first error of pydantic as one line about the file."""
     cause = error.get("ctx", {}).get("error")
     field = cause.field if isinstance(cause, FieldError) else str(error["loc"][0])
-    forms = key_forms(field, _dimensions(model)[field])
+    dimensions = _dimensions(model)
+    # a missing key in the unit of one of its kind
+    used = {one.unit for name, one in entries.items() if dimensions[name] == dimensions[field]}
+    forms = sorted(
+        key_forms(field, dimensions[field]), key=lambda form: form.removeprefix(f"{field}_") not in used
+    )
     entry = entries.get(field)
     key = f"{table}.{entry.key if entry else forms[0]}"
     value = entry.value if entry else None
