@@ -22,6 +22,7 @@ from ballscrew_tehl.contact.conditions import (
 from ballscrew_tehl.contact.coupled import MORE_UNDAMPED, NEWTON_STEPS, WASTED_UNDAMPED
 from ballscrew_tehl.contact.solve import solve_contact
 from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import RPM
 
 SMALL = load_parameters(ROOT / "tests/data/screws/example_12x05.toml")
@@ -89,14 +90,29 @@ def test_a_narrow_pressure_that_does_not_settle_is_solved_on_fewer_lines():
     """As many lines as elsewhere found it before, with the same film."""
     parameters = load_parameters(ROOT / "tests/data/screws/example_16x05.toml")
     thick = changed(parameters, lubricant={"iso_vg": 220, "viscosity_index": 100.0})
-    c, oil = ball_contact(thick, "nut", 61.28, 1448.0 * RPM, 278.15), thick.lubricant
-    options = SolverOptions(n_x=map_nodes(c, oil))
-    s = solve_contact(c, oil, thick.solid, options)
-    assert s.converged
+    oil = thick.lubricant
+    # which of the neighbours it is follows the rounding
+    for load, rpm in ((62.0, 1500.0), (55.0, 1448.0), (65.0, 1500.0)):
+        c = ball_contact(thick, "nut", load, rpm * RPM, 278.15)
+        options = SolverOptions(n_x=map_nodes(c, oil))
+        s = solve_contact(c, oil, thick.solid, options)
+        assert s.converged
+        if s.reason.endswith("on fewer lines"):
+            break
     assert s.reason.endswith("on fewer lines")
     few = solve_contact(c, oil, thick.solid, replace(options, density=1.0 / NARROW_LINES))
     assert few.choice == s.choice
     assert s.h_c == pytest.approx(few.h_c, rel=1e-12)
+
+
+def test_rolling_losses_of_neighbours_follow_the_load():
+    """The pressure spike was not settled where the film was: the middle one left the others by 4 %."""
+    parameters = load_parameters(PACKAGED_DATA / "gd4008_vg100.toml")
+    losses = []
+    for load in 19.0 * 1.04 ** np.arange(2, 5):
+        s = solve_ball(parameters, "nut", load, 1453.0 * RPM, 328.15, thermal=True)
+        losses.append(s.integrals.rolling_loss)
+    assert abs(losses[1] / np.sqrt(losses[0] * losses[2]) - 1.0) <= 3e-3
 
 
 def test_a_film_as_thick_as_the_bodies_is_named(caplog):
