@@ -203,6 +203,9 @@ class _CoupledRun:
         if not self._newton(self.tolerance, MORE_UNDAMPED).converged:
             it.state, self.temperature = state, temperature
         self.gap = self.problem.update_flow(it, self.temperature)
+        if self.equation is not None:
+            # the heat balance is that of the last flow
+            self.new = self.equation.solve(it, self.temperature, self.gap, False)
 
     def _rescale(self, film: float) -> None:
         """Take a film [b^2/R_x] as that of the iteration."""
