@@ -123,8 +123,8 @@ def test_journal_of_another_map_is_refused(tmp_path, other, what):
     [
         (b"not a journal", "not a file of solved contacts"),
         (b"[1]", "not a file of solved contacts"),
-        (b'{"format": 4}', "not a file of solved contacts"),
-        (b'{"format": 3, "version": "1", "parameters": "x"}', "contacts in format 3; expected 4"),
+        (b'{"format": 5}', "not a file of solved contacts"),
+        (b'{"format": 3, "version": "1", "parameters": "x"}', "contacts in format 3; expected 5"),
     ],
 )
 def test_file_that_is_no_journal_of_this_format_is_refused_and_kept(tmp_path, head, what):

@@ -17,7 +17,7 @@ from filelock import FileLock, Timeout
 from .contacts import QUANTITIES, Array, SolvedContacts
 
 #: another one also if the values of a solved contact are defined otherwise
-JOURNAL_FORMAT = 4
+JOURNAL_FORMAT = 5
 
 #: values of a solved contact by quantity
 Contact = dict[str, float]
