@@ -88,7 +88,8 @@ def fine_field(solution: ContactSolution, name: str) -> tuple[Array, Array, Arra
     reach = max(np.abs((fine_x[[0, -1], None] - fine_middle) / fine_half).max(), 1.0)
     place = np.linspace(-reach, reach, int(POINTS_X * 2.0 * reach))
     rows = [np.interp(m + place * h, x, line) for m, h, line in zip(middle, half, field, strict=True)]
-    between = PchipInterpolator(y, np.array(rows), axis=0)(fine_y)
+    # monotone but for rounding
+    between = np.clip(PchipInterpolator(y, np.array(rows), axis=0)(fine_y), np.min(field), np.max(field))
     fine = [
         np.interp((fine_x - m) / h, place, line)
         for m, h, line in zip(fine_middle, fine_half, between, strict=True)
