@@ -258,18 +258,16 @@ class AtlasJournal:
         for line in lines[1:]:
             name, values = json.loads(line)
             self.solved[name] = [math.nan if v is None else v for v in values]
-        self._lines = len(lines)
 
     def add(self, name: str, values: list[float]) -> None:
         """Write a point for good."""
         self.solved[name] = values
         with self.path.open("a", encoding="ascii") as file:
-            if not self._lines:
+            if not file.tell():
                 file.write(self._head)
             file.write(json.dumps([name, [v if math.isfinite(v) else None for v in values]]) + "\n")
             file.flush()
             os.fsync(file.fileno())
-        self._lines += 1
 
 
 def solve_points(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from ..parameters.file import Parameters, ScrewParameters
+from ..parameters.file import LubricantParameters, Parameters, ScrewParameters
 from ..parameters.screw import WIDEST_ENDS
 from ..parameters.units import CELSIUS, RPM
 from ..physics.load import nut_loads
@@ -106,16 +106,25 @@ def temperature_range(parameters: Parameters) -> tuple[float, float]:
 
     Raises       ValueError: fewer than LEAST_SPAN kelvin are left
     """
-    temperatures = np.arange(COLDEST, HOTTEST + 0.5, 1.0)
-    viscosity = np.array([float(eta0(parameters.lubricant, t)) for t in temperatures])
-    good = temperatures[(viscosity >= THINNEST_OIL) & (viscosity <= THICKEST_OIL)]
+    oil = parameters.lubricant
+    good = _temperatures_of_viscosity(oil, (COLDEST, HOTTEST), (THINNEST_OIL, THICKEST_OIL))
     if good.size == 0 or not good[-1] - good[0] >= LEAST_SPAN:
+        thick, thin = (float(eta0(oil, temperature)) for temperature in (COLDEST, HOTTEST))
         raise ValueError(
-            f"{parameters.lubricant.name}: viscosity {viscosity[0]:.3g} to {viscosity[-1]:.3g} Pa s from "
+            f"{oil.name}: viscosity {thick:.3g} to {thin:.3g} Pa s from "
             f"{COLDEST - CELSIUS:g} to {HOTTEST - CELSIUS:g} C; a map needs {THINNEST_OIL:g} to {THICKEST_OIL:g} Pa s "
             f"over {LEAST_SPAN:g} K: give --temperature-c"
         )
     return float(good[0]), float(good[-1])
+
+
+def _temperatures_of_viscosity(
+    oil: LubricantParameters, ends: tuple[float, float], viscosity: tuple[float, float]
+) -> Array:
+    """Temperatures [K] between two ends, a kelvin apart, where the viscosity is between two bounds [Pa s]."""
+    temperatures = np.arange(ends[0], ends[1] + 0.5, 1.0)
+    found = np.array([float(eta0(oil, temperature)) for temperature in temperatures])
+    return np.asarray(temperatures[(found >= viscosity[0]) & (found <= viscosity[1])])
 
 
 def _rounded_down(value: float) -> float:
@@ -178,10 +187,8 @@ def _refuse_ends(parameters: Parameters, ends: Mapping[str, tuple[float, float]]
     thick, thin = (float(eta0(parameters.lubricant, temperature)) for temperature in ends["temperature"])
     least, most = WIDEST_VISCOSITY
     if not least <= thin <= thick <= most:
-        coldest, hottest = WIDEST_ENDS["temperature"]
-        temperatures = np.arange(coldest, hottest + 0.5, 1.0)
-        viscosity = np.array([float(eta0(parameters.lubricant, t)) for t in temperatures])
-        good = temperatures[(viscosity >= least) & (viscosity <= most)] - CELSIUS
+        widest = WIDEST_ENDS["temperature"]
+        good = _temperatures_of_viscosity(parameters.lubricant, widest, WIDEST_VISCOSITY) - CELSIUS
         where = f", that is {math.ceil(good[0])} to {math.floor(good[-1])} C" if good.size else ""
         raise ValueError(
             f"{what['temperature']}: viscosity of {parameters.lubricant.name} {thin:.3g} to {thick:.3g} Pa s; allowed: "
