@@ -155,6 +155,7 @@ def test_temperature_option_is_in_degrees_celsius(closed, tmp_path):
         (("--preload-n", "1e-300", "1e300"), "preload = 1e-300 to 1e+300 N; needs 0.01 <= lowest"),
         (("--preload-n", "1000", "1e6"), "preload = 1000 to 1e+06 N: Hertz pressure up to "),
         (("--temperature-c", "80", "400"), "temperature = 80 to 400 C: viscosity of oil of Table 1 "),
+        (("--temperature-c", "80", "400"), "allowed: 0.0001 to 10000 Pa s, that is -40 to 266 C"),
         (
             ("--temperature-c", "10", "-1e1"),
             "temperature = 10 to -10 C; needs -73.15 <= lowest < highest <= 500",
@@ -356,6 +357,16 @@ def test_contacts_that_do_not_converge_are_counted_and_said(closed, tmp_path, mo
     assert code == 0
     assert nut_map.header["contacts_not_solved"] == 3
     assert "3 of 120 contacts did not converge and are interpolated" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_map_of_poor_torque_is_said(closed, tmp_path, monkeypatch, capsys):
+    assert built(tmp_path / "map.nc", *NARROW)[0] == 0
+    assert "poor map" not in capsys.readouterr().err
+    monkeypatch.setattr("ballscrew_tehl.cli.map.POOR", 0.0)
+    assert built(tmp_path / "map.nc", *NARROW)[0] == 0
+    (line,) = (text for text in capsys.readouterr().err.splitlines() if "poor map" in text)
+    assert "remedy: a narrower range, or --tolerance" in line
 
 
 @pytest.mark.slow

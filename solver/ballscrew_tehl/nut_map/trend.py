@@ -146,6 +146,6 @@ def too_thin(film: float) -> str:
     if film >= LEAST_FILM or film == 0.0:
         return ""
     return (
-        f"least film {1e9 * film:.2g} nm, below {1e9 * LEAST_FILM:g} nm: oil is no continuum there, the "
-        "certificate has no such points"
+        f"least film {1e9 * film:.2g} nm, below {1e9 * LEAST_FILM:g} nm: oil is no continuum there, a "
+        "map solves no contact with a central film below it"
     )
