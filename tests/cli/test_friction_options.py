@@ -8,6 +8,7 @@ import pytest
 from command_line import refused
 from synthetic_contacts import closed_build
 
+from ballscrew_tehl.cli.main import main
 from ballscrew_tehl.friction.baselines import nsk_torque
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets, write_friction_sets
 from ballscrew_tehl.nut_map.file import load_contact_map, load_map, save_map
@@ -189,6 +190,27 @@ def test_unphysical_trend_is_out_of_range(capsys, law_map, monkeypatch):
     assert found["in_range"] is False
     assert found["clamped"] == []
     assert found["unphysical_trend"] == "torque rises with temperature in a thick film (lambda > 3)"
+
+
+def test_reservations_about_points_of_a_table(capsys, law_map, monkeypatch, tmp_path):
+    """A table has no column for them: one line says how many and where the first is."""
+    from ballscrew_tehl.nut_map import trend
+
+    points = tmp_path / "points.csv"
+    points.write_text(
+        "preload_n,speed_rpm,temperature_c\n900,200,30\n950,300,40\n990,300,40\n", encoding="ascii"
+    )
+
+    def heavy(nut_map, preload, *others):
+        return trend.Trend(preload > 940.0, False)
+
+    monkeypatch.setattr(trend, "unphysical_trend", heavy)
+    given = ["torque", "--points", str(points), "--screw", str(LAW_FILE), "--map", law_map]
+    assert main([*given, "--friction", "three_parameter"]) == 0
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("unphysical_trend: ")]
+    assert len(lines) == 1
+    where = "2 of 3 points, the first: preload_n 950, speed_rpm 300, temperature_c 40, axial_load_n 0: torque rises"
+    assert lines[0].startswith(f"unphysical_trend: {where}")
 
 
 @pytest.mark.slow

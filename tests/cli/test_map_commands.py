@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
@@ -25,15 +25,18 @@ from ballscrew_tehl.cli import map as map_commands
 from ballscrew_tehl.cli.main import INTERRUPTED, main
 from ballscrew_tehl.cli.progress import progress_bar
 from ballscrew_tehl.contact import ball_contact as operating_contact
+from ballscrew_tehl.contact.ball_formula import film_formula
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import build, certificate
-from ballscrew_tehl.nut_map.certificate import Deviation, deviation_from_direct, operating_points
+from ballscrew_tehl.nut_map.certificate import BELOW_SPEED, Deviation, deviation_from_direct, operating_points
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.nut_map.grid import MapGrid, map_grid
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.identity import map_parameters_json
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.physics.hertz import RACEWAYS
+from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.refinement import direct
 
 SCREW = resources.files("ballscrew_tehl") / "data" / "gd4008.toml"
@@ -524,11 +527,10 @@ def test_second_build_of_a_map_is_refused_also_during_the_certificate_of_the_fir
     monkeypatch.setattr(certificate, "deviation_at", row)
     code, _ = built(path, *NARROW)
     assert code == 0
-    assert len(second) == 1
-    assert (
-        "map.nc.contacts: another build is writing it; remedy: wait for that, or another --output"
-        in second[0]
-    )
+    # one point, and one below the lowest speed
+    assert len(second) == 2
+    line = "map.nc.contacts: another build is writing it; remedy: wait for that, or another --output"
+    assert all(line in each for each in second)
     assert [file.name for file in tmp_path.iterdir()] == ["map.nc"]
 
 
@@ -589,13 +591,46 @@ def test_deviation_is_that_of_the_map(closed, tmp_path, monkeypatch):
     assert 0.003 < deviation.torque < 0.03
 
 
+class Recording(Executor):
+    """Runs jobs at once and keeps their arguments."""
+
+    def __init__(self):
+        self.points = []
+
+    def submit(self, function, *args, **kwargs):
+        self.points.append(args[-1])
+        done = Future()
+        done.set_result(function(*args, **kwargs))
+        return done
+
+
+@pytest.mark.slow
+def test_certificate_begins_with_thick_films_and_has_a_slow_point(closed, tmp_path):
+    """They take longest; the order of the solves is not that of the result."""
+    _, nut_map = built(tmp_path / "map.nc", *NARROW)
+    executor = Recording()
+    found = deviation_from_direct(nut_map, GD4008, 6, executor)
+    assert found == deviation_from_direct(nut_map, GD4008, 6)
+    assert found["each"]["preload"] == pytest.approx(operating_points(nut_map, 6)[:, 0], rel=1e-5)
+    assert found["regions"][BELOW_SPEED]["points"] == 1
+    lowest = nut_map.header["axes"]["speed"][0]
+    assert sum(point[1] < lowest for point in executor.points) == 1
+    loads = [nut_loads(GD4008.screw, p[0], GD4008.screw.loaded_ball_count).max() for p in executor.points]
+    films = [
+        min(float(film_formula(GD4008, raceway, np.array([load]), *p[1:3])[0]) for raceway in RACEWAYS)
+        for load, p in zip(loads, executor.points, strict=True)
+    ]
+    assert films == sorted(films, reverse=True)
+    assert executor.points[:6] != [tuple(p) for p in operating_points(nut_map, 6).tolist()]
+
+
 @pytest.mark.slow
 def test_points_without_direct_solution_are_counted_and_left_out(closed, tmp_path, monkeypatch):
     _, nut_map = built(tmp_path / "map.nc", *NARROW)
     points = operating_points(nut_map, 6).tolist()
 
     def some(nut_map, parameters, point):
-        if points.index(list(point)) % 3 == 1:
+        if list(point) in points and points.index(list(point)) % 3 == 1:
             raise operating_contact.UnconvergedContactError("contact not solved")
         return certificate_row(nut_map, parameters, point)
 

@@ -9,11 +9,12 @@ from contact_cases import OIL, STEEL, conditions
 from paths import ROOT
 
 import ballscrew_tehl.contact.one_grid as one_grid
-from ballscrew_tehl.contact.ball_contact import MAP_NODES, ball_contact, map_nodes, solve_ball
+from ballscrew_tehl.contact.ball_contact import MAP_NODES, ball_contact, map_nodes, solve_ball, solve_for_map
 from ballscrew_tehl.contact.conditions import (
     NARROW_L,
     NARROW_LINES,
     NARROW_M,
+    ContactConditions,
     SolverOptions,
     expected_grid,
     narrow,
@@ -21,7 +22,7 @@ from ballscrew_tehl.contact.conditions import (
 )
 from ballscrew_tehl.contact.coupled import MORE_UNDAMPED, NEWTON_STEPS, WASTED_UNDAMPED
 from ballscrew_tehl.contact.solve import solve_contact
-from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.file import changed, graded_oil, load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import RPM
 
@@ -113,6 +114,18 @@ def test_rolling_losses_of_neighbours_follow_the_load():
         s = solve_ball(parameters, "nut", load, 1453.0 * RPM, 328.15, thermal=True)
         losses.append(s.integrals.rolling_loss)
     assert abs(losses[1] / np.sqrt(losses[0] * losses[2]) - 1.0) <= 3e-3
+
+
+def test_a_thick_film_whose_gap_closes_on_the_way_is_solved_otherwise():
+    """A groove that fits the ball within 1e-5: at the approach of the heavier contact the lighter one has no gap."""
+    heavy = ContactConditions(1.2, 2.79e-3, 100.8, 4.935, 4.935, 319.0, 226.4e9)
+    oil = graded_oil(46, 105.0)
+    start = solve_for_map(heavy, oil, STEEL, True)
+    solution = solve_for_map(replace(heavy, load=0.84), oil, STEEL, True, start)
+    assert start.converged
+    assert solution.converged, solution.reason
+    cold = solve_for_map(replace(heavy, load=0.84), oil, STEEL, True)
+    assert abs(solution.h_c / cold.h_c - 1.0) <= 1e-3
 
 
 def test_a_film_as_thick_as_the_bodies_is_named(caplog):

@@ -27,8 +27,13 @@ if TYPE_CHECKING:
 
 #: torque at which motion begins, of an answer at speed 0
 BREAKAWAY = "breakaway_torque_nm"
-#: what is said of a film beyond lubrication theory
-TOO_THICK = "too_thick_film"
+#: what is said of a film beyond lubrication theory, of a torque that goes the wrong way, of oversize balls
+TOO_THICK, TOO_THIN, UNPHYSICAL, UNLIKE = RESERVATIONS = (
+    "too_thick_film",
+    "too_thin_film",
+    "unphysical_trend",
+    "unlike_flanks",
+)
 #: loads of balls under an axial load
 OF_A_NUT = "nut loaded as by preload alone"
 
@@ -60,6 +65,8 @@ def run_torque(args: Namespace) -> int:
     if other:
         say(other)
     _say_at_rest(results)
+    if args.points and not args.json:
+        _say_reservations(results)
     print_results(
         [{**result, **_catalogue(chosen, result), **common} for result in results],
         args.json,
@@ -92,6 +99,16 @@ def _say_at_rest(results: list[dict[str, Any]]) -> None:
         )
 
 
+def _say_reservations(results: list[dict[str, Any]]) -> None:
+    """One line on stderr for each reservation about some of many answers, which a table has no room for."""
+    names = [quantity.name for quantity in TORQUE_POINT]
+    for key in RESERVATIONS:
+        marked = [result for result in results if key in result]
+        if marked:
+            at = ", ".join(f"{name} {marked[0][name]:g}" for name in names)
+            say(f"{key}: {len(marked)} of {len(results)} points, the first: {at}: {marked[0][key]}")
+
+
 def _odd_films(chosen: Chosen, extremes: Mapping[str, float]) -> dict[str, str]:
     """What is to say of films beyond lubrication theory, by the keys of an answer."""
     from ..nut_map.trend import too_thick, too_thin
@@ -99,7 +116,7 @@ def _odd_films(chosen: Chosen, extremes: Mapping[str, float]) -> dict[str, str]:
     thickest = max(extremes["film_thickness_central_screw_m"], extremes["film_thickness_central_nut_m"])
     thick = too_thick(thickest, 0.5 * chosen.parameters.screw.ball_diameter)
     thin = too_thin(extremes["film_thickness_min_m"])
-    return {key: text for key, text in ((TOO_THICK, thick), ("too_thin_film", thin)) if text}
+    return {key: text for key, text in ((TOO_THICK, thick), (TOO_THIN, thin)) if text}
 
 
 def _catalogue(chosen: Chosen, point: dict[str, Any]) -> dict[str, Any]:
@@ -169,7 +186,7 @@ class _MapAnswer(NamedTuple):
         if speed == 0.0:
             further[BREAKAWAY] = float(state.friction_torque)
         if trend := unphysical_trend(nut_map, *at, self.supply).text:
-            further["unphysical_trend"] = trend
+            further[UNPHYSICAL] = trend
         extremes = {key: float(getattr(state, name)) for name, key in EXTREMES.items()}
         films = _odd_films(self.chosen, extremes)
         if point["preload_n"] > 0.0:
@@ -180,8 +197,7 @@ class _MapAnswer(NamedTuple):
             **further,
             **films,
             **extremes,
-            "in_range": bool(state.in_range)
-            and not (trend or TOO_THICK in films or "unlike_flanks" in further),
+            "in_range": bool(state.in_range) and not (trend or TOO_THICK in films or UNLIKE in further),
             "clamped": list(state.clamped),
             "film_kinematics": nut_map.header["film_kinematics"],
             "map_hash": nut_map.header["file_hash"],
@@ -197,7 +213,7 @@ class _MapAnswer(NamedTuple):
         parameters, friction_set = self.chosen.parameters, self.chosen.friction_set
         found = map_interval(parameters, self.contact_map, self.nut_map.header["axes"], friction_set, *at)
         unlike = unlike_flanks(parameters, at[0], at[3], found.torque)
-        return _interval(found, torque) | ({"unlike_flanks": unlike} if unlike else {})
+        return _interval(found, torque) | ({UNLIKE: unlike} if unlike else {})
 
 
 def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict[str, Any]]:

@@ -99,15 +99,19 @@ def build_contact_map(
         }
         open_ = [r for r in RACEWAYS if len(points[r]) < most and not _well_known(models[r], grid)]
         if not open_:
-            for model in models.values():
-                for name in MAPPED:
-                    model.kriging(name)
+            _fit_models(models)
             return ContactMap(parameters, range_, contacts, {r: models[r].hyper for r in RACEWAYS}, atlas)
         for raceway in open_:
             count = min(grid.contact_batch, most - len(points[raceway]))
             more = sampling.next_points(models[raceway], count, round_)
             points[raceway] = np.concatenate([points[raceway], more])
         round_ += 1
+
+
+def _fit_models(models: Mapping[str, ContactModel]) -> None:
+    """Fit what all quantities are interpolated by, raceways side by side; most of it reads the atlas."""
+    with ThreadPoolExecutor(len(models)) as threads:
+        list(threads.map(lambda model: [model.kriging(name) for name in MAPPED], models.values()))
 
 
 def contact_counts(parameters: Parameters, grid: MapGrid) -> tuple[int, int]:

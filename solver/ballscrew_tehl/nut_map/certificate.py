@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, as_completed
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -108,31 +108,40 @@ def deviation_from_direct(
                  each: the points [N, rad/s, K, N] and the deviations there by column, rounded to six and three digits
     Raises       ArithmeticError: no contact converged
     """
-    slow = _with_films(parameters, slow_points(nut_map, count // PER_SLOW_POINT))
+    slow = _with_films(parameters, slow_points(nut_map, math.ceil(count / PER_SLOW_POINT)))
     whole = _with_films(parameters, operating_points(nut_map, SPARE * count))[:count]
-    points = [tuple(point) for point in np.concatenate([whole, slow]).tolist()]
-    found: list[Deviation] = []
+    places = np.concatenate([whole, slow])
+    points = [tuple(point) for point in places.tolist()]
+    # thick films take longest: one of them alone at the end would leave the other workers idle
+    order = np.argsort(-_least_films(parameters, places), kind="stable").tolist()
+    results: Iterator[tuple[int, Deviation]]
+    if executor is None:
+        results = ((k, _deviation_or_nan(nut_map, parameters, points[k])) for k in order)
+    else:
+        jobs = {executor.submit(_deviation_or_nan, nut_map, parameters, points[k]): k for k in order}
+        results = ((jobs[job], job.result()) for job in as_completed(jobs))
     if progress is not None:
         # the time of the first one counts
         progress(0, len(points), "points of the certificate")
-    if executor is None:
-        results: Iterator[Deviation] = (_deviation_or_nan(nut_map, parameters, point) for point in points)
-    else:
-        jobs = [executor.submit(_deviation_or_nan, nut_map, parameters, point) for point in points]
-        results = (job.result() for job in jobs)
-    for deviation in results:
-        found.append(deviation)
+    found: dict[int, Deviation] = {}
+    for k, deviation in results:
+        found[k] = deviation
         if progress is not None:
             progress(len(found), len(points), "points of the certificate")
-    return certificate_of(points, found, len(slow))
+    return certificate_of(points, [found[k] for k in range(len(points))], len(slow))
 
 
 def _with_films(parameters: Parameters, points: np.ndarray) -> np.ndarray:
     """Those of some points where the balls of a nut under the preload have films above LEAST_FILM."""
+    return np.asarray(points[_least_films(parameters, points) >= LEAST_FILM])
+
+
+def _least_films(parameters: Parameters, points: np.ndarray) -> np.ndarray:
+    """Least film [m] of the heaviest ball of a nut under the preload at points (n, 4), by the closed formula."""
     screw = parameters.screw
     load = np.array([nut_loads(screw, float(f), screw.loaded_ball_count).max() for f in points[:, 0]])
     films = [film_formula(parameters, raceway, load, points[:, 1], points[:, 2]) for raceway in RACEWAYS]
-    return np.asarray(points[np.min(films, axis=0) >= LEAST_FILM])
+    return np.asarray(np.min(films, axis=0))
 
 
 def certificate_of(
@@ -147,7 +156,7 @@ def certificate_of(
     known = np.isfinite(errors).all(axis=1)
     whole = np.arange(len(points)) < len(points) - slow
     if not known[whole].any():
-        raise ArithmeticError(f"none of {len(points)} points of the certificate has a direct solution")
+        raise ArithmeticError(f"none of {whole.sum()} points of the certificate has a direct solution")
     held = places[known & whole]
     each = {name: _rounded(column, 6) for name, column in zip(POINT, held.T, strict=True)}
     for name, column in zip(Deviation._fields, errors[known & whole].T, strict=True):

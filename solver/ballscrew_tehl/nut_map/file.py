@@ -198,7 +198,10 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
         text, digest = attributes["header"].decode(), attributes["content_hash"].decode()
         header = json.loads(text) if found == FILE_FORMAT else {}
     except Exception as error:  # damaged netCDF fails in many ways
-        raise MapError(f"{path}: not a readable map file ({type(error).__name__}: {error})") from error
+        raise MapError(
+            f"{path}: not a readable map file ({type(error).__name__}: {error}): "
+            "build it with python -m ballscrew_tehl map build"
+        ) from error
     if found != FILE_FORMAT:
         raise MapError(
             f"{path}: map file format {found}; expected {FILE_FORMAT}: build it with python -m ballscrew_tehl map build"

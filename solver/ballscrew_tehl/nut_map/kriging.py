@@ -26,7 +26,7 @@ FIRST_LENGTH, FIRST_NOISE, MOST_EVALUATIONS, SEARCH_TOLERANCE = 0.5, 3e-3, 160, 
 #: fewest points that a quadratic trend takes: with fewer, the trend is linear
 QUADRATIC_FROM = 24
 #: points interpolated at a time: their correlations with some thousand others stay within the cache
-CHUNK = 256
+CHUNK = 32
 
 
 class Interpolant(NamedTuple):

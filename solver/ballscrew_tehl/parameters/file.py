@@ -74,7 +74,7 @@ def _allowed(model: type[Table], field: str, entry: Entry | None, error: dict[st
     ]
     kind = {"int_type": "a whole number", "float_type": "a number", "finite_number": "a finite number"}
     words = [kind.get(error["type"], ""), *bounds]
-    return ", ".join(word for word in words if word) or str(error["msg"])
+    return ", ".join(word for word in words if word) or str(error["msg"]).removeprefix("Input should be ")
 
 
 def _explain(
@@ -98,7 +98,7 @@ def _explain(
     remedy = str(model.model_fields[field].description)
     if missing:
         return message(where, key, None, "one of " + ", ".join(forms), f"add the key: {remedy}")
-    return message(where, key, value, _allowed(model, field, entry, error), f"it is the {remedy}")
+    return message(where, key, value, _allowed(model, field, entry, error), f"it stands for: {remedy}")
 
 
 def _build_table(where: str, table: str, raw: dict[str, Any]) -> Table:

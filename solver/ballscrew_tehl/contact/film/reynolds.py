@@ -484,6 +484,9 @@ class ContactGeometry:
             if abs(load - 1.0) <= LOAD_TOLERANCE and change <= tolerance * min(1.0, float(p.max())):
                 history.converged, history.reason = True, "pressure change and load error below tolerance"
                 break
+            if not thickness > 0.0:
+                history.finite, history.reason = False, "no film at the held approach of a thick film"
+                break
             points = [*points[-1:], (math.log(thickness), math.log(max(load, TINY)))]
             slope = -0.5
             if len(points) == 2 and points[1][0] != points[0][0]:
