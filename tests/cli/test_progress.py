@@ -95,7 +95,7 @@ def test_ctrl_c_in_calibrate_is_one_line_and_leaves_nothing(place, capsys, monke
 
 
 def test_direct_points_are_counted(capsys, monkeypatch, tmp_path):
-    extremes = dict.fromkeys(EXTREMES, 1.0)
+    extremes = dict.fromkeys(EXTREMES, 1e-7)
     monkeypatch.setattr(direct, "direct_extremes", lambda *arguments: dict(extremes))
     film = HamrockDowsonFilm
     monkeypatch.setattr(direct, "DirectFilm", lambda parameters, thermal: film(parameters))
