@@ -1,0 +1,128 @@
+"""The tests on machines that this one is not: other instruction sets, BLAS kernels, compilers, users, load.
+
+    python tests/any_machine.py                    the quick tests, one machine after the other
+    python tests/any_machine.py --all              all tests
+    python tests/any_machine.py --only zen -- tests/physics
+
+Each machine is a set of environment variables: the kernels of OpenBLAS, what NumPy and Numba may use of the processor,
+the flags of the C runtime. Exit code 1 if one of them is red. What follows -- goes to pytest.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+from numpy._core._multiarray_umath import __cpu_dispatch__
+from rich.console import Console
+from rich.table import Table
+
+ROOT = Path(__file__).resolve().parents[1]
+#: beginnings of the names of what NumPy may leave unused: AVX-512; and all above SSE
+AVX512, ALL = ("AVX512", "X86_V4", "AVX10"), ("",)
+
+
+class Machine(NamedTuple):
+    """A machine to emulate."""
+
+    blas: str  # OPENBLAS_CORETYPE
+    without: tuple[str, ...]  # features of the processor that NumPy does not use
+    c_flags: str  # of the C runtime, after its own
+    generic: bool = False  # Numba for any processor of this kind, without FMA
+    ordinary: bool = False  # a user without the rights of root, no UTF-8 locale
+    busy: bool = False  # two processes that compute all the time
+
+
+MACHINES = {
+    "zen": Machine("Zen", AVX512, "-O3 -ffp-contract=fast", ordinary=True),
+    "haswell": Machine("Haswell", AVX512, "-O3 -ffp-contract=off", busy=True),
+    "nehalem": Machine("Nehalem", ALL, "-O0 -ffp-contract=off", generic=True),
+    "skylakex": Machine("SkylakeX", (), "-O0 -ffp-contract=fast", ordinary=True, busy=True),
+}
+
+
+def environment(machine: Machine) -> dict[str, str]:
+    """Environment variables of a machine."""
+    env = dict(os.environ, OPENBLAS_CORETYPE=machine.blas, BALLSCREW_CFLAGS=machine.c_flags)
+    env["NPY_DISABLE_CPU_FEATURES"] = " ".join(f for f in __cpu_dispatch__ if f.startswith(machine.without))
+    if machine.generic:
+        # compiled kernels of the two kinds lie side by side in a cache
+        env |= {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    if machine.ordinary:
+        env |= {"LC_ALL": "POSIX", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0", "TZ": "Asia/Kathmandu"}
+    return env
+
+
+@contextmanager
+def busy_processes(count: int) -> Iterator[None]:
+    """Processes that compute until the end of the block."""
+    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for other in others:
+            other.kill()
+            other.wait()
+
+
+def run(name: str, arguments: list[str]) -> tuple[dict[str, int], float, str]:
+    """Counts of outcomes, seconds and the end of the output of the tests on a machine."""
+    machine, begun = MACHINES[name], time.monotonic()
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *arguments]
+    if machine.ordinary and os.geteuid() == 0 and shutil.which("setpriv"):
+        command = ["setpriv", "--bounding-set=-all", "--inh-caps=-all", *command]
+    with ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory())
+        report = Path(folder) / "junit.xml"
+        stack.enter_context(busy_processes(2 if machine.busy else 0))
+        process = subprocess.run(
+            [*command, f"--junitxml={report}"], cwd=ROOT, env=environment(machine), check=False,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", errors="replace",
+        )  # fmt: skip
+        counts = {"tests": 0, "skipped": 0, "failures": 0, "errors": 0}
+        if report.is_file():
+            for suite in ElementTree.parse(report).getroot().iter("testsuite"):
+                counts = {key: counts[key] + int(suite.get(key, 0)) for key in counts}
+    if process.returncode != 0 and not counts["failures"] + counts["errors"]:
+        counts["errors"] += 1
+    return counts, time.monotonic() - begun, process.stdout[-6000:]
+
+
+def main() -> int:
+    """Run the machines one after the other and print a table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--all", action="store_true", help="all tests, not only the quick ones")
+    parser.add_argument("--only", choices=MACHINES, action="append", help="this machine, may be repeated")
+    parser.add_argument("pytest", nargs="*", help="arguments of pytest, after --")
+    args = parser.parse_args()
+    chosen = ["-n", "auto", "--dist", "loadfile"] + ([] if args.all else ["-m", "not slow"]) + args.pytest
+    console, red = Console(), False
+    table = Table("machine", "BLAS", "C", "passed", "skipped", "failed", "time", title="emulated machines")
+    for name in args.only or MACHINES:
+        console.print(f"{name}: {MACHINES[name]}", highlight=False, soft_wrap=True)
+        counts, seconds, output = run(name, chosen)
+        failed = counts["failures"] + counts["errors"]
+        passed = counts["tests"] - counts["skipped"] - failed
+        if failed or not passed:
+            red = True
+            print(output, flush=True)
+        machine = MACHINES[name]
+        numbers = (str(n) for n in (passed, counts["skipped"], failed))
+        table.add_row(name, machine.blas, machine.c_flags, *numbers, f"{seconds:.0f} s")
+        console.print(f"{name}: {passed} passed, {failed} failed, {seconds:.0f} s", highlight=False)
+    console.print(table)
+    return int(red)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
