@@ -128,7 +128,14 @@ TRANSMISSION = FmuModel(
             (("temperature", "T", "signal"), ("power_loss", "Q_flow", "outflow")),
         ),
     ),
-    borrowed=("friction/friction_law.h", "friction/model.c", "friction/slip_event.h", "friction/tangent.h"),
+    borrowed=(
+        "friction/friction_law.h",
+        "friction/model.c",
+        "friction/screw_state.h",
+        "friction/slip_event.h",
+        "friction/tangent.h",
+        "friction/tangent_law.h",
+    ),
     parts=False,  # angle and position are those at the start of a step, also of one that ends early
 )
 MODELS = (FRICTION, MONITOR)  # for Python hosts and native

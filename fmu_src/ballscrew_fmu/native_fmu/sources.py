@@ -51,6 +51,7 @@ _HEADER = """\
 #include "constants.h"
 
 #define MODEL_NAME "{name}"
+#define MODEL_STATE "{layer}_state.h" /* the struct Model */
 #define MODEL_TOKEN "{token}" /* guid of FMI 2, instantiationToken of FMI 3 */
 #define MODEL_MAP "{content_hash}" /* hash of the map that the table of variables is from */
 #define MODEL_LAW {law}_LAW /* of its friction: required of a map in the resources */
@@ -248,6 +249,7 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
     return {
         "variables.h": _HEADER.format(
             name=model.native_name,
+            layer=model.layer,
             token=token,
             content_hash=map_hash(header),
             law=str(header["law"]).upper(),

@@ -428,8 +428,9 @@ def test_power_balance_of_model_exchange(library, nut_map):
             model.event()
             state[0] = model.get("presliding_deflection")
         assert events < 400
-    # by the film shear law the bristle sticks again with less energy
-    assert (model.get("heat") > 0.0) == (nut_map.law == FILM_SHEAR)
+    # by the film shear law the bristle sticks again with less energy; by the other one with the same, to rounding
+    lost = model.get("heat")
+    assert lost > 1e-6 if nut_map.law == FILM_SHEAR else abs(lost) <= 1e-12
     balance = state[1] - state[2] - state[3] - model.get("heat") - (model.get("stored_energy") - first)
     assert events >= 3
     assert state[4] > 5.0

@@ -13,8 +13,14 @@ from ballscrew_fmu.native_fmu.map_file import map_bytes
 from ballscrew_fmu.native_fmu.sources import native_sources
 from ballscrew_tehl.runtime.packed import SURFACES
 
-MODEL_UNITS = ("model.c", "nut.c", "map.c", "tangent.c", "variables.c")
-MONITOR_UNITS = ("model.c", "nut.c", "map.c", "search.c", "variables.c")
+SHARED_UNITS = ("model.c", "nut.c", "map.c", "variables.c")
+
+
+def model_units(model: FmuModel = FRICTION) -> tuple[str, ...]:
+    """C units of a model without FMI."""
+    return (*SHARED_UNITS, "search.c" if model is MONITOR else f"{model.layer}_tangent.c")
+
+
 ROOM = 8192  # [bytes] more than a Model takes
 
 
@@ -34,7 +40,7 @@ def write_sources(folder: Path, nut_map, fmi_version: int = 2, model: FmuModel =
 def compiled_model(folder: Path, nut_map, model: FmuModel = FRICTION) -> Path:
     """Shared library of the model with all its functions visible."""
     write_sources(folder, nut_map, model=model)
-    units = MONITOR_UNITS if model is MONITOR else MODEL_UNITS
+    units = model_units(model)
     options = [o for o in COMPILER_OPTIONS if not o.startswith("-fvisibility")]
     options.append("-DBALLSCREW_PREFIX=")  # plain names, for ctypes
     command = [*compiler(), *options, *WARNINGS, "-shared", "-fPIC", "-o", "model.so", *units, "-lm"]
@@ -112,7 +118,7 @@ SANITIZERS = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recove
 
 
 def sanitized_host(
-    folder: Path, nut_map, host: Path, units: Iterable[str] = MODEL_UNITS, *options: str
+    folder: Path, nut_map, host: Path, units: Iterable[str] = model_units(), *options: str
 ) -> Path:
     """Program of a C host and the runtime with AddressSanitizer and UndefinedBehaviorSanitizer.
 

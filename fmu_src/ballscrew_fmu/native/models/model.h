@@ -15,7 +15,7 @@
 
 typedef struct Model Model;
 
-#include "model_state.h"
+#include MODEL_STATE
 
 /* Set the start values. continuous: model exchange. events is set to this, too. */
 void model_reset(Model *model, const Map *map, bool continuous);

@@ -2,96 +2,7 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <string.h>
-
-static const char *const state_names[] = {"Instantiated", "Initialization Mode", "Event Mode", "Continuous-Time Mode",
-                                          "Step Mode",    "Terminated",          "Error",      "Intermediate Update Mode"};
-#define STATE_NAMES (sizeof state_names / sizeof state_names[0])
-
-/* --- messages ---------------------------------------------------------------------------------------------------- */
-
-#define ALL_CATEGORIES ((1U << CATEGORIES) - 1U)
-
-static bool logs(const Instance *instance, Status status)
-{
-    return instance->logging && instance->importer.logger != NULL && (instance->categories >> status & 1U) != 0U;
-}
-
-static void log_message(const Instance *instance, Status status, const char *format, va_list arguments)
-{
-    char message[MESSAGE_SIZE];
-    int used;
-
-    if (!logs(instance, status)) {
-        return;
-    }
-    used = vsnprintf(message, sizeof message, format, arguments);
-    if (status > STATUS_WARNING && used >= 0 && (size_t)used < sizeof message) {
-        (void)snprintf(message + used, sizeof message - (size_t)used, " (%s)", instance->call);
-    }
-    instance->importer.emit(&instance->importer, instance->name, status, log_categories[status], message);
-}
-
-Status instance_fail(Instance *instance, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    log_message(instance, STATUS_ERROR, format, arguments);
-    va_end(arguments);
-    instance->now.state = FAILED;
-    return STATUS_ERROR;
-}
-
-Status instance_discard(Instance *instance, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    log_message(instance, STATUS_DISCARD, format, arguments);
-    va_end(arguments);
-    return STATUS_DISCARD;
-}
-
-static void inform(const Instance *instance, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    log_message(instance, STATUS_OK, format, arguments);
-    va_end(arguments);
-}
-
-static void warn(const Instance *instance, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    log_message(instance, STATUS_WARNING, format, arguments);
-    va_end(arguments);
-}
-
-Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const wanted[])
-{
-    unsigned mask = count == 0 ? ALL_CATEGORIES : 0U;
-
-    if (count > 0 && wanted == NULL) {
-        return instance_fail(instance, "%lu log categories, but the array is NULL", (unsigned long)count);
-    }
-    for (size_t i = 0; i < count; ++i) {
-        size_t known = 0;
-        while (known < CATEGORIES && (wanted[i] == NULL || strcmp(wanted[i], log_categories[known]) != 0)) {
-            ++known;
-        }
-        if (known == CATEGORIES) {
-            return instance_fail(instance, "log category %.80s is unknown; needs one of %s, %s, %s, %s, %s",
-                                 wanted[i] != NULL ? wanted[i] : "NULL", log_categories[0], log_categories[1],
-                                 log_categories[2], log_categories[3], log_categories[4]);
-        }
-        mask |= known == 0 ? ALL_CATEGORIES : 1U << known;
-    }
-    instance->logging = on;
-    instance->categories = mask;
-    return STATUS_OK;
-}
 
 /* --- create and free --------------------------------------------------------------------------------------------- */
 
@@ -100,9 +11,9 @@ static void report_map(const Instance *instance)
 {
     const char *found = instance->map->identity.content_hash;
 
-    inform(instance, "map %s, %s friction law", found, map_law_name(instance->map->law));
+    instance_inform(instance, "map %s, %s friction law", found, map_law_name(instance->map->law));
     if (strcmp(found, MODEL_MAP) != 0) {
-        warn(instance, "map %.12s replaces map %.12s, which the start values of the model description belong to",
+        instance_warn(instance, "map %.12s replaces map %.12s, which the start values of the model description belong to",
              found, MODEL_MAP);
     }
 }
@@ -145,7 +56,7 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
     (void)instance_reset(instance);
     report_map(instance);
     if (MODEL_ORIGIN[0] != '\0') {
-        warn(instance, "%s", MODEL_ORIGIN);
+        instance_warn(instance, "%s", MODEL_ORIGIN);
     }
     return instance;
 }
@@ -167,19 +78,6 @@ void instance_free(Instance *instance)
 static const char *kind_name(unsigned kind)
 {
     return kind == CO_SIMULATION ? "co-simulation" : "model exchange";
-}
-
-void instance_list_states(unsigned states, char *text, size_t size)
-{
-    size_t used = 0;
-
-    text[0] = '\0';
-    for (size_t i = 0; i < STATE_NAMES; ++i) {
-        if ((states >> i & 1U) != 0U && used < size) {
-            const int more = snprintf(text + used, size - used, "%s%s", used > 0 ? ", " : "", state_names[i]);
-            used += more > 0 ? (size_t)more : 0;
-        }
-    }
 }
 
 Instance *instance_begin(void *handle, const Call *call)
@@ -206,19 +104,7 @@ Instance *instance_begin(void *handle, const Call *call)
     return NULL;
 }
 
-/* --- update after values were set -------------------------------------------------------------------------------- */
-
-void instance_follow(Instance *instance)
-{
-    if (instance->now.stale
-        && (instance->kind == MODEL_EXCHANGE
-            || (instance->now.state & (INITIALIZATION_MODE | EVENT_MODE)) != 0U)) {
-        instance->now.stale = false;
-        if (instance_is_valid(instance)) {
-            model_latch(&instance->now.model);
-        }
-    }
-}
+/* --- after values were set ---------------------------------------------------------------------------------------- */
 
 /* End of the initialization with valid values that was postponed. */
 static void initialize_now(Instance *instance)
@@ -260,7 +146,7 @@ static void warn_of_clamping(Instance *instance)
     unsigned beyond;
     char text[32];
 
-    if (!logs(instance, STATUS_WARNING)) {
+    if (!instance_logs(instance, STATUS_WARNING)) {
         return;
     }
     beyond = model_clamped(&instance->now.model) & ~instance->now.warned;
@@ -268,7 +154,7 @@ static void warn_of_clamping(Instance *instance)
     for (int input = 0; beyond != 0U; ++input, beyond >>= 1) {
         if ((beyond & 1U) != 0U) {
             const int reference = (int)INPUT_FIRST + input;
-            warn(instance, "%s = %s is outside the map and is clamped (logged once)", model_variables[reference].name,
+            instance_warn(instance, "%s = %s is outside the map and is clamped (logged once)", model_variables[reference].name,
                  number_text(model_get(&instance->now.model, reference), text));
         }
     }
@@ -280,10 +166,10 @@ static void warn_of_step(Instance *instance, double step)
     double stiffness, damping;
     char texts[4][32];
 
-    if ((instance->now.warned & WARNED_STEP) == 0U && logs(instance, STATUS_WARNING)
+    if ((instance->now.warned & WARNED_STEP) == 0U && instance_logs(instance, STATUS_WARNING)
         && model_step_too_long(&instance->now.model, step, &stiffness, &damping)) {
         instance->now.warned |= WARNED_STEP;
-        warn(instance,
+        instance_warn(instance,
              "step = %s s; an inertia coupled with the values of the last step comes to rest for steps below damping "
              "over stiffness of the bristle only, %s N.m.s/rad over %s N.m/rad = %s s (logged once)",
              number_text(step, texts[0]), number_text(damping, texts[1]), number_text(stiffness, texts[2]),
@@ -372,9 +258,9 @@ Status instance_begin_step(Instance *instance, double time, double step, bool ze
     }
     /* a warning is enough: the model depends on the length of a step only */
     if (check_time && (now->warned & WARNED_TIME) == 0U && fabs(time - now->time) > tolerance
-        && logs(instance, STATUS_WARNING)) {
+        && instance_logs(instance, STATUS_WARNING)) {
         now->warned |= WARNED_TIME;
-        warn(instance, "communication point = %s s, end of the last step = %s s; the new time is used (logged once)",
+        instance_warn(instance, "communication point = %s s, end of the last step = %s s; the new time is used (logged once)",
              number_text(time, text), number_text(now->time, other));
     }
     return STATUS_OK;

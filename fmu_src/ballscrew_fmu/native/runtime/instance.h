@@ -43,14 +43,17 @@ void instance_free(Instance *instance);
 /* Start of every FMI call. NULL: the call is illegal, which is logged, and the instance has failed. */
 Instance *instance_begin(void *handle, const Call *call);
 
-/* Log and return: STATUS_ERROR, the instance has failed; or STATUS_DISCARD, nothing has changed. */
+/* Messages (messages.c). Log and return: STATUS_ERROR, the instance has failed; or STATUS_DISCARD, nothing has changed. */
 Status instance_fail(Instance *instance, const char *format, ...);
 Status instance_discard(Instance *instance, const char *format, ...);
+void instance_warn(const Instance *instance, const char *format, ...);
+void instance_inform(const Instance *instance, const char *format, ...);
+bool instance_logs(const Instance *instance, Status status);
+#define ALL_CATEGORIES ((1U << CATEGORIES) - 1U)
+Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const categories[]);
 
 /* Names of a set of states, e.g. "Event Mode, Terminated". */
 void instance_list_states(unsigned states, char *text, size_t size);
-
-Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const categories[]);
 
 /* Life cycle. */
 Status instance_setup(Instance *instance, double start, bool stop_defined, double stop);
@@ -58,14 +61,13 @@ Status instance_enter(Instance *instance, unsigned state);
 Status instance_exit_initialization(Instance *instance);
 Status instance_reset(Instance *instance);
 
-/* Update the outputs after valid values were set. In step mode of co-simulation only a step updates them. */
-void instance_follow(Instance *instance);
-
 /* Values (values.c), by value reference. A call that fails or is discarded stores nothing. In co-simulation a value
    that is not valid is stored, and steps are discarded until it is replaced, as in the FMU for Python hosts. */
 unsigned instance_index(unsigned reference); /* in the table of variables; VARIABLE_COUNT: none */
 bool instance_is_valid(Instance *instance);  /* all values that were set; if not, the first one is logged */
 Status instance_missing_array(Instance *instance);
+/* Update the outputs after valid values were set. In step mode of co-simulation only a step updates them. */
+void instance_follow(Instance *instance);
 Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[]);
 Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[]);
 Status instance_get_boolean(Instance *instance, unsigned reference, bool *value);

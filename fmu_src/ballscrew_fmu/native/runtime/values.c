@@ -63,6 +63,18 @@ bool instance_is_valid(Instance *instance)
     return true;
 }
 
+void instance_follow(Instance *instance)
+{
+    if (instance->now.stale
+        && (instance->kind == MODEL_EXCHANGE
+            || (instance->now.state & (INITIALIZATION_MODE | EVENT_MODE)) != 0U)) {
+        instance->now.stale = false;
+        if (instance_is_valid(instance)) {
+            model_latch(&instance->now.model);
+        }
+    }
+}
+
 Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[])
 {
     if (count > 0 && (references == NULL || values == NULL)) {

@@ -1,12 +1,11 @@
 /* Life cycle, bristle, events and derivatives of a screw with friction: of BallScrewFriction and BallScrewTransmission.
-   What they compute at a point is in point.h. */
+   What they compute at a point is in friction_point.h and transmission_point.h. */
 #include "model.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "point.h"
 #include "slip_event.h"
 #include "tangent.h"
 
@@ -15,6 +14,51 @@
 static bool presliding(const Model *model)
 {
     return model->latched[PRESLIDING] != 0.0;
+}
+
+/* Loads and conditions of the latched point. */
+static const Point *locate(Model *model)
+{
+    if (!model->located) {
+        point_locate(model->map, model->latched, model->step, &model->point);
+        model->located = true;
+    }
+    return &model->point;
+}
+
+/* Magnitudes of the friction parts at the latched point. */
+static const Parts *friction_parts(Model *model)
+{
+    if (!model->parts_known) {
+        const Friction friction = friction_of(model->latched);
+        (void)locate(model);
+        nut_parts(model->map, &model->point.loads, &model->point.conditions, NULL, &friction, &model->parts);
+        model->parts_known = true;
+    }
+    return &model->parts;
+}
+
+static double present_stiffness(Model *model)
+{
+    const Friction friction = friction_of(model->latched);
+
+    (void)locate(model);
+    return stiffness_at(model->latched, model->map, &model->point.loads, &friction);
+}
+
+static void compute_films(Model *model)
+{
+    const Point *point = locate(model);
+    Films films;
+
+    nut_films(model->map, &point->loads, &point->conditions, &films);
+    film_outputs(&films, model->latched, model->value);
+    model->films_known = true;
+}
+
+static double range_margin(Model *model)
+{
+    return point_margin(model->map, locate(model), model->latched);
 }
 
 static Moment moment_of(const Model *model)
@@ -65,7 +109,8 @@ static void compute_torque(Model *model)
     bristle.torque = model->bristle_torque;
     bristle.power = model->bristle_power;
     bristle.supply = model->bristle_supply;
-    torques_at_point(model, &bristle);
+    point_outputs(&model->point, friction_parts(model), &bristle, model->stiffness, model->latched, model->step,
+                  model->value);
     heat_output(&moment, model->value);
     model->value[POWER_LOSS] += model->power_of_parts;
     model->torque_known = true;
@@ -99,7 +144,7 @@ static void latch(Model *model, double step)
     model->deflection_before = model->value[PRESLIDING_DEFLECTION];
     model->stiffness_before = model->stiffness;
     model->from_side = model->deflection_before == model->initial_deflection;
-    model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
+    model->located = model->parts_known = model->torque_known = model->films_known = false;
     if (!presliding(model)) {
         model->bristle_torque = model->bristle_power = model->bristle_supply = 0.0;
     }
@@ -166,7 +211,7 @@ double model_get(Model *model, int reference)
         return in_range(model);
     }
     if (reference == RANGE_MARGIN) {
-        model->value[RANGE_MARGIN] = point_margin(model);
+        model->value[RANGE_MARGIN] = range_margin(model);
     } else if (variable->causality == CAUSALITY_INDICATOR) {
         model_indicators(model);
     } else if (variable->causality == CAUSALITY_OUTPUT && variable->needs == NEEDS_FILMS) {
@@ -184,7 +229,7 @@ double model_get(Model *model, int reference)
 
 unsigned model_clamped(Model *model)
 {
-    return clamped_at_point(model);
+    return point_clamped(model->map, locate(model), model->latched);
 }
 
 bool model_possible(const Model *model)
@@ -202,8 +247,9 @@ bool model_possible(const Model *model)
 void model_clear_computed(Model *model)
 {
     model->map = NULL;
-    forget_point(model);
-    model->conditions_known = model->parts_known = model->torque_known = model->films_known = false;
+    memset(&model->point, 0, sizeof model->point);
+    memset(&model->parts, 0, sizeof model->parts);
+    model->located = model->parts_known = model->torque_known = model->films_known = false;
 }
 
 /* --- events --- */
@@ -252,11 +298,10 @@ void model_indicators(Model *model)
     const double *at = model->latched;
     double *out = model->value;
 
-    locate(model);
     if (!model->began) {
         model->stiffness = present_stiffness(model);
     }
-    out[IN_RANGE_INDICATOR] = point_margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
+    out[IN_RANGE_INDICATOR] = range_margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
     if (!presliding(model)) {
         out[SLIP_INDICATOR] = 1.0;
     } else if (model->slip != 0) {

@@ -25,16 +25,6 @@ static inline Number efficiency_of(Number ideal_torque, Number friction, Number 
     return divide(greater(subtract(ideal, friction), constant(0.0)), ideal);
 }
 
-/* Least distance from the limits of preload, speed, temperature and force of the loaded nut, each as a share of the
-   length of its axis. */
-static inline Number margin_of_contacts(const Map *map, const Contacts *contacts, const Number at[])
-{
-    const Number highest = greater(contacts->a.force, contacts->b.force);
-    const Number left = subtract(constant(map->force.hi * (1.0 + FORCE_ROUNDING)), highest);
-
-    return lesser(nut_margin(map, at[PRELOAD], at[SPEED], at[TEMPERATURE]), over(left, map->force.hi));
-}
-
 /* bristle_stiffness: that the deflection of the bristle belongs to */
 static inline void transmission_outputs(const Contacts *contacts, const Parts *both, const Bristle *bristle,
                                         Number bristle_stiffness, const Number at[], double step, Number out[])

@@ -1,11 +1,11 @@
-/* State of the friction model: nuts, friction parts, standstill law. The bristle is a continuous state. */
-#ifndef BALLSCREW_MODEL_STATE_H
-#define BALLSCREW_MODEL_STATE_H
+/* State of a screw with friction, at a Point of the file that includes this: friction parts, standstill law. The bristle
+   is a continuous state. */
+#ifndef BALLSCREW_SCREW_STATE_H
+#define BALLSCREW_SCREW_STATE_H
 
 #include <stdbool.h>
 
 #include "nut.h"
-#include "tangent.h"
 #include "variables.h"
 
 struct Model {
@@ -30,12 +30,9 @@ struct Model {
     bool began;                     /* the first step is done; with events: the initial event */
     bool moved;                     /* with events: the initial event has set the deflection */
     int slip;                       /* with events: 0 the bristle follows, +1 or -1 direction of slip */
-    bool conditions_known, parts_known, torque_known, films_known;
-    bool loads_known;                       /* valid while preload and axial load do not change: */
-    double loads_preload, loads_axial_load; /* [N] that loads belong to */
-    Loads loads;
-    Conditions conditions;
-    Parts parts; /* of the latched point */
+    bool located, parts_known, torque_known, films_known;
+    Point point; /* the latched one */
+    Parts parts;
 };
 
 /* Fields of a saved state other than value and latched: numbers, flags, signs. */

@@ -1,37 +1,29 @@
-/* Outputs of the transmission in dual numbers. Tests compare the values with model.c and the derivatives with
-   differences. */
-#define DUAL_NUMBERS
-#include "tangent.h"
+/* Outputs of a screw with friction in dual numbers, at a Point of the file that includes this. Tests compare the values
+   with model.c and the derivatives with differences. */
+#ifndef BALLSCREW_TANGENT_LAW_H
+#define BALLSCREW_TANGENT_LAW_H
 
 #include "nut_law.h"
-#include "transmission_law.h"
+#include "tangent.h"
 
 void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
                    const Moment *moment, double values[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
-    Number in[VARIABLE_COUNT], out[VARIABLE_COUNT], contact, stiffness;
+    Number in[VARIABLE_COUNT], out[VARIABLE_COUNT], stiffness;
+    Point point = {0};
     Bristle bristle;
-    Conditions conditions;
-    Contacts contacts;
     Friction friction;
-    Films films;
-    Loads loads;
     Parts parts;
-    bool loads_a;
+    Films films;
 
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
         in[i] = out[i] = number(at[i], direction[i]);
     }
-    contact = contact_stiffness(in[NUT_STIFFNESS], in[STIFFNESS_PRELOAD]);
-    contacts_at(in, contact, preload_approach(contact, in[PRELOAD], in[AXIAL_PLAY]), moment->step, &contacts);
-    loads_a = loads_nut_a(&contacts);
-    nut_loads_of_forces(map, loads_a ? contacts.b.force : contacts.a.force,
-                        loads_a ? contacts.a.force : contacts.b.force, &loads);
-    nut_conditions(map, in[SPEED], in[TEMPERATURE], &conditions);
+    point_locate(map, in, moment->step, &point);
     friction = friction_of(in);
-    nut_parts(map, &loads, &conditions, NULL, &friction, &parts);
-    nut_films(map, &loads, &conditions, &films);
-    stiffness = stiffness_at(in, map, &loads, &friction);
+    nut_parts(map, &point.loads, &point.conditions, NULL, &friction, &parts);
+    nut_films(map, &point.loads, &point.conditions, &films);
+    stiffness = stiffness_at(in, map, &point.loads, &friction);
     if (at[PRESLIDING] != 0.0) {
         bristle = bristle_at(in, coulomb_magnitude(&parts), stiffness, moment);
         if (moment->continuous && moment->start == RUNNING) { /* changes at events only */
@@ -44,13 +36,15 @@ void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double
             stiffness = constant(moment->stiffness);
         }
     }
-    transmission_outputs(&contacts, &parts, &bristle, stiffness, in, moment->step, out);
+    point_outputs(&point, &parts, &bristle, stiffness, in, moment->step, out);
     heat_output(moment, out);
     film_outputs(&films, in, out);
-    out[RANGE_MARGIN] = margin_of_contacts(map, &contacts, in);
+    out[RANGE_MARGIN] = point_margin(map, &point, in);
     out[PRESLIDING_DEFLECTION_RATE] = bristle.rate;
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
         values[i] = value_of(out[i]);
         slopes[i] = slope_of(out[i]);
     }
 }
+
+#endif

@@ -1,6 +1,6 @@
 /* State of the preload monitor: the last preload that was in range. No continuous state. */
-#ifndef BALLSCREW_MODEL_STATE_H
-#define BALLSCREW_MODEL_STATE_H
+#ifndef BALLSCREW_MONITOR_STATE_H
+#define BALLSCREW_MONITOR_STATE_H
 
 #include <stdbool.h>
 

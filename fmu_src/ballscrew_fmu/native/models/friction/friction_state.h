@@ -1,0 +1,3 @@
+/* State of BallScrewFriction. */
+#include "friction_point.h"
+#include "screw_state.h"

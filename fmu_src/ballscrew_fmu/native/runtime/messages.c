@@ -1,0 +1,102 @@
+/* Messages of an instance, and which of them are logged. */
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "instance.h"
+
+static const char *const state_names[] = {"Instantiated", "Initialization Mode", "Event Mode", "Continuous-Time Mode",
+                                          "Step Mode",    "Terminated",          "Error",      "Intermediate Update Mode"};
+#define STATE_NAMES (sizeof state_names / sizeof state_names[0])
+
+bool instance_logs(const Instance *instance, Status status)
+{
+    return instance->logging && instance->importer.logger != NULL && (instance->categories >> status & 1U) != 0U;
+}
+
+static void log_message(const Instance *instance, Status status, const char *format, va_list arguments)
+{
+    char message[MESSAGE_SIZE];
+    int used;
+
+    if (!instance_logs(instance, status)) {
+        return;
+    }
+    used = vsnprintf(message, sizeof message, format, arguments);
+    if (status > STATUS_WARNING && used >= 0 && (size_t)used < sizeof message) {
+        (void)snprintf(message + used, sizeof message - (size_t)used, " (%s)", instance->call);
+    }
+    instance->importer.emit(&instance->importer, instance->name, status, log_categories[status], message);
+}
+
+Status instance_fail(Instance *instance, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    log_message(instance, STATUS_ERROR, format, arguments);
+    va_end(arguments);
+    instance->now.state = FAILED;
+    return STATUS_ERROR;
+}
+
+Status instance_discard(Instance *instance, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    log_message(instance, STATUS_DISCARD, format, arguments);
+    va_end(arguments);
+    return STATUS_DISCARD;
+}
+
+void instance_inform(const Instance *instance, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    log_message(instance, STATUS_OK, format, arguments);
+    va_end(arguments);
+}
+
+void instance_warn(const Instance *instance, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    log_message(instance, STATUS_WARNING, format, arguments);
+    va_end(arguments);
+}
+
+Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const wanted[])
+{
+    unsigned mask = count == 0 ? ALL_CATEGORIES : 0U;
+
+    if (count > 0 && wanted == NULL) {
+        return instance_fail(instance, "%lu log categories, but the array is NULL", (unsigned long)count);
+    }
+    for (size_t i = 0; i < count; ++i) {
+        size_t known = 0;
+        while (known < CATEGORIES && (wanted[i] == NULL || strcmp(wanted[i], log_categories[known]) != 0)) {
+            ++known;
+        }
+        if (known == CATEGORIES) {
+            return instance_fail(instance, "log category %.80s is unknown; needs one of %s, %s, %s, %s, %s",
+                                 wanted[i] != NULL ? wanted[i] : "NULL", log_categories[0], log_categories[1],
+                                 log_categories[2], log_categories[3], log_categories[4]);
+        }
+        mask |= known == 0 ? ALL_CATEGORIES : 1U << known;
+    }
+    instance->logging = on;
+    instance->categories = mask;
+    return STATUS_OK;
+}
+
+void instance_list_states(unsigned states, char *text, size_t size)
+{
+    size_t used = 0;
+
+    text[0] = '\0';
+    for (size_t i = 0; i < STATE_NAMES; ++i) {
+        if ((states >> i & 1U) != 0U && used < size) {
+            const int more = snprintf(text + used, size - used, "%s%s", used > 0 ? ", " : "", state_names[i]);
+            used += more > 0 ? (size_t)more : 0;
+        }
+    }
+}
