@@ -5,13 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from closed_film import HamrockDowsonFilm
 from law_contacts import ClosedContacts
 from reference_screw import GD4008
 from section7 import BASIS, MEASURED, basis_of
 
 from ballscrew_tehl.calibration.fit import LOSSES, _linear_fit, fit_values
 from ballscrew_tehl.calibration.packaged import (
-    PACKAGED_FILM,
+    FILM_OF_SET,
     PACKAGED_LOSS,
     calibrate_packaged,
     fit_friction_set,
@@ -20,7 +21,6 @@ from ballscrew_tehl.calibration.packaged import (
     left_out_deviations,
     torque_basis,
 )
-from ballscrew_tehl.friction.film_model import HamrockDowsonFilm
 from ballscrew_tehl.friction.sets import FITTED, load_friction_sets
 
 RATIO, NET, HEIGHT = FITTED
@@ -223,7 +223,7 @@ def test_packaged_calibration_writes_what_it_returns(tmp_path):
         path=path,
         progress=steps.append,
     )
-    assert len(sets) == 5
+    assert len(sets) == 3
     found = load_friction_sets(path)
     assert set(found) == set(sets)
     assert sets["rolling_frame", "mechanistic"].loss == PACKAGED_LOSS["mechanistic"]
@@ -239,15 +239,13 @@ def test_packaged_calibration_writes_what_it_returns(tmp_path):
         np.testing.assert_allclose(found[key].values, entry.values, rtol=1e-5)
         assert found[key].film_model == "hamrock_dowson"
         assert found[key].loss == PACKAGED_LOSS[key[1]]
-        # the rolling frame fits as well as the published kinematics
-        assert entry.errors["mean"] == pytest.approx(sets["published", key[1]].errors["mean"], abs=1e-3)
-    assert len(steps) == 10
+    assert len(steps) == 6
 
 
 def test_packaged_default_set_is_as_accurate_as_the_publication():
     """Bounds: mean deviations of the published model; leave-one-out of the Hamrock-Dowson film rounded up."""
     default = load_friction_sets()["published", "three_parameter"]
-    assert default.film_model == PACKAGED_FILM["three_parameter"]
+    assert default.film_model == FILM_OF_SET["three_parameter"]
     assert default.loss == PACKAGED_LOSS["three_parameter"]
     assert default.errors["table2"] <= 0.0159
     assert default.errors["table4"] <= 0.0117

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from law_contacts import VG100, ClosedContacts
-from reference_screw import GD4008
 
 from ballscrew_tehl.calibration.diagnostics import not_identified, point_diagnostics, profile_limits
 from ballscrew_tehl.calibration.fit import LOSSES, fit_values
@@ -23,7 +22,6 @@ from ballscrew_tehl.calibration.packaged import (
 )
 from ballscrew_tehl.calibration.user import calibrate_file, calibration_text
 from ballscrew_tehl.cli import main as cli
-from ballscrew_tehl.friction.film_model import HamrockDowsonFilm
 from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import (
     default_friction_set,
@@ -68,9 +66,7 @@ def test_axial_load_gives_each_nut_its_force():
 
 
 @pytest.mark.parametrize("loss", list(LOSSES))
-@pytest.mark.parametrize(
-    ("count", "values"), [(1, (1.0, 0.0113, 0.0)), (1, (1.0, 0.003, 0.0)), (2, (0.7, 0.0113, 0.0))]
-)
+@pytest.mark.parametrize(("count", "values"), [(1, (1.0, 0.0113, 0.0)), (1, (1.0, 0.003, 0.0))])
 def test_known_numbers_are_recovered(loss, count, values):
     np.testing.assert_allclose(fit_values(synthetic(values), count, loss), values, rtol=1e-6)
 
@@ -116,15 +112,6 @@ def test_intervals_of_one_number_are_its_profile_limits_and_cover_the_truth():
         inside += abs(values[1] - K) <= half[NET]
     # 95 % of 200, three standard deviations of the count
     assert 180 <= inside <= 199
-
-
-def test_profile_limits_of_two_numbers_are_the_linear_intervals():
-    basis = synthetic((0.9, K, 0.0), 0.02)
-    values = fit_values(basis, 2, "least_squares")
-    half, correlations = intervals(basis, values, 2)
-    assert list(correlations) == [f"{NET}, {RATIO}"]
-    for name, value in ((NET, values[1]), (RATIO, values[0])):
-        assert profile_limits(basis, 2)[name]["low"] == pytest.approx(value - half[name], rel=1e-5)
 
 
 def test_left_out_points_and_tables_of_one_number():
@@ -184,73 +171,17 @@ def wide():
     return torque_basis(VG100, CONTACTS, points)
 
 
-def test_supply_is_kept_where_the_data_identify_it(tmp_path, wide):
-    found = calibrated(tmp_path, synthetic((0.6, K, 0.0), 0.01, basis=wide), "mechanistic_supply")
-    assert found.friction_set.name == "mechanistic_supply"
-    assert found.friction_set.apparent_viscosity_ratio == pytest.approx(0.6, rel=0.05)
-    assert found.friction_set.net_sliding_coefficient == pytest.approx(K, rel=0.05)
-    assert RATIO not in found.friction_set.not_identified
-    assert "identified, a property of this screw" in calibration_text(found)
-
-
-def test_supply_is_offered_by_the_fit_of_one_number(tmp_path, wide):
-    found = calibrated(tmp_path, synthetic((0.6, K, 0.0), 0.01, basis=wide))
-    assert found.friction_set.name == "mechanistic"
-    assert found.friction_set.apparent_viscosity_ratio == 1.0
-    assert "to fit it: --set mechanistic_supply" in calibration_text(found)
-
-
-@pytest.mark.parametrize(
-    ("rows", "why"), [(range(12), "not significantly better"), ([0, 4, 8], "do not identify it")]
-)
-def test_supply_is_held_where_the_data_do_not_identify_it(tmp_path, wide, rows, why):
-    """Much noise; three preloads at one speed."""
-    basis = synthetic((1.0, K, 0.0), 0.03, 1, wide).subset(rows)
-    found = calibrated(tmp_path, basis, "mechanistic_supply")
-    assert found.friction_set.name == "mechanistic"
-    assert found.friction_set.apparent_viscosity_ratio == 1.0
-    text = calibration_text(found)
-    assert why in text
-    assert "held at 1" in text
-
-
-def test_two_points_are_enough_for_one_number(tmp_path, wide):
-    basis = synthetic((1.0, K, 0.0), 0.01, 1, wide).subset([0, 7])
-    found = calibrated(tmp_path, basis)
-    assert found.friction_set.net_sliding_coefficient == pytest.approx(K, rel=0.1)
-    assert "held at 1, 2 points are too few" in calibration_text(found)
-    with pytest.raises(
-        ValueError, match=r"the 2 parameters of mechanistic_supply need .* or fit --set mechanistic$"
-    ):
-        calibrated(tmp_path, basis, "mechanistic_supply")
-
-
 def test_what_carries_over_is_said(tmp_path, wide):
     text = calibration_text(calibrated(tmp_path, synthetic((1.0, K, 0.0), 0.01, basis=wide)))
     assert "carries over to screws with the same kind of balls" in text
     assert "seals" in text
 
 
-def test_published_kinematics_are_refused():
-    with pytest.raises(
-        ValueError, match="kinematics = published; allowed with a mechanistic set: rolling_frame"
-    ):
-        torque_basis(changed(GD4008, friction={"kinematics": "published"}), CONTACTS, MEASURED)
-
-
-def test_film_option_is_refused(capsys, tmp_path):
-    path = tmp_path / "measured.csv"
-    path.write_text("preload_N,speed_rpm,torque_Nm\n1000,100,0.4\n2000,100,0.8\n")
-    screw = str(PACKAGED_DATA / "gd4008_vg100.toml")
-    assert cli.main(["calibrate", str(path), "--screw", screw, "--film", "solved"]) == 2
-    assert "--film with the set mechanistic" in capsys.readouterr().err
-
-
 def test_fitted_set_is_the_same_after_writing_and_reading(tmp_path):
     basis = synthetic((0.8, K, 0.0), 0.01)
     sets = {
         ("rolling_frame", name): fit_friction_set(basis, VG100, "mechanistic", name, provenance="test")
-        for name in ("mechanistic", "mechanistic_supply")
+        for name in ("mechanistic",)
     }
     path = tmp_path / "sets.toml"
     write_friction_sets(path, sets)
@@ -333,12 +264,6 @@ def test_packaged_numbers_are_those_of_direct_solves():
     basis = torque_basis(VG100, DirectContacts(VG100), MEASURED)
     packaged = load_friction_sets()["rolling_frame", "mechanistic"]
     assert packaged.net_sliding_coefficient == pytest.approx(fit_values(basis, 1, packaged.loss)[1], rel=1e-5)
-
-
-def test_names_of_the_other_law_are_unchanged():
-    basis = torque_basis(GD4008, HamrockDowsonFilm(GD4008), MEASURED[:4])
-    assert basis.fitted(3) == [0, 1, 2]
-    assert basis.held == (0.0, 0.0, 0.0)
 
 
 def test_torque_below_the_rolling_loss_is_said(tmp_path, capsys):

@@ -7,6 +7,7 @@ from pathlib import Path
 import command_line
 import numpy as np
 import pytest
+from closed_film import HamrockDowsonFilm
 from command_line import refused
 from reference_screw import GD4008
 from section7 import MEASURED
@@ -19,17 +20,18 @@ from ballscrew_tehl.calibration.packaged import torque_basis
 from ballscrew_tehl.calibration.plot import calibration_figure
 from ballscrew_tehl.calibration.user import calibrate_file
 from ballscrew_tehl.cli import main as cli
-from ballscrew_tehl.friction.film_model import HamrockDowsonFilm
 from ballscrew_tehl.friction.sets import friction_set_of_file, load_friction_sets
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map.contact_map import SolvedFilm
 from ballscrew_tehl.nut_map.file import load_contact_map, load_map, packaged_map
 from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.refinement.direct import DirectFilm
 from ballscrew_tehl.runtime.packed import MapError
 
 MAP = str(packaged_map("published"))
+PUBLISHED_FILE = str(PACKAGED_DATA / "gd4008.toml")
 TRUTH = (5.2, 0.0055, 22e-9)
 HEAD = "preload [kN],speed [1/min],temperature [degC],torque [N.m],axial load [N]"
 POINTS = [
@@ -251,7 +253,10 @@ def test_stated_uncertainties_are_compared_with_the_errors(capsys, tmp_path, tor
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--film", "hamrock_dowson", "--map", MAP), "--map with --film hamrock_dowson; allowed: solved"),
+        (
+            ("--set", "mechanistic", "--screw", PUBLISHED_FILE),
+            "friction set = mechanistic; allowed with kinematics published: three_parameter, two_parameter",
+        ),
         (("--map", "none.nc"), "none.nc: no such map file"),
         (("--output", "nowhere/f.toml"), "nowhere/f.toml: no such folder"),
         (("--plot", "nowhere/f.png"), "nowhere/f.png: no such folder"),
@@ -319,7 +324,8 @@ def test_a_friction_file_of_another_screw_or_kinematics_is_refused(capsys, measu
     run(capsys, measured(), "--map", MAP, "--output", str(output))
     rolling = changed(GD4008, friction={"kinematics": "rolling_frame"})
     with pytest.raises(
-        ValueError, match=r"kinematics = published; allowed: rolling_frame, as in the screw file"
+        ValueError,
+        match=r"kinematics = published with set three_parameter; allowed: rolling_frame",
     ):
         friction_set_of_file(output, rolling)
     other = changed(GD4008, friction={"hysteresis_coefficient": 0.02})

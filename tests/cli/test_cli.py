@@ -227,38 +227,30 @@ def test_calibrate_a_user_file(capsys, tmp_path):
     from section7 import MEASURED
 
     from ballscrew_tehl.calibration.packaged import torque_basis
-    from ballscrew_tehl.friction.film_model import HamrockDowsonFilm
+    from ballscrew_tehl.nut_map.contact_map import SolvedFilm
+    from ballscrew_tehl.nut_map.file import load_contact_map, packaged_map
 
-    basis = torque_basis(GD4008, HamrockDowsonFilm(GD4008), MEASURED)
+    basis = torque_basis(GD4008, SolvedFilm(load_contact_map(None, GD4008), True), MEASURED)
     torques = basis.torque((8.0, 0.004, 20e-9))
     lines = ["preload_N,speed_rpm,torque_Nm,table"]
     for m, torque in zip(MEASURED, torques, strict=True):
         lines.append(f"{m.preload},{m.speed * 30.0 / math.pi!r},{float(torque)!r},{m.tables[-1]}")
     path, output = tmp_path / "measured.csv", tmp_path / "fitted.toml"
     path.write_text("\n".join(lines))
-    common = ("calibrate", str(path), "--film", "hamrock_dowson")
+    common = ("calibrate", str(path), "--map", str(packaged_map("published")))
     code, found, _ = run(capsys, *common, "--output", str(output))
     assert code == 0
     entry = found["published.three_parameter"]
     assert entry["apparent_viscosity_ratio"] == pytest.approx(8.0, rel=1e-4)
     assert entry["net_sliding_coefficient"] == pytest.approx(0.004, rel=1e-4)
     assert entry["roughness_height"] == pytest.approx(20e-9, rel=1e-4)
-    assert entry["film_model"] == "hamrock_dowson"
+    assert entry["film_model"] == "solved_thermal"
     written = load_friction_sets(output)["published", "three_parameter"]
     assert written.apparent_viscosity_ratio == pytest.approx(8.0, rel=1e-4)
     assert cli.main([*common, "--set", "two_parameter"]) == 0
     text = capsys.readouterr().out
-    assert '[friction]\nset = "two_parameter"\napparent_viscosity_ratio = ' in text
+    assert '[friction]\nset = "two_parameter"\nnet_sliding_coefficient = ' in text
     assert "roughness_height_m = 0\n" in text
-
-
-@pytest.mark.slow
-def test_calibrate_packaged_writes_the_five_sets(capsys, tmp_path):
-    output = tmp_path / "sets.toml"
-    code = cli.main(["calibrate", "--packaged", "--film", "hamrock_dowson", "--output", str(output)])
-    assert code == 0
-    assert len(load_friction_sets(output)) == 5
-    assert "written: " in capsys.readouterr().err
 
 
 def test_validate_prints_all_sets_and_all_models(capsys, tmp_path):
@@ -385,7 +377,7 @@ def test_commands_that_read_the_map_import_nothing_slow(arguments):
 def test_choices_of_the_parser_are_those_of_the_modules():
     """The parser repeats names so that it does not import the modules that define them."""
     from ballscrew_tehl.calibration.fit import LOSSES
-    from ballscrew_tehl.calibration.packaged import PACKAGED_FILM
+    from ballscrew_tehl.calibration.packaged import FILM_OF_SET
     from ballscrew_tehl.calibration.user import DROPS
     from ballscrew_tehl.cli.contact import LAWS as OFFERED_LAWS
     from ballscrew_tehl.contact.moes import LAWS
@@ -399,9 +391,9 @@ def test_choices_of_the_parser_are_those_of_the_modules():
     assert LUBRICANTS == cli.LUBRICANTS
     assert tuple(SETS) == cli.SET_NAMES
     assert tuple(KINEMATICS) == cli.KINEMATICS
-    assert (*FILM_MODELS[:2], "hamrock_dowson") == cli.FILMS
-    assert set(PACKAGED_FILM) == set(SETS)
-    assert set(PACKAGED_FILM.values()) == set(FILM_MODELS)
+    assert set(FILM_OF_SET.values()) == set(FILM_MODELS)
+    assert set(FILM_OF_SET) == set(SETS)
+    assert set(FILM_OF_SET.values()) == set(FILM_MODELS)
     assert tuple(LAWS) == OFFERED_LAWS
 
 

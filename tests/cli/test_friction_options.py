@@ -96,11 +96,9 @@ def test_unloaded_nut_and_fitted_sets_have_no_interval(capsys, law_map):
     _, found, _ = run(capsys, "torque", "--preload-n", "0", *POINT[2:], *law)
     assert (found["friction_torque_nm"], found["catalogue_torque_nm"]) == (0.0, 0.0)
     assert "torque_low_nm" not in found
-    _, found, err = run(capsys, "torque", *POINT, *law, "--friction", "three_parameter")
+    _, found, _ = run(capsys, "torque", *POINT)
     assert "torque_low_nm" not in found
     assert (found["friction_set"], found["friction_screw"]) == ("three_parameter", "GD4008-3")
-    # fitted with the oil of Table 1
-    assert found["friction_note"] in err
 
 
 def test_another_screw_says_so_once_with_the_catalogue_torque(capsys, other_map, tmp_path):
@@ -165,23 +163,10 @@ def test_unknown_name_and_kinematics_are_one_line(capsys, tmp_path, command):
     assert "--kinematics = published; allowed: rolling_frame" in line
 
 
-def test_overrides_of_another_set_do_not_enter(capsys, law_map, tmp_path):
-    screw = tmp_path / "own.toml"
-    text = LAW_FILE.read_text(encoding="utf-8")
-    screw.write_text(
-        text.replace('set = "mechanistic"', 'set = "three_parameter"\napparent_viscosity_ratio = 387.0')
-    )
-    _, plain, _ = run(capsys, "torque", *POINT, "--friction", "mechanistic", "--map", law_map)
-    _, found, _ = run(
-        capsys, "torque", *POINT, "--friction", "mechanistic", "--map", law_map, "--screw", str(screw)
-    )
-    assert found["friction_torque_nm"] == plain["friction_torque_nm"]
-
-
 def test_unphysical_trend_is_out_of_range(capsys, law_map, monkeypatch):
     from ballscrew_tehl.nut_map import trend
 
-    given = ("torque", *POINT, "--screw", str(LAW_FILE), "--map", law_map, "--friction", "three_parameter")
+    given = ("torque", *POINT, "--screw", str(LAW_FILE), "--map", law_map)
     _, found, _ = run(capsys, *given)
     assert found["in_range"] is True
     assert "unphysical_trend" not in found
@@ -206,7 +191,7 @@ def test_reservations_about_points_of_a_table(capsys, law_map, monkeypatch, tmp_
 
     monkeypatch.setattr(trend, "unphysical_trend", heavy)
     given = ["torque", "--points", str(points), "--screw", str(LAW_FILE), "--map", law_map]
-    assert main([*given, "--friction", "three_parameter"]) == 0
+    assert main(given) == 0
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("unphysical_trend: ")]
     assert len(lines) == 1
     where = "2 of 3 points, the first: preload_n 950, speed_rpm 300, temperature_c 40, axial_load_n 0: torque rises"

@@ -5,17 +5,20 @@ import itertools
 
 import command_line
 import pytest
+from closed_film import HamrockDowsonFilm
 from reference_screw import GD4008
 from rich.console import Console
 
 from ballscrew_tehl.cli import progress
 from ballscrew_tehl.cli.common import EXTREMES
-from ballscrew_tehl.friction.film_model import HamrockDowsonFilm
 from ballscrew_tehl.nut_map import certificate
+from ballscrew_tehl.nut_map.contact_map import SolvedFilm
+from ballscrew_tehl.nut_map.file import packaged_map
 from ballscrew_tehl.refinement import direct
 from ballscrew_tehl.validation import section5
 
 POINT = ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")
+FROM_MAP = ("--map", packaged_map("published"))
 ROWS = "preload_n,speed_rpm,torque_nm\n" + "\n".join(
     f"{preload},{speed},{4e-4 * preload * (1.0 + 1e-4 * speed)}"
     for preload in (1000, 2000)
@@ -69,9 +72,9 @@ def test_a_terminal_gets_a_bar(capsys, monkeypatch):
 
 
 def test_calibrate_says_what_it_does(capsys, clock, measured):
-    code, _, err = command_line.run(capsys, "calibrate", measured, "--film", "hamrock_dowson")
+    code, _, err = command_line.run(capsys, "calibrate", measured, *FROM_MAP)
     assert code == 0
-    assert " of 6 operating points with hamrock_dowson" in err
+    assert " of 6 operating points with solved_thermal" in err
     assert " of 6 fits without one point" in err
 
 
@@ -81,13 +84,11 @@ def test_ctrl_c_in_calibrate_is_one_line_and_leaves_nothing(place, capsys, monke
         raise KeyboardInterrupt
 
     if place == "film":
-        monkeypatch.setattr(HamrockDowsonFilm, "central_film", interrupted)
+        monkeypatch.setattr(SolvedFilm, "central_film", interrupted)
     else:
         monkeypatch.setattr("os.replace", interrupted)
     output = measured.with_name("fit.toml")
-    code, out, err = command_line.run(
-        capsys, "calibrate", measured, "--film", "hamrock_dowson", "--output", output
-    )
+    code, out, err = command_line.run(capsys, "calibrate", measured, *FROM_MAP, "--output", output)
     assert (code, out) == (130, "")
     assert err.splitlines()[-1] == "ballscrew_tehl calibrate: interrupted"
     assert "Traceback" not in err

@@ -8,6 +8,7 @@ import pytest
 from command_line import refused
 
 from ballscrew_tehl.cli import files
+from ballscrew_tehl.nut_map.file import packaged_map
 from ballscrew_tehl.refinement import direct
 
 #: arguments with {} for the file, option or name of the argument, suffix of the file
@@ -21,6 +22,7 @@ COMMANDS = {
     "calibrate --packaged": (("calibrate", "--packaged", "--output", "{}"), "--output", ".toml"),
     "validate": (("validate", "--plot", "{}"), "--plot", ".png"),
 }
+MAP = str(packaged_map("published"))
 ROWS = "preload_n,speed_rpm,torque_nm\n" + "\n".join(
     f"{preload},{speed},{4e-4 * preload * (1.0 + 1e-4 * speed)}"
     for preload in (1000, 2000)
@@ -103,10 +105,10 @@ def test_a_folder_that_refuses_is_found_before_the_work(name, number, remedy, fo
         (("init", "x.toml"), "FILE.toml = x.toml"),
         (("map", "plot", "--output", "x.png"), "--output = x.png"),
         (
-            ("calibrate", "measured.csv", "--film", "hamrock_dowson", "--output", "x.toml"),
+            ("calibrate", "measured.csv", "--map", MAP, "--output", "x.toml"),
             "--output = x.toml",
         ),
-        (("calibrate", "measured.csv", "--film", "hamrock_dowson", "--plot", "x.png"), "--plot = x.png"),
+        (("calibrate", "measured.csv", "--map", MAP, "--plot", "x.png"), "--plot = x.png"),
     ],
 )
 def test_a_disk_that_fills_during_the_work_leaves_nothing(words, where, folder, capsys, monkeypatch):

@@ -14,6 +14,7 @@ from ballscrew_tehl.friction.sets import (
     write_friction_sets,
 )
 from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.parameters.screw import LAW_SETS
 
 FULL = FrictionSet(
     "three_parameter", "published", "hamrock_dowson", 7.5, 0.005, 25e-9,
@@ -54,8 +55,7 @@ def test_a_set_is_the_same_after_writing_and_reading(tmp_path):
 
 def test_packaged_sets_are_complete():
     sets = load_friction_sets()
-    fitted = {(k, n) for k in ("published", "rolling_frame") for n in ("two_parameter", "three_parameter")}
-    assert set(sets) == fitted | {("rolling_frame", "mechanistic")}
+    assert set(sets) == {(kinematics, name) for kinematics, names in LAW_SETS.items() for name in names}
     for (_, name), entry in sets.items():
         assert set(entry.intervals) == set(SETS[name])
         assert len(entry.correlations) == {"mechanistic": 0, "two_parameter": 1, "three_parameter": 3}[name]
@@ -73,11 +73,10 @@ def test_packaged_default_reaches_the_targets():
     assert errors["table4"] <= 0.0117
 
 
-@pytest.mark.parametrize("kinematics", ["published", "rolling_frame"])
 @pytest.mark.parametrize("name", ["two_parameter", "three_parameter"])
-def test_parameters_select_the_set(kinematics, name):
-    found = default_friction_set(changed(GD4008, friction={"kinematics": kinematics, "set": name}))
-    assert found == load_friction_sets()[kinematics, name]
+def test_parameters_select_the_set(name):
+    found = default_friction_set(changed(GD4008, friction={"set": name}))
+    assert found == load_friction_sets()["published", name]
 
 
 def test_overrides_replace_values_and_drop_the_data_of_the_fit():

@@ -31,7 +31,6 @@ def test_no_note_on_the_screw_of_the_measurement(parameters):
     [
         OTHER,
         GD4008.model_copy(update={"lubricant": graded_oil(68, 95.0)}),
-        changed(OTHER, friction={"set": "three_parameter", "net_sliding_coefficient": 0.005}),
     ],
 )
 def test_another_screw_or_oil_is_named(parameters):
@@ -46,9 +45,6 @@ def test_another_screw_or_oil_is_named(parameters):
     [
         {"net_sliding_coefficient": 0.01},
         {"ball_thrust": 1.2},
-        {
-            "set": "two_parameter", "apparent_viscosity_ratio": 300.0, "net_sliding_coefficient": 0.01,
-        },
     ],
 )  # fmt: skip
 def test_numbers_of_the_screw_file_are_those_of_its_user(friction):
@@ -59,10 +55,6 @@ def test_numbers_of_the_screw_file_are_those_of_its_user(friction):
 def test_other_sets_were_measured_on_the_same_screw():
     chosen = default_friction_set(GD4008)
     assert [entry.name for entry in other_sets(chosen, GD4008)] == ["two_parameter"]
-    rolling = changed(GD4008, friction={"kinematics": "rolling_frame"})
-    found = other_sets(default_friction_set(rolling), rolling)
-    # mechanistic is of the same kinematics, but of another oil
-    assert [(entry.kinematics, entry.name) for entry in found] == [("rolling_frame", "two_parameter")]
     assert other_sets(default_friction_set(OTHER), OTHER) == []
 
 

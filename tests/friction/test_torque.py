@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from closed_film import HamrockDowsonFilm
 from reference_screw import GD4008
 from section7 import BASIS, BETA, FILM, RPM, TEMPERATURE, uniform_sums
 
-from ballscrew_tehl.friction.film_model import HamrockDowsonFilm
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.friction.torque import (
     NO_TORQUE,

@@ -73,7 +73,3 @@ def test_band_follows_the_constants(path, friction):
     assert (one["low"], one["high"]) != (two["low"], two["high"])
     # the packaged number was fitted with the constants of its own screw file
     assert two["fitted"] is False
-
-
-def test_other_law_has_no_band(path):
-    assert BAND not in load_map(path, changed(LAW, friction={"set": "three_parameter"})).header

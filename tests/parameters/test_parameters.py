@@ -207,8 +207,19 @@ MISTAKES = {
     ),
     "viscosity missing": (edited("viscosity_Pas = 0.033", ""), ["lubricant.viscosity_Pas = (missing)"]),
     "published speeds of another screw": (
-        edited('kinematics = "rolling_frame"', 'kinematics = "published"', EXAMPLE),
+        edited(
+            'kinematics = "rolling_frame"',
+            'kinematics = "published"',
+            EXAMPLE,
+        ).replace('set = "mechanistic"', ""),
         ["friction.kinematics = 'published'", "rolling_frame"],
+    ),
+    "fitted set with rolling balls": (
+        edited('kinematics = "published"', 'kinematics = "rolling_frame"'),
+        [
+            "friction.set = 'three_parameter'",
+            "mechanistic with kinematics = rolling_frame; remove this entry",
+        ],
     ),
     "share above one": (
         edited("spin_split = 0.5 ", "spin_split = 1.5 "),
@@ -365,7 +376,7 @@ def test_law_follows_the_kinematics_where_a_file_states_none(read):
     """The packaged screw and copies of its file keep the fitted set; other screws follow their film."""
     assert (GD4008.friction.kinematics, GD4008.friction.set) == ("published", "three_parameter")
     rolling = changed(GD4008, friction={"kinematics": "rolling_frame"})
-    assert rolling.friction.set == "three_parameter"
+    assert rolling.friction.set == "mechanistic"
     unset = 'set = "three_parameter"'
     assert read(edited(unset, "")).friction.set == "three_parameter"
     text = edited(unset, "").replace('kinematics = "published"', 'kinematics = "rolling_frame"')

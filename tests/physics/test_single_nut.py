@@ -7,13 +7,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from closed_film import HamrockDowsonFilm
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_screw import GD4008
 from synthetic_contacts import GRID, closed_build, nut_map_of
 
 from ballscrew_tehl.cli import main as cli
-from ballscrew_tehl.friction.film_model import HamrockDowsonFilm
 from ballscrew_tehl.friction.parts import spin_moment
 from ballscrew_tehl.friction.sets import FrictionSet, default_friction_set
 from ballscrew_tehl.friction.torque import double_nut_torque, four_point_spin_bound

@@ -447,17 +447,6 @@ def test_contact_that_does_not_converge_is_named_and_not_drawn(
     assert {tuple(row[-2:]) for row in rows} == {("not converged", "not reproduced")}
 
 
-def test_other_kinematics_and_readable_table(not_drawn, tmp_path, capsys):
-    target = tmp_path / "r.html"
-    code, out, _ = run(capsys, "report", "--kinematics", "rolling_frame", "--output", target)
-    assert code == 0
-    shown = Page(target.read_text(encoding="utf-8"))
-    entry = load_friction_sets()["rolling_frame", "three_parameter"]
-    assert f"{100 * entry.errors['table2']:.2f}" in shown.tables["table2"][-1][3]
-    assert re.search(r"deviations\.three_parameter\.table2 +0\.0", out)
-    assert re.search(r"claims\.crossover_speed +\w", out)
-
-
 def test_same_input_gives_the_same_page(written, found, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(material, "solved_contacts", lambda *arguments: found.contacts)
     (tmp_path / "again.html").write_text("old")

@@ -8,7 +8,8 @@ from synthetic_map import LAWS, MECHANISTIC, make_map
 
 from ballscrew_tehl.friction.torque import preload_from_torque
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.runtime.constants import LEAST_ELASTICITY, MOST_ITERATIONS
 from ballscrew_tehl.runtime.over_preload import OverPreload
 from ballscrew_tehl.runtime.packed import FrictionParameters
@@ -154,10 +155,10 @@ def test_preload_is_not_in_range_with_a_separated_nut(nut_map, axial):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kinematics", ["published", "rolling_frame"])
-def test_torque_rises_with_preload_over_the_packaged_maps(kinematics):
+@pytest.mark.parametrize("file", [None, PACKAGED_VG100])
+def test_torque_rises_with_preload_over_the_packaged_maps(file):
     """Elasticity d ln torque/d ln preload without axial load, by differences 3.5 % of preload apart; else no fall."""
-    nut_map = load_map(None, changed(load_parameters(), friction={"kinematics": kinematics}))
+    nut_map = load_map(None, load_parameters(file))
     friction = nut_map.defaults
     axis, speeds, temperatures = nut_map.force, nut_map.speed, nut_map.temperature
     preload = np.geomspace(0.1 * axis.lo, axis.hi, 200)[:, None, None]

@@ -3,11 +3,11 @@
 import math
 
 import numpy as np
+from closed_film import HamrockDowsonFilm
 from reference_screw import GD4008
 
 from ballscrew_tehl.calibration.fit import TorqueBasis
 from ballscrew_tehl.calibration.measurements import Measurement, packaged_measurements
-from ballscrew_tehl.friction.film_model import HamrockDowsonFilm
 from ballscrew_tehl.friction.torque import NutSums, nut_sums
 
 TEMPERATURE = 303.0

@@ -13,12 +13,10 @@ from ballscrew_tehl.validation.laws import (
     TWELFTH,
     baseline_rows,
     evaluated_row,
-    jungnickel_basis,
     law_points,
     laws_text,
-    map_basis,
-    mechanistic_rows,
     set_row,
+    unfitted_row,
 )
 from ballscrew_tehl.validation.shares import PARTS, Law, shares_figure, shares_text, torque_parts
 
@@ -82,27 +80,15 @@ def nut_map():
     return make_map(law="mechanistic")
 
 
-def test_basis_of_a_map_is_its_torque(nut_map):
-    basis = map_basis(nut_map, POINTS)
-    for values in ((1.0, 0.0048, 0.0), (0.7, 0.02, 0.0)):
-        states = [nut_map.evaluate(m.preload, m.speed, m.temperature, 0.0, *values[:2]) for m in POINTS]
-        np.testing.assert_allclose(
-            basis.torque(values), [float(s.friction_torque) for s in states], rtol=1e-12
-        )
-    assert jungnickel_basis(VG100, POINTS).names == basis.names
-
-
 def test_rows_of_the_mechanistic_law(nut_map):
-    unfitted, both = mechanistic_rows(VG100, nut_map)
+    unfitted = unfitted_row(VG100, nut_map)
     assert "0.012" in unfitted.name
     state = nut_map.evaluate(1000.0, POINTS[0].speed, 303.0, 0.0, 1.0, 0.012)
     assert unfitted.torques[0] == float(state.friction_torque)
-    assert both.numbers == 2
-    assert both.mean <= unfitted.mean
 
 
 def test_text_has_a_line_per_point_and_per_law(nut_map):
-    rows = [*mechanistic_rows(VG100, nut_map), *baseline_rows(VG100)]
+    rows = [unfitted_row(VG100, nut_map), *baseline_rows(VG100)]
     text = laws_text(rows)
     assert text.count("inferred") == 1
     assert all(text.count(row.name) == 2 for row in rows)

@@ -14,7 +14,7 @@ from scipy.stats import t as student_t
 from scipy.stats import wilcoxon
 
 from ..friction.parts import roughness_share
-from ..friction.sets import FITTED, MECHANISTIC_FITTED
+from ..friction.sets import FITTED
 from .fit import HEIGHT, TorqueBasis, Values, fit_values
 
 Array = NDArray[np.float64]
@@ -233,7 +233,7 @@ def predicts_better(ours: Array, theirs: Array) -> bool:
 
 def share_name(basis: TorqueBasis) -> str:
     """What sliding_share is called."""
-    return "share of ball on ball" if basis.names == MECHANISTIC_FITTED else "sliding share"
+    return "sliding share" if basis.names == FITTED else "share of ball on ball"
 
 
 def sliding_share(basis: TorqueBasis, net: float) -> float:

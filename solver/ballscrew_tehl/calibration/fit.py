@@ -18,7 +18,7 @@ from scipy.optimize import least_squares, nnls
 
 from ..friction.mechanistic import NutPowers
 from ..friction.parts import roughness_share, roughness_share_slope
-from ..friction.sets import FITTED, MECHANISTIC_FITTED
+from ..friction.sets import FITTED, MECHANISTIC, SETS
 from ..friction.torque import NutSums
 from .measurements import Measurement
 
@@ -92,7 +92,7 @@ class TorqueBasis:
             np.full((len(measurements), 4), np.inf),
             np.array([sum(p.hysteresis + p.shear for p in nuts) for nuts in powers]),
             np.array([sum(p.thrust_factor * p.ball_ball for p in nuts) for nuts in powers]),
-            MECHANISTIC_FITTED,
+            SETS[MECHANISTIC],
             (1.0, 0.0, 0.0),
         )
 

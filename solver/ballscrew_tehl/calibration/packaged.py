@@ -17,15 +17,21 @@ import numpy as np
 from scipy.stats import t as student_t
 
 from .. import __version__
-from ..friction.film_model import FilmModel
 from ..friction.mechanistic import ContactValues, NutPowers, nut_powers
-from ..friction.sets import FITTED, PACKAGED_SETS, SETS, FrictionSet, load_friction_sets, write_friction_sets
-from ..friction.torque import UNLOADED, NutSums, nut_forces, nut_sums
+from ..friction.sets import (
+    FITTED,
+    MECHANISTIC,
+    PACKAGED_SETS,
+    SETS,
+    FrictionSet,
+    load_friction_sets,
+    write_friction_sets,
+)
+from ..friction.torque import UNLOADED, FilmModel, NutSums, nut_forces, nut_sums
 from ..parameters.file import Parameters, changed, load_parameters
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_VG100
 from ..physics.load import nut_loads
-from ..runtime.packed import MECHANISTIC
 from .diagnostics import free_parameters, profile_limits
 from .fit import LOSSES, TorqueBasis, Values, fit_values
 from .measurements import Measurement, packaged_measurements
@@ -37,14 +43,9 @@ Progress = Callable[[int, int, str], None]
 #: loss of the packaged sets; the file also has the results of the other loss. The errors of the mechanistic set are
 #: above the 1 % up to which soft_l1 is a sum of squares
 PACKAGED_LOSS = {"two_parameter": "soft_l1", "three_parameter": "soft_l1", "mechanistic": "least_squares"}
-#: film model of the packaged sets. The film of the thermal solve needs the roughness height: with two parameters the
+#: film model of the sets. The film of the thermal solve needs the roughness height: with two parameters the
 #: deviation from the tables is 12 %, with three it is less than with the isothermal film of the published decomposition
-PACKAGED_FILM = {
-    "two_parameter": "solved",
-    "three_parameter": "solved_thermal",
-    "mechanistic": MECHANISTIC,
-    "mechanistic_supply": MECHANISTIC,
-}
+FILM_OF_SET = {"two_parameter": "solved", "three_parameter": "solved_thermal", MECHANISTIC: MECHANISTIC}
 UNLOADED_POWERS = NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
@@ -58,16 +59,11 @@ def torque_basis(
 
     Parameters   film_model : films, or the contacts of the mechanistic law
                  progress : called with the number of finished points, of all points, and a text
-    Raises       ValueError: a point outside the range of the film model or of the load distribution, by name;
-                 mechanistic law with other kinematics than rolling_frame
+    Raises       ValueError: a point outside the range of the film model or of the load distribution, by name
     """
     screw = parameters.screw
     if film_model.name == MECHANISTIC:
         contacts = cast(ContactValues, film_model)
-        if parameters.friction.kinematics != "rolling_frame":
-            raise ValueError(
-                f"kinematics = {parameters.friction.kinematics}; allowed with a mechanistic set: rolling_frame"
-            )
 
         def powers(force: float, m: Measurement) -> NutPowers:
             loads = nut_loads(screw, force, screw.loaded_ball_count)
@@ -264,10 +260,9 @@ def calibrate_packaged(
     progress: Callable[[str], None] = lambda text: None,
     only: str | None = None,
 ) -> dict[tuple[str, str], FrictionSet]:
-    """Fit the packaged sets, both kinematics times two and three parameters and the mechanistic one, and write them.
+    """Fit the packaged sets, two and three parameters of the published kinematics and the mechanistic one; write them.
 
-    Parameters   film_model : parameters with the kinematics, name of the set -> film model, of the mechanistic one its
-                 contacts
+    Parameters   film_model : parameters, name of the set -> film model, of the mechanistic one its contacts
                  parameters : the screw of the tables; None = the packaged one. The mechanistic set is that of the
                  packaged screw with its oil VG 100
                  path : file to write; None = write nothing
@@ -279,14 +274,9 @@ def calibrate_packaged(
     screw = load_parameters() if parameters is None else parameters
     temperature = screw.lubricant.reference_temperature
     measurements = packaged_measurements(temperature)
+    published = changed(screw, friction={"kinematics": "published"})
     fits = [
-        (
-            changed(screw, friction={"kinematics": kinematics}),
-            name,
-            f"{screw.screw.ball_count} balls per nut",
-            "",
-        )
-        for kinematics in ("published", "rolling_frame")
+        (published, name, f"{screw.screw.ball_count} balls per nut", "")
         for name in ("two_parameter", "three_parameter")
     ]
     own = load_parameters(PACKAGED_VG100)

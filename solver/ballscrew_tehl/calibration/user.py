@@ -10,18 +10,13 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..friction.film_model import FilmModel
 from ..friction.interval import implied_thrust
 from ..friction.mechanistic import ContactValues
-from ..friction.sets import (
-    FITTED,
-    MECHANISTIC_FITTED,
-    MECHANISTIC_SETS,
-    SETS,
-    FrictionSet,
-    friction_set_lines,
-)
+from ..friction.origin import with_set
+from ..friction.sets import MECHANISTIC, SETS, FrictionSet, friction_set_lines
+from ..friction.torque import FilmModel
 from ..parameters.file import Parameters
+from ..parameters.screw import LAW_SETS
 from ..parameters.units import CELSIUS, RPM
 from .diagnostics import (
     PRECISION,
@@ -33,14 +28,13 @@ from .diagnostics import (
     not_identified,
     point_diagnostics,
     predicts_better,
-    profile_limits,
     share_name,
 )
 from .fit import TorqueBasis, fit_values
 from .measurement_file import MeasurementFile, RowProblem, implausible_for, named_rows, refusal
 from .measurements import Measurement
 from .packaged import (
-    PACKAGED_FILM,
+    FILM_OF_SET,
     Progress,
     check_parts_differ,
     fit_friction_set,
@@ -52,10 +46,8 @@ from .packaged import (
 DROPS = ("impossible", "outside", "outliers")
 #: degrees of freedom below which a note says that intervals are rough
 FEW_DEGREES = 3
-#: the mechanistic set with one number, and with the supply of the rolling part as the second
-ONE_NUMBER, SUPPLY = MECHANISTIC_SETS
 #: set -> that of the same law with one parameter less
-SMALLER = {"three_parameter": "two_parameter", SUPPLY: ONE_NUMBER}
+SMALLER = {"three_parameter": "two_parameter"}
 NO_OUTLIERS = "--drop outliers: there are none, every point is in the fit"
 TRANSFER = (
     "for other screws of the same maker: net_sliding_coefficient, the friction between balls, carries over to screws "
@@ -169,46 +161,42 @@ def calibrate_file(
     loss: str = "least_squares",
     drop: Collection[str] = (),
     outside: Callable[[Measurement], str] = lambda m: "",
-    films: dict[str, str] = PACKAGED_FILM,
     progress: Progress = lambda finished, total, what: None,
 ) -> Calibration:
     """Fit one set to a file with error estimates and diagnostics.
 
     The other set of the law, with its film, is fitted as well. If its errors at left-out points are not significantly
-    larger, parameters in which both differ are not identified. mechanistic_supply is fitted only where the points
-    identify its second number, otherwise mechanistic, with a note.
+    larger, parameters in which both differ are not identified.
 
-    Parameters   film_model : name of a film -> film model of the parameters, of the mechanistic sets their contacts
-                 films : set -> name of its film;  name : of SETS;  loss : see fit
+    Parameters   film_model : name of a film -> film model of the parameters, of the mechanistic set their contacts
+                 name : of SETS, of the law of the parameters;  loss : see fit
                  drop : kinds of DROPS;  outside : see usable_points;  progress : called during the solves and fits
-    Raises       ValueError: as usable_points; too few points; viscous and sliding part proportional at all points
+    Raises       ValueError: a set of another law; as usable_points; too few points; viscous and sliding part
+                 proportional at all points
     """
+    with_set(parameters, name)
     points, dropped = usable_points(file, parameters, drop, outside)
     notes = [*file.notes, *_check_count(points, name)]
     count = len(SETS[name])
-    film = film_model(films[name])
+    film = film_model(FILM_OF_SET[name])
     basis = torque_basis(parameters, film, points, progress)
     if "outliers" in drop:
         basis, outliers = _without_outliers(basis, count)
         dropped = dropped + outliers
         notes += _check_count(list(basis.measurements), name) if outliers else [NO_OUTLIERS]
-    if name in MECHANISTIC_SETS:
-        name, text = _with_supply(basis, name, loss)
-        count = len(SETS[name])
-        notes += [text, TRANSFER]
+    if name == MECHANISTIC:
+        notes.append(TRANSFER)
     check_parts_differ(basis, count)
     left_out = left_out_deviations(basis, count, loss, progress)
     provenance = _provenance(file, basis, dropped)
     found = fit_friction_set(basis, parameters, film.name, name, loss, provenance, left_out)
     missed = np.abs(left_out)
     rivals = []
-    for other, fitted in SETS.items():
-        same_law = (other in MECHANISTIC_SETS) == (name in MECHANISTIC_SETS)
-        if other != name and same_law and len(basis) > len(fitted):
-            theirs = basis
-            if films[other] != films[name]:
-                theirs = torque_basis(parameters, film_model(films[other]), basis.measurements, progress)
-            rivals.append(_rival(f"{other} (film {films[other]})", theirs, len(fitted), loss, progress))
+    for other in LAW_SETS[parameters.friction.kinematics]:
+        if other != name and len(basis) > len(SETS[other]):
+            own = FILM_OF_SET[other]
+            theirs = torque_basis(parameters, film_model(own), basis.measurements, progress)
+            rivals.append(_rival(f"{other} (film {own})", theirs, len(SETS[other]), loss, progress))
     unknown = not_identified(basis, found.values, count, found.limits, found.correlations, missed, rivals)
     diagnostics = point_diagnostics(basis, found.values, count)
     notes += [
@@ -221,35 +209,6 @@ def calibrate_file(
         replace(found, not_identified=unknown), basis, diagnostics, left_out, dropped, notes,
         condition(basis, found.values, count), _spread(basis, found, count),
     )  # fmt: skip
-
-
-def _with_supply(basis: TorqueBasis, name: str, loss: str) -> tuple[str, str]:
-    """The mechanistic set that the points support, and why.
-
-    Returns      SUPPLY only if it is asked for, its factor is identified as in not_identified, and it predicts left-out
-                 points better than ONE_NUMBER;  a sentence on the factor
-    """
-    count, ratio = len(SETS[SUPPLY]), MECHANISTIC_FITTED[1]
-    if len(basis) <= count:
-        return (
-            ONE_NUMBER,
-            f"supply of the rolling part: held at 1, {len(basis)} points are too few to fit it as well",
-        )
-    values = fit_values(basis, count, loss)
-    ours, one = (np.abs(left_out_deviations(basis, n, loss)) for n in (count, len(SETS[ONE_NUMBER])))
-    low, high = profile_limits(basis, count)[ratio].values()
-    factor = float(values[FITTED.index(ratio)])
-    text = (
-        f"supply of the rolling part: fitted as well, its factor is {factor:.3g} (95 % {low:.3g} to {high:.3g}) and "
-        f"left-out points are missed by {100.0 * ours.mean():.1f} %, with the factor 1 by {100.0 * one.mean():.1f} %"
-    )
-    if not 0.5 * (high - low) <= PRECISION * factor:
-        return ONE_NUMBER, f"{text}: these points do not identify it, held at 1"
-    if not predicts_better(ours, one):
-        return ONE_NUMBER, f"{text}: not significantly better, held at 1"
-    if name == SUPPLY:
-        return SUPPLY, f"{text}: identified, a property of this screw and its lubrication"
-    return ONE_NUMBER, f"{text}: these points identify it, to fit it: --set {SUPPLY}"
 
 
 def _provenance(file: MeasurementFile, basis: TorqueBasis, dropped: list[RowProblem]) -> str:
@@ -268,7 +227,7 @@ def _rival(name: str, basis: TorqueBasis, count: int, loss: str, progress: Progr
 
 def _relation_note(found: FrictionSet, parameters: Parameters) -> list[str]:
     """What the fitted number of the mechanistic law is in terms of the other keys of the screw file."""
-    if found.name not in MECHANISTIC_SETS:
+    if found.name != MECHANISTIC:
         return []
     thrust = implied_thrust(found.net_sliding_coefficient, parameters)
     return [
@@ -278,7 +237,7 @@ def _relation_note(found: FrictionSet, parameters: Parameters) -> list[str]:
 
 
 def _zero_note(found: FrictionSet) -> list[str]:
-    if found.name not in MECHANISTIC_SETS or found.net_sliding_coefficient > 0.0:
+    if found.name != MECHANISTIC or found.net_sliding_coefficient > 0.0:
         return []
     return [
         "net_sliding_coefficient = 0: the computed rolling loss and shear alone exceed the measured torque: check unit "

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..calibration.measurements import Measurement
-from ..friction.sets import MECHANISTIC_SETS, PACKAGED_SETS, FrictionSet, write_friction_sets
+from ..friction.sets import MECHANISTIC, PACKAGED_SETS, FrictionSet, write_friction_sets
 from ..parameters.file import Parameters
 from ..parameters.packaged_data import PACKAGED_VG100
 from ..parameters.units import CELSIUS, RPM
-from .common import film_model_of, say, screw_hint, screw_of
+from .common import say, screw_hint, screw_of
 from .files import check_output, written
 from .main import TEMPERATURE
 from .points import print_results
@@ -20,8 +20,8 @@ from .progress import QUIET, progress_bar
 
 if TYPE_CHECKING:
     from ..calibration.user import Calibration
-    from ..friction.film_model import FilmModel
     from ..friction.mechanistic import ContactValues
+    from ..friction.torque import FilmModel
 
     #: name -> film model, or contacts of the mechanistic law
     Films = Callable[[str], FilmModel | ContactValues]
@@ -32,7 +32,7 @@ def run_calibrate(args: Namespace) -> int:
     if args.packaged == bool(args.measurements):
         raise ValueError("calibrate needs either MEASUREMENTS.csv or --packaged")
     # as torque --friction mechanistic does
-    law = args.set in MECHANISTIC_SETS and args.screw is None and not args.packaged
+    law = args.set == MECHANISTIC and args.screw is None and not args.packaged
     parameters = screw_of(args, PACKAGED_VG100 if law else None)
     if law:
         say(f"no --screw: {parameters.name} with {parameters.lubricant.name} ({PACKAGED_VG100.name})")
@@ -44,8 +44,6 @@ def run_calibrate(args: Namespace) -> int:
             check_output(option, given, kind, inputs=(args.measurements, args.screw))
     result = _calibration(args, parameters)
     found = result.friction_set
-    if found.film_model == "hamrock_dowson":
-        say("film hamrock_dowson: not in any map, build_fmu.py rejects this fit")
     if args.output:
         with written("--output", args.output):
             write_friction_sets(
@@ -77,32 +75,20 @@ def run_calibrate(args: Namespace) -> int:
 def _screw_file_lines(found: FrictionSet) -> list[str]:
     """Table friction of a screw file with the fitted numbers."""
     ratio, net, height = (f"{value:.6g}" for value in found.values)
-    mechanistic = found.name in MECHANISTIC_SETS
-    lines = ["[friction]", f'set = "{MECHANISTIC_SETS[0] if mechanistic else found.name}"']
-    if found.name != MECHANISTIC_SETS[0]:
-        lines.append(f"apparent_viscosity_ratio = {ratio}")
-    lines.append(f"net_sliding_coefficient = {net}")
-    # with the mechanistic law the height in the screw file is that of its surfaces
-    return lines if mechanistic else [*lines, f"roughness_height_m = {height}"]
+    lines = ["[friction]", f'set = "{found.name}"', f"net_sliding_coefficient = {net}"]
+    if found.name == MECHANISTIC:
+        # the height in the screw file is that of its surfaces
+        return lines
+    return [*lines, f"apparent_viscosity_ratio = {ratio}", f"roughness_height_m = {height}"]
 
 
 def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
     from ..calibration.measurement_file import read_measurement_file
-    from ..calibration.packaged import PACKAGED_FILM
     from ..calibration.user import calibrate_file
 
     temperature = parameters.lubricant.reference_temperature
     if args.temperature_c is not None:
         temperature = TEMPERATURE.checked("--temperature-c", args.temperature_c) + CELSIUS
-    name = args.set or parameters.friction.set
-    films = dict(PACKAGED_FILM)
-    if args.film and name in MECHANISTIC_SETS:
-        raise ValueError(f"--film with the set {name}; allowed: none, it takes the thermal solve")
-    if args.film:
-        # the other set keeps its own film, unless the film is not one of the solver
-        films = (
-            dict.fromkeys(films, args.film) if args.film == "hamrock_dowson" else films | {name: args.film}
-        )
     file = read_measurement_file(args.measurements, temperature)
     film_model, outside = _films(args, parameters)
     with progress_bar(QUIET) as progress:
@@ -110,11 +96,10 @@ def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
             file,
             parameters,
             film_model,
-            name,
+            args.set or parameters.friction.set,
             args.loss or "least_squares",
             args.drop,
             outside,
-            films,
             progress,
         )
 
@@ -122,11 +107,7 @@ def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
 def _films(args: Namespace, parameters: Parameters) -> tuple[Films, Callable[[Measurement], str]]:
     """Film models by name or contacts of the mechanistic law, and why a point is outside the map, "" if it is not."""
     if args.map is None:
-        return lambda film: _film_or_contacts(film, parameters), lambda m: ""
-    if args.film == "hamrock_dowson":
-        raise ValueError(
-            "--map with --film hamrock_dowson; allowed: solved, solved_thermal, the films of a map"
-        )
+        return lambda film: _solved(film, parameters), lambda m: ""
     from ..friction.torque import nut_forces
     from ..nut_map.contact_map import MapContacts, SolvedFilm
     from ..nut_map.file import load_contact_map, load_map
@@ -161,15 +142,17 @@ def _films(args: Namespace, parameters: Parameters) -> tuple[Films, Callable[[Me
     return films, outside
 
 
-def _film_or_contacts(name: str, parameters: Parameters) -> FilmModel | ContactValues:
-    """Film model by its name, or the contacts of the mechanistic law."""
-    from ..refinement.direct import DirectContacts
+def _solved(name: str, parameters: Parameters) -> FilmModel | ContactValues:
+    """Film model by its name, or the contacts of the mechanistic law, by the solver."""
+    from ..refinement.direct import DirectContacts, DirectFilm
 
-    return DirectContacts(parameters) if name == DirectContacts.name else film_model_of(name, parameters)
+    if name == DirectContacts.name:
+        return DirectContacts(parameters)
+    return DirectFilm(parameters, name == "solved_thermal")
 
 
 def _packaged(args: Namespace, parameters: Parameters) -> int:
-    from ..calibration.packaged import PACKAGED_FILM, calibrate_packaged
+    from ..calibration.packaged import FILM_OF_SET, calibrate_packaged
     from ..friction.sets import friction_set_text
 
     unused = {"--plot": args.plot, "--map": args.map, "--drop": args.drop, "--loss": args.loss,
@@ -181,8 +164,7 @@ def _packaged(args: Namespace, parameters: Parameters) -> int:
     check_output("--output", output, "a file *.toml")
 
     def film_model(variant: Parameters, name: str) -> FilmModel | ContactValues:
-        film = PACKAGED_FILM[name]
-        return _film_or_contacts(film if name in MECHANISTIC_SETS else args.film or film, variant)
+        return _solved(FILM_OF_SET[name], variant)
 
     sets = calibrate_packaged(film_model, parameters, output, say, args.set)
     say(f"written: {output}")

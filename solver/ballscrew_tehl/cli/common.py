@@ -18,11 +18,10 @@ from ..friction.sets import (
 )
 from ..parameters.file import Parameters, changed, load_parameters
 from ..parameters.packaged_data import PACKAGED_VG100
+from ..parameters.screw import LAW_SETS
 from ..runtime.packed import MECHANISTIC
-from .main import FILMS
 
 if TYPE_CHECKING:
-    from ..friction.film_model import FilmModel
     from ..runtime.evaluate import NutMap
 
 
@@ -43,7 +42,9 @@ def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
         raise ValueError(
             f"--kinematics = published; allowed: rolling_frame, {parameters.name} has no table published_speeds"
         )
-    return changed(parameters, friction={"kinematics": args.kinematics})
+    # numbers in the screw file belong to its own law
+    own = without_overrides(parameters, LAW_SETS[args.kinematics][0])
+    return changed(own, friction={"kinematics": args.kinematics})
 
 
 @contextmanager
@@ -110,22 +111,6 @@ def chosen_of(args: Namespace) -> Chosen:
     found = friction_set_of_file(name, parameters)
     refuse_other_fit(found, parameters)
     return Chosen(without_overrides(parameters, found.name), found, found)
-
-
-def film_model_of(name: str, parameters: Parameters) -> FilmModel:
-    """Film model by its name: solved, solved_thermal (each contact by the solver) or hamrock_dowson.
-
-    Raises       ValueError: unknown name
-    """
-    if name == "hamrock_dowson":
-        from ..friction.film_model import HamrockDowsonFilm
-
-        return HamrockDowsonFilm(parameters)
-    if name not in FILMS:
-        raise ValueError(f"film = {name!r}; allowed: {', '.join(FILMS)}")
-    from ..refinement.direct import DirectFilm
-
-    return DirectFilm(parameters, thermal=name == "solved_thermal")
 
 
 #: key of an operating point by the name that a map clamps

@@ -34,9 +34,8 @@ TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
 SCREW_POINT = (PRELOAD, AXIAL_LOAD)
 PRELOAD_POINT = (TORQUE, TURNING, TEMPERATURE)
 
-FILMS = ("solved", "solved_thermal", "hamrock_dowson")
 KINEMATICS = ("published", "rolling_frame")
-SET_NAMES = ("two_parameter", "three_parameter", "mechanistic", "mechanistic_supply")
+SET_NAMES = ("two_parameter", "three_parameter", "mechanistic")
 #: exit code after Ctrl-C: 128 and the number of the signal
 INTERRUPTED = 130
 #: points of a certificate: of a build, of a quick one
@@ -100,7 +99,9 @@ class Parser(argparse.ArgumentParser):
 def _screw_options(parser: argparse.ArgumentParser, with_map: bool = True) -> None:
     parser.add_argument("--screw", metavar="FILE.toml", help="screw file; default: the packaged GD4008-3")
     parser.add_argument(
-        "--kinematics", choices=KINEMATICS, help="surface speeds; default: as in the screw file"
+        "--kinematics",
+        choices=KINEMATICS,
+        help="surface speeds and friction law; default: as in the screw file",
     )
     if with_map:
         parser.add_argument("--map", metavar="FILE", help="map file; default: the packaged map")
@@ -237,16 +238,11 @@ def _calibrate(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--set",
         choices=SET_NAMES,
-        help="parameters to fit; default: as in the screw file, --packaged: all; mechanistic_supply: with the supply "
-        "of the rolling part as a second number, where the data identify it",
+        help="parameters to fit: mechanistic with kinematics rolling_frame, the others with published; default: as in "
+        "the screw file, --packaged: all",
     )
     parser.add_argument(
         "--loss", choices=LOSS_NAMES, help="default: least_squares; --packaged: that of the set"
-    )
-    parser.add_argument(
-        "--film",
-        choices=FILMS,
-        help="film model; default: solved for two_parameter, solved_thermal for three_parameter; not for mechanistic",
     )
     parser.add_argument(
         "--temperature-c",

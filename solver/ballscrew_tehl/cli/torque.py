@@ -14,7 +14,7 @@ from ..friction.origin import carried_over
 from ..parameters.file import FOUR_POINT, changed
 from ..parameters.units import CELSIUS, RPM
 from ..runtime.packed import MECHANISTIC
-from .common import EXTREMES, Chosen, chosen_of, film_model_of, say, say_outside
+from .common import EXTREMES, Chosen, chosen_of, say, say_outside
 from .main import TORQUE_POINT
 from .points import print_results, read_points
 from .progress import QUIET, progress_bar
@@ -265,8 +265,9 @@ _Solved = Callable[[float, float, float, float], dict[str, Any]]
 def _film_shear(chosen: Chosen) -> _Solved:
     """Torques of a fitted set, each contact by the solver."""
     from ..friction.torque import double_nut_torque
+    from ..refinement.direct import DirectFilm
 
-    film_model = film_model_of(chosen.friction_set.film_model, chosen.parameters)
+    film_model = DirectFilm(chosen.parameters, chosen.friction_set.film_model == "solved_thermal")
 
     def solved(preload: float, speed: float, temperature: float, axial_load: float) -> dict[str, Any]:
         parts = double_nut_torque(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from .. import __version__
 from ..friction.origin import other_sets, with_set
-from ..friction.sets import MECHANISTIC_SETS, FrictionSet, default_friction_set
+from ..friction.sets import MECHANISTIC, FrictionSet, default_friction_set
 from ..parameters.file import Parameters, load_parameters
 from ..parameters.packaged_data import PACKAGED_VG100
 from .common import Chosen, chosen_of, say, screw_of
@@ -37,8 +37,8 @@ class _Law(NamedTuple):
 
     @property
     def mechanistic(self) -> bool:
-        """Whether it is a set of the mechanistic law."""
-        return self.entry.name in MECHANISTIC_SETS
+        """Whether it is the mechanistic law."""
+        return self.entry.name == MECHANISTIC
 
 
 def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
@@ -53,7 +53,7 @@ def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
         (entry, with_set(chosen.parameters, entry.name), args.map)
         for entry in other_sets(chosen.friction_set, chosen.parameters)
     ]
-    if args.screw is None and chosen.friction_set.name not in MECHANISTIC_SETS:
+    if args.screw is None and chosen.friction_set.name != MECHANISTIC:
         own = load_parameters(PACKAGED_VG100)
         wanted.append((default_friction_set(own), own, None))
     with progress_bar(QUIET) as progress:
@@ -84,14 +84,13 @@ def run_validate(args: Namespace) -> int:
         return 0
     if args.plot:
         check_output("--plot", args.plot, "a file *.png")
-    from ..validation.laws import baseline_rows, laws_text, mechanistic_rows, set_row
+    from ..validation.laws import baseline_rows, laws_text, set_row, unfitted_row
 
     chosen = chosen_of(args)
     laws = _laws(args, chosen)
     found = {law.entry.name: validation_tables(law.torque) for law in laws}
     compared = [set_row(law.entry, law.torque) for law in laws]
-    for law in laws:
-        compared += mechanistic_rows(law.parameters, law.nut_map) if law.mechanistic else []
+    compared += [unfitted_row(law.parameters, law.nut_map) for law in laws if law.mechanistic]
     # the closed formulas with the oil of the mechanistic set
     compared += baseline_rows(laws[-1].parameters)
     if args.plot:
@@ -125,9 +124,7 @@ def _plot(args: Namespace, laws: list[_Law]) -> None:
 
     law = next((law for law in laws if law.mechanistic), None)
     if law is None:
-        raise ValueError(
-            "--plot: no mechanistic set; allowed: --kinematics rolling_frame with friction.set mechanistic"
-        )
+        raise ValueError("--plot: no mechanistic law; allowed: a screw with kinematics rolling_frame")
     shown = Law(law.parameters, law.entry, law.nut_map, ASSUMED_TEMPERATURE)
     figure = shares_figure(shown)
     with written("--plot", args.plot):

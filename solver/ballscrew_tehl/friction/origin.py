@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from ..parameters.file import Parameters, changed
 from ..parameters.identity import parameters_hash
-from ..runtime.packed import MapError
-from .sets import FITTED, MECHANISTIC_SETS, SETS, FrictionSet, load_friction_sets
+from ..parameters.screw import LAW_SETS
+from ..runtime.packed import MECHANISTIC, MapError
+from .sets import FITTED, SETS, FrictionSet, load_friction_sets
 
 #: name of the catalogue formula, baselines.nsk_torque
 CATALOGUE = "JIS B 1192 / ISO 3408-3"
@@ -44,15 +45,24 @@ def other_sets(chosen: FrictionSet, parameters: Parameters) -> list[FrictionSet]
 
 
 def with_set(parameters: Parameters, name: str) -> Parameters:
-    """Parameters that select a friction set; overrides in the screw file belong to the set that it selects itself."""
+    """Parameters that select a friction set; overrides in the screw file belong to the set that it selects itself.
+
+    Raises       ValueError: a set of another law
+    """
     if name == parameters.friction.set:
         return parameters
+    kinematics = parameters.friction.kinematics
+    if name not in LAW_SETS[kinematics]:
+        raise ValueError(
+            f"friction set = {name}; allowed with kinematics {kinematics}: {', '.join(LAW_SETS[kinematics])}; the "
+            "kinematics decides the friction law"
+        )
     return changed(without_overrides(parameters, name), friction={"set": name})
 
 
 def without_overrides(parameters: Parameters, name: str) -> Parameters:
-    """Parameters without the numbers of a set that the screw file states; a mechanistic set has no roughness."""
-    stated = set(FITTED[:2] if name in MECHANISTIC_SETS else FITTED) & parameters.friction.model_fields_set
+    """Parameters without the numbers of a set that the screw file states; the mechanistic set has no roughness."""
+    stated = set(FITTED[:2] if name == MECHANISTIC else FITTED) & parameters.friction.model_fields_set
     return changed(parameters, friction=dict.fromkeys(stated)) if stated else parameters
 
 

@@ -2,7 +2,7 @@
 
 The packaged sets live in data/friction_sets.toml, written by `python -m ballscrew_tehl calibrate --packaged`.
 A set belongs to one kinematics and to one film model: with a film that is 5 to 10 % thinner the ratio moves
-as much. Only the total torque is identified by the data, not its split into viscous and sliding part.
+as much.
 """
 
 from __future__ import annotations
@@ -20,21 +20,18 @@ from pydantic import ValidationError
 from ..parameters.file import Parameters, changed
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
+from ..parameters.screw import LAW_SETS
+from ..runtime.packed import MECHANISTIC
 from ..whole_file import whole_file
 
 #: fitted parameters in their fixed order
 FITTED = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
-#: those of the mechanistic law, in the order in which data identify them
-MECHANISTIC_FITTED = ("net_sliding_coefficient", "apparent_viscosity_ratio")
-#: which of them a set fits; the others are zero
+#: which of them a set fits; the others are zero, with the mechanistic law the ratio is 1
 SETS: dict[str, tuple[str, ...]] = {
     "two_parameter": FITTED[:2],
     "three_parameter": FITTED,
-    "mechanistic": MECHANISTIC_FITTED[:1],
-    "mechanistic_supply": MECHANISTIC_FITTED,
+    MECHANISTIC: FITTED[1:2],
 }
-#: sets of the mechanistic law; their ratio is a factor of supply of the rolling part, 1 unless it is fitted
-MECHANISTIC_SETS = ("mechanistic", "mechanistic_supply")
 #: unit that the keys of the file carry
 _SUFFIX = {"roughness_height": "roughness_height_m"}
 
@@ -136,16 +133,18 @@ def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSe
     """
     sets = load_friction_sets(path, "give a file that calibrate --output has written")
     chosen = parameters.friction
-    fitting = {name: entry for (kinematics, name), entry in sets.items() if kinematics == chosen.kinematics}
+    fitting = {
+        name: sets[key] for name in LAW_SETS[chosen.kinematics] if (key := (chosen.kinematics, name)) in sets
+    }
     if not fitting:
-        found = ", ".join(sorted({kinematics for kinematics, _ in sets})) or "nothing"
+        found = ", ".join(f"{kinematics} with set {name}" for kinematics, name in sorted(sets)) or "nothing"
         raise ValueError(
-            f"{path}: kinematics = {found}; allowed: {chosen.kinematics}, as in the screw file: calibrate with it, "
-            "or choose the other kinematics"
+            f"{path}: kinematics = {found}; allowed: {chosen.kinematics}, as in the screw file, with set "
+            f"{' or '.join(LAW_SETS[chosen.kinematics])}: calibrate with it, or choose the other kinematics"
         )
     entry = fitting[chosen.set] if chosen.set in fitting else next(iter(fitting.values()))
     numbers = dict(zip(FITTED, entry.values, strict=True))
-    if entry.name in MECHANISTIC_SETS:
+    if entry.name == MECHANISTIC:
         # in the screw file the height is that of its surfaces
         del numbers["roughness_height"]
     try:
@@ -165,17 +164,13 @@ def default_friction_set(parameters: Parameters) -> FrictionSet:
     The number of the mechanistic set belongs to no screw: without an override it is carried over from that of the fit,
     and the provenance says so.
 
-    Raises       ValueError: no packaged set of these names; two overrides of one number
+    Raises       ValueError: two overrides of one number
     """
     chosen = parameters.friction
-    sets = load_friction_sets()
-    key = (chosen.kinematics, chosen.set)
-    if key not in sets:
-        known = "; ".join(f"{kinematics}, {name}" for kinematics, name in sets)
-        raise ValueError(f"friction set = {key[0]}, {key[1]}; known: {known}")
+    entry = load_friction_sets()[chosen.kinematics, chosen.set]
     overrides = {name: value for name in FITTED if (value := getattr(chosen, name)) is not None}
     given = list(overrides)
-    if chosen.set in MECHANISTIC_SETS:
+    if chosen.set == MECHANISTIC:
         # the height of the screw file is that of its surfaces
         overrides.pop("roughness_height", None)
         given = list(overrides)
@@ -188,12 +183,12 @@ def default_friction_set(parameters: Parameters) -> FrictionSet:
                 )
             overrides["net_sliding_coefficient"] = ball_ball_coefficient(chosen, chosen.ball_thrust)
             given.append("ball_thrust")
-        if not overrides and sets[key].parameters_hash != parameters_hash(parameters):
-            return _without_fit(sets[key], f"carried over from {sets[key].screw}: {sets[key].provenance}")
+        if not overrides and entry.parameters_hash != parameters_hash(parameters):
+            return _without_fit(entry, f"carried over from {entry.screw}: {entry.provenance}")
     if not overrides:
-        return sets[key]
-    text = f"{sets[key].name}, overridden in the screw file: {', '.join(given)}"
-    return dataclasses.replace(_without_fit(sets[key], text), **overrides)
+        return entry
+    text = f"{entry.name}, overridden in the screw file: {', '.join(given)}"
+    return dataclasses.replace(_without_fit(entry, text), **overrides)
 
 
 def _without_fit(entry: FrictionSet, provenance: str) -> FrictionSet:

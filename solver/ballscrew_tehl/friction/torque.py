@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -16,12 +16,21 @@ from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import spin_share, surface_speeds
 from ..physics.load import contact_angle_at_ball_load, double_nut_loads, nut_loads
 from ..physics.lubricant import eta0
-from .film_model import FilmModel
 from .parts import hysteresis_force, roughness_share, sliding_force, spin_moment, viscous_force
 from .sets import FrictionSet
 
 #: most steps to the preload of a torque; steps to one side after which the interval is halved
 MOST_STEPS, ONE_SIDED = 200, 3
+
+
+class FilmModel(Protocol):
+    """Central film of the contacts of one screw with its kinematics; a friction set belongs to one, by its name."""
+
+    name: str
+
+    def central_film(self, raceway: str, load: np.ndarray, speed: float, temperature: float) -> np.ndarray:
+        """Film [m] of balls with load [N] > 0 at a screw speed [rad/s] > 0 and an oil temperature [K]."""
+        ...
 
 
 class NutSums(NamedTuple):
@@ -52,7 +61,7 @@ class NutSums(NamedTuple):
 
 
 class TorqueParts(NamedTuple):
-    """Magnitudes [N.m], >= 0. Only the total is identified by the measured torques, not its split."""
+    """Magnitudes [N.m], >= 0."""
 
     viscous: float
     hysteresis: float

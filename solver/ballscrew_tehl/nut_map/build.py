@@ -15,9 +15,8 @@ from scipy.stats import qmc
 
 from .. import __version__
 from ..contact.ball_contact import UnconvergedContactError, solve_ball
-from ..friction.interval import zero_fitted
 from ..friction.mechanistic import law_constants, nut_powers
-from ..friction.sets import MECHANISTIC_SETS, default_friction_set
+from ..friction.sets import default_friction_set
 from ..friction.torque import nut_sums
 from ..parameters.file import FOUR_POINT, Parameters
 from ..parameters.identity import map_parameters_json
@@ -402,7 +401,5 @@ def build_map(
         ])),
     }  # fmt: skip
     if MECHANISTIC in arrays:
-        chosen = parameters.friction.set in MECHANISTIC_SETS
-        friction_set = default_friction_set(parameters) if chosen else zero_fitted(parameters)
-        header[BAND] = band(parameters, contact_map, header["axes"], friction_set)
+        header[BAND] = band(parameters, contact_map, header["axes"], default_friction_set(parameters))
     return BuiltMap(header, arrays, contact_map)

@@ -310,7 +310,9 @@ def _show_rolling_films(header: dict[str, Any], variables: dict[str, Array], par
             np.geomspace(s_0, s_1, s)[:, None],
             np.linspace(t_0, t_1, t),
         )
-        films = load_map(packaged_map(ROLLING_FRAME), rolling).surfaces(*nodes)[VISCOUS_COLUMNS:]
+        # films are the same in each law; that of the fitted sets needs no sum over the balls
+        shear = FrictionSet("films", ROLLING_FRAME, "solved_thermal", 1.0, 0.0)
+        films = load_map(packaged_map(ROLLING_FRAME), rolling, shear).surfaces(*nodes)[VISCOUS_COLUMNS:]
         variables["extreme_coefficients"] = fit(np.moveaxis(films, 0, -1), (0, 1, 2))
     header["film_kinematics"] = ROLLING_FRAME
     certificate, of_films = header["certificate"], other["certificate"]

@@ -168,7 +168,7 @@ def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = 
 def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:
     """A checked copy with some values (SI) changed; defaults that depend on them are computed again.
 
-    Parameters   tables : table name -> field -> value
+    Parameters   tables : table name -> field -> value; another kinematics comes with the default set of its law
     Raises       pydantic.ValidationError (a ValueError)
     Example
         >>> changed(load_parameters(), lubricant={"viscosity": 0.1}).lubricant.viscosity
@@ -177,6 +177,12 @@ def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:
     data = parameters.model_dump(exclude_unset=True)
     for table, values in tables.items():
         data[table] = {**(data.get(table) or {}), **values}
+    law = tables.get("friction", {})
+    if (
+        "set" not in law
+        and law.get("kinematics", parameters.friction.kinematics) != parameters.friction.kinematics
+    ):
+        data["friction"].pop("set", None)
     return Parameters.model_validate(data)
 
 

@@ -140,6 +140,14 @@ class SolidParameters(Table):
     thermal_conductivity: float = quantity("thermal_conductivity", "thermal conductivity", gt=0, le=1e3)
 
 
+FrictionSetName = Literal["three_parameter", "two_parameter", "mechanistic"]
+#: friction sets of the law that goes with a kinematics, that by default first
+LAW_SETS: dict[str, tuple[FrictionSetName, ...]] = {
+    "published": ("three_parameter", "two_parameter"),
+    "rolling_frame": ("mechanistic",),
+}
+
+
 class FrictionParameters(Table):
     """Friction coefficients of Table 1, named variants and overrides of the fitted set."""
 
@@ -159,11 +167,11 @@ class FrictionParameters(Table):
         description="share of the spin at the screw contact, rolling_frame only: 0.5 equal, 0 or 1 raceway control",
     )
     kinematics: Literal["published", "rolling_frame"] = Field(
-        default="rolling_frame", description="surface speeds"
+        default="rolling_frame", description="surface speeds, and with them the friction law"
     )
-    set: Literal["three_parameter", "two_parameter", "mechanistic"] = Field(
-        default_factory=lambda d: "mechanistic" if d["kinematics"] == "rolling_frame" else "three_parameter",
-        description="friction law and fitted set; default: mechanistic with rolling_frame",
+    set: FrictionSetName = Field(
+        default_factory=lambda d: LAW_SETS[d.get("kinematics", "rolling_frame")][0],
+        description="friction set of the law: mechanistic with rolling_frame, the other two with published",
     )
     apparent_viscosity_ratio: float | None = Field(
         default=None, gt=0, le=1e3, description="override of the set"
@@ -197,6 +205,13 @@ class FrictionParameters(Table):
         "length", "override of the set; default: composite of raceway_rq and ball_rq, if given",
         default_factory=lambda d: _composite_roughness(d), ge=0, le=1e-4,
     )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _set_is_of_the_law(self) -> FrictionParameters:
+        if self.set not in LAW_SETS[self.kinematics]:
+            known = " or ".join(LAW_SETS[self.kinematics])
+            raise FieldError("set", f"{known} with kinematics = {self.kinematics}", "remove this entry")
+        return self
 
     @model_validator(mode="after")
     def _one_law_of_starvation(self) -> FrictionParameters:

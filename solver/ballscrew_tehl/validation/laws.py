@@ -18,7 +18,7 @@ from ..calibration.measurements import Measurement, packaged_measurements
 from ..calibration.packaged import leave_one_table_out, left_out_deviations
 from ..friction.baselines import jungnickel_torque, nsk_torque, zhou_torque
 from ..friction.mechanistic import ball_ball_coefficient
-from ..friction.sets import MECHANISTIC_FITTED, SETS, FrictionSet
+from ..friction.sets import FITTED, SETS, FrictionSet
 from ..parameters.file import Parameters
 from ..parameters.units import RPM
 from ..runtime.evaluate import NutMap
@@ -76,32 +76,12 @@ def set_row(entry: FrictionSet, evaluate: Evaluate, name: str | None = None) -> 
     return row._replace(from_rest=rest or None, left_out=left_out)
 
 
-def _basis(points: Sequence[Measurement], rolling: Array, constant: Array, sliding: Array) -> TorqueBasis:
-    """Torque a rolling + constant + k sliding (n,): k is fitted first, a is 1 unless it is fitted as well."""
-    both = 0.5 * np.stack([rolling, rolling], axis=1)
-    thick = np.full(both.shape, np.inf)
-    return TorqueBasis(tuple(points), both, thick, constant, sliding, MECHANISTIC_FITTED, (1.0, 0.0, 0.0))
-
-
 def jungnickel_basis(parameters: Parameters, points: Sequence[Measurement]) -> TorqueBasis:
-    """Torque a J + L F: Jungnickel's J with the factor a, and a length L [mm] times the preload F."""
-    rolling = [jungnickel_torque(parameters, m.preload, m.speed, m.temperature) for m in points]
-    per_mm = 1e-3 * np.array([m.preload for m in points])
-    return _basis(points, np.array(rolling), np.zeros(len(points)), per_mm)
-
-
-def map_basis(nut_map: NutMap, points: Sequence[Measurement]) -> TorqueBasis:
-    """Torque of the mechanistic law from a map."""
-    one, none = (
-        [nut_map.evaluate(m.preload, m.speed, m.temperature, 0.0, 1.0, k) for m in points] for k in (1.0, 0.0)
-    )
-    sheared = np.array([float(state.sliding_torque) for state in none])
-    return _basis(
-        points,
-        np.array([float(state.viscous_torque) for state in one]),
-        np.array([float(state.hysteresis_torque) for state in one]) + sheared,
-        np.array([float(state.sliding_torque) for state in one]) - sheared,
-    )
+    """Torque a J + L F: a length L [mm] times the preload F, fitted first, and Jungnickel's J, a = 1 unless fitted."""
+    rolling = np.array([jungnickel_torque(parameters, m.preload, m.speed, m.temperature) for m in points])
+    both, per_mm = 0.5 * np.stack([rolling, rolling], axis=1), 1e-3 * np.array([m.preload for m in points])
+    thick, none = np.full(both.shape, np.inf), np.zeros(len(points))
+    return TorqueBasis(tuple(points), both, thick, none, per_mm, (FITTED[1], FITTED[0]), (1.0, 0.0, 0.0))
 
 
 def fitted_row(name: str, basis: TorqueBasis, numbers: int) -> LawRow:
@@ -137,17 +117,14 @@ def baseline_rows(parameters: Parameters) -> list[LawRow]:
     ]
 
 
-def mechanistic_rows(parameters: Parameters, nut_map: NutMap) -> list[LawRow]:
-    """The mechanistic law without a fit, with the default thrust; with the supply of the rolling part fitted too."""
+def unfitted_row(parameters: Parameters, nut_map: NutMap) -> LawRow:
+    """The mechanistic law without a fit, with the default thrust."""
     k = ball_ball_coefficient(parameters.friction)
 
     def unfitted(preload: float, speed: float, temperature: float) -> float:
         return float(nut_map.evaluate(preload, speed, temperature, 0.0, 1.0, k).friction_torque)
 
-    return [
-        evaluated_row(f"mechanistic, not fitted ({k:.3g})", 0, unfitted),
-        fitted_row("mechanistic, {a:.2f} of rolling", map_basis(nut_map, law_points()), 2),
-    ]
+    return evaluated_row(f"mechanistic, not fitted ({k:.3g})", 0, unfitted)
 
 
 def laws_text(rows: Sequence[LawRow]) -> str:
@@ -165,7 +142,7 @@ def laws_text(rows: Sequence[LawRow]) -> str:
         "",
         "Deviation in per cent. 2 from 4, 4 from 2: points of one table only, by a fit to the other; left out: one",
         f"point at a time; last column: {TWELFTH.point}, not fitted;",
-        f"in brackets: {MECHANISTIC_FITTED[0]} by default",
+        f"in brackets: {FITTED[1]} by default",
         f"{'':{width}}{'fitted':>6}{'mean':>7}{'max':>7}{'2 from 4':>10}{'4 from 2':>10}{'left out':>10}{'max':>7}"
         f"{'12th':>8}",
     ]

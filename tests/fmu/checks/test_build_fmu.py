@@ -176,7 +176,7 @@ def test_friction_parameters_of_a_file_are_start_values_and_documented(
     [
         (
             {"kinematics": "rolling_frame"},
-            "kinematics = rolling_frame; allowed: published, as in the screw file",
+            "kinematics = rolling_frame with set three_parameter; allowed: published, as in the screw file",
         ),
         ({"film_model": "hamrock_dowson"}, "fitted with the film hamrock_dowson; expected one of solved"),
         ({"net_sliding_coefficient": 1.5}, "net_sliding_coefficient = 1.5; allowed: less than or equal to 1"),

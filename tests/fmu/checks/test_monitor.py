@@ -15,7 +15,8 @@ from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
 from ballscrew_fmu.models import MONITOR
 from ballscrew_fmu.python_fmu.package import build_fmu, fmu_files
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.validation.tables import mean_deviations
 
 pytestmark = pytest.mark.slow
@@ -32,11 +33,11 @@ def monitors(tmp_path_factory, synthetic_nut_map):
     return monitor_folders(tmp_path_factory.mktemp("monitors"), synthetic_nut_map)
 
 
-@pytest.fixture(scope="module", params=["published", "rolling_frame"])
+@pytest.fixture(scope="module", params=[None, PACKAGED_VG100], ids=["published", "vg100"])
 def packaged(request, tmp_path_factory):
     """Map of a kinematics, and its monitors."""
-    nut_map = load_map(None, changed(load_parameters(), friction={"kinematics": request.param}))
-    return nut_map, monitor_folders(tmp_path_factory.mktemp(request.param), nut_map)
+    nut_map = load_map(None, load_parameters(request.param))
+    return nut_map, monitor_folders(tmp_path_factory.mktemp("packaged"), nut_map)
 
 
 def friction_rows(nut_map, count, seed, **parameters):

@@ -8,7 +8,7 @@ from native_model import NativeModel, compiled_model
 from synthetic_map import make_map
 
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 from ballscrew_tehl.runtime.standstill import Bristle, bristle_friction, initial_bristle, regularised_sign
@@ -29,7 +29,7 @@ def nut_map(request):
     """The packaged map; the closed form of the mechanistic law, without and with oversize balls."""
     if request.param != FILM_SHEAR:
         return make_map(law=MECHANISTIC, free=None if request.param == MECHANISTIC else 0.3)
-    return load_map(None, changed(load_parameters(), friction={"kinematics": "rolling_frame"}))
+    return load_map(None, load_parameters())
 
 
 @pytest.fixture(scope="module")
