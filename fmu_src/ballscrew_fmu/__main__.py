@@ -15,8 +15,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ballscrew_tehl.cli.extras import missing_extra
 from ballscrew_tehl.cli.main import INTERRUPTED
+from ballscrew_tehl.cli.shared.extras import missing_extra
 
 DESCRIPTION = """\
 Build the FMUs of a screw from its map (friction and preload monitor, for Python hosts and native; the screw as a

@@ -17,7 +17,7 @@ from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.pages.validation import validation_report
 from ballscrew_fmu.python_fmu.package import build_fmu
-from ballscrew_tehl.cli.common import chosen_of
+from ballscrew_tehl.cli.shared.chosen import chosen_of
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.runtime.evaluate import NutMap

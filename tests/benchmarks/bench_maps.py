@@ -33,7 +33,7 @@ from result_file import ResultFile, solver_hash
 import ballscrew_tehl.nut_map
 from ballscrew_tehl.cli.main import INTERRUPTED
 from ballscrew_tehl.cli.main import main as command
-from ballscrew_tehl.cli.points import table
+from ballscrew_tehl.cli.shared.results import table
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import changed, load_parameters
 from ballscrew_tehl.physics.kinematics import KINEMATICS

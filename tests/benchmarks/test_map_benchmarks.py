@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import bench_maps
 import pytest
 
-from ballscrew_tehl.cli import map as map_commands
+from ballscrew_tehl.cli.commands import map_build as map_commands
 from ballscrew_tehl.nut_map.grid import MapGrid
 
 #: few contacts and nodes

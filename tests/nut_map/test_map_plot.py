@@ -15,7 +15,7 @@ from reference_screw import GD4008
 from synthetic_contacts import GRID, closed_build, closed_contact, partly_failed_contact, small_map
 
 from ballscrew_fmu.pages.friction import documentation_files
-from ballscrew_tehl.cli import main as cli
+from ballscrew_tehl.cli.parser import CERTIFIED
 from ballscrew_tehl.nut_map import build, certificate
 from ballscrew_tehl.nut_map.certificate import Deviation, deviation_from_direct, operating_points
 from ballscrew_tehl.nut_map.file import load_contact_map, load_map, save_map
@@ -362,7 +362,7 @@ def test_bad_map_and_unknown_error_are_refused(path, picture, tmp_path, capsys):
     assert "none.nc: no such map file" in err
     with pytest.raises(ValueError, match="error = 'pressure'; allowed: torque, film, temperature_rise"):
         map_figure(picture, "pressure")
-    assert cli.CERTIFIED == tuple(ERRORS) == Deviation._fields
+    assert CERTIFIED == tuple(ERRORS) == Deviation._fields
     assert list(tmp_path.iterdir()) == []
 
 
@@ -399,7 +399,7 @@ def test_same_map_same_picture(path, picture, tmp_path, capsys):
 @pytest.mark.slow
 def test_importing_and_the_numbers_need_no_matplotlib(path):
     code = (
-        "import sys; import ballscrew_tehl.cli.map; from ballscrew_tehl.nut_map.plot import *;"
+        "import sys; import ballscrew_tehl.cli.commands.map_file; from ballscrew_tehl.nut_map.plot import *;"
         "from ballscrew_tehl.nut_map.file import *; from ballscrew_tehl.parameters.file import load_parameters as p;"
         "caption(map_picture(load_map(sys.argv[1], p()), load_contact_map(sys.argv[1], p())));"
         "assert not {'matplotlib', 'numba', 'xarray'} & set(sys.modules)"

@@ -24,7 +24,7 @@ from ballscrew_fmu.models import FRICTION, TRANSMISSION
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_fmu.variables.friction import fmu_variables
-from ballscrew_tehl.cli import main as cli
+from ballscrew_tehl.cli.parser import build_parser
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
 
@@ -79,7 +79,7 @@ def small_form(command: str) -> str | None:
     bare = command.partition(" #")[0].rstrip()
     if action := re.match(r"python -m ballscrew_tehl map (build|check)\b", bare):
         if "--dask" in bare:
-            parsed = cli.build_parser().parse_args(shlex.split(bare)[3:])
+            parsed = build_parser().parse_args(shlex.split(bare)[3:])
             assert parsed.dask == "tcp://HOST:PORT"
             return "true"
         # of two options of one name the last one counts
@@ -195,7 +195,7 @@ def test_commands_in_the_prose_are_known(page):
     for command in re.findall(r"`(python [^`]+)`", prose):
         words = shlex.split(command)[1:]
         if words[:2] == ["-m", "ballscrew_tehl"]:
-            cli.build_parser().parse_args(words[2:])
+            build_parser().parse_args(words[2:])
         elif words[:2] == ["-m", "mkdocs"]:
             assert (ROOT / words[-1]).is_file()
         else:

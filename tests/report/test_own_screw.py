@@ -3,7 +3,6 @@
 import dataclasses
 import json
 import math
-import os
 import shlex
 import signal
 import subprocess
@@ -16,6 +15,7 @@ from html_page import Page
 from synthetic_contacts import GRID, closed_build
 
 from ballscrew_tehl.cli import main as cli
+from ballscrew_tehl.cli.parser import build_parser
 from ballscrew_tehl.nut_map.file import save_map
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
@@ -346,22 +346,6 @@ def test_operating_point_by_options(not_solved, options, tmp_path, capsys):
     assert steps[-1] == "7 of 7 parts of the page"
 
 
-def test_bad_operating_points_are_one_line(options, tmp_path, capsys):
-    output = "--output", tmp_path / "r.html"
-    for given, named in (
-        (("--preload-n", "99999"), "preload = 99999 N; allowed: 400 to 9000 N, the range of the map"),
-        (("--speed-rpm", "0"), "speed = 0 r/min; allowed: 100 to 6000 r/min"),
-        (
-            ("--temperature-c", "303"),
-            "--temperature-c = 303; allowed: -73.15 to 200 degrees Celsius; is 303 K",
-        ),
-        (("--preload-n", "nan"), "--preload-n = nan; allowed"),
-    ):
-        assert named in refused(capsys, "report", *options, *given, *output)
-    assert "allowed: with --screw" in refused(capsys, "report", "--preload-n", "2000", *output)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_screw_without_a_map_is_told_the_command_that_builds_it(tmp_path, capsys):
     screw = tmp_path / "my screw.toml"
     screw.write_text(SCREW_FILE.read_text(encoding="utf-8"), encoding="utf-8")
@@ -369,18 +353,10 @@ def test_screw_without_a_map_is_told_the_command_that_builds_it(tmp_path, capsys
     command = line.partition("build it with: ")[2].partition("; then give ")[0]
     words = shlex.split(command)
     assert words[:5] == ["python", "-m", "ballscrew_tehl", "map", "build"]
-    parsed = cli.build_parser().parse_args(words[3:])
+    parsed = build_parser().parse_args(words[3:])
     assert (parsed.screw, parsed.output) == (str(screw), "my screw_map.nc")
     assert line.endswith("--map 'my screw_map.nc'")
     assert [entry.name for entry in tmp_path.iterdir()] == [screw.name]
-
-
-@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="no folder that nobody can write to")
-def test_folder_that_cannot_be_written_is_found_before_the_work(options, capsys, monkeypatch):
-    monkeypatch.setattr(material, "gather", lambda *arguments: pytest.fail("the work has begun"))
-    line = refused(capsys, "report", *options, "--output", "/proc/self/r.html")
-    assert "--output = /proc/self/r.html: not written: " in line
-    assert line.endswith("allowed: a file *.html in a folder that exists and that you may write to")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")

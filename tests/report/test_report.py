@@ -454,27 +454,6 @@ def test_same_input_gives_the_same_page(written, found, tmp_path, capsys, monkey
     assert (tmp_path / "again.html").read_bytes() == written[0].read_bytes()
 
 
-@pytest.mark.parametrize(
-    ("output", "named"),
-    [
-        ("nowhere/r.html", "nowhere/r.html; allowed: a file *.html in a folder that exists"),
-        ("file/r.html", "file/r.html; allowed: a file *.html"),
-        ("r.pdf", "r.pdf; allowed: a file *.html"),
-        ("folder.html", "folder.html; allowed: a file *.html"),
-        (None, "arguments are required: --output"),
-    ],
-)
-def test_bad_output_is_refused_in_one_line_before_anything_is_read(tmp_path, capsys, output, named):
-    (tmp_path / "file").write_text("")
-    (tmp_path / "folder.html").mkdir()
-    before = sorted(tmp_path.rglob("*"))
-    target = [] if output is None else ["--output", tmp_path / output]
-    code, out, err = run(capsys, "report", "--map", tmp_path / "none.nc", *target)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert named in err
-    assert sorted(tmp_path.rglob("*")) == before
-
-
 def test_bad_map_and_screw_are_refused(tmp_path, capsys):
     save_map(tmp_path / "small.nc", small_map(), {})
     another(tmp_path)
@@ -489,23 +468,6 @@ def test_bad_map_and_screw_are_refused(tmp_path, capsys):
     assert not (tmp_path / "r.html").exists()
 
 
-def test_a_failed_write_keeps_the_old_page(not_drawn, tmp_path, capsys, monkeypatch):
-    from pathlib import Path
-
-    (tmp_path / "r.html").write_text("old")
-    write = Path.write_text
-
-    def full(self, text, **settings):
-        write(self, "half", **settings)
-        raise OSError(28, "No space left on device", str(self))
-
-    monkeypatch.setattr(Path, "write_text", full)
-    code, out, err = run(capsys, "report", "--output", tmp_path / "r.html")
-    assert (code, out) == (2, "")
-    assert "No space left" in err
-    assert [(entry.name, entry.read_text()) for entry in tmp_path.iterdir()] == [("r.html", "old")]
-
-
 def test_elements_escape_what_is_not_html():
     assert element("p", "a<b", element("b", "&"), class_="x") == '<p class="x">a&lt;b<b>&amp;</b></p>'
     found = Page(
@@ -516,7 +478,7 @@ def test_elements_escape_what_is_not_html():
 
 def test_matplotlib_and_solver_are_imported_only_when_needed():
     code = (
-        "import sys; import ballscrew_tehl.cli.report; assert 'numba' not in sys.modules;"
+        "import sys; import ballscrew_tehl.cli.commands.report; assert 'numba' not in sys.modules;"
         "import ballscrew_tehl.report.sections; assert not {'matplotlib', 'xarray'} & set(sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

@@ -8,21 +8,22 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .. import __version__
-from ..friction.baselines import nsk_torque
-from ..friction.origin import carried_over
-from ..parameters.file import FOUR_POINT, changed
-from ..parameters.units import CELSIUS, RPM
-from ..runtime.packed import MECHANISTIC
-from .common import EXTREMES, Chosen, chosen_of, say, say_outside
-from .main import TORQUE_POINT
-from .points import print_results, read_points
-from .progress import QUIET, progress_bar
+from ... import __version__
+from ...friction.baselines import nsk_torque
+from ...friction.origin import carried_over
+from ...parameters.file import FOUR_POINT, changed
+from ...parameters.units import CELSIUS, RPM
+from ...runtime.packed import MECHANISTIC
+from ..shared.chosen import EXTREMES, Chosen, chosen_of, say_outside
+from ..shared.points import read_points
+from ..shared.progress import QUIET, progress_bar
+from ..shared.quantities import TORQUE_POINT
+from ..shared.results import print_results, say
 
 if TYPE_CHECKING:
-    from ..friction.interval import TorqueInterval
-    from ..nut_map.contact_map import ContactMap
-    from ..runtime.evaluate import NutMap
+    from ...friction.interval import TorqueInterval
+    from ...nut_map.contact_map import ContactMap
+    from ...runtime.evaluate import NutMap
 
 
 #: torque at which motion begins, of an answer at speed 0
@@ -111,7 +112,7 @@ def _say_reservations(results: list[dict[str, Any]]) -> None:
 
 def _odd_films(chosen: Chosen, extremes: Mapping[str, float]) -> dict[str, str]:
     """What is to say of films beyond lubrication theory, by the keys of an answer."""
-    from ..nut_map.trend import too_thick, too_thin
+    from ...nut_map.trend import too_thick, too_thin
 
     thickest = max(extremes["film_thickness_central_screw_m"], extremes["film_thickness_central_nut_m"])
     thick = too_thick(thickest, 0.5 * chosen.parameters.screw.ball_diameter)
@@ -128,7 +129,7 @@ def _catalogue(chosen: Chosen, point: dict[str, Any]) -> dict[str, Any]:
     kind = {"preload_kind": screw.preload_kind}
     if screw.preload_kind != FOUR_POINT or chosen.friction_set.film_model == MECHANISTIC:
         return found | kind
-    from ..friction.torque import four_point_spin_bound
+    from ...friction.torque import four_point_spin_bound
 
     bound = four_point_spin_bound(chosen.parameters, preload, point["axial_load_n"])
     return found | kind | {"spin_torque_not_included_at_most_nm": bound}
@@ -136,7 +137,7 @@ def _catalogue(chosen: Chosen, point: dict[str, Any]) -> dict[str, Any]:
 
 def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
     """Keys of an interval: its ends over its own torque, applied to that of the answer."""
-    from ..friction.interval import MEANING
+    from ...friction.interval import MEANING
 
     low, high = sorted(share * torque for share in found.relative)
     shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:2])
@@ -149,8 +150,8 @@ def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]
     nut_map = chosen.nut_map(args)
     contact_map = supply = None
     if nut_map.law == MECHANISTIC:
-        from ..friction.mechanistic import supply_factor
-        from ..nut_map.file import load_contact_map
+        from ...friction.mechanistic import supply_factor
+        from ...nut_map.file import load_contact_map
 
         supply = partial(supply_factor, chosen.parameters)
         contact_map = load_contact_map(args.map, chosen.parameters)
@@ -175,7 +176,7 @@ class _MapAnswer(NamedTuple):
 
     def at(self, point: dict[str, float]) -> dict[str, Any]:
         """Keys of the answer at a point."""
-        from ..nut_map.trend import unphysical_trend
+        from ...nut_map.trend import unphysical_trend
 
         nut_map = self.nut_map
         speed = point["speed_rpm"] * RPM
@@ -207,8 +208,8 @@ class _MapAnswer(NamedTuple):
         """Interval of a torque by the mechanistic law, and whether oversize balls make it uncertain."""
         if self.contact_map is None:
             return {}
-        from ..nut_map.interval import map_interval
-        from ..nut_map.trend import unlike_flanks
+        from ...nut_map.interval import map_interval
+        from ...nut_map.trend import unlike_flanks
 
         parameters, friction_set = self.chosen.parameters, self.chosen.friction_set
         found = map_interval(parameters, self.contact_map, self.nut_map.header["axes"], friction_set, *at)
@@ -217,9 +218,9 @@ class _MapAnswer(NamedTuple):
 
 
 def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict[str, Any]]:
-    from ..nut_map.file import ROLLING_FRAME
-    from ..refinement.direct import direct_extremes
-    from ..runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
+    from ...nut_map.file import ROLLING_FRAME
+    from ...refinement.direct import direct_extremes
+    from ...runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
 
     for point in points:
         if point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0:
@@ -228,7 +229,7 @@ def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict
     solved = _mechanistic(chosen) if friction_set.film_model == MECHANISTIC else _film_shear(chosen)
     height = friction_set.roughness_height
     if friction_set.film_model == MECHANISTIC:
-        from ..friction.mechanistic import roughness_of
+        from ...friction.mechanistic import roughness_of
 
         height = roughness_of(parameters.friction).sigma
     # speeds of the published kinematics are not physical: its films are not shown, as by the map
@@ -264,8 +265,8 @@ _Solved = Callable[[float, float, float, float], dict[str, Any]]
 
 def _film_shear(chosen: Chosen) -> _Solved:
     """Torques of a fitted set, each contact by the solver."""
-    from ..friction.torque import double_nut_torque
-    from ..refinement.direct import DirectFilm
+    from ...friction.torque import double_nut_torque
+    from ...refinement.direct import DirectFilm
 
     film_model = DirectFilm(chosen.parameters, chosen.friction_set.film_model == "solved_thermal")
 
@@ -280,10 +281,10 @@ def _film_shear(chosen: Chosen) -> _Solved:
 
 def _mechanistic(chosen: Chosen) -> _Solved:
     """Torques by the power balance of the mean balls with their interval."""
-    from ..friction.interval import torque_interval
-    from ..friction.mechanistic import double_nut_parts
-    from ..friction.torque import nut_forces
-    from ..refinement.direct import DirectContacts
+    from ...friction.interval import torque_interval
+    from ...friction.mechanistic import double_nut_parts
+    from ...friction.torque import nut_forces
+    from ...refinement.direct import DirectContacts
 
     contacts = DirectContacts(chosen.parameters)
 

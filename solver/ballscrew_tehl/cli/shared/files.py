@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -41,9 +42,10 @@ def check_output(
     """
     path = Path(given)
     where = f"{option} = {path}"
+    suffixes = re.findall(r"\*(\.\w+)", kind)
     if path.is_dir():
-        raise ValueError(f"{where}: is a folder; allowed: {kind}, for example {path / _example(kind)}")
-    if path.suffix.lower() != kind[kind.rindex("*") + 1 :]:
+        raise ValueError(f"{where}: is a folder; allowed: {kind}, for example {path / f'NAME{suffixes[0]}'}")
+    if path.suffix.lower() not in suffixes:
         raise ValueError(f"{where}; allowed: {kind}")
     for read in inputs:
         if read and path.exists() and Path(read).exists() and path.samefile(read):
@@ -51,24 +53,15 @@ def check_output(
     folder = path.parent
     if not create and not folder.exists():
         raise ValueError(f"{where}: no such folder; allowed: {kind} in a folder that exists")
-    _try_folder(where, folder, path.name)
+    try_folder(where, folder, path.name)
     return path
 
 
-def check_folder(option: str, given: Path | str) -> None:
-    """Refuse a folder that can neither be written nor created.
+def try_folder(where: str, folder: Path, name: str = "file") -> None:
+    """Create a file with a temporary name in a folder, or where it would be created, and remove it.
 
     Raises       ValueError
     """
-    _try_folder(f"{option} = {given}", Path(given), "file")
-
-
-def _example(kind: str) -> str:
-    return f"NAME{kind[kind.rindex('*') + 1 :]}"
-
-
-def _try_folder(where: str, folder: Path, name: str) -> None:
-    """Create a file with a temporary name in a folder, or where it would be created, and remove it."""
     # lexists: a link to nowhere is not created
     while not os.path.lexists(folder) and folder != folder.parent:
         folder = folder.parent

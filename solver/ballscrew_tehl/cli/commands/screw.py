@@ -1,18 +1,21 @@
-"""The commands screw and catalogue: what a ball-screw program states of a screw, and its catalogue torque."""
+"""The commands screw, catalogue and init: what a ball-screw program states of a screw; a screw file to fill in."""
 
 from __future__ import annotations
 
+import json
 import math
 from argparse import Namespace
 from typing import Any
 
-from ..friction.baselines import nsk_torque
-from ..mechanics import CATALOGUE_SHARE, LoadedScrew, efficiency, loaded_screw, screw_constants
-from ..parameters.units import CELSIUS, RPM
-from ..physics.rating import STATIC_PRESSURE, dynamic_rating, static_rating
-from .common import chosen_of, say, say_outside, screw_of
-from .main import SCREW_POINT, SPEED, TEMPERATURE
-from .points import print_results, read_points
+from ...friction.baselines import nsk_torque
+from ...mechanics import CATALOGUE_SHARE, LoadedScrew, efficiency, loaded_screw, screw_constants
+from ...parameters.units import CELSIUS, RPM
+from ...physics.rating import STATIC_PRESSURE, dynamic_rating, static_rating
+from ..shared.chosen import chosen_of, say_outside, screw_of
+from ..shared.files import check_output, written
+from ..shared.points import read_points
+from ..shared.quantities import SCREW_POINT, SPEED, TEMPERATURE
+from ..shared.results import print_results, say
 
 #: loads of balls under an axial load
 STRETCHED = "bodies stretched by the axial load"
@@ -100,4 +103,18 @@ def run_catalogue(args: Namespace) -> int:
         "screw": parameters.name,
     }
     print_results([result], args.json, False)
+    return 0
+
+
+def run_init(args: Namespace) -> int:
+    """A screw file to fill in."""
+    from ...parameters.template import write_template
+
+    check_output("FILE.toml", args.file, "a new file *.toml")
+    with written("FILE.toml", args.file):
+        write_template(args.file, args.oil, args.lubricant)
+    if args.json:
+        print(json.dumps({"file": args.file}))
+    else:
+        print(f"{args.file}: enter the values of your screw and oil; the first lines explain the next steps")
     return 0

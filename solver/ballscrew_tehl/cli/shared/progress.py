@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ..nut_map.workers import Progress
+    from ...nut_map.workers import Progress
 
 
 #: seconds before the first word of a command that may be done sooner

@@ -3,47 +3,41 @@
 from __future__ import annotations
 
 import importlib
-import os
 import shlex
 from argparse import Namespace
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import __version__
-from ..parameters.units import SHOWN
-from .common import Chosen, chosen_of
-from .main import PRELOAD, SPEED, TEMPERATURE
-from .points import print_results
-from .progress import progress_bar
+from ... import __version__
+from ...parameters.units import SHOWN
+from ...whole_file import whole_file
+from ..shared.chosen import Chosen, chosen_of
+from ..shared.files import check_output, written
+from ..shared.progress import progress_bar
+from ..shared.quantities import REPORT_POINT
+from ..shared.results import print_results
 
 if TYPE_CHECKING:
-    from ..nut_map.workers import Progress
-    from ..report.lines import GivenPoint
-    from ..report.material import Material
-
-SUFFIXES = (".html", ".htm")
-ALLOWED = "allowed: a file *.html in a folder that exists and that you may write to"
+    from ...nut_map.workers import Progress
+    from ...report.lines import GivenPoint
+    from ...report.material import Material
 
 
 def run_report(args: Namespace) -> int:
     """Gather, draw, write; the file is complete or does not exist."""
     path = Path(args.output)
-    if path.suffix.lower() not in SUFFIXES or path.is_dir() or not path.parent.is_dir():
-        raise ValueError(f"--output = {path}; {ALLOWED}")
+    check_output("--output", path, "a file *.html, *.htm")
     selected = chosen_of(args)
     measured = _is_paper(args, selected)
     given = _given(args, measured)
     # a missing one is found before the contacts are solved
     importlib.import_module("matplotlib")
-    with _reserved(path) as temporary:
-        with progress_bar() as progress:
-            material = _gathered(args, selected, measured, given, progress)
-            text, claimed = _page(material, progress)
-        with _refused_in_one_line(path):
-            temporary.write_text(text, encoding="utf-8")
-            os.replace(temporary, path)
+    with progress_bar() as progress:
+        material = _gathered(args, selected, measured, given, progress)
+        text, claimed = _page(material, progress)
+    with written("--output", path), whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
     tables = material.tables.items()
     result: dict[str, Any] = {
         "file": str(path),
@@ -60,41 +54,15 @@ def run_report(args: Namespace) -> int:
     return 0
 
 
-@contextmanager
-def _reserved(path: Path) -> Iterator[Path]:
-    """An empty temporary file beside `path`, created before the work and deleted after it.
-
-    Raises       ValueError: the folder cannot be written
-    """
-    temporary = path.with_name(path.name + ".part")
-    try:
-        with _refused_in_one_line(path):
-            temporary.touch()
-        yield temporary
-    finally:
-        # of a folder that cannot be written there is none
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
-
-
-@contextmanager
-def _refused_in_one_line(path: Path) -> Iterator[None]:
-    """Errors of writing name the option, the reason and what is allowed."""
-    try:
-        yield
-    except OSError as error:
-        raise ValueError(f"--output = {path}: not written: {error.strerror or error}; {ALLOWED}") from error
-
-
 def _given(args: Namespace, measured: bool) -> GivenPoint:
     """Operating point of the options.
 
     Raises       ValueError: a number out of range, or any in the report on the paper
     """
-    from ..report.lines import POINT_AXES, GivenPoint
+    from ...report.lines import POINT_AXES, GivenPoint
 
     found: list[float | None] = []
-    for quantity, axis in zip((PRELOAD, SPEED, TEMPERATURE), POINT_AXES, strict=True):
+    for quantity, axis in zip(REPORT_POINT, POINT_AXES, strict=True):
         value = getattr(args, quantity.name)
         if value is not None and measured:
             raise ValueError(
@@ -106,7 +74,7 @@ def _given(args: Namespace, measured: bool) -> GivenPoint:
 
 def _is_paper(args: Namespace, selected: Chosen) -> bool:
     """Whether the page is about the measured screw of the paper and the paper."""
-    from ..report.material import is_measured_screw
+    from ...report.material import is_measured_screw
 
     return args.screw is None and is_measured_screw(selected.parameters)
 
@@ -118,8 +86,8 @@ def _gathered(
 
     Raises       ValueError: no map of this screw, with the command that builds it; point outside the map
     """
-    from ..nut_map.file import OtherParametersError
-    from ..report.material import gather
+    from ...nut_map.file import OtherParametersError
+    from ...report.material import gather
 
     try:
         return gather(selected.parameters, args.map, progress, selected.of_file, measured, given)
@@ -137,9 +105,9 @@ def _gathered(
 
 def _page(material: Material, progress: Progress) -> tuple[str, dict[str, str]]:
     """The page, and the verdicts on the statements of the paper."""
-    from ..report.claims import claims
-    from ..report.errata import errata
-    from ..report.sections import whole_page
+    from ...report.claims import claims
+    from ...report.errata import errata
+    from ...report.sections import whole_page
 
     if not material.measured:
         return whole_page(material, [], [], progress), {}

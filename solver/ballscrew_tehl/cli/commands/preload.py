@@ -5,12 +5,13 @@ from __future__ import annotations
 from argparse import Namespace
 from collections.abc import Mapping
 
-from .. import __version__
-from ..friction.origin import carried_over
-from ..parameters.units import CELSIUS, RPM
-from .common import chosen_of, say, say_outside
-from .main import PRELOAD_POINT
-from .points import print_results, read_points
+from ... import __version__
+from ...friction.origin import carried_over
+from ...parameters.units import CELSIUS, RPM
+from ..shared.chosen import chosen_of, say_outside
+from ..shared.points import read_points
+from ..shared.quantities import PRELOAD_POINT
+from ..shared.results import print_results, say
 
 
 def _at(point: Mapping[str, float]) -> str:
@@ -19,7 +20,7 @@ def _at(point: Mapping[str, float]) -> str:
 
 def run_preload(args: Namespace) -> int:
     """Preload at which the map gives the measured torque."""
-    from ..friction.torque import preload_from_torque
+    from ...friction.torque import preload_from_torque
 
     points = read_points(args, PRELOAD_POINT)
     chosen = chosen_of(args)

@@ -7,21 +7,21 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..calibration.measurements import Measurement
-from ..friction.sets import MECHANISTIC, PACKAGED_SETS, FrictionSet, write_friction_sets
-from ..parameters.file import Parameters
-from ..parameters.packaged_data import PACKAGED_VG100
-from ..parameters.units import CELSIUS, RPM
-from .common import say, screw_hint, screw_of
-from .files import check_output, written
-from .main import TEMPERATURE
-from .points import print_results
-from .progress import QUIET, progress_bar
+from ...calibration.measurements import Measurement
+from ...friction.sets import MECHANISTIC, PACKAGED_SETS, FrictionSet, write_friction_sets
+from ...parameters.file import Parameters
+from ...parameters.packaged_data import PACKAGED_VG100
+from ...parameters.units import CELSIUS, RPM
+from ..shared.chosen import screw_hint, screw_of
+from ..shared.files import check_output, written
+from ..shared.progress import QUIET, progress_bar
+from ..shared.quantities import TEMPERATURE
+from ..shared.results import print_results, say
 
 if TYPE_CHECKING:
-    from ..calibration.user import Calibration
-    from ..friction.mechanistic import ContactValues
-    from ..friction.torque import FilmModel
+    from ...calibration.user import Calibration
+    from ...friction.mechanistic import ContactValues
+    from ...friction.torque import FilmModel
 
     #: name -> film model, or contacts of the mechanistic law
     Films = Callable[[str], FilmModel | ContactValues]
@@ -53,19 +53,19 @@ def run_calibrate(args: Namespace) -> int:
             )
         say(f"written: {args.output}")
     if args.plot:
-        from ..calibration.plot import calibration_figure, save_figure
+        from ...calibration.plot import calibration_figure, save_figure
 
         figure = calibration_figure(result)
         with written("--plot", args.plot):
             save_figure(figure, Path(args.plot))
         say(f"written: {args.plot}")
     if args.json:
-        from ..calibration.user import calibration_data
+        from ...calibration.user import calibration_data
 
         entry = vars(found) | {"calibration": calibration_data(result)}
         print_results([{f"{found.kinematics}.{found.name}": entry}], True, False)
         return 0
-    from ..calibration.user import calibration_text
+    from ...calibration.user import calibration_text
 
     print(calibration_text(result))
     print("For the screw file:\n" + "\n".join(_screw_file_lines(found)))
@@ -83,8 +83,8 @@ def _screw_file_lines(found: FrictionSet) -> list[str]:
 
 
 def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
-    from ..calibration.measurement_file import read_measurement_file
-    from ..calibration.user import calibrate_file
+    from ...calibration.measurement_file import read_measurement_file
+    from ...calibration.user import calibrate_file
 
     temperature = parameters.lubricant.reference_temperature
     if args.temperature_c is not None:
@@ -108,9 +108,9 @@ def _films(args: Namespace, parameters: Parameters) -> tuple[Films, Callable[[Me
     """Film models by name or contacts of the mechanistic law, and why a point is outside the map, "" if it is not."""
     if args.map is None:
         return lambda film: _solved(film, parameters), lambda m: ""
-    from ..friction.torque import nut_forces
-    from ..nut_map.contact_map import MapContacts, SolvedFilm
-    from ..nut_map.file import load_contact_map, load_map
+    from ...friction.torque import nut_forces
+    from ...nut_map.contact_map import MapContacts, SolvedFilm
+    from ...nut_map.file import load_contact_map, load_map
 
     with screw_hint(args, args.map):
         contact_map = load_contact_map(args.map, parameters)
@@ -144,7 +144,7 @@ def _films(args: Namespace, parameters: Parameters) -> tuple[Films, Callable[[Me
 
 def _solved(name: str, parameters: Parameters) -> FilmModel | ContactValues:
     """Film model by its name, or the contacts of the mechanistic law, by the solver."""
-    from ..refinement.direct import DirectContacts, DirectFilm
+    from ...refinement.direct import DirectContacts, DirectFilm
 
     if name == DirectContacts.name:
         return DirectContacts(parameters)
@@ -152,8 +152,8 @@ def _solved(name: str, parameters: Parameters) -> FilmModel | ContactValues:
 
 
 def _packaged(args: Namespace, parameters: Parameters) -> int:
-    from ..calibration.packaged import FILM_OF_SET, calibrate_packaged
-    from ..friction.sets import friction_set_text
+    from ...calibration.packaged import FILM_OF_SET, calibrate_packaged
+    from ...friction.sets import friction_set_text
 
     unused = {"--plot": args.plot, "--map": args.map, "--drop": args.drop, "--loss": args.loss,
               "--temperature-c": args.temperature_c}  # fmt: skip

@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..friction.origin import refuse_other_fit, with_set, without_overrides
-from ..friction.sets import (
+from ...friction.origin import refuse_other_fit, with_set, without_overrides
+from ...friction.sets import (
     FrictionSet,
     default_friction_set,
     friction_set_of_file,
     load_friction_sets,
 )
-from ..parameters.file import Parameters, changed, load_parameters
-from ..parameters.packaged_data import PACKAGED_VG100
-from ..parameters.screw import LAW_SETS
-from ..runtime.packed import MECHANISTIC
+from ...parameters.file import Parameters, changed, load_parameters
+from ...parameters.packaged_data import PACKAGED_VG100
+from ...parameters.screw import LAW_SETS
+from ...runtime.packed import MECHANISTIC
+from .results import say
 
 if TYPE_CHECKING:
-    from ..runtime.evaluate import NutMap
-
-
-def say(text: str) -> None:
-    print(text, file=sys.stderr)
+    from ...runtime.evaluate import NutMap
 
 
 def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
@@ -50,7 +46,7 @@ def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
 @contextmanager
 def screw_hint(args: Namespace, file: str | None) -> Iterator[None]:
     """Where a given map is not that of the packaged screw, say that its screw file is missing on the command line."""
-    from ..nut_map.file import OtherParametersError
+    from ...nut_map.file import OtherParametersError
 
     try:
         yield
@@ -71,7 +67,7 @@ class Chosen(NamedTuple):
 
     def nut_map(self, args: Namespace) -> NutMap:
         """The map of --map with the film and the numbers of the friction set."""
-        from ..nut_map.file import load_map
+        from ...nut_map.file import load_map
 
         with screw_hint(args, args.map):
             return load_map(args.map, self.parameters, self.of_file)

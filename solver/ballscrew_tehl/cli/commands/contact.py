@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from .. import __version__
-from ..calibration.csv_table import read_rows
-from .points import add_json, print_results
-from .progress import QUIET, progress_bar
+from ... import __version__
+from ...calibration.csv_table import read_rows
+from ..parser import LAWS, RHEOLOGIES
+from ..shared.progress import QUIET, progress_bar
+from ..shared.results import print_results
 
-#: rheologies of the contact solver
-RHEOLOGIES = ("newtonian", "eyring", "carreau", "limiting_shear_stress")
-LAWS = ("barus", "roelands")
 DIMENSIONS = ("load_n", "radius_x_m", "radius_y_m", "u1_m_s", "u2_m_s", "temperature_k")
 MOES = ("moes", "radius_ratio", "law")
 
@@ -44,13 +41,6 @@ def _number(text: str) -> float:
     return _numbers(1, "")(text)[0]
 
 
-def _not_negative(text: str) -> float:
-    value = _number(text)
-    if value < 0.0:
-        raise ValueError
-    return value
-
-
 def _flag(text: str) -> bool:
     return {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False}[text.lower()]
 
@@ -65,61 +55,7 @@ FIELDS: dict[str, tuple[Callable[[str], Any], str]] = {
     "rheology": (_one_of(RHEOLOGIES), ", ".join(RHEOLOGIES)),
     "isothermal": (_flag, "true, false"),
     "refine": (_number, "a number, 1 to 8"),
-    "roughness_um": (_not_negative, "a number, >= 0"),
 }
-
-
-def add_contact(commands: argparse._SubParsersAction) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "contact",
-        help="solve one elastohydrodynamic contact",
-        description="Solve one contact: by its dimensions (thermal unless --isothermal), or by its Moes numbers "
-        "(isothermal; --moes, --radius-ratio, --law).",
-    )
-    for name, text in (
-        ("load-n", "load [N]"),
-        ("radius-x-m", "reduced radius along rolling [m]"),
-        ("radius-y-m", "reduced radius across rolling [m], not below the other"),
-        ("u1-m-s", "speed of surface 1 [m/s]"),
-        ("u2-m-s", "speed of surface 2 [m/s]"),
-        ("temperature-k", "temperature of oil and bodies [K]"),
-    ):
-        parser.add_argument(f"--{name}", metavar=name.split("-")[-1].upper(), help=text)
-    parser.add_argument(
-        "--screw", metavar="FILE.toml", help="oil, solid and modulus; default: the packaged GD4008-3"
-    )
-    parser.add_argument(
-        "--rheology", choices=RHEOLOGIES, help="default: that of the oil, newtonian in the packaged one"
-    )
-    parser.add_argument("--isothermal", action="store_true", help="without the energy equation")
-    parser.add_argument("--moes", nargs=2, metavar=("M", "L"), help="Moes load and lubricant number")
-    parser.add_argument("--radius-ratio", metavar="R_X/R_Y", help="0 < R_x/R_y <= 1")
-    parser.add_argument("--law", choices=LAWS, help="barus (incompressible) or roelands (compressible)")
-    parser.add_argument(
-        "--domain",
-        nargs=3,
-        metavar=("XA", "XB", "Y"),
-        help="domain in Hertz half-widths, along rolling and across; default: wide enough not to starve",
-    )
-    parser.add_argument(
-        "--refine",
-        metavar="K",
-        help="truth check: nodes, lines and layers, extent of film and energy domain times K, 1 to 8",
-    )
-    parser.add_argument(
-        "--roughness-um",
-        metavar="SIGMA",
-        help="composite rms roughness of both surfaces [um], asperities of ground steel; default: 0, smooth; "
-        "not with --moes",
-    )
-    parser.add_argument(
-        "--points",
-        metavar="FILE.csv",
-        help="many contacts: columns named like the options, load_n, moes (two numbers), ...",
-    )
-    add_json(parser)
-    parser.set_defaults(run="contact.run_contact")
 
 
 def _read(where: str, fields: dict[str, str]) -> dict[str, Any]:
@@ -140,7 +76,7 @@ def _read(where: str, fields: dict[str, str]) -> dict[str, Any]:
             values[name] = parse(text)
         except (ValueError, KeyError):
             raise ValueError(f"{shown(name)} = {text}; allowed: {allowed}") from None
-    group, other = (MOES, (*DIMENSIONS, "roughness_um")) if "moes" in values else (DIMENSIONS, MOES)
+    group, other = (MOES, DIMENSIONS) if "moes" in values else (DIMENSIONS, MOES)
     for name in group:
         if name not in values:
             raise ValueError(f"{shown(name)} (missing); allowed: {FIELDS[name][1]}")
@@ -183,7 +119,7 @@ def run_contact(args: Namespace) -> int:
 
 
 def _solve(contact: dict[str, Any], screw_file: str | None) -> dict[str, Any]:
-    from ..contact.solve import SolverOptions
+    from ...contact.solve import SolverOptions
 
     moes = "moes" in contact
     options = SolverOptions(thermal=not (moes or contact.get("isothermal", False)))
@@ -202,7 +138,7 @@ def _by_moes(contact: dict[str, Any], options: Any) -> dict[str, Any]:
 
     error_estimate: relative, of Hc: change by the extrapolation from half the nodes
     """
-    from ..contact.moes import solve_moes
+    from ...contact.moes import solve_moes
 
     M, L = contact["moes"]
     found = solve_moes(M, L, contact["radius_ratio"], contact["law"], options)
@@ -221,18 +157,13 @@ def _by_moes(contact: dict[str, Any], options: Any) -> dict[str, Any]:
 
 
 def _by_dimensions(contact: dict[str, Any], options: Any, screw_file: str | None) -> dict[str, Any]:
-    from ..contact.solve import ContactConditions, solve_contact
-    from ..parameters.file import changed, load_parameters
-    from ..physics.asperity import typical_roughness
-    from ..physics.hertz import E_prime
+    from ...contact.solve import ContactConditions, solve_contact
+    from ...parameters.file import changed, load_parameters
+    from ...physics.hertz import E_prime
 
     parameters = load_parameters(screw_file)
     load, R_x, R_y, u_1, u_2, temperature = (contact[name] for name in DIMENSIONS)
-    sigma = 1e-6 * contact.get("roughness_um", 0.0)
-    conditions = ContactConditions(
-        load, R_x, R_y, u_1, u_2, temperature, E_prime(parameters.screw),
-        roughness=None if sigma == 0.0 else typical_roughness(sigma),
-    )  # fmt: skip
+    conditions = ContactConditions(load, R_x, R_y, u_1, u_2, temperature, E_prime(parameters.screw))
     oil = parameters.lubricant
     if "rheology" in contact:
         oil = changed(parameters, lubricant={"rheology": contact["rheology"]}).lubricant
@@ -241,7 +172,6 @@ def _by_dimensions(contact: dict[str, Any], options: Any, screw_file: str | None
         "h_c_m": solution.h_c,
         "h_m_m": solution.h_m,
         "p_max_pa": solution.p_max,
-        "asperity_load_share": solution.asperity_load_share,
         "temperature_rise_k": solution.temperature_rise,
         "traction_force_n": solution.traction_force,
         "traction_force_1_n": solution.integrals.traction_force_1,

@@ -2,40 +2,21 @@
 
 from __future__ import annotations
 
-import argparse
 from argparse import Namespace
 from typing import Any
 
 import numpy as np
 
-from .. import __version__
-from ..parameters import mineral_oil as oil_grade
-from ..parameters.file import LubricantParameters, graded_oil, load_parameters
-from ..parameters.units import CELSIUS
-from ..physics import lubricant
-from .points import add_json, print_results, table
+from ... import __version__
+from ...parameters import mineral_oil as oil_grade
+from ...parameters.file import LubricantParameters, graded_oil, load_parameters
+from ...parameters.units import CELSIUS
+from ...physics import lubricant
+from ..shared.results import print_results, table
 
 TEMPERATURES_C = (20.0, 40.0, 60.0, 80.0, 100.0)
 #: range over which the error of the linear density is stated [C]
 DENSITY_RANGE_C = (10.0, 100.0)
-
-
-def add_oil(commands: argparse._SubParsersAction) -> None:
-    """The options of the command."""
-    parser = commands.add_parser(
-        "oil",
-        help="viscosity, density and pressure-viscosity coefficient of an oil",
-        description="A mineral oil by its ISO grade and viscosity index, or the oil of a screw file, at 20 to 100 C, "
-        "with assumptions and their errors.",
-    )
-    parser.add_argument("--iso-vg", type=int, metavar="GRADE", help="ISO 3448 viscosity grade")
-    parser.add_argument("--viscosity-index", type=float, metavar="VI", help="viscosity index (ASTM D2270)")
-    parser.add_argument(
-        "--density-15c-kg-m3", type=float, metavar="RHO", help="density at 15 C; default: a paraffinic oil"
-    )
-    parser.add_argument("--screw", metavar="FILE.toml", help="the oil of this screw file instead")
-    add_json(parser)
-    parser.set_defaults(run="oil.run_oil")
 
 
 def _oil_of(args: Namespace) -> LubricantParameters:

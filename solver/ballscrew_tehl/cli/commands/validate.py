@@ -6,18 +6,18 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from .. import __version__
-from ..friction.origin import other_sets, with_set
-from ..friction.sets import MECHANISTIC, FrictionSet, default_friction_set
-from ..parameters.file import Parameters, load_parameters
-from ..parameters.packaged_data import PACKAGED_VG100
-from .common import Chosen, chosen_of, say, screw_of
-from .files import check_output, written
-from .points import print_results
-from .progress import QUIET, progress_bar
+from ... import __version__
+from ...friction.origin import other_sets, with_set
+from ...friction.sets import MECHANISTIC, FrictionSet, default_friction_set
+from ...parameters.file import Parameters, load_parameters
+from ...parameters.packaged_data import PACKAGED_VG100
+from ..shared.chosen import Chosen, chosen_of, screw_of
+from ..shared.files import check_output, written
+from ..shared.progress import QUIET, progress_bar
+from ..shared.results import print_results, say
 
 if TYPE_CHECKING:
-    from ..runtime.evaluate import NutMap
+    from ...runtime.evaluate import NutMap
 
 
 #: what takes its time
@@ -46,7 +46,7 @@ def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
 
     The mechanistic set comes with another oil, and so with its own screw file and map.
     """
-    from ..nut_map.file import load_map
+    from ...nut_map.file import load_map
 
     # every set needs the film that it was fitted with
     wanted = [
@@ -69,11 +69,11 @@ def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
 
 def run_validate(args: Namespace) -> int:
     """Compare the model with measurements and published models, for all fitted sets."""
-    from ..friction.sets import friction_set_text
-    from ..validation.tables import table_text, validation_tables
+    from ...friction.sets import friction_set_text
+    from ...validation.tables import table_text, validation_tables
 
     if args.contacts:
-        from ..validation.section5 import section5_contacts, section5_text
+        from ...validation.section5 import section5_contacts, section5_text
 
         with progress_bar(QUIET) as progress:
             contacts = section5_contacts(screw_of(args), progress)
@@ -84,7 +84,7 @@ def run_validate(args: Namespace) -> int:
         return 0
     if args.plot:
         check_output("--plot", args.plot, "a file *.png")
-    from ..validation.laws import baseline_rows, laws_text, set_row, unfitted_row
+    from ...validation.laws import baseline_rows, laws_text, set_row, unfitted_row
 
     chosen = chosen_of(args)
     laws = _laws(args, chosen)
@@ -118,9 +118,9 @@ def run_validate(args: Namespace) -> int:
 
 
 def _plot(args: Namespace, laws: list[_Law]) -> None:
-    from ..calibration.plot import save_figure
-    from ..validation.shares import Law, shares_figure, shares_text
-    from ..validation.tables import ASSUMED_TEMPERATURE
+    from ...calibration.plot import save_figure
+    from ...validation.shares import Law, shares_figure, shares_text
+    from ...validation.tables import ASSUMED_TEMPERATURE
 
     law = next((law for law in laws if law.mechanistic), None)
     if law is None:

@@ -1,4 +1,4 @@
-"""The commands `map build`, `map check` and `map plot`."""
+"""The commands `map build` and `map atlas`."""
 
 from __future__ import annotations
 
@@ -10,27 +10,24 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
-from .. import __version__
-from ..friction.sets import default_friction_set
-from ..nut_map.certificate import deviation_from_direct
-from ..nut_map.file import is_map_file
-from ..nut_map.grid import MapGrid, largest_pressure, map_grid
-from ..nut_map.journal import Journal
-from ..nut_map.workers import build_executor
-from ..parameters.file import Parameters
-from ..parameters.units import CELSIUS, RPM
-from ..runtime.packed import certificate_totals
-from .common import EXTREMES, say, screw_hint, screw_of
-from .files import check_folder, check_output, written
-from .main import POINTS, QUICK_POINTS
-from .points import print_results
-from .progress import progress_bar
+from ...nut_map.atlas_contacts import build_atlas
+from ...nut_map.certificate import deviation_from_direct
+from ...nut_map.file import is_map_file
+from ...nut_map.grid import MapGrid, largest_pressure, map_grid
+from ...nut_map.journal import Journal
+from ...nut_map.workers import build_executor
+from ...parameters.file import Parameters
+from ...parameters.units import CELSIUS, RPM
+from ...runtime.packed import certificate_totals
+from ..parser import POINTS, QUICK_POINTS
+from ..shared.chosen import screw_of
+from ..shared.files import check_output, try_folder, written
+from ..shared.progress import progress_bar
+from ..shared.quantities import whole_number
+from ..shared.results import print_results, say
 
 if TYPE_CHECKING:
-    from ..nut_map.plot import MapPicture
-    from ..nut_map.workers import Progress
+    from ...nut_map.workers import Progress
 
 
 #: contacts of `map build --quick`, for a first look: its certificate says how good it is
@@ -67,8 +64,8 @@ def _build_one(wanted: _Wanted, args: Namespace, executor: Executor, progress: P
 
     Raises       ArithmeticError: too few contacts converged for a map
     """
-    from ..nut_map.build import build_map
-    from ..nut_map.file import load_map, save_map
+    from ...nut_map.build import build_map
+    from ...nut_map.file import load_map, save_map
 
     parameters, path, grid, journal = wanted
     say(_plan(parameters, grid, args.count))
@@ -128,7 +125,7 @@ def _grid(parameters: Parameters, args: Namespace) -> MapGrid:
 
 def _plan(parameters: Parameters, grid: MapGrid, points: int) -> str:
     """What will be solved, before the first solve."""
-    from ..nut_map.build import contact_counts
+    from ...nut_map.build import contact_counts
 
     first, last = contact_counts(parameters, grid)
     # as progress and map info count them
@@ -158,10 +155,8 @@ def run_map_build(args: Namespace) -> int:
     """Solve the contacts of a screw, or of every screw file of a folder, and write the maps with their certificates."""
     if args.count is None:
         args.count = QUICK_POINTS if args.quick else POINTS
-    for name in ("workers", "count"):
-        value = getattr(args, name)
-        if value is not None and value < 1:
-            raise ValueError(f"--{name} = {value}; allowed: a whole number >= 1")
+    whole_number("--workers", args.workers)
+    whole_number("--count", args.count)
     if args.tolerance is not None and not 1e-5 <= args.tolerance <= 0.1:
         raise ValueError(f"--tolerance = {args.tolerance}; allowed: 1e-5 to 0.1, relative error of the film")
     results, failed = [], []
@@ -202,7 +197,7 @@ def _opened(parameters: Parameters, path: Path, args: Namespace, stack: ExitStac
 
     Raises       ValueError, OSError: no range, or no place for the map
     """
-    from ..nut_map.build import map_journal
+    from ...nut_map.build import map_journal
 
     grid = _grid(parameters, args)
     check_output("--output", path, "a file *.nc", create=True)
@@ -228,96 +223,22 @@ def _family(args: Namespace) -> list[tuple[Parameters, Path]]:
     if not files:
         raise ValueError(f"--family = {folder}; allowed: a folder with screw files *.toml")
     target = Path(args.output) if args.output else folder
-    check_folder("--output", target)
+    try_folder(f"--output = {target}", target)
     return [
         (screw_of(Namespace(screw=str(file), kinematics=args.kinematics)), target / f"{file.stem}.nc")
         for file in files
     ]
 
 
-def run_map_check(args: Namespace) -> int:
-    """Load a map, which verifies hash and parameters, and compare it with direct solves.
-
-    Exit code 1 if its error is larger than its certificate states. The points are the first ones of the certificate.
-    """
-    from ..nut_map.file import load_map
-
-    parameters = screw_of(args)
-    if args.count < 1:
-        raise ValueError(f"--count = {args.count}; allowed: a whole number >= 1")
-    with screw_hint(args, args.file):
-        nut_map = load_map(args.file, parameters, own_films=True)
-    with progress_bar() as progress:
-        # the first point may take as long as compiling the solver
-        progress(0, args.count, "points of the certificate")
-        deviation = deviation_from_direct(nut_map, parameters, args.count, progress=progress)
-    result = certificate_totals(deviation)
-    allowed = float(nut_map.header["certificate"].get("torque_error_max", 0.0))
-    good = result["torque_error_max"] <= allowed + 1e-6
-    result |= {
-        "certificate": allowed,
-        "within_certificate": good,
-        "file_hash": nut_map.header["file_hash"],
-    }
-    print_results([result], args.json, False)
-    if not good:
-        say(
-            f"map differs from direct solves by {result['torque_error_max']:.2e}; its certificate states {allowed:.2e}"
-        )
-    return 0 if good else 1
-
-
-def run_map_plot(args: Namespace) -> int:
-    """Draw a map: torque, film and temperature rise over speed, its samples and the points of its certificate."""
+def run_map_atlas(args: Namespace) -> int:
+    """Solve the contacts of the atlas, compare it with others, and write it; continues an interrupted run."""
     path = Path(args.output)
-    check_output("--output", path, "a file *.png")
-    parameters = screw_of(args)
-    from ..nut_map.file import load_contact_map, load_map
-    from ..nut_map.plot import map_figure, map_picture, save_figure
-
-    with screw_hint(args, args.file):
-        nut_map = load_map(args.file, parameters, own_films=True)
-    say(f"drawing {path}")
-    picture = map_picture(nut_map, load_contact_map(args.file, parameters))
-    file_hash = picture.nut_map.header["file_hash"]
-    figure = map_figure(picture, args.error)
-    with written("--output", path):
-        save_figure(figure, path, file_hash)
-    friction_set = default_friction_set(parameters)
-    result = {
-        "file": str(path),
-        **_plotted_extremes(picture),
-        "screw": parameters.name,
-        "kinematics": friction_set.kinematics,
-        "friction_set": friction_set.name,
-        "map_hash": file_hash,
-        "version": __version__,
-    }
-    print_results([result], args.json, False)
+    check_output("--output", path, "a file *.npz")
+    whole_number("--workers", args.workers)
+    whole_number("--count", args.count)
+    with build_executor(args.workers, args.dask) as executor, progress_bar() as progress:
+        header = build_atlas(path, executor, args.count, progress)
+    errors = header.pop("errors")
+    rows = {f"{name}_error_{key}": value for name, by_key in errors.items() for key, value in by_key.items()}
+    print_results([{"file": str(path), **header, **rows}], args.json, False)
     return 0
-
-
-def _plotted_extremes(picture: MapPicture) -> dict[str, Any]:
-    """Lowest and highest value of all that is drawn, by the keys of the command line; None if not in the file."""
-    from ..nut_map.plot import ERRORS, FILM_LINES, friction_torque
-
-    def ends(*values: Any) -> list[float]:
-        return [float(min(np.min(v) for v in values)), float(max(np.max(v) for v in values))]
-
-    found: dict[str, Any] = {
-        "speed_rpm": ends(picture.speed / RPM),
-        "preload_n": ends(picture.preloads),
-        "temperature_c": ends(picture.temperatures - CELSIUS),
-        "friction_torque_nm": ends(*map(friction_torque, (picture.by_preload, picture.by_temperature))),
-    }
-    for name in FILM_LINES:
-        found[EXTREMES[name]] = ends(getattr(picture.by_temperature, name)[picture.film_rows])
-    found["film_temperature_rise_k"] = ends(picture.by_temperature.film_temperature_rise)
-    found |= {
-        "ball_load_n": list(picture.contact_map.range.load),
-        "samples": sum(map(len, picture.contact_map.contacts.values())),
-    }
-    found |= {f"sampling_error_{name}": error for name, error in picture.sampling_errors.items()}
-    points = picture.certificate
-    found["certificate_points"] = 0 if points is None else points.speed.size
-    return found | {f"{name}_error": None if points is None else ends(points.errors[name]) for name in ERRORS}

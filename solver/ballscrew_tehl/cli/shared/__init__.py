@@ -1,0 +1,1 @@
+"""What several commands share: points, results, files, progress, screw and friction set of the options."""

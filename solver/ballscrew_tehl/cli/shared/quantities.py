@@ -1,0 +1,79 @@
+"""Numbers of an operating point: names of option and column, bounds, and what of them each command takes."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from ...parameters.units import CELSIUS
+
+
+class Quantity(NamedTuple):
+    """A number of an operating point: option --some-name, column some_name, both the key `name`."""
+
+    name: str
+    help: str
+    min_: float = -math.inf
+    max_: float = math.inf
+    default: float | None = None
+    #: zero is rejected
+    not_zero: bool = False
+
+    @property
+    def option(self) -> str:
+        """Spelling on the command line."""
+        return "--" + self.name.replace("_", "-")
+
+    @property
+    def metavar(self) -> str:
+        """Its unit, as help shows it."""
+        return self.name.rsplit("_", 1)[-1].upper()
+
+    @property
+    def allowed(self) -> str:
+        """Allowed values as text."""
+        words = "a finite number"
+        if math.isfinite(self.max_):
+            words = f"{self.min_:g} to {self.max_:g}"
+        elif math.isfinite(self.min_):
+            words += f" >= {self.min_:g}"
+        return words + (", not 0" if self.not_zero else "")
+
+    def checked(self, where: str, value: Any) -> float:
+        """The value as a float.
+
+        Raises       ValueError: one line with place, value and what is allowed
+        """
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not (math.isfinite(number) and self.min_ <= number <= self.max_) or (
+            self.not_zero and number == 0.0
+        ):
+            celsius = number - CELSIUS
+            kelvin = self.name.endswith("_c") and self.min_ <= celsius <= self.max_
+            hint = f" degrees Celsius; is {value} K = {celsius:.6g} C meant?" if kelvin else ""
+            raise ValueError(f"{where} = {value}; allowed: {self.allowed}{hint}")
+        return number
+
+
+PRELOAD = Quantity("preload_n", "preload of the nut [N]", 0.0)
+SPEED = Quantity("speed_rpm", "screw speed [r/min]")
+TEMPERATURE = Quantity("temperature_c", "oil temperature [C]", -73.15, 200.0)
+AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", default=0.0)
+TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", 0.0)
+
+TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
+SCREW_POINT = (PRELOAD, AXIAL_LOAD)
+PRELOAD_POINT = (TORQUE, SPEED._replace(not_zero=True), TEMPERATURE)
+REPORT_POINT = (PRELOAD, SPEED, TEMPERATURE)
+
+
+def whole_number(option: str, value: int | None) -> None:
+    """Refuse a count below 1; None: not given.
+
+    Raises       ValueError
+    """
+    if value is not None and value < 1:
+        raise ValueError(f"{option} = {value}; allowed: a whole number >= 1")

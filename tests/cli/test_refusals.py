@@ -1,0 +1,329 @@
+"""Bad input of every command: one line on stderr that names what, value and remedy, exit code 2, nothing written."""
+
+import dataclasses
+import errno
+import os
+import tempfile
+
+import pytest
+from command_line import refused, run
+
+from ballscrew_tehl.cli.shared import files
+from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
+from ballscrew_tehl.nut_map import certificate
+from ballscrew_tehl.nut_map.file import VG100, packaged_map
+from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
+from ballscrew_tehl.refinement import direct
+
+POINT = ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")
+BUILD = ("map", "build", "--output", "x.nc")
+CONTACT = ("contact", "--load-n", "60", "--radius-x-m", "2e-3", "--radius-y-m", "6e-3", "--u1-m-s", "0.5", "--u2-m-s",
+           "0.4", "--temperature-k", "313.15")  # fmt: skip
+MOES = ("contact", "--moes", "20", "5", "--law", "barus")
+NUMBERS = "preload_n,speed_rpm,temperature_c\n"
+
+#: command -> words and what the line names; {vg100}, {example}, {fit}: files of another screw
+REFUSALS = {
+    "": [((), "the following arguments are required: COMMAND"), (("paint",), "invalid choice: 'paint'"),
+         (("tork",), "; is torque meant?"), (("--versoin",), "; is --version meant?"), (("zzz",), "(see --help)")],
+    "torque": [
+        ((), "--preload-n (missing)"),
+        (POINT[:4], "--temperature-c (missing); allowed: -73.15 to 200, or --points FILE.csv"),
+        ((*POINT, "--temperature-c", "-274"), "--temperature-c = -274; allowed: -73.15 to 200"),
+        ((*POINT, "--temperature-c", "303.15"), "is 303.15 K = 30 C meant?"),
+        ((*POINT, "--temperature-c", "900"), "allowed: -73.15 to 200"),
+        ((*POINT, "--preload-n", "-1e3"), "--preload-n = -1e3; allowed: a finite number >= 0"),
+        ((*POINT, "--preload-n", "nan"), "--preload-n = nan"),
+        ((*POINT, "--preload-n", "2N"), "--preload-n = 2N"),
+        ((*POINT, "--speed-rpm", "-inf"), "--speed-rpm = -inf"),
+        ((*POINT, "--preload"), "unrecognized arguments: --preload; is --preload-n meant?"),
+        (("--sped-rpm", "3"), "; is --speed-rpm meant?"),
+        (("left", "over"), "unrecognized arguments: left over"),
+        ((*POINT, "--screw", "none.toml"), "none.toml: cannot be read"),
+        ((*POINT, "--map", "none.nc"), "none.nc"),
+        ((*POINT, "--map", "{vg100}"), "give the screw file of the map by --screw"),
+        ((*POINT, "--kinematics", "rolling"), "; is rolling_frame meant?"),
+        ((*POINT, "--friction", "four_parameter"), "--friction = four_parameter; allowed: "),
+        ((*POINT, "--friction", "mechanistic", "--kinematics", "published"), "allowed: rolling_frame"),
+        ((*POINT, "--friction", "{fit}", "--screw", "{example}"), "fitted for the screw mine"),
+        ((*POINT, "--friction", "{fit}", "--screw", "{example}", "--direct"), "fitted for the screw mine"),
+        ((*POINT, "--direct", "--preload-n", "0"), "allowed with --direct: not 0"),
+        ((*POINT, "--direct", "--speed-rpm", "0"), "allowed with --direct: not 0"),
+        (("--points", "none.csv"), "none.csv: cannot be read"),
+    ],
+    "preload": [
+        (("--torque-nm", "1", *POINT[2:], "--speed-rpm", "0"), "--speed-rpm = 0; allowed: a finite number, not 0"),
+        (("--torque-nm", "-1", *POINT[2:]), "--torque-nm = -1"),
+        (("--torque-nm", "1e3", *POINT[2:]), "torque_nm = 1000 at 1000 r/min and 30 C; allowed: "),
+    ],
+    "screw": [
+        (("--preload-n", "-1"), "--preload-n = -1"), (POINT[:4], "give both"),
+        ((*POINT, "--speed-rpm", "nan"), "--speed-rpm = nan"),
+        ((*POINT, "--temperature-c", "300"), "is 300.0 K = 26.85 C meant?"),
+    ],
+    "catalogue": [(("--preload-n", "nan"), "--preload-n = nan"), (("--preload-n", "-1"), "--preload-n = -1")],
+    "contact": [
+        ((), "--load-n (missing)"),
+        ((*CONTACT[1:], "--load-n", "-inf"), "--load-n = -inf; allowed: a finite number"),
+        ((*CONTACT[1:], "--domain", "1", "2", "3"), "allowed: XA < -1, XB > 1, Y > 1"),
+        ((*CONTACT[1:], "--refine", "9"), "refine"),
+        (("--moes", "20", "x", *MOES[4:], "--radius-ratio", "1"), "--moes = 20 x; allowed: two numbers"),
+        ((*MOES[1:], "--radius-ratio", "2"), "radius_ratio = 2.0"),
+        (MOES[1:], "--radius-ratio (missing)"),
+        ((*MOES[1:], "--radius-ratio", "1", "--load-n", "3"), "--load-n = 3.0; allowed: either"),
+        (("--rheology", "maxwell"), "invalid choice: 'maxwell'"),
+    ],
+    "oil": [((), "--iso-vg, --viscosity-index (missing)"), (("--iso-vg", "68", "--screw", "x"), "give one oil"),
+            (("--iso-vg", "70", "--viscosity-index", "95"), "70")],
+    "map": [(("polish",), "invalid choice: 'polish'"), (("buidl",), "; is build meant?")],
+    "map info": [(("none.nc",), "none.nc"), (("{vg100}",), "give the screw file of the map by --screw"),
+                 (("{vg100}", "--screw", "{example}"), "map of other parameters")],
+    "map check": [(("--count", "0"), "--count = 0"), (("{vg100}",), "give the screw file of the map by --screw")],
+    "map plot": [((), "arguments are required: --output"), (("--ouput", "x.png"), "; is --output meant?")],
+    "map atlas": [(("--output", "x.npz", "--count", "0"), "--count = 0; allowed: a whole number >= 1"),
+                  (("--output", "x.npz", "--workers", "-1"), "--workers = -1")],
+    "map build": [
+        ((), "--output (missing); allowed: a file *.nc for the map"),
+        (("--family", "empty"), "allowed: a folder with screw files"),
+        (("--family", ".", "--screw", "x.toml"), "--family and --screw"),
+        *(((*BUILD[2:], *words), line) for words, line in (
+            (("--quik",), "; is --quick meant?"),
+            (("--workers", "0"), "--workers = 0; allowed: a whole number >= 1"),
+            (("--count", "0"), "--count = 0; allowed: a whole number >= 1"),
+            (("--tolerance", "nan"), "--tolerance = nan; allowed: 1e-5 to 0.1"),
+            (("--tolerance", "0.2"), "--tolerance = 0.2; allowed: 1e-5 to 0.1"),
+            (("--preload-n", "500", "much"), "invalid float value: 'much'"),
+            (("--preload-n", "500"), "--preload-n: expected 2 arguments"),
+            (("--preload-n", "2000", "500"), "preload = 2000 to 500 N; needs 0.01 <= lowest < highest <= 1e+07"),
+            (("--preload-n", "nan", "500"), "preload = nan to 500 N; needs"),
+            (("--preload-n", "1000", "1e6"), "preload = 1000 to 1e+06 N: Hertz pressure up to "),
+            (("--speed-rpm", "0", "500"), "speed = 0 to 500 r/min; needs 0.001 <= lowest < highest <= 1e+06"),
+            (("--temperature-c", "40", "-1e1"), "temperature = 40 to -10 C; needs -73.15 <= lowest < highest <= 500"),
+            (("--temperature-c", "80", "400"), "allowed: 0.0001 to 10000 Pa s, that is -40 to 266 C"),
+            (("--output", "."), "--output = .: is a folder; allowed: a file *.nc"),
+            (("--output", "/dev/null"), "--output = /dev/null; allowed: a file *.nc"),
+            (("--output", "text.nc"), "--output = text.nc; allowed: a new file *.nc, or a map"),
+        )),
+    ],
+    "calibrate": [
+        ((), "either MEASUREMENTS.csv or --packaged"),
+        (("none.csv",), "none.csv: cannot be read"),
+        (("measured.csv", "--drop", "outlier"), "; is outliers meant?"),
+        (("measured.csv", "--temperature-c", "303"), "--temperature-c = 303"),
+        (("--packaged", "--plot", "x.png"), "--plot with --packaged"),
+        (("measured.csv", "--set", "mechanistic", "--film", "solved"), "--film with the set mechanistic"),
+        (("measured.csv", "--output", "./measured.csv"), "allowed: a file *.toml"),
+        (("measured.toml", "--output", "./measured.toml"), "is a file that this command reads; allowed: another file"),
+    ],
+    "validate": [(("--friction", "four_parameter"), "--friction = four_parameter; allowed: ")],
+    "report": [
+        ((), "arguments are required: --output"),
+        (("--output", "r.pdf"), "r.pdf; allowed: a file *.html, *.htm"),
+        (("--output", "r.html", "--map", "none.nc"), "none.nc: no such map file"),
+        (("--output", "r.html", "--friction", "four_parameter"), "--friction = four_parameter; allowed: "),
+        (("--output", "r.html", "--preload-n", "2000"), "--preload-n = 2000; allowed: with --screw"),
+        (("--output", "r.html", "--screw", "{screw}", "--map", "{vg100}", "--preload-n", "99999"),
+         "preload = 99999 N; allowed: "),
+        (("--output", "r.html", "--screw", "{screw}", "--map", "{vg100}", "--speed-rpm", "0"),
+         "speed = 0 r/min; allowed: "),
+        (("--output", "r.html", "--screw", "{screw}", "--map", "{vg100}", "--temperature-c", "303"),
+         "is 303 K = 29.85 C meant?"),
+        (("--output", "r.html", "--screw", "{example}"), "build it with: python -m ballscrew_tehl map build --screw "),
+    ],
+    "init": [(("x.toml", "--oil", "isovg"), "; is iso_vg meant?"), (("x.txt",), "allowed: a new file *.toml")],
+}  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The current folder, with a text, measurements and files of other screws; no contact may be solved."""
+    monkeypatch.setattr(
+        direct, "solve_ball", lambda *arguments, **options: pytest.fail("a contact was solved")
+    )
+    monkeypatch.chdir(tmp_path)
+    rows = (f"{f},{n},{4e-4 * f * (1.0 + 1e-4 * n)}" for f in (1000, 2000) for n in (100, 500, 900))
+    for name in ("measured.csv", "measured.toml"):
+        (tmp_path / name).write_text("preload_n,speed_rpm,torque_nm\n" + "\n".join(rows))
+    (tmp_path / "text.nc").write_text("notes")
+    (tmp_path / "empty").mkdir()
+    return tmp_path
+
+
+def named(word):
+    return word.format(vg100=packaged_map(VG100), screw=PACKAGED_VG100, example=PACKAGED_DATA / "example_25x10.toml",
+                       fit="fit.toml")  # fmt: skip
+
+
+@pytest.mark.parametrize("command", REFUSALS, ids=lambda name: name or "none")
+def test_bad_input_is_one_line_and_exit_code_2(capsys, command, folder):
+    law = load_parameters(PACKAGED_VG100)
+    fit = default_friction_set(law)
+    write_friction_sets("fit.toml", {(fit.kinematics, fit.name): dataclasses.replace(fit, screw="mine")})
+    before = sorted(folder.rglob("*"))
+    for words, line in REFUSALS[command]:
+        said = refused(capsys, *command.split(), *map(named, words))
+        assert line in said, words
+    assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (f"{NUMBERS}1,2,3\n1,nan,3\n", "points.csv: row 2: speed_rpm = nan; allowed: a finite number"),
+        (
+            f"{NUMBERS}1,,3\n",
+            "row 1: speed_rpm (missing); allowed: a finite number, in a column or by --speed-rpm",
+        ),
+        (f"{NUMBERS}1,2\n", "row 1 (line 2): 2 fields between commas; 3 expected"),
+        ("preload,speed_rpm\n1,2\n", "is preload_n meant?"),
+        ("preload_n,speed_rpm,axial_load\n1,2,3\n", "column axial_load; allowed: preload_n"),
+        (
+            "preload_n,speed_rpm,preload_n\n1,2,3\n",
+            "columns given twice: preload_n; allowed: each heading once",
+        ),
+        ("preload_n;speed_rpm;temperature_c\n1.500;2,5;3\n", "no point (thousands or decimal?)"),
+        ("moes,radius_ratio,lore\n20 5,1,barus\n", "row 1: lore: unknown"),
+    ],
+)
+def test_bad_points_are_named_with_their_place(capsys, folder, text, line):
+    (folder / "points.csv").write_text(text)
+    command = "contact" if text.startswith("moes") else "torque"
+    assert line in refused(capsys, command, "--points", "points.csv")
+
+
+@pytest.mark.parametrize(
+    ("table", "line"),
+    [
+        ("preload_min_N = 100.0", "map.preload_max"),
+        ("temperature_min_degC = 40.0\ntemperature_max_degC = 20.0", "more than temperature_min"),
+        ("speed_min_rad_s = 1.0\nspeed_max_rad_s = 1e300",
+         "map.speed_max_rad_s = 1e+300; allowed: >= 0.00010472 rad_s, <= 104720 rad_s"),
+        ("temperature_min_K = 20.0\ntemperature_max_K = 300.0", "map.temperature_min_K = 20.0; allowed: >= 200 K"),
+        # the bounds in the unit of the value
+        ("temperature_min_degC = 20.0\ntemperature_max_degC = 501.0",
+         "_degC = 501.0; allowed: >= -73.15 degC, <= 500 degC"),
+        ("preload_min = 1.0", "bad unit"),
+        ("torque_max_Nm = 1.0", "a known key"),
+    ],
+)  # fmt: skip
+def test_bad_tables_of_a_screw_file_are_named(folder, capsys, table, line):
+    text = (PACKAGED_DATA / "gd4008.toml").read_text(encoding="utf-8")
+    (folder / "own.toml").write_text(f"{text}\n[map]\n{table}\n")
+    assert line in refused(capsys, *BUILD, "--screw", "own.toml")
+
+
+def test_a_grid_beyond_the_memory_is_one_line(capsys, monkeypatch):
+    def refuse(*_, **__):
+        raise MemoryError("Unable to allocate\n447 GiB")
+
+    monkeypatch.setattr("ballscrew_tehl.cli.commands.contact._by_dimensions", refuse)
+    assert "not enough memory (Unable to allocate 447 GiB): fewer nodes" in refused(capsys, *CONTACT)
+
+
+# --- files that cannot be written ---
+
+#: arguments with {} for the file, option or name of the argument, suffix of the file
+OUTPUTS = {
+    "init": (("init", "{}"), "FILE.toml", ".toml"),
+    "map build": (("map", "build", "--quick", "--output", "{}"), "--output", ".nc"),
+    "map atlas": (("map", "atlas", "--output", "{}"), "--output", ".npz"),
+    "map plot": (("map", "plot", "--output", "{}"), "--output", ".png"),
+    "calibrate": (("calibrate", "measured.csv", "--output", "{}"), "--output", ".toml"),
+    "calibrate --plot": (("calibrate", "measured.csv", "--plot", "{}"), "--plot", ".png"),
+    "calibrate --packaged": (("calibrate", "--packaged", "--output", "{}"), "--output", ".toml"),
+    "validate": (("validate", "--plot", "{}"), "--plot", ".png"),
+    "report": (("report", "--output", "{}"), "--output", ".html"),
+}
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_outputs_that_cannot_be_written_are_refused_before_the_work(name, folder, capsys, monkeypatch):
+    """Also a folder that refuses, as one without permission would an ordinary user."""
+    words, option, suffix = OUTPUTS[name]
+    (folder / f"here{suffix}").mkdir()
+    before = sorted(folder.rglob("*"))
+
+    def line(stem):
+        said = refused(capsys, *(word.format(f"{stem}{suffix}") for word in words))
+        assert f"{option} = {stem}{suffix}" in said
+        assert sorted(folder.rglob("*")) == before
+        return said
+
+    assert "text.nc is not a folder; allowed: a path below a folder" in line("text.nc/x")
+    assert "is a folder; allowed: a" in line("here")
+    if name != "map build":
+        assert "in a folder that exists" in line("nowhere/x")
+    assert f"*{suffix}" in refused(capsys, *(word.format("x.xyz") for word in words))
+    for number in (errno.EACCES, errno.EROFS, errno.ENOSPC):
+
+        def refuse(*arguments, number=number, **options):
+            raise OSError(number, os.strerror(number), "/scratch/.x.tmp")
+
+        monkeypatch.setattr(tempfile, "NamedTemporaryFile", refuse)
+        said = line("x")
+        remedy = files.REMEDIES.get(number, files.OTHER_FOLDER)
+        assert f". cannot be written ({os.strerror(number)}); remedy: {remedy}" in said
+        assert "Errno" not in said
+
+
+@pytest.mark.parametrize(
+    ("words", "where"),
+    [
+        (("init", "x.toml"), "FILE.toml = x.toml"),
+        (("map", "plot", "--output", "x.png"), "--output = x.png"),
+        (("calibrate", "measured.csv", "--map", "{published}", "--output", "x.toml"), "--output = x.toml"),
+        (("calibrate", "measured.csv", "--map", "{published}", "--plot", "x.png"), "--plot = x.png"),
+    ],
+)
+@pytest.mark.parametrize("event", ["full", "interrupt"])
+def test_a_disk_that_fills_or_ctrl_c_during_the_work_leaves_nothing(
+    words, where, event, folder, capsys, monkeypatch
+):
+    def fail(*arguments, **options):
+        if event == "interrupt":
+            raise KeyboardInterrupt
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    for function in ("replace", "link"):
+        monkeypatch.setattr(os, function, fail)
+    before = sorted(folder.iterdir())
+    words = [word.format(published=packaged_map("published")) for word in words]
+    if event == "interrupt":
+        code, out, err = run(capsys, *words)
+        assert (code, out, err.splitlines()[-1]) == (130, "", f"ballscrew_tehl {words[0]}: interrupted")
+    else:
+        reason = os.strerror(errno.ENOSPC)
+        line = refused(capsys, *words)
+        assert line.endswith(f"{where}: cannot be written ({reason}); remedy: {files.REMEDIES[errno.ENOSPC]}")
+    assert sorted(folder.iterdir()) == before
+
+
+def test_other_places_of_a_build(folder, capsys):
+    (folder / "x.nc.contacts.lock").mkdir()
+    line = refused(capsys, *BUILD)
+    assert "x.nc.contacts.lock cannot be written; remedy: remove or rename it" in line
+    (folder / "screws").mkdir()
+    (folder / "screws" / "a.toml").write_text("not read")
+    line = refused(capsys, "map", "build", "--family", "screws", "--output", "text.nc/maps")
+    assert "--output = text.nc/maps: text.nc is not a folder; allowed: a path below a folder" in line
+
+
+def test_an_error_of_the_system_elsewhere_names_file_reason_and_remedy():
+    error = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "x.nc.contacts")
+    reason, remedy = os.strerror(errno.ENOSPC), files.REMEDIES[errno.ENOSPC]
+    assert files.os_error_text(error) == f"x.nc.contacts: {reason}; remedy: {remedy}"
+    # a worker that died: no number, no file
+    assert files.os_error_text(ChildProcessError("a worker process has died")) == "a worker process has died"
+
+
+def test_check_of_a_worse_map_fails(capsys, monkeypatch):
+    """Exit code 1 if an error is larger than the certificate states."""
+    for error, expected in ((0.0, 0), (0.5, 1)):
+        monkeypatch.setattr(
+            certificate, "_deviation_or_nan", lambda *arguments, e=error: certificate.Deviation(e, e, e)
+        )
+        code, _, err = run(capsys, "map", "check", "--count", "2")
+        assert code == expected
+        assert "2 of 2 points of the certificate" in err
+        assert ("map differs from direct solves by 5.00e-01" in err) == bool(expected)
