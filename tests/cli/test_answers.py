@@ -254,12 +254,6 @@ def test_file_of_a_fit_and_another_screw(capsys, tmp_path):
     )
     assert inverse["preload_n"] == pytest.approx(2000.0, rel=1e-9)
     screw = tmp_path / "own.toml"
-    text = PACKAGED_VG100.read_text(encoding="utf-8")
-    screw.write_text(
-        text.replace('set = "mechanistic"', 'set = "three_parameter"\napparent_viscosity_ratio = 387.0')
-    )
-    kept, _ = answer(capsys, "torque", *POINT, *MECHANISTIC, "--screw", screw)
-    assert kept["friction_torque_nm"] == packaged["friction_torque_nm"]
     text = (PACKAGED_DATA / "gd4008.toml").read_text(encoding="utf-8")
     screw.write_text(text.replace('"published"', '"published"\nnet_sliding_coefficient = 0.0'))
     assert answer(capsys, "torque", *POINT, "--screw", screw)[0]["sliding_torque_nm"] == 0.0
@@ -310,7 +304,9 @@ def test_calibrate_gives_back_the_numbers_that_made_the_torques(capsys, tmp_path
         float(nut_map.evaluate(*SI, 0.0, *numbers).friction_torque), rel=1e-4
     )
     text = run(capsys, *words)[1]
-    (ratio,) = re.findall(r'\[friction\]\nset = "three_parameter"\napparent_viscosity_ratio = (\S+)', text)
+    (ratio,) = re.findall(
+        r'\[friction\]\nset = "three_parameter"\n(?:.*\n)*apparent_viscosity_ratio = (\S+)', text
+    )
     assert float(ratio) == pytest.approx(8.0, rel=1e-3)
 
 
@@ -397,7 +393,7 @@ def test_quick_commands_import_nothing_slow(words, also):
 def test_choices_of_the_parser_are_those_of_the_modules():
     """The parser repeats names so that it does not import the modules that define them."""
     from ballscrew_tehl.calibration.fit import LOSSES
-    from ballscrew_tehl.calibration.packaged import PACKAGED_FILM
+    from ballscrew_tehl.calibration.packaged import FILM_OF_SET
     from ballscrew_tehl.calibration.user import DROPS
     from ballscrew_tehl.contact.moes import LAWS
     from ballscrew_tehl.friction.sets import SETS
@@ -407,7 +403,7 @@ def test_choices_of_the_parser_are_those_of_the_modules():
     for own, given in (
         (parser.LOSS_NAMES, LOSSES), (parser.DROP_KINDS, DROPS), (parser.LUBRICANTS, LUBRICANTS),
         (parser.SET_NAMES, SETS), (parser.KINEMATICS, KINEMATICS), (parser.LAWS, LAWS),
-        (parser.SET_NAMES, PACKAGED_FILM),
+        (parser.SET_NAMES, FILM_OF_SET),
     ):  # fmt: skip
         assert set(own) == set(given)
 

@@ -112,7 +112,6 @@ REFUSALS = {
         (("measured.csv", "--drop", "outlier"), "; is outliers meant?"),
         (("measured.csv", "--temperature-c", "303"), "--temperature-c = 303"),
         (("--packaged", "--plot", "x.png"), "--plot with --packaged"),
-        (("measured.csv", "--set", "mechanistic", "--film", "solved"), "--film with the set mechanistic"),
         (("measured.csv", "--output", "./measured.csv"), "allowed: a file *.toml"),
         (("measured.toml", "--output", "./measured.toml"), "is a file that this command reads; allowed: another file"),
     ],
