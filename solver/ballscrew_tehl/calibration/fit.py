@@ -226,12 +226,8 @@ def fit_values(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
 
     Parameters   basis : n points, n >= count;  count : fitted parameters, the first of basis.names
                  loss : name, see the top of this file
-    Raises       ValueError: unknown loss, too few points, no minimum found
+    Raises       ValueError: unknown loss;  ArithmeticError: no minimum found
     """
     if loss not in LOSSES:
         raise ValueError(f"loss = {loss!r}; allowed: {', '.join(LOSSES)}")
-    if not 1 <= count <= len(basis.names):
-        raise ValueError(f"count = {count}; allowed: 1 to {len(basis.names)} fitted parameters")
-    if len(basis) < count:
-        raise ValueError(f"{len(basis)} distinct points; {count} fitted parameters need at least {count}")
     return _smallest(basis, count, LOSSES[loss])

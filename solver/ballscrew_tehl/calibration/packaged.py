@@ -209,10 +209,8 @@ def fit_friction_set(
     Parameters   basis : the points, see torque_basis;  film_model : name of its film model
                  name : of SETS, of the law of the basis;  loss : see fit
                  left_out : left_out_deviations of this fit if they are already computed
-    Raises       ValueError: unknown name, not more points than parameters, viscous and sliding part proportional
+    Raises       ValueError: not more points than parameters, viscous and sliding part proportional
     """
-    if name not in SETS:
-        raise ValueError(f"set = {name!r}; allowed: {', '.join(SETS)}")
     count = len(SETS[name])
     if len(basis) <= count:
         raise ValueError(f"{len(basis)} distinct points; {count} fitted parameters need at least {count + 1}")
@@ -305,6 +303,5 @@ def calibrate_packaged(
 HEADER = """\
 Friction parameters fitted to measured torques; written by `python -m ballscrew_tehl calibrate --packaged`.
 A set belongs to its kinematics and its film model. Errors are absolute relative deviations from the measured
-torque; intervals are half-widths (95 %, Student-t). Only the total torque is identified, not its split: see
-the correlations. Losses: least_squares: sum of squared relative errors of the distinct points. soft_l1: the same
-with absolute values above 1 %."""
+torque; intervals are half-widths (95 %, Student-t). Losses: least_squares: sum of squared relative errors of the
+distinct points. soft_l1: the same with absolute values above 1 %."""

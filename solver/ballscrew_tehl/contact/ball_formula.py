@@ -59,3 +59,10 @@ def rolling_formula(parameters: Parameters, raceway: str, load: Array, speed: An
     viscosity = eta0(parameters.lubricant, temperature)
     force = biboulet_houpert_point(load, u_e, R_x, R_y, E_prime(screw), viscosity).force
     return np.asarray(rolling_power(force, u_e))
+
+
+def minimum_rolling_loss(
+    parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any
+) -> Array:
+    """Floor of the rolling loss that friction takes of a contact [W]: LEAST_ROLLING of rolling_formula; broadcast."""
+    return LEAST_ROLLING * rolling_formula(parameters, raceway, load, speed, temperature)

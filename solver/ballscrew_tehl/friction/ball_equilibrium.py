@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..physics.ball_motion import ContactMotion
-from .equilibrium_kernels import AROUND, MOST_STEPS, RADIAL, equilibria
+from .equilibrium_kernels import AROUND, MOST_STEPS, RADIAL, Motion, equilibria
 
 Array = NDArray[np.float64]
 
@@ -65,14 +65,11 @@ def ball_equilibrium(motion: ContactMotion, speed: Array, axes: Array, traction:
     """
     first = np.linalg.lstsq(motion.matrix.reshape(-1, 4), -motion.offset.reshape(-1), rcond=None)[0]
     radius, weight = radial_nodes()
-    power, q, steps = equilibria(
-        motion.matrix, motion.offset, motion.differential, np.asarray(speed, dtype=float), axes, radius, weight,
-        traction.viscosity, traction.pressure, traction.film, traction.asperities, traction.tau_0,
-        traction.limiting, traction.boundary, first,
-    )  # fmt: skip
-    found = (steps >= 0) & np.isfinite(power).all(axis=1)
-    if not found.all():
-        bad = int(np.argmin(found))
+    moved = Motion(motion.matrix, motion.offset, motion.differential)
+    power, q, steps = equilibria(moved, np.asarray(speed, dtype=float), axes, traction, radius, weight, first)
+    known = (steps >= 0) & np.isfinite(power).all(axis=1)
+    if not known.all():
+        bad = int(np.argmin(known))
         raise ArithmeticError(
             f"equilibrium of a ball not found in {MOST_STEPS} steps: speed {speed[bad]:.6g} rad/s, pressure "
             f"{traction.pressure[bad].max():.4g} Pa, film {traction.film[bad].min():.4g} m"

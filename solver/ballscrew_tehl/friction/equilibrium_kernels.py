@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -23,6 +24,23 @@ ROUNDING = 1e-14
 LEAST_GAIN, SHORTENED = 1e-4, (0.05, 0.7)
 #: relative addition to the diagonal of the system, which keeps it regular
 LEAST_DAMPING = 1e-12
+
+
+class Motion(NamedTuple):
+    """Slip and spin of the contacts of a ball over its motion: as physics.ball_motion.ContactMotion."""
+
+    matrix: Any
+    offset: Any
+    differential: Any
+
+
+class Nodes(NamedTuple):
+    """Quadrature over the ellipse: radius over the semi-axes with weights, cosine and sine of the angles."""
+
+    radius: Any
+    weight: Any
+    cosine: Any
+    sine: Any
 
 
 @njit(cache=True, error_model="numpy")
@@ -62,11 +80,11 @@ def shear_stress(v, k, tau_0, ln_limit, z_limit, dry, f, smooth):
 
 
 @njit(cache=True, error_model="numpy")
-def potential_sums(
-    matrix, offset, differential, speed, axes, radius, weight, cosine, sine, viscosity, pressure, film, asperities,
-    tau_0, limiting, boundary, q, smooth, gradient, hessian, power,
-):  # fmt: skip
-    """Potential [W] of a ball in motion q, to a constant; gradient, Hessian and power of each contact are written."""
+def potential_sums(motion, nodes, axes, traction, ball, speed, q, smooth, gradient, hessian, power):
+    """Potential [W] of one ball in motion q, to a constant; gradient, Hessian and power of each contact are written."""
+    matrix, offset, differential = motion
+    radius, weight, cosine, sine = nodes
+    tau_0 = traction.tau_0
     total = 0.0
     gradient[:] = 0.0
     hessian[:, :] = 0.0
@@ -77,22 +95,23 @@ def potential_sums(
             at[i] = offset[c, i] * speed
             for m in range(4):
                 at[i] += matrix[c, i, m] * q[m]
-        a, b = axes[c, 0], axes[c, 1]
+        a, b = axes[ball, c, 0], axes[ball, c, 1]
         area = math.pi * a * b
         lost = 0.0
         for k in range(radius.size):
-            p = pressure[c] * math.sqrt(1.0 - radius[k] * radius[k])
+            p = traction.pressure[ball, c] * math.sqrt(1.0 - radius[k] * radius[k])
             w = area * weight[k]
-            stiffness = viscosity[c, k] / (film[c] * tau_0)
-            ln_limit, z_limit = limit(p, tau_0, limiting)
+            stiffness = traction.viscosity[ball, c, k] / (traction.film[ball, c] * tau_0)
+            ln_limit, z_limit = limit(p, tau_0, traction.limiting)
             for j in range(cosine.size):
                 x, y = b * radius[k] * cosine[j], a * radius[k] * sine[j]
                 v_x = at[0] + differential[c] * speed * y * y - at[2] * y
                 v_y = at[1] + at[2] * x
                 v = math.sqrt(v_x * v_x + v_y * v_y)
                 potential, ratio, slope = shear_stress(
-                    v, stiffness, tau_0, ln_limit, z_limit, boundary * p, asperities[c], smooth
-                )
+                    v, stiffness, tau_0, ln_limit, z_limit, traction.boundary * p, traction.asperities[ball, c],
+                    smooth,
+                )  # fmt: skip
                 total += w * potential
                 lost += w * ratio * v * v
                 n_x = v_x / v if v > 0.0 else 0.0
@@ -115,20 +134,14 @@ def potential_sums(
 
 
 @njit(cache=True, error_model="numpy")
-def least_potential(
-    matrix, offset, differential, speed, axes, radius, weight, cosine, sine, viscosity, pressure, film, asperities,
-    tau_0, limiting, boundary, q, smooth, converged_at, most, power,
-):  # fmt: skip
+def least_potential(motion, nodes, axes, traction, ball, speed, q, smooth, converged_at, most, power):
     """Newton's method with shortened steps from a motion q (4,), which is moved, as the power is written.
 
     Returns      steps it took, most if the least was not found
     """
     gradient, hessian = np.empty(4), np.empty((4, 4))
     other_gradient, other_hessian, other_power = np.empty(4), np.empty((4, 4)), np.empty(power.size)
-    value = potential_sums(
-        matrix, offset, differential, speed, axes, radius, weight, cosine, sine, viscosity, pressure, film, asperities,
-        tau_0, limiting, boundary, q, smooth, gradient, hessian, power,
-    )  # fmt: skip
+    value = potential_sums(motion, nodes, axes, traction, ball, speed, q, smooth, gradient, hessian, power)
     for step in range(most):
         if not (np.isfinite(gradient).all() and np.isfinite(hessian).all()):
             break
@@ -146,9 +159,18 @@ def least_potential(
                 return step
             new = q - length * change
             other = potential_sums(
-                matrix, offset, differential, speed, axes, radius, weight, cosine, sine, viscosity, pressure, film,
-                asperities, tau_0, limiting, boundary, new, smooth, other_gradient, other_hessian, other_power,
-            )  # fmt: skip
+                motion,
+                nodes,
+                axes,
+                traction,
+                ball,
+                speed,
+                new,
+                smooth,
+                other_gradient,
+                other_hessian,
+                other_power,
+            )
             if other <= value - LEAST_GAIN * length * decrement:
                 break
             # secant of the slope along the step
@@ -164,34 +186,30 @@ def least_potential(
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def equilibria(
-    matrix, offset, differential, speeds, axes, radius, weight, viscosity, pressure, film, asperities, tau_0,
-    limiting, boundary, first,
-):  # fmt: skip
+def equilibria(motion, speeds, axes, traction, radius, weight, first):
     """Power, motion and steps of every ball, from the motion `first` (4,) per screw speed."""
-    count, contacts = pressure.shape
+    count, contacts = traction.pressure.shape
     around = 2.0 * math.pi * (np.arange(AROUND) + 0.5) / AROUND
-    cosine, sine = np.cos(around), np.sin(around)
+    nodes = Nodes(radius, weight, np.cos(around), np.sin(around))
     power = np.empty((count, contacts))
-    motion = np.empty((count, 4))
+    found = np.empty((count, 4))
     steps = np.zeros(count, dtype=np.int64)
     for i in range(count):
-        rolling = abs(speeds[i]) * abs(matrix[0, 0, 0])
+        rolling = abs(speeds[i]) * abs(motion.matrix[0, 0, 0])
         for attempt in range(2):
             q = first * speeds[i]
             least = len(SMOOTHED) - 1
             begin, most = (least, QUICK_STEPS) if attempt == 0 else (0, MOST_STEPS)
             for stage in range(begin, least + 1):
-                last = stage == least
+                converged_at = CONVERGED_AT if stage == least else CONVERGED_FIRST
                 taken = least_potential(
-                    matrix, offset, differential, speeds[i], axes[i], radius, weight, cosine, sine, viscosity[i],
-                    pressure[i], film[i], asperities[i], tau_0, limiting, boundary, q, SMOOTHED[stage] * rolling,
-                    CONVERGED_AT if last else CONVERGED_FIRST, most, power[i],
+                    motion, nodes, axes, traction, i, speeds[i], q, SMOOTHED[stage] * rolling, converged_at, most,
+                    power[i],
                 )  # fmt: skip
                 steps[i] += taken
             if taken < most:
                 break
         if not taken < most:
             steps[i] = -1
-        motion[i] = q
-    return power, motion, steps
+        found[i] = q
+    return power, found, steps

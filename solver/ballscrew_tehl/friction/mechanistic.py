@@ -38,6 +38,7 @@ from ..physics.load import contact_angle_at_ball_load, nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
 from ..physics.rolling_resistance import replenishment_factor, starvation_factor
 from .parts import hysteresis_force
+from .torque import TorqueParts
 
 Array = NDArray[np.float64]
 
@@ -57,7 +58,10 @@ class ContactValues(Protocol):
     name: str
 
     def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
-        """One of QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s], temperatures (t,) [K]: (n, s, t), SI."""
+        """One of QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s], temperatures (t,) [K]: (n, s, t), SI.
+
+        The rolling loss is at least contact.ball_formula.minimum_rolling_loss.
+        """
         ...
 
 
@@ -318,15 +322,15 @@ def double_nut_parts(
     temperature: float,
     ratio: float,
     coefficient: float,
-) -> tuple[float, float, float]:
-    """Rolling, hysteresis and sliding torque of the nuts [N.m] as runtime.nut_law names them.
+) -> TorqueParts:
+    """Torque of the nuts, rolling as viscous and shear with ball on ball as sliding, as runtime.nut_law names them.
 
     Parameters   forces : of the nuts [N];  contacts : of the balls;  speed [rad/s] > 0, temperature [K]
                  ratio, coefficient : factor of the rolling part, 2 mu_b Lambda kappa
     """
-    total = np.zeros(3)
+    rolling = hysteresis = sliding = 0.0
     for times, nut in nuts_powers(parameters, forces, contacts, speed, temperature):
-        sliding = nut.shear + coefficient * nut.thrust_factor * nut.ball_ball
-        total += times * np.array([ratio * (nut.rolling_screw + nut.rolling_nut), nut.hysteresis, sliding])
-    rolling, hysteresis, sliding = total.tolist()
-    return rolling, hysteresis, sliding
+        rolling += times * ratio * (nut.rolling_screw + nut.rolling_nut)
+        hysteresis += times * nut.hysteresis
+        sliding += times * (nut.shear + coefficient * nut.thrust_factor * nut.ball_ball)
+    return TorqueParts(rolling, hysteresis, sliding, rolling + hysteresis + sliding)

@@ -35,6 +35,8 @@ SETS: dict[str, tuple[str, ...]] = {
 #: unit that the keys of the file carry
 _SUFFIX = {"roughness_height": "roughness_height_m"}
 
+#: what the measured torques say of the parts of the torque
+NO_SPLIT = "Only the total torque is identified by these data, not its split into viscous and sliding part."
 PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
 
 
@@ -260,9 +262,7 @@ def friction_set_text(sets: Sequence[FrictionSet]) -> str:
     lines = ["Fitted parameters (value +- half-width of the 95 % interval) and their errors"]
     for entry in sets:
         lines += friction_set_lines(entry)
-    lines.append(
-        "Only the total torque is identified by these data, not its split into viscous and sliding part."
-    )
+    lines.append(NO_SPLIT)
     return "\n".join(lines)
 
 

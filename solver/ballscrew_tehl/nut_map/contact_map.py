@@ -24,6 +24,7 @@ from ..contact.ball_formula import (
     LEAST_ROLLING,
     drawn_ellipse,
     film_formula,
+    minimum_rolling_loss,
     moes_groups_of,
     rolling_formula,
 )
@@ -205,8 +206,7 @@ class ContactModel:
         """A quantity (SI) at operating points (n, 3)."""
         film = self.film(name, points)
         if name == "rolling_loss":
-            # the least that the law takes of a solved contact
-            return np.maximum(film, LEAST_ROLLING * rolling_formula(self.parameters, self.raceway, *points.T))
+            return np.maximum(film, minimum_rolling_loss(self.parameters, self.raceway, *points.T))
         # interpolated, the minimum film may exceed the central one
         return film if name != FILMS[2] else np.minimum(film, self.film(FILMS[1], points))
 

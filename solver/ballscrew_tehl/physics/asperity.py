@@ -154,25 +154,6 @@ def asperity_pressure(roughness: Roughness, E_prime: float, h: Any) -> tuple[Any
     return scale * height_integral(2.5, u), -2.5 * scale / roughness.sigma * height_integral(1.5, u)
 
 
-def contact_area_ratio(roughness: Roughness, h: Any) -> Any:
-    """Real over nominal area of contact, A_r/A = pi^2 (sigma beta eta)^2 F_2(h/sigma).
-
-    Parameters   roughness : Roughness;  h : float or array [m], any sign
-    Returns      A_r/A, shaped like h, >= 0; 0 for a smooth contact (sigma = 0)
-    Raises       ValueError: h not finite
-    Validity     that of asperity_pressure; much below 1
-    Source       Greenwood & Tripp 1970; derived anew as pressure_scale, with the area pi (beta/2) w of one contact
-    Example
-        >>> round(float(contact_area_ratio(typical_roughness(2e-7), 2e-7)), 6)
-        0.001859
-    """
-    needs_finite(h=h)
-    h = np.asarray(h, dtype=float)
-    if roughness.sigma == 0.0:
-        return np.zeros_like(h)
-    return math.pi**2 * roughness.product**2 * height_integral(2.0, h / roughness.sigma)
-
-
 @cache
 def _pressure_over_mean_gap() -> tuple[Any, Any]:
     """ln of the mean gap over sigma and ln of F_5/2 there, from touching to far surfaces."""

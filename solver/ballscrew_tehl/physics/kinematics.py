@@ -53,9 +53,7 @@ class SlipField(NamedTuple):
 def _published(parameters: Parameters, raceway: str, speed: Any) -> SurfaceSpeeds:
     table = parameters.published_speeds
     if table is None:
-        raise ValueError(
-            f"kinematics = 'published'; {parameters.name} has no table published_speeds: use rolling_frame"
-        )
+        raise ValueError(f"{parameters.name} has no table published_speeds: use rolling_frame")
     at_reference = table.screw if raceway_sign(raceway) > 0 else table.nut
     scale = speed / table.reference_speed
     u_1, u_2 = at_reference[0] * scale, at_reference[1] * scale
@@ -149,28 +147,11 @@ def entrainment_speed(screw: ScrewParameters, speed: Any, helix: bool = False) -
     return 0.5 * radius * (1.0 - g**2) * speed
 
 
-def roll_rate(screw: ScrewParameters, speed: Any) -> Any:
-    """Angular speed of the ball about its rolling axis [rad/s]: u_e/r_b."""
-    return entrainment_speed(screw, speed) / (0.5 * screw.ball_diameter)
-
-
 def deformed_radius(screw: ScrewParameters, raceway: str) -> float:
     """Radius R_c of the deformed contact across rolling [m]: mean curvature of ball and groove."""
     r_b = 0.5 * screw.ball_diameter
     r_groove = screw.screw_raceway_radius if raceway_sign(raceway) > 0 else screw.nut_raceway_radius
     return 2.0 * r_groove * r_b / (r_groove + r_b)
-
-
-def heathcote_slip(screw: ScrewParameters, raceway: str, a: Any) -> Any:
-    """Differential slip between centre and edge of the contact, over entrainment speed.
-
-    Parameters   raceway : "screw" or "nut";  a : float or array [m], semi-axis across rolling
-    Returns      slip ratio : like a, >= 0
-    Raises       ValueError: unknown raceway
-    Source       derived for a spherical deformed surface of radius Rc = 2 r_g r_b/(r_g + r_b): a^2/(2 Rc R_x)
-    """
-    R_x, _ = reduced_radii(screw, screw.contact_angle, raceway)
-    return a**2 / (2.0 * deformed_radius(screw, raceway) * R_x)
 
 
 def _uniform(parameters: Parameters, raceway: str, speed: Any, contact_angle: Any) -> SlipField:

@@ -15,8 +15,6 @@ import numpy as np
 from .bounds import needs, needs_not_negative, needs_positive
 from .hertz import ellipse
 
-#: F_R/sqrt(eta0 u_e w) of a rigid isoviscous line contact, parabolic and flooded from -inf; integrated in the test
-RIGID_LINE = 2.07962
 #: load parameter at which half of the transition of an elliptical contact is passed
 _TRANSITION = 6.6
 
@@ -42,45 +40,6 @@ def rolling_power(force: Any, u_e: Any) -> Any:
     """
     needs_not_negative(force=force, u_e=u_e)
     return 2.0 * np.asarray(u_e) * force
-
-
-def rigid_line_force(load_per_length: Any, u_e: Any, eta0: Any) -> Any:
-    """Rolling resistance per length of a rigid line contact in a flooded isoviscous oil, 2.08 sqrt(eta0 u_e w).
-
-    Parameters   load_per_length : w [N/m];  u_e [m/s];  eta0 [Pa s]; float or array, > 0
-    Returns      F_R per length [N/m], on one surface, broadcast; it does not depend on the radius
-    Raises       ValueError: not finite or not positive
-    Validity     exact for a parabolic gap and Reynolds' exit condition; elasticity and pressure-viscosity reduce it
-    Source       derived (test: direct integration).  Aihara, J Tribol 109 (1987) 471, Eq. (18): 2.08; Dowson 1968 in
-                 Biboulet & Houpert 2010, Eq. (38): 1.46 sqrt(2) = 2.06
-    """
-    needs_positive(load_per_length=load_per_length, u_e=u_e, eta0=eta0)
-    return RIGID_LINE * np.sqrt(np.asarray(eta0) * u_e * load_per_length)
-
-
-def biboulet_houpert_line(load_per_length: Any, u_e: Any, R: Any, E_prime: float, eta0: Any) -> RollingForce:
-    """Rolling resistance per length of a line contact, rigid isoviscous to elastic.
-
-    Parameters   load_per_length : w [N/m];  u_e [m/s];  R : reduced radius [m];  E_prime [Pa];  eta0 [Pa s]; > 0
-    Returns      RollingForce, forces per length [N/m], broadcast;  M = W (2U)^(-1/2), W = w/(E' R)
-    Raises       ValueError: not finite or not positive
-    Validity     isothermal, flooded to x = -R (rigid) or many b (elastic), Newtonian, Barus;  L 4 to 16, M 0.2 to
-                 200.  The elastic limit depends neither on load nor on the pressure-viscosity
-    Source       Biboulet & Houpert, Proc IMechE J 224 (2010) 765, Eqs. (40) to (42) [read]: 1.42 (2U)^(1/2) W^(1/2),
-                 1.47 (2U)^(3/4), joined with the tenth power.  Constants 1.4 and 1.45 also in Schwarz et al.,
-                 Lubricants 11 (2023) 369, Eq. (16), whose print has W/(2U) where the paper has W/(2U)^(1/2)
-    Example
-        >>> force = biboulet_houpert_line(2e5, 1.0, 0.01, 226e9, 0.1)
-        >>> round(float(force.force), 2), round(float(force.rigid_isoviscous), 2)
-        (95.9, 284.0)
-    """
-    needs_positive(load_per_length=load_per_length, u_e=u_e, R=R, E_prime=E_prime, eta0=eta0)
-    scale = E_prime * np.asarray(R, dtype=float)
-    U, W = 2.0 * np.asarray(eta0) * u_e / scale, np.asarray(load_per_length) / scale
-    M = W / np.sqrt(U)
-    rigid, elastic = 1.42 * np.sqrt(U * W), 1.47 * U**0.75
-    joined = rigid / (1.0 + (1.4 / 1.45 * np.sqrt(M)) ** 10) ** 0.1
-    return RollingForce(scale * joined, scale * rigid, scale * elastic, M)
 
 
 def _point_groups(
@@ -148,25 +107,6 @@ def houpert_point(
     return _transition(rigid, elastic, M, E_prime * R_x**2)
 
 
-def goksem_hargreaves_line(
-    load_per_length: Any, u_e: Any, R: Any, E_prime: float, eta0: Any, alpha_pv: float
-) -> Any:
-    """Rolling resistance per length of an elastic line contact, isothermal.
-
-    Parameters   as biboulet_houpert_line;  alpha_pv : float [1/Pa], > 0
-    Returns      F_R per length [N/m], on one surface, broadcast
-    Raises       ValueError: not finite or not positive
-    Source       Goksem & Hargreaves, J Lubr Technol 100 (1978) 346, (4.318/alpha) (G U)^0.658 W^0.0126 R, as given by
-                 Aihara 1987, Eq. (19) [read] and, with the papers' U, by Biboulet & Houpert 2010, Eq. (39) [read]
-    """
-    needs_positive(
-        load_per_length=load_per_length, u_e=u_e, R=R, E_prime=E_prime, eta0=eta0, alpha_pv=alpha_pv
-    )
-    scale = E_prime * np.asarray(R, dtype=float)
-    U, W = np.asarray(eta0) * u_e / scale, np.asarray(load_per_length) / scale
-    return 4.318 / alpha_pv * (alpha_pv * E_prime * U) ** 0.658 * W**0.0126 * R
-
-
 def inlet_heating_factor(N: Any) -> Any:
     """Reduction of the rolling resistance by shear heating in the inlet, 1/(1 + 0.29 N^0.78).
 
@@ -217,21 +157,3 @@ def replenishment_factor(
     needs(0.0 < bore_mm < outer_mm < np.inf, "bore_mm", bore_mm, f"> 0, < {outer_mm}")
     lengths = (bore_mm + outer_mm) * np.sqrt(K_z / (2.0 * (outer_mm - bore_mm)))
     return np.exp(-K_rs * np.asarray(viscosity_mm2_s) * np.asarray(speed_rpm) * lengths)
-
-
-def truncation_factor(M: Any, axes_ratio: Any, length_ratio: Any) -> Any:
-    """Reduction of the rolling resistance by a race that is not much wider than the contact ellipse.
-
-    Parameters   M : float or array, > 0, of biboulet_houpert_point;  axes_ratio : kappa = b/a, 0 to 1;
-                 length_ratio : 2a over the width of the race, roller or ball, 0 to 1
-    Returns      C, 0 to 1, broadcast; 1 for a wide race
-    Raises       ValueError: not finite or out of range
-    Validity     elastic; at length_ratio 1 it turns the force of the ellipse into that of a line contact of length 2a
-    Source       Biboulet & Houpert, Proc IMechE J 224 (2010) 777, Eqs. (35), (36) [read, one source]
-    """
-    needs_positive(M=M)
-    kappa, ratio = np.asarray(axes_ratio, dtype=float), np.asarray(length_ratio, dtype=float)
-    needs((kappa > 0.0) & (kappa <= 1.0), "axes_ratio", axes_ratio, "0 < b/a <= 1")
-    needs((ratio >= 0.0) & (ratio <= 1.0), "length_ratio", length_ratio, "0 to 1")
-    c = 0.85 / (1.0 + 4.72 * np.asarray(M) ** -0.39 * kappa ** (0.484 * np.asarray(M) ** 0.165))
-    return 1.0 / (1.0 + (1.0 / c - 1.0) * ratio ** ((2.0 - kappa) * (0.0018 * np.asarray(M) + 1.33)))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contact.ball_contact import solve_ball
-from ..contact.ball_formula import LEAST_ROLLING, film_formula, rolling_formula
+from ..contact.ball_formula import film_formula, minimum_rolling_loss, rolling_formula
 from ..contact.solution import ContactSolution
 from ..friction.mechanistic import mean_load, nuts_powers, rolling_torque
 from ..friction.sets import FrictionSet
@@ -255,9 +255,13 @@ class MeanBallContacts:
         }
         found = np.full(load.shape, values[name])
         if name == "rolling_loss":
-            loads = np.append(load, mean.conditions.load)
-            formula = rolling_formula(self.parameters, raceway, loads, *at)
-            found = np.maximum(found / formula[-1], LEAST_ROLLING) * formula[:-1]
+            own, others = (
+                rolling_formula(self.parameters, raceway, loads, *at)
+                for loads in (np.array(mean.conditions.load), load)
+            )
+            found = np.maximum(
+                found / own * others, minimum_rolling_loss(self.parameters, raceway, load, *at)
+            )
         return found[:, None, None]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from .. import __version__
 from ..friction.baselines import nsk_torque
 from ..friction.origin import carried_over
-from ..friction.sets import FITTED, SETS
+from ..friction.sets import FITTED, NO_SPLIT, SETS
 from ..nut_map.trend import THICK
 from ..parameters.file import FOUR_POINT, Parameters
 from ..parameters.units import CELSIUS, RPM
@@ -180,8 +180,7 @@ def validation(material: Material) -> list[Html]:
         paragraph(
             "Calibrated, not predicted, are the apparent viscosity ratio, the net sliding coefficient and, in "
             "the set with three, a roughness height: fitted to the eleven distinct measured torques of Tables "
-            "2 and 4. Only the total torque is identified by these data, not its split into viscous and "
-            "sliding part. The oil temperature of the tables is not printed; 303 K is assumed."
+            f"2 and 4. {NO_SPLIT} The oil temperature of the tables is not printed; 303 K is assumed."
         ),
         side_by_side(
             figure(

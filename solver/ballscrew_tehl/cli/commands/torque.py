@@ -291,7 +291,7 @@ def _mechanistic(chosen: Chosen) -> _Solved:
     def solved(preload: float, speed: float, temperature: float, axial_load: float) -> dict[str, Any]:
         forces = nut_forces(chosen.parameters, preload, axial_load)
         at = chosen.parameters, forces, contacts, abs(speed), temperature
-        torques = _signed(double_nut_parts(*at, *chosen.friction_set.values[:2]), speed)
+        torques = _signed(double_nut_parts(*at, *chosen.friction_set.values[:2])[:3], speed)
         return torques | _interval(torque_interval(*at, chosen.friction_set), torques["friction_torque_nm"])
 
     return solved
