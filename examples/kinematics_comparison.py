@@ -1,11 +1,10 @@
 """One ball contact with the two kinematics: film, temperature, traction and heat of sliding over screw speed.
 
 `published` measures the surface speeds in the fixed frame: ball and raceway slide over each other at 0.6 (screw) and
-1.9 (nut) of the entrainment speed. `rolling_frame` moves with the ball: pure rolling, or with the sliding that remains
-in a groove, spin and differential slip. These do not change the film and give a hundredth of the heat of `published`
-or less. Their lines without slip are those of Coulomb friction, so that a small traction of the viscous film remains.
-Ball load and inlet temperature are fixed, surfaces smooth; the oil is Newtonian, as that of the paper. The rise of pure
-rolling is due to compression, largest in the narrow pressure spike: at high speed it depends on the grid.
+1.9 (nut) of the entrainment speed. `rolling_frame` moves with the ball: pure rolling, without traction. The sliding
+that remains in a groove, spin and differential slip, is a matter of the friction law, not of the film. Ball load and
+inlet temperature are fixed, surfaces smooth; the oil is Newtonian, as that of the paper. The rise of pure rolling is
+due to compression, largest in the narrow pressure spike: at high speed it depends on the grid.
 """
 
 from __future__ import annotations
@@ -16,20 +15,15 @@ from pathlib import Path
 import numpy as np
 from fmu_command import run_and_plot
 
-from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, ball_contact
-from ballscrew_tehl.contact.solve import solve_contact
+from ballscrew_tehl.contact import UnconvergedContactError, ball_conditions, solve
 from ballscrew_tehl.parameters.file import changed, load_parameters
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
 LOAD, TEMPERATURE = 40.0, 303.0  # N, K
 SPEEDS = (50.0, 200.0, 500.0, 1000.0, 2000.0, 3000.0)  # r/min
-#: label -> kinematics, with differential slip and spin
-CASES = {
-    "published": ("published", False),
-    "rolling": ("rolling_frame", False),
-    "rolling, slip": ("rolling_frame", True),
-}
+#: label -> kinematics
+CASES = {"published": "published", "rolling": "rolling_frame"}
 #: key -> title of the panel
 PANELS = {
     "film": "Central film [nm]",
@@ -49,12 +43,12 @@ def main(speeds: Sequence[float] = SPEEDS) -> dict[str, np.ndarray]:
     """
     parameters = load_parameters()
     rows = []
-    for kinematics, slip in CASES.values():
+    for kinematics in CASES.values():
         variant = changed(parameters, friction={"kinematics": kinematics})
         for raceway in RACEWAYS:
             for rpm in speeds:
-                conditions = ball_contact(variant, raceway, LOAD, rpm * RPM, TEMPERATURE, slip)
-                s = solve_contact(conditions, variant.lubricant, variant.solid)
+                conditions = ball_conditions(variant, raceway, LOAD, rpm * RPM, TEMPERATURE)
+                s = solve(conditions, variant.lubricant, variant.solid)
                 if not s.converged:
                     raise UnconvergedContactError(f"{kinematics}, {raceway}, {rpm:g} r/min: {s.reason}")
                 rows.append((s.h_c, s.temperature_rise, s.traction_force, s.sliding_heat))
@@ -88,17 +82,14 @@ def plot(result: dict[str, np.ndarray], path: Path) -> None:
     rpm = result["rpm"]
     for axes, (key, title) in zip(panels.flat, PANELS.items(), strict=True):
         values = np.abs(result[key]) * (1e9 if key == "film" else 1.0)
-        for i, (case, marker) in enumerate(zip(CASES, "os^", strict=True)):
-            # the line of pure rolling is under the one with slip, nearly equal
-            wide = case == "rolling"
-            if wide and key in ("traction", "heat"):
+        for i, (case, marker) in enumerate(zip(CASES, "os", strict=True)):
+            if case == "rolling" and key in ("traction", "heat"):
                 axes.text(0.04, 0.45, "pure rolling: none", color="C1", transform=axes.transAxes)
                 continue
             for j, raceway in enumerate(RACEWAYS):
                 axes.plot(
                     rpm, values[i, j], marker + ("-", "--")[j], color=f"C{i}", label=f"{case}: {raceway}",
-                    markerfacecolor=(f"C{i}", "white")[j], markersize=9 if wide else 4.5,
-                    linewidth=4.0 if wide else 1.4, alpha=0.45 if wide else 1.0,
+                    markerfacecolor=(f"C{i}", "white")[j], markersize=4.5, linewidth=1.4,
                 )  # fmt: skip
         axes.set(title=title, xscale="log", yscale="log")
         axes.yaxis.set_major_formatter("{x:g}")
@@ -108,7 +99,7 @@ def plot(result: dict[str, np.ndarray], path: Path) -> None:
     panels[0, 0].set_yticks([10, 20, 50, 100, 200, 400], labels=["10", "20", "50", "100", "200", "400"])
     for axes in panels[1]:
         axes.set_xlabel("screw speed [r/min]")
-    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     figure.suptitle(f"Contact of one ball of a GD4008-3 by kinematics, {LOAD:g} N, oil at 30 C")
     figure.savefig(path, dpi=150)
     plt.close(figure)

@@ -21,9 +21,14 @@ from pathlib import Path
 import numpy as np
 from fmu_command import run_and_plot
 
-from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, ball_contact
-from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
-from ballscrew_tehl.contact.solve import ContactSolution, solve_contact
+from ballscrew_tehl.contact import (
+    ContactConditions,
+    ContactResult,
+    SolverOptions,
+    UnconvergedContactError,
+    ball_conditions,
+    solve,
+)
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.oil import LubricantParameters
 from ballscrew_tehl.parameters.units import RPM
@@ -49,7 +54,7 @@ def main(speeds: Sequence[float] = SPEEDS, ratios: Sequence[float] = RATIOS) -> 
     oil = parameters.lubricant
     rows = []
     for rpm in speeds:
-        c = ball_contact(parameters, "screw", LOAD, rpm * RPM, TEMPERATURE)
+        c = ball_conditions(parameters, "screw", LOAD, rpm * RPM, TEMPERATURE)
         cold = _solved(replace(c, u_1=c.u_e, u_2=c.u_e), thermal=False).h_c
         N = float(thermal_load_parameter(oil, c.u_e, TEMPERATURE))
         for srr in ratios:
@@ -75,16 +80,16 @@ def main(speeds: Sequence[float] = SPEEDS, ratios: Sequence[float] = RATIOS) -> 
     }
 
 
-def _solved(conditions: ContactConditions, thermal: bool = True) -> ContactSolution:
+def _solved(conditions: ContactConditions, thermal: bool = True) -> ContactResult:
     parameters = load_parameters()
     options = SolverOptions(thermal=thermal)
-    solution = solve_contact(conditions, parameters.lubricant, parameters.solid, options)
+    solution = solve(conditions, parameters.lubricant, parameters.solid, options)
     if not solution.converged:
         raise UnconvergedContactError(f"{conditions}: {solution.reason}")
     return solution
 
 
-def _mean_speed(solution: ContactSolution, oil: LubricantParameters) -> float:
+def _mean_speed(solution: ContactResult, oil: LubricantParameters) -> float:
     """Mean speed of the oil in the middle of the contact [m/s]: sheared layers of equal stress, du/dz ~ 1/eta."""
     assert solution.temperature is not None
     k = int(np.argmin(np.abs(solution.x)))

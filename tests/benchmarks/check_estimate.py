@@ -18,9 +18,7 @@ import numpy as np
 from contact_sample import Point, compile_kernels, random_points
 from result_file import ResultFile
 
-from ballscrew_tehl.contact.ball_contact import MAP_NODES
-from ballscrew_tehl.contact.conditions import SolverOptions
-from ballscrew_tehl.contact.solve import solve_contact
+from ballscrew_tehl.contact import MAP_NODES, SolverOptions, solve
 
 #: the truth: factor on nodes, lines, layers and extent
 REFINE = 2.0
@@ -80,8 +78,8 @@ def check(seed: int, number: int, point: Point, nodes: int, refine: float) -> Ch
     """Solve one contact with default accuracy and refined."""
     options = SolverOptions(n_x=nodes)
     materials = point.parameters.lubricant, point.parameters.solid
-    plain = solve_contact(point.conditions, *materials, options)
-    refined = solve_contact(point.conditions, *materials, options.refined(refine))
+    plain = solve(point.conditions, *materials, options)
+    refined = solve(point.conditions, *materials, options.refined(refine))
     balance = plain.heat_balance
     return Checked(
         seed, number, nodes, refine, *point, plain.M, plain.L, plain.branch, plain.converged, refined.converged,

@@ -17,9 +17,7 @@ from scipy.stats import qmc
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
 from reference_screw import GD4008
 
-from ballscrew_tehl.contact.ball_contact import ball_contact
-from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
-from ballscrew_tehl.contact.solve import solve_contact
+from ballscrew_tehl.contact import ContactConditions, SolverOptions, ball_conditions, solve
 from ballscrew_tehl.nut_map.grid import MapGrid, contact_range
 from ballscrew_tehl.parameters.file import Parameters, changed
 from ballscrew_tehl.parameters.units import RPM
@@ -50,7 +48,9 @@ class Point(NamedTuple):
 
     @property
     def conditions(self) -> ContactConditions:
-        return ball_contact(self.parameters, self.raceway, self.load, self.speed_rpm * RPM, self.temperature)
+        return ball_conditions(
+            self.parameters, self.raceway, self.load, self.speed_rpm * RPM, self.temperature
+        )
 
     def __str__(self) -> str:
         return (
@@ -97,4 +97,4 @@ def compile_kernels() -> None:
     point = Point("published", "nut", 33.0, 1000.0, 303.15)
     for thermal in (True, False):
         options = SolverOptions(thermal=thermal, n_x=33, n_y=5, n_z=4, max_thermal=2)
-        solve_contact(point.conditions, point.parameters.lubricant, point.parameters.solid, options)
+        solve(point.conditions, point.parameters.lubricant, point.parameters.solid, options)

@@ -2,7 +2,6 @@
 
 As a module: `timed`. As a script: version and path of the package in the first line of stdout, then one JSON reply per
 JSON request on stdin, see Request; with --startup the seconds of the first two solves of one request instead.
-Imports only what version 0.1.0 has, too.
 """
 
 from __future__ import annotations
@@ -10,127 +9,72 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import ballscrew_tehl
-from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
-from ballscrew_tehl.contact.moes import solve_moes
-from ballscrew_tehl.contact.solve import ContactSolution, solve_contact
 
 try:
-    from ballscrew_tehl.parameters.file import load_parameters
-except ModuleNotFoundError:  # version 0.1.0
-    from ballscrew_tehl.parameters import load_parameters
-
-from kernel_clock import clear_caches, kernel_clock
+    from ballscrew_tehl.contact import ContactConditions, SolverOptions, reference_oil, solve
+except ImportError:  # a checkout from before contact.solve
+    from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
+    from ballscrew_tehl.contact.moes import reference_oil
+    from ballscrew_tehl.contact.solve import solve_contact as solve
+from ballscrew_tehl.parameters.file import load_parameters
 
 PARAMETERS = load_parameters()
 
 
-class Predictor(NamedTuple):
-    """A start of a solve from solutions of neighbouring contacts along a line, nearest first."""
-
-    neighbours: int
-    start: Callable[[ContactConditions, Sequence[ContactSolution]], Any]
-
-
-#: by name; a predictor of the package is added here, and imported when it is called: version 0.1.0 has none
-PREDICTORS = {"nearest": Predictor(1, lambda conditions, neighbours: neighbours[0])}
-
-
 class Request(NamedTuple):
-    """One contact to time: thermal of the packaged oil if it has conditions (of ContactConditions), else Moes numbers.
+    """One contact to time.
 
-    neighbours: conditions along a line, nearest first, for the predicted solve, none: no such solve
-    moes: M, L, radius ratio, law;  options: of SolverOptions
+    options: of SolverOptions;  conditions: of ContactConditions;  law: oil of the film references, None = packaged
     """
 
     options: dict[str, Any]
-    conditions: dict[str, float] | None = None
-    neighbours: list[dict[str, float]] | None = None
-    predictor: str = "nearest"
-    moes: tuple[float, float, float, str] | None = None
+    conditions: dict[str, float]
+    law: str | None = None
 
 
-def thermal(
-    conditions: dict[str, float], options: SolverOptions, start: Any = None
-) -> tuple[ContactSolution, float, float]:
-    """Solution, wall seconds and processor seconds."""
-    at = ContactConditions(**conditions)
+def _clear_caches() -> None:
+    """Empty the caches of grids and operators of the contact solver: the next solve builds its own."""
+    for name, module in sorted(sys.modules.items()):
+        if name.startswith("ballscrew_tehl.contact"):
+            for value in vars(module).values():
+                if callable(getattr(value, "cache_clear", None)):
+                    value.cache_clear()
+
+
+def _solved(request: Request) -> tuple[Any, float, float]:
+    """Result, wall seconds and processor seconds."""
+    oil = PARAMETERS.lubricant if request.law is None else reference_oil(request.law)
+    at, options = ContactConditions(**request.conditions), SolverOptions(**request.options)
     wall, cpu = time.perf_counter(), time.process_time()
-    solution = solve_contact(at, PARAMETERS.lubricant, PARAMETERS.solid, options, start)
-    return solution, time.perf_counter() - wall, time.process_time() - cpu
-
-
-def isothermal(
-    moes: tuple[float, float, float, str], options: SolverOptions
-) -> tuple[ContactSolution, float, float]:
-    """The same of a contact by its Moes numbers."""
-    wall, cpu = time.perf_counter(), time.process_time()
-    solution = solve_moes(*moes, options).solution
-    return solution, time.perf_counter() - wall, time.process_time() - cpu
+    result = solve(at, oil, PARAMETERS.solid, options)
+    return result, time.perf_counter() - wall, time.process_time() - cpu
 
 
 def timed(request: Request) -> dict[str, Any]:
-    """Figures of one contact.
-
-    cold: without grids in the caches;  again: with them;  predicted: from the neighbours, whose grids are in the caches
-    (NaN: not asked for, or one is not converged);  each wall seconds, and cpu_ of the processor
-    kernels: share of the cold time in compiled kernels, of a solve of its own;  calls: of them from Python
-    phases: shares of the cold time;  newton_step: seconds of the Reynolds phase of the fine grid per Newton step
-    """
-    options = SolverOptions(**request.options)
-
-    def solved() -> tuple[ContactSolution, float, float]:
-        if request.conditions is not None:
-            return thermal(request.conditions, options)
-        return isothermal(request.moes, options)
-
-    clear_caches()
-    solution, cold, cpu_cold = solved()
-    _, again, cpu_again = solved()
-    clear_caches()
-    with kernel_clock() as clock:
-        whole = solved()[1]
-    predicted = cpu_predicted = h_predicted = float("nan")
-    steps = len(solution.history.change)
-    phases = {name: seconds / solution.seconds for name, seconds in solution.phases.items()}
-    found = {
-        "M": solution.M, "h_c": solution.h_c, "converged": solution.converged, "branch": solution.branch,
-        "error_estimate": solution.error_estimate, "iterations": solution.iterations, "steps": steps,
-        "deflections": solution.deflections, "nodes": solution.x.size, "lines": 2 * solution.y.size - 1,
+    """Figures of one contact: wall seconds cold, without grids in the caches, and again, with them; cpu_ of each."""
+    _clear_caches()
+    result, cold, cpu_cold = _solved(request)
+    _, again, cpu_again = _solved(request)
+    return {
+        "h_c": result.h_c, "converged": result.converged, "branch": result.branch,
+        "error_estimate": result.error_estimate, "iterations": result.iterations, "deflections": result.deflections,
         "cold": cold, "again": again, "cpu_cold": cpu_cold, "cpu_again": cpu_again,
-        "kernels": clock.seconds / whole, "calls": clock.calls, "phases": phases,
-        "newton_step": solution.phases.get("reynolds", float("nan")) / max(steps, 1),
     }  # fmt: skip
-    if request.neighbours and request.conditions is not None:
-        predictor = PREDICTORS[request.predictor]
-        clear_caches()
-        neighbours = [thermal(at, options)[0] for at in request.neighbours[: predictor.neighbours]]
-        if all(neighbour.converged for neighbour in neighbours):
-            start = predictor.start(ContactConditions(**request.conditions), neighbours)
-            near, predicted, cpu_predicted = thermal(request.conditions, options, start)
-            h_predicted = near.h_c
-    return found | {"predicted": predicted, "cpu_predicted": cpu_predicted, "h_predicted": h_predicted}
-
-
-def first_two(request: Request) -> list[float]:
-    """Seconds of the first and of the second solve of this process; its processor seconds to the first solution."""
-    options, seconds, used = SolverOptions(**request.options), [], []
-    for _ in range(2):
-        seconds.append(thermal(request.conditions or {}, options)[1])
-        used.append(time.process_time())
-    return [*seconds, used[0]]
 
 
 def main() -> None:
     if sys.argv[1:] == ["--startup"]:
-        print(json.dumps(first_two(Request(**json.loads(sys.stdin.readline())))))
+        request = Request(**json.loads(sys.stdin.readline()))
+        seconds = [_solved(request)[1]]
+        used = time.process_time()
+        print(json.dumps([*seconds, _solved(request)[1], used]))
         return
     print(json.dumps({"version": ballscrew_tehl.__version__, "path": ballscrew_tehl.__file__}), flush=True)
-    for text in sys.stdin:
-        print(json.dumps(timed(Request(**json.loads(text)))), flush=True)
+    for line in sys.stdin:
+        print(json.dumps(timed(Request(**json.loads(line)))), flush=True)
 
 
 if __name__ == "__main__":

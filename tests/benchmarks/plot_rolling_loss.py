@@ -21,8 +21,13 @@ import numpy as np
 from contact_sample import compile_kernels
 from result_file import ResultFile
 
-from ballscrew_tehl.contact.conditions import SolverOptions
-from ballscrew_tehl.contact.moes import ALPHA, E_REFERENCE, ETA0, R_X, solve_moes
+from ballscrew_tehl.contact import (
+    ContactConditions,
+    SolverOptions,
+    moes_conditions,
+    reference_oil,
+    solve_moes,
+)
 from ballscrew_tehl.physics.rolling_resistance import biboulet_houpert_point, houpert_point, rolling_power
 
 #: radius ratio R_x/R_y of the contacts: a ball on the screw of GD4008-3, and a ball on a plane
@@ -88,11 +93,12 @@ class Loss(NamedTuple):
         )
 
 
-def closed_losses(radius_ratio: float, load, u_e: float):
-    """Loss [W] by formula at loads [N] of the contacts of solve_moes, and the forces of Biboulet & Houpert."""
-    where = load, u_e, R_X, R_X / radius_ratio, E_REFERENCE, ETA0
-    biboulet, houpert = biboulet_houpert_point(*where), houpert_point(*where, ALPHA)
-    losses = [rolling_power(found.force, u_e) for found in (biboulet, houpert)]
+def closed_losses(c: ContactConditions, load):
+    """Loss [W] by formula at loads [N] of a contact of solve_moes, and the forces of Biboulet & Houpert."""
+    oil = reference_oil("barus")
+    where = load, c.u_e, c.R_x, c.R_y, c.E_prime, oil.viscosity
+    biboulet, houpert = biboulet_houpert_point(*where), houpert_point(*where, oil.pressure_viscosity)
+    losses = [rolling_power(found.force, c.u_e) for found in (biboulet, houpert)]
     return dict(zip(COLOURS, losses, strict=True)), biboulet
 
 
@@ -100,16 +106,16 @@ def solved_loss(shape: str, M: float, L: float, nodes: int, refine: float) -> Lo
     """Solve one contact, and once more with everything refined from the nodes that the first solve has used."""
     ratio = SHAPES[shape]
     options = SolverOptions(thermal=False, n_x=nodes)
-    solution = solve_moes(M, L, ratio, "barus", options).solution
+    solution = solve_moes(M, L, ratio, "barus", options).result
     grid = math.nan
     if refine > 1.0:
         used = replace(options, n_x=solution.x.size)
-        refined = solve_moes(M, L, ratio, "barus", used.refined(refine)).solution
+        refined = solve_moes(M, L, ratio, "barus", used.refined(refine)).result
         if refined.converged:
-            grid = refined.integrals.rolling_loss / solution.integrals.rolling_loss - 1.0
-    c, loss = solution.conditions, solution.integrals.rolling_loss
-    beyond = solution.integrals.resistance_beyond / solution.integrals.rolling_resistance
-    powers, biboulet = closed_losses(ratio, c.load, c.u_e)
+            grid = refined.rolling_loss / solution.rolling_loss - 1.0
+    c, loss = solution.conditions, solution.rolling_loss
+    beyond = solution.resistance_beyond / solution.rolling_resistance
+    powers, biboulet = closed_losses(c, c.load)
     return Loss(
         shape, ratio, M, L, nodes, refine, solution.x.size, float(biboulet.M), solution.branch, solution.converged,
         c.load, c.u_e, loss, beyond, *(float(v) for v in powers.values()), grid,
@@ -163,7 +169,9 @@ def figure_of(rows: list[Loss]):
         # the formulas at fixed L depend on load alone, which is proportional to M
         shown = RANGE[0] / 1.25, 1.25 * RANGE[1]
         fine = np.geomspace(*shown, 200)
-        closed, forces = closed_losses(ratio, mine[0].load / mine[0].M * fine, mine[0].u_e)
+        closed, forces = closed_losses(
+            moes_conditions(mine[0].M, mine[0].L, ratio), mine[0].load / mine[0].M * fine
+        )
         for style, (name, values) in zip(("-", "--"), closed.items(), strict=True):
             above.plot(fine, 1e3 * values, style, color=COLOURS[name], linewidth=1.8, label=name)
         symbol = {"color": "black", "markersize": 5, "zorder": 3}

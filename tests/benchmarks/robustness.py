@@ -29,28 +29,23 @@ from contact_sample import compile_kernels, point_at, sobol_cube
 from result_file import ResultFile
 from rich.progress import Progress
 
-from ballscrew_tehl.contact.conditions import ContactConditions, SolverOptions
-from ballscrew_tehl.contact.moes import solve_moes
-from ballscrew_tehl.contact.solve import ContactSolution, solve_contact
-from ballscrew_tehl.physics.asperity import typical_roughness
+from ballscrew_tehl.contact import ContactResult, SolverOptions, solve, solve_moes
 
 #: relative gap of a heat balance that is counted
 BALANCE = 0.01
 
 
 class Variant(NamedTuple):
-    """What the points are solved with: factor on the layers; composite roughness [um]."""
+    """What the points are solved with: factor on the layers."""
 
     thermal: bool = False
     layers: float = 1.0
-    roughness_um: float = 0.0
 
     @property
     def options(self) -> str:
         """The options of this command that select it."""
         words = ["--thermal"] if self.thermal else []
         words += [f"--layers {self.layers:g}"] if self.layers != 1.0 else []
-        words += [f"--roughness-um {self.roughness_um:g}"] if self.roughness_um else []
         return " ".join(words)
 
 
@@ -74,29 +69,20 @@ class Outcome(NamedTuple):
     seconds: float
 
 
-def rough(conditions: ContactConditions, roughness_um: float) -> ContactConditions:
-    """The contact with a composite roughness and the asperities of ground raceways."""
-    return (
-        replace(conditions, roughness=typical_roughness(1e-6 * roughness_um)) if roughness_um else conditions
-    )
-
-
-def isothermal(u: np.ndarray) -> tuple[str, ContactSolution]:
+def isothermal(u: np.ndarray) -> tuple[str, ContactResult]:
     """One point of the unit cube as Moes numbers."""
     ratio = 0.03 * (1.0 / 0.03) ** u[0]
     M = 1.5 * (2e6 / 1.5) ** u[1]
     L = 1.8 + 38.2 * u[2]
     law = "barus" if u[3] < 0.5 else "roelands"
-    return f"ratio {ratio:.4g} M {M:.4g} L {L:.4g} {law}", solve_moes(M, L, ratio, law).solution
+    return f"ratio {ratio:.4g} M {M:.4g} L {L:.4g} {law}", solve_moes(M, L, ratio, law).result
 
 
-def thermal(u: np.ndarray, variant: Variant) -> tuple[str, ContactSolution]:
+def thermal(u: np.ndarray, variant: Variant) -> tuple[str, ContactResult]:
     """One point of the unit cube as a contact of the packaged screw."""
     point, options = point_at(u), SolverOptions()
     options = replace(options, n_z=2 * round(0.5 * variant.layers * options.n_z))
-    conditions = rough(point.conditions, variant.roughness_um)
-    lubricant, solid = point.parameters.lubricant, point.parameters.solid
-    return str(point), solve_contact(conditions, lubricant, solid, options)
+    return str(point), solve(point.conditions, point.parameters.lubricant, point.parameters.solid, options)
 
 
 def outcome(variant: Variant, seed: int, number: int, u: np.ndarray) -> Outcome:
@@ -114,15 +100,15 @@ def outcome(variant: Variant, seed: int, number: int, u: np.ndarray) -> Outcome:
 
 def outcomes(points: dict[int, np.ndarray], variant: Variant, seed: int, workers: int) -> Iterator[Outcome]:
     """Solve points by their number, in the order in which they end; one worker: in this process."""
-    solve = partial(outcome, variant, seed)
+    solved = partial(outcome, variant, seed)
     if workers == 1:
         compile_kernels()
         for number, u in points.items():
-            yield solve(number, u)
+            yield solved(number, u)
         return
     with ProcessPoolExecutor(workers, initializer=compile_kernels) as pool:
         try:
-            for job in as_completed([pool.submit(solve, *point) for point in points.items()]):
+            for job in as_completed([pool.submit(solved, *point) for point in points.items()]):
                 yield job.result()
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
@@ -211,16 +197,15 @@ def main(arguments: list[str] | None = None) -> dict[str, float] | None:
     parser.add_argument("--seed", type=int, default=1, help="seed of the sequence (default 1)")
     parser.add_argument("--thermal", action="store_true", help="thermal contacts of the packaged screw")
     parser.add_argument("--layers", type=float, default=1.0, help="factor on the layers of thermal contacts")
-    parser.add_argument("--roughness-um", type=float, default=0.0, help="composite roughness [um], thermal")
     parser.add_argument("--case", type=int, help="solve this point of the sequence alone")
     parser.add_argument("--output", type=Path, help="CSV file that the outcomes are added to")
     parser.add_argument(
         "--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)"
     )
     args = parser.parse_args(arguments)
-    variant = Variant(args.thermal, args.layers, args.roughness_um)
+    variant = Variant(args.thermal, args.layers)
     if not variant.thermal and variant != Variant():
-        parser.error("--layers and --roughness-um need --thermal")
+        parser.error("--layers needs --thermal")
     begun = time.perf_counter()
     if args.case is not None:
         found = outcome(variant, args.seed, args.case, sobol_cube(args.case + 1, args.seed)[-1])

@@ -20,8 +20,7 @@ from synthetic_contacts import ClosedFilm, closed_contact
 from ballscrew_tehl.cli.commands import map_build
 from ballscrew_tehl.cli.main import INTERRUPTED, main
 from ballscrew_tehl.cli.shared import progress
-from ballscrew_tehl.contact.ball_contact import UnconvergedContactError
-from ballscrew_tehl.contact.ball_formula import film_formula
+from ballscrew_tehl.contact import UnconvergedContactError
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import build, certificate
@@ -31,6 +30,7 @@ from ballscrew_tehl.nut_map.grid import MapGrid, map_grid
 from ballscrew_tehl.parameters.identity import map_parameters_json
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.physics.ball_formula import film_formula
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.refinement import direct

@@ -11,7 +11,6 @@ from reference_screw import GD4008
 from synthetic_contacts import GRID
 
 from ballscrew_tehl.contact.ball_contact import ball_contact, solve_for_map
-from ballscrew_tehl.contact.ball_formula import film_formula
 from ballscrew_tehl.contact.conditions import scales_of
 from ballscrew_tehl.nut_map import atlas as atlas_module
 from ballscrew_tehl.nut_map import atlas_contacts, build
@@ -41,6 +40,7 @@ from ballscrew_tehl.nut_map.contacts import CORE, FILMS, QUANTITIES, RISE, Solve
 from ballscrew_tehl.nut_map.grid import contact_range
 from ballscrew_tehl.nut_map.sampling import operating_points
 from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.physics.ball_formula import film_formula
 from ballscrew_tehl.physics.hertz import RACEWAYS, ellipse
 
 ROLLING = changed(GD4008, friction={"kinematics": "rolling_frame"})

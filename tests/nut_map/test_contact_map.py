@@ -10,14 +10,6 @@ from synthetic_contacts import CLOSED_FILM, CLOSED_RISE, GRID, LOAD_EXPONENT, sm
 
 from ballscrew_tehl.contact import ball_contact as operating_contact
 from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, ball_contact, map_nodes, solve_ball
-from ballscrew_tehl.contact.ball_formula import (
-    LEAST_ROLLING,
-    drawn_ellipse,
-    film_formula,
-    moes_groups_of,
-    moes_load,
-    rolling_formula,
-)
 from ballscrew_tehl.friction.sets import load_friction_sets
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import file as store
@@ -33,6 +25,14 @@ from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES, RISES, So
 from ballscrew_tehl.nut_map.file import FILM_MODELS, load_contact_map, load_map, packaged_map
 from ballscrew_tehl.nut_map.sampling import operating_points
 from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.physics.ball_formula import (
+    LEAST_ROLLING,
+    drawn_ellipse,
+    film_formula,
+    moes_groups_of,
+    moes_load,
+    rolling_formula,
+)
 from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, reduced_radii
 from ballscrew_tehl.physics.kinematics import KINEMATICS, surface_speeds

@@ -13,7 +13,6 @@ from reference_screw import GD4008
 from scipy.spatial import KDTree
 from synthetic_contacts import GRID, closed_contact, same_contacts, small_map
 
-from ballscrew_tehl.contact.ball_formula import film_formula
 from ballscrew_tehl.friction.mechanistic import ball_ball_coefficient, supply_factor
 from ballscrew_tehl.nut_map import build, contacts, sampling
 from ballscrew_tehl.nut_map.contact_map import ContactModel
@@ -39,6 +38,7 @@ from ballscrew_tehl.nut_map.sampling import (
     rolling_weight,
 )
 from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.physics.ball_formula import film_formula
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.kinematics import entrainment_speed
 

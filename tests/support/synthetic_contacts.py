@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from reference_screw import GD4008
 
-from ballscrew_tehl.contact.ball_formula import film_formula
 from ballscrew_tehl.friction.presliding import presliding_angle
 from ballscrew_tehl.nut_map import build
 from ballscrew_tehl.nut_map.build import build_map, map_journal
@@ -22,6 +21,7 @@ from ballscrew_tehl.nut_map.contact_map import core_formula, thick_rolling_formu
 from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES, RISES
 from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid
 from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.physics.ball_formula import film_formula
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, sealed

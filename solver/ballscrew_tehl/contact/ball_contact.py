@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from ..parameters.file import LubricantParameters, Parameters, SolidParameters
-from ..physics.asperity import Roughness
-from ..physics.hertz import E_prime, ellipse, reduced_radii
-from ..physics.kinematics import SlipField, centre_speeds, slip_field, surface_speeds
+from ..physics.hertz import E_prime, reduced_radii
+from ..physics.kinematics import surface_speeds
 from ..physics.load import contact_angle_at_ball_load
-from .conditions import number, scales_of
-from .solve import ContactConditions, ContactSolution, SolverOptions, solved_contact
+from .conditions import ContactConditions, SolverOptions, number, scales_of
+from .result import ContactResult
+from .solver import solve
 
 #: nodes along rolling of the contacts of a map; the film is extrapolated from these and half of them
 MAP_NODES = 97
@@ -25,20 +25,12 @@ class UnconvergedContactError(ArithmeticError):
     """A contact that did not converge; the message names it and the reason."""
 
 
-def ball_contact(
-    parameters: Parameters,
-    raceway: str,
-    load: float,
-    speed: float,
-    temperature: float,
-    slip: bool = False,
-    roughness: Roughness | None = None,
+def ball_conditions(
+    parameters: Parameters, raceway: str, load: float, speed: float, temperature: float
 ) -> ContactConditions:
     """Conditions of a ball with its own loaded contact angle.
 
-    Parameters   load [N] > 0; speed of the screw [rad/s] > 0; temperature of oil and bodies [K]; slip: with the
-                 differential slip and the spin of the kinematics (none in `published`), which take the whole plane;
-                 roughness: of both surfaces together, None = smooth, as in a map; not from the screw file
+    Parameters   load [N] > 0; speed of the screw [rad/s] > 0; temperature of oil and bodies [K]
     Raises       ValueError: out of range
     """
     screw = parameters.screw
@@ -49,15 +41,8 @@ def ball_contact(
     angle = float(contact_angle_at_ball_load(screw, load))
     R_x, R_y = (float(r) for r in reduced_radii(screw, angle, raceway))
     speeds = surface_speeds(parameters, raceway, speed)
-    u_1, u_2, field = float(speeds.u_1), float(speeds.u_2), SlipField()
-    if slip:
-        field = slip_field(parameters, raceway, speed, angle)
-        semi_axis = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
-        u_1, u_2 = (float(u) for u in centre_speeds(speeds, field, semi_axis))
-    differential_1, differential_2, spin_1, spin_2 = (float(v) for v in field)
-    return ContactConditions(
-        load, R_x, R_y, u_1, u_2, temperature, E_prime(screw), differential_1, differential_2, spin_1, spin_2, roughness
-    )  # fmt: skip
+    u_1, u_2 = float(speeds.u_1), float(speeds.u_2)
+    return ContactConditions(load, R_x, R_y, u_1, u_2, temperature, E_prime(screw))
 
 
 def map_nodes(conditions: ContactConditions, oil: LubricantParameters) -> int:
@@ -72,33 +57,30 @@ def solve_for_map(
     oil: LubricantParameters,
     solid: SolidParameters,
     thermal: bool,
-    start: ContactSolution | None = None,
-) -> ContactSolution:
+) -> ContactResult:
     """Solve a contact by the ATTEMPTS of a map in turn; the last one, where none converges."""
     nodes = map_nodes(conditions, oil)
     for least_nodes, most_iterations in ATTEMPTS:
         n_x = max(nodes, least_nodes)
         options = SolverOptions(thermal=thermal, n_x=n_x, max_thermal=most_iterations)
-        solution = solved_contact(conditions, oil, solid, options, start)
-        if solution.converged:
+        result = solve(conditions, oil, solid, options, warn=False)
+        if result.converged:
             break
-    return solution
+    return result
 
 
 def solve_ball(
-    parameters: Parameters, raceway: str, load: float, speed: float, temperature: float, thermal: bool,
-    start: ContactSolution | None = None,
-) -> ContactSolution:  # fmt: skip
+    parameters: Parameters, raceway: str, load: float, speed: float, temperature: float, thermal: bool
+) -> ContactResult:
     """Solve the contact of one ball, with a further attempt on another grid.
 
-    Parameters   start: solution of a ball close by, None = from the dry contact
     Raises       UnconvergedContactError: names the contact and the reason
     """
-    conditions = ball_contact(parameters, raceway, load, speed, temperature)
-    solution = solve_for_map(conditions, parameters.lubricant, parameters.solid, thermal, start)
-    if solution.converged:
-        return solution
+    conditions = ball_conditions(parameters, raceway, load, speed, temperature)
+    result = solve_for_map(conditions, parameters.lubricant, parameters.solid, thermal)
+    if result.converged:
+        return result
     raise UnconvergedContactError(
         f"contact not solved: {raceway}, load {load:.6g} N, speed {speed:.6g} rad/s, {temperature:.6g} K "
-        f"({'thermal' if thermal else 'isothermal'}): {solution.reason}"
+        f"({'thermal' if thermal else 'isothermal'}): {result.reason}"
     )

@@ -11,7 +11,6 @@ import numpy as np
 
 from ..parameters.file import LubricantParameters
 from ..physics import film as film_formulas
-from ..physics.asperity import Roughness
 from ..physics.hertz import HertzContact, ellipse
 from .film.reynolds import GridChoice
 from .half_space.grid import INLET_SHAPE, Array
@@ -44,9 +43,7 @@ class ContactConditions:
 
     load [N], R_x along and R_y across rolling [m] (R_x <= R_y), u_1, u_2 surface speeds [m/s] of the two bodies,
     temperature of the oil that enters and of the bodies [K], E_prime = 2/sum((1-nu^2)/E) [Pa].
-    differential_1, _2 [1/(m s)] and spin_1, _2 [rad/s]: the speeds vary over the contact as
-    u_i + differential_i y^2 - spin_i y along rolling and spin_i x across.
-    roughness: of both surfaces together, None = smooth; physics.asperity.typical_roughness from its height alone.
+    Smooth, and both speeds the same all over the contact.
     """
 
     load: float
@@ -56,11 +53,6 @@ class ContactConditions:
     u_2: float
     temperature: float
     E_prime: float
-    differential_1: float = 0.0
-    differential_2: float = 0.0
-    spin_1: float = 0.0
-    spin_2: float = 0.0
-    roughness: Roughness | None = None
 
     def __post_init__(self) -> None:
         for name, (unit, low, high) in RANGES.items():
@@ -81,41 +73,13 @@ class ContactConditions:
                 f"u_1, u_2 = {self.u_1}, {self.u_2} m/s; needs finite with u_1 + u_2 not 0: no oil is drawn in"
             )
 
-        if not isinstance(self.roughness, Roughness | None):
-            raise ValueError(
-                f"roughness = {self.roughness!r}; needs a Roughness or None: typical_roughness(height)"
-            )
-        for name, unit in (("differential", "1/(m s)"), ("spin", "rad/s")):
-            for body in (1, 2):
-                value = number(f"{name}_{body}", getattr(self, f"{name}_{body}"), unit)
-                if not math.isfinite(value):
-                    raise ValueError(f"{name}_{body} = {value} {unit}; needs finite")
-
-    @property
-    def symmetric(self) -> bool:
-        """Whether both halves of the contact are mirror images: no spin."""
-        return self.spin_1 == 0.0 == self.spin_2
-
     def reversed(self) -> ContactConditions:
         """The mirror image that rolls the other way round."""
         return self.at_speed(-1.0)
 
-    def at_speed(self, share: float) -> ContactConditions:
-        """The same contact with all its speeds times a share."""
-        names = ("u_1", "u_2", "differential_1", "differential_2", "spin_1", "spin_2")
-        return replace(self, **{name: share * getattr(self, name) for name in names})
-
-    def surface_speeds(self, x: Array, y: Array) -> tuple[Array, Array, Array, Array]:
-        """u_1, u_2 along and v_1, v_2 across on nodes x (nx,), y (ny,) [m]; each (ny, nx) [m/s]."""
-        x, y = np.meshgrid(x, y)
-        u = [
-            speed + differential * y**2 - spin * y
-            for speed, differential, spin in (
-                (self.u_1, self.differential_1, self.spin_1),
-                (self.u_2, self.differential_2, self.spin_2),
-            )
-        ]
-        return u[0], u[1], self.spin_1 * x, self.spin_2 * x
+    def at_speed(self, ratio: float) -> ContactConditions:
+        """The same contact with both speeds times a ratio."""
+        return replace(self, u_1=ratio * self.u_1, u_2=ratio * self.u_2)
 
     @property
     def u_e(self) -> float:
@@ -261,9 +225,7 @@ def scales_of(c: ContactConditions, oil: LubricantParameters) -> Scales:
     )
 
 
-def choose_grid(
-    options: SolverOptions, film: float, curvature_y: float, kappa: float, mirror: bool = True
-) -> GridChoice:
+def choose_grid(options: SolverOptions, film: float, curvature_y: float, kappa: float) -> GridChoice:
     """Domain and refinement for an expected film [b^2/R_x]; rounded, so that neighbouring points share a grid.
 
     wedge: distance over which the undeformed gap opens by one film. A film formed by the flattened contact feels the
@@ -291,11 +253,7 @@ def choose_grid(
         # an odd number, so that every other line makes the coarse grid
         lines = max(17, 1 + 2 * round(0.5 * y_max * per_half_width))
         lines = 1 + 2 * round(0.5 * options.density * (lines - 1))
-    if not mirror:
-        lines = 2 * lines - 1
-    return GridChoice(
-        x_in, x_out, y_max, options.n_x, lines, inlet_length(film), mirror, options.y_max is None
-    )
+    return GridChoice(x_in, x_out, y_max, options.n_x, lines, inlet_length(film), options.y_max is None)
 
 
 def narrow(scales: Scales) -> bool:
@@ -308,4 +266,4 @@ def expected_grid(c: ContactConditions, scales: Scales, film: float, options: So
     kappa = scales.hertz.b / scales.hertz.a
     if narrow(scales):
         options = replace(options, density=NARROW_LINES * options.density)
-    return choose_grid(options, film, c.R_x / c.R_y / kappa**2, kappa, c.symmetric)
+    return choose_grid(options, film, c.R_x / c.R_y / kappa**2, kappa)

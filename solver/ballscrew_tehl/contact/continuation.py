@@ -1,4 +1,4 @@
-"""A contact that does not converge by itself, by way of neighbours that do: lower speeds, lower loads, roughness.
+"""A contact that does not converge by itself, by way of others that do: lower speeds or loads.
 
 Beyond the loads that converge or that a grid resolves, films are extrapolated from lower ones: the asymptotic branch.
 """
@@ -15,15 +15,15 @@ from .integrals import ContactIntegrals, walls
 from .one_grid import HIGH_LOAD, solve_cold, solve_near
 from .problem import ContactProblem
 from .solution import RESOLVED_CELLS, TOUCHING, ContactSolution
-from .starts import MOST_NEIGHBOURS, weighted
+from .starts import weighted
 
-#: shares of the roughness through which a rough contact is continued that does not converge by itself
-ROUGHNESS_SHARES = (0.0, 0.25, 0.5, 0.7, 0.85, 1.0)
 #: continuation in speed or load: share by which the first start is sought lower, and how often; first, largest and
 #: least step of ln(share); growth of a step after a success, solves at most; a failure halves the step
 LOWER, MOST_LOWER = 0.5, {"speed": 3, "load": 5}
 FIRST_STEP, LARGEST_STEP, LEAST_STEP = 0.1, 0.4, 0.01
 STEP_GROWTH, MOST_STEPS = 1.5, 40
+#: last solutions through which the next is extrapolated: a quadratic
+NEIGHBOURS = 3
 #: largest share of the highest load that converges at which its neighbour of an extrapolation lies
 FARTHER = 0.6
 #: halvings of the load, from the first that the grid is expected to resolve, in search of two resolved ones
@@ -31,24 +31,8 @@ MOST_HALVINGS = 8
 #: share of the load below which no resolved load is expected: ends that search
 LEAST_LOAD_SHARE = 1e-6
 
-#: solution at other conditions by the way of solve_contact, without extrapolation
+#: solution at other conditions by the way of solve, without extrapolation
 Solve = Callable[[ContactConditions], ContactSolution]
-
-
-def continued_in_roughness(
-    conditions: ContactConditions,
-    solve: Callable[[ContactConditions, ContactSolution | None], ContactSolution],
-) -> ContactSolution | None:
-    """The solution by rising roughness from the smooth contact; None: one of them did not converge."""
-    solution: ContactSolution | None = None
-    for share in ROUGHNESS_SHARES:
-        rough = conditions.roughness and replace(
-            conditions.roughness, sigma=share * conditions.roughness.sigma
-        )
-        solution = solve(replace(conditions, roughness=rough), solution)
-        if not solution.usable:
-            return None
-    return solution
 
 
 def continued(
@@ -79,15 +63,14 @@ def continued(
     if not reached.converged:
         return replace(failed, reason=f"{failed.reason}; nor at {share:g} of the {name}"), []
     begun_at, step, left = share, FIRST_STEP, problem.options.max_thermal
-    line = [reached]
+    line = [(share, reached)]
     for _ in range(MOST_STEPS):
         following = min(share * math.exp(step), 1.0)
-        near = at(following)
-        solution = solve_near(near, weighted(near.given, line[-MOST_NEIGHBOURS:]), left)
+        solution = solve_near(at(following), weighted(following, line[-NEIGHBOURS:]), left)
         left -= solution.iterations
         if solution.converged:
             share = following
-            line.append(solution)
+            line.append((share, solution))
             step = min(STEP_GROWTH * step, LARGEST_STEP)
             if share == 1.0:
                 break
@@ -105,7 +88,7 @@ def continued(
     else:
         reason = f"{failed.reason}; continued from lower {name}s as far as {share:.3g} of the {name}"
         solution = replace(failed, reason=reason)
-    return solution, line if name == "load" and problem.options.thermal else []
+    return solution, [s for _, s in line] if name == "load" and problem.options.thermal else []
 
 
 def thermal_reduction_continued(
@@ -159,23 +142,17 @@ class _Extrapolation:
     def __call__(self, near: float, far: float) -> float:
         return near * (near / far) ** self.power if near * far > 0.0 else near
 
-    def values(self, target: ContactSolution) -> dict[str, object]:
+    def values(self, target: ContactSolution) -> dict[str, float]:
         """Temperature rise, traction, heat and integrals."""
-        names = ("temperature_rise", "traction_force", "spin_moment", "sliding_heat")
-        found: dict[str, object] = {
-            name: self(getattr(self.near, name), getattr(self.far, name)) for name in names
-        }
-        near, far = self.near.integrals, self.far.integrals
+        near, far = self.near, self.far
+        names = ("temperature_rise", "traction_force", "sliding_heat", *ContactIntegrals._fields)
+        values = {name: self(getattr(near, name), getattr(far, name)) for name in names}
         # the mean temperature by its rise
-        T = target.conditions.temperature
-        own = ContactIntegrals(*(self(*pair) for pair in zip(near, far, strict=True)))
-        own = own._replace(mean_temperature=T + self(near.mean_temperature - T, far.mean_temperature - T))
-        u_e, force = target.conditions.u_e, float(found["traction_force"])  # type: ignore[arg-type]
-        found["integrals"] = own._replace(
-            rolling_loss=abs(u_e) * own.rolling_resistance,
-            **walls(u_e, force, own.rolling_resistance),
-        )
-        return found
+        T, u_e = target.conditions.temperature, target.conditions.u_e
+        values["mean_temperature"] = T + self(near.mean_temperature - T, far.mean_temperature - T)
+        resistance = values["rolling_resistance"]
+        values["rolling_loss"] = abs(u_e) * resistance
+        return values | walls(u_e, values["traction_force"], resistance)
 
 
 def anchored(

@@ -8,7 +8,7 @@ damped form first and 15 to 45.
 
 from __future__ import annotations
 
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from .problem import ContactProblem, Iteration, WarmFilm
 
 Columns = NDArray[np.int64]
 
-# "moved to": measured on ten contacts (rolling, sliding, spin, shear thinning; two with hot inlets of thick films at
+# "moved to": measured on ten contacts (rolling, sliding, shear thinning; two with hot inlets of thick films at
 # 6000 rpm), 321 iterations in all, before temperatures followed the pressure along the lines; not repeated since.
 # "16 contacts": measured since, on both kinematics, 5 to 98 N, 300 to 4500 rpm.
 #: share of the change of one iteration that is taken at first, undamped and damped; 16 contacts: 98 iterations, 111 at
@@ -124,7 +124,7 @@ def solve_coupled(
             run.settle(newton)
             break
     if run.equation is not None:
-        it.temperature, it.balance = run.temperature, partial(run.equation.balance, it, run.new)
+        it.temperature, it.heat_flows = run.temperature, run.equation.heat_flows(it, run.new)
     return it
 
 
@@ -183,10 +183,9 @@ class _CoupledRun:
         """Newton steps to a pressure change [p_max], at temperatures that follow."""
         problem, it = self.problem, self.it
         film = WarmFilm(problem, self.temperature.copy(), it.flow, it.heat)
-        with problem.timed("reynolds"):
-            it.state, newton, it.preconditioner = problem.geometry.solve(
-                it.state, film, problem.film_scale, aim, steps, preconditioner=it.preconditioner
-            )
+        it.state, newton, it.preconditioner = problem.geometry.solve(
+            it.state, film, problem.film_scale, aim, steps, preconditioner=it.preconditioner
+        )
         it.history.extend(newton)
         self.temperature = film.temperature
         return newton
@@ -385,16 +384,15 @@ class EnergyEquation:
 
     def __init__(self, problem: ContactProblem) -> None:
         grid, hertz = problem.geometry.grid, problem.scales.hertz
-        self.problem, self.mirror = problem, grid.mirror
-        self.x, self.width, self.h_y = grid.x * hertz.b, grid.width_x * hertz.b, grid.h_y * hertz.a
+        self.problem = problem
+        self.mesh = energy.EnergyMesh(grid.x * hertz.b, grid.width_x * hertz.b, grid.h_y * hertz.a)
         self.T_0 = problem.conditions.temperature
         #: unit of the Reynolds fluxes [kg/(m s)]
         self.flux_unit = problem.conditions.u_e * problem.scales.h_unit * problem.oil.density
         shape = problem.geometry.undeformed.shape
         self.face = energy.FaceFlow.empty(*warm_columns(problem), shape[1], problem.options.n_z)
-        self.q_a, self.q_b, self.response = np.zeros(shape), np.zeros(shape), np.zeros((*shape, 4))
-        with problem.timed("wall kernels"):
-            self.walls = wall_operators(problem)
+        self.walls = energy.WallHeat(np.zeros(shape), np.zeros(shape), np.zeros((*shape, 4)))
+        self.operators = wall_operators(problem)
 
     def estimate(self, it: Iteration) -> Array:
         """First temperatures: every column sheared by itself, surfaces warmed by the heat that they take up."""
@@ -407,8 +405,8 @@ class EnergyEquation:
         wall_b, q = wall_a.copy(), np.zeros(p.shape)
         for _ in range(START_ITERATIONS):
             energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature, q)
-            wall_a += START_STEP * (T_0 + self.walls[0](q) - wall_a)
-            wall_b += START_STEP * (T_0 + self.walls[1](q) - wall_b)
+            wall_a += START_STEP * (T_0 + self.operators[0](q) - wall_a)
+            wall_b += START_STEP * (T_0 + self.operators[1](q) - wall_b)
         energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature, q)
         temperature[:, 0], temperature[:, -1] = T_0, T_0
         return temperature
@@ -421,29 +419,25 @@ class EnergyEquation:
 
     def solve(self, it: Iteration, temperature: Array, gap: Array, damped: bool) -> Array:
         """Temperatures by the energy equation at a pressure and flow; fills it.heat and the fluxes to the walls."""
-        problem, oil = self.problem, self.problem.oil
-        with problem.timed("energy"):
-            energy.face_flow(
-                self.width, self.h_y, self.mirror, oil.specific_heat, problem.film_pressure(it.state),
-                it.flux_x * self.flux_unit, it.flux_y * self.flux_unit, it.flow, self.face,
+        oil, face, unit = self.problem.oil, self.face, self.flux_unit
+        energy.face_flow(
+            self.mesh, oil.specific_heat, it.state.p, it.flux_x * unit, it.flux_y * unit, it.flow, face
+        )
+        new, conductivity = temperature.copy(), oil.thermal_conductivity
+        # backward first: oil flows both ways in the inlet
+        for sweep in range(2 * SWEEPS):
+            forward, whole = sweep % 2 == 1, sweep == 2 * SWEEPS - 1
+            energy.sweep(
+                self.mesh, gap, conductivity, self.T_0, it.flow, face, temperature, damped, forward, whole, new,
+                it.heat, self.walls.response,
             )  # fmt: skip
-            new = temperature.copy()
-            # backward first: oil flows both ways in the inlet
-            for sweep in range(2 * SWEEPS):
-                forward, whole = sweep % 2 == 1, sweep == 2 * SWEEPS - 1
-                energy.sweep(
-                    self.x, self.width, self.h_y, self.mirror, gap, oil.thermal_conductivity, self.T_0, it.flow,
-                    self.face, temperature, damped, forward, whole, new, it.heat, self.q_a, self.q_b, self.response,
-                )  # fmt: skip
-        with problem.timed("walls"):
-            energy.update_walls(self.walls, new, self.q_a, self.q_b, self.response, self.T_0)
+        energy.wall_heat(self.mesh, gap, conductivity, self.T_0, it.flow, face, new, self.walls)
+        energy.update_walls(self.operators, new, self.walls, self.T_0)
         return new
 
-    def balance(self, it: Iteration, new: Array) -> energy.HeatBalance:
-        """Heat balance of the last solve."""
-        return energy.heat_balance(
-            self.x, self.width, self.h_y, self.mirror, it.flow, self.face, new, self.T_0, self.q_a, self.q_b
-        )
+    def heat_flows(self, it: Iteration, new: Array) -> tuple[float, float, float]:
+        """Heat generated, conducted into the walls and carried out by the oil [W] of the last solve."""
+        return energy.heat_flows(self.mesh, new, self.T_0, it.flow, self.face, self.walls)
 
 
 def wall_operators(problem: ContactProblem) -> tuple[LineConvolution, LineConvolution]:

@@ -1,6 +1,6 @@
-"""What friction needs of a solved contact: integrals and means over its grid, of the film without the asperities.
+"""What friction needs of a solved contact: integrals and means over its grid.
 
-Areas count the halves of a mirrored contact twice. The contact is the Hertz ellipse X^2 + Y^2 <= 1.
+The contact is the Hertz ellipse X^2 + Y^2 <= 1.
 """
 
 from __future__ import annotations
@@ -21,17 +21,7 @@ SMOOTHED_HERTZ = 0.98808, 0.98627
 
 
 class ContactIntegrals(NamedTuple):
-    """Integrals of one solution.
-
-    rolling_resistance: integral of h dp/dx dA [N], of a flooded contact (neither x_in nor y_max given) to x = -R_x and
-    y = +-R_x, with resistance_beyond: the part of it outside the grid, less what the grid has beyond these;
-    rolling_loss: u_e times that, what pure rolling costs [W];
-    traction_force_1, _2: film on the surfaces of the bodies along rolling [N]; shear_heat: by sliding and by the
-    pressure flow [W], compression_heat [W], both on the grid; mean_temperature of the film over contact and
-    thickness [K]; mean_viscosity: of the sheared film, geometric mean over the contact [Pa s]; temperature_rise_mean
-    and temperature_rise_smooth: of the film's hottest level, mean over the contact and largest mean over
-    SMOOTHED_OVER [K]. core_pressure [Pa], core_area [m2]: see pressure_core, for the shear of the film.
-    """
+    """Integrals of one solution: the fields of ContactResult with the same names."""
 
     rolling_resistance: float
     resistance_beyond: float
@@ -116,18 +106,12 @@ def resistance_beyond(
 
 
 def _border_upstream(problem: ContactProblem, gap: Array) -> tuple[Array, Array, Array]:
-    """x, y, gap (k,) [m] on the border of the domain where x <= 0; of a mirrored contact its half y >= 0."""
+    """x, y, gap (k,) [m] on the border of the domain where x <= 0 and y >= 0."""
     grid, hertz = problem.geometry.grid, problem.scales.hertz
     x = np.append(grid.x[grid.x < 0.0], 0.0)
-
-    def side(line: int) -> list[Array]:
-        """From the inlet to the middle."""
-        return [x, np.full(x.size, grid.y[line]), np.interp(x, grid.x, gap[line])]
-
-    parts = [[np.full(grid.y.size, x[0]), grid.y, gap[:, 0]], [values[1:] for values in side(-1)]]
-    if not grid.mirror:
-        parts.insert(0, [values[:0:-1] for values in side(0)])
-    x, y, border = (np.concatenate(values) for values in zip(*parts, strict=True))
+    inlet = np.full(grid.y.size, x[0]), grid.y, gap[:, 0]
+    side = x[1:], np.full(x.size - 1, grid.y[-1]), np.interp(x, grid.x, gap[-1])[1:]
+    x, y, border = (np.concatenate(values) for values in zip(inlet, side, strict=True))
     return x * hertz.b, y * hertz.a, border
 
 
@@ -143,7 +127,7 @@ def _beyond_radius(problem: ContactProblem, gap: Array, cells: Array) -> float:
         times = np.minimum(c.R_x / np.abs(x), c.R_x / np.abs(y))
     shear = float(eta0(problem.oil, c.temperature)) * abs(c.u_e)
     lacking = resistance_beyond(x, y, border, c.R_x, c.R_y, shear, np.maximum(times, 1.0))
-    lacking *= 2.0 if grid.mirror else 1.0
+    lacking *= 2.0
     half = 0.5 * grid.h_y
     inner, outer = np.abs(grid.y) - half, np.abs(grid.y) + half
     aside = np.clip((outer - c.R_x / hertz.a) / (outer - inner), 0.0, 1.0)
@@ -154,7 +138,7 @@ def _beyond_radius(problem: ContactProblem, gap: Array, cells: Array) -> float:
 def walls(u_e: float, traction_force: float, rolling_resistance: float) -> dict[str, float]:
     """Forces on the walls: the pressure flow adds to both the same stress, h/2 dp/dx, against the motion.
 
-    traction_force: of mid-film on body 2, as in ContactSolution.
+    traction_force: of mid-film on body 2, as in ContactResult.
     Source       Johnson & Cameron 1967
     """
     drag = -float(np.sign(u_e)) * 0.5 * rolling_resistance
@@ -170,13 +154,12 @@ def _means_over(x: Array, values: Array, length: float) -> Array:
 
 
 def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: float) -> ContactIntegrals:
-    """Integrals of a state whose flow is up to date; traction_force: of mid-film on body 2, as in ContactSolution."""
+    """Integrals of a state whose flow is up to date; traction_force: of mid-film on body 2, as in ContactResult."""
     hertz, grid, c, flow = problem.scales.hertz, problem.geometry.grid, problem.given, it.flow
-    pressure = np.maximum(problem.film_pressure(it.state), 0.0) * hertz.p_max
+    pressure = np.maximum(it.state.p, 0.0) * hertz.p_max
     gap = it.state.gap * problem.scales.h_unit
     width = np.full(grid.y.size, grid.h_y * hertz.a)
-    if grid.mirror:
-        width[1:] *= 2.0
+    width[1:] *= 2.0
     cells = resistance_of_cells(grid.x, pressure, gap, width)
     beyond = 0.0
     if problem.options.x_in is None and problem.options.y_max is None:
@@ -186,7 +169,7 @@ def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: fl
     inside = (grid.x[None, :] ** 2 + grid.y[:, None] ** 2 <= 1.0) * area
     if not inside.any():
         # nearly rigid bodies: the ellipse is smaller than the spacing
-        inside[problem.geometry.axis, np.argmin(np.abs(grid.x))] = 1.0
+        inside[0, np.argmin(np.abs(grid.x))] = 1.0
     shear = compression = rise_mean = rise_smooth = 0.0
     temperature = problem.given.temperature
     layers = np.full(problem.options.n_z + 1, 1.0 / problem.options.n_z)

@@ -7,7 +7,9 @@ from typing import Literal, NamedTuple
 
 from ..parameters.file import LubricantParameters, SolidParameters
 from ..parameters.oil import ROELANDS_LN
-from .solve import ContactConditions, ContactSolution, SolverOptions, solve_contact
+from .conditions import ContactConditions, SolverOptions
+from .result import ContactResult
+from .solver import solve
 
 #: oil, steel and scale of the reference tables: alpha [1/Pa], eta0 [Pa s], p_r [Pa], E' [Pa]; R_x [m] has no effect
 ALPHA, ETA0, P_ROELANDS, E_REFERENCE, R_X = 2.2e-8, 0.04, 1.96e8, 226e9, 0.01
@@ -23,11 +25,11 @@ LAWS: dict[str, tuple[PressureLaw, DensityLaw]] = {
 
 
 class MoesFilm(NamedTuple):
-    """Central and minimum film in Moes units H = (h/R_x)(2U)^(-1/2), and the solution they come from."""
+    """Central and minimum film in Moes units H = (h/R_x)(2U)^(-1/2), and the result they come from."""
 
     Hc: float
     Hm: float
-    solution: ContactSolution
+    result: ContactResult
 
 
 def reference_oil(law: str) -> LubricantParameters:
@@ -46,14 +48,11 @@ def reference_oil(law: str) -> LubricantParameters:
     )  # fmt: skip
 
 
-def solve_moes(
-    M: float, L: float, radius_ratio: float, law: str, options: SolverOptions = ISOTHERMAL
-) -> MoesFilm:
-    """Isothermal film at Moes numbers.
+def moes_conditions(M: float, L: float, radius_ratio: float) -> ContactConditions:
+    """Conditions of pure rolling at Moes numbers, for an oil of reference_oil.
 
-    Parameters   M load, L lubricant number, > 0;  radius_ratio R_x/R_y, 0 < ratio <= 1;  law "barus" or "roelands"
-    Returns      MoesFilm
-    Raises       ValueError: unknown law, numbers out of range
+    Parameters   M load, L lubricant number, > 0;  radius_ratio R_x/R_y, 0 < ratio <= 1
+    Raises       ValueError: numbers out of range
     Source       definitions of Moes as in Nijenbanning, Venner & Moes, Wear 176 (1994) 217: 2U = (L/(alpha E'))^4,
                  W = M (2U)^(3/4)
     """
@@ -65,7 +64,18 @@ def solve_moes(
     two_u = (L / (ALPHA * E_REFERENCE)) ** 4
     load = M * two_u**0.75 * E_REFERENCE * R_X**2
     u_e = 0.5 * two_u * E_REFERENCE * R_X / ETA0
-    conditions = ContactConditions(load, R_X, R_X / radius_ratio, u_e, u_e, TEMPERATURE, E_REFERENCE)
-    solution = solve_contact(conditions, reference_oil(law), STEEL, options)
-    unit = R_X * math.sqrt(two_u)
-    return MoesFilm(solution.h_c / unit, solution.h_m / unit, solution)
+    return ContactConditions(load, R_X, R_X / radius_ratio, u_e, u_e, TEMPERATURE, E_REFERENCE)
+
+
+def solve_moes(
+    M: float, L: float, radius_ratio: float, law: str, options: SolverOptions = ISOTHERMAL
+) -> MoesFilm:
+    """Isothermal film at Moes numbers.
+
+    Parameters   M, L, radius_ratio: see moes_conditions;  law "barus" or "roelands"
+    Raises       ValueError: unknown law, numbers out of range
+    """
+    conditions = moes_conditions(M, L, radius_ratio)
+    result = solve(conditions, reference_oil(law), STEEL, options)
+    unit = R_X * math.sqrt((L / (ALPHA * E_REFERENCE)) ** 4)
+    return MoesFilm(result.h_c / unit, result.h_m / unit, result)

@@ -1,9 +1,8 @@
-"""One contact on one grid: from neighbours, or from the dry contact by way of half the nodes."""
+"""One contact on one grid: from other solutions, or from the dry contact by way of half the nodes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +13,7 @@ from .film.reynolds import ReynoldsState
 from .half_space.grid import Array
 from .problem import ContactProblem, Iteration
 from .solution import ContactSolution, least_film, solution_of
-from .starts import carried, prolonged
+from .starts import Starts, carried, prolonged
 
 #: tolerance on the grid of half the nodes, where a cold solve begins: bounds the error of the extrapolation
 COARSE_TOLERANCE = 3e-5
@@ -37,28 +36,12 @@ UNDAMPED_ITERATIONS = 60
 #: most iterations with damping: those that converge take 15 to 60, one of 4000 took 109; a hot inlet whose
 #: recirculation jumps from node to node, and the pressure spike with it, never settles
 DAMPED_ITERATIONS = 150
-#: most iterations of a coupled solve from neighbours: 4 to 8 in the median on lines of 21 contacts
+#: most iterations of a coupled solve from other solutions: 4 to 8 in the median on lines of 21 contacts
 NEAR_ITERATIONS = 25
 
 
-def solve_on_grid(
-    problem: ContactProblem, starts: Sequence[tuple[float, ContactSolution]] = ()
-) -> ContactSolution:
-    """From the neighbours with their weights, else from the nearest alone, else from the dry contact."""
-    solution = solve_near(problem, starts, problem.options.max_thermal) if starts else None
-    if solution is not None and not solution.converged and len(starts) > 1:
-        # a pressure spike that moves leaves a wave in the prediction
-        nearest = max(starts, key=lambda pair: abs(pair[0]))[1]
-        solution = solve_near(problem, [(1.0, nearest)], problem.options.max_thermal)
-    if solution is None or not solution.converged:
-        solution = solve_cold(problem)
-    return solution
-
-
-def solve_near(
-    problem: ContactProblem, starts: Sequence[tuple[float, ContactSolution]], limit: int
-) -> ContactSolution:
-    """From neighbours with their weights; the shares of the error are interpolated."""
+def solve_near(problem: ContactProblem, starts: Starts, limit: int) -> ContactSolution:
+    """From other solutions with their weights; the shares of the error are interpolated."""
     state, temperature = carried(starts, problem)
     options = problem.options
     it = problem.start(state)
@@ -101,8 +84,7 @@ def solve_cold(problem: ContactProblem) -> ContactSolution:
         # side lobes are about as narrow as the line spacing: no order of convergence, they get the share of the centre
         (h_coarse, at_coarse), (h_fine, at_fine) = least_film(coarse, first), least_film(problem, it)
         own = (1.0 - h_coarse / h_fine) / 3.0 if at_coarse == at_fine == 0 else extrapolation
-    solution = solution_of(problem, it, (extrapolation, own), (REMAINDER * abs(extrapolation), rest))
-    return replace(solution, phases={**solution.phases, "coarse grid": sum(coarse.seconds.values())})
+    return solution_of(problem, it, (extrapolation, own), (REMAINDER * abs(extrapolation), rest))
 
 
 def _solve_coarse(coarse: ContactProblem) -> tuple[Iteration, float]:
@@ -113,8 +95,6 @@ def _solve_coarse(coarse: ContactProblem) -> tuple[Iteration, float]:
     if coarse.options.thermal:
         rough = ContactProblem(coarse.given, coarse.oil, coarse.solid, _half(coarse.options), coarse.choice)
         before = solve_from(rough, None, None, COARSE_TOLERANCE)
-        for phase, seconds in rough.seconds.items():
-            coarse.seconds[phase] += seconds
         if before.converged:
             start = prolonged(rough, before, coarse)
             first = solve_from(coarse, *start, COARSE_TOLERANCE, before.damped)

@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ..physics.hertz import HertzContact
-from .conditions import ContactConditions, inlet_length
+from .conditions import inlet_length
 from .coupled import CONVERGED_AT
-from .film import energy
-from .film.reynolds import TARGET_LOAD, GridChoice, NewtonHistory, ReynoldsState
+from .film.reynolds import GridChoice, ReynoldsState
 from .half_space.grid import Array, Grid
-from .integrals import ContactIntegrals, contact_integrals
+from .integrals import contact_integrals
 from .problem import ContactProblem, Iteration
+from .result import ContactResult, HeatBalance
 
 #: cells that the length of the inlet must hold at the edge of the Hertz line for a solution to count as resolved
 RESOLVED_CELLS = 2.8
@@ -25,69 +24,26 @@ EXTRAPOLATED_BELOW = 0.06
 TOUCHING = "the bodies touch: film thinner than the grid resolves"
 
 
-@dataclass(frozen=True)
-class ContactSolution:
-    """Result of a solve; fields are (n_y, n_x) on the half plane Y >= 0, X along the entrainment.
+@dataclass(frozen=True, kw_only=True)
+class ContactSolution(ContactResult):
+    """A result with what continuation goes on from.
 
-    temperature (n_y, n_x, n_z+1) [K]; h_c, h_m central and minimum film [m], extrapolated from the grid and the one of
-    half the nodes by the two shares `extrapolation`; error_estimate: relative, of h_c, from grid, layers, extent of the
-    energy equation and tolerance (NaN without a coarse grid; a warm start keeps the shares of its start, or those
-    interpolated between its neighbours), error_parts: those of the grid and of layers and extent; film (n_y, n_x): as
-    on the grid, between the mean planes of rough surfaces; pressure (n_y, n_x) [Pa]: that deforms the
-    bodies and carries the load, p_max the largest; asperity_pressure (n_y, n_x) [Pa]: the part of it that asperities
-    carry, the film carries the rest; asperity_load_share: of the load, 0 to 1, on the asymptotic branch that of the
-    load that converged; temperature_rise largest rise in the film [K]; traction_force [N] on body 2 (positive where it
-    drags body 2 towards u_1), spin_moment [N m] about the normal from body 1 to body 2,
-    sliding_heat [W] of both; phases: seconds by part of the work; branch "resolved" or "asymptotic";
-    integrals: rolling loss, forces on the walls, heat by part and means over the contact, of the grid (the asymptotic
-    branch of a contact that did not converge: extrapolated over the load like forces and heat; the fields, history and
-    shares are those of the load that did, error_estimate is NaN); M, L Moes numbers; reason why the iteration stopped.
+    h_c, h_m are extrapolated from the grid and the one of half the nodes by the two shares `extrapolation`;
+    error_estimate is NaN without a coarse grid, one that starts from others has the shares interpolated between them;
+    error_parts: of the grid, of layers and extent of the energy equation. Of the asymptotic branch of a contact that
+    did not converge, integrals, forces and heat are extrapolated over the load; fields and shares are those of the load
+    that did, error_estimate is NaN.
     """
 
-    conditions: ContactConditions
-    hertz: HertzContact
-    h_c: float
-    h_m: float
-    p_max: float
-    temperature_rise: float
-    traction_force: float
-    spin_moment: float
-    sliding_heat: float
-    converged: bool
-    reason: str
-    iterations: int
-    deflections: int
-    seconds: float
-    phases: dict[str, float]
-    M: float
-    L: float
-    branch: str
     extrapolation: tuple[float, float]
-    error_estimate: float
     error_parts: tuple[float, float]
-    history: NewtonHistory
-    temperature_history: list[float]
-    heat_balance: energy.HeatBalance | None
-    integrals: ContactIntegrals
-    x: Array
-    y: Array
-    pressure: Array
-    asperity_pressure: Array
-    asperity_load_share: float
-    film: Array
-    temperature: Array | None
     state: ReynoldsState = field(repr=False)
     choice: GridChoice = field(repr=False)
-
-    def share_below(self, film: float) -> float:
-        """Share of the Hertz ellipse whose film is below one [m]."""
-        inside = (self.x[None, :] ** 2 + self.y[:, None] ** 2 <= 1.0) * self.grid.weights
-        return float(np.sum(inside * (self.film < film)) / np.sum(inside))
 
     @property
     def grid(self) -> Grid:
         """The grid of the fields."""
-        return Grid(self.x, self.y, self.choice.mirror, self.choice.open_side)
+        return Grid(self.x, self.y, self.choice.open_side)
 
     @property
     def usable(self) -> bool:
@@ -121,7 +77,6 @@ def solution_of(
     traction = problem.traction(it)
     sign = -1.0 if problem.given.u_e < 0.0 else 1.0
     h_c, h_m = _films(problem, it, extrapolation)
-    asperities = problem.asperity_pressure(it.state)
     converged, reason = it.converged, it.reason
     if converged and not min(h_m, h_c) > 0.0:
         converged, reason = False, TOUCHING
@@ -135,29 +90,24 @@ def solution_of(
         if it.temperature is None
         else float(it.temperature.max()) - problem.given.temperature,
         traction_force=sign * traction.force,
-        spin_moment=sign * traction.moment,
         sliding_heat=traction.heat,
         converged=converged,
         reason=reason,
         iterations=it.iterations,
+        newton_steps=len(it.history.change),
         deflections=it.history.deflections,
-        seconds=0.0,
-        phases=dict(problem.seconds),
         M=scales.M,
         L=scales.L,
         branch=_branch(problem, it),
         extrapolation=extrapolation,
         error_estimate=sum(errors) + CONVERGED_AT * problem.options.tolerance,
         error_parts=errors,
-        history=it.history,
-        temperature_history=it.temperature_history,
-        heat_balance=None if it.balance is None else it.balance(),
-        integrals=contact_integrals(problem, it, sign * traction.force),
+        grid_film=problem.central_film(it) * scales.h_unit,
+        heat_balance=None if it.heat_flows is None else HeatBalance(*it.heat_flows),
+        **contact_integrals(problem, it, sign * traction.force)._asdict(),
         x=grid.x,
         y=grid.y,
         pressure=np.maximum(it.state.p, 0.0) * scales.hertz.p_max,
-        asperity_pressure=asperities * scales.hertz.p_max,
-        asperity_load_share=float(np.sum(problem.geometry.weights * asperities)) / TARGET_LOAD,
         film=it.state.gap * scales.h_unit,
         temperature=it.temperature,
         state=it.state,
@@ -185,18 +135,13 @@ def _branch(problem: ContactProblem, it: Iteration) -> str:
 
 
 def least_film(problem: ContactProblem, it: Iteration) -> tuple[float, int]:
-    """Minimum film of the grid [b^2/R_x] and the line that it lies on, counted from the axis."""
-    grid, gap, axis = problem.geometry.grid, it.state.gap, problem.geometry.axis
-    halves = [gap[axis:]] if grid.mirror else [gap[axis:], gap[axis::-1]]
-    return min(_minimum_film(grid.x, grid.y[axis:], half) for half in halves)
+    """Minimum film of the grid [b^2/R_x] and the line that it lies on, counted from the axis.
 
-
-def _minimum_film(x: Array, y: Array, gap: Array) -> tuple[float, int]:
-    """Smallest gap, and its line, over the lines whose contact edge holds a cell per inlet length [b^2/R_x].
-
-    On a long ellipse under high load the outermost lines end on cells longer than their own inlet and have no
-    meaningful film; the minimum of such an ellipse lies at the outlet of the central lines anyway.
+    Over the lines whose contact edge holds a cell per inlet length. On a long ellipse under high load the outermost
+    lines end on cells longer than their own inlet and have no meaningful film; the minimum of such an ellipse lies at
+    the outlet of the central lines anyway.
     """
+    x, y, gap = problem.geometry.grid.x, problem.geometry.grid.y, it.state.gap
     h_c = float(gap[0, np.argmin(np.abs(x))])
     spacing = np.interp(np.sqrt(np.clip(1.0 - y**2, 0.0, None)), x[:-1], np.diff(x))
     half_width = np.sqrt(np.clip(1.0 - y**2, 1e-4, None))

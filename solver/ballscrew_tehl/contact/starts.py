@@ -1,4 +1,4 @@
-"""Starts of a solve: a coarse solution on a finer grid, and neighbouring solutions, alone or extrapolated."""
+"""Starts of a solve: a coarse solution on a finer grid, and solutions at lower loads or speeds, extrapolated."""
 
 from __future__ import annotations
 
@@ -7,23 +7,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .conditions import ContactConditions, scales_of
+from .conditions import scales_of
 from .film.reynolds import LEAST_PRESSURE, TARGET_LOAD, ReynoldsState
-from .half_space.grid import TINY, Array, Grid
+from .half_space.grid import Array, Grid
 from .problem import ContactProblem, Iteration
 from .solution import ContactSolution
 
 #: pressure [p_max] above which temperatures are extrapolated through the neighbours; below, they are the nearest's
 LOADED = 1e-2
-#: most neighbours of a start: a quadratic
-MOST_NEIGHBOURS = 3
-#: distance of the neighbours and of the contact from their line, as a share of its length: beyond, they are not on one
-OFF_LINE = 0.1
-#: least distance of two neighbours, in the logarithm
-EQUAL = 1e-9
 #: pressure of nodes that were cavitated on another grid, as a share of the deepest that is allowed: they begin
 #: cavitated, for the edge of cavitation moves by one node per Newton step
 CAVITATED = 1e-3
+
+#: solutions to start from with their weights
+Starts = Sequence[tuple[float, ContactSolution]]
 
 
 def _weights(at: Array, nodes: Array) -> Array:
@@ -43,9 +40,8 @@ def _weights(at: Array, nodes: Array) -> Array:
 def resample(field_: Array, source: Grid, target: Grid) -> Array:
     """Values (n_y, n_x, ...) of one grid on another."""
     along, y = _weights(target.x, source.x), source.y
-    if source.mirror:
-        # even across the line of symmetry
-        y, field_ = np.concatenate((-y[2:0:-1], y)), np.concatenate((field_[2:0:-1], field_))
+    # even across the line of symmetry
+    y, field_ = np.concatenate((-y[2:0:-1], y)), np.concatenate((field_[2:0:-1], field_))
     return np.einsum("jl,lk...,ik->ji...", _weights(target.y, y), field_, along, optimize=True)
 
 
@@ -63,7 +59,7 @@ def _on_grid(
     weights: Sequence[float],
     problem: ContactProblem,
 ) -> tuple[ReynoldsState, Array | None]:
-    """Weighted film pressures, gaps and temperatures of other grids as a state of a problem."""
+    """Weighted pressures, gaps and temperatures of other grids as a state of a problem."""
     grid, geometry = problem.geometry.grid, problem.geometry
     p, wanted = np.zeros_like(geometry.undeformed), np.zeros_like(geometry.undeformed)
     temperature: Array | None = None
@@ -77,72 +73,32 @@ def _on_grid(
             shares = np.where(loaded, weight, 1.0 if k == main else 0.0)
             part = shares[..., None] * _layered(resample(warm, source, grid), problem.options.n_z)
             temperature = part if temperature is None else temperature + part
-    cavitated = p <= 0.0
-    p = geometry.embed(np.where(cavitated, -CAVITATED * LEAST_PRESSURE, p)[grid.inner])
-    p += geometry.asperity_pressure(problem.asperities, wanted)[0]
+    p = geometry.embed(np.where(p <= 0.0, -CAVITATED * LEAST_PRESSURE, p)[grid.inner])
     p *= TARGET_LOAD / float(np.sum(geometry.weights * p))
     # the approach that leaves the gap of the contact as it was
     shape = geometry.gap(p, 0.0)
     middle = p > 0.5 * p.max()
     h_0 = float(np.mean((wanted - shape)[middle]))
-    return ReynoldsState(p, h_0, shape + h_0, cavitated if problem.asperities.rough else None), temperature
+    return ReynoldsState(p, h_0, shape + h_0), temperature
 
 
 def prolonged(
     coarse: ContactProblem, it: Iteration, problem: ContactProblem
 ) -> tuple[ReynoldsState, Array | None]:
     """A coarse solution on the grid of a finer problem."""
-    field_ = coarse.geometry.grid, coarse.film_pressure(it.state), it.state.gap, it.temperature
+    field_ = coarse.geometry.grid, it.state.p, it.state.gap, it.temperature
     return _on_grid([field_], [1.0], problem)
 
 
-def neighbours(
-    c: ContactConditions, start: ContactSolution | Sequence[ContactSolution] | None
-) -> list[tuple[float, ContactSolution]]:
-    """The converged neighbours to start from with their weights."""
-    solutions = () if start is None else (start,) if isinstance(start, ContactSolution) else start
-    if not isinstance(solutions, Sequence) or not all(isinstance(s, ContactSolution) for s in solutions):
-        raise ValueError(
-            f"start = {start!r}; needs a ContactSolution, up to {MOST_NEIGHBOURS} of them, or None"
-        )
-    if len(solutions) > MOST_NEIGHBOURS:
-        raise ValueError(
-            f"start: {len(solutions)} neighbours; needs at most {MOST_NEIGHBOURS}: take the nearest"
-        )
-    return weighted(c, [s for s in solutions if s.converged])
-
-
-def weighted(
-    c: ContactConditions, solutions: Sequence[ContactSolution]
-) -> list[tuple[float, ContactSolution]]:
-    """Lagrange weights of solutions on a line through an operating point, in logarithms."""
-    if len(solutions) < 2:
-        return [(1.0, s) for s in solutions]
-
-    def place(at: ContactConditions) -> Array:
-        return np.log([at.load, abs(at.u_e), at.temperature])
-
-    points = np.array([place(s.conditions) - place(c) for s in solutions])
-    distances = np.linalg.norm(points[:, None] - points[None], axis=-1)
-    first, last = np.unravel_index(int(distances.argmax()), distances.shape)
-    length = float(distances[first, last])
-    direction = (points[last] - points[first]) / max(length, TINY)
-    along = points @ direction
-    off = np.linalg.norm(points - along[:, None] * direction, axis=1)
-    gaps = np.diff(np.sort(along))
-    if not gaps.min() > EQUAL or not off.max() <= OFF_LINE * length:
-        raise ValueError(
-            "start: neighbours at one point, or not on a line with the contact in the logarithms of load, speed and "
-            "temperature; needs distinct points on a line: give the nearest one alone"
-        )
+def weighted(at: float, line: Sequence[tuple[float, ContactSolution]]) -> Starts:
+    """Solutions at ratios of a load or speed with their Lagrange weights at another ratio, in logarithms."""
+    along = np.log([ratio / at for ratio, _ in line])
     weights = [math.prod(-t / (s - t) for t in np.delete(along, k)) for k, s in enumerate(along)]
-    return list(zip((float(w) for w in weights), solutions, strict=True))
+    return [(float(weight), solution) for weight, (_, solution) in zip(weights, line, strict=True)]
 
 
-def carried(
-    starts: Sequence[tuple[float, ContactSolution]], problem: ContactProblem
-) -> tuple[ReynoldsState, Array | None]:
-    """Neighbours with their weights: pressures in Hertz units, gaps by their share of the expected film."""
+def carried(starts: Starts, problem: ContactProblem) -> tuple[ReynoldsState, Array | None]:
+    """Solutions with their weights: pressures in Hertz units, gaps by their share of the expected film."""
     c, scales = problem.conditions, problem.scales
     fields: list[tuple[Grid, Array, Array, Array | None]] = []
     for _, start in starts:
@@ -153,6 +109,5 @@ def carried(
             # colder than the inlet behind the spike, where the oil expands
             temperature = temperature + (c.temperature - start.conditions.temperature)
         gap = start.state.gap + start.h_c / own.h_unit * (share - 1.0)
-        film_pressure = start.state.p - start.asperity_pressure / start.hertz.p_max
-        fields.append((start.grid, film_pressure, gap, temperature))
+        fields.append((start.grid, start.state.p, gap, temperature))
     return _on_grid(fields, [weight for weight, _ in starts], problem)

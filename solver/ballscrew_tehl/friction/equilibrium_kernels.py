@@ -6,7 +6,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
+
+from ..compiled import kernel
 
 #: nodes of the quadrature over the ellipse: Gauss along the radius, equal steps around
 RADIAL, AROUND = 8, 16
@@ -43,7 +44,7 @@ class Nodes(NamedTuple):
     sine: Any
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def limit(p, tau_0, limiting):
     """Where the stress of the oil reaches Lambda p: ln_limit = Lambda p/tau_0 and its sinh, z_limit."""
     ln_limit = limiting * p / tau_0
@@ -51,7 +52,7 @@ def limit(p, tau_0, limiting):
     return ln_limit, math.sinh(min(ln_limit, 300.0))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def shear_stress(v, k, tau_0, ln_limit, z_limit, dry, f, smooth):
     """Potential per area [W/m2], stress over slip and slope of the stress over slip [Pa s/m] at a slip speed v >= 0.
 
@@ -79,7 +80,7 @@ def shear_stress(v, k, tau_0, ln_limit, z_limit, dry, f, smooth):
     return potential, ratio, ratio + (slope - ratio) * share * share
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def potential_sums(motion, nodes, axes, traction, ball, speed, q, smooth, gradient, hessian, power):
     """Potential [W] of one ball in motion q, to a constant; gradient, Hessian and power of each contact are written."""
     matrix, offset, differential = motion
@@ -133,7 +134,7 @@ def potential_sums(motion, nodes, axes, traction, ball, speed, q, smooth, gradie
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def least_potential(motion, nodes, axes, traction, ball, speed, q, smooth, converged_at, most, power):
     """Newton's method with shortened steps from a motion q (4,), which is moved, as the power is written.
 
@@ -185,7 +186,7 @@ def least_potential(motion, nodes, axes, traction, ball, speed, q, smooth, conve
     return most
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@kernel(nogil=True)
 def equilibria(motion, speeds, axes, traction, radius, weight, first):
     """Power, motion and steps of every ball, from the motion `first` (4,) per screw speed."""
     count, contacts = traction.pressure.shape

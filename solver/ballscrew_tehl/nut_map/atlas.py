@@ -19,10 +19,10 @@ import numpy as np
 from scipy.interpolate import NdBSpline, make_interp_spline
 from scipy.spatial import KDTree
 
-from ..contact.ball_formula import moes_groups_of
 from ..parameters.file import LubricantParameters, Parameters, SolidParameters
 from ..parameters.oil import ROELANDS_PRESSURE
 from ..parameters.packaged_data import PACKAGED_DATA
+from ..physics.ball_formula import moes_groups_of
 from ..physics.film import thermal_load_parameter
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import surface_speeds

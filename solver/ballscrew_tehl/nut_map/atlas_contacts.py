@@ -22,9 +22,7 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from .. import __version__
-from ..contact.ball_contact import solve_for_map
-from ..contact.conditions import ContactConditions, Scales, scales_of
-from ..contact.solution import ContactSolution
+from ..contact import ContactConditions, ContactResult, Scales, scales_of, solve_for_map
 from ..parameters.file import LubricantParameters
 from ..parameters.mineral_oil import D341_SHIFT
 from ..parameters.oil import ROELANDS_LN, ROELANDS_PRESSURE
@@ -207,11 +205,11 @@ def solve_point(values: tuple[float, ...], heated: bool) -> list[float]:
 
 
 def thermal_values(
-    groups: Array, oil: LubricantParameters, scales: Scales, cold: ContactSolution, hot: ContactSolution
+    groups: Array, oil: LubricantParameters, scales: Scales, cold: ContactResult, hot: ContactResult
 ) -> dict[str, float]:
     """What is interpolated of a contact with heat, solved without and with it; a film above THICKEST has no loss."""
     columns = dict(zip(GROUPS, groups.tolist(), strict=True))
-    c, own = hot.conditions, hot.integrals
+    c, own = hot.conditions, hot
     force = biboulet_houpert_point(c.load, c.u_e, c.R_x, c.R_y, c.E_prime, eta0(oil, c.temperature)).force
     film = scales.film_estimate * scales.h_unit
     core = core_of(scales.M, scales.L, scales.hertz)

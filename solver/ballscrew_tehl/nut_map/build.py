@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from .. import __version__
-from ..contact.ball_contact import UnconvergedContactError, solve_ball
+from ..contact import UnconvergedContactError, solve_ball
 from ..friction.mechanistic import law_constants, nut_powers
 from ..friction.sets import default_friction_set
 from ..friction.torque import nut_sums
@@ -54,7 +54,7 @@ def _solve_contact(
         hot = solve_ball(parameters, *point, thermal=True)
     except UnconvergedContactError:
         return dict.fromkeys(QUANTITIES, math.nan)
-    found = hot.integrals
+    found = hot
     values = (
         cold.h_c, hot.h_c, hot.h_m, found.temperature_rise_mean, found.temperature_rise_smooth, hot.p_max,
         hot.traction_force, found.rolling_loss, found.core_pressure, found.core_area,

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..contact.ball_formula import film_formula
 from ..friction.sets import default_friction_set
 from ..parameters.file import Parameters
+from ..physics.ball_formula import film_formula
 from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
 from ..runtime.packed import POINT
@@ -186,7 +186,7 @@ def _totals(errors: np.ndarray) -> dict[str, Any]:
 
 
 def _deviation_or_nan(nut_map: NutMap, parameters: Parameters, point: tuple[float, ...]) -> Deviation:
-    from ..contact.ball_contact import UnconvergedContactError
+    from ..contact import UnconvergedContactError
 
     try:
         return deviation_at(nut_map, parameters, point)

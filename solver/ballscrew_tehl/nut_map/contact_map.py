@@ -20,7 +20,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.ball_formula import (
+from ..parameters.file import Parameters
+from ..physics.ball_formula import (
     LEAST_ROLLING,
     drawn_ellipse,
     film_formula,
@@ -28,7 +29,6 @@ from ..contact.ball_formula import (
     moes_groups_of,
     rolling_formula,
 )
-from ..parameters.file import Parameters
 from ..physics.hertz import RACEWAYS, HertzContact
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0

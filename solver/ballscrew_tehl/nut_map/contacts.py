@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 #: quantities of a solved contact with units; temperature_rise: of the hottest level, mean over the contact (the largest
 #: of the smoothed ones in pure rolling depends on where the pressure spike lies between the nodes); mean_rise: mean
 #: over contact and film, below 0 where oil that expands cools more than shear heats; rolling_loss, core_pressure,
-#: core_area: of the thermal solve, see contact.integrals
+#: core_area: of the thermal solve, see contact.ContactResult
 QUANTITIES = {
     "isothermal_central_film": "m",
     "thermal_central_film": "m",

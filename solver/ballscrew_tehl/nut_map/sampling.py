@@ -13,9 +13,9 @@ import numpy as np
 from scipy.spatial import KDTree
 from scipy.stats import qmc
 
-from ..contact.ball_formula import film_formula
 from ..friction.mechanistic import ball_ball_coefficient, supply_factor
 from ..parameters.file import Parameters
+from ..physics.ball_formula import film_formula
 from ..physics.kinematics import entrainment_speed
 from .atlas import ScrewAtlas
 from .contact_map import ContactModel

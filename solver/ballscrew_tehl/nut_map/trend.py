@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..contact.ball_formula import THICKEST_FILM
 from ..friction.torque import nut_forces
 from ..parameters.file import FOUR_POINT, Parameters
+from ..physics.ball_formula import THICKEST_FILM
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
 from .contacts import LEAST_FILM

@@ -11,9 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contact.ball_contact import solve_ball
-from ..contact.ball_formula import film_formula, minimum_rolling_loss, rolling_formula
-from ..contact.solution import ContactSolution
+from ..contact import ContactResult, solve_ball
+from ..physics.ball_formula import film_formula, minimum_rolling_loss, rolling_formula
 from ..friction.mechanistic import mean_load, nuts_powers, rolling_torque
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
@@ -84,7 +83,7 @@ def direct_extremes(
         "film_thickness_min": min(s.h_m for s in everything),
         "film_thickness_central_screw": min(s.h_c for s in solved["screw"]),
         "film_thickness_central_nut": min(s.h_c for s in solved["nut"]),
-        "film_temperature_rise": max(s.integrals.temperature_rise_mean for s in everything),
+        "film_temperature_rise": max(s.temperature_rise_mean for s in everything),
         "contact_pressure_max": max(s.hertz.p_max for s in everything),
         "ball_load_max": heaviest,
     }
@@ -143,7 +142,7 @@ class NutContacts:
         loads = _ball_loads(screw, force, self._count)
         load = mean_load(loads)
         hot = solve_ball(self.parameters, raceway, load, speed, temperature, thermal=True)
-        extremes = hot.h_m, hot.h_c, hot.integrals.temperature_rise_mean
+        extremes = hot.h_m, hot.h_c, hot.temperature_rise_mean
         if self.film == MECHANISTIC:
             contacts = MeanBallContacts(self.parameters, {raceway: [hot]})
             at = np.array([[speed]]), np.array([[temperature]])
@@ -181,7 +180,7 @@ class DirectState(NamedTuple):
 class _RacewayFilms(NamedTuple):
     """Films of the balls of one nut on one raceway."""
 
-    mean: ContactSolution  # of the mean ball, as the friction takes it
+    mean: ContactResult  # of the mean ball, as the friction takes it
     heaviest_over_lightest: float  # of the load-carrying balls
     least: float  # [m] thermal, of the load-carrying balls
     rise: float  # [K] of the hottest ball
@@ -204,7 +203,7 @@ def _state(
     screw, (preload, speed, temperature, axial_load) = parameters.screw, point
     mechanistic = friction_set.film_model == MECHANISTIC
     torque, rise = 0.0, 0.0
-    means: dict[str, list[ContactSolution]] = {name: [] for name in RACEWAYS}
+    means: dict[str, list[ContactResult]] = {name: [] for name in RACEWAYS}
     least = dict.fromkeys(RACEWAYS, math.inf)
     forces = nut_forces(parameters, preload, axial_load)
     for force, times in Counter(force for force in forces if force > 0.0).items():
@@ -239,7 +238,7 @@ class MeanBallContacts:
 
     name = MECHANISTIC
 
-    def __init__(self, parameters: Parameters, solved: Mapping[str, Sequence[ContactSolution]]) -> None:
+    def __init__(self, parameters: Parameters, solved: Mapping[str, Sequence[ContactResult]]) -> None:
         self.parameters, self.solved = parameters, solved
 
     def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
@@ -248,10 +247,10 @@ class MeanBallContacts:
         mean = min(self.solved[raceway], key=lambda one: abs(math.log(one.conditions.load / wanted)))
         values = {
             "thermal_central_film": mean.h_c,
-            "rolling_loss": mean.integrals.rolling_loss,
-            "core_pressure": mean.integrals.core_pressure,
-            "core_area": mean.integrals.core_area,
-            "mean_rise": mean.integrals.mean_temperature - mean.conditions.temperature,
+            "rolling_loss": mean.rolling_loss,
+            "core_pressure": mean.core_pressure,
+            "core_area": mean.core_area,
+            "mean_rise": mean.mean_temperature - mean.conditions.temperature,
         }
         found = np.full(load.shape, values[name])
         if name == "rolling_loss":
@@ -272,7 +271,7 @@ class DirectContacts:
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
-        self._solved: dict[tuple[str, float, float, float], ContactSolution] = {}
+        self._solved: dict[tuple[str, float, float, float], ContactResult] = {}
 
     def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
         """A quantity (n, 1, 1) at the ball loads (n,) of a nut, or at their mean_load alone, at a single point.
@@ -306,7 +305,7 @@ def direct_state(
     def films_of(raceway: str, mean: float, ends: tuple[float, float]) -> _RacewayFilms:
         light, heavy = (solve_ball(parameters, raceway, q, speed, temperature, thermal=True) for q in ends)
         own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
-        rises = (s.integrals.temperature_rise_mean for s in (light, heavy))
+        rises = (s.temperature_rise_mean for s in (light, heavy))
         return _RacewayFilms(own, heavy.h_c / light.h_c, min(light.h_c, heavy.h_c), max(rises))
 
     return _state(parameters, friction_set, films_of, (preload, speed, temperature, axial_load))
@@ -329,10 +328,9 @@ def mean_ball_state(
 
     def films_of(raceway: str, mean: float, ends: tuple[float, float]) -> _RacewayFilms:
         hot = solve_ball(parameters, raceway, ends[1], speed, temperature, thermal=True)
-        # the loads are a few percent apart
-        own = solve_ball(parameters, raceway, mean, speed, temperature, thermal, hot if thermal else None)
+        own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
         light, heavy = film_formula(parameters, raceway, np.array(ends), speed, temperature)
         least = min(hot.h_c, hot.h_c * float(light / heavy))
-        return _RacewayFilms(own, float(heavy / light), least, hot.integrals.temperature_rise_mean)
+        return _RacewayFilms(own, float(heavy / light), least, hot.temperature_rise_mean)
 
     return _state(parameters, friction_set, films_of, (preload, speed, temperature, axial_load))

@@ -12,7 +12,7 @@ from ..physics.hertz import RACEWAYS
 from .figures import COLOURS, LINE, SMALL, figure_address, finish, new_figure
 
 if TYPE_CHECKING:
-    from ..contact.solve import ContactSolution
+    from ..contact import ContactResult
 
 #: films above this number of central films are not drawn over the middle line
 MOST_FILMS = 2.5
@@ -33,20 +33,18 @@ FIELDS = {
 }
 
 
-def whole_field(solution: ContactSolution, name: str) -> tuple[Array, Array, Array]:
+def whole_field(solution: ContactResult, name: str) -> tuple[Array, Array, Array]:
     """x along rolling in half-widths, y across in semi-axes, field of FIELDS (n_y, n_x) on both halves, SI."""
     if name == "rise":
         assert solution.temperature is not None
         field = solution.temperature.max(axis=2) - solution.conditions.temperature
     else:
         field = getattr(solution, name)
-    y = solution.y
-    if y[0] >= 0.0:
-        y, field = np.concatenate((-y[:0:-1], y)), np.concatenate((field[:0:-1], field))
-    return solution.x, y, field
+    y = np.concatenate((-solution.y[:0:-1], solution.y))
+    return solution.x, y, np.concatenate((field[:0:-1], field))
 
 
-def contact_rim(solution: ContactSolution) -> tuple[Array, Array, Array]:
+def contact_rim(solution: ContactResult) -> tuple[Array, Array, Array]:
     """Lines y that carry load, and where the pressure of each rises at the inlet and falls at the outlet.
 
     Where it passes the share RIM of its largest value on the line, linear between nodes; y in semi-axes, x in
@@ -64,7 +62,7 @@ def contact_rim(solution: ContactSolution) -> tuple[Array, Array, Array]:
     return tuple(np.array(found).T)
 
 
-def fine_field(solution: ContactSolution, name: str) -> tuple[Array, Array, Array]:
+def fine_field(solution: ContactResult, name: str) -> tuple[Array, Array, Array]:
     """The field on POINTS_X x POINTS_Y points of the drawn domain, arguments and axes as whole_field.
 
     The lines of the solver lie far apart across rolling and their features follow the rim of the contact: between the
@@ -97,7 +95,7 @@ def fine_field(solution: ContactSolution, name: str) -> tuple[Array, Array, Arra
     return fine_x, np.linspace(-SHOWN_Y, SHOWN_Y, POINTS_Y), np.array(fine)
 
 
-def inside_range(solution: ContactSolution, name: str) -> tuple[float, float]:
+def inside_range(solution: ContactResult, name: str) -> tuple[float, float]:
     """Least value in the Hertz ellipse and the one not exceeded in the share HELD of it, SI."""
     x, y, field = fine_field(solution, name)
     inside = field[y[:, None] ** 2 + x**2 < 1.0]
@@ -118,7 +116,7 @@ def contour_levels(ranges: Sequence[tuple[float, float]], name: str) -> Array:
     return levels if name == "film" else levels[levels > 1e-9 * high]
 
 
-def contact_field(solutions: Sequence[ContactSolution | None], name: str) -> str:
+def contact_field(solutions: Sequence[ContactResult | None], name: str) -> str:
     """A field of FIELDS on screw and nut raceway with one colour scale; oil enters from below; the Hertz ellipse."""
     title, unit, _, colours = FIELDS[name]
     figure, panels = new_figure(4.6, 2)
@@ -143,16 +141,14 @@ def contact_field(solutions: Sequence[ContactSolution | None], name: str) -> str
     return figure_address(figure, "png")
 
 
-def _contours(
-    axes: Any, solution: ContactSolution, name: str, levels: Array, colours: str, extend: str
-) -> Any:
+def _contours(axes: Any, solution: ContactResult, name: str, levels: Array, colours: str, extend: str) -> Any:
     x, y, field = fine_field(solution, name)
     a, b = 1e6 * solution.hertz.a, 1e6 * solution.hertz.b
     values = FIELDS[name][2] * field.T
     return axes.contourf(a * y, b * x, values, levels, cmap=colours, extend=extend)
 
 
-def central_lines(solutions: Sequence[ContactSolution | None]) -> str:
+def central_lines(solutions: Sequence[ContactResult | None]) -> str:
     """Pressure and film along the middle of both contacts."""
     figure, panels = new_figure(5.0, 2)
     for axes, raceway, s in zip(panels, RACEWAYS, solutions, strict=True):

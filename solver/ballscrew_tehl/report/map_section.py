@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..contact.ball_formula import THICKEST_FILM
 from ..friction.origin import carried_over
 from ..nut_map.contacts import LEAST_FILM
 from ..nut_map.trend import LEAST_FORCES
 from ..parameters.file import FOUR_POINT
 from ..parameters.units import SHOWN
+from ..physics.ball_formula import THICKEST_FILM
 from ..runtime.packed import MECHANISTIC
 from . import figures
 from .material import Material

@@ -24,7 +24,7 @@ from .lines import Friction, GivenPoint, Progress, TorqueLines, operating_point,
 from .screw_numbers import ScrewNumbers, screw_numbers
 
 if TYPE_CHECKING:
-    from ..contact.solve import ContactSolution
+    from ..contact import ContactResult
 
 #: axial load over the separation load: of the load distributions, and the end of the forces over axial load
 AXIAL_SHARES, AXIAL_END = (0.0, 0.5, 1.0), 1.2
@@ -84,7 +84,7 @@ class SolvedContact(NamedTuple):
 
     kinematics: str
     raceway: str
-    solution: ContactSolution
+    solution: ContactResult
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Material:
         """The friction set selected by the parameters."""
         return self.frictions[0]
 
-    def contact(self, kinematics: str, raceway: str) -> ContactSolution | None:
+    def contact(self, kinematics: str, raceway: str) -> ContactResult | None:
         """Converged solution, None without one."""
         for found in self.contacts:
             if found[:2] == (kinematics, raceway) and found.solution.converged:
@@ -217,18 +217,15 @@ def solved_contacts(
     progress: Progress,
 ) -> tuple[SolvedContact, ...]:
     """Thermal solves of both raceways with each kinematics at a ball load, screw speed and temperature."""
-    from ..contact.ball_contact import ball_contact
-    from ..contact.solve import solve_contact
+    from ..contact import ball_conditions, solve
 
     pairs = [(name, raceway) for name in kinematics for raceway in RACEWAYS]
     found: list[SolvedContact] = []
     for name, raceway in pairs:
         progress(len(found), len(pairs), CONTACT_STEP)
         variant = changed(parameters, friction={"kinematics": name})
-        conditions = ball_contact(variant, raceway, *point)
-        found.append(
-            SolvedContact(name, raceway, solve_contact(conditions, variant.lubricant, variant.solid))
-        )
+        conditions = ball_conditions(variant, raceway, *point)
+        found.append(SolvedContact(name, raceway, solve(conditions, variant.lubricant, variant.solid)))
     progress(len(pairs), len(pairs), CONTACT_STEP)
     return tuple(found)
 

@@ -33,7 +33,7 @@ from .screw_section import films, key_tiles, mechanics, oil, point_note, sizes
 from .tables import percent_of, validation_table, words
 
 if TYPE_CHECKING:
-    from ..contact.solve import ContactSolution
+    from ..contact import ContactResult
 
 PAPER = "https://doi.org/10.1007/s00170-022-09524-2"
 NAMES = {
@@ -396,7 +396,7 @@ def _spin_note(material: Material) -> str:
 
 
 #: column of the table of solved contacts -> its value
-CONTACT_COLUMNS: dict[str, Callable[[ContactSolution], str]] = {
+CONTACT_COLUMNS: dict[str, Callable[[ContactResult], str]] = {
     "entrainment [m/s]": lambda s: f"{s.conditions.u_e:.3f}",
     # + 0: no sign on zeros
     "slide-to-roll ratio": lambda s: (

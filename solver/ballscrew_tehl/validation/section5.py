@@ -7,9 +7,7 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..contact.ball_contact import ball_contact
-from ..contact.solution import EXTRAPOLATED_BELOW
-from ..contact.solve import ContactSolution, SolverOptions, solve_contact
+from ..contact import ContactResult, SolverOptions, ball_conditions, solve
 from ..parameters.file import Parameters, changed
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM
@@ -64,10 +62,10 @@ def printed_values() -> list[dict[str, str]]:
     return list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
 
 
-def _solve(parameters: Parameters, raceway: str, options: SolverOptions) -> ContactSolution:
+def _solve(parameters: Parameters, raceway: str, options: SolverOptions) -> ContactResult:
     temperature = parameters.lubricant.reference_temperature
-    conditions = ball_contact(parameters, raceway, LOAD, SPEED, temperature)
-    return solve_contact(conditions, parameters.lubricant, parameters.solid, options)
+    conditions = ball_conditions(parameters, raceway, LOAD, SPEED, temperature)
+    return solve(conditions, parameters.lubricant, parameters.solid, options)
 
 
 def extrapolated(coarse: float, middle: float, fine: float) -> float:
@@ -97,7 +95,7 @@ def section5_contacts(
     wanted = [(k, law, raceway) for k in KINEMATICS for law in LAWS for raceway in RACEWAYS]
     for kinematics, law, raceway in wanted:
         variant = changed(parameters, friction={"kinematics": kinematics}, lubricant={"viscosity_law": law})
-        solutions: list[ContactSolution] = []
+        solutions: list[ContactResult] = []
         for grid in GRIDS:
             progress(len(GRIDS) * len(rows) + len(solutions), len(GRIDS) * len(wanted), "contacts solved")
             solutions.append(_solve(variant, raceway, grid))
@@ -105,7 +103,7 @@ def section5_contacts(
     return rows
 
 
-def _row(kinematics: str, law: str, raceway: str, solutions: list[ContactSolution]) -> ContactRow:
+def _row(kinematics: str, law: str, raceway: str, solutions: list[ContactResult]) -> ContactRow:
     """The row of one contact, solved on the grids from coarse to fine."""
     h_c, h_m, rise = ([getattr(s, name) for s in solutions] for name in ("h_c", "h_m", "temperature_rise"))
 
@@ -129,15 +127,9 @@ def _row(kinematics: str, law: str, raceway: str, solutions: list[ContactSolutio
         all(s.converged for s in solutions),
         (to_middle, to_fine),
         (rise_to_middle, rise_to_fine),
-        extrapolated(*(_film_of_grid(s) for s in solutions)),
+        extrapolated(*(s.grid_film for s in solutions)),
         extrapolated(*rise),
     )
-
-
-def _film_of_grid(solution: ContactSolution) -> float:
-    """h_c before the extrapolation of the solver [m]."""
-    share = solution.extrapolation[0]
-    return solution.h_c / (1.0 + share if abs(share) < EXTRAPOLATED_BELOW else 1.0)
 
 
 def section5_text(rows: list[ContactRow]) -> str:

@@ -119,7 +119,7 @@ def run_contact(args: Namespace) -> int:
 
 
 def _solve(contact: dict[str, Any], screw_file: str | None) -> dict[str, Any]:
-    from ...contact.solve import SolverOptions
+    from ...contact import SolverOptions
 
     moes = "moes" in contact
     options = SolverOptions(thermal=not (moes or contact.get("isothermal", False)))
@@ -138,11 +138,11 @@ def _by_moes(contact: dict[str, Any], options: Any) -> dict[str, Any]:
 
     error_estimate: relative, of Hc: change by the extrapolation from half the nodes
     """
-    from ...contact.moes import solve_moes
+    from ...contact import solve_moes
 
     M, L = contact["moes"]
     found = solve_moes(M, L, contact["radius_ratio"], contact["law"], options)
-    solution = found.solution
+    solution = found.result
     return {
         "Hc": found.Hc,
         "Hm": found.Hm,
@@ -157,7 +157,7 @@ def _by_moes(contact: dict[str, Any], options: Any) -> dict[str, Any]:
 
 
 def _by_dimensions(contact: dict[str, Any], options: Any, screw_file: str | None) -> dict[str, Any]:
-    from ...contact.solve import ContactConditions, solve_contact
+    from ...contact import ContactConditions, solve
     from ...parameters.file import changed, load_parameters
     from ...physics.hertz import E_prime
 
@@ -167,18 +167,18 @@ def _by_dimensions(contact: dict[str, Any], options: Any, screw_file: str | None
     oil = parameters.lubricant
     if "rheology" in contact:
         oil = changed(parameters, lubricant={"rheology": contact["rheology"]}).lubricant
-    solution = solve_contact(conditions, oil, parameters.solid, options)
+    solution = solve(conditions, oil, parameters.solid, options)
     return {
         "h_c_m": solution.h_c,
         "h_m_m": solution.h_m,
         "p_max_pa": solution.p_max,
         "temperature_rise_k": solution.temperature_rise,
         "traction_force_n": solution.traction_force,
-        "traction_force_1_n": solution.integrals.traction_force_1,
-        "traction_force_2_n": solution.integrals.traction_force_2,
-        "rolling_loss_w": solution.integrals.rolling_loss,
-        "temperature_rise_mean_k": solution.integrals.temperature_rise_mean,
-        "temperature_rise_smooth_k": solution.integrals.temperature_rise_smooth,
+        "traction_force_1_n": solution.traction_force_1,
+        "traction_force_2_n": solution.traction_force_2,
+        "rolling_loss_w": solution.rolling_loss,
+        "temperature_rise_mean_k": solution.temperature_rise_mean,
+        "temperature_rise_smooth_k": solution.temperature_rise_smooth,
         "converged": bool(solution.converged),
         "iterations": solution.iterations,
         "seconds": solution.seconds,

@@ -13,12 +13,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from ..half_space.grid import TINY, Array
+from ...compiled import kernel
+from ..half_space.grid import Array
 from ..half_space.walls import LineConvolution
-from .flow import FilmFlow
 from .kernels import line_flux
 from .krylov import gmres
 from .oil import ln_viscosity, pressure_factor
@@ -31,6 +30,25 @@ COLUMNS = 4
 REVERSAL = 4.0
 #: relative residual at which GMRES ends for the wall temperatures, and its most iterations
 WALL_TOLERANCE, MOST_WALL_STEPS = 1e-2, 40
+
+
+class EnergyMesh(NamedTuple):
+    """Nodes x and cell widths (n_x,), and the distance of the lines [m]."""
+
+    x: Array
+    width: Array
+    h_y: float
+
+
+class WallHeat(NamedTuple):
+    """Heat flux into the walls q_a, q_b (n_y, n_x) [W/m2] and its response to their temperatures.
+
+    response (n_y, n_x, 4) [W/(m2 K)]: -dq_a/dT_a, dq_a/dT_b, dq_b/dT_a, -dq_b/dT_b with the neighbour columns held.
+    """
+
+    q_a: Array
+    q_b: Array
+    response: Array
 
 
 class FaceFlow(NamedTuple):
@@ -61,16 +79,16 @@ class FaceFlow(NamedTuple):
         )
 
 
-@njit(cache=True, error_model="numpy")
-def face_flow(width, h_y, mirror, heat, p, flux_x, flux_y, flow, face):
+@kernel
+def face_flow(mesh, heat, p, flux_x, flux_y, flow, face):
     """Mass through the faces: profiles of the nodes, in sum the flux of the Reynolds equation; fills face.
 
-    width (nx,), h_y [m]; p (n_y, n_x) in any unit; flux_x (n_y, n_x-1), flux_y (n_y-1, n_x) [kg/(m s)]. Along a line
-    the flux follows from continuity, so that it is also right where the film cavitates.
+    p (n_y, n_x) in any unit; flux_x (n_y, n_x-1), flux_y (n_y-1, n_x) [kg/(m s)]. Along a line the flux follows from
+    continuity, so that it is also right where the film cavitates.
     """
+    width, h_y = mesh.width, mesh.h_y
     ny, nx, nz = flow.m_x.shape[0], flow.m_x.shape[1], flow.m_x.shape[2] - 1
     dz = 1.0 / nz
-    first = 0 if mirror else 1
     steady = np.empty(nx - 1)
     for j in range(ny - 1):
         for i in range(nx):
@@ -81,8 +99,8 @@ def face_flow(width, h_y, mirror, heat, p, flux_x, flux_y, flow, face):
                 total += m * (0.5 * dz if k == 0 or k == nz else dz)
             for k in range(nz + 1):
                 face.y[j, i, k] = heat * (face.y[j, i, k] + flux_y[j, i] - total)
-    for j in range(first, ny - 1):
-        line_flux(j, width, 1.0 / h_y, mirror, p, flux_x, flux_y, steady)
+    for j in range(ny - 1):
+        line_flux(j, width, 1.0 / h_y, p, flux_x, flux_y, steady)
         face.reverse[j] = 0
         for i in range(face.start[j] - 1, face.end[j]):
             passing = steady[i]
@@ -102,7 +120,7 @@ def face_flow(width, h_y, mirror, heat, p, flux_x, flux_y, flow, face):
             up = 0.0
             for k in range(nz):
                 out = (face.x[j, i, k] - face.x[j, i - 1, k]) / width[i]
-                if mirror and j == 0:
+                if j == 0:
                     out += 2.0 * face.y[0, i, k] / h_y
                 else:
                     out += (face.y[j, i, k] - face.y[j - 1, i, k]) / h_y
@@ -110,7 +128,7 @@ def face_flow(width, h_y, mirror, heat, p, flux_x, flux_y, flow, face):
                 face.z[j, i, k] = up
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def bernoulli(x):
     """x/(exp(x) - 1): weight of the exponential scheme (Scharfetter & Gummel 1969)."""
     if abs(x) < 1e-3:
@@ -122,7 +140,7 @@ def bernoulli(x):
     return x / np.expm1(x)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def along(x, width, flow_x, j, i, k):
     """Heat that the faces before and behind a cell bring in, as a sum over temperatures [W/(m2 K) per unit z/h].
 
@@ -149,7 +167,7 @@ def along(x, width, flow_x, j, i, k):
     return own, up_1, up_2, down
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def bounded_slope(upstream, own, downstream):
     """Change over a cell by which its face downstream continues its temperature: the smaller of both differences.
 
@@ -162,13 +180,13 @@ def bounded_slope(upstream, own, downstream):
     return before if abs(before) < abs(behind) else behind
 
 
-@njit(cache=True, error_model="numpy")
-def across(h_y, mirror, t, t_in, flow_y, j, i, k):
+@kernel
+def across(h_y, t, t_in, flow_y, j, i, k):
     """Heat that the faces to the neighbour lines bring in, as rest - diag*T [W/m2 per unit z/h]; returns diag, rest."""
     ny = t.shape[0]
     diag = rest = 0.0
     for side in range(2):
-        axis = mirror and j == 0
+        axis = j == 0
         if side == 0:
             m = flow_y[j, i, k] / h_y * (2.0 if axis else 1.0)
             near, far = j + 1, j + 2
@@ -179,11 +197,11 @@ def across(h_y, mirror, t, t_in, flow_y, j, i, k):
             m = -flow_y[j - 1, i, k] / h_y
             near, far = j - 1, j - 2
             behind = j + 1
-            if far < 0 and mirror:
+            if far < 0:
                 far = 1
         # m: flow out of the cell
         if m < 0.0:
-            if near == ny - 1 or (near == 0 and not mirror):
+            if near == ny - 1:
                 inflow = t_in
             else:
                 inflow = t[near, i, k] + 0.5 * bounded_slope(t[far, i, k], t[near, i, k], t[j, i, k])
@@ -195,18 +213,18 @@ def across(h_y, mirror, t, t_in, flow_y, j, i, k):
     return diag, rest
 
 
-@njit(cache=True, error_model="numpy")
-def sideways(x, width, h_y, mirror, t, t_in, flow_x, flow_y, j, i, k):
+@kernel
+def sideways(mesh, t, t_in, flow_x, flow_y, j, i, k):
     """Heat that the side faces of a cell bring in, as rest - diag*T [W/m2 per unit z/h]; returns diag, rest."""
-    own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
-    diag, rest = across(h_y, mirror, t, t_in, flow_y, j, i, k)
+    own, up_1, up_2, down = along(mesh.x, mesh.width, flow_x, j, i, k)
+    diag, rest = across(mesh.h_y, t, t_in, flow_y, j, i, k)
     rest += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
     if up_2 != 0.0:
         rest += up_2 * t[j, i - 2, k]
     return own + diag, rest
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def solve_tridiagonal(lower, diag, upper, rhs):
     """Gaussian elimination without pivoting for the columns of rhs, in place; lower and diag take the factors."""
     n = diag.size
@@ -224,22 +242,20 @@ def solve_tridiagonal(lower, diag, upper, rhs):
             rhs[r, c] = (rhs[r, c] - upper[r] * rhs[r + 1, c]) / diag[r]
 
 
-@njit(cache=True, error_model="numpy")
-def sweep(
-    x, width, h_y, mirror, h, conductivity, t_in, flow, face, t_at, damped, forward, whole, t, heat, q_a, q_b, response
-):  # fmt: skip
+@kernel
+def sweep(mesh, h, conductivity, t_in, flow, face, t_at, damped, forward, whole, t, heat, response):
     """One Gauss-Seidel sweep along x (forward or backward) over all columns, each solved across the film; walls held.
 
-    width (nx,), h_y [m]; t_at: temperatures that flow belongs to; damped: dissipation as if hotter oil sheared with
+    h (n_y, n_x) [m]; t_at: temperatures that flow belongs to; damped: dissipation as if hotter oil sheared with
     less heat everywhere and temperatures did not follow the pressure, which converges slowly from far away. Else
     dissipation is linearised at the sliding and the flux of the column: hotter oil at the same stress shears faster,
     and the stress falls; what the pressure flow dissipates is its flux times the gradient.
-    Fills q_a, q_b (heat flux into the walls, W/m2), response (n_y, n_x, 4): -dq_a/dT_a, dq_a/dT_b, dq_b/dT_a,
-    -dq_b/dT_b with the neighbour columns held, and heat, the factors by which temperatures follow the pressure.
-    Backward, and forward unless whole, only columns with reverse flow are visited. Returns the largest change [K].
+    Fills heat, the factors by which temperatures follow the pressure, and response (n_y, n_x, 4): how the levels next
+    to either wall answer to wall a, wall b, wall a, wall b with the neighbour columns held (see wall_heat).
+    Backward, and forward unless whole, only columns with reverse flow are visited.
     """
-    # one function: assembly and wall fluxes called with flow and face cost half as much again (1.2 to 1.9 ms)
     # arrays by name: a tuple of them that is passed or searched in the inner loops costs three times the rest
+    x, width, h_y = mesh.x, mesh.width, mesh.h_y
     flow_x, flow_y, flow_z = face.x, face.y, face.z
     start_at, end_at, reverse_at = face.start, face.end, face.reverse
     f_compression, f_driven, f_fluidity, f_rate = flow.compression, flow.driven, flow.fluidity, flow.rate
@@ -253,9 +269,7 @@ def sweep(
     n = nz - 1
     lower, diag, upper = np.empty(n), np.empty(n), np.empty(n)
     rhs = np.empty((n, COLUMNS))
-    change = 0.0
-    first = 0 if mirror else 1
-    for j in range(first, ny - 1):
+    for j in range(ny - 1):
         start = start_at[j] if forward else min(reverse_at[j], end_at[j] - 1)
         step = 1 if forward else -1
         end = end_at[j] if forward else start_at[j] - 1
@@ -279,7 +293,7 @@ def sweep(
             for r in range(n):
                 k = r + 1
                 own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
-                d, b = across(h_y, mirror, t, t_in, flow_y, j, i, k)
+                d, b = across(h_y, t, t_in, flow_y, j, i, k)
                 d += own
                 b += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
                 if up_2 != 0.0:
@@ -331,28 +345,43 @@ def sweep(
                     rhs[r, c_] -= top * h_stress[j, i, r]
             for r in range(n):
                 delta = rhs[r, 0] - t[j, i, r + 1]
-                change = max(change, abs(delta))
                 t[j, i, r + 1] += min(max(delta, -SWEEP_LIMIT), SWEEP_LIMIT)
+            response[j, i, 0], response[j, i, 1] = rhs[0, 1], rhs[0, 2]
+            response[j, i, 2], response[j, i, 3] = rhs[n - 1, 1], rhs[n - 1, 2]
+
+
+@kernel
+def wall_heat(mesh, h, conductivity, t_in, flow, face, t, walls):
+    """Heat into both walls of every column after the last sweep, from the half cells at them; fills walls.
+
+    The response of the walls is made from that of the levels next to them, which the sweep has left there.
+    """
+    flow_x, flow_y, flow_z, start, end = face.x, face.y, face.z, face.start, face.end
+    shear, compression = flow.shear, flow.compression
+    q_a, q_b, response = walls.q_a, walls.q_b, walls.response
+    nz = t.shape[2] - 1
+    dz = 1.0 / nz
+    for j in range(h.shape[0] - 1):
+        for i in range(start[j], end[j]):
+            cond = conductivity / (h[j, i] * dz)
             b_a = cond * bernoulli(flow_z[j, i, 0] / cond)
             b_b = cond * bernoulli(-flow_z[j, i, nz - 1] / cond)
-            # half cells at the walls
-            d_a, r_a = sideways(x, width, h_y, mirror, t, t_in, flow_x, flow_y, j, i, 0)
-            d_b, r_b = sideways(x, width, h_y, mirror, t, t_in, flow_x, flow_y, j, i, nz)
+            d_a, r_a = sideways(mesh, t, t_in, flow_x, flow_y, j, i, 0)
+            d_b, r_b = sideways(mesh, t, t_in, flow_x, flow_y, j, i, nz)
             t_a, t_b = t[j, i, 0], t[j, i, nz]
             q_a[j, i] = b_a * (t[j, i, 1] - t_a) + 0.5 * dz * (
-                f_shear[j, i, 0] + f_compression[j, i, 0] * t_a + r_a - d_a * t_a
+                shear[j, i, 0] + compression[j, i, 0] * t_a + r_a - d_a * t_a
             )
             q_b[j, i] = b_b * (t[j, i, nz - 1] - t_b) + 0.5 * dz * (
-                f_shear[j, i, nz] + f_compression[j, i, nz] * t_b + r_b - d_b * t_b
+                shear[j, i, nz] + compression[j, i, nz] * t_b + r_b - d_b * t_b
             )
-            response[j, i, 0] = b_a * (1.0 - rhs[0, 1]) + 0.5 * dz * d_a
-            response[j, i, 1] = b_a * rhs[0, 2]
-            response[j, i, 2] = b_b * rhs[n - 1, 1]
-            response[j, i, 3] = b_b * (1.0 - rhs[n - 1, 2]) + 0.5 * dz * d_b
-    return change
+            response[j, i, 0] = b_a * (1.0 - response[j, i, 0]) + 0.5 * dz * d_a
+            response[j, i, 1] *= b_a
+            response[j, i, 2] *= b_b
+            response[j, i, 3] = b_b * (1.0 - response[j, i, 3]) + 0.5 * dz * d_b
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def sheared_film(conductivity, h, slip, eta, soft, t_a, t_b, t):
     """Temperature (n_z+1,) across a film sheared at one rate between walls: start of the iteration; returns q_wall.
 
@@ -372,9 +401,9 @@ def sheared_film(conductivity, h, slip, eta, soft, t_a, t_b, t):
     return 0.5 * eta * slip * slip / h
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def sheared_films(oil, p, h, conductivity, slip, t_a, t_b, t, q):
-    """Every column sheared by itself between given walls (n_y, n_x) [K]; fills t and the flux into either wall q."""
+    """Every column sheared by itself at a slip [m/s] between walls (n_y, n_x) [K]; fills t, and q into each wall."""
     for j in range(p.shape[0]):
         for i in range(p.shape[1]):
             wall = 0.5 * (t_a[j, i] + t_b[j, i])
@@ -383,29 +412,22 @@ def sheared_films(oil, p, h, conductivity, slip, t_a, t_b, t, q):
             eta = np.exp(ln_eta)
             for _ in range(2):
                 soft = max(-slope, 1e-9)
-                q[j, i] = sheared_film(
-                    conductivity, h[j, i], slip[j, i], eta, soft, t_a[j, i], t_b[j, i], t[j, i]
-                )
+                q[j, i] = sheared_film(conductivity, h[j, i], slip, eta, soft, t_a[j, i], t_b[j, i], t[j, i])
                 # the slope flattens with heat: take it where half the rise of the first guess has been reached
                 middle = 0.5 * (wall + t[j, i, (t.shape[2] - 1) // 2])
                 _, slope, _ = ln_viscosity(oil, factor, middle)
 
 
 def update_walls(
-    walls: tuple[LineConvolution, LineConvolution],
-    t: Array,
-    q_a: Array,
-    q_b: Array,
-    response: Array,
-    t_in: float,
-) -> int:
-    """Set both wall temperatures of t [K] so that T = T0 + K q, with q linearised in both; returns GMRES iterations.
+    operators: tuple[LineConvolution, LineConvolution], t: Array, walls: WallHeat, t_in: float
+) -> None:
+    """Set both wall temperatures of t [K] so that T = T0 + K q, with q linearised in both.
 
     Both walls at once: a thin film couples them more strongly than either is coupled to its own body.
     """
-    shape = (2, *q_a.shape)
-    wall_a, wall_b = walls
-    missing = np.stack([t_in + wall_a(q_a) - t[:, :, 0], t_in + wall_b(q_b) - t[:, :, -1]])
+    shape, response = (2, *walls.q_a.shape), walls.response
+    wall_a, wall_b = operators
+    missing = np.stack([t_in + wall_a(walls.q_a) - t[:, :, 0], t_in + wall_b(walls.q_b) - t[:, :, -1]])
 
     def apply(v: Array) -> Array:
         d_a, d_b = v.reshape(shape)
@@ -414,36 +436,22 @@ def update_walls(
             d_b + wall_b.rough(response[:, :, 3] * d_b - response[:, :, 2] * d_a),
         ]).ravel()  # fmt: skip
 
-    step, used, _ = gmres(apply, lambda v: v, missing.ravel(), WALL_TOLERANCE, MOST_WALL_STEPS)
+    step, _, _ = gmres(apply, lambda v: v, missing.ravel(), WALL_TOLERANCE, MOST_WALL_STEPS)
     t[:, :, 0] += step.reshape(shape)[0]
     t[:, :, -1] += step.reshape(shape)[1]
-    return used
 
 
-class HeatBalance(NamedTuple):
-    """Heat of the whole contact [W]: generated by shear and compression, into the walls, carried out by the oil."""
-
-    generated: float
-    conducted: float
-    convected: float
-
-    @property
-    def defect(self) -> float:
-        """Relative gap of the balance; vanishes with the iteration."""
-        size = max(abs(self.generated), abs(self.conducted), abs(self.convected), TINY)
-        return (self.generated - self.conducted - self.convected) / size
-
-
-@njit(cache=True, error_model="numpy")
-def _balance(x, width, h_y, mirror, t, t_in, flow, face, q_a, q_b):
-    """Generated, conducted, convected heat [W] of the lines of the grid, each as wide as h_y."""
+@kernel
+def heat_flows(mesh, t, t_in, flow, face, walls):
+    """Generated, conducted, convected heat [W] of the cells where the energy equation is solved."""
     # arrays by name: see sweep
     flow_x, flow_y, start, end = face.x, face.y, face.start, face.end
     shear, compression = flow.shear, flow.compression
+    width, h_y, q_a, q_b = mesh.width, mesh.h_y, walls.q_a, walls.q_b
     nz = t.shape[2] - 1
     generated = conducted = convected = 0.0
-    for j in range(0 if mirror else 1, t.shape[0] - 1):
-        twice = 2.0 if mirror and j > 0 else 1.0
+    for j in range(t.shape[0] - 1):
+        twice = 2.0 if j > 0 else 1.0
         for i in range(start[j], end[j]):
             area = width[i] * h_y * twice
             conducted += area * (q_a[j, i] + q_b[j, i])
@@ -451,19 +459,11 @@ def _balance(x, width, h_y, mirror, t, t_in, flow, face, q_a, q_b):
                 w = area * (0.5 if k == 0 or k == nz else 1.0) / nz
                 rise = t[j, i, k] - t_in
                 generated += w * (shear[j, i, k] + compression[j, i, k] * t[j, i, k])
-                diag, rest = sideways(x, width, h_y, mirror, t, t_in, flow_x, flow_y, j, i, k)
+                diag, rest = sideways(mesh, t, t_in, flow_x, flow_y, j, i, k)
                 out = (flow_x[j, i, k] - flow_x[j, i - 1, k]) / width[i]
-                if mirror and j == 0:
+                if j == 0:
                     out += 2.0 * flow_y[0, i, k] / h_y
                 else:
                     out += (flow_y[j, i, k] - flow_y[j - 1, i, k]) / h_y
                 convected += w * (diag * t[j, i, k] - rest + out * rise)
     return generated, conducted, convected
-
-
-def heat_balance(
-    x: Array, width: Array, h_y: float, mirror: bool, flow: FilmFlow, face: FaceFlow, t: Array, t_in: float,
-    q_a: Array, q_b: Array,
-) -> HeatBalance:  # fmt: skip
-    """Balance over the cells where the energy equation is solved: what leaves through the sides of all of them."""
-    return HeatBalance(*_balance(x, width, h_y, mirror, t, t_in, flow, face, q_a, q_b))

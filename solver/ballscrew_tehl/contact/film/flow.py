@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ...compiled import kernel
 from ..half_space.grid import Array
 from .oil import NEWTONIAN, ln_viscosity, pressure_density, pressure_factor, shear_thinning, thinned_stress
 
@@ -26,12 +26,10 @@ STRESS_TOLERANCE, LEAST_SLIP, STRESS_STEPS = 1e-9, 1e-12, 60
 
 
 class SurfaceSpeeds(NamedTuple):
-    """Speeds along and across rolling of the surfaces a (z = 0) and b (z = h), each (n_y, n_x) [m/s]."""
+    """Speeds along rolling of the surfaces a (z = 0) and b (z = h) [m/s]."""
 
-    u_a: Array
-    u_b: Array
-    v_a: Array
-    v_b: Array
+    u_a: float
+    u_b: float
 
 
 class FilmFlow(NamedTuple):
@@ -80,7 +78,7 @@ class FilmFlow(NamedTuple):
         return cls(*fields)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def cumulative(f, dz, out):
     """Integral of nodal values from the first node to each, by the cubic through four nodes (n >= 4 layers)."""
     n = f.size - 1
@@ -92,7 +90,7 @@ def cumulative(f, dz, out):
     out[n] = out[n - 1] + c * (9.0 * f[n] + 19.0 * f[n - 1] - 5.0 * f[n - 2] + f[n - 3])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def layer_weights(n):
     """Weights (n+1,) of the integral from 0 to 1 that `cumulative` ends with; all positive."""
     w = np.empty(n + 1)
@@ -105,7 +103,7 @@ def layer_weights(n):
     return w
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def cumulative_matrix(n):
     """Matrix (n+1, n+1) of `cumulative` on the unit interval; its last row is layer_weights."""
     out = np.empty((n + 1, n + 1))
@@ -119,18 +117,18 @@ def cumulative_matrix(n):
     return out
 
 
-@njit(cache=True, error_model="numpy")
-def film_coefficients(
-    oil, p_max, p, t, thinning, ln_eta_at, share, speeds, u_e, scale, ln_phi, dln_phi, g, dg, g_y, dg_y, by_t
-):  # fmt: skip
+@kernel
+def film_coefficients(oil, p_max, p, t, flow, speeds, u_e, scale, ln_phi, dln_phi, g, dg, by_t):
     """Coefficients of the generalised Reynolds equation and their derivatives to P = p/p_max and to temperature.
 
-    phi = scale * 12 (r1 e0/e1 - r2) [uniform film: scale * rho/eta]; g = [u_a r0 + (u_b-u_a) e0 r1]/u_e, g_y the same
-    across. p (n_y, n_x) dimensionless, t, thinning (n_y, n_x, n_z+1); thinning belongs to the viscosity ln_eta_at and
-    follows the viscosity by share as at a given shear rate. by_t (n_y, n_x, 3, n_z+1): derivatives of ln phi, g and g_y
-    to the temperature of every node across the film [1/K]; the others at constant temperature. r1 = int rho int dz'/e
-    dz is taken as int (int_z^1 rho)/e dz, r2 likewise.
+    phi = scale * 12 (r1 e0/e1 - r2) [uniform film: scale * rho/eta]; g = [u_a r0 + (u_b-u_a) e0 r1]/u_e. p (n_y, n_x)
+    dimensionless, t (n_y, n_x, n_z+1); the thinning of flow belongs to the viscosity of flow and follows the viscosity
+    by stress_share as at a given shear rate. by_t (n_y, n_x, 2, n_z+1): derivatives of ln phi and g to the temperature
+    of every node across the film [1/K]; the others at constant temperature. r1 = int rho int dz'/e dz is taken as
+    int (int_z^1 rho)/e dz, r2 likewise.
     """
+    thinning, ln_eta_at, share = flow.thinning, flow.ln_eta, flow.stress_share
+    u_a, du = speeds.u_a / u_e, (speeds.u_b - speeds.u_a) / u_e
     ny, nx = p.shape
     n = t.shape[2] - 1
     integral = cumulative_matrix(n)
@@ -176,15 +174,11 @@ def film_coefficients(
             c = inv1 / inv0
             mean = r1 / inv0
             phi = r1 * c - r2
-            u_a, du = speeds.u_a[j, i] / u_e, (speeds.u_b[j, i] - speeds.u_a[j, i]) / u_e
-            v_a, dv = speeds.v_a[j, i] / u_e, (speeds.v_b[j, i] - speeds.v_a[j, i]) / u_e
             ln_phi[j, i] = np.log(12.0 * scale * phi)
             dln_phi[j, i] = p_max * (d_r1 * c + r1 * (d_inv1 - c * d_inv0) / inv0 - d_r2) / phi
             d_mean = p_max * (d_r1 - mean * d_inv0) / inv0
             g[j, i] = u_a * r0 + du * mean
             dg[j, i] = u_a * p_max * rho_slope + du * d_mean
-            g_y[j, i] = v_a * r0 + dv * mean
-            dg_y[j, i] = v_a * p_max * rho_slope + dv * d_mean
             for k in range(n + 1):
                 z = k / n
                 below = 0.0
@@ -197,13 +191,13 @@ def film_coefficients(
                 by_mean = (by_r1 - mean * f_t[k]) / inv0
                 by_t[j, i, 0, k] = (by_r1 * c + r1 * by_c - by_r2) / phi
                 by_t[j, i, 1, k] = du * by_mean - u_a * oil.beta_t * weights[k]
-                by_t[j, i, 2, k] = dv * by_mean - v_a * oil.beta_t * weights[k]
 
 
-@njit(cache=True, error_model="numpy")
-def isothermal_coefficients(oil, p_max, p, t, speeds, u_e, scale, ln_phi, dln_phi, g, dg, g_y, dg_y):
+@kernel
+def isothermal_coefficients(oil, p_max, p, t, speeds, u_e, scale, ln_phi, dln_phi, g, dg):
     """The same for one temperature t [K] everywhere and a Newtonian oil: phi = scale rho/eta."""
     ny, nx = p.shape
+    u = 0.5 * (speeds.u_a + speeds.u_b) / u_e
     for j in range(ny):
         for i in range(nx):
             factor, d_factor = pressure_factor(oil, p[j, i] * p_max)
@@ -212,20 +206,16 @@ def isothermal_coefficients(oil, p_max, p, t, speeds, u_e, scale, ln_phi, dln_ph
             ln_eta, _, slope = ln_viscosity(oil, factor, t)
             ln_phi[j, i] = np.log(scale * rho) - ln_eta
             dln_phi[j, i] = p_max * (d_rho / rho - slope * d_factor)
-            u = 0.5 * (speeds.u_a[j, i] + speeds.u_b[j, i]) / u_e
-            v = 0.5 * (speeds.v_a[j, i] + speeds.v_b[j, i]) / u_e
             g[j, i] = u * rho
             dg[j, i] = p_max * u * d_rho
-            g_y[j, i] = v * rho
-            dg_y[j, i] = p_max * v * d_rho
 
 
-@njit(cache=True, error_model="numpy")
-def wall_stress(oil, p, h, p_x, p_y, du, dv, viscosity, weights, thinning):
+@kernel
+def wall_stress(oil, p, h, p_x, p_y, du, viscosity, weights, thinning):
     """Shear stress at surface a along and across [Pa]; sets the thinning of the column.
 
-    int tau/e dz = (du, dv) with tau = tau_a + z grad p, solved by Newton for a shear-thinning oil (n_z+1 values of
-    viscosity, weights, thinning). p [Pa], h [m], pressure gradients [Pa/m], speeds of b relative to a [m/s].
+    int tau/e dz = (du, 0) with tau = tau_a + z grad p, solved by Newton for a shear-thinning oil (n_z+1 values of
+    viscosity, weights, thinning). p [Pa], h [m], pressure gradients [Pa/m], speed du of b relative to a [m/s].
     """
     n = viscosity.size - 1
     inv0 = inv1 = 0.0
@@ -234,7 +224,7 @@ def wall_stress(oil, p, h, p_x, p_y, du, dv, viscosity, weights, thinning):
         inv0 += f
         inv1 += f * k / n
     t_x = (du / h - h * p_x * inv1) / inv0
-    t_y = (dv / h - h * p_y * inv1) / inv0
+    t_y = -h * p_y * inv1 / inv0
     if oil.rheology == NEWTONIAN:
         return t_x, t_y
     # start: the stress of a uniform film in its middle
@@ -243,9 +233,9 @@ def wall_stress(oil, p, h, p_x, p_y, du, dv, viscosity, weights, thinning):
     if size > 0.0:
         share = thinned_stress(oil, p, size) / size
         t_x, t_y = share * m_x - 0.5 * h * p_x, share * m_y - 0.5 * h * p_y
-    scale = abs(du) + abs(dv) + LEAST_SLIP
+    scale = abs(du) + LEAST_SLIP
     for _ in range(STRESS_STEPS):
-        r_x, r_y = -du / h, -dv / h
+        r_x, r_y = -du / h, 0.0
         j_xx = j_xy = j_yy = 0.0
         for k in range(n + 1):
             z = k * h / n
@@ -275,7 +265,7 @@ def wall_stress(oil, p, h, p_x, p_y, du, dv, viscosity, weights, thinning):
     return t_x, t_y
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def film_flow(oil, x, p, h, t, speeds, flow):
     """Velocities, stresses and heat sources of pressure p [Pa], gap h [m], temperature t [K] on nodes x [m].
 
@@ -286,6 +276,7 @@ def film_flow(oil, x, p, h, t, speeds, flow):
     n = t.shape[2] - 1
     dz = 1.0 / n
     weights = layer_weights(n)
+    du = speeds.u_b - speeds.u_a
     eta, rho, e, f_x, f_y, u, v = np.empty((7, n + 1))
     for j in range(ny):
         for i in range(nx):
@@ -310,9 +301,7 @@ def film_flow(oil, x, p, h, t, speeds, flow):
                 eta[k] = np.exp(min(ln_eta, LARGEST_LN_ETA))
                 rho[k] = oil.density * (rho_p - oil.beta_t * (t[j, i, k] - oil.t_ref))
                 flow.soft[j, i, k] = max(-slope, 0.0)
-            du = speeds.u_b[j, i] - speeds.u_a[j, i]
-            dv = speeds.v_b[j, i] - speeds.v_a[j, i]
-            tau_x, tau_y = wall_stress(oil, p[j, i], gap, p_x, p_y, du, dv, eta, weights, flow.thinning[j, i])
+            tau_x, tau_y = wall_stress(oil, p[j, i], gap, p_x, p_y, du, eta, weights, flow.thinning[j, i])
             flow.traction_x[j, i] = tau_x + 0.5 * gap * p_x
             flow.traction_y[j, i] = tau_y + 0.5 * gap * p_y
             inv0 = inv1 = sloped = 0.0
@@ -356,7 +345,7 @@ def film_flow(oil, x, p, h, t, speeds, flow):
                 )
                 flow.driven[j, i, k] = z * z * e[k] / lever * oil.density / rho_mean
                 flow.shear[j, i, k] = flow.sliding[j, i, k] + flow.driven[j, i, k] * flow.power[j, i]
-                u_k, v_k = speeds.u_a[j, i] + u[k], speeds.v_a[j, i] + v[k]
+                u_k, v_k = speeds.u_a + u[k], v[k]
                 flow.m_x[j, i, k] = rho[k] * u_k * gap
                 flow.m_y[j, i, k] = rho[k] * v_k * gap
                 expansion = oil.beta_t * oil.density / rho[k]

@@ -1,7 +1,7 @@
 """Compiled loops of the Reynolds equation: residual, Jacobian times vector, Jacobian of one line.
 
-They use numpy and numba only, and neither check nor allocate per point. Fields are (n_y, n_x); line 0 is the mirror
-line Y = 0; the last line and the first and last column carry P = 0.
+They use numpy and numba only, and neither check nor allocate per point. Fields are (n_y, n_x); line 0 is the line of
+symmetry Y = 0; the last line and the first and last column carry P = 0.
 
 Poiseuille flux at a face: e dP/dX with e = H_f^3 phi_f, H_f the mean gap and phi_f the logarithmic mean of the
 nodal fluidity: exact where ln(viscosity) is linear in pressure between two nodes, which keeps the steep
@@ -12,8 +12,11 @@ is zero for the deflection, its flux is that of a pressure that falls with a pow
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
-from numba import njit
+
+from ...compiled import kernel
 
 #: power of the gap with which pressure falls beyond the last line: 3/2 on a long ellipse, 2 on a circle
 FAR_POWER = 1.75
@@ -21,7 +24,37 @@ FAR_POWER = 1.75
 EDGE_RELAXATION, EDGE_TOLERANCE = 1.5, 1e-9
 
 
-@njit(cache=True, error_model="numpy")
+class Mesh(NamedTuple):
+    """Nodes x and cell widths (n_x,) along rolling; kappa/h_y, scales the flow across; whether the side is open."""
+
+    x: Any
+    width: Any
+    kappa_h: float
+    open_side: bool
+
+
+class Faces(NamedTuple):
+    """Fluxes at faces and their derivatives.
+
+    flow_x (n_y, n_x-1), flow_y (n_y-1, n_x): Poiseuille minus wedge flux.
+    c_x (n_y, n_x-1, 4), c_y (n_y-1, n_x, 5), of the Poiseuille part: conductance (flux per difference of P),
+    derivatives to ln phi of the nodes before and behind, to both gaps along x (the same), to the gaps before and behind
+    across. wedge (n_y, n_x-1, 3): weights of the nodes i, i-1, i+1 in the wedge flux of face i+1/2.
+    """
+
+    flow_x: Any
+    flow_y: Any
+    c_x: Any
+    c_y: Any
+    wedge: Any
+
+    @classmethod
+    def empty(cls, ny: int, nx: int) -> Faces:
+        sizes = (ny, nx - 1), (ny - 1, nx), (ny, nx - 1, 4), (ny - 1, nx, 5), (ny, nx - 1, 3)
+        return cls(*(np.empty(size) for size in sizes))
+
+
+@kernel
 def log_mean(s_left, s_right):
     """Logarithmic mean of exp(s_left), exp(s_right) and its log-derivatives to both."""
     d = s_right - s_left
@@ -33,7 +66,7 @@ def log_mean(s_left, s_right):
     return mean, 1.0 - w_right, w_right
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def lifted_gap(h, floor):
     """Gap for the flow and its derivative: h above the floor, floor*exp(h/floor - 1) below (C1, positive).
 
@@ -46,7 +79,7 @@ def lifted_gap(h, floor):
     return lifted, lifted / floor
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def cube_across(h_0, h_1):
     """Cube of the gap between two lines and its logarithmic derivatives to both gaps.
 
@@ -56,7 +89,7 @@ def cube_across(h_0, h_1):
     return h * h * h, 3.0 * h_1 / ((h_0 + h_1) * h_0), 3.0 * h_0 / ((h_0 + h_1) * h_1)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def towards_open_side(cube, d_near, d_beyond, near, beyond):
     """cube_across at an open side: pressure falls with a power of the gap instead of to zero within one cell."""
     far = min(near / beyond, 1.0) ** FAR_POWER
@@ -68,18 +101,11 @@ def towards_open_side(cube, d_near, d_beyond, near, beyond):
     return cube, d_near, d_beyond
 
 
-@njit(cache=True, error_model="numpy")
-def face_fluxes(
-    x, kappa_h, mirror, open_side, p, gap, ln_phi, g, g_y, flow_x, flow_y, c_x, c_y, wedge, floor
-):  # fmt: skip
-    """Fluxes at faces and their derivatives.
-
-    kappa_h : kappa/h_y, scales the flow across. mirror, open_side : of the grid.
-    flow_x (ny, nx-1), flow_y (ny-1, nx): Poiseuille minus wedge flux.
-    c_x (ny, nx-1, 4), c_y (ny-1, nx, 5), of the Poiseuille part: conductance (flux per difference of P), derivatives to
-    ln phi of the nodes before and behind, to both gaps along x (the same), to the gaps before and behind across.
-    wedge (ny, nx-1, 3): weights of the nodes i, i-1, i+1 in the wedge flux of face i+1/2.
-    """
+@kernel
+def face_fluxes(mesh, p, gap, ln_phi, g, floor, faces):
+    """Fluxes at the faces of a state and their derivatives; fills faces."""
+    x, kappa_h, open_side = mesh.x, mesh.kappa_h, mesh.open_side
+    flow_x, flow_y, c_x, c_y, wedge = faces.flow_x, faces.flow_y, faces.c_x, faces.c_y, faces.wedge
     ny, nx = p.shape
     for j in range(ny):
         for i in range(nx - 1):
@@ -119,8 +145,6 @@ def face_fluxes(
             cube, d_0, d_1 = cube_across(h_0, h_1)
             if open_side and j == ny - 2:
                 cube, d_0, d_1 = towards_open_side(cube, d_0, d_1, h_0, h_1)
-            elif open_side and j == 0 and not mirror:
-                cube, d_1, d_0 = towards_open_side(cube, d_1, d_0, h_1, h_0)
             phi, w_l, w_r = log_mean(ln_phi[j, i], ln_phi[j + 1, i])
             e = cube * phi * kappa_h
             f = e * (p[j + 1, i] - p[j, i])
@@ -129,11 +153,10 @@ def face_fluxes(
             c_y[j, i, 2] = f * w_r
             c_y[j, i, 3] = f * d_0 * dh_0
             c_y[j, i, 4] = f * d_1 * dh_1
-            # transport across by spin
-            flow_y[j, i] = f - 0.5 * (g_y[j, i] * gap[j, i] + g_y[j + 1, i] * gap[j + 1, i])
+            flow_y[j, i] = f
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def smaller(a, b):
     """The smaller of two numbers of one sign, else 0."""
     if a * b <= 0.0:
@@ -141,13 +164,13 @@ def smaller(a, b):
     return a if abs(a) < abs(b) else b
 
 
-@njit(cache=True, error_model="numpy")
-def line_flux(j, width, share, mirror, p, flux_x, flux_y, out):
+@kernel
+def line_flux(j, width, per_width, p, flux_x, flux_y, out):
     """Flux through the faces of line j by continuity; out (n_x-1,).
 
     From the face behind the largest pressure, where the wedge alone carries the flow: far upstream the flux is the
-    small difference of two flows that grow with the gap, and errors of the pressure weigh as much. share: of flux_y
-    per unit of width.
+    small difference of two flows that grow with the gap, and errors of the pressure weigh as much.
+    per_width: of flux_y.
     """
     nx = out.size + 1
     anchor = 1
@@ -156,29 +179,30 @@ def line_flux(j, width, share, mirror, p, flux_x, flux_y, out):
             anchor = i
     out[anchor] = flux_x[j, anchor]
     for i in range(anchor + 1, nx - 1):
-        side = 2.0 * flux_y[0, i] if mirror and j == 0 else flux_y[j, i] - flux_y[j - 1, i]
-        out[i] = out[i - 1] - width[i] * share * side
+        side = 2.0 * flux_y[0, i] if j == 0 else flux_y[j, i] - flux_y[j - 1, i]
+        out[i] = out[i - 1] - width[i] * per_width * side
     for i in range(anchor, 0, -1):
-        side = 2.0 * flux_y[0, i] if mirror and j == 0 else flux_y[j, i] - flux_y[j - 1, i]
-        out[i - 1] = out[i] + width[i] * share * side
+        side = 2.0 * flux_y[0, i] if j == 0 else flux_y[j, i] - flux_y[j - 1, i]
+        out[i - 1] = out[i] + width[i] * per_width * side
 
 
-@njit(cache=True, error_model="numpy")
-def pressure_flow(
-    x, width, h_y, kappa_h, mirror, p, gap, ln_phi, dln_phi, g, flow_x, flow_y, c_x, c_y, wedge, same_line, floor,
-    grad_x, grad_y, power, pull, push,
-):  # fmt: skip
-    """Gradients and dissipation of the pressure flow at the nodes, from the fluxes of their faces.
+@kernel
+def pressure_flow(mesh, h_y, p, gap, ln_phi, dln_phi, g, faces, same_line, floor, flow, heat):
+    """Gradients and dissipation of the pressure flow at the nodes, from the fluxes of their faces; fills flow, heat.
 
-    grad_x, grad_y (n_y, n_x), per unit of x and h_y: the smaller of the gradient that drives the mean flux of the faces
-    and that of the pressures of the neighbours: beside a pressure spike, where the viscosity changes by decades from
-    node to node, either may be far too large. power (n_y, n_x): flux times pressure drop, half of it to either node of
-    a face, per area, so that its sum is that of the faces between nodes under pressure. While iterating, the flux along
-    x is bounded by that of continuity, which temperatures do not change. Zero in a cavitated node.
+    gradient_x, gradient_y (n_y, n_x), per unit of x and h_y: the smaller of the gradient that drives the mean flux of
+    the faces and that of the pressures of the neighbours: beside a pressure spike, where the viscosity changes by
+    decades from node to node, either may be far too large. power (n_y, n_x): flux times pressure drop, half of it to
+    either node of a face, per area, so that its sum is that of the faces between nodes under pressure. While iterating,
+    the flux along x is bounded by that of continuity, which temperatures do not change. Zero in a cavitated node.
     pull (n_y, n_x, 2), push (n_y, n_x, 4): changes of power with the pressure drops before and behind, and with the
     wedge fluxes at the nodes i-2 to i+1, which continuity asks the pressure to carry: on faces where pressure flow
     dominates over the deflection, by their share.
     """
+    x, width, kappa_h = mesh.x, mesh.width, mesh.kappa_h
+    flow_x, flow_y, c_x, c_y, wedge = faces.flow_x, faces.flow_y, faces.c_x, faces.c_y, faces.wedge
+    grad_x, grad_y, power = flow.gradient_x, flow.gradient_y, flow.power
+    pull, push = heat.pull, heat.push
     ny, nx = p.shape
     pull[:, :, :] = 0.0
     push[:, :, :] = 0.0
@@ -188,9 +212,7 @@ def pressure_flow(
             grad_x[j, i] = grad_y[j, i] = power[j, i] = 0.0
         if j == ny - 1:
             break
-        if j == 0 and not mirror:
-            continue
-        line_flux(j, width, kappa_h, mirror, p, flow_x, flow_y, steady)
+        line_flux(j, width, kappa_h, p, flow_x, flow_y, steady)
         for i in range(nx - 1):
             flux[i] = c_x[j, i, 0] * (p[j, i + 1] - p[j, i])
             flux[i] = smaller(flux[i], steady[i] + flux[i] - flow_x[j, i])
@@ -209,10 +231,10 @@ def pressure_flow(
             elastic = abs(g[j, i]) * same_line[i, i]
             left, right = 0.0, 0.0
             for m in (i - 1, i):
-                flow = (
+                through = (
                     c_x[j, m, 0] + abs(c_x[j, m, 1] * dln_phi[j, m]) + abs(c_x[j, m, 2] * dln_phi[j, m + 1])
                 )
-                left, right = right, flow / (flow + elastic)
+                left, right = right, through / (through + elastic)
             left *= half * drop_l
             right *= half * drop_r
             push[j, i, 0] = left * wedge[j, i - 1, 1]
@@ -221,7 +243,7 @@ def pressure_flow(
             push[j, i, 3] = right * wedge[j, i, 2]
             up = c_y[j, i, 0] * (p[j + 1, i] - p[j, i])
             if j == 0:
-                power[j, i] += kappa_h * up * (p[j + 1, i] - p[j, i]) if mirror else 0.0
+                power[j, i] += kappa_h * up * (p[j + 1, i] - p[j, i])
                 continue
             down = c_y[j - 1, i, 0] * (p[j, i] - p[j - 1, i])
             power[j, i] += 0.5 * kappa_h * (up * (p[j + 1, i] - p[j, i]) + down * (p[j, i] - p[j - 1, i]))
@@ -229,29 +251,30 @@ def pressure_flow(
             grad_y[j, i] = smaller(0.5 * (up + down) / (conductance * kappa_h * h_y), central)
 
 
-@njit(cache=True, error_model="numpy")
-def residual(width, kappa_h, mirror, flow_x, flow_y, out):
-    """Net inflow by pressure minus wedge per unit area; zero on the outer edges.
-
-    mirror: line 0 is a line of symmetry, else an outer edge.
-    """
+@kernel
+def residual(mesh, faces, out):
+    """Net inflow by pressure minus wedge per unit area; zero on the outer edges."""
+    width, kappa_h, flow_x, flow_y = mesh.width, mesh.kappa_h, faces.flow_x, faces.flow_y
     ny, nx = out.shape
     out[:, :] = 0.0
-    for j in range(0 if mirror else 1, ny - 1):
+    for j in range(ny - 1):
         for i in range(1, nx - 1):
             r = (flow_x[j, i] - flow_x[j, i - 1]) / width[i]
-            if mirror and j == 0:
+            if j == 0:
                 r += 2.0 * kappa_h * flow_y[0, i]
             else:
                 r += kappa_h * (flow_y[j, i] - flow_y[j - 1, i])
             out[j, i] = r
 
 
-@njit(cache=True, error_model="numpy")
-def jacobian_times(
-    width, kappa_h, mirror, c_x, c_y, wedge, gap, g, g_y, penalty, squeeze, dp, dh, d_phi, d_g, d_gy, out
-):
-    """Directional derivative of the residual for changes of pressure dp, gap dh, ln phi, g and g_y at the nodes."""
+@kernel
+def jacobian_times(s, dp, dh, d_phi, d_g, out):
+    """Directional derivative of the residual for changes of pressure dp, gap dh, ln phi and g at the nodes.
+
+    s : linear.LinearSystem
+    """
+    width, kappa_h, c_x, c_y, wedge = s.width, s.kappa_h, s.c_x, s.c_y, s.wedge
+    gap, g, penalty, squeeze = s.gap, s.g, s.penalty, s.squeeze
     ny, nx = out.shape
     out[:, :] = 0.0
     d_wedge = np.empty(nx)
@@ -279,33 +302,27 @@ def jacobian_times(
                 + c_y[j, i, 2] * d_phi[j + 1, i]
                 + c_y[j, i, 3] * dh[j, i]
                 + c_y[j, i, 4] * dh[j + 1, i]
-                - 0.5 * (g_y[j, i] * dh[j, i] + gap[j, i] * d_gy[j, i])
-                - 0.5 * (g_y[j + 1, i] * dh[j + 1, i] + gap[j + 1, i] * d_gy[j + 1, i])
             ) * kappa_h
-            out[j, i] += 2.0 * f if mirror and j == 0 else f
+            out[j, i] += 2.0 * f if j == 0 else f
             if j + 1 < ny - 1:
                 out[j + 1, i] -= f
     for j in range(ny - 1):
         for i in range(1, nx - 1):
             out[j, i] -= penalty[j, i] * dp[j, i] + squeeze * (g[j, i] * dh[j, i] + gap[j, i] * d_g[j, i])
-    if not mirror:
-        out[0, :] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
-def line_jacobian(
-    j, width, kappa_h, mirror, c_x, c_y, wedge, gap, g, g_y, penalty, squeeze, squash, dln_phi, dg, far_phi, far_g,
-    same_line, out, column,
-):  # fmt: skip
+@kernel
+def line_jacobian(j, s, far_phi, far_g, out, column):
     """Jacobian of line j to its own pressures, deflection of the line by itself included.
 
-    squash (n_y, n_x): slope of the asperity pressure over the gap, which the film pressure loses; dln_phi, dg: to
-    the pressure of the node itself; far_phi, far_g (nx, nx): changes of ln phi and g with the pressures of the line
-    by the heat that the oil carries along, of size 0 without.
+    s : linear.LinearSystem; far_phi, far_g (nx, nx): changes of ln phi and g with the pressures of the line by the heat
+    that the oil carries along, of size 0 without.
     out (nx-2, nx-2); column (nx-2,): derivative to a rigid approach (same gap change everywhere).
     """
+    width, kappa_h, c_x, c_y, wedge, same_line = s.width, s.kappa_h, s.c_x, s.c_y, s.wedge, s.same_line
+    gap, g, penalty, squeeze, dln_phi, dg = s.gap, s.g, s.penalty, s.squeeze, s.dln_phi, s.dg
     nx = gap.shape[1]
-    double = 2.0 if mirror and j == 0 else 1.0
+    double = 2.0 if j == 0 else 1.0
     far = far_phi.size > 0
     by_h, by_p, by_phi, by_g = np.zeros(4), np.zeros(3), np.zeros(3), np.zeros(4)
     row = np.empty(nx)
@@ -331,25 +348,15 @@ def line_jacobian(
             by_phi[1] -= kappa_h * c_y[j - 1, i, 2]
             by_h[2] -= kappa_h * c_y[j - 1, i, 4]
             approach -= kappa_h * c_y[j - 1, i, 3]
-            approach -= 0.5 * kappa_h * (g_y[j + 1, i] - g_y[j - 1, i])
-            below = c_y[j - 1, i, 0] - c_y[j - 1, i, 1] * dln_phi[j - 1, i]
-            approach -= kappa_h * below * squash[j - 1, i]
-        # the asperities of the neighbour lines are squeezed as well
-        above = c_y[j, i, 0] + c_y[j, i, 2] * dln_phi[j + 1, i]
-        approach -= double * kappa_h * above * squash[j + 1, i]
         by_p[1] -= penalty[j, i]
         first = 1 if i == 1 else 0
         for m in range(first, 4):
             by_h[m] += by_g[m] * g[j, i - 2 + m]
             by_g[m] *= gap[j, i - 2 + m]
-            by_h[m] -= by_g[m] * dg[j, i - 2 + m] * squash[j, i - 2 + m]
         row[:] = 0.0
         for m in range(3):
             k = i - 1 + m
-            # the asperities of a node that is squeezed take pressure from the film
-            own = by_p[m] + by_phi[m] * dln_phi[j, k]
-            by_h[m + 1] -= own * squash[j, k]
-            row[k] += own
+            row[k] += by_p[m] + by_phi[m] * dln_phi[j, k]
         for m in range(first, 4):
             row[i - 2 + m] += by_g[m] * dg[j, i - 2 + m]
         for m in range(first, 4):
@@ -375,21 +382,23 @@ def line_jacobian(
                     out[i - 1, k - 1] += b0 * far_g[at, k]
 
 
-@njit(cache=True, error_model="numpy")
-def settle_edge(width, kappa_h, mirror, c_x, c_y, dln_phi, low, sweeps, p, r):
+@kernel
+def settle_edge(s, low, sweeps, p, r):
     """Move the edge of cavitation to its place by the linear flow equation; p and r change in place.
 
-    Projected relaxation (Cryer 1971) of p >= 0, r <= 0, p r = 0 over the nodes `low` at fixed gaps. r (ny, nx): net
-    inflow that the linear step leaves. Ends after `sweeps`, or when no node changes by EDGE_TOLERANCE.
+    s : linear.LinearSystem. Projected relaxation (Cryer 1971) of p >= 0, r <= 0, p r = 0 over the nodes `low` at fixed
+    gaps. r (ny, nx): net inflow that the linear step leaves. Ends after `sweeps`, or when no node changes by
+    EDGE_TOLERANCE.
     """
+    width, kappa_h, c_x, c_y, dln_phi = s.width, s.kappa_h, s.c_x, s.c_y, s.dln_phi
     ny, nx = p.shape
     for _ in range(sweeps):
         moved = 0.0
-        for j in range(0 if mirror else 1, ny - 1):
+        for j in range(ny - 1):
             for i in range(1, nx - 1):
                 if not low[j, i] or (p[j, i] <= 0.0 and r[j, i] <= 0.0):
                     continue
-                double = 2.0 if mirror and j == 0 else 1.0
+                double = 2.0 if j == 0 else 1.0
                 by_phi = dln_phi[j, i]
                 right, left = (
                     c_x[j, i, 1] * by_phi - c_x[j, i, 0],
@@ -408,6 +417,6 @@ def settle_edge(width, kappa_h, mirror, c_x, c_y, dln_phi, low, sweeps, p, r):
                 r[j, i - 1] += left / width[i - 1] * d
                 r[j + 1, i] -= up * d
                 if j > 0:
-                    r[j - 1, i] += (2.0 if mirror and j == 1 else 1.0) * down * d
+                    r[j - 1, i] += (2.0 if j == 1 else 1.0) * down * d
         if not moved > EDGE_TOLERANCE:
             break

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
+from ...compiled import kernel
 from ..half_space.grid import Array
 
 #: sums may be reordered for vector units; NaN and infinity stay what they are
 SUMS = {"reassoc", "contract"}
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def rotate(hessenberg, cs, sn, e, k):
     """Givens rotations of column k of the Hessenberg matrix; returns the residual left."""
     for i in range(k):
@@ -28,7 +28,7 @@ def rotate(hessenberg, cs, sn, e, k):
     return abs(e[k + 1])
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@kernel(fastmath=SUMS)
 def orthogonalise(basis, k, w, hessenberg):
     """Make w orthogonal to the first k+1 vectors of the basis, twice, and the next vector of it."""
     n = w.size
@@ -50,7 +50,7 @@ def orthogonalise(basis, k, w, hessenberg):
         basis[k + 1, m] = inv * w[m]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def solution(basis, hessenberg, e, used, out):
     """Combination of the first `used` vectors of the basis that the rotated system asks for, before preconditioning."""
     y = np.zeros(used)

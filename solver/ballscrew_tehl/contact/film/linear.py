@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf
 
+from ...compiled import kernel
 from ..half_space.grid import Array
 from . import kernels
 from .krylov import SUMS, orthogonalise, rotate, solution
@@ -22,30 +22,26 @@ from .transport import HeatTransport, film_change, follow, line_response
 class LinearSystem(NamedTuple):
     """Jacobian of residual and load at one state; arrays (n_y, n_x) unless said.
 
-    width (n_x,), kappa_h, mirror: of the grid; gap, g, g_y, dln_phi, dg, dg_y, penalty: of the film, derivatives to
-    the film pressure of the node; by_t (n_y, n_x, 3, n_z+1): to temperatures; c_x, c_y, wedge: of the faces; squeeze:
-    inverse step of pseudo time, 0 = steady; squash: slope of the asperity pressure over the gap; scale: size of the
-    diagonal, load its last; weights: of the load; free: whether the approach follows from the load, else it is held;
+    width (n_x,), kappa_h: of the grid; gap, g, dln_phi, dg, penalty: of the film, derivatives to the pressure of the
+    node; by_t (n_y, n_x, 2, n_z+1): to temperatures; c_x, c_y, wedge: of the faces; squeeze: inverse step of pseudo
+    time, 0 = steady; scale: size of the diagonal, load its last; weights: of the load; free: whether the approach
+    follows from the load, else it is held;
     forward, modes, backward: deflection in single precision, same_line (n_x, n_x): that of a line by itself;
     heat, unit [Pa], unit_h [m]: temperatures that follow the pressure, warm: whether they do.
     """
 
     width: Array
     kappa_h: float
-    mirror: bool
     gap: Array
     g: Array
-    g_y: Array
     dln_phi: Array
     dg: Array
-    dg_y: Array
     by_t: Array
     penalty: Array
     c_x: Array
     c_y: Array
     wedge: Array
     squeeze: float
-    squash: Array
     scale: Array
     load: float
     weights: Array
@@ -74,8 +70,8 @@ class LineFactors(NamedTuple):
     approach_load: Array
 
     @classmethod
-    def empty(cls, ny: int, nx: int, mirror: bool) -> LineFactors:
-        lines, n = ny - (1 if mirror else 2), nx - 2
+    def empty(cls, ny: int, nx: int) -> LineFactors:
+        lines, n = ny - 1, nx - 2
         return cls(
             np.empty((lines, n, n)),
             np.empty((lines, n), dtype=np.int32),
@@ -99,7 +95,7 @@ def factor_lines(s: LinearSystem, factors: LineFactors, carried: bool) -> bool:
     return bool(np.isfinite(factors.approach_load[0]))
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@kernel(fastmath=SUMS)
 def lu_solve(a, pivots, b):
     """Solve with the factors a (n, n) and pivots of the transposed matrix by LAPACK getrf, b (n,) in place."""
     n = a.shape[0]
@@ -121,7 +117,7 @@ def lu_solve(a, pivots, b):
             b[k], b[at] = b[at], b[k]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def convolve(forward, modes, backward, field, out):
     """Deflection of a field (n_y, n_x) in the precision of the modes: see half_space.deflection."""
     rows = np.dot(forward, field)
@@ -134,61 +130,52 @@ def convolve(forward, modes, backward, field, out):
     out[:, :] = np.dot(backward, bent)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def line_jacobians(s, carried, out, approach):
     """Jacobians of all lines (lines, n, n), and their changes with a rigid approach (n_y, n_x)."""
     nx = s.gap.shape[1]
     n = nx - 2
-    first = 0 if s.mirror else 1
     far = nx if carried else 0
     far_phi, far_g = np.empty((far, far)), np.empty((far, far))
     columns = np.empty((3 * s.heat.up_1.shape[2] + 5, nx))
     column = np.empty(n)
-    for row in range(out.shape[0]):
-        j = row + first
+    for j in range(out.shape[0]):
         if carried:
             line_response(
-                s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.squash, s.same_line, columns, far_phi, far_g
+                s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.same_line, columns, far_phi, far_g
             )
-        kernels.line_jacobian(
-            j, s.width, s.kappa_h, s.mirror, s.c_x, s.c_y, s.wedge, s.gap, s.g, s.g_y, s.penalty, s.squeeze, s.squash,
-            s.dln_phi, s.dg, far_phi, far_g, s.same_line, out[row], column,
-        )  # fmt: skip
+        kernels.line_jacobian(j, s, far_phi, far_g, out[j], column)
         for i in range(n):
             approach[j, i + 1] = column[i]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def answer_to_approach(s, factors):
     """Line solves of what a rigid approach changes, in place, and their load."""
     nx = s.gap.shape[1]
-    first = 0 if s.mirror else 1
     line = np.empty(nx - 2)
     load = 0.0
-    for row in range(factors.lu.shape[0]):
-        j = row + first
+    for j in range(factors.lu.shape[0]):
         for i in range(1, nx - 1):
             line[i - 1] = factors.approach[j, i]
-        lu_solve(factors.lu[row], factors.pivots[row], line)
+        lu_solve(factors.lu[j], factors.pivots[j], line)
         for i in range(1, nx - 1):
             factors.approach[j, i] = line[i - 1]
             load += s.weights[j, i] * line[i - 1]
     factors.approach_load[0] = load
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def precondition(s, factors, v, out):
     """Line solves of a scaled residual v, bordered by the load balance."""
     ny, nx = s.gap.shape
-    first = 0 if s.mirror else 1
     line = np.empty(nx - 2)
     out[:] = 0.0
     load = 0.0
-    for row in range(factors.lu.shape[0]):
-        j = row + first
+    for j in range(factors.lu.shape[0]):
         for i in range(1, nx - 1):
             line[i - 1] = v[j * nx + i] * s.scale[j, i]
-        lu_solve(factors.lu[row], factors.pivots[row], line)
+        lu_solve(factors.lu[j], factors.pivots[j], line)
         for i in range(1, nx - 1):
             out[j * nx + i] = line[i - 1]
             load += s.weights[j, i] * line[i - 1]
@@ -199,47 +186,42 @@ def precondition(s, factors, v, out):
     out[ny * nx] = rise
 
 
-@njit(cache=True, error_model="numpy")
-def film_step(s, dp, dh, dt, d_phi, d_g, d_gy):
-    """Changes of ln phi, g and g_y with changes of the film pressure, temperatures dt [K] included; fills all."""
+@kernel
+def film_step(s, dp, dh, dt, d_phi, d_g):
+    """Changes of ln phi and g with changes of the pressure, temperatures dt [K] included; fills all."""
     ny, nx = dp.shape
     if s.warm:
         follow(s.heat, s.g, s.dg, s.by_t, s.unit, s.unit_h, dp, dh, dt)
-    change = np.zeros((3, nx))
+    change = np.zeros((2, nx))
     for j in range(ny):
         if s.warm:
             film_change(s.by_t, dt, j, change)
         for i in range(nx):
             d_phi[j, i] = s.dln_phi[j, i] * dp[j, i] + change[0, i]
             d_g[j, i] = s.dg[j, i] * dp[j, i] + change[1, i]
-            d_gy[j, i] = s.dg_y[j, i] * dp[j, i] + change[2, i]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def times(s, v, dt, work, out):
-    """Scaled Jacobian times a change of pressures and approach; dt: temperatures, work (6, n_y, n_x): work space."""
+    """Scaled Jacobian times a change of pressures and approach; dt: temperatures, work (4, n_y, n_x): work space."""
     ny, nx = s.gap.shape
-    d_total = v[: ny * nx].reshape((ny, nx))
-    dp, dh, d_phi, d_g, d_gy, r = work[0], work[1], work[2], work[3], work[4], work[5]
-    convolve(s.forward, s.modes, s.backward, d_total.astype(np.float32), dh)
+    dp = v[: ny * nx].reshape((ny, nx))
+    dh, d_phi, d_g, r = work[0], work[1], work[2], work[3]
+    convolve(s.forward, s.modes, s.backward, dp.astype(np.float32), dh)
     load = 0.0
     for j in range(ny):
         for i in range(nx):
             dh[j, i] += v[ny * nx]
-            dp[j, i] = d_total[j, i] - s.squash[j, i] * dh[j, i]
-            load += s.weights[j, i] * d_total[j, i]
-    film_step(s, dp, dh, dt, d_phi, d_g, d_gy)
-    kernels.jacobian_times(
-        s.width, s.kappa_h, s.mirror, s.c_x, s.c_y, s.wedge, s.gap, s.g, s.g_y, s.penalty, s.squeeze, dp, dh, d_phi,
-        d_g, d_gy, r,
-    )  # fmt: skip
+            load += s.weights[j, i] * dp[j, i]
+    film_step(s, dp, dh, dt, d_phi, d_g)
+    kernels.jacobian_times(s, dp, dh, d_phi, d_g, r)
     for j in range(ny):
         for i in range(nx):
             out[j * nx + i] = r[j, i] / s.scale[j, i]
     out[ny * nx] = load / s.load if s.free else v[ny * nx]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def gmres(s, factors, rhs, tolerance, most, out):
     """Solve for a scaled right-hand side (n_y n_x + 1,); returns the iterations used and the relative residual left."""
     n = rhs.size
@@ -248,7 +230,7 @@ def gmres(s, factors, rhs, tolerance, most, out):
     cs, sn, e = np.zeros(most), np.zeros(most), np.zeros(most + 1)
     z, w = np.empty(n), np.empty(n)
     dt = np.zeros((ny, nx, s.heat.up_1.shape[2] + 2 if s.warm else 0))
-    work = np.zeros((6, ny, nx))
+    work = np.zeros((4, ny, nx))
     beta = np.sqrt(np.sum(rhs * rhs))
     out[:] = 0.0
     if beta == 0.0:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ...compiled import kernel
 from ...parameters.file import LubricantParameters
 from ...parameters.oil import ROELANDS_LN
 from ...physics import lubricant as lubricant_laws
@@ -65,7 +65,7 @@ def oil_table(oil: LubricantParameters, temperature: float) -> OilTable:
     )  # fmt: skip
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def pressure_factor(oil, p):
     """Pressure part of the viscosity law and its derivative [1/Pa]: (1+p/p_r)^Z - 1 (Roelands), alpha p (Barus)."""
     if oil.roelands == 1:
@@ -74,7 +74,7 @@ def pressure_factor(oil, p):
     return oil.alpha * p, oil.alpha
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def ln_viscosity(oil, factor, t):
     """ln eta(p, T), d ln eta/dT [1/K] and d ln eta/d factor, from the pressure factor and the temperature [K]."""
     s = (t - oil.table_start) / TABLE_STEP
@@ -91,7 +91,7 @@ def ln_viscosity(oil, factor, t):
     return base + factor, slope, 1.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def pressure_density(oil, p):
     """Density over pressure at the reference temperature relative to ambient, and its derivative [1/Pa].
 
@@ -101,7 +101,7 @@ def pressure_density(oil, p):
     return 1.0 + oil.rise * p / d, oil.rise / (d * d)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def shear_thinning(oil, p, eta, tau):
     """Thinning S = eta * rate/tau >= 1 at shear stress tau >= 0 [Pa], and dS/d(ln tau).
 
@@ -147,7 +147,7 @@ def shear_thinning(oil, p, eta, tau):
     return 1.0, 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def thinned_stress(oil, p, tau):
     """Stress at the shear rate at which the oil without shear thinning would have the stress tau >= 0 [Pa]."""
     if oil.rheology == EYRING:

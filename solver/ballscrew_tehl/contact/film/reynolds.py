@@ -3,8 +3,7 @@
 Dimensionless in Hertz units: P = p/p_max, X = x/b, Y = y/a, gap in b^2/R_x, load 2 pi/3. Unknowns are the pressures
 and the rigid approach H_0. Every Newton step solves its linear system by GMRES; one dense Jacobian per line along
 rolling (with the line's own deflection in it) is the preconditioner. The pressure deforms the bodies and carries the
-load; of rough surfaces the film has what the asperities at its gap leave of it: P_f = P - P_a(H) drives the flow, sets
-viscosity and density, and cavitates. The ellipse of a ball in a groove is long across rolling, so lines are nearly
+load. The ellipse of a ball in a groove is long across rolling, so lines are nearly
 independent and a handful of iterations suffice; a circle needs about thirty.
 Differs from paper: Eq. 6 omits the deflection; cavitation (Eq. 9) is the condition P >= 0 by a penalty.
 """
@@ -17,7 +16,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import elliprd
 
 from ...physics.hertz import ratio_of_axes
@@ -25,8 +23,7 @@ from ..half_space.deflection import LineConvolution, deflection_operator
 from ..half_space.dry import dry_contact
 from ..half_space.grid import TINY, Array, Grid, graded_grid, uniform_grid
 from . import kernels
-from .asperity import Asperities
-from .linear import LinearSystem, LineFactors, factor_lines, gmres, times
+from .linear import LinearSystem, LineFactors, factor_lines, gmres
 from .transport import HeatTransport
 
 TARGET_LOAD = 2.0 * np.pi / 3.0
@@ -86,8 +83,6 @@ NEWTON_STEPS = 30
 FIRST_PSEUDO_STEP, LEAST_PSEUDO_STEP, LARGEST_PSEUDO_STEP, LONG_PSEUDO_STEP = 0.1, 1e-3, 1e6, 10.0
 #: change of pressure [p_max] that the pseudo time step aims at
 PSEUDO_CHANGE = 0.3
-#: difference of the asperity pressure from its tangent [p_max] that ends a Newton step, and the least share of one
-ASPERITY_CURVATURE, LEAST_ASPERITY_SHARE = 0.1, 1e-3
 #: film [b^2/R_x] above which the approach is held and corrected with the load
 HELD_ABOVE = 50.0
 #: largest change of ln(film) between two held approaches of a thick film
@@ -105,7 +100,7 @@ LEAST_NODES, LEAST_LINES = 33, 5
 class GridChoice:
     """Numbers that define a grid: domain in Hertz half-widths, nodes, and the inlet length it is refined for [b].
 
-    mirror: n_y lines over the half plane Y >= 0, else over the whole; open_side: the film goes on beyond them.
+    n_y lines over the half plane Y >= 0; open_side: the film goes on beyond them.
     """
 
     x_in: float = -2.5
@@ -114,18 +109,13 @@ class GridChoice:
     n_x: int = 129
     n_y: int = 17
     inlet: float | None = None
-    mirror: bool = True
     open_side: bool = False
 
     def build(self) -> Grid:
         """The grid; uniform without an inlet length."""
         if self.inlet is None:
-            return uniform_grid(
-                self.x_in, self.x_out, self.y_max, self.n_x, self.n_y, self.mirror, self.open_side
-            )
-        return graded_grid(
-            self.x_in, self.x_out, self.y_max, self.n_x, self.n_y, self.inlet, self.mirror, self.open_side
-        )
+            return uniform_grid(self.x_in, self.x_out, self.y_max, self.n_x, self.n_y, self.open_side)
+        return graded_grid(self.x_in, self.x_out, self.y_max, self.n_x, self.n_y, self.inlet, self.open_side)
 
     def halved(self) -> GridChoice | None:
         """Every other node of the same grid, None where too few are left."""
@@ -136,37 +126,26 @@ class GridChoice:
 class Film:
     """Film coefficients over the pressure; an oil of one temperature and viscosity per pressure unless overridden."""
 
-    asperities = Asperities()
-
     def __init__(
-        self,
-        coefficients: Callable[[Array], tuple[Array, ...]],
-        shape: tuple[int, int],
-        unit: float = 1.0,
-        asperities: Asperities | None = None,
-    ):
-        #: nodal coefficients of P_f >= 0: ln phi, d ln phi/dP, g, dg/dP, g_y, dg_y/dP (n_y, n_x)
+        self, coefficients: Callable[[Array], tuple[Array, ...]], shape: tuple[int, int], unit: float = 1.0
+    ) -> None:
+        #: nodal coefficients of P >= 0: ln phi, d ln phi/dP, g, dg/dP (n_y, n_x)
         self.coefficients = coefficients
-        self.asperities = asperities or self.asperities
         self.unit, self.unit_h = unit, 1.0
         ny, nx = shape
-        self.by_t, self.heat, self.warm = np.zeros((ny, nx, 3, 0)), HeatTransport.none(shape), False
+        self.by_t, self.heat, self.warm = np.zeros((ny, nx, 2, 0)), HeatTransport.none(shape), False
 
     def follow(self, linear: LinearSystem, d_p: Array, d_h: Array) -> None:
-        """Take over changes of film pressure [p_max] and gap [b^2/R_x] into what depends on them."""
+        """Take over changes of pressure [p_max] and gap [b^2/R_x] into what depends on them."""
 
 
 @dataclass(frozen=True)
 class ReynoldsState:
-    """Pressure (n_y, n_x) [p_max], rigid approach and gap (n_y, n_x) [b^2/R_x].
-
-    cavitated (n_y, n_x): where the film of rough surfaces is, None = where its pressure is negative.
-    """
+    """Pressure (n_y, n_x) [p_max], negative where it cavitates; rigid approach and gap (n_y, n_x) [b^2/R_x]."""
 
     p: Array
     h_0: float
     gap: Array
-    cavitated: NDArray[np.bool_] | None = None
 
 
 @dataclass
@@ -212,25 +191,16 @@ class _Linearisation:
         floor: float,
         squeeze: float = 0.0,
         free: bool = True,
-        cavitated: NDArray[np.bool_] | None = None,
     ) -> None:
         grid = geometry.grid
         ny, nx = p.shape
-        self.geometry = geometry
-        p_a, squash = geometry.asperity_pressure(film.asperities, gap)
-        #: of film and asperities, of the film
-        self.pressure, self.film_pressure = p, p - p_a
-        p_f = self.film_pressure
-        ln_phi, dln_phi, g, dg, g_y, dg_y = film.coefficients(np.maximum(p_f, 0.0))
+        self.geometry, self.pressure = geometry, p
+        ln_phi, dln_phi, g, dg = film.coefficients(np.maximum(p, 0.0))
         self.thickening, self.ln_phi = -dln_phi, ln_phi
-        c_x, c_y = np.empty((ny, nx - 1, 4)), np.empty((ny - 1, nx, 5))
-        wedge = np.empty((ny, nx - 1, 3))
-        self.flow_x, self.flow_y, res = np.empty((ny, nx - 1)), np.empty((ny - 1, nx)), np.empty((ny, nx))
-        kernels.face_fluxes(
-            grid.x, geometry.kappa_h, grid.mirror, grid.open_side, p_f, gap, ln_phi, g, g_y, self.flow_x, self.flow_y,
-            c_x, c_y, wedge, floor,
-        )  # fmt: skip
-        kernels.residual(grid.width_x, geometry.kappa_h, grid.mirror, self.flow_x, self.flow_y, res)
+        self.faces, res = kernels.Faces.empty(ny, nx), np.empty((ny, nx))
+        kernels.face_fluxes(geometry.mesh, p, gap, ln_phi, g, floor, self.faces)
+        kernels.residual(geometry.mesh, self.faces, res)
+        c_x = self.faces.c_x
         # measured by the local flow conductance, which spans many decades from thick films to the contact
         conductance = np.zeros_like(p)
         right, left = (
@@ -240,50 +210,30 @@ class _Linearisation:
         conductance[:, 1:-1] = (np.abs(right) + np.abs(left)) / grid.width_x[1:-1]
         # stiff enough that the wedge holds a cavitated node well above the deepest pressure allowed
         stiffness = PENALTY * (1.0 + grid.x[-1]) / (LEAST_PRESSURE * float(p.max()))
-        cavitated = p_f < 0.0 if cavitated is None else cavitated
-        penalty = np.where(cavitated, stiffness + PENALTY * conductance, 0.0)
+        penalty = np.where(p < 0.0, stiffness + PENALTY * conductance, 0.0)
         self.residual = np.zeros_like(p)
-        self.residual[grid.inner] = (res - penalty * p_f)[grid.inner]
+        self.residual[grid.inner] = (res - penalty * p)[grid.inner]
         own = np.diagonal(geometry.deflection.same_line)
         elastic = np.abs(g * own * (1.0 / grid.width_x + squeeze))
-        # a pressure that opens the gap of its node relieves the asperities: the film gets more than all of it
-        received = 1.0 - squash * own
-        self.flow_share = conductance * received / (conductance * received + elastic + TINY)
-        scale = conductance * received + elastic + penalty * received
+        self.flow_share = conductance / (conductance + elastic + TINY)
+        scale = conductance + elastic + penalty
         scale[scale == 0.0] = 1.0
         forward, modes, backward = geometry.deflection.single
         self.system = LinearSystem(
-            grid.width_x, geometry.kappa_h, grid.mirror, gap, g, g_y, dln_phi, dg, dg_y, film.by_t, penalty, c_x, c_y,
-            wedge, squeeze, squash, scale, TARGET_LOAD, geometry.weights, free, forward, modes, backward,
+            grid.width_x, geometry.kappa_h, gap, g, dln_phi, dg, film.by_t, penalty, c_x, self.faces.c_y,
+            self.faces.wedge, squeeze, scale, TARGET_LOAD, geometry.weights, free, forward, modes, backward,
             geometry.deflection.same_line, film.heat, film.unit, film.unit_h, film.warm,
         )  # fmt: skip
 
-    def update(self, d_p: Array, d_h: Array | float = 0.0) -> Array:
-        """Change of pressure for a linear step d_p that changes the gap by d_h.
+    def update(self, d_p: Array) -> Array:
+        """Change of pressure for a linear step d_p.
 
-        Where pressure flow dominates, the equation is linear in the fluidity rather than in the pressure of the film:
-        the step is taken in the fluidity there, with whose logarithm the pressure rises in few steps.
+        Where pressure flow dominates, the equation is linear in the fluidity rather than in the pressure: the step is
+        taken in the fluidity there, with whose logarithm the pressure rises in few steps.
         """
         thickening = np.maximum(self.thickening, LEAST_THICKENING)
-        d_f = d_p - self.system.squash * d_h
-        in_fluidity = -np.log(np.maximum(1.0 - thickening * d_f, LEAST_FLUIDITY)) / thickening
-        return d_p + self.flow_share * (in_fluidity - d_f)
-
-    def settle_cavitated(self, delta: Array, d_h: Array | float, share: float, p_f: Array) -> None:
-        """Film pressures p_f of cavitated nodes after a share of a linear step that changes the gap by d_h, in place.
-
-        That the penalty balances the inflow is exact for them only as far as GMRES has come: with asperities, the film
-        pressure of a node is a small difference of pressures that the deflection by all others changes.
-        """
-        system, shape = self.system, p_f.shape
-        layers = system.heat.up_1.shape[2] + 2 if system.warm else 0
-        left = np.empty(delta.size)
-        times(system, delta, np.zeros((*shape, layers)), np.zeros((6, *shape)), left)
-        left = self.residual + left[:-1].reshape(shape) * system.scale
-        cavitated = (system.penalty > 0.0) & (self.geometry.weights > 0.0)
-        d_f = delta[:-1].reshape(shape) - system.squash * d_h
-        d_f[cavitated] += left[cavitated] / system.penalty[cavitated]
-        p_f[cavitated] = (self.film_pressure + share * d_f)[cavitated]
+        in_fluidity = -np.log(np.maximum(1.0 - thickening * d_p, LEAST_FLUIDITY)) / thickening
+        return d_p + self.flow_share * (in_fluidity - d_p)
 
     def right_hand_side(self, load_error: float) -> Array:
         """Scaled residual and load error with negative sign."""
@@ -303,6 +253,7 @@ class ContactGeometry:
         self.weights = self.grid.load_weights
         self.inner_weights = self.weights[self.grid.inner]
         self.kappa_h = self.kappa / self.grid.h_y
+        self.mesh = kernels.Mesh(x, self.grid.width_x, self.kappa_h, self.grid.open_side)
         self.deflection: LineConvolution = deflection_operator(
             self.grid, self.kappa, _hertz_factor(self.kappa)
         )
@@ -312,24 +263,11 @@ class ContactGeometry:
         """Pressure and approach without a film."""
         return dry_contact(self.grid, self.undeformed, self.deflection, TARGET_LOAD)
 
-    @property
-    def axis(self) -> int:
-        """Line Y = 0."""
-        return 0 if self.grid.mirror else self.grid.y.size // 2
-
     def embed(self, inner: Array) -> Array:
         """Inner pressures, flat or (lines, columns), as a field with zero edges."""
         field_ = np.zeros_like(self.undeformed)
         field_[self.grid.inner] = inner.reshape(self.inner_weights.shape)
         return field_
-
-    def asperity_pressure(self, asperities: Asperities, gap: Array) -> tuple[Array, Array]:
-        """Pressure of the asperities and its slope over the gap (n_y, n_x); zero on the edges, where P = 0."""
-        p_a, slope = np.zeros((2, *gap.shape))
-        if asperities.rough:
-            inner = self.grid.inner
-            p_a[inner], slope[inner] = asperities.pressure(gap[inner])
-        return p_a, slope
 
     def gap(self, p: Array, h_0: float) -> Array:
         """Gap of pressure p and approach h_0."""
@@ -348,7 +286,7 @@ class ContactGeometry:
         p = (1.0 + (x * x + self.curvature_y * y * y) / (2.0 * h_c)) ** -2.0
         p = self.embed(p[self.grid.inner])
         p *= TARGET_LOAD / float(np.sum(self.weights * p))
-        h_0 = h_c - float(self.gap(p, 0.0)[self.axis, np.argmin(np.abs(self.grid.x))])
+        h_0 = h_c - float(self.gap(p, 0.0)[0, np.argmin(np.abs(self.grid.x))])
         return ReynoldsState(p, h_0, self.gap(p, h_0))
 
     # a diverging iterate is detected by values that are not finite
@@ -395,39 +333,30 @@ class ContactGeometry:
     ) -> tuple[ReynoldsState, NewtonHistory, LineFactors | None]:
         """Newton steps of pressures and approach; pseudo_step: the first of pseudo time [b/u_e], none by default."""
         history = NewtonHistory(reason=f"no convergence in {max_steps} Newton steps")
-        p, h_0, gap, cavitated = state.p, state.h_0, state.gap, state.cavitated
+        p, h_0, gap = state.p, state.h_0, state.gap
         steady, length = not np.isfinite(pseudo_step), _StepLength(p)
         for _ in range(max_steps):
-            linear = _Linearisation(
-                self, p, gap, film, FLOOR_SHARE * film_estimate, 1.0 / pseudo_step, cavitated=cavitated
-            )
+            linear = _Linearisation(self, p, gap, film, FLOOR_SHARE * film_estimate, 1.0 / pseudo_step)
             load_error = float(np.sum(self.weights * p)) - TARGET_LOAD
             if not history.record(linear.residual[self.grid.inner], load_error):
                 break
             if history.change and history.change[-1] > RENEW_ABOVE:
                 factors = None
             delta, factors = _linear_step(linear, linear.right_hand_side(load_error), factors, history)
-            d_p = delta[:-1].reshape(p.shape)
-            d_h = self._gap_change(film, d_p, float(delta[-1]))
-            d_p = linear.update(d_p, d_h)
+            d_p = linear.update(delta[:-1].reshape(p.shape))
             size = float(np.abs(d_p).max())
             if steady:
                 length.adapt(d_p)
             # limited node by node: a moving pressure spike must not shorten the step of the others
             limit = STEP_LIMIT * min(1.0, float(p.max()))
-            share = length.share * self._asperity_share(linear, film, length.share * d_h)
-            p_new = p + share * np.clip(d_p, -limit, limit)
-            p_a = self._expected_asperities(linear, film, share * d_h)
-            p_new = p_new - p_a
-            if film.asperities.rough:
-                linear.settle_cavitated(delta, d_h, share, p_new)
+            p_new = p + length.share * np.clip(d_p, -limit, limit)
             if film_estimate < THICK_FILM:
                 # the long steps of a wedge that carries the load alone would overshoot its edge
                 self._settle_edge(linear, p_new, size)
-            p_new, cavitated = self._total(film, p_new, p_a)
+            p_new = _bounded(p_new)
             # a film thicker than the flattening must not be overshot
-            approach = APPROACH_LIMIT * (1.0 + max(float(gap[self.axis].min()), 0.0))
-            h_0 += share * min(max(float(delta[-1]), -approach), approach)
+            approach = APPROACH_LIMIT * (1.0 + max(float(gap[0].min()), 0.0))
+            h_0 += length.share * min(max(float(delta[-1]), -approach), approach)
             gap = self._taken(linear, film, p, p_new, h_0, history)
             p, change = p_new, history.change[-1]
             if not history.finite:
@@ -440,7 +369,7 @@ class ContactGeometry:
             if not steady:
                 pseudo_step *= min(max(PSEUDO_CHANGE / max(size, TINY), 0.5), 2.0)
                 pseudo_step = min(max(pseudo_step, LEAST_PSEUDO_STEP), LARGEST_PSEUDO_STEP)
-        return ReynoldsState(p, h_0, gap, cavitated), history, factors
+        return ReynoldsState(p, h_0, gap), history, factors
 
     def _solve_thick(
         self, state: ReynoldsState, film: Film, film_estimate: float, tolerance: float, max_steps: int
@@ -453,34 +382,26 @@ class ContactGeometry:
         history = NewtonHistory(reason=f"no convergence in {max_steps} Newton steps")
         # the film goes with the square of the load
         tolerance = min(tolerance, LOAD_TOLERANCE)
-        p, h_0, gap, cavitated = state.p, state.h_0, state.gap, state.cavitated
+        p, h_0, gap = state.p, state.h_0, state.gap
         centre = int(np.argmin(np.abs(self.grid.x)))
         points: list[tuple[float, float]] = []
         while len(history.change) < max_steps:
             factors: LineFactors | None = None
             while len(history.change) < max_steps:
-                linear = _Linearisation(
-                    self, p, gap, film, FLOOR_SHARE * film_estimate, 0.0, False, cavitated
-                )
+                linear = _Linearisation(self, p, gap, film, FLOOR_SHARE * film_estimate, 0.0, False)
                 load_error = float(np.sum(self.weights * p)) - TARGET_LOAD
                 if not history.record(linear.residual[self.grid.inner], load_error):
-                    return ReynoldsState(p, h_0, gap, cavitated), history, None
+                    return ReynoldsState(p, h_0, gap), history, None
                 delta, factors = _linear_step(linear, linear.right_hand_side(0.0), factors, history)
-                d_p = delta[:-1].reshape(p.shape)
-                d_h = self._gap_change(film, d_p, 0.0)
-                p_a = self._expected_asperities(linear, film, d_h)
-                p_new = p + d_p - p_a
-                if film.asperities.rough:
-                    linear.settle_cavitated(delta, d_h, 1.0, p_new)
-                p_new, cavitated = self._total(film, p_new, p_a)
+                p_new = _bounded(p + delta[:-1].reshape(p.shape))
                 gap = self._taken(linear, film, p, p_new, h_0, history)
                 p, change = p_new, history.change[-1]
                 if not history.finite:
-                    return ReynoldsState(p, h_0, gap, cavitated), history, None
+                    return ReynoldsState(p, h_0, gap), history, None
                 if change <= tolerance * min(1.0, float(p.max())):
                     break
             load = float(np.sum(self.weights * p)) / TARGET_LOAD
-            thickness = float(gap[self.axis, centre])
+            thickness = float(gap[0, centre])
             if abs(load - 1.0) <= LOAD_TOLERANCE and change <= tolerance * min(1.0, float(p.max())):
                 history.converged, history.reason = True, "pressure change and load error below tolerance"
                 break
@@ -495,54 +416,22 @@ class ContactGeometry:
             step = min(max(-points[-1][1] / slope, -THICK_STEP), THICK_STEP)
             raised = thickness * math.expm1(step)
             h_0, gap = h_0 + raised, gap + raised
-        return ReynoldsState(p, h_0, gap, cavitated), history, None
+        return ReynoldsState(p, h_0, gap), history, None
 
     def _taken(
         self, linear: _Linearisation, film: Film, p: Array, p_new: Array, h_0: float, history: NewtonHistory
     ) -> Array:
         """The gap after a step from p to p_new, which the film follows and the history records."""
         gap = self.gap(p_new, h_0)
-        p_f = p_new - self.asperity_pressure(film.asperities, gap)[0]
-        change = np.maximum(p_f, 0.0) - np.maximum(linear.film_pressure, 0.0)
+        change = np.maximum(p_new, 0.0) - np.maximum(linear.pressure, 0.0)
         film.follow(linear.system, change, gap - linear.system.gap)
         history.change.append(float(np.abs(p_new - p).max()))
         if not np.isfinite(history.change[-1]):
             history.finite, history.reason = False, "pressure not finite"
         return gap
 
-    def _gap_change(self, film: Film, d_p: Array, d_h: float) -> Array | float:
-        """Gap change by pressures and approach, which only asperities respond to before the step is taken."""
-        return self.deflection(d_p) + d_h if film.asperities.rough else 0.0
-
-    def _expected_asperities(self, linear: _Linearisation, film: Film, d_h: Array | float) -> Array:
-        """Pressure of the asperities after an expected gap change."""
-        return self.asperity_pressure(film.asperities, linear.system.gap + d_h)[0]
-
-    def _asperity_share(self, linear: _Linearisation, film: Film, d_h: Array | float) -> float:
-        """Share of a gap change over which the pressure of the asperities is nearly linear."""
-        share = 1.0
-        while film.asperities.rough and share > LEAST_ASPERITY_SHARE:
-            rise = self._expected_asperities(linear, film, share * d_h) - (
-                linear.pressure - linear.film_pressure
-            )
-            # convex: above its tangent
-            if np.max(rise - share * linear.system.squash * d_h) <= ASPERITY_CURVATURE:
-                break
-            share *= 0.5
-        return share
-
-    @staticmethod
-    def _total(film: Film, p_f: Array, p_a: Array) -> tuple[Array, NDArray[np.bool_] | None]:
-        """Pressure of film and asperities, and where the film cavitates.
-
-        The latter is kept with asperities: their pressure after the step differs from the expected one by more than
-        the small negative pressure of a cavitated node, whose sign would alternate.
-        """
-        cavitated = p_f < 0.0 if film.asperities.rough else None
-        return p_a + np.maximum(p_f, -LEAST_PRESSURE * float(p_f.max())), cavitated
-
     def _settle_edge(self, linear: _Linearisation, p: Array, step: float) -> None:
-        """Move the edge of cavitation with a step to the film pressure p; Newton alone moves it by one node per step.
+        """Move the edge of cavitation with a step to the pressure p; Newton alone moves it by one node per step.
 
         step: bounds the change of the edge, for the inflow is accurate to KRYLOV_TOLERANCE only.
         """
@@ -552,17 +441,17 @@ class ContactGeometry:
         inflow = linear.system.penalty * p
         before = np.where(low, np.maximum(p, 0.0), p)
         settled = before.copy()
-        kernels.settle_edge(
-            grid.width_x, self.kappa_h, grid.mirror, linear.system.c_x, linear.system.c_y, linear.system.dln_phi, low,
-            EDGE_SWEEPS, settled, inflow,
-        )  # fmt: skip
+        kernels.settle_edge(linear.system, low, EDGE_SWEEPS, settled, inflow)
         p += np.clip(settled - before, -step, step)
 
     def linearise(self, state: ReynoldsState, film: Film, film_estimate: float) -> _Linearisation:
         """Fluxes, residual and Jacobian of a state; fluxes in u_e b^2/R_x times the density of reference."""
-        return _Linearisation(
-            self, state.p, state.gap, film, FLOOR_SHARE * film_estimate, cavitated=state.cavitated
-        )
+        return _Linearisation(self, state.p, state.gap, film, FLOOR_SHARE * film_estimate)
+
+
+def _bounded(p: Array) -> Array:
+    """A pressure whose cavitated nodes carry next to nothing."""
+    return np.maximum(p, -LEAST_PRESSURE * float(p.max()))
 
 
 def _linear_step(
@@ -576,7 +465,7 @@ def _linear_step(
             factors = None
     if factors is None:
         ny, nx = linear.residual.shape
-        factors = LineFactors.empty(ny, nx, linear.geometry.grid.mirror)
+        factors = LineFactors.empty(ny, nx)
         # without heat, both would have the same factors
         still = ((False, MOST_KRYLOV_STILL),) if system.warm else ()
         for carried, most in (*still, (True, MOST_KRYLOV)):

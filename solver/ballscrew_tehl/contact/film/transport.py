@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ...compiled import kernel
 from ..half_space.grid import Array
 
 
@@ -66,7 +66,7 @@ class HeatTransport(NamedTuple):
         )  # fmt: skip
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def follow(heat, g, dg, by_t, unit, unit_h, dp, dh, dt):
     """Temperature changes dt (n_y, n_x, n_z+1) [K] that follow changes of pressure and gap.
 
@@ -112,14 +112,13 @@ def follow(heat, g, dg, by_t, unit, unit_h, dp, dh, dt):
                 wedge_1 += heat.wedge_h[j, i] * by_t[j, i, 1, r + 1] * dt[j, i, r + 1]
 
 
-@njit(cache=True, error_model="numpy")
-def line_response(heat, j, g, dg, by_t, unit, unit_h, squash, same_line, columns, far_phi, far_g):
+@kernel
+def line_response(heat, j, g, dg, by_t, unit, unit_h, same_line, columns, far_phi, far_g):
     """Changes of ln phi and g of the nodes of line j (rows) with each pressure of the line (columns), by temperature.
 
-    The gap follows the pressure by same_line (n_x, n_x), and the film pressure the gap by -squash (n_y, n_x), of the
-    asperities; other arguments as in follow; columns (3 n_z + 2, n_x): work space; fills far_phi, far_g (n_x, n_x).
+    The gap follows the pressure by same_line (n_x, n_x); other arguments as in follow; columns (3 n_z + 2, n_x): work
+    space; fills far_phi, far_g (n_x, n_x).
     """
-    rough = np.any(squash[j] != 0.0)
     nx = far_phi.shape[0]
     n = heat.up_1.shape[2]
     far_phi[:, :] = 0.0
@@ -141,14 +140,6 @@ def line_response(heat, j, g, dg, by_t, unit, unit_h, squash, same_line, columns
         push[i - 1] -= heat.pull[j, i, 0]
         push[i] += p_0 * own + heat.pull[j, i, 0] - heat.pull[j, i, 1]
         push[i + 1] += heat.pull[j, i, 1] + p_a * heat.wedge_h[j, i + 1] * dg[j, i + 1]
-        if rough:
-            s_1, s_0, s_a = squash[j, i - 1], squash[j, i], squash[j, i + 1]
-            drop_l, drop_r = heat.pull[j, i, 0], heat.pull[j, i, 1]
-            ahead = p_a * heat.wedge_h[j, i + 1] * dg[j, i + 1]
-            for k in range(nx):
-                r_1, r_0, r_a = s_1 * same_line[i - 1, k], s_0 * same_line[i, k], s_a * same_line[i + 1, k]
-                wedge[k] -= own * r_0
-                push[k] -= p_0 * own * r_0 + drop_l * (r_0 - r_1) + drop_r * (r_a - r_0) + ahead * r_a
         for r in range(n):
             a, b, f = heat.up_1[j, i, r], heat.up_2[j, i, r], heat.lower[j, i, r]
             lift, widen = heat.lift[j, i, r], unit_h * heat.widen[j, i, r]
@@ -158,14 +149,6 @@ def line_response(heat, j, g, dg, by_t, unit, unit_h, squash, same_line, columns
             now[r, i - 1] += unit * heat.squeeze[j, i, r] * heat.back_1[i]
             if i > 1:
                 now[r, i - 2] += unit * heat.squeeze[j, i, r] * heat.back_2[i]
-            if rough:
-                by_0, by_1 = unit * heat.source[j, i, r], unit * heat.squeeze[j, i, r] * heat.back_1[i]
-                by_2 = unit * heat.squeeze[j, i, r] * heat.back_2[i] if i > 1 else 0.0
-                for k in range(nx):
-                    now[r, k] -= (
-                        by_0 * squash[j, i] * same_line[i, k] + by_1 * squash[j, i - 1] * same_line[i - 1, k]
-                    )
-                    now[r, k] -= by_2 * squash[j, i - 2] * same_line[i - 2, k]
             if r > 0:
                 for k in range(nx):
                     now[r, k] -= f * now[r - 1, k]
@@ -191,12 +174,12 @@ def line_response(heat, j, g, dg, by_t, unit, unit_h, squash, same_line, columns
                 wedge[k] += f * now[r, k]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def film_change(by_t, dt, j, out):
-    """Changes of ln phi, g, g_y (3, n_x) of line j with the temperature changes dt."""
+    """Changes of ln phi and g (2, n_x) of line j with the temperature changes dt."""
     nx, n = dt.shape[1], dt.shape[2]
     for i in range(nx):
-        for m in range(3):
+        for m in range(2):
             total = 0.0
             for k in range(n):
                 total += by_t[j, i, m, k] * dt[j, i, k]

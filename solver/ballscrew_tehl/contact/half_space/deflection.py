@@ -6,14 +6,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ...compiled import kernel
 from .grid import Array, Grid
 from .line_table import SHARE, both_sides, cell_integrals, panel_breaks, panel_nodes, panel_primitive
 
 
-@njit(cache=True)
+@kernel
 def line_influence(x, edges, h_y, n_distance):
     """Influence (n_distance, nx, nx): integral of 1/r over cell k of a line d spacings away, seen from node i.
 
@@ -42,65 +42,36 @@ def line_influence(x, edges, h_y, n_distance):
     return out
 
 
-def distance_modes(n_y: int, mirror: bool) -> Array:
-    """Cosine transform (modes, distances) of an even kernel: period 4(n_y-1) for half a plane, 2(n_y-1) for all."""
-    modes = np.arange(2 * n_y - 1 if mirror else n_y)
-    kernel = np.cos(np.pi * np.outer(modes, modes) / (modes.size - 1))
-    kernel[:, 1:-1] *= 2.0
-    return kernel
+def distance_modes(n_y: int) -> Array:
+    """Cosine transform (modes, distances) of an even kernel of period 4(n_y-1)."""
+    modes = np.arange(2 * n_y - 1)
+    transform = np.cos(np.pi * np.outer(modes, modes) / (modes.size - 1))
+    transform[:, 1:-1] *= 2.0
+    return transform
 
 
-def line_modes(n_y: int, mirror: bool) -> tuple[Array, Array]:
-    """Transforms of a field to the modes of distance_modes (forward) and back (n_y, rows of forward).
-
-    Mirror symmetry: even field on lines 0..n_y-1, cosines, forward (modes, n_y). Else: all lines, forward
-    (2 modes, n_y) with the cosine and the sine of a mode one below the other.
-    """
-    n = 2 * (n_y - 1) if mirror else n_y - 1
+def line_modes(n_y: int) -> tuple[Array, Array]:
+    """Transforms of an even field on lines 0..n_y-1 to its modes (modes, n_y) and back (n_y, modes)."""
+    n = 2 * (n_y - 1)
     angle = np.pi * np.outer(np.arange(n + 1), np.arange(n_y)) / n
     share = np.full(n + 1, 1.0 / n)
     share[[0, -1]] *= 0.5
-    if mirror:
-        forward, backward = np.cos(angle), np.cos(angle).T * share
-        forward[:, 1:] *= 2.0
-        return forward, backward
-    forward = np.stack([np.cos(angle), np.sin(angle)], axis=1).reshape(-1, n_y)
-    return forward, forward.T * np.repeat(share, 2)
+    forward, backward = np.cos(angle), np.cos(angle).T * share
+    forward[:, 1:] *= 2.0
+    return forward, backward
 
 
 class LineConvolution:
     """Convolution across (Toeplitz in y, even) with dense influence along x: out = sum_l K[|j-l|] f_l.
 
-    influence : (n_distance, nx, nx), one matrix per distance in lines. mirror: the lines are 0..n_y-1 of an even
-    field whose last line is zero, n_distance = 2 n_y - 1; else all lines of a field that is zero on the first and the
-    last one, n_distance = n_y.
+    influence : (2 n_y - 1, nx, nx), one matrix per distance in lines; the lines are 0..n_y-1 of an even field whose
+    last line is zero.
     """
 
-    def __init__(self, influence: Array, n_y: int, mirror: bool = True) -> None:
-        kernel, nx = distance_modes(n_y, mirror), influence.shape[1]
-        hat = (kernel @ influence.reshape(-1, nx * nx)).reshape(-1, nx, nx)
-        self._take(hat, influence[0], n_y, mirror)
-
-    @classmethod
-    def from_modes(cls, hat: Array, same_line: Array, n_y: int, mirror: bool) -> LineConvolution:
+    def __init__(self, hat: Array, same_line: Array, n_y: int) -> None:
         """From the transform (modes, nx, nx) of the influence by distance_modes, and influence[0]."""
-        out = cls.__new__(cls)
-        out._take(hat, same_line, n_y, mirror)
-        return out
-
-    def _take(self, hat: Array, same_line: Array, n_y: int, mirror: bool) -> None:
         self._hat, self.same_line = hat, same_line
-        self._forward, self._backward = line_modes(n_y, mirror)
-
-    def release(self, shape: tuple[int, int, int]) -> Array:
-        """Release the memory of the modes for another operator; this one can no longer be applied."""
-        if self._hat.shape != shape:
-            raise ValueError(
-                f"modes of shape {self._hat.shape} cannot hold {shape}: reuse on the same grid size"
-            )
-        out, self._hat = self._hat, np.empty((0, 0, 0))
-        self.__dict__.pop("single", None)
-        return out
+        self._forward, self._backward = line_modes(n_y)
 
     @cached_property
     def single(self) -> tuple[NDArray[Any], ...]:
@@ -108,7 +79,7 @@ class LineConvolution:
         return tuple(v.astype(np.float32) for v in (self._forward, self._hat, self._backward))
 
     def __call__(self, field: Array) -> Array:
-        """Convolve field (n_y, nx); zero on the last line and, for a whole plane, on the first."""
+        """Convolve field (n_y, nx), zero on the last line."""
         return _convolve(self._forward, self._hat, self._backward, field)
 
     def rough(self, field: Array) -> Array:
@@ -121,7 +92,6 @@ def _convolve(
     forward: NDArray[Any], hat: NDArray[Any], backward: NDArray[Any], field: NDArray[Any]
 ) -> NDArray[Any]:
     modes, nx = hat.shape[:2]
-    # the one (cosine) or two (cosine, sine) rows of a mode see the same matrix
     rows = (forward @ field).reshape(modes, -1, nx)
     return backward @ np.matmul(rows, hat.transpose(0, 2, 1)).reshape(-1, nx)
 
@@ -132,19 +102,16 @@ def mode_operator(
     breaks: Array,
     density: Array,
     own: Array,
-    reuse: LineConvolution | None = None,
 ) -> LineConvolution:
     """Operator of densities (panels, points, distances) at panel_nodes(breaks) for distances 1, 2, ...
 
-    Distances beyond those are zero. sign = -1 reverses s; own: the influence of a line on itself. reuse: an
-    operator of a grid of this size whose memory is used (new pages cost as much as all the rest).
+    Distances beyond those are zero. sign = -1 reverses s; own: the influence of a line on itself.
     """
-    kernel = distance_modes(grid.y.size, grid.mirror)
-    table = panel_primitive(breaks, density @ kernel[:, 1 : density.shape[2] + 1].T)
-    shape = (len(kernel), grid.x.size, grid.x.size)
-    hat = reuse.release(shape) if reuse is not None else np.empty(shape)
+    modes = distance_modes(grid.y.size)
+    table = panel_primitive(breaks, density @ modes[:, 1 : density.shape[2] + 1].T)
+    hat = np.empty((len(modes), grid.x.size, grid.x.size))
     cell_integrals(grid.x, grid.cell_edges_x, sign, breaks, table, own, hat)
-    return LineConvolution.from_modes(hat, own, grid.y.size, grid.mirror)
+    return LineConvolution(hat, own, grid.y.size)
 
 
 def deflection_operator(grid: Grid, kappa: float, factor: float) -> LineConvolution:

@@ -1,4 +1,4 @@
-"""Graded grid of one contact in Hertz units: X = x/b along rolling, Y = y/a across; Y >= 0 if mirrored there."""
+"""Graded grid of one contact in Hertz units: X = x/b along rolling, Y = y/a across, of which Y >= 0 is solved."""
 
 from __future__ import annotations
 
@@ -20,19 +20,18 @@ INLET_SHAPE = 1.06
 class Grid:
     """Tensor grid; lines along X at every Y, pressure zero on the outer edges.
 
-    x : (nx,) nodes along rolling [b], graded; y : (ny,) nodes across [a], uniform from 0, or without mirror symmetry
-    from -y_max to y_max. open_side: the film goes on beyond the last lines, else P = 0 there.
+    x : (nx,) nodes along rolling [b], graded; y : (ny,) nodes across [a], uniform from 0. open_side: the film goes on
+    beyond the last lines, else P = 0 there.
     """
 
     x: Array
     y: Array
-    mirror: bool = True
     open_side: bool = False
 
     @property
     def inner(self) -> tuple[slice, slice]:
         """Lines and columns between the outer edges."""
-        return slice(0 if self.mirror else 1, -1), slice(1, -1)
+        return slice(0, -1), slice(1, -1)
 
     @property
     def h_y(self) -> float:
@@ -42,7 +41,7 @@ class Grid:
     @property
     def n_distance(self) -> int:
         """Distances between lines of the whole contact, 0 included."""
-        return 2 * self.y.size - 1 if self.mirror else self.y.size
+        return 2 * self.y.size - 1
 
     @property
     def length_x(self) -> float:
@@ -62,10 +61,9 @@ class Grid:
 
     @cached_property
     def weights(self) -> Array:
-        """(ny, nx) area weights of the whole contact [a b]: with a mirror, lines off the axis count twice."""
+        """(ny, nx) area weights of the whole contact [a b]: lines off the axis count twice."""
         across = np.full(self.y.size, self.h_y)
-        if self.mirror:
-            across[1:] *= 2.0
+        across[1:] *= 2.0
         return across[:, None] * self.width_x[None, :]
 
     @cached_property
@@ -78,21 +76,15 @@ class Grid:
         weights = self.weights.copy()
         if self.open_side:
             beyond = self.y[-2] ** 2 / (self.y[-2] + 0.5 * self.h_y) * self.width_x
-            weights[-2] += 2.0 * beyond if self.mirror else beyond
-            if not self.mirror:
-                weights[1] += beyond
+            weights[-2] += 2.0 * beyond
         return weights
 
 
 def uniform_grid(
-    x_in: float, x_out: float, y_max: float, n_x: int, n_y: int, mirror: bool = True, open_side: bool = False
+    x_in: float, x_out: float, y_max: float, n_x: int, n_y: int, open_side: bool = False
 ) -> Grid:
-    """Uniform grid over x_in..x_out [b] and 0..y_max [a], or -y_max..y_max without mirror symmetry."""
-    return Grid(np.linspace(x_in, x_out, n_x), _lines(y_max, n_y, mirror), mirror, open_side)
-
-
-def _lines(y_max: float, n_y: int, mirror: bool) -> Array:
-    return np.linspace(0.0 if mirror else -y_max, y_max, n_y)
+    """Uniform grid over x_in..x_out [b] and 0..y_max [a]."""
+    return Grid(np.linspace(x_in, x_out, n_x), np.linspace(0.0, y_max, n_y), open_side)
 
 
 def _bump(x: Array, centre: float, half_width: float) -> Array:
@@ -113,7 +105,6 @@ def graded_grid(
     n_x: int,
     n_y: int,
     inlet: float = 0.1,
-    mirror: bool = True,
     open_side: bool = False,
 ) -> Grid:
     """Grid refined where the film forms and where it leaves.
@@ -134,4 +125,4 @@ def graded_grid(
     # in proportion to the distance
     wedge = max(1.0, math.sqrt(2.0 * inlet**1.5 / INLET_SHAPE))
     density /= (1.0 + np.maximum(0.0, np.abs(fine) - 1.6) / wedge) ** (1.25 if inlet < 1.0 else 1.0)
-    return Grid(_nodes(fine, density, n_x), _lines(y_max, n_y, mirror), mirror, open_side)
+    return Grid(_nodes(fine, density, n_x), np.linspace(0.0, y_max, n_y), open_side)

@@ -8,9 +8,9 @@ cells are integrated mode by mode; no matrix per distance is formed or transform
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.polynomial import legendre
 
+from ...compiled import kernel
 from .grid import Array
 
 #: Gauss points of a panel; the primitive is a polynomial of this degree, written out in cell_integrals
@@ -77,7 +77,7 @@ def panel_primitive(breaks: Array, density: Array) -> Array:
     return table
 
 
-@njit(cache=True)
+@kernel
 def cell_integrals(x, edges, sign, breaks, table, own, out):
     """out (columns, nx, nx) = own + sign*(P(sign*(x_i - e_k)) - P(sign*(x_i - e_k+1))); P = 0 below breaks[0].
 

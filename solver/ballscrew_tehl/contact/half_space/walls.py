@@ -7,8 +7,8 @@ speed, zero included. The printed fast-source integral of the paper is its limit
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ...compiled import kernel
 from .deflection import LineConvolution, mode_operator
 from .grid import TINY, Array, Grid
 from .line_table import (
@@ -24,13 +24,14 @@ from .line_table import (
 
 #: rule for one piece of a strip
 STRIP_NODES, STRIP_WEIGHTS = (np.array(v) for v in np.polynomial.legendre.leggauss(6))
-#: length of a piece in the exponent, and pieces per unit of t: with them the error is that of wall_influence
+#: length of a piece in the exponent, and pieces per unit of t: with them the error is 1e-8 of the
+#: largest value that a line has at its own nodes, and 1e-5 of any value down to 1e-10 of that
 PIECE_DECAY, PIECES_PER_T = 3.0, 0.7
 #: panels of a line's own strip begin at this share of the shortest distance
 INNERMOST = 1e-3
 
 
-@njit(cache=True)
+@kernel
 def strips(s, y, beta, nodes, weights, out):
     """out (s.size, y.size-1) = integral over y_d..y_d+1 of exp(beta (s - r))/r, r^2 = s^2 + y^2; s, beta, y >= 0.
 
@@ -106,21 +107,6 @@ def wall_strips(length: float, h_y: float, n_distance: int, beta: float) -> tupl
     return both_sides(half, down, _fading(s, down, speed))
 
 
-def wall_influence(x: Array, edges: Array, h_y: float, n_distance: int, beta: float) -> Array:
-    """Influence (n_distance, nx, nx): integral of exp(-|beta| r + beta (x-x'))/r over cell k, d lines away.
-
-    All lengths in one unit; beta = u/(2 chi) times that unit, signed. Error: 1e-8 of the largest value that the line
-    itself has at the node, and 1e-5 of any value down to 1e-10 of that.
-    """
-    out = np.zeros((n_distance, x.size, x.size))
-    out[0] = own_line(x, edges, h_y, beta)
-    breaks, density = wall_strips(float(x[-1] - x[0]), h_y, n_distance, beta)
-    table = panel_primitive(breaks, density)
-    sign = np.copysign(1.0, beta)
-    cell_integrals(x, edges, sign, breaks, table, np.zeros(out.shape[1:]), out[1 : density.shape[2] + 1])
-    return out
-
-
 def wall_operator(
     grid: Grid,
     kappa: float,
@@ -128,24 +114,13 @@ def wall_operator(
     speed: float,
     conductivity: float,
     diffusivity: float,
-    reuse: LineConvolution | None = None,
 ) -> LineConvolution:
     """Operator from heat flux [W/m2] on the grid to surface temperature rise [K].
 
     semi_axis b [m], kappa = b/a, speed of the surface along X [m/s], conductivity [W/mK], diffusivity chi [m2/s].
-    reuse: an operator of a grid of this size that is no longer needed; its memory is used.
     """
     beta = speed * semi_axis / (2.0 * diffusivity)
     scale, h_y = semi_axis / (2.0 * np.pi * conductivity), grid.h_y / kappa
     own = scale * own_line(grid.x, grid.cell_edges_x, h_y, beta)
     breaks, density = wall_strips(grid.length_x, h_y, grid.n_distance, beta)
-    return mode_operator(grid, np.copysign(1.0, beta), breaks, scale * density, own, reuse)
-
-
-def uniform_strip_rise(
-    x: Array, flux: float, speed: float, half_width: float, conductivity: float, diffusivity: float
-) -> Array:
-    """Fast-source limit behind the leading edge of a uniform band: 2 q sqrt(x/(pi rho c k u)) (Jaeger 1942) [K]."""
-    rho_c = conductivity / diffusivity
-    x = np.clip(np.asarray(x) + half_width, 0.0, None)
-    return 2.0 * flux * np.sqrt(x / (np.pi * rho_c * conductivity * speed))
+    return mode_operator(grid, np.copysign(1.0, beta), breaks, scale * density, own)

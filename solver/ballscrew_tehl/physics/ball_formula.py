@@ -5,15 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..parameters.file import Parameters
-from ..physics.film import central_film_estimate, moes_groups
-from ..physics.hertz import E_prime, HertzContact, ellipse, reduced_radii
-from ..physics.kinematics import surface_speeds
-from ..physics.load import contact_angle_at_ball_load
-from ..physics.lubricant import eta0
-from ..physics.rolling_resistance import biboulet_houpert_point, rolling_power
-from .half_space.grid import Array
+from .film import central_film_estimate, moes_groups
+from .hertz import E_prime, HertzContact, ellipse, reduced_radii
+from .kinematics import surface_speeds
+from .load import contact_angle_at_ball_load
+from .lubricant import eta0
+from .rolling_resistance import biboulet_houpert_point, rolling_power
+
+Array = NDArray[np.float64]
 
 
 def moes_groups_of(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Any:

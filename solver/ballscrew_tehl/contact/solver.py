@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -19,20 +18,13 @@ from .conditions import (
     narrow,
     scales_of,
 )
-from .continuation import (
-    anchored,
-    continued,
-    continued_in_roughness,
-    expected_resolved,
-    thermal_reduction_continued,
-)
+from .continuation import anchored, continued, expected_resolved, thermal_reduction_continued
 from .film import energy
-from .one_grid import HIGH_LOAD, solve_cold, solve_on_grid
+from .one_grid import HIGH_LOAD, solve_cold, solve_near
+from .one_thread import one_thread
 from .problem import ContactProblem
+from .result import ContactResult
 from .solution import TOUCHING, ContactSolution
-from .starts import neighbours
-
-__all__ = ["DEFAULT_OPTIONS", "ContactConditions", "ContactSolution", "SolverOptions", "solve_contact"]
 
 #: expected film over R_x above which a parabolic gap is none between round bodies
 THICKEST = 0.1
@@ -41,71 +33,57 @@ THICKEST = 0.1
 WORTH_TRYING = 0.8
 
 
-def solve_contact(
+def solve(
     conditions: ContactConditions,
     oil: LubricantParameters,
     solid: SolidParameters,
     options: SolverOptions = DEFAULT_OPTIONS,
-    start: ContactSolution | Sequence[ContactSolution] | None = None,
-) -> ContactSolution:
+    warn: bool = True,
+) -> ContactResult:
     """Solve one contact.
 
     Parameters   conditions: operating point;  oil, solid: materials (both bodies of `solid`), with the rheology that
-                 the oil names;  start: a neighbouring solution to start from, on any grid, or up to three on a line
-                 through `conditions` in the logarithms of load, entrainment speed and temperature: pressure, film over
-                 expected film, temperature rise and the shares of the error are extrapolated through them (Lagrange).
-                 Neighbours that have not converged are left out. A contact that does not converge from its start is
-                 solved from the dry contact, a narrow one (conditions.narrow) then on as many lines as others have,
-                 and its reason says so; where that fails, too, from lower speeds
-    Returns      ContactSolution; check `converged` and `reason` before using it
-    Raises       ValueError: conditions out of range; oil, solid or start of another kind; more than three neighbours,
-                 two at one point, or off the line
-    Validity     steady; flooded, or with a meniscus at options.x_in. Resolved while the inlet length holds about three
-                 cells; the nodes along rolling are doubled first, beyond that the film comes from the asymptotic
-                 branch. Oil in a gap of more than options.warm_films films has the inlet temperature.
-                 temperature_rise of pure rolling is that of the pressure spike and grows with the nodes: use
-                 integrals.temperature_rise_mean, or _smooth.
-                 Rough surfaces: by their asperity pressure p_a alone (Greenwood & Tripp 1970); the flow is that between
-                 smooth surfaces as far apart as the mean planes. Without flow factors (Patir & Cheng 1978), the lay
-                 has no effect: below a film ratio of about 3, transverse ridges make a thicker film, longitudinal
-                 ones a thinner one. Friction and heat of the asperities are left out: traction, temperatures and
-                 integrals are those of the film. With sigma beta eta = 0.2 and sigma/beta = 0.01, above the usual
-                 intervals, thermal contacts converge up to an asperity share of 0.1 to 0.2
+                 the oil names;  warn: log a film that is thick compared with the bodies (a map has light balls that an
+                 axial load relieves). A narrow contact that does not converge is solved on as many
+                 lines as others have, and its reason says so; where that fails, too, from lower speeds or loads
+    Returns      ContactResult; check `converged` and `reason` before using it
+    Raises       ValueError: conditions out of range; oil or solid of another kind
+    Validity     steady, smooth; flooded, or with a meniscus at options.x_in. Resolved while the inlet length holds
+                 about three cells; the nodes along rolling are doubled first, beyond that the film comes from the
+                 asymptotic branch. Oil in a gap of more than options.warm_films films has the inlet temperature. Both
+                 surfaces have one speed each: spin and differential slip are left to the closed forms of friction
     Source       Zhao et al. 2023, Eqs. 5-13 with the deflection that Eq. 6 omits, the generalised Reynolds equation
-                 (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959), film pressure p - p_a at every
-                 node (Johnson, Greenwood & Poon 1972) and the errata named in the modules of this package
+                 (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959) and the errata named in the
+                 modules of this package
     """
     for name, value, kind in (("oil", oil, LubricantParameters), ("solid", solid, SolidParameters)):
         if not isinstance(value, kind):
             raise ValueError(f"{name} = {value!r}; needs the {kind.__name__} of load_parameters")
-    _warn_of_thick(conditions, oil)
-    return solved_contact(conditions, oil, solid, options, start)
-
-
-def solved_contact(
-    conditions: ContactConditions,
-    oil: LubricantParameters,
-    solid: SolidParameters,
-    options: SolverOptions,
-    start: ContactSolution | Sequence[ContactSolution] | None = None,
-) -> ContactSolution:
-    """solve_contact without a word on thick films: a map has light balls that an axial load relieves."""
+    if warn:
+        _warn_of_thick(conditions, oil)
     announce_compilation()
     begun = time.perf_counter()
+    with one_thread():
+        solution = _continued(conditions, oil, solid, options)
+    return replace(solution, seconds=time.perf_counter() - begun)
 
-    def solved(at: ContactConditions, near: ContactSolution | None = None) -> ContactSolution:
-        return _solved(at, oil, solid, options, neighbours(at, near))[0]
+
+def _continued(
+    conditions: ContactConditions, oil: LubricantParameters, solid: SolidParameters, options: SolverOptions
+) -> ContactSolution:
+    """By itself, else as thermal reduction continued from lower loads."""
+
+    def thermal(at: ContactConditions) -> ContactSolution:
+        return _solved(at, oil, solid, options)[0]
 
     def isothermal(at: ContactConditions) -> ContactSolution:
         return _solved(at, oil, solid, replace(options, thermal=False))[0]
 
-    solution, lower = _solved(conditions, oil, solid, options, neighbours(conditions, start))
-    if not solution.converged and conditions.roughness is not None and conditions.roughness.sigma > 0.0:
-        solution = continued_in_roughness(conditions, solved) or solution
+    solution, lower = _solved(conditions, oil, solid, options)
     touching = options.thermal and solution.reason == TOUCHING and solution.M > HIGH_LOAD
     if not solution.converged and (lower or touching):
-        solution = thermal_reduction_continued(solution, lower, isothermal, solved)
-    return replace(solution, seconds=time.perf_counter() - begun)
+        solution = thermal_reduction_continued(solution, lower, isothermal, thermal)
+    return solution
 
 
 def _warn_of_thick(c: ContactConditions, oil: LubricantParameters) -> None:
@@ -124,18 +102,17 @@ def _solved(
     oil: LubricantParameters,
     solid: SolidParameters,
     options: SolverOptions,
-    starts: Sequence[tuple[float, ContactSolution]] = (),
 ) -> tuple[ContactSolution, list[ContactSolution]]:
     """On the grid of the options, on one of twice the nodes, or by the asymptotic branch; and those at lower loads."""
-    near: list[tuple[float, ContactSolution]] = []
+    near: ContactSolution | None = None
     if expected_resolved(conditions, oil, options, WORTH_TRYING):
-        solution, lower = _solve_on_grid(conditions, oil, solid, options, starts)
+        solution, lower = _solve_on_grid(conditions, oil, solid, options)
         failed = not solution.converged
         coarse = solution.reason == TOUCHING or solution.branch != "resolved"
         if (failed and lower) or not (coarse or (failed and not options.thermal)):
             return solution, lower
         # what has taken lower loads to converge would take them again
-        near = [(1.0, solution)] if lower else []
+        near = solution if lower and solution.converged else None
     finer = replace(options, n_x=2 * options.n_x - 1)
     solution, lower = _solve_on_grid(conditions, oil, solid, finer, near)
     failed = not solution.converged and not options.thermal and solution.M > HIGH_LOAD
@@ -153,19 +130,20 @@ def _solve_on_grid(
     oil: LubricantParameters,
     solid: SolidParameters,
     options: SolverOptions,
-    starts: Sequence[tuple[float, ContactSolution]] = (),
+    near: ContactSolution | None = None,
 ) -> tuple[ContactSolution, list[ContactSolution]]:
-    """From the neighbours with their weights, from the dry contact, or from lower speeds or loads."""
-    begun = time.perf_counter()
+    """From a solution on another grid, from the dry contact, or from lower speeds or loads."""
     problem = ContactProblem(conditions, oil, solid, options)
     lower: list[ContactSolution] = []
-    solution = solve_on_grid(problem, starts)
+    solution = solve_near(problem, [(1.0, near)], options.max_thermal) if near else None
+    if solution is None or not solution.converged:
+        solution = solve_cold(problem)
     if not solution.converged:
         solution = _solved_on_fewer_lines(problem) or solution
     # from elsewhere, too, the bodies would touch
     if not solution.converged and not problem.plain and solution.reason != TOUCHING:
         solution, lower = continued(problem, solution)
-    return replace(solution, seconds=time.perf_counter() - begun), lower
+    return solution, lower
 
 
 def _solved_on_fewer_lines(problem: ContactProblem) -> ContactSolution | None:
