@@ -34,11 +34,11 @@ KEPT_DAYS = 30.0
 
 
 def sources_hash(package: Path = PACKAGE) -> str:
-    """Hash of the names and contents of all SOURCES of a copy of this package."""
+    """Hash of the names and contents of the SOURCES of a copy of this package; a part of it may lack some."""
     digest = hashlib.sha256()
     for source in SOURCES:
         at = package / source
-        for file in sorted(at.glob("*.py")) if at.is_dir() else [at]:
+        for file in sorted(at.glob("*.py")) if at.is_dir() else [at][: at.exists()]:
             content = file.read_bytes()
             digest.update(f"{file.relative_to(package).as_posix()} {len(content)}\n".encode() + content)
     return digest.hexdigest()[:16]

@@ -1,4 +1,4 @@
-"""One contact with the two kinematics, with and without slip."""
+"""One contact with the two kinematics."""
 
 import kinematics_comparison
 import numpy as np
@@ -10,7 +10,7 @@ from ballscrew_tehl.physics.kinematics import surface_speeds
 pytestmark = pytest.mark.slow
 
 RPM = (200.0, 2000.0)
-PUBLISHED, ROLLING, SLIP = range(3)
+PUBLISHED, ROLLING = range(2)
 SCREW, NUT = range(2)
 
 
@@ -21,15 +21,13 @@ def result():
 
 def test_rolling_frame_rolls_alike_on_both_raceways_published_does_not(result):
     film = result["film"]
-    assert list(kinematics_comparison.CASES) == ["published", "rolling", "rolling, slip"]
+    assert list(kinematics_comparison.CASES) == ["published", "rolling"]
     assert np.all(np.diff(film, axis=-1) > 0.0)
     # equal entrainment, the nut side conforms better: a little more film
     assert np.all(
         (film[ROLLING, NUT] > film[ROLLING, SCREW]) & (film[ROLLING, NUT] < 1.1 * film[ROLLING, SCREW])
     )
     assert np.all(film[PUBLISHED, NUT] < 0.5 * film[PUBLISHED, SCREW])
-    # the slip is too small to heat the inlet
-    assert film[SLIP] == pytest.approx(film[ROLLING], rel=5e-3)
 
 
 def test_heat_and_traction_come_from_sliding(result):
@@ -42,18 +40,13 @@ def test_heat_and_traction_come_from_sliding(result):
         assert heat[PUBLISHED, j] == pytest.approx(
             traction[PUBLISHED, j] * (speeds.u_1 - speeds.u_2), rel=1e-9
         )
-    assert np.all(heat[SLIP] > 0.0)
-    assert np.all(heat[SLIP] < 0.015 * heat[PUBLISHED])
-    # the ball, faster than the screw raceway in the middle of the contact, drags it along
-    assert np.all(traction[SLIP] < 0.0)
-    assert np.all(rise[ROLLING] < rise[SLIP])
-    assert np.all(rise[SLIP] < 0.3 * rise[PUBLISHED])
+    assert np.all(rise[ROLLING] < 0.3 * rise[PUBLISHED])
 
 
 def test_table_and_picture(result, tmp_path):
     lines = kinematics_comparison.report(result).splitlines()
-    assert len(lines) == 1 + 3 * 2 * len(RPM)
+    assert len(lines) == 1 + 2 * 2 * len(RPM)
     assert lines[1].split()[:4] == ["published", "screw", "200", f"{1e9 * result['film'][0, 0, 0]:.1f}"]
-    assert lines[-1].startswith("rolling, slip  nut")
+    assert lines[-1].startswith("rolling        nut")
     kinematics_comparison.plot(result, tmp_path / "picture.png")
     assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")

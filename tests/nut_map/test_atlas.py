@@ -10,8 +10,7 @@ import pytest
 from reference_screw import GD4008
 from synthetic_contacts import GRID
 
-from ballscrew_tehl.contact.ball_contact import ball_contact, solve_for_map
-from ballscrew_tehl.contact.conditions import scales_of
+from ballscrew_tehl.contact import ball_conditions, scales_of, solve_for_map
 from ballscrew_tehl.nut_map import atlas as atlas_module
 from ballscrew_tehl.nut_map import atlas_contacts, build
 from ballscrew_tehl.nut_map.atlas import (
@@ -79,7 +78,7 @@ def test_groups_of_a_ball_are_those_of_its_contact(raceway):
     """The pressure is that at the contact angle of the drawing."""
     points = points_of(5)
     for row, point in zip(ball_groups(ROLLING, raceway, points), points.tolist(), strict=True):
-        conditions = ball_contact(ROLLING, raceway, *point)
+        conditions = ball_conditions(ROLLING, raceway, *point)
         scales = scales_of(conditions, ROLLING.lubricant)
         groups = dict(zip(GROUPS, row.tolist(), strict=True))
         assert groups["M"] == pytest.approx(scales.M, rel=1e-12)
@@ -189,8 +188,8 @@ def few_points():
 @pytest.mark.parametrize(("load", "speed", "temperature"), [(150.0, 2.0, 340.0), (60.0, 0.6, 330.0)])
 def test_core_of_flattened_contacts_is_nearly_that_of_hertz(load, speed, temperature):
     """Solved here, with films of nanometres: the atlas alone was off by up to 8 % where it has no contacts."""
-    conditions = ball_contact(ROLLING, "nut", load, speed, temperature)
-    own = solve_for_map(conditions, ROLLING.lubricant, ROLLING.solid, thermal=True).integrals
+    conditions = ball_conditions(ROLLING, "nut", load, speed, temperature)
+    own = solve_for_map(conditions, ROLLING.lubricant, ROLLING.solid, thermal=True)
     hertz = ellipse(load, conditions.R_x, conditions.R_y, conditions.E_prime)
     groups = ball_groups(ROLLING, "nut", np.array([[load, speed, temperature]]))
     assert groups[0, 0] >= 2e4

@@ -25,8 +25,8 @@ from synthetic_contacts import (
     values,
 )
 
+from ballscrew_tehl.contact import UnconvergedContactError, solve_ball
 from ballscrew_tehl.contact import ball_contact as operating_contact
-from ballscrew_tehl.contact.ball_contact import UnconvergedContactError, solve_ball
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import build
@@ -122,11 +122,9 @@ def test_solved_contact_has_its_values_under_their_names(monkeypatch):
         return SimpleNamespace(
             h_c=scale * speed, h_m=3.0 * scale * speed, p_max=7.0 * scale * temperature,
             traction_force=11.0 * scale * speed, error_estimate=23.0 * scale,
-            integrals=SimpleNamespace(
-                temperature_rise_mean=5.0 * scale * load, temperature_rise_smooth=4.0 * scale * load,
-                rolling_loss=13.0 * scale, core_pressure=17.0 * scale, core_area=19.0 * scale,
-                mean_temperature=scale * temperature,
-            ),
+            temperature_rise_mean=5.0 * scale * load, temperature_rise_smooth=4.0 * scale * load,
+            rolling_loss=13.0 * scale, core_pressure=17.0 * scale, core_area=19.0 * scale,
+            mean_temperature=scale * temperature,
             branch="asymptotic" if speed > 15.0 and not thermal else "resolved",
         )  # fmt: skip
 
@@ -148,10 +146,8 @@ def test_contact_that_does_not_converge_is_nan(monkeypatch, which):
             raise UnconvergedContactError("contact not solved: any")
         return SimpleNamespace(
             h_c=speed, h_m=speed, p_max=1.0, traction_force=1.0, error_estimate=1.0, branch="resolved",
-            integrals=SimpleNamespace(
-                temperature_rise_smooth=1.0, temperature_rise_mean=1.0, rolling_loss=1.0, core_pressure=1.0,
-                core_area=1.0, mean_temperature=1.0,
-            ),
+            temperature_rise_smooth=1.0, temperature_rise_mean=1.0, rolling_loss=1.0, core_pressure=1.0,
+            core_area=1.0, mean_temperature=1.0,
         )  # fmt: skip
 
     monkeypatch.setattr(build, "solve_ball", solve)
@@ -179,7 +175,7 @@ def test_one_and_two_workers_build_the_same_map_and_leave_the_environment(monkey
         solve_ball(GD4008, "nut", *contacts.points[place].tolist(), thermal=t) for t in (False, True)
     )
     found = {name: float(array[place]) for name, array in contacts.values.items()}
-    rise = hot.integrals.temperature_rise_mean
+    rise = hot.temperature_rise_mean
     # other numbers of BLAS threads round otherwise
     solved = {FILMS[0]: cold.h_c, FILMS[1]: hot.h_c, FILMS[2]: hot.h_m, "temperature_rise": rise}
     solved |= {"pressure_max": hot.p_max, "traction_force": hot.traction_force}
@@ -219,11 +215,11 @@ def test_range_that_cannot_be_solved_is_refused_with_its_remedies(monkeypatch):
     """The real function of a contact; only the solver is replaced."""
     calls = []
 
-    def solve(conditions, oil, solid, options, start):
+    def solve(conditions, oil, solid, options, warn):
         calls.append(options.thermal)
         return SimpleNamespace(converged=False, reason="step too small", M=1e3)
 
-    monkeypatch.setattr(operating_contact, "solved_contact", solve)
+    monkeypatch.setattr(operating_contact, "solve", solve)
     executor = Reluctant(run=JOBS)
     with pytest.raises(MapNotBuiltError) as caught:
         build.build_contact_map(GD4008, GRID, executor)

@@ -14,7 +14,7 @@ from reference_screw import GD4008
 from synthetic_contacts import ClosedFilm, nut_map_of, small_map
 from synthetic_map import make_map
 
-from ballscrew_tehl.contact.ball_contact import UnconvergedContactError
+from ballscrew_tehl.contact import UnconvergedContactError
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map.contacts import FILMS
@@ -83,7 +83,7 @@ def closed_contacts(request, monkeypatch):
         return SimpleNamespace(
             h_c=value(FILMS[1] if thermal else FILMS[0]),
             h_m=value(FILMS[2]),
-            integrals=SimpleNamespace(temperature_rise_mean=value("temperature_rise")),
+            temperature_rise_mean=value("temperature_rise"),
             hertz=SimpleNamespace(p_max=1e9),
         )
 
@@ -356,8 +356,7 @@ def test_a_failed_contact_keeps_the_map_and_is_not_solved_again(wrong, monkeypat
 
 
 def test_a_correction_that_is_not_finite_is_ignored(wrong, monkeypatch):
-    rise = SimpleNamespace(temperature_rise_mean=math.nan)
-    nothing = SimpleNamespace(h_c=math.nan, h_m=math.nan, integrals=rise)
+    nothing = SimpleNamespace(h_c=math.nan, h_m=math.nan, temperature_rise_mean=math.nan)
     monkeypatch.setattr(direct, "solve_ball", lambda *_, **__: nothing)
     refinement = Refinement(wrong)
     assert refinement.evaluate(2000.0, 40.0, 303.15) == wrong.evaluate(2000.0, 40.0, 303.15)

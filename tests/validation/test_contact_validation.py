@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from reference_screw import GD4008, published_rows
 
-from ballscrew_tehl.contact.ball_contact import ball_contact
+from ballscrew_tehl.contact import ball_conditions
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.kinematics import KINEMATICS
@@ -57,11 +57,11 @@ def test_rows_are_the_fine_solution_of_every_variant(monkeypatch):
         film = 1e-7 if oil.viscosity_law == "section_2_3" else 2e-7
         film *= (0.90, 0.96, 0.98)[n]
         return SimpleNamespace(
-            conditions=conditions, h_c=1.02 * film, h_m=(0.8, 0.79, 0.8)[n] * film, extrapolation=(0.02, 0.01),
+            conditions=conditions, h_c=1.02 * film, h_m=(0.8, 0.79, 0.8)[n] * film, grid_film=film,
             temperature_rise=(66.0, 62.0, 60.0)[n], traction_force=float(n), converged=True,
         )  # fmt: skip
 
-    monkeypatch.setattr(contact_validation, "solve_contact", solve)
+    monkeypatch.setattr(contact_validation, "solve", solve)
     rows = section5_contacts(GD4008)
     variants = [(k, law, r) for k in KINEMATICS for law in LAWS for r in RACEWAYS]
     assert [row[:3] for row in rows] == variants
@@ -69,7 +69,7 @@ def test_rows_are_the_fine_solution_of_every_variant(monkeypatch):
     temperature = GD4008.lubricant.reference_temperature
     for i, (row, (kinematics, law, raceway)) in enumerate(zip(rows, variants, strict=True)):
         parameters = changed(GD4008, friction={"kinematics": kinematics})
-        contact = ball_contact(parameters, raceway, LOAD, SPEED, temperature)
+        contact = ball_conditions(parameters, raceway, LOAD, SPEED, temperature)
         triple = calls[3 * i : 3 * i + 3]
         assert [call[3] for call in triple] == [COARSE, MIDDLE, FINE]
         assert all(call[:3] == (contact, law, GD4008.solid) for call in triple)
@@ -118,10 +118,10 @@ def test_row_counts_as_converged_only_if_all_grids_did(monkeypatch, failing):
     def solve(conditions, oil, solid, options):
         return SimpleNamespace(
             conditions=conditions, h_c=1e-7, h_m=1e-7, temperature_rise=60.0, traction_force=1.0,
-            extrapolation=(math.nan, math.nan), converged=options != failing,
+            grid_film=math.nan, converged=options != failing,
         )  # fmt: skip
 
-    monkeypatch.setattr(contact_validation, "solve_contact", solve)
+    monkeypatch.setattr(contact_validation, "solve", solve)
     rows = section5_contacts(GD4008)
     assert not any(row.converged for row in rows)
     assert section5_text(rows).count("NO") == len(rows)

@@ -33,7 +33,7 @@ TRAVELLING = ("ballscrew_fmu.python_fmu", "ballscrew_fmu.variables", "ballscrew_
 #: refinement needs this module and all that it imports from its package
 SOLVER_MODULE = "ballscrew_tehl.refinement.refine"
 #: packages that it needs in the host, in addition to the standard library
-SOLVER_NEEDS = ("numba", "numpy", "pydantic", "scipy")
+SOLVER_NEEDS = ("numba", "numpy", "pydantic", "scipy", "threadpoolctl")
 SCRIPT = '''"""Entry script of the FMU: pythonfmu needs a class that is defined here and has a method of its own."""
 
 from {package}.{slave} import {model}Base

@@ -2,7 +2,7 @@
 
 T w = sum over balls and raceways (P_roll + P_shear + P_hysteresis) + sum over balls P_ball_ball, every part >= 0.
 
-P_roll        loss of the contact in pure rolling (contact.integrals.rolling_loss), times the factor of starvation
+P_roll        loss of the contact in pure rolling (contact.ContactResult.rolling_loss), times the factor of starvation
 P_shear       spin, differential and helix slip with the shear stress of an Eyring oil limited at Lambda p, and of the
               asperities: the equilibrium of the ball gives its motion (ball_equilibrium)
 P_hysteresis  3/16 mu_hs Q b/r_b times the rolling speed (Zhao 2023, Eq. 18)

@@ -137,8 +137,7 @@ def asperity_pressure(roughness: Roughness, E_prime: float, h: Any) -> tuple[Any
     Returns      p_a [Pa], >= 0, and dp_a/dh [Pa/m], <= 0, each shaped like h; 0 for a smooth contact (sigma = 0)
     Raises       ValueError: E_prime not positive, h not finite
     Validity     elastic asperities of Gaussian height on both surfaces, each without influence on the next; too
-                 stiff where p_a per real area exceeds the hardness.  The compiled twin is
-                 contact.film.asperity.asperity_pressure
+                 stiff where p_a per real area exceeds the hardness
     Source       Greenwood & Tripp, Proc IMechE 185 (1970) 625: p_a = pressure_scale F_5/2(h/sigma)
     Example
         >>> p_a, slope = asperity_pressure(typical_roughness(2e-7), 226e9, 2e-7)

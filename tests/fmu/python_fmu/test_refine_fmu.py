@@ -319,13 +319,13 @@ def test_an_import_for_types_does_not_count():
     tree = package.ast.parse("if TYPE_CHECKING:\n    import xarray\nelse:\n    from . import __version__\n")
     assert package._imported(tree, "ballscrew_tehl.friction.torque", "ballscrew_tehl") == ["ballscrew_tehl"]
     tree = package.ast.parse(
-        "from . import physics, __version__\nfrom .physics import hertz\nfrom .contact.solve import solve_contact\n"
+        "from . import physics, __version__\nfrom .physics import hertz\nfrom .contact.solver import solve\n"
     )
     assert set(package._imported(tree, "ballscrew_tehl.friction.torque", "ballscrew_tehl")) == {
         "ballscrew_tehl",
         "ballscrew_tehl.physics",
         "ballscrew_tehl.physics.hertz",
-        "ballscrew_tehl.contact.solve",
+        "ballscrew_tehl.contact.solver",
     }
 
 
