@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..contact import ContactResult, solve_ball
-from ..physics.ball_formula import film_formula, minimum_rolling_loss, rolling_formula
 from ..friction.mechanistic import mean_load, nuts_powers, rolling_torque
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
 from ..parameters.file import Parameters, ScrewParameters
+from ..physics.ball_formula import film_formula, minimum_rolling_loss, rolling_formula
 from ..physics.hertz import RACEWAYS
 from ..physics.load import EQUAL_LOADS, load_nodes, nut_loads
 from ..runtime.packed import MECHANISTIC
