@@ -1,5 +1,6 @@
-"""FMUs of the closed-form map, built once for all tests of this folder."""
+"""FMUs of the closed-form map, each built once for all tests and all workers."""
 
+import functools
 import os
 import sys
 from pathlib import Path
@@ -7,27 +8,74 @@ from pathlib import Path
 import fmpy
 import pytest
 import stub_solver
+from filelock import FileLock
 from native_reference import REFERENCE, VALIDATION
+from synthetic_map import make_map
 
+from ballscrew_fmu.checks.reference import STEP, reference_results
 from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_fmu.models import FRICTION
+from ballscrew_fmu.native_fmu.compile import this_platform
+from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.python_fmu.package import build_fmu
+from ballscrew_tehl.runtime.packed import FILM_SHEAR
+
+
+def _common_folder(tmp_path_factory) -> Path:
+    """A folder of this run of pytest; the workers of xdist share it."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "built_fmus"
+    folder.mkdir(exist_ok=True)
+    return folder
 
 
 @pytest.fixture(scope="session")
-def fmu(tmp_path_factory, synthetic_nut_map):
-    path = tmp_path_factory.mktemp("fmu") / "BallScrewFriction.fmu"
-    return build_fmu(synthetic_nut_map, path).path
+def built(tmp_path_factory):
+    """Function (model, kind, law) -> FMU file; kind: python, or 2 or 3 for the native one of this FMI version.
+
+    Those for Python hosts refine with the stub; native ones are for this machine and have the reference of a build.
+    """
+    folder = _common_folder(tmp_path_factory)
+
+    @functools.cache
+    def build(model=FRICTION, kind="python", law=FILM_SHEAR):
+        path = folder / f"{law}_{kind}_{model.name}.fmu"
+        with FileLock(f"{path}.lock"):
+            if not path.exists() and kind == "python":
+                build_fmu(make_map(law=law), path, solver=stub_solver.SOURCES, model=model)
+            elif not path.exists():
+                nut_map = make_map(law=law)
+                reference = Reference(STEP, *reference_results(nut_map, model))
+                platforms = (this_platform(),)
+                build_native_fmu(nut_map, kind, path, reference, platforms=platforms, model=model)
+        return path
+
+    return build
 
 
 @pytest.fixture(scope="session")
-def unpacked(fmu):
-    return fmpy.extract(str(fmu), unzipdir=str(fmu.parent / "unpacked"))
+def folder_of(built):
+    """Function as `built`, which gives the folder of the unpacked FMU."""
+
+    def unpack(*arguments):
+        fmu = built(*arguments)
+        with FileLock(f"{fmu}.lock"):
+            if not (folder := fmu.with_suffix("")).exists():
+                fmpy.extract(str(fmu), unzipdir=str(folder))
+        return folder
+
+    return functools.cache(unpack)
 
 
 @pytest.fixture(scope="session")
-def cache_folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("cache")
+def fmu(built):
+    return built()
+
+
+@pytest.fixture(scope="session")
+def unpacked(folder_of):
+    return str(folder_of())
 
 
 #: of the C compiler, outside the environment of the tests: an empty cache costs compiling the stubs of five libraries
@@ -37,20 +85,13 @@ COMPILER_CACHE = os.environ.get("ZIG_GLOBAL_CACHE_DIR") or os.path.join(
 
 
 @pytest.fixture(autouse=True)
-def user_cache(monkeypatch, cache_folder):
+def user_cache(monkeypatch, tmp_path_factory):
     """A cache folder of the tests for all FMUs that refine."""
+    folder = tmp_path_factory.getbasetemp() / "cache"
     monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", COMPILER_CACHE)
     for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
-        monkeypatch.setenv(name, str(cache_folder))
-    return cache_folder
-
-
-@pytest.fixture(scope="session")
-def refinable(tmp_path_factory, synthetic_nut_map):
-    """Unpacked FMU of the closed-form map that refines with the stub."""
-    folder = tmp_path_factory.mktemp("refinable")
-    fmu = build_fmu(synthetic_nut_map, folder / "BallScrewFriction.fmu", solver=stub_solver.SOURCES).path
-    return fmpy.extract(str(fmu), unzipdir=str(folder / "unpacked"))
+        monkeypatch.setenv(name, str(folder))
+    return folder
 
 
 @pytest.fixture(scope="session")

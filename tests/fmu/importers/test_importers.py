@@ -1,128 +1,150 @@
-"""The FMUs in importers: replay, zero inputs, coupling with a rotor. importer_table.py prints all results."""
+"""The friction FMUs in importers: replay, special paths, two FMUs, zero inputs, coupling with a rotor, standstill.
+
+Numbers: rounding of the C library against that of numpy.
+"""
+
+import logging
 
 import fmpy
 import numpy as np
 import pytest
-from fmpy.validation import validate_fmu
-from importer_cases import (
-    AGREEMENT,
-    HELD,
-    MASTER_AGREEMENT,
-    MONITOR_AGREEMENT,
-    NAMES,
-    SMOOTH,
-    ZEROS,
-    below_special_characters,
-    beside_the_monitor,
-    coupled,
-    reference,
-    replayed,
-    subject,
-    subjects_of,
-    zero_findings,
-)
-from importers import (
-    MASTERS,
-    REPLAYS,
-    STEP,
-    problem,
-    toolbox_findings,
-)
-from rotor_fmu import RUNS_HERE
+from importers import MASTERS, REPLAYS, STEP, Coupling, Pair, deviation, needs
+from rotor_fmu import RUNS_HERE, build_rotor
 
+from ballscrew_fmu.checks.monitor_check import monitor_outputs
+from ballscrew_fmu.checks.reference import expected_outputs, presliding_outputs, reference_input
+from ballscrew_fmu.models import FRICTION, MONITOR
 from ballscrew_tehl.runtime.standstill import presliding_step
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(not RUNS_HERE, reason="rotor and importers run on x86_64 Linux only"),
+    pytest.mark.skipif(not RUNS_HERE, reason="importers run on x86_64 Linux only"),
 ]
+KINDS = (2, 3, "python")
+POINT = {"preload": 2000.0, "temperature": 303.15}
+SMOOTH = Coupling(POINT, 0.05, 20.0, 1.2, 400)  # slides all the time
+HELD = Coupling(POINT | {"presliding_stiffness": 400.0, "presliding_damping": 2.0}, 0.01, 20.0, 0.3, 400)
+SPECIAL_FOLDER = (
+    "a blank, hash#, plus+, umlaut \u00fc"  # no %: ecos 0.7 does not encode it in the URI of the resources
+)
 
 
 def cases(table):
-    """Test parameters: each case with each FMU that it can read."""
+    """Each case with each FMU that it can read."""
     return [
-        pytest.param(case, name, id=f"{case.tool}, {case.way}, {name}")
+        pytest.param(case, kind, id=f"{case.tool}, {case.way}, {kind}")
         for case in table
-        for name in subjects_of(case)
+        for kind in KINDS
+        if (2 if kind == "python" else kind) in case.versions
+        and (kind != "python" or getattr(case, "kind", "CS") == "CS")
     ]
 
 
-def needs(tool):
-    reason = problem(tool)
-    if reason:
-        pytest.skip(reason)
+@pytest.fixture(scope="session")
+def rotor(tmp_path_factory):
+    return build_rotor(tmp_path_factory.mktemp("rotor"))
 
 
-@pytest.fixture(scope="module")
-def reference_rows(synthetic_nut_map):
-    return reference(synthetic_nut_map)
-
-
-@pytest.mark.parametrize("name", ["native FMI 2.0", "native FMI 3.0"])
-def test_the_rotor_is_a_valid_fmu_and_integrates_exactly(name):
-    rotor = subject(name).rotor
-    assert validate_fmu(str(rotor)) == []
-    starts = {"inertia": 0.5, "start_speed": 3.0, "motor_torque": 1.0}
-    result = fmpy.simulate_fmu(str(rotor), stop_time=64 * STEP, output_interval=STEP, start_values=starts)
-    assert np.abs(result["speed"] - (3.0 + 2.0 * result["time"])).max() < 1e-13
-    assert np.abs(result["angle"] - (3.0 * result["time"] + result["time"] ** 2)).max() < 1e-13
-
-
-@pytest.mark.parametrize(("case", "name"), cases(REPLAYS))
-def test_replay_gives_the_numbers_of_the_map(case, name, reference_rows):
+@pytest.mark.parametrize(("case", "kind"), cases(REPLAYS))
+def test_replay_gives_the_numbers_of_the_map(case, kind, built, tmp_path, monkeypatch, synthetic_nut_map):
+    """Below a path with special characters, in turns with a second FMU; then with all inputs left at zero."""
     needs(case.tool)
-    worst = replayed(case, subject(name).friction, *reference_rows)
-    assert worst <= AGREEMENT, worst
+    rows = list(reference_input(synthetic_nut_map.header))
+    if case.kind == "CS":
+        expected = presliding_outputs(synthetic_nut_map, rows, STEP)
+    else:  # without the bristle, which is then a matter of the solver; no event gives off heat
+        expected = [expected_outputs(synthetic_nut_map, 0.1, row) | {"heat": 0.0} for row in rows]
+    folder = tmp_path / SPECIAL_FOLDER
+    folder.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(folder))
+    monkeypatch.setenv("TMPDIR", str(folder))
+    fmu, monitor = (folder / f"{model.name}.fmu" for model in (FRICTION, MONITOR))
+    fmu.write_bytes(built(FRICTION, kind).read_bytes())
+    if case.kind == "CS":
+        monitor.write_bytes(built(MONITOR, kind).read_bytes())
+        inputs = [
+            {"torque": wanted["friction_torque"], **{name: row[name] for name in row if name != "preload"}}
+            for row, wanted in zip(rows, expected, strict=True)
+        ]
+        found, preloads = zip(*zip(case.run(fmu, rows), case.run(monitor, inputs), strict=True), strict=True)
+        assert deviation(preloads, monitor_outputs(synthetic_nut_map, inputs)) <= 1e-9  # of its search
+    else:
+        found = list(case.run(fmu, rows))
+    if (
+        "Euler" in case.way
+    ):  # fmpy looks for events before it sets the inputs: in_range may be that of the row before
+        for row, now, before in zip(found, expected, [expected[0], *expected], strict=False):
+            if row["in_range"] == before["in_range"]:
+                row["in_range"] = now["in_range"]
+    assert deviation(found, expected) <= 1e-12
+    last = list(case.run(fmu, [dict.fromkeys(rows[0], 0.0)] * 4))[-1]
+    assert np.isfinite(list(last.values())).all()
+    assert (last["friction_torque"], last["power_loss"], last["in_range"]) == (0.0, 0.0, False)
 
 
-@pytest.mark.parametrize(("case", "name"), cases(REPLAYS))
-def test_replay_below_a_path_with_special_characters(case, name, reference_rows):
+@pytest.mark.parametrize(("case", "kind"), cases(MASTERS))
+def test_masters_that_step_both_at_once_agree(case, kind, built, rotor, tmp_path):
     needs(case.tool)
-    rows, expected = reference_rows
-    expected = {case.kind: expected[case.kind][:8]}
-    with below_special_characters(subject(name).friction) as fmu:
-        assert replayed(case, fmu, rows[:8], expected) <= AGREEMENT
+    friction = built(FRICTION, kind)
+    for coupling in (SMOOTH, HELD):
+        with Pair(friction, rotor, coupling) as pair:
+            expected = pair.run(coupling.steps, STEP)
+        found = case.run(friction, rotor, coupling, tmp_path)
+        assert np.max(np.abs(found - expected) / np.abs(expected).max(axis=0)) <= 1e-12
+        speed = found[:, 2]
+        assert abs(speed[-1]) < 1e-9 if coupling is HELD else (np.diff(speed) < 0.0).all()  # without ripple
 
 
-@pytest.mark.parametrize(("case", "name"), cases([case for case in REPLAYS if case.kind == "CS"]))
-def test_two_different_fmus_in_one_process(case, name, synthetic_nut_map, reference_rows):
-    needs(case.tool)
-    rows, expected = reference_rows[0][:8], reference_rows[1][case.kind][:8]
-    friction, monitor = beside_the_monitor(case, name, synthetic_nut_map, rows, expected)
-    assert friction <= AGREEMENT
-    assert monitor <= MONITOR_AGREEMENT
+def test_the_checks_of_the_toolbox_find_nothing(built):
+    needs("fmu_manipulation_toolbox")
+    from fmu_manipulation_toolbox.checker import OperationGenericCheck, OperationSemanticCheck
+    from fmu_manipulation_toolbox.operations import FMU
+
+    errors = []
+    handler = logging.Handler(logging.WARNING)
+    handler.emit = lambda record: errors.append(record.getMessage())
+    logging.getLogger("fmu_manipulation_toolbox").addHandler(handler)
+    for kind in KINDS:
+        opened, schema = FMU(str(built(FRICTION, kind))), OperationGenericCheck()
+        for check in (schema, OperationSemanticCheck()):
+            opened.apply_operation(check)
+        assert errors == []
+        assert schema.compliant_with_version is not None
 
 
-@pytest.mark.parametrize(("case", "name"), cases(REPLAYS))
-def test_inputs_left_at_zero_give_no_torque_and_no_nan(case, name):
-    needs(case.tool)
-    assert all(value == 0.0 for row in ZEROS for value in row.values())
-    assert zero_findings(case, subject(name).friction) == []
+@pytest.mark.parametrize("friction_first", [False, True], ids=["parallel", "sequential"])
+def test_a_rotor_stops_is_held_without_drift_and_breaks_away(built, rotor, synthetic_nut_map, friction_first):
+    """Explicit coupling: stopped under half of the Coulomb torque, held, then moved by 1.1 times it. All FMUs give the
+    same run. Energy: the friction dissipates at the speed it was given, while the rotor feels the torque at a later
+    speed: an error of first order in the step, 1 % at 1 ms, which halves with the step, less the wound bristle."""
+    coulomb = float(synthetic_nut_map.evaluate(speed=0.0, **POINT).coulomb_torque)
+    start = {**HELD.friction}
+    wound, runs, residuals = coulomb**2 / (2.0 * 400.0), [], []
+    for kind, step in ((2, 1e-3), (3, 1e-3), ("python", 1e-3), (2, 5e-4)):
+        coupling = Coupling(start, 0.01, 20.0, 0.5 * coulomb, 0)
+        with Pair(built(FRICTION, kind), rotor, coupling, friction_first) as pair:
+            run = pair.run(round(4.0 / step), step)
+            moved = pair.run(round(1.0 / step), step, 1.1 * coulomb)[-1, 3] - run[-1, 3]
+        torque, power, speed, angle = run.T
+        rest = round(2.0 / step)
+        assert np.abs(speed[rest:]).max() < 1e-9
+        assert np.ptp(angle[rest:]) < 1e-9  # without drift
+        assert moved > 0.1  # free: (0.1 Coulomb - viscous) over the inertia, 1.7 rad
+        supplied = 0.5 * 0.01 * 20.0**2 + 0.5 * coulomb * angle[-1]
+        bristle = torque[-1] ** 2 / (2.0 * 400.0)  # at rest all torque is that of the bristle
+        residuals.append(supplied - power.sum() * step - bristle)
+        assert abs(residuals[-1]) <= 0.01 * supplied
+        runs.append(run)
+    assert np.abs(runs[1] - runs[0]).max() <= 1e-12
+    assert np.abs(runs[2] - runs[0]).max() <= 1e-11  # NumPy sums the splines in another order
+    assert abs(2.0 * residuals[3] - residuals[0]) <= wound
 
 
-@pytest.mark.parametrize("coupling", [pytest.param(SMOOTH, id="sliding"), pytest.param(HELD, id="bristle")])
-@pytest.mark.parametrize(("case", "name"), cases(MASTERS))
-def test_masters_that_step_all_at_once_agree(case, name, coupling, tmp_path):
-    needs(case.tool)
-    worst, run = coupled(case, subject(name).friction, subject(name).rotor, coupling, tmp_path)
-    assert worst <= MASTER_AGREEMENT, worst
-    speed = run[:, 2]
-    assert (np.abs(speed[-1]) < 1e-9) if coupling is HELD else (0.0 < speed[-1] < 20.0)
-    assert (np.diff(speed[1:]) * np.diff(speed[:-1]) >= 0.0).all() or coupling is HELD, "no ripple"
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_the_checks_of_the_toolbox_find_nothing(name):
-    needs("fmu-manipulation-toolbox")
-    assert toolbox_findings(subject(name).friction) == []
-    assert toolbox_findings(subject(name).rotor) == []
-
-
-@pytest.mark.parametrize("name", ["native FMI 2.0", "native FMI 3.0"])
-def test_the_bristle_in_cvode_follows_reversals(name, synthetic_nut_map):
+@pytest.mark.parametrize("kind", [2, 3])
+def test_the_bristle_in_cvode_follows_reversals(built, synthetic_nut_map, kind):
     """Model exchange with its events in an importer, against the law in closed form for constant speed. The speed
     changes in input events: CVode of fmpy 0.3.32 does not set continuous inputs within a step."""
-    inputs = {"preload": 2000.0, "temperature": 303.15, "axial_load": 0.0}
+    inputs = POINT | {"axial_load": 0.0}
     pieces, part, points = (0.05, -0.05, 0.02, -0.3, 0.0), 0.125, 64
     corners = [n * part for n in range(len(pieces)) for n in (n, n + 1)]
     signals = np.zeros(len(corners), dtype=[(key, float) for key in ("time", "speed", *inputs)])
@@ -130,21 +152,20 @@ def test_the_bristle_in_cvode_follows_reversals(name, synthetic_nut_map):
     for key, value in inputs.items():
         signals[key] = value
     result = fmpy.simulate_fmu(
-        str(subject(name).friction), fmi_type="ModelExchange", solver="CVode", relative_tolerance=1e-7,
+        str(built(FRICTION, kind)), fmi_type="ModelExchange", solver="CVode", relative_tolerance=1e-7,
         start_values={"presliding_stiffness": 400.0, "presliding_damping": 1e-9, "presliding_side": 1e-12},
         input=signals, stop_time=corners[-1], output_interval=part / points, record_events=False,
         output=["hysteresis_torque", "sliding_torque"],
     )  # fmt: skip
-    state = synthetic_nut_map.evaluate(**inputs, speed=0.0)
-    coulomb = float(state.coulomb_torque)
+    coulomb = float(synthetic_nut_map.evaluate(**inputs, speed=0.0).coulomb_torque)
     deflection, expected = 0.0, [0.0]
-    for speed in pieces:
-        for _ in range(points):
-            step = presliding_step(deflection, speed, part / points, coulomb, 400.0, 0.0)
-            deflection = step.deflection
-            expected.append(step.torque)
+    for speed in np.repeat(pieces, points):
+        step = presliding_step(deflection, speed, part / points, coulomb, 400.0, 0.0)
+        deflection = step.deflection
+        expected.append(step.torque)
     assert np.max(expected) > 0.999 * coulomb
     assert np.min(expected) < -0.999 * coulomb
     found = result["hysteresis_torque"] + result["sliding_torque"]
-    worst = np.abs(found - expected).max() / coulomb
-    assert worst <= 2e-3, worst  # the slip mode starts at 0.999 of the Coulomb torque
+    assert (
+        np.abs(found - expected).max() <= 2e-3 * coulomb
+    )  # the slip mode starts at 0.999 of the Coulomb torque

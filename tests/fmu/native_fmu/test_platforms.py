@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from importer_cases import differences
+from importers import differences
 from platforms import EMULATED, HERE, outputs_on
 from rotor_fmu import RUNS_HERE
 

@@ -1,7 +1,6 @@
 """The entry library of the FMU for Python hosts: what it refuses before pythonfmu is called, and what it passes on."""
 
 import ctypes
-import os
 import shutil
 import subprocess
 import sys
@@ -12,6 +11,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmu_checks import exports, fmi_functions
 
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.python_fmu.entry_library import PLATFORMS
@@ -22,6 +22,10 @@ pytestmark = [
 ]
 FOLDER, THEIRS, SUFFIX = PLATFORMS["x86_64-linux"]
 CO_SIMULATION, MODEL_EXCHANGE = 1, 0
+EXCHANGE = (
+    "EventMode", "NewDiscreteStates", "ContinuousTimeMode", "CompletedIntegratorStep", "SetTime", "ContinuousStates",
+    "GetDerivatives", "GetEventIndicators",
+)  # fmt: skip
 
 
 class Called:
@@ -34,7 +38,7 @@ class Called:
         guid = fmpy.read_model_description(folder).guid.encode() if guid is None else guid
         resources = Path(folder, "resources").as_uri().encode() if resources is None else resources
         self.messages = []
-        self.library = ctypes.CDLL(str(Path(folder, "binaries", FOLDER, f"BallScrewFriction{SUFFIX}")))
+        self.library = ctypes.CDLL(str(unpacked_library(folder)))
         self._functions = fmi2CallbackFunctions()
         self._functions.logger = fmi2CallbackLoggerTYPE(
             lambda _, name, status, category, text: self.messages.append((status, category, text.decode()))
@@ -50,99 +54,75 @@ class Called:
         return getattr(self.library, f"fmi2{name}")(c_void_p(self.handle), *arguments)
 
 
-@pytest.fixture(scope="module")
-def folder(fmu, tmp_path_factory):
-    """An own copy, as some tests take files away."""
-    return fmpy.extract(str(fmu), unzipdir=str(tmp_path_factory.mktemp("entry") / "unpacked"))
+def unpacked_library(folder):
+    return Path(folder, "binaries", FOLDER, f"BallScrewFriction{SUFFIX}")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        ({"guid": b"{another}"}, "GUID is {another}, the resources have "),
-        ({"guid": b""}, "GUID is , the resources have "),
-        ({"kind": MODEL_EXCHANGE}, "co-simulation only"),
-        ({"name": b" "}, "instance name is empty"),
-        ({"name": None}, "instance name is empty"),
-        ({"resources": b"file:///no/such/folder"}, "no resources of this FMU in file:///no/such/folder"),
-        ({"resources": b"http://elsewhere/resources"}, "no resources of this FMU in "),
-        ({"resources": b"file:///with%2520in/it"}, "without %%20"),  # pythonfmu would read it as a blank
-        ({"resources": b"file:///latin%FC"}, "UTF-8"),
-        ({"resources": b"file:///" + b"x" * 5000}, "no resources of this FMU in "),
-    ],
-)
-def test_what_would_end_the_host_or_belongs_to_another_fmu_is_refused(folder, arguments, reason):
-    one = Called(folder, **arguments)
-    assert one.handle is None
-    ((status, category, text),) = one.messages
-    assert (status, category) == (3, b"logStatusError")
-    assert reason in text
-    assert Called(folder, functions=False, **arguments).handle is None
+REFUSED = [
+    ({"guid": b"{another}"}, "GUID is {another}, the resources have "),
+    ({"guid": b""}, "GUID is , the resources have "),
+    ({"kind": MODEL_EXCHANGE}, "co-simulation only"),
+    ({"name": b" "}, "instance name is empty"),
+    ({"name": None}, "instance name is empty"),
+    ({"resources": b"file:///no/such/folder"}, "no resources of this FMU in file:///no/such/folder"),
+    ({"resources": b"http://elsewhere/resources"}, "no resources of this FMU in "),
+    ({"resources": b"file:///with%2520in/it"}, "without %%20"),  # pythonfmu would read it as a blank
+    ({"resources": b"file:///latin%FC"}, "UTF-8"),
+    ({"resources": b"file:///" + b"x" * 5000}, "no resources of this FMU in "),
+]
 
 
-def test_null_arguments_are_refused(folder):
-    library = Called(folder, name=None).library
+def test_what_would_end_the_host_or_belongs_to_another_fmu_is_refused(unpacked):
+    for arguments, reason in REFUSED:
+        one = Called(unpacked, **arguments)
+        assert one.handle is None
+        ((status, category, text),) = one.messages
+        assert (status, category) == (3, b"logStatusError")
+        assert reason in text
+        assert Called(unpacked, functions=False, **arguments).handle is None
+    library = one.library
     library.fmi2Instantiate.argtypes = None
     assert library.fmi2Instantiate(b"one", CO_SIMULATION, None, None, None, 0, 0) is None
+    needed = {name for name in fmi_functions(2) if not name.endswith(EXCHANGE)}
+    assert len(needed) > 30
+    assert exports(unpacked_library(unpacked), sorted(needed)) == []
 
 
-def test_without_a_logger_it_runs(folder):
-    one = Called(folder, functions=False)
-    assert one.handle is not None
+def initialized(one):
     assert one.call("SetupExperiment", 0, c_double(0.0), c_double(0.0), 0, c_double(0.0)) == 0
     assert one.call("EnterInitializationMode") == one.call("ExitInitializationMode") == 0
-    assert one.call("DoStep", c_double(0.0), c_double(-1.0), 1) == 2  # logged to nobody
-    one.free(one.handle)
+    return one
 
 
-def test_every_function_of_the_standard_is_there(folder):
-    library = Called(folder, name=None).library
-    header = Path(fmpy.__file__).parent / "c-code" / "fmi2Functions.h"
-    names = {
-        line.split("FullName(")[1].split(")")[0]
-        for line in header.read_text().splitlines()
-        if "FullName(" in line
-    }
-    exchange = {
-        "fmi2EnterEventMode", "fmi2NewDiscreteStates", "fmi2EnterContinuousTimeMode", "fmi2CompletedIntegratorStep",
-        "fmi2SetTime", "fmi2SetContinuousStates", "fmi2GetDerivatives", "fmi2GetEventIndicators",
-        "fmi2GetContinuousStates", "fmi2GetNominalsOfContinuousStates", "fmi2FullName",
-    }  # fmt: skip
-    wanted = {name for name in names if name.startswith("fmi2")} - exchange
-    assert len(wanted) > 30
-    assert [name for name in sorted(wanted) if not hasattr(library, name)] == []
-
-
-@pytest.mark.parametrize(
-    "name", ["a blank", "hash#", "percent%41", "plus+", "umlaut \u00fc", "\u4e2d\u6587", "q?&;'"]
-)
-def test_it_runs_below_any_path(fmu, tmp_path, name):
-    place = tmp_path / name
-    with zipfile.ZipFile(fmu) as archive:
-        archive.extractall(place)
-    with FmuInstance(place) as one:
-        assert one.step(speed=30.0)
-        assert one.get("friction_torque") > 0.0
-        one.slave.setFMUstate(one.slave.getFMUstate())
-        assert one.step(speed=1e6)
-        assert [text.split()[0] for _, text in one.messages] == ["speed"]
-
-
-def test_after_a_discarded_step_the_statuses_are_those_of_the_native_fmu(folder):
-    one = Called(folder)
-    assert one.call("SetupExperiment", 0, c_double(0.0), c_double(0.0), 0, c_double(0.0)) == 0
-    assert one.call("EnterInitializationMode") == one.call("ExitInitializationMode") == 0
+def test_without_a_logger_it_runs_and_after_a_discarded_step_the_statuses_are_those_of_the_native_fmu(
+    unpacked,
+):
+    silent = initialized(Called(unpacked, functions=False))
+    assert silent.call("DoStep", c_double(0.0), c_double(-1.0), 1) == 2  # logged to nobody
+    silent.free(silent.handle)
+    one = initialized(Called(unpacked))
     assert one.call("DoStep", c_double(0.0), c_double(0.5), 1) == 0
     value, reference = (c_double * 1)(float("nan")), (ctypes.c_uint * 1)(1)
     assert one.call("SetReal", reference, c_size_t(1), value) == 0
     assert one.call("DoStep", c_double(0.5), c_double(0.5), 1) == 2
-    assert one.messages[-1][0] == 2
-    assert one.messages[-1][1] == b"logStatusDiscard"
+    assert one.messages[-1][:2] == (2, b"logStatusDiscard")
     flag, time = c_int(7), c_double(0.0)
     assert one.call("GetBooleanStatus", 3, byref(flag)) == 2
     assert one.call("GetRealStatus", 2, byref(time)) == 0
     assert time.value == 0.5
     one.free(one.handle)
+
+
+def test_it_runs_below_any_path(fmu, tmp_path):
+    for name in ("a blank", "hash#", "percent%41", "plus+", "umlaut \u00fc", "\u4e2d\u6587", "q?&;'"):
+        with zipfile.ZipFile(fmu) as archive:
+            archive.extractall(tmp_path / name)
+        with FmuInstance(tmp_path / name) as one:
+            assert one.step(speed=30.0)
+            assert one.get("friction_torque") > 0.0
+            one.slave.setFMUstate(one.slave.getFMUstate())
+            assert one.step(speed=1e6)
+            assert [text.split()[0] for _, text in one.messages] == ["speed"]
 
 
 NATIVE_HOST = """
@@ -175,23 +155,16 @@ int main(int count, char **arguments)
 """
 
 
-def test_in_a_host_without_python_it_says_so(folder, tmp_path):
+def test_in_a_host_without_python_it_says_so(unpacked, tmp_path):
     compiler = shutil.which("cc")
     if compiler is None:
         pytest.skip("no C compiler of the system")
     (tmp_path / "host.c").write_text(NATIVE_HOST)
     headers = Path(fmpy.__file__).parent / "c-code"
-    subprocess.run(
-        [compiler, f"-I{headers}", str(tmp_path / "host.c"), "-o", str(tmp_path / "host"), "-ldl"], check=True
-    )
-    library = Path(folder, "binaries", FOLDER, f"BallScrewFriction{SUFFIX}")
-    command = [
-        tmp_path / "host",
-        library,
-        fmpy.read_model_description(folder).guid,
-        Path(folder, "resources").as_uri(),
-    ]
-    run = subprocess.run([os.fspath(part) for part in command], capture_output=True, text=True)
+    subprocess.run([compiler, f"-I{headers}", "host.c", "-o", "host", "-ldl"], cwd=tmp_path, check=True)
+    guid, resources = fmpy.read_model_description(unpacked).guid, Path(unpacked, "resources").as_uri()
+    command = [str(tmp_path / "host"), str(unpacked_library(unpacked)), guid, resources]
+    run = subprocess.run(command, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
     assert "needs a host that runs Python" in run.stdout
     assert THEIRS in run.stdout

@@ -1,13 +1,14 @@
-"""Importers that run the FMUs in tests and in importer_table.py: how each replays, and how each couples.
+"""Importers that run the FMUs in tests: how each replays rows of inputs, and how each couples friction and rotor.
 
 A replay sets the inputs of row n, steps, and gives the outputs, one row after the other or all at once; model exchange
 reads them at the instant of the row. A master couples friction and rotor so that both step with the values of the last
-communication point.
+communication point. What is missing here is skipped: python -m pip install -e '.[importers]', or .ci/importers.
 """
 
+import contextlib
 import ctypes
+import functools
 import importlib
-import importlib.metadata
 import logging
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -16,87 +17,69 @@ from typing import Any, NamedTuple
 
 import fmpy
 import numpy as np
-from importer_rows import STEP, Row, Rows, outputs_of, references_of
-from python_importers import in_cofmpy, in_fmugym, in_pathsim, in_pathsim_exchange, in_sofirpy
-from rotor_fmu import REFERENCES as ROTOR
+import pytest
 
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
 
 KINDS = {2: FmuInstance, 3: Fmu3Instance}
-
-# --- which tools are there ---
-
-
-def _load_fmpy() -> None:
-    importlib.import_module("fmpy")
+STEP = 2.0**-9  # [s]: all communication points are exact, in seconds and in the nanoseconds of libcosim
+Row = dict[str, Any]
+Rows = Sequence[Mapping[str, float]]
 
 
-def _load_libcosim() -> None:
-    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
-
-    log_output_level(CosimLogLevel.ERROR)
-
-
-def _load_ecos() -> None:
-    for library in ("libtbb.so.12", str(Path(sys.prefix) / "lib" / "libtbb.so.12")):  # of the system, of pip
-        try:
-            ctypes.CDLL(library, ctypes.RTLD_GLOBAL)
-            break
-        except OSError:
-            pass
-    from ecospy import EcosLib
-
-    EcosLib.set_log_level("warn")
-
-
-def _load_toolbox() -> None:
-    importlib.import_module("fmu_manipulation_toolbox.assembly")
-
-
-def _importing(module: str) -> Callable[[], None]:
-    return lambda: (importlib.import_module(module), None)[1]
-
-
-class Tool(NamedTuple):
-    distribution: str
-    load: Callable[[], None]
-    install: str = "python -m pip install -e '.[importers]'"
-
-
-TOOLS = {
-    "fmpy": Tool("fmpy", _load_fmpy),
-    "libcosim": Tool("libcosimpy", _load_libcosim),
-    "ecos": Tool("ecospy", _load_ecos),
-    "fmu-manipulation-toolbox": Tool("fmu-manipulation-toolbox", _load_toolbox),
-    "pathsim-fmi": Tool("pathsim-fmi", _importing("pathsim_fmi")),
-    "fmugym": Tool("fmugym", _importing("fmugym.fmugym")),
-    "sofirpy": Tool("sofirpy", _importing("sofirpy")),
-    "CoFMPy": Tool("cofmupy", _importing("cofmupy.wrappers"), ".ci/importers"),
-}
-
-
-def problem(tool: str) -> str | None:
-    """Why a tool does not run here; None if it does."""
+def needs(tool: str) -> None:
+    """Skip a test whose tool does not load here."""
     try:
-        TOOLS[tool].load()
+        if tool == "libcosim":
+            from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+
+            log_output_level(CosimLogLevel.ERROR)
+        elif tool == "ecos":
+            for library in (
+                "libtbb.so.12",
+                str(Path(sys.prefix) / "lib" / "libtbb.so.12"),
+            ):  # of the system, of pip
+                with contextlib.suppress(OSError):
+                    ctypes.CDLL(library, ctypes.RTLD_GLOBAL)
+                    break
+            from ecospy import EcosLib
+
+            EcosLib.set_log_level("warn")
+        else:
+            importlib.import_module(tool)
     except (ImportError, OSError) as error:
-        return f"{TOOLS[tool].distribution} does not load ({error}); {TOOLS[tool].install}"
-    return None
+        pytest.skip(f"{tool} does not load: {error}")
 
 
-def version(tool: str) -> str:
-    try:
-        return importlib.metadata.version(TOOLS[tool].distribution)
-    except importlib.metadata.PackageNotFoundError:
-        return "-"
+@functools.cache
+def outputs_of(fmu: Path) -> tuple[list[str], list[str]]:
+    """Names of the Real and of the Boolean outputs."""
+    variables = [v for v in fmpy.read_model_description(str(fmu)).modelVariables if v.causality == "output"]
+    flags = [v.name for v in variables if v.type == "Boolean"]
+    return [v.name for v in variables if v.name not in flags], flags
+
+
+def version_of(fmu: Path) -> int:
+    return int(fmpy.read_model_description(str(fmu)).fmiVersion[0])
+
+
+def references_of(fmu: Path) -> dict[str, int]:
+    return {v.name: v.valueReference for v in fmpy.read_model_description(str(fmu)).modelVariables}
+
+
+def as_row(fmu: Path, values: Mapping[str, Any]) -> Row:
+    """Outputs of a tool that reads all of them as numbers; a Boolean that is not 0 or 1 remains a number."""
+    reals, flags = outputs_of(fmu)
+    row = {name: float(values[name]) for name in reals}
+    return row | {name: bool(values[name]) if values[name] in (0.0, 1.0) else values[name] for name in flags}
 
 
 # --- replays ---
 
 
 def in_fmpy_steps(fmu: Path, rows: Rows) -> Iterator[Row]:
-    kind = KINDS[int(fmpy.read_model_description(str(fmu)).fmiVersion[0])]
+    kind = KINDS[version_of(fmu)]
     with kind(fmu) as instance:
         for row in rows:
             assert instance.step(STEP, **row), instance.messages
@@ -146,6 +129,41 @@ def in_fmpy_cvode(fmu: Path, rows: Rows) -> list[Row]:
 
 def in_fmpy_euler(fmu: Path, rows: Rows) -> list[Row]:
     return _in_fmpy_model_exchange(fmu, rows, "Euler")
+
+
+def in_pathsim(fmu: Path, rows: Rows) -> Iterator[Row]:
+    """CoSimulationFMU behind sources: it steps at the end of each step of pathsim, with the inputs of that instant."""
+    from pathsim import Connection, Simulation
+    from pathsim.blocks import Source
+    from pathsim_fmi import CoSimulationFMU
+
+    block = CoSimulationFMU(str(fmu), dt=STEP)
+    sources = [
+        Source(lambda t, name=name: float(rows[max(round(t / STEP) - 1, 0)][name])) for name in rows[0]
+    ]
+    wires = [Connection(source, block[name]) for source, name in zip(sources, rows[0], strict=True)]
+    simulation = Simulation([*sources, block], wires, dt=STEP, log=False)
+    names = [name for group in outputs_of(fmu) for name in group]
+    ports = list(block.fmu_wrapper.output_refs)
+    for _ in rows:
+        simulation.timestep()
+        found = dict(zip(ports, block.outputs.to_array(), strict=True))
+        yield as_row(fmu, {name: found[name] for name in names})
+
+
+def in_pathsim_exchange(fmu: Path, rows: Rows) -> Iterator[Row]:
+    """ModelExchangeFMU as a block that is evaluated at the instant of each row, and its events handled there."""
+    from pathsim_fmi import ModelExchangeFMU
+
+    block = ModelExchangeFMU(str(fmu), start_values={"presliding": False})
+    wrapper = block.fmu_wrapper
+    ports = list(wrapper.input_refs)
+    for n, row in enumerate(rows):
+        wrapper.set_inputs_from_array([float(row[name]) for name in ports])
+        block._handle_event(n * STEP)
+        state = wrapper.get_continuous_states()
+        yield as_row(fmu, dict(zip(wrapper.output_refs, block._get_outputs(
+            state, [float(row[name]) for name in ports], n * STEP), strict=True)))  # fmt: skip
 
 
 def in_libcosim(fmu: Path, rows: Rows) -> Iterator[Row]:
@@ -203,11 +221,8 @@ REPLAYS = (
     Replay("fmpy", "simulate_fmu, Euler", "ME", (2, 3), in_fmpy_euler),
     Replay("libcosim", "override manipulator", "CS", (2,), in_libcosim),
     Replay("ecos", "fixed-step algorithm", "CS", (2, 3), in_ecos),
-    Replay("pathsim-fmi", "co-simulation block", "CS", (2, 3), in_pathsim),
-    Replay("pathsim-fmi", "model exchange block", "ME", (2, 3), in_pathsim_exchange),
-    Replay("fmugym", "environment", "CS", (2, 3), in_fmugym),
-    Replay("sofirpy", "simulate", "CS", (2,), in_sofirpy),
-    Replay("CoFMPy", "FMU handler", "CS", (2, 3), in_cofmpy),
+    Replay("pathsim_fmi", "co-simulation block", "CS", (2, 3), in_pathsim),
+    Replay("pathsim_fmi", "model exchange block", "ME", (2, 3), in_pathsim_exchange),
 )
 
 # --- masters ---
@@ -222,61 +237,49 @@ class Coupling(NamedTuple):
     motor_torque: float  # [N.m]
     steps: int
 
-    def friction_starts(self) -> dict[str, float]:
-        return {**self.friction, "speed": self.start_speed}
-
-    def rotor_starts(self, friction_torque: float = 0.0) -> dict[str, float]:
-        return {
-            "inertia": self.inertia, "start_speed": self.start_speed, "motor_torque": self.motor_torque,
-            "friction_torque": friction_torque,
-        }  # fmt: skip
+    def starts(self) -> dict[tuple[str, str], float]:
+        """Start values that are not connected, by owner and name."""
+        found = {("friction", name): value for name, value in self.friction.items()}
+        own = {"inertia": self.inertia, "start_speed": self.start_speed, "motor_torque": self.motor_torque}
+        return found | {("friction", "speed"): self.start_speed} | {("rotor", n): v for n, v in own.items()}
 
 
-OBSERVED = ("friction_torque", "power_loss", "speed", "angle")  # of friction, then of the rotor
+OBSERVED = (
+    ("friction", "friction_torque"),
+    ("friction", "power_loss"),
+    ("rotor", "speed"),
+    ("rotor", "angle"),
+)
 
 
 class Pair:
-    """Friction FMU and rotor FMU of any FMI version in a co-simulation loop of its own; use it in a `with`
-    block.
+    """Friction FMU and rotor FMU in a co-simulation loop of its own; use it in a `with` block.
 
     Parameters   friction_first : sequential master, the rotor steps with the torque of the same step; else
                  both step with the values of the last communication point
     """
 
-    def __init__(
-        self, friction: Path | str, rotor: Path | str, coupling: Coupling, friction_first: bool = False
-    ):
-        self.friction = self._instance(friction, coupling.friction_starts())
-        self._torque = self._get(self.friction, "friction_torque")[0]
-        self.rotor = self._instance(rotor, coupling.rotor_starts(self._torque))
-        self.speed, self.angle = self._get(self.rotor, "speed", "angle")
+    def __init__(self, friction: Path, rotor: Path, coupling: Coupling, friction_first: bool = False):
+        starts = {"friction": {}, "rotor": {}}
+        for (owner, name), value in coupling.starts().items():
+            starts[owner][name] = value
+        self.friction = KINDS[version_of(friction)](friction, **starts["friction"])
+        self.torque = self.friction.get("friction_torque")
+        self.rotor = FmuInstance(rotor, **starts["rotor"], friction_torque=self.torque)
         self._friction_first = friction_first
-
-    @staticmethod
-    def _instance(fmu: Path | str, starts: Mapping[str, float]) -> FmuInstance:
-        kind = KINDS[int(fmpy.read_model_description(str(fmu)).fmiVersion[0])]
-        return kind(fmu, **starts)
-
-    @staticmethod
-    def _get(instance: FmuInstance, *names: str) -> list[float]:
-        references = [instance._references[name] for name in names]
-        get = instance.slave.getFloat64 if isinstance(instance, Fmu3Instance) else instance.slave.getReal
-        return get(references)
 
     def run(self, steps: int, step: float, motor_torque: float | None = None) -> np.ndarray:
         """OBSERVED at the end of each step, one row per step."""
         if motor_torque is not None:
             self.rotor.set(motor_torque=motor_torque)
         found = np.empty((steps, len(OBSERVED)))
+        speed = self.rotor.get("speed")
         for n in range(steps):
-            assert self.friction.step(step, speed=self.speed)
-            before, (self._torque, power) = (
-                self._torque,
-                self._get(self.friction, "friction_torque", "power_loss"),
-            )
-            assert self.rotor.step(step, friction_torque=self._torque if self._friction_first else before)
-            self.speed, self.angle = self._get(self.rotor, "speed", "angle")
-            found[n] = self._torque, power, self.speed, self.angle
+            assert self.friction.step(step, speed=speed)
+            before, (self.torque, power) = self.torque, self.friction.get("friction_torque", "power_loss")
+            assert self.rotor.step(step, friction_torque=self.torque if self._friction_first else before)
+            speed, angle = self.rotor.get("speed", "angle")
+            found[n] = self.torque, power, speed, angle
         return found
 
     def __enter__(self) -> "Pair":
@@ -298,36 +301,26 @@ def coupled_in_libcosim(friction: Path, rotor: Path, coupling: Coupling, folder:
     from libcosimpy.CosimSlave import CosimLocalSlave
 
     execution = CosimExecution.from_step_size(STEP * 1e9)
-    reference = references_of(friction)
-    slaves = [
-        execution.add_local_slave(CosimLocalSlave(str(fmu), name))
-        for fmu, name in ((friction, "friction"), (rotor, "rotor"))
-    ]
-    for slave, known, starts in (
-        (slaves[0], reference, coupling.friction_starts()),
-        (slaves[1], ROTOR, coupling.rotor_starts()),
-    ):
-        for name, value in starts.items():
-            if name != "friction_torque":  # is connected
-                assert execution.real_initial_value(slave, known[name], value)
-    torque = reference["friction_torque"]
-    assert execution.connect_real_variables(slaves[0], torque, slaves[1], ROTOR["friction_torque"]) == 0
-    assert execution.connect_real_variables(slaves[1], ROTOR["speed"], slaves[0], reference["speed"]) == 0
+    fmus = {"friction": friction, "rotor": rotor}
+    slave = {name: execution.add_local_slave(CosimLocalSlave(str(fmu), name)) for name, fmu in fmus.items()}
+    place = {name: references_of(fmu) for name, fmu in fmus.items()}
+    for (owner, name), value in coupling.starts().items():
+        assert execution.real_initial_value(slave[owner], place[owner][name], value)
+    for a, b, name in (("friction", "rotor", "friction_torque"), ("rotor", "friction", "speed")):
+        assert execution.connect_real_variables(slave[a], place[a][name], slave[b], place[b][name]) == 0
     observer = CosimObserver.create_last_value()
     assert execution.add_observer(observer)
     found = np.empty((coupling.steps, len(OBSERVED)))
     for n in range(coupling.steps):
         assert execution.step(), "libcosim: step failed"
-        found[n, :2] = observer.last_real_values(slaves[0], [torque, reference["power_loss"]])
-        found[n, 2:] = observer.last_real_values(slaves[1], [ROTOR["speed"], ROTOR["angle"]])
+        found[n] = [observer.last_real_values(slave[o], [place[o][name]])[0] for o, name in OBSERVED]
     return found
 
 
 def coupled_in_ecos(friction: Path, rotor: Path, coupling: Coupling, folder: Path) -> np.ndarray:
     from ecospy import EcosSimulation, EcosSimulationStructure
 
-    starts = {f"friction::{name}": float(value) for name, value in coupling.friction_starts().items()}
-    starts |= {f"rotor::{name}": float(value) for name, value in coupling.rotor_starts().items()}
+    starts = {f"{owner}::{name}": float(value) for (owner, name), value in coupling.starts().items()}
     found = np.empty((coupling.steps, len(OBSERVED)))
     with EcosSimulationStructure() as structure:
         structure.add_model("friction", str(friction))
@@ -339,45 +332,37 @@ def coupled_in_ecos(friction: Path, rotor: Path, coupling: Coupling, folder: Pat
             assert simulation.init(parameter_set="starts"), "ecos: initialization failed"
             for n in range(coupling.steps):
                 simulation.step()
-                found[n, :2] = [simulation.get_real(f"friction::{name}") for name in OBSERVED[:2]]
-                found[n, 2:] = [simulation.get_real(f"rotor::{name}") for name in OBSERVED[2:]]
+                found[n] = [simulation.get_real(f"{owner}::{name}") for owner, name in OBSERVED]
             simulation.terminate()
     return found
 
 
-def container_of(friction: Path, rotor: Path, coupling: Coupling, folder: Path) -> Path:
-    """FMU of both, made by the FMU manipulation toolbox; its outputs are OBSERVED."""
+def coupled_in_container(friction: Path, rotor: Path, coupling: Coupling, folder: Path) -> np.ndarray:
+    """Both in one FMU, made by the FMU manipulation toolbox, with the outputs OBSERVED; in fmpy."""
     from fmu_manipulation_toolbox.assembly import AssemblyNode
 
     logging.getLogger("fmu_manipulation_toolbox").setLevel(logging.CRITICAL)
+    names = {"friction": friction.name, "rotor": rotor.name}
     for fmu in (friction, rotor):
-        if fmu.parent != folder:
-            (folder / fmu.name).write_bytes(fmu.read_bytes())
-    a, b = friction.name, rotor.name
+        (folder / fmu.name).write_bytes(fmu.read_bytes())
     node = AssemblyNode("container.fmu", STEP, auto_link=False, auto_input=False, auto_output=False)
-    node.add_fmu(b)  # first, so that the friction starts with its speed
-    node.add_fmu(a)
-    node.add_link(a, "friction_torque", b, "friction_torque")
-    node.add_link(b, "speed", a, "speed")
-    for name, owner in zip(OBSERVED, (a, a, b, b), strict=True):
-        node.add_output(owner, name, name)
-    for owner, starts in ((a, coupling.friction_starts()), (b, coupling.rotor_starts())):
-        for name, value in starts.items():
-            if (owner, name) not in ((a, "speed"), (b, "friction_torque")):
-                node.add_start_value(owner, name, repr(float(value)))
+    for owner in ("rotor", "friction"):  # the rotor first, so that the friction starts with its speed
+        node.add_fmu(names[owner])
+    node.add_link(names["friction"], "friction_torque", names["rotor"], "friction_torque")
+    node.add_link(names["rotor"], "speed", names["friction"], "speed")
+    for owner, name in OBSERVED:
+        node.add_output(names[owner], name, name)
+    for (owner, name), value in coupling.starts().items():
+        if (owner, name) != ("friction", "speed"):
+            node.add_start_value(names[owner], name, repr(float(value)))
     node.make_fmu(folder)
-    return folder / "container.fmu"
-
-
-def coupled_in_container(friction: Path, rotor: Path, coupling: Coupling, folder: Path) -> np.ndarray:
-    container = container_of(friction, rotor, coupling, folder)
+    outputs = [name for _, name in OBSERVED]
+    # no argument `logger`: FMPy keeps the address of the last one and calls it after Python has freed it
     result = fmpy.simulate_fmu(
-        str(container), stop_time=coupling.steps * STEP, output_interval=STEP, output=OBSERVED,
+        str(folder / "container.fmu"), stop_time=coupling.steps * STEP, output_interval=STEP, output=outputs,
         fmi_type="CoSimulation",
     )  # fmt: skip
-    # no argument `logger`: FMPy keeps the address of the last logger for all instances of the process,
-    # and calls it after Python has freed it
-    return np.array([[row[name] for name in OBSERVED] for row in result[1:]])
+    return np.array([[row[name] for name in outputs] for row in result[1:]])
 
 
 class Master(NamedTuple):
@@ -392,55 +377,28 @@ MASTERS = (
     OWN_LOOP,
     Master("libcosim", "fixed-step algorithm", (2,), coupled_in_libcosim),
     Master("ecos", "fixed-step algorithm", (2, 3), coupled_in_ecos),
-    Master("fmu-manipulation-toolbox", "container, parallel, in fmpy", (2, 3), coupled_in_container),
+    Master("fmu_manipulation_toolbox", "container, parallel, in fmpy", (2, 3), coupled_in_container),
 )
-
-
-# --- checks of the FMU manipulation toolbox ---
-
-
-def toolbox_findings(fmu: Path) -> list[str]:
-    """Errors that its schema check and its semantic check report."""
-    from fmu_manipulation_toolbox.checker import OperationGenericCheck, OperationSemanticCheck
-    from fmu_manipulation_toolbox.operations import FMU
-
-    errors: list[str] = []
-    handler = logging.Handler(logging.WARNING)
-    handler.emit = lambda record: errors.append(record.getMessage())  # type: ignore[method-assign]
-    logger = logging.getLogger("fmu_manipulation_toolbox")
-    logger.addHandler(handler)
-    try:
-        opened = FMU(str(fmu))
-        schema = OperationGenericCheck()
-        for check in (schema, OperationSemanticCheck()):
-            opened.apply_operation(check)
-    finally:
-        logger.removeHandler(handler)
-    if schema.compliant_with_version is None and not errors:
-        errors.append("the schema check did not pass")
-    return errors
 
 
 # --- comparison ---
 
-FULL_SCALE_SHARE = 1e-3  # values below this share of full scale are compared with it
+
+def differences(found: np.ndarray, expected: np.ndarray) -> np.ndarray:
+    """Element by element, over max(|expected|, 1e-3 of full scale of the column)."""
+    scale = np.maximum(np.abs(expected), 1e-3 * np.abs(expected).max(axis=0))
+    return np.abs(found - expected) / np.where(scale > 0.0, scale, 1.0)
 
 
 def deviation(found: Sequence[Row], expected: Sequence[Row]) -> float:
-    """Largest difference over max(|expected|, 1e-3 of the largest |expected| of that output); infinite for NaN,
-    other names or another Boolean."""
+    """Largest difference; infinite for NaN, other names or another Boolean."""
     if len(found) != len(expected) or any(a.keys() != b.keys() for a, b in zip(found, expected, strict=True)):
         return float("inf")
-    worst = 0.0
-    for name in expected[0]:
-        got = np.array([row[name] for row in found], dtype=float)
-        want = np.array([row[name] for row in expected], dtype=float)
-        if isinstance(expected[0][name], bool):
-            difference = np.where(got == want, 0.0, np.inf)
-        else:
-            scale = np.maximum(np.abs(want), FULL_SCALE_SHARE * np.abs(want).max())
-            difference = np.abs(got - want) / np.where(scale > 0.0, scale, 1.0)
-        if not np.isfinite(difference).all():
-            return float("inf")
-        worst = float(np.maximum(worst, difference.max()))
-    return worst
+    flags = [name for name, value in expected[0].items() if isinstance(value, bool)]
+    if any(a[name] is not bool(b[name]) for a, b in zip(found, expected, strict=True) for name in flags):
+        return float("inf")
+    values = [
+        np.array([[row[name] for name in expected[0]] for row in rows], float) for rows in (found, expected)
+    ]
+    worst = float(differences(*values).max())
+    return worst if np.isfinite(worst) else float("inf")

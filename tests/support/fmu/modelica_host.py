@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from native_model import SANITIZERS, compiler
+from native_model import compiler
 
 from ballscrew_fmu.native_fmu.compile import WARNINGS
 
@@ -101,24 +101,18 @@ def _case(f: External) -> str:
     )
 
 
-def build(folder: Path, package: Path, sanitized: bool = False) -> Path:
-    """The program, with the library of the package, or with its sources and sanitizers.
+def build(folder: Path, package: Path) -> Path:
+    """The program, with the library of the package.
 
     Raises       subprocess.CalledProcessError: header and package.mo do not agree, or it does not link
-                 FileNotFoundError: sanitizers need a compiler of the system
     """
-    command = compiler()
-    if sanitized and len(command) > 1:
-        raise FileNotFoundError("no C compiler of the system: sanitizers not run")
     folder.mkdir(exist_ok=True)
     (folder / "host.c").write_text(source(externals((package / "package.mo").read_text())))
     resources = package / "Resources"
-    units = sorted(map(str, (resources / "Source").glob("*.c"))) if sanitized else []
-    library = [] if sanitized else [str(resources / "Library" / "linux64" / "libBallScrewFriction.a")]
-    options = SANITIZERS if sanitized else ("-O2",)
+    library = resources / "Library" / "linux64" / "libBallScrewFriction.a"
     subprocess.run(
-        [*command, "-std=c99", *WARNINGS, *options, "-I", str(resources / "Include"), "-o", "host", "host.c", *units,
-         *library, "-lm"],
+        [*compiler(), "-std=c99", *WARNINGS, "-O2", "-I", str(resources / "Include"), "-o", "host", "host.c",
+         str(library), "-lm"],
         cwd=folder, check=True, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     return folder / "host"

@@ -1,0 +1,310 @@
+"""Checks of built FMUs and of FMU files: what passes, what must be found, `ballscrew_fmu check` and `info`."""
+
+import csv
+import hashlib
+import io
+import json
+import math
+import re
+import zipfile
+from xml.etree import ElementTree
+
+import pytest
+from reference_screw import GD4008, published_rows
+from synthetic_map import LAWS, make_map
+
+from ballscrew_fmu.__main__ import main
+from ballscrew_fmu.archive import write_fmu
+from ballscrew_fmu.checks import check as checks
+from ballscrew_fmu.checks.experiments import check_experiments, run_experiments
+from ballscrew_fmu.checks.reference import CheckError, expected_outputs, reference_input, reference_results
+from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
+from ballscrew_fmu.models import FRICTION, MONITOR, NATIVE_MODELS
+from ballscrew_fmu.native_fmu.experiments import FOLDER, MANIFEST, Reference, reference_files
+from ballscrew_fmu.native_fmu.package import build_native_fmu
+from ballscrew_fmu.python_fmu.package import build_fmu, runtime_sources
+from ballscrew_tehl.cli import main as cli
+from ballscrew_tehl.nut_map.file import load_map
+
+pytestmark = pytest.mark.slow
+
+KIND = {"python": FmuInstance, 2: FmuInstance, 3: Fmu3Instance}
+CASES = [
+    (model, kind, LAWS[0]) for model in NATIVE_MODELS for kind in KIND if model.slave or kind != "python"
+]
+CASES += [
+    (model, kind, LAWS[1]) for model in NATIVE_MODELS for kind in ("python", 3) if model.slave or kind == 3
+]
+
+
+def members(fmu):
+    with zipfile.ZipFile(fmu) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def one_line(capsys, code, *arguments):
+    """The message of a command that ends with this code."""
+    assert main([*map(str, arguments)]) == code
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    return err
+
+
+@pytest.mark.parametrize(("model", "kind", "law"), CASES, ids=lambda x: getattr(x, "name", str(x)))
+def test_every_fmu_replays_the_map_and_its_own_reference(built, model, kind, law, capsys):
+    fmu = built(model, kind, law)
+    assert "no finding" in checks.check(fmu, make_map(law=law), KIND[kind], model)
+    if model is FRICTION:  # the limit of the others is that of a search, and of differences
+        assert checks.check_replay(fmu, make_map(law=law), KIND[kind], model) <= 1e-12
+    if kind != "python":
+        found = run_experiments(fmu)
+        assert {name.removeprefix(model.native_name) for name in found} == {"_smoke_test", "_validation"}
+        assert [one.steps for one in found.values()] == [10, 240]
+        assert all(one.difference <= 1e-9 for one in found.values())
+    if law == LAWS[0] and model is not MONITOR:
+        assert main(["check", str(fmu), "--json"]) == 0
+        lines = json.loads(capsys.readouterr().out)["checks"]
+        assert lines[0] == "fmpy validation: no finding"
+        expected = (
+            "replay against the map in the FMU" if kind == "python" else "reference in the FMU, 240 steps"
+        )
+        assert any(f"{expected}: largest difference" in line for line in lines)
+
+
+def test_a_replay_that_differs_or_is_not_a_number_is_found(tmp_path, capsys, monkeypatch):
+    """Another map by 1e-8, one output not a number, one output of the last steps: real FMUs with such code."""
+    whole = 'outputs["friction_torque"] = '
+    sources = runtime_sources()
+    assert whole in sources["runtime_outputs"]
+    for name, text in (("nan", 'float("nan") + '), ("late", "(1e-3 if speed < -200.0 else 0.0) + ")):
+        code = sources["runtime_outputs"].replace(whole, whole + text)
+        fmu = build_fmu(make_map(), tmp_path / f"{name}.fmu", sources | {"runtime_outputs": code}).path
+        with pytest.raises(CheckError, match=r"replay step \d+: friction_torque = "):
+            checks.check(fmu, make_map())
+        assert "friction_torque = " in one_line(capsys, 1, "check", fmu)
+    other = build_fmu(make_map(viscous_scale=1.0 + 1e-8), tmp_path / "other.fmu").path
+    with pytest.raises(CheckError, match=r"replay step \d+: .* the map gives"):
+        checks.check(other, make_map())
+    one_row = list(reference_input(make_map().header))[:1]
+    monkeypatch.setattr(checks, "reference_results", lambda *_: (one_row, [{"preload": 1.0}]))
+    with pytest.raises(CheckError, match="replay: outputs"):
+        checks.check_replay(other, make_map())
+
+
+def test_the_reference_covers_both_directions_standstill_and_the_outside(synthetic_nut_map):
+    rows = list(reference_input(synthetic_nut_map.header))
+    states = [synthetic_nut_map.evaluate(**row) for row in rows]
+    assert any(row["speed"] == 0.0 for row in rows)
+    assert min(row["speed"] for row in rows) < -320.0 < 320.0 < max(row["speed"] for row in rows)
+    assert {name for state in states for name in state.clamped} >= {"speed", "temperature"}
+    assert sum(state.in_range for state in states) > 100
+    assert any(row["axial_load"] < 0.0 for row in rows)
+    for model in NATIVE_MODELS:
+        outputs = reference_results(synthetic_nut_map, model)[1]
+        assert {one["in_range"] for one in outputs} == {True, False}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("ballscrew_fmu.checks.reference.preload_error", lambda *_: math.nan)
+        with pytest.raises(CheckError, match="preload from torque: relative error nan; allowed 1e-06"):
+            reference_results(synthetic_nut_map, MONITOR)
+
+
+# --- damage of files ---
+
+
+def with_table(files, change):
+    """The results of the validation changed, with their checksum in the manifest."""
+    (place,) = [name for name in files if name.endswith("_validation_out.csv")]
+    content = "\n".join(change(files[place].decode().splitlines())).encode() + b"\n"
+    before, after = (hashlib.sha3_256(text).hexdigest().encode() for text in (files[place], content))
+    manifest = f"{FOLDER}/{MANIFEST}"
+    return files | {place: content, manifest: files[manifest].replace(before, after)}
+
+
+def with_cell(change):
+    """The first output of the fourth row changed."""
+
+    def changed(lines):
+        time, value, rest = lines[4].split(",", 2)
+        return [*lines[:4], f"{time},{change(float(value))!r},{rest}", *lines[5:]]
+
+    return lambda files: with_table(files, changed)
+
+
+def replaced(end, change):
+    """The one file whose path has this end, changed; None: without it."""
+
+    def new(files):
+        (name,) = [name for name in files if name.endswith(end)]
+        content = change(files[name])
+        return {n: c for n, c in files.items() if n != name} | ({} if content is None else {name: content})
+
+    return new
+
+
+DAMAGES = [  # of native FMUs
+    (with_cell(lambda x: 1.01 * x), "the reference in the FMU is"),
+    (with_cell(lambda x: math.nan), "the reference in the FMU is nan"),
+    (lambda files: with_table(files, lambda lines: lines[:9]), "_validation_out.csv: 8 rows; 240 steps"),
+    (lambda files: with_table(files, lambda lines: [*lines[:9], "a,b"]), "not a table of numbers"),
+    (replaced("_validation_out.csv", lambda content: content[:-3]), "its checksum differs"),
+    (replaced("_validation_out.csv", lambda content: None), "No such file"),
+    (replaced(MANIFEST, lambda content: None), "fmi-ls-manifest.xml: No such file"),
+    (replaced(MANIFEST, lambda content: b"<broken"), "fmi-ls-manifest.xml: not XML"),
+    (
+        replaced(".so", lambda content: content[:5000]),
+        "cannot|ends the process",
+    ),
+    (replaced("nut_map.bin", lambda content: content[:-8]), "nut_map.bin|damaged"),
+]
+
+
+def test_damage_is_one_line(built, tmp_path, capsys):
+    damaged = tmp_path / "damaged.fmu"
+    for change, message in DAMAGES:
+        write_fmu(damaged, change(members(built(FRICTION, 2))))
+        assert re.search(message, one_line(capsys, 1, "check", damaged)), message
+    write_fmu(damaged, replaced("nut_map.npz", lambda c: c[: len(c) // 2])(members(built())))
+    assert one_line(capsys, 1, "check", damaged)
+    for model in NATIVE_MODELS:
+        write_fmu(damaged, with_cell(lambda x: 1.0 + x)(members(built(model, 3))))
+        with pytest.raises(CheckError, match=r"_validation: .* at .* s = .*; the reference in the FMU is"):
+            check_experiments(damaged)
+
+
+def test_another_map_in_a_native_fmu_is_named(built, synthetic_nut_map, tmp_path, capsys):
+    own, fmu, other = synthetic_nut_map.header["content_hash"], built(FRICTION, 2), tmp_path / "other.fmu"
+    swapped = replaced("nut_map.bin", lambda c: c.replace(own.encode(), own[::-1].encode()))
+    write_fmu(other, swapped(members(fmu)))
+    for file, note in ((other, f"map {own[::-1]}, not that of the description"), (fmu, f"map {own}\n")):
+        assert main(["info", str(file)]) == 0
+        assert note in capsys.readouterr().out
+    assert "damaged" in one_line(capsys, 1, "check", other)  # its checksum is wrong
+
+
+def test_info_names_variables_kinds_and_platforms(built, capsys):
+    fmu = str(built(FRICTION, 3))
+    assert main(["info", fmu, "--json"]) == 0
+    info = json.loads(capsys.readouterr().out)
+    assert info["kinds"] == ["co-simulation", "model exchange"]
+    (speed,) = [v for v in info["variables"] if v["name"] == "speed"]
+    found = (speed["causality"], speed["unit"], *(float(speed[key]) for key in ("start", "min", "max")))
+    assert found == ("input", "rad/s", 0.0, -320.0, 320.0)
+    assert main(["info", fmu]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("BallScrewFrictionNative, FMI 3.0, co-simulation and model exchange, ")
+    assert any(line.split()[:3] == ["friction_torque", "output", "N.m"] for line in lines)
+
+
+def test_what_is_not_an_fmu_is_refused_in_one_line(tmp_path, capsys):
+    text, empty, broken = (tmp_path / f"{name}.fmu" for name in ("text", "empty", "broken"))
+    text.write_text("no archive")
+    write_fmu(empty, {"readme.txt": b"nothing"})
+    write_fmu(broken, {"modelDescription.xml": b"<fmiModelDescription fmiVersion='2.0'/>"})
+    words = {
+        text: "not an FMU",
+        empty: "not an FMU",
+        broken: "broken.fmu",
+        tmp_path / "a.fmu": "no such",
+        tmp_path: "a folder",
+    }
+    for command in ("check", "info"):
+        for file, word in words.items():
+            assert word in one_line(capsys, 2, command, file)
+
+
+# --- reference experiments as files ---
+
+
+def test_files_of_the_experiments():
+    """Manifest with roles and checksums; a row of inputs at the start of a step, of outputs at its end."""
+    rows = (
+        [{"speed": n / 3.0} for n in range(40)],
+        [{"torque": 10.0**-n, "in_range": n < 4} for n in range(40)],
+    )
+    files = reference_files(Reference(0.1, *rows, {"presliding_stiffness": 0.0, "switch": False}))
+    name, root = FRICTION.native_name, ElementTree.fromstring(files[MANIFEST])
+    space = "{http://fmi-standard.org/fmi-ls-manifest}fmi-ls-"
+    assert (root.get(f"{space}name"), root.get(f"{space}version")) == (
+        "org.fmi-standard.fmi-ls-ref",
+        "1.0.0-beta.1",
+    )
+    listed = {node.get("source"): node for node in root}
+    assert set(listed) == set(files) - {MANIFEST}
+    for source, node in listed.items():
+        assert (node.get("checksumType"), node.get("checksum")) == (
+            "SHA3-256", hashlib.sha3_256(files[source]).hexdigest(),
+        )  # fmt: skip
+    assert listed[f"{name}_smoke_test.exp"].get("role") == "experiment/smoke-test"
+    assert listed[f"{name}_validation.exp"].get("role") == "experiment/validation"
+    (experiment,) = ElementTree.fromstring(files[f"{name}_validation.exp"])
+    assert [(node.tag, node.attrib) for node in experiment] == [
+        ("TransientSimulation", {"startTime": "0.0", "stopTime": "4.0", "stepSize": "0.1"}),
+        ("Parameters", {"source": f"{name}.ssv"}),
+        ("Stimuli", {"type": "text/csv", "source": f"{name}_validation_in.csv"}),
+        ("References", {"type": "text/csv", "source": f"{name}_validation_out.csv"}),
+    ]
+    parameters = ElementTree.fromstring(files[f"{name}.ssv"])[0]
+    values = [(node.get("name"), node[0].tag.rpartition("}")[2], node[0].get("value")) for node in parameters]
+    assert values == [("presliding_stiffness", "Real", "0.0"), ("switch", "Boolean", "false")]
+    tables = [
+        list(csv.reader(io.StringIO(files[f"{name}_validation_{e}.csv"].decode()))) for e in ("in", "out")
+    ]
+    assert tables[0][:3] == [["time", "speed"], ["0.0", "0.0"], ["0.1", repr(1.0 / 3.0)]]
+    assert tables[1][:2] == [["time", "torque", "in_range"], ["0.1", "1.0", "1"]]
+    assert [len(table) for table in tables] == [41, 41]
+    for end in ("in", "out"):
+        short, everything = (files[f"{name}_{kind}_{end}.csv"] for kind in ("smoke_test", "validation"))
+        assert everything.startswith(short)
+        assert short.count(b"\n") == 11
+
+
+def test_experiments_with_parameters_run_from_the_manifest_alone(synthetic_nut_map, tmp_path):
+    rows, outputs, heat = list(reference_input(synthetic_nut_map.header))[:40], [], 0.0
+    for row in rows:
+        outputs.append(expected_outputs(synthetic_nut_map, 0.7, row, heat))
+        heat = outputs[-1]["heat"]
+    reference = Reference(1e-3, rows, outputs, {"presliding": False, "regularization_speed": 0.7})
+    fmu = build_native_fmu(
+        synthetic_nut_map, 2, tmp_path / "a.fmu", reference, platforms=("x86_64-linux",)
+    ).path
+    assert all(one.difference <= 1e-9 for one in check_experiments(fmu).values())
+
+
+# --- the packaged screw end to end ---
+
+
+def test_the_fmu_equals_the_command_line_over_the_published_tables(tmp_path, capsys):
+    """Bounds of the tables: deviations of the publication, recomputed from its printed tables."""
+    rows = published_rows("zhao2023/table2_torque_vs_preload.csv")
+    rows += published_rows("zhao2023/table4_torque_vs_speed.csv")
+    points = tmp_path / "points.csv"
+    lines = [f"{row['preload_N']},{row['speed_rpm']},29.85" for row in rows]
+    points.write_text("\n".join(["preload_n,speed_rpm,temperature_c", *lines, ""]))
+    assert cli.main(["torque", "--points", str(points), "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    nut_map, errors = load_map(None, GD4008), []
+    fmu = build_fmu(nut_map, tmp_path / "BallScrewFriction.fmu").path
+    with FmuInstance(fmu) as instance:
+        for row, point in zip(rows, printed, strict=True):
+            speed = float(row["speed_rpm"]) * math.pi / 30.0
+            assert instance.step(preload=float(row["preload_N"]), speed=speed, temperature=303.0)
+            found = instance.outputs()
+            for name in ("friction_torque", "viscous_torque", "hysteresis_torque", "sliding_torque"):
+                assert found[name] == pytest.approx(point[f"{name}_nm"], rel=1e-9)
+            assert found["film_thickness_min"] == pytest.approx(point["film_thickness_min_m"], rel=1e-9)
+            errors.append(abs(point["friction_torque_nm"] / float(row["measured_Nm"]) - 1.0))
+    assert sum(errors[:6]) / 6 <= 0.0159
+    assert sum(errors[6:]) / len(errors[6:]) <= 0.0117
+    text = checks.torque_tables(fmu, GD4008, nut_map)
+    for word in (
+        "measured",
+        "this model",
+        "Zhao",
+        "Zhou",
+        "NSK",
+        "Table 2",
+        "Table 4",
+        f"{printed[0]['friction_torque_nm']:.4f}",
+    ):
+        assert word in text
