@@ -35,7 +35,7 @@ from ballscrew_fmu.native_fmu.compile import (
     find_compiler,
 )
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
-from ballscrew_fmu.native_fmu.sources import native_sources
+from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
 
@@ -43,11 +43,7 @@ NAME = "BallScrewFriction"
 SOURCE = Path(__file__).resolve().parent / "modelica" / NAME
 OUTPUT = Path(__file__).resolve().parents[1] / "dist" / "modelica"
 FOLDERS = {"x86_64-linux": "linux64", "x86_64-windows": "win64"}  # of Resources/Library
-UNITS = ("map.c", "nut.c", "model.c", "tangent.c")  # of the native runtime, without FMI
-HEADERS = (
-    "constants.h", "number.h", "lock.h", "map.h", "nut.h", "nut_law.h", "bristle_law.h", "model.h", "model_state.h",
-    "friction_law.h", "point.h", "range.h", "slip_event.h", "tangent.h",
-)  # fmt: skip
+UNITS = ("map.c", "nut.c", "model.c", "friction_tangent.c", "variables.c")  # of the native runtime, without FMI
 
 
 def assemble(nut_map: Any, folder: Path, platforms: Sequence[str] = tuple(FOLDERS)) -> Path:
@@ -65,7 +61,8 @@ def assemble(nut_map: Any, folder: Path, platforms: Sequence[str] = tuple(FOLDER
         shutil.copytree(SOURCE, package)
         _set_screw(package / "package.mo", nut_map.header["screw"])
         resources = package / "Resources"
-        for name in (*UNITS, *HEADERS, "variables.c", "variables.h"):
+        headers = (name for name in runtime if name.endswith(".h") and not is_fmi_header(name))
+        for name in (*UNITS, *headers):
             (resources / "Source" / name).write_bytes(runtime[name])
         (resources / "Data").mkdir()
         (resources / "Data" / MAP_FILE).write_bytes(map_bytes(nut_map))
