@@ -43,7 +43,7 @@ NAME = "BallScrewFriction"
 SOURCE = Path(__file__).resolve().parent / "modelica" / NAME
 OUTPUT = Path(__file__).resolve().parents[1] / "dist" / "modelica"
 FOLDERS = {"x86_64-linux": "linux64", "x86_64-windows": "win64"}  # of Resources/Library
-UNITS = ("map.c", "nut.c", "model.c", "friction_tangent.c", "variables.c")  # of the native runtime, without FMI
+UNITS = ("map.c", "nut.c", "model.c", "friction_tangent.c", "variables.c")  # of the runtime, without FMI
 
 
 def assemble(nut_map: Any, folder: Path, platforms: Sequence[str] = tuple(FOLDERS)) -> Path:
