@@ -320,7 +320,7 @@ def test_check_of_a_worse_map_fails(capsys, monkeypatch):
     """Exit code 1 if an error is larger than the certificate states."""
     for error, expected in ((0.0, 0), (0.5, 1)):
         monkeypatch.setattr(
-            certificate, "_deviation_or_nan", lambda *arguments, e=error: certificate.Deviation(e, e, e)
+            certificate, "deviation_at", lambda *arguments, e=error: certificate.Deviation(e, e, e)
         )
         code, _, err = run(capsys, "map", "check", "--count", "2")
         assert code == expected

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, as_completed
 from functools import partial
@@ -44,6 +43,7 @@ from .atlas import (
 )
 from .contact_map import THICKEST, core_of, interpolated_over, modelled, thick_film_loss, unmodelled
 from .contacts import CORE, FILMS, LEAST_FILM, MEAN_RISE, RISE, Array
+from .journal import Contact, Journal
 from .kriging import Interpolant, Kriging
 from .workers import Progress
 
@@ -189,7 +189,7 @@ def check_points(count: int) -> list[AtlasPoint]:
     return found
 
 
-def solve_point(values: tuple[float, ...], heated: bool) -> list[float]:
+def solve_point(values: tuple[float, ...], heated: bool) -> Contact:
     """What is interpolated of the quantities of a point (HELD), NaN where it was not solved."""
     conditions, oil = contact_of(values)
     groups, scales = contact_groups(values)
@@ -201,7 +201,7 @@ def solve_point(values: tuple[float, ...], heated: bool) -> list[float]:
         hot = solve_for_map(conditions, oil, STEEL, thermal=True)
         if hot.converged:
             result |= thermal_values(groups, oil, scales, cold, hot)
-    return [result[name] for name in HELD]
+    return result
 
 
 def thermal_values(
@@ -235,52 +235,19 @@ def thermal_values(
     return result
 
 
-class AtlasJournal:
-    """Solved points, line by line after a header in a file that continues an interrupted build.
-
-    Raises       ValueError: a file of another format
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path, self.solved = path, {}  # type: Path, dict[str, list[float]]
-        self._head = json.dumps(["format", [ATLAS_FORMAT]]) + "\n"
-        text = path.read_text(encoding="ascii") if path.exists() else ""
-        # a killed build leaves the last line without its end
-        lines = text[: text.rfind("\n") + 1].splitlines(keepends=True)
-        if lines and lines[0] != self._head:
-            raise ValueError(
-                f"{path}: not contacts of an atlas in format {ATLAS_FORMAT}: remove or rename it, or another --output"
-            )
-        if text:
-            os.truncate(path, sum(map(len, lines)))
-        for line in lines[1:]:
-            name, values = json.loads(line)
-            self.solved[name] = [math.nan if v is None else v for v in values]
-
-    def add(self, name: str, values: list[float]) -> None:
-        """Write a point for good."""
-        self.solved[name] = values
-        with self.path.open("a", encoding="ascii") as file:
-            if not file.tell():
-                file.write(self._head)
-            file.write(json.dumps([name, [v if math.isfinite(v) else None for v in values]]) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-
-
 def solve_points(
-    points: list[AtlasPoint], journal: AtlasJournal, executor: Executor, progress: Progress | None, what: str
+    points: list[AtlasPoint], journal: Journal, executor: Executor, progress: Progress | None, what: str
 ) -> None:
     """Solve those points that are not in the journal."""
     jobs = {
         executor.submit(solve_point, point.values, point.heated): point.name
         for point in points
-        if point.name not in journal.solved
+        if (point.name,) not in journal
     }
     done = len(points) - len(jobs)
     try:
         for job in as_completed(jobs):
-            journal.add(jobs[job], job.result())
+            journal.add((jobs[job],), job.result())
             done += 1
             if progress is not None:
                 progress(done, len(points), what)
@@ -343,20 +310,22 @@ def build_atlas(
     Parameters   path: of the file, next to which is the journal;  count: random points of its errors
     Returns      header
     """
-    journal = AtlasJournal(path.with_name(path.name + ".contacts"))
     wanted, checks = points(), check_points(count)
-    solve_points(wanted, journal, executor, progress, "contacts solved")
+    beside = path.with_name(path.name + ".contacts")
+    with Journal(HELD, beside, {"atlas format": ATLAS_FORMAT, "version": __version__}) as journal:
+        solve_points(wanted, journal, executor, progress, "contacts solved")
+        solve_points(checks, journal, executor, progress, "points of its errors")
+        solved = {key: [contact[name] for name in HELD] for (key,), contact in journal.contacts.items()}
     groups = _single([contact_groups(point.values)[0] for point in wanted])
-    values = _single([journal.solved[point.name] for point in wanted])
+    values = _single([solved[point.name] for point in wanted])
     interpolants, rows = fitted(groups, values)
     known = np.isfinite(values[:, 0])
     atlas = Atlas(interpolants, np.array([groups[known].min(axis=0), groups[known].max(axis=0)]), {})
-    solve_points(checks, journal, executor, progress, "points of its errors")
     held = np.array([contact_groups(point.values)[0] for point in checks])
     header = {
         "format": ATLAS_FORMAT, "version": __version__, "contacts": int(known.sum()),
         "contacts_heated": int(np.isfinite(values[:, 1]).sum()), "contacts_not_solved": int((~known).sum()),
-        "errors": errors_at(atlas, held, np.array([journal.solved[point.name] for point in checks])),
+        "errors": errors_at(atlas, held, np.array([solved[point.name] for point in checks])),
     }  # fmt: skip
     save_atlas(path, groups, interpolants, rows, header)
     return header

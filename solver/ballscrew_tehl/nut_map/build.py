@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from contextlib import ExitStack
 from pathlib import Path
@@ -19,7 +19,7 @@ from ..friction.mechanistic import law_constants, nut_powers
 from ..friction.sets import default_friction_set
 from ..friction.torque import nut_sums
 from ..parameters.file import FOUR_POINT, Parameters
-from ..parameters.identity import map_parameters_json
+from ..parameters.identity import parameters_hash
 from ..parameters.units import CELSIUS, RPM
 from ..physics.hertz import RACEWAYS
 from ..physics.load import double_nut_loads, nut_loads, separation_load
@@ -28,10 +28,19 @@ from ..runtime.packed import FORCE_CURVES, MECHANISTIC, TORQUE_CURVES
 from . import sampling
 from .atlas import atlas_quantities, load_atlas
 from .contact_map import ContactMap, ContactModel, MapContacts, screw_atlases
-from .contacts import FILMS, MAPPED, QUANTITIES, Array, ContactRange, SolvedContacts
+from .contacts import (
+    FILMS,
+    MAPPED,
+    QUANTITIES,
+    VISCOUS,
+    Array,
+    ContactRange,
+    SolvedContacts,
+    film_parameters,
+)
 from .grid import BuiltMap, MapGrid, contact_range, largest_pressure, map_grid, narrowed
 from .interval import BAND, band
-from .journal import Contact, Journal, Solved
+from .journal import Contact, Journal, Key
 from .workers import Progress, interrupt_held, worker_pool
 
 #: share of its friction by which a contact that did not converge may be uncertain; above, the range is cut before it
@@ -54,13 +63,26 @@ def _solve_contact(
         hot = solve_ball(parameters, *point, thermal=True)
     except UnconvergedContactError:
         return dict.fromkeys(QUANTITIES, math.nan)
-    found = hot
-    values = (
-        cold.h_c, hot.h_c, hot.h_m, found.temperature_rise_mean, found.temperature_rise_smooth, hot.p_max,
-        hot.traction_force, found.rolling_loss, found.core_pressure, found.core_area,
-        found.mean_temperature - temperature, hot.error_estimate, float("asymptotic" in (cold.branch, hot.branch)),
-    )  # fmt: skip
-    return {name: float(value) for name, value in zip(QUANTITIES, values, strict=True)}
+    return {
+        "isothermal_central_film": float(cold.h_c),
+        "thermal_central_film": float(hot.h_c),
+        "thermal_minimum_film": float(hot.h_m),
+        "temperature_rise": float(hot.temperature_rise_mean),
+        "temperature_rise_smooth": float(hot.temperature_rise_smooth),
+        "pressure_max": float(hot.p_max),
+        "traction_force": float(hot.traction_force),
+        "rolling_loss": float(hot.rolling_loss),
+        "core_pressure": float(hot.core_pressure),
+        "core_area": float(hot.core_area),
+        "mean_rise": float(hot.mean_temperature - temperature),
+        "error_estimate": float(hot.error_estimate),
+        "asymptotic": float("asymptotic" in (cold.branch, hot.branch)),
+    }
+
+
+def _key(parameters: Parameters, raceway: str, point: Sequence[float]) -> Key:
+    """Numbers to 12 digits, which distinguish two nodes."""
+    return parameters.friction.kinematics, raceway, *(f"{value:.12g}" for value in point)
 
 
 def build_contact_map(
@@ -76,7 +98,7 @@ def build_contact_map(
     Raises       MapNotBuiltError: fewer than LEAST_SOLVED of the contacts converged
     """
     range_ = contact_range(parameters, grid)
-    solved = Solved(journal)
+    journal = Journal(QUANTITIES) if journal is None else journal
     first, most = contact_counts(parameters, grid)
     atlas = load_atlas().hash if grid.atlas and atlas_quantities(parameters) else ""
     atlases = screw_atlases(parameters, range_, atlas)
@@ -88,8 +110,10 @@ def build_contact_map(
     models: dict[str, ContactModel] = {}
     round_ = 0
     while True:
-        _solve_missing(parameters, points, solved, executor, progress)
-        contacts = {raceway: solved.contacts(raceway, points[raceway]) for raceway in RACEWAYS}
+        _solve_missing(parameters, points, journal, executor, progress)
+        contacts = {
+            raceway: _contacts_at(parameters, raceway, points[raceway], journal) for raceway in RACEWAYS
+        }
         _refuse_unsolved(contacts, range_)
         hyper = {r: model.hyper for r, model in models.items()} if round_ % 2 else {}
         models = {
@@ -105,6 +129,11 @@ def build_contact_map(
             more = sampling.next_points(models[raceway], count, round_)
             points[raceway] = np.concatenate([points[raceway], more])
         round_ += 1
+
+
+def _contacts_at(parameters: Parameters, raceway: str, points: Array, journal: Journal) -> SolvedContacts:
+    solved = [journal.contacts[_key(parameters, raceway, point)] for point in points.tolist()]
+    return SolvedContacts(points, {name: np.array([each[name] for each in solved]) for name in QUANTITIES})
 
 
 def _fit_models(models: Mapping[str, ContactModel]) -> None:
@@ -140,7 +169,7 @@ def _refuse_unsolved(contacts: Mapping[str, SolvedContacts], range_: ContactRang
 def _solve_missing(
     parameters: Parameters,
     points: Mapping[str, Array],
-    solved: Solved,
+    journal: Journal,
     executor: Executor,
     progress: Progress | None,
 ) -> None:
@@ -148,15 +177,16 @@ def _solve_missing(
     jobs = {}
     for raceway, at in points.items():
         for point in at.tolist():
-            if not solved.holds(raceway, point):
-                jobs[executor.submit(_solve_contact, parameters, raceway, *point)] = raceway, point
+            key = _key(parameters, raceway, point)
+            if key not in journal:
+                jobs[executor.submit(_solve_contact, parameters, raceway, *point)] = key
     # grows as points are added
-    total = 2 * (len(solved) + len(jobs))
+    total = 2 * (len(journal) + len(jobs))
     try:
         for job in as_completed(jobs):
-            solved.add(*jobs[job], job.result())
+            journal.add(jobs[job], job.result())
             if progress is not None:
-                progress(2 * len(solved), total, "contacts solved")
+                progress(2 * len(journal), total, "contacts solved")
     except BaseException:
         for job in jobs:
             job.cancel()
@@ -333,7 +363,7 @@ def _nodes(grid: MapGrid) -> tuple[Array, Array, Array]:
 
 def map_journal(path: Path, parameters: Parameters) -> Journal:
     """File of the contacts of a map, to be opened by `with` for build_map: a build continues what it holds."""
-    return Journal(path, map_parameters_json(parameters), __version__)
+    return Journal(QUANTITIES, path, {"version": __version__, "screw and oil": parameters_hash(parameters)})
 
 
 def build_map(
@@ -346,6 +376,8 @@ def build_map(
 ) -> BuiltMap:
     """Build the map of a screw with the kinematics that its parameters name.
 
+    The published kinematics has films of rolling balls (contacts.film_parameters): their contacts are solved as well.
+
     Parameters   workers: processes, and threads of the sums, None = one per core;  progress: called while it runs
                  grid: None = the default
                  executor: any executor of the concurrent.futures interface instead of own processes
@@ -357,28 +389,23 @@ def build_map(
     with interrupt_held():
         # the first sequence reads its tables in a function that drops Ctrl-C, and then has none
         qmc.Sobol(1)
+    films = film_parameters(parameters)
+    journal = Journal(QUANTITIES) if journal is None else journal
     with ExitStack() as stack:
         if executor is None:
             executor = stack.enter_context(worker_pool(workers))
         contact_map = build_contact_map(parameters, grid, executor, progress, journal)
+        film_map = contact_map
+        if films is not parameters:
+            film_map = build_contact_map(films, grid, executor, progress, journal)
     uncertain, cut = contact_map.uncertain_points(UNCERTAIN), ""
     if len(uncertain):
         grid, cut = narrowed(parameters, grid, uncertain)
-    forces = force_values(parameters, grid)
-    sharing = sharing_values(parameters, grid)
-    extremes = extreme_values(parameters, contact_map, grid)
-    arrays = {}
-    for thermal, name in ((False, "solved"), (True, "solved_thermal")):
-        values = np.concatenate([viscous_values(parameters, contact_map, thermal, grid), extremes], axis=-1)
-        arrays[name] = dict(map_arrays(values, forces, *sharing))
-    header: dict[str, Any] = {}
-    if sampling.has_mechanistic(parameters):
-        values, alone = mechanistic_values(parameters, contact_map, grid, workers)
-        values = np.concatenate([values, extremes], axis=-1)
-        alone = np.concatenate([alone, forces[:, TORQUE_CURVES:]], axis=-1)
-        arrays[MECHANISTIC] = dict(map_arrays(values, alone, *sharing))
-        header[MECHANISTIC] = law_constants(parameters)
-    header |= {
+    solved = [
+        *contact_map.contacts.values(),
+        *([] if film_map is contact_map else film_map.contacts.values()),
+    ]
+    header: dict[str, Any] = {
         "axes": {
             "force": list(grid.force),
             "speed": list(grid.speed),
@@ -387,19 +414,30 @@ def build_map(
             "share": [0.0, 1.0, grid.share_nodes],
         },
         "kinematics": parameters.friction.kinematics,
+        "film_kinematics": films.friction.kinematics,
         "quick": grid.quick,
         "version": __version__,
-        "contacts": 2 * sum(len(contacts) for contacts in contact_map.contacts.values()),
-        "contacts_not_solved": sum(int(np.sum(~c.good)) for c in contact_map.contacts.values()),
+        "contacts": 2 * sum(map(len, solved)),
+        "contacts_not_solved": sum(int(np.sum(~c.good)) for c in solved),
         "range_cut": cut,
         "sampling_errors": sampling_errors(contact_map),
         "left_out_errors": left_out_errors(contact_map),
         "atlas": contact_map.atlas,
         "atlas_share": atlas_share(contact_map),
-        "asymptotic_share": float(np.mean([
-            np.mean(c.values["asymptotic"][c.good]) for c in contact_map.contacts.values()
-        ])),
-    }  # fmt: skip
-    if MECHANISTIC in arrays:
+        "asymptotic_share": float(np.mean([np.mean(c.values["asymptotic"][c.good]) for c in solved])),
+    }
+    arrays, forces = {}, force_values(parameters, grid)
+    if sampling.has_mechanistic(parameters):
+        viscous, alone = mechanistic_values(parameters, contact_map, grid, workers)
+        arrays[f"{VISCOUS}{MECHANISTIC}"] = fit(np.log(viscous), (0, 1, 2))
+        forces[:, :TORQUE_CURVES] = alone
+        header[MECHANISTIC] = law_constants(parameters)
         header[BAND] = band(parameters, contact_map, header["axes"], default_friction_set(parameters))
+    else:
+        for thermal, name in enumerate(("solved", "solved_thermal")):
+            viscous = viscous_values(parameters, contact_map, bool(thermal), grid)
+            arrays[f"{VISCOUS}{name}"] = fit(np.log(viscous), (0, 1, 2))
+    extremes, sharing = extreme_values(films, film_map, grid), sharing_values(parameters, grid)
+    arrays |= map_arrays(extremes, forces, *sharing)
+    arrays["extreme_coefficients"] = arrays.pop("coefficients")
     return BuiltMap(header, arrays, contact_map)

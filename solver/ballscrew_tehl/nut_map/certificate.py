@@ -15,7 +15,7 @@ from ..physics.ball_formula import film_formula
 from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
 from ..runtime.packed import POINT
-from .contacts import LEAST_FILM
+from .contacts import LEAST_FILM, film_parameters
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
@@ -69,19 +69,27 @@ class Deviation(NamedTuple):
     temperature_rise: float
 
 
+NOT_SOLVED = Deviation(math.nan, math.nan, math.nan)
+
+
 def deviation_at(nut_map: NutMap, parameters: Parameters, point: tuple[float, ...]) -> Deviation:
     """Errors of friction torque, least central film and largest rise [of the rise, of 1 K if that is more].
 
     Parameters   point: preload [N], speed [rad/s], temperature [K], axial load [N]
-    Raises       ArithmeticError: a contact that did not converge
+    Returns      NOT_SOLVED where a contact did not converge
     """
+    from ..contact import UnconvergedContactError
     from ..refinement.direct import mean_ball_state
 
     friction_set = default_friction_set(parameters)
     preload, speed, temperature, axial_load = point
     state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction_set.values)
     torque = float(state.friction_torque)
-    direct = mean_ball_state(parameters, friction_set, preload, speed, temperature, axial_load)
+    shown = film_parameters(parameters)
+    try:
+        direct = mean_ball_state(parameters, friction_set, preload, speed, temperature, axial_load, shown)
+    except UnconvergedContactError:
+        return NOT_SOLVED
     films = ("film_thickness_central_screw", "film_thickness_central_nut")
     rise = direct.film_temperature_rise
     return Deviation(
@@ -116,9 +124,9 @@ def deviation_from_direct(
     order = np.argsort(-_least_films(parameters, places), kind="stable").tolist()
     results: Iterator[tuple[int, Deviation]]
     if executor is None:
-        results = ((k, _deviation_or_nan(nut_map, parameters, points[k])) for k in order)
+        results = ((k, deviation_at(nut_map, parameters, points[k])) for k in order)
     else:
-        jobs = {executor.submit(_deviation_or_nan, nut_map, parameters, points[k]): k for k in order}
+        jobs = {executor.submit(deviation_at, nut_map, parameters, points[k]): k for k in order}
         results = ((jobs[job], job.result()) for job in as_completed(jobs))
     if progress is not None:
         # the time of the first one counts
@@ -183,15 +191,6 @@ def _totals(errors: np.ndarray) -> dict[str, Any]:
             result[f"{name}_error_{key}"] = float(np.quantile(column, share))
         result[f"{name}_error_max"] = float(column.max())
     return result
-
-
-def _deviation_or_nan(nut_map: NutMap, parameters: Parameters, point: tuple[float, ...]) -> Deviation:
-    from ..contact import UnconvergedContactError
-
-    try:
-        return deviation_at(nut_map, parameters, point)
-    except UnconvergedContactError:
-        return Deviation(math.nan, math.nan, math.nan)
 
 
 def _rounded(column: Iterable[float], digits: int) -> list[float]:

@@ -9,6 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..parameters.file import Parameters, changed
+from ..runtime.packed import MECHANISTIC
+
 Array = NDArray[np.float64]
 
 #: quantities of a solved contact with units; temperature_rise: of the hottest level, mean over the contact (the largest
@@ -48,6 +51,10 @@ RISE, MEAN_RISE = "temperature_rise", "mean_rise"
 RISES = (RISE, MEAN_RISE)
 #: pressure and area of the core of a contact
 CORE = ("core_pressure", "core_area")
+#: arrays of a map that depend on the film model, whose name follows
+VISCOUS = "viscous_coefficients_"
+#: kinematics whose films are shown, also of a map of the published one, whose speeds cannot be physical
+ROLLING_FRAME = "rolling_frame"
 #: what is interpolated
 MAPPED = (*FILMS, *RISES, "rolling_loss", *CORE)
 
@@ -101,3 +108,10 @@ def film_weight(range_: ContactRange, load: Array, film: Array) -> Array:
     """Weight of the relative error of a film [m] of a ball load [N]: about its part in the friction."""
     light = np.minimum(load / range_.preloaded, 1.0) ** LOAD_EXPONENT
     return np.asarray(light * film / np.maximum(film, FILM_FLOOR))
+
+
+def film_parameters(parameters: Parameters) -> Parameters:
+    """Parameters of the contacts whose films and rises are shown: those of rolling balls, see ROLLING_FRAME."""
+    if parameters.friction.kinematics == ROLLING_FRAME:
+        return parameters
+    return changed(parameters, friction={"kinematics": ROLLING_FRAME, "set": MECHANISTIC})

@@ -21,13 +21,12 @@ from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.origin import carried_over, refuse_other_fit
 from ..friction.presliding import presliding_angle
 from ..friction.sets import FrictionSet, default_friction_set
-from ..parameters.file import FOUR_POINT, Parameters, ScrewParameters, changed
+from ..parameters.file import Parameters, ScrewParameters
 from ..parameters.identity import map_parameters_json, parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.axial_stiffness import axial_stiffness, contact_stiffness
 from ..physics.ball_law import loaded_contact_angle
 from ..physics.hertz import RACEWAYS
-from ..runtime.bspline import fit
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import (
     DEFAULTS,
@@ -36,10 +35,12 @@ from ..runtime.packed import (
     MECHANISTIC,
     SURFACES,
     TORQUE_CURVES,
+    TORQUE_SURFACES,
     MapError,
     sealed,
 )
 from ..whole_file import whole_file
+from .contacts import MAPPED, POINTS, QUANTITIES, ROLLING_FRAME, VISCOUS, ContactRange, SolvedContacts
 from .interval import BAND, BAND_PRELOAD, band, band_numbers, band_point, nearest
 
 if TYPE_CHECKING:
@@ -50,23 +51,36 @@ Array = NDArray[np.float64]
 #: dimensions, values and attributes of a variable of the file
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
-FILE_FORMAT = 5
-#: version of the coordinates and formulas that the lengths and noise of a header hold for (nut_map.contact_map)
-INTERPOLATION = 5
+#: another one also if the coordinates and formulas change that the kriging of a header holds for (contact_map)
+FILE_FORMAT = 6
 #: first bytes of a netCDF file that scipy writes
 MAGIC = b"CDF"
-#: what the viscous columns and the curves of a friction set are computed from: name of its film model
-FILM_MODELS = ("solved", "solved_thermal", MECHANISTIC)
 #: name of the packaged map of the mechanistic set
 VG100 = "vg100"
-#: kinematics whose films are shown, and the axes that they are stored over
-ROLLING_FRAME, SURFACE_AXES = "rolling_frame", ("force", "speed", "temperature")
-#: columns of the spline coefficients that depend on the film model of the friction set
-VISCOUS_COLUMNS = 4
+#: dimensions of the arrays of a file, but for VISCOUS, and what they hold
+KNOTS = ("force_knot", "speed_knot", "temperature_knot")
+STORED = {
+    "extreme_coefficients": (
+        (*KNOTS, "extreme_column"),
+        "the same for the load-carrying balls: " + ", ".join(SURFACES[FILM_SHEAR][TORQUE_SURFACES:]),
+    ),
+    "force_coefficients": (
+        ("force_knot", "force_column"),
+        "the same over force alone: " + ", ".join(FORCE_CURVES),
+    ),
+    "separation_coefficients": (
+        ("preload_knot", "side"),
+        "the same: ln of separation load over preload, axial load > 0 and < 0",
+    ),
+    "sharing_coefficients": (
+        ("preload_knot", "share_knot", "side"),
+        "the same: (force of the relieved nut over preload)^(2/3) over axial load/separation load",
+    ),
+}
 
 
 def packaged_map(name: str) -> Path:
-    """File of a packaged map of the GD4008-3: of a kinematics, or VG100 with the oil of the mechanistic set."""
+    """File of a packaged map of the GD4008-3: "published", or VG100 with the oil of the mechanistic set."""
     return PACKAGED_DATA / f"map_gd4008_{name}.nc"
 
 
@@ -117,15 +131,12 @@ def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) 
 
 
 def _header(built: BuiltMap, certificate: Mapping[str, Any]) -> dict[str, Any]:
-    from .contacts import MAPPED
-
     contact_map, parameters = built.contact_map, built.contact_map.parameters
     return dict(
         built.header,
         certificate=dict(certificate),
         contact_range=asdict(contact_map.range),
         contact_cell=list(contact_map.cell),
-        interpolation=INTERPOLATION,
         kriging={
             raceway: {name: model.kriging(name).hyper.tolist() for name in MAPPED}
             for raceway, model in contact_map.models.items()
@@ -135,42 +146,24 @@ def _header(built: BuiltMap, certificate: Mapping[str, Any]) -> dict[str, Any]:
     )
 
 
-def _spline_variables(arrays: Mapping[str, Mapping[str, Array]]) -> dict[str, Variable]:
-    """B-spline coefficients of the nut; those that do not depend on the film model are stored once."""
-    knots = ("force_knot", "speed_knot", "temperature_knot")
+def _spline_variables(arrays: Mapping[str, Array]) -> dict[str, Variable]:
+    """B-spline coefficients of the nut."""
     variables: dict[str, Variable] = {}
-    for film, by_name in arrays.items():
-        columns = SURFACES[MECHANISTIC if film == MECHANISTIC else FILM_SHEAR][:VISCOUS_COLUMNS]
-        long_name = "uniform cubic B-spline coefficients of ln values of one nut: " + ", ".join(columns)
-        variables[f"viscous_coefficients_{film}"] = (
-            (*knots, "viscous_column"),
-            by_name["coefficients"][..., :VISCOUS_COLUMNS],
-            {"long_name": long_name},
-        )
-    if MECHANISTIC in arrays:
-        variables[f"force_coefficients_{MECHANISTIC}"] = (
-            ("force_knot", "force_column"), arrays[MECHANISTIC]["force_coefficients"],
-            {"long_name": "the same over force alone by the mechanistic law: " + ", ".join(FORCE_CURVES)},
-        )  # fmt: skip
-    common = arrays[FILM_MODELS[0]]
-    for name, dimensions, array, long_name in (
-        ("extreme_coefficients", (*knots, "extreme_column"), common["coefficients"][..., VISCOUS_COLUMNS:],
-         "the same for the load-carrying balls: " + ", ".join(SURFACES[FILM_SHEAR][4:])),
-        ("force_coefficients", ("force_knot", "force_column"), common["force_coefficients"],
-         "the same over force alone: " + ", ".join(FORCE_CURVES)),
-        ("separation_coefficients", ("preload_knot", "side"), common["separation_coefficients"],
-         "the same: ln of separation load over preload, axial load > 0 and < 0"),
-        ("sharing_coefficients", ("preload_knot", "share_knot", "side"), common["sharing_coefficients"],
-         "the same: (force of the relieved nut over preload)^(2/3) over axial load/separation load"),
-    ):  # fmt: skip
-        variables[name] = dimensions, array, {"long_name": long_name}
+    for name, array in arrays.items():
+        if name in STORED:
+            dimensions, text = STORED[name]
+        else:
+            law = MECHANISTIC if name == f"{VISCOUS}{MECHANISTIC}" else FILM_SHEAR
+            dimensions = (*KNOTS, "viscous_column")
+            text = "uniform cubic B-spline coefficients of ln values of one nut: " + ", ".join(
+                SURFACES[law][:TORQUE_SURFACES]
+            )
+        variables[name] = dimensions, array, {"long_name": text}
     return variables
 
 
 def _contact_variables(contact_map: ContactMap) -> dict[str, Variable]:
     """Solved contacts by raceway."""
-    from .contacts import POINTS, QUANTITIES
-
     variables: dict[str, Variable] = {}
     for raceway in RACEWAYS:
         contacts, dimensions = contact_map.contacts[raceway], (f"{raceway}_contact",)
@@ -270,9 +263,8 @@ def _refuse_other_parameters(
 
 
 def _path_for(path: Path | str | None, parameters: Parameters) -> Path:
-    friction = parameters.friction
-    name = VG100 if friction.set == MECHANISTIC else friction.kinematics
-    return packaged_map(name) if path is None else Path(path)
+    rolling = parameters.friction.kinematics == ROLLING_FRAME
+    return packaged_map(VG100 if rolling else "published") if path is None else Path(path)
 
 
 def _provenance(friction: FrictionSet, parameters: Parameters, axes: Mapping[str, Any]) -> dict[str, Any]:
@@ -293,56 +285,15 @@ def _provenance(friction: FrictionSet, parameters: Parameters, axes: Mapping[str
     }
 
 
-def _show_rolling_films(header: dict[str, Any], variables: dict[str, Array], parameters: Parameters) -> None:
-    """Film columns and their certificate of the packaged map of rolling_frame, in that of the published kinematics.
-
-    The speeds of the published kinematics cannot be physical, so its films are not to be trusted; its torque is fitted.
-    """
-    rolling = changed(parameters, friction={"kinematics": ROLLING_FRAME})
-    other, theirs = _read(packaged_map(ROLLING_FRAME))
-    ours, known = ([axes[name] for name in SURFACE_AXES] for axes in (header["axes"], other["axes"]))
-    if ours == known:
-        variables["extreme_coefficients"] = theirs["extreme_coefficients"]
-    else:
-        (f_0, f_1, f), (s_0, s_1, s), (t_0, t_1, t) = ours
-        nodes = (
-            np.geomspace(f_0, f_1, f)[:, None, None],
-            np.geomspace(s_0, s_1, s)[:, None],
-            np.linspace(t_0, t_1, t),
-        )
-        # films are the same in each law; that of the fitted sets needs no sum over the balls
-        shear = FrictionSet("films", ROLLING_FRAME, "solved_thermal", 1.0, 0.0)
-        films = load_map(packaged_map(ROLLING_FRAME), rolling, shear).surfaces(*nodes)[VISCOUS_COLUMNS:]
-        variables["extreme_coefficients"] = fit(np.moveaxis(films, 0, -1), (0, 1, 2))
-    header["film_kinematics"] = ROLLING_FRAME
-    certificate, of_films = header["certificate"], other["certificate"]
-    header["certificate"] = _with_films(certificate, of_films)
-    if "regions" in certificate and "regions" in of_films:
-        header["certificate"]["regions"] = {
-            name: _with_films(errors, of_films["regions"].get(name, {}))
-            for name, errors in certificate["regions"].items()
-        }
-
-
-def _with_films(errors: Mapping[str, Any], of_films: Mapping[str, Any]) -> dict[str, Any]:
-    """Errors of a certificate with those of the films and the temperature rise of another one."""
-    return {
-        **errors,
-        **{name: e for name, e in of_films.items() if name.startswith(("film_", "temperature_"))},
-    }
-
-
 def load_map(
     path: Path | str | None,
     parameters: Parameters,
     friction_set: FrictionSet | None = None,
-    own_films: bool = False,
 ) -> NutMap:
     """Nut map of a screw, with the film model and the default friction parameters of its friction set.
 
     Parameters   path : map file; None = the packaged map of the parameters' kinematics
                  friction_set : None = the packaged set that the parameters select, with their overrides
-                 own_films : show the films of the file even where those of rolling_frame are known
     Raises       MapError (a ValueError): missing, damaged, of another format or of other parameters
     """
     packaged, path = path is None, _path_for(path, parameters)
@@ -352,28 +303,18 @@ def load_map(
         refuse_other_fit(friction_set, parameters)
     friction = friction_set or default_friction_set(parameters)
     film = friction.film_model
-    if film not in FILM_MODELS:
+    if f"{VISCOUS}{film}" not in variables:
+        known = ", ".join(name.removeprefix(VISCOUS) for name in variables if name.startswith(VISCOUS))
         raise MapError(
-            f"{path}: friction set {friction.name} is fitted with the film {film}; expected one of "
-            f"{', '.join(FILM_MODELS)}: the map has no other"
+            f"{path}: friction set {friction.name} needs the film {film}; the map of the kinematics "
+            f"{header['kinematics']} holds {known}: choose another set"
         )
-    header["film_kinematics"] = header["kinematics"]
-    if not own_films and path.resolve() == packaged_map("published"):
-        _show_rolling_films(header, variables, parameters)
     if film == MECHANISTIC:
-        _mechanistic_of(path, header, variables, parameters)
+        _sum_for_constants(header, variables, parameters)
         header[BAND] = _band(header, variables, parameters, friction)
-    else:
-        _add_free_share(variables)
-        header.pop(BAND, None)
-    force = f"force_coefficients_{film}" if film == MECHANISTIC else "force_coefficients"
-    arrays = {
-        "coefficients": np.concatenate(
-            [variables[f"viscous_coefficients_{film}"], variables["extreme_coefficients"]], axis=-1
-        ),
-        "force_coefficients": variables[force],
-        **{name: variables[name] for name in ("separation_coefficients", "sharing_coefficients")},
-    }
+    viscous = variables[f"{VISCOUS}{film}"], variables["extreme_coefficients"]
+    arrays = {"coefficients": np.concatenate(viscous, axis=-1)}
+    arrays |= {name: variables[name] for name in STORED if name != "extreme_coefficients"}
     defaults = dict(zip(DEFAULTS, _defaults(friction, parameters), strict=True))
     law = MECHANISTIC if film == MECHANISTIC else FILM_SHEAR
     header = dict(
@@ -406,36 +347,20 @@ def _defaults(friction: FrictionSet, parameters: Parameters) -> tuple[float, ...
     return ratio, net, roughness_of(parameters.friction).sigma, breakaway_factor(parameters.friction)
 
 
-def _add_free_share(variables: dict[str, Array]) -> None:
-    """The column free_shear_share, ln 1, in maps from before it."""
-    for name in ("force_coefficients", f"force_coefficients_{MECHANISTIC}"):
-        if name in variables and variables[name].shape[1] < len(FORCE_CURVES):
-            variables[name] = np.insert(variables[name], FORCE_CURVES.index("free_shear_share"), 0.0, axis=1)
-
-
-def _mechanistic_of(
-    path: Path, header: dict[str, Any], variables: dict[str, Array], parameters: Parameters
-) -> None:
-    """Arrays of the mechanistic law for the constants of the parameters: of the file, or summed anew (seconds)."""
-    if MECHANISTIC not in header:
-        raise MapError(
-            f"{path}: map of kinematics {header['kinematics']}; the mechanistic law needs rolling_frame"
-        )
+def _sum_for_constants(header: dict[str, Any], variables: dict[str, Array], parameters: Parameters) -> None:
+    """Sum the law anew (seconds) if the map is of other constants of the mechanistic law than the parameters."""
     constants = law_constants(parameters)
-    before = variables["force_coefficients"].shape[1] < len(FORCE_CURVES)
-    _add_free_share(variables)
-    # of oversize balls a map from before free_shear_share lacks it
-    if header[MECHANISTIC] == constants and not (before and parameters.screw.preload_kind == FOUR_POINT):
+    if header[MECHANISTIC] == constants:
         return
     from .build import mechanistic_coefficients
 
     surfaces, curves = mechanistic_coefficients(
         parameters, _contact_map(header, variables, parameters), header
     )
-    variables[f"viscous_coefficients_{MECHANISTIC}"] = surfaces
+    variables[f"{VISCOUS}{MECHANISTIC}"] = surfaces
     # pressure and load of the last two columns do not depend on the law
-    stored = variables[f"force_coefficients_{MECHANISTIC}"][:, TORQUE_CURVES:]
-    variables[f"force_coefficients_{MECHANISTIC}"] = np.concatenate([curves, stored], axis=-1)
+    stored = variables["force_coefficients"][:, TORQUE_CURVES:]
+    variables["force_coefficients"] = np.concatenate([curves, stored], axis=-1)
     header[MECHANISTIC] = constants
 
 
@@ -446,8 +371,8 @@ def _band(
     friction: FrictionSet,
 ) -> dict[str, Any]:
     """Band of the torque at the point of the header: of the file if it is for these numbers, or anew (0.1 s)."""
-    stored = header.get(BAND)
-    if stored is None or stored["numbers"] != band_numbers(parameters, friction):
+    stored = header[BAND]
+    if stored["numbers"] != band_numbers(parameters, friction):
         stored = band(parameters, _contact_map(header, variables, parameters), header["axes"], friction)
     return dict(stored, fitted=stored["numbers"]["fit"] is not None)
 
@@ -464,7 +389,6 @@ def _contact_map(
     header: Mapping[str, Any], variables: Mapping[str, Array], parameters: Parameters
 ) -> ContactMap:
     from .contact_map import ContactMap
-    from .contacts import POINTS, QUANTITIES, ContactRange, SolvedContacts
 
     ends = header["contact_range"]
     load, speed, temperature = (
@@ -482,8 +406,4 @@ def _contact_map(
         raceway: {name: np.array(values) for name, values in by_name.items()}
         for raceway, by_name in header["kriging"].items()
     }
-    if header.get("interpolation") != INTERPOLATION:
-        # the most likely ones are found anew
-        hyper = {}
-    # maps of before the atlas have none
-    return ContactMap(parameters, range_, contacts, hyper, header.get("atlas", ""))
+    return ContactMap(parameters, range_, contacts, hyper, header["atlas"])

@@ -248,8 +248,8 @@ def narrowed(parameters: Parameters, grid: MapGrid, points: Array) -> tuple[MapG
 
 @dataclass(frozen=True)
 class BuiltMap:
-    """A whole map before it is stored: header without friction defaults, spline arrays per film model, samples."""
+    """A whole map before it is stored: header without friction defaults, spline arrays, contacts of its kinematics."""
 
     header: dict[str, Any]
-    arrays: dict[str, dict[str, Array]]
+    arrays: dict[str, Array]
     contact_map: ContactMap

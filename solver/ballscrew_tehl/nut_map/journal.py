@@ -1,73 +1,50 @@
-"""Contacts solved so far: in memory by their operating point, and line by line in a file that continues a build."""
+"""Contacts solved so far, by a key: in memory, and line by line in a file that continues an interrupted build."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, TextIO
 
-import numpy as np
 from filelock import FileLock, Timeout
 
-from .contacts import QUANTITIES, Array, SolvedContacts
-
 #: another one also if the values of a solved contact are defined otherwise
-JOURNAL_FORMAT = 5
+JOURNAL_FORMAT = 6
 
-#: values of a solved contact by quantity
+#: values of a solved contact by quantity, NaN where it did not converge
 Contact = dict[str, float]
-#: raceway, load, speed, temperature, each number to 12 digits, which distinguish two nodes
-Place = tuple[str, str, str, str]
-
-
-def _place(raceway: str, point: Sequence[float]) -> Place:
-    load, speed, temperature = (f"{value:.12g}" for value in point)
-    return raceway, load, speed, temperature
-
-
-def _read_line(line: bytes) -> tuple[str, list[float], Contact]:
-    """Raceway, point and values of a solved contact.
-
-    Raises       ValueError, KeyError, TypeError, AttributeError: not such a line
-    """
-    found = json.loads(line)
-    contact = {name: float(found["values"][name]) for name in QUANTITIES}
-    load, speed, temperature = (float(value) for value in found["point"])
-    return str(found["raceway"]), [load, speed, temperature], contact
+#: what distinguishes a contact from the others of a build
+Key = tuple[str, ...]
 
 
 class Journal:
-    """Append-only text file of solved contacts: a header line, then a contact as JSON in each line.
+    """Solved contacts by key; with a path also an append-only text file: a header line, then a contact in each line.
 
     Numbers are read back to the last bit. Contacts from the first damaged line on, as a killed process or a full disk
     leaves it, are removed and solved again. A second build that opens the file is refused until the first one leaves;
     that removes the file if it has no contact.
 
-    Parameters   path: created if missing;  parameters_json: canonical text of what the contacts depend on;
-                 version: of the solver
-    Raises       ValueError: a file for other parameters or of another version, or one that another build is writing;
-                 OSError
+    Parameters   names: quantities of a contact;  path: created if missing, None = in memory only
+                 identity: what the contacts depend on, each with a line for a file where it differs
+    Raises       ValueError: a file of another identity, or one that another build is writing;  OSError
     """
 
-    def __init__(self, path: Path, parameters_json: str, version: str) -> None:
-        self.path = path
-        self._head: dict[str, Any] = {
-            "format": JOURNAL_FORMAT,
-            "version": version,
-            "parameters": hashlib.sha256(parameters_json.encode()).hexdigest(),
-        }
-        #: raceway, point and values of the contacts that were in the file when it was opened
-        self.contacts: list[tuple[str, list[float], Contact]] = []
-        self._kept = False
+    def __init__(
+        self, names: Iterable[str], path: Path | None = None, identity: Mapping[str, Any] | None = None
+    ) -> None:
+        self.names, self.path = tuple(names), path
+        self.contacts: dict[Key, Contact] = {}
+        self._head = {"format": JOURNAL_FORMAT, **(identity or {})}
         self._file: TextIO | None = None
-        self._lock = FileLock(path.with_name(path.name + ".lock"), timeout=0.0)
+        self._lock = None if path is None else FileLock(path.with_name(path.name + ".lock"), timeout=0.0)
 
     def __enter__(self) -> Journal:
+        if self.path is None or self._lock is None:
+            return self
         self.path.parent.mkdir(parents=True, exist_ok=True)
         try:
             self._lock.acquire()
@@ -76,7 +53,7 @@ class Journal:
                 f"{self.path}: another build is writing it; remedy: wait for that, or another --output"
             ) from None
         try:
-            self._open()
+            self._open(self.path)
         except BaseException:
             self._close()
             # a full disk took not even the header
@@ -86,24 +63,24 @@ class Journal:
             raise
         return self
 
-    def _open(self) -> None:
-        lines = self.path.read_bytes().splitlines(keepends=True) if self.path.exists() else []
+    def _open(self, path: Path) -> None:
+        lines = path.read_bytes().splitlines(keepends=True) if path.exists() else []
         # without its end the header was not written completely, nothing follows
         whole = lines[:1] if lines and lines[0].endswith(b"\n") else []
         if whole:
             self._check_head(whole[0])
-        self.contacts = []
+        self.contacts = {}
         with suppress(ValueError, KeyError, TypeError, AttributeError):
             for line in lines[1:]:
-                contact = _read_line(line)
+                key, values = json.loads(line)
+                contact = {name: float(values[name]) for name in self.names}
                 if not line.endswith(b"\n"):
                     break
-                self.contacts.append(contact)
+                self.contacts[tuple(key)] = contact
                 whole.append(line)
-        self._kept = bool(self.contacts)
-        with self.path.open("r+b" if self.path.exists() else "wb") as file:
+        with path.open("r+b" if path.exists() else "wb") as file:
             file.truncate(sum(map(len, whole)))
-        self._file = self.path.open("a", encoding="ascii")
+        self._file = path.open("a", encoding="ascii")
         if not whole:
             self._write(self._head)
 
@@ -114,20 +91,17 @@ class Journal:
             head = None
         if head == self._head:
             return
-        if not (isinstance(head, dict) and self._head.keys() <= head.keys()):
-            what = "not a file of solved contacts"
-        elif head["format"] != JOURNAL_FORMAT:
-            what = f"contacts in format {head['format']}; expected {JOURNAL_FORMAT}"
-        elif head["version"] != self._head["version"]:
-            what = f"contacts of version {head['version']}; expected {self._head['version']}"
-        else:
-            what = "contacts of another screw, oil or kinematics"
+        what = "not a file of solved contacts"
+        if isinstance(head, dict) and head.keys() == self._head.keys():
+            name = next(name for name in self._head if head[name] != self._head[name])
+            what = f"contacts of {name} {head[name]}; expected {self._head[name]}"
         raise ValueError(f"{self.path}: {what}: remove or rename it, or another --output")
 
     def _release(self) -> None:
-        # the lock of a killed build falls with its process
-        Path(self._lock.lock_file).unlink(missing_ok=True)
-        self._lock.release()
+        if self._lock is not None:
+            # the lock of a killed build falls with its process
+            Path(self._lock.lock_file).unlink(missing_ok=True)
+            self._lock.release()
 
     def _close(self) -> None:
         if self._file is not None:
@@ -140,17 +114,18 @@ class Journal:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._close()
-        if not self._kept and self.path.exists():
-            self.path.unlink()
+        if self.path is not None and not self.contacts:
+            self.path.unlink(missing_ok=True)
         self._release()
 
     def discard(self) -> None:
-        """Remove the file: its map is written."""
+        """Remove the file: what its contacts are for is written."""
         self._close()
-        self.path.unlink()
-        self._kept = False
+        self.contacts = {}
+        if self.path is not None:
+            self.path.unlink()
 
-    def _write(self, content: Mapping[str, Any]) -> None:
+    def _write(self, content: Any) -> None:
         if self._file is None:
             raise ValueError(f"{self.path}: the journal is not open")
         try:
@@ -161,35 +136,14 @@ class Journal:
             # a failed write names no file
             raise OSError(error.errno, error.strerror, str(self.path)) from error
 
-    def add(self, raceway: str, point: Sequence[float], contact: Contact) -> None:
-        """Write a contact for good."""
-        self._write({"raceway": raceway, "point": list(point), "values": contact})
-        self._kept = True
+    def add(self, key: Key, contact: Contact) -> None:
+        """Take up a contact, for good if there is a file."""
+        if self.path is not None:
+            self._write([key, contact])
+        self.contacts[key] = contact
 
-
-class Solved:
-    """Solved contacts by their place; with a journal those of before, and each new one is written there at once."""
-
-    def __init__(self, journal: Journal | None = None) -> None:
-        self._journal = journal
-        self._contacts: dict[Place, Contact] = {}
-        for raceway, point, contact in journal.contacts if journal is not None else ():
-            self._contacts[_place(raceway, point)] = contact
-
-    def add(self, raceway: str, point: Sequence[float], contact: Contact) -> None:
-        """Take up a contact at its load, speed and temperature."""
-        if self._journal is not None:
-            self._journal.add(raceway, point, contact)
-        self._contacts[_place(raceway, point)] = contact
-
-    def holds(self, raceway: str, point: Sequence[float]) -> bool:
-        """Whether the contact at a point is solved."""
-        return _place(raceway, point) in self._contacts
+    def __contains__(self, key: Key) -> bool:
+        return key in self.contacts
 
     def __len__(self) -> int:
-        return len(self._contacts)
-
-    def contacts(self, raceway: str, points: Array) -> SolvedContacts:
-        """The contacts at points (n, 3) of load, speed and temperature, which have all been added."""
-        found = [self._contacts[_place(raceway, point)] for point in points.tolist()]
-        return SolvedContacts(points, {name: np.array([each[name] for each in found]) for name in QUANTITIES})
+        return len(self.contacts)

@@ -53,7 +53,7 @@ class CertificatePoints(NamedTuple):
 
     ball_load: Array  # [N] of the heaviest ball of both nuts, as the map has it
     speed: Array  # [rad/s]
-    errors: Mapping[str, Array]  # relative, keys of ERRORS
+    errors: Mapping[str, Array]  # relative, keys of ERRORS; of the packaged published map the torque alone
 
 
 @dataclass(frozen=True)
@@ -133,13 +133,14 @@ def round_preloads(lowest: float, highest: float) -> Array:
 
 
 def _certificate_points(nut_map: NutMap) -> CertificatePoints | None:
-    """None: a certificate of totals alone, as in older files, or none."""
+    """None: no points."""
     each = nut_map.header["certificate"].get("each")
     if each is None:
         return None
     columns = {name: np.array(column, dtype=float) for name, column in each.items()}
     load = nut_map.evaluate(*(columns[name] for name in POINT)).ball_load_max
-    return CertificatePoints(load, columns["speed"], {name: columns[f"{name}_error"] for name in ERRORS})
+    errors = {name: columns[key] for name in ERRORS if (key := f"{name}_error") in columns}
+    return CertificatePoints(load, columns["speed"], errors)
 
 
 def percent(error: float) -> str:
@@ -206,11 +207,12 @@ def map_figure(picture: MapPicture, error: str = "torque") -> Figure:
     _draw_torque(panels["torque_by_preload"], panels["torque_by_temperature"], picture)
     _draw_film(panels["film"], picture)
     _draw_rise(panels["rise"], picture)
-    norm = None if picture.certificate is None else _error_norm(picture.certificate.errors[error])
+    held = None if picture.certificate is None else picture.certificate.errors.get(error)
+    norm = None if held is None else _error_norm(held)
     for raceway in RACEWAYS:
         _draw_samples(panels[raceway], picture, raceway, error, norm)
-    if picture.certificate is not None and norm is not None:
-        below = bool(picture.certificate.errors[error].min() < norm.vmin)
+    if held is not None and norm is not None:
+        below = bool(held.min() < norm.vmin)
         _draw_error_scale(figure, [panels[raceway] for raceway in RACEWAYS], norm, error, below)
     for axes in panels.values():
         _plain_numbers(axes)

@@ -1,4 +1,4 @@
-"""Where the torque of a map has a trend that thick flooded films do not have, or a film that is none.
+"""Where the torque of a map has a trend that thick flooded films do not have, or its film is no lubricant film.
 
 The film_shear law takes the viscosity at the inlet and the film of the thermal solve: heat that thins the film raises
 its torque, and a film thinner than the fitted height carries less. In thick films it may rise with temperature or
@@ -23,10 +23,10 @@ from .contacts import LEAST_FILM
 
 #: film ratio above which a film counts as thick
 THICK = 3.0
-#: steps of the differences, temperature [K] and ln speed, and least relative change that counts
-STEP_K, STEP_LN, LEAST_CHANGE = 1.0, 0.02, 1e-4
+#: steps of the differences, temperature [K] and ln speed, and smallest relative change that counts
+STEP_K, STEP_LN, MIN_CHANGE = 1.0, 0.02, 1e-4
 #: force of the relieved over that of the loaded set of flanks below which oversize balls begin to slip on it
-LEAST_FORCES = 0.12
+MIN_FORCE_RATIO = 0.12
 #: least replenishment factor of which a logarithm is taken
 TINY = 1e-300
 
@@ -51,15 +51,15 @@ class Trend(NamedTuple):
         """Of a single point; "" where both trends are physical."""
         words = ("rises with temperature" if self.rises_with_temperature else "",
                  "falls with speed" if self.falls_with_speed else "")  # fmt: skip
-        found = " and ".join(word for word in words if word)
-        if not found:
+        trend = " and ".join(word for word in words if word)
+        if not trend:
             return ""
         why = (
             ""
             if self.supply is None
             else f": replenishment factor {self.supply:.2g}, the supply of oil decides"
         )
-        return f"torque {found} in a thick film (lambda > {THICK:g}){why}"
+        return f"torque {trend} in a thick film (lambda > {THICK:g}){why}"
 
 
 def unphysical_trend(
@@ -98,15 +98,15 @@ def unphysical_trend(
         if mechanistic and supply is not None:
             ratio = np.log(np.maximum(supply(w_2, t_2), TINY) / np.maximum(supply(w, t), TINY))
             supplied = 0.5 * (first.viscous_torque + second.viscous_torque) * ratio
-        return second.friction_torque - first.friction_torque, supplied, LEAST_CHANGE * first.friction_torque
+        return second.friction_torque - first.friction_torque, supplied, MIN_CHANGE * first.friction_torque
 
     colder, hotter = np.maximum(temperature - 0.5 * STEP_K, cold), np.minimum(temperature + 0.5 * STEP_K, hot)
     slower = np.maximum(speed * np.exp(-0.5 * STEP_LN), slow)
     faster = np.minimum(speed * np.exp(0.5 * STEP_LN), fast)
-    warmed, by_supply, least = change(speed, colder, speed, hotter)
-    rise = (warmed > least) & ((supply is None) | (warmed - by_supply <= least))
-    sped, by_supply, least = change(slower, temperature, faster, temperature)
-    fall = (sped < -least) & ((supply is None) | (sped - by_supply >= -least))
+    warmed, by_supply, limit = change(speed, colder, speed, hotter)
+    rise = (warmed > limit) & ((supply is None) | (warmed - by_supply <= limit))
+    sped, by_supply, limit = change(slower, temperature, faster, temperature)
+    fall = (sped < -limit) & ((supply is None) | (sped - by_supply >= -limit))
     if not mechanistic or supply is None:
         return Trend((thick & rise)[()], (thick & fall)[()])
     factor = np.broadcast_to(np.asarray(supply(speed, temperature), dtype=float), shape)[()]
@@ -120,13 +120,13 @@ def unlike_flanks(parameters: Parameters, preload: float, axial_load: float, tor
 
     Parameters   preload, axial_load : [N];  torque : [N m] with the motion of the ball between unlike flanks
     Source       ten example screws over the range of their maps, contacts in closed form: torque of the map off by
-                 0.2 % from LEAST_FORCES on (2.6 % at most), below by 2 % in the mean, 9 % for 95 % of the points and
+                 0.2 % from MIN_FORCE_RATIO on (2.6 % at most), below by 2 % in the mean, 9 % for 95 % of the points and
                  21 % at most; free of two flanks by 0.5 % (2.2 % at most)
     """
     if parameters.screw.preload_kind != FOUR_POINT or not preload > 0.0 or axial_load == 0.0:
         return ""
     relieved, loaded = sorted(nut_forces(parameters, preload, axial_load))
-    if not 0.0 < relieved < LEAST_FORCES * loaded:
+    if not 0.0 < relieved < MIN_FORCE_RATIO * loaded:
         return ""
     return (
         f"oversize balls slip on one set of flanks ({relieved:.3g} N, the other {loaded:.3g} N): map within some 10 %, "
@@ -146,6 +146,6 @@ def too_thin(film: float) -> str:
     if film >= LEAST_FILM or film == 0.0:
         return ""
     return (
-        f"least film {1e9 * film:.2g} nm, below {1e9 * LEAST_FILM:g} nm: oil is no continuum there, a "
+        f"minimum film {1e9 * film:.2g} nm, below {1e9 * LEAST_FILM:g} nm: oil is no continuum there, a "
         "map solves no contact with a central film below it"
     )

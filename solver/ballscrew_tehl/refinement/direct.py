@@ -318,16 +318,19 @@ def mean_ball_state(
     speed: float,
     temperature: float,
     axial_load: float = 0.0,
+    films: Parameters | None = None,
 ) -> DirectState:
     """As direct_state from two balls per raceway and nut, for certificates: mean one and heaviest load-carrying one.
 
     The film of the others by the closed formula, which leaves an error of second order in the torque (see mean_load);
     the loads of the load-carrying balls of one nut differ by a few percent.
+
+    Parameters   films : of the heaviest balls, whose films and rise are shown; None = the parameters
     """
     thermal = friction_set.film_model != "solved"
 
     def films_of(raceway: str, mean: float, ends: tuple[float, float]) -> _RacewayFilms:
-        hot = solve_ball(parameters, raceway, ends[1], speed, temperature, thermal=True)
+        hot = solve_ball(films or parameters, raceway, ends[1], speed, temperature, thermal=True)
         own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
         light, heavy = film_formula(parameters, raceway, np.array(ends), speed, temperature)
         least = min(hot.h_c, hot.h_c * float(light / heavy))

@@ -304,7 +304,7 @@ class Refinement:
             # shear torque or thrust factor: of both raceways together
             correction[1] = 0.0
         header = self.nut_map.header
-        if header.get("film_kinematics", header.get("kinematics")) != header.get("kinematics"):
+        if header["film_kinematics"] != header["kinematics"]:
             correction[2:] = 0.0
         return correction
 

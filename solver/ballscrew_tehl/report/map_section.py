@@ -6,7 +6,7 @@ import numpy as np
 
 from ..friction.origin import carried_over
 from ..nut_map.contacts import LEAST_FILM
-from ..nut_map.trend import LEAST_FORCES
+from ..nut_map.trend import MIN_FORCE_RATIO
 from ..parameters.file import FOUR_POINT
 from ..parameters.units import SHOWN
 from ..physics.ball_formula import THICKEST_FILM
@@ -83,7 +83,7 @@ def limits(material: Material) -> list[tuple[str, str]]:
             (
                 "oversize balls under axial load",
                 f"torque and efficiency are some 10 % less certain from a force ratio of both sets of flanks of "
-                f"{LEAST_FORCES:g} to separation; the command torque marks such points (unlike_flanks)",
+                f"{MIN_FORCE_RATIO:g} to separation; the command torque marks such points (unlike_flanks)",
             )
         )
     if other := carried_over(material.chosen.entry, material.parameters):

@@ -12,7 +12,8 @@ import numpy as np
 from ..friction.origin import other_sets, with_set
 from ..friction.sets import FrictionSet, default_friction_set
 from ..nut_map.contact_map import Array
-from ..nut_map.file import ROLLING_FRAME, load_contact_map, load_map
+from ..nut_map.contacts import ROLLING_FRAME
+from ..nut_map.file import load_contact_map, load_map
 from ..nut_map.plot import MapPicture, map_picture
 from ..parameters.file import Parameters, changed, load_parameters
 from ..physics.hertz import RACEWAYS

@@ -92,7 +92,7 @@ REGION_TOTALS = (
 
 
 def certificate_totals(certificate: Mapping[str, Any]) -> dict[str, Any]:
-    """Certificate without its points ("each": columns POINT and the errors there, which older maps do not hold).
+    """Certificate without its points ("each": columns POINT and the errors there).
 
     Of its regions, the keys REGION_TOTALS with the name of the region before them.
     """

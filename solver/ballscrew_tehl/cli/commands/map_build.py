@@ -85,7 +85,7 @@ def _build_one(wanted: _Wanted, args: Namespace, executor: Executor, progress: P
     try:
         save_map(trial, built, {})
         certificate = deviation_from_direct(
-            load_map(trial, parameters, own_films=True), parameters, args.count, executor, progress
+            load_map(trial, parameters), parameters, args.count, executor, progress
         )
     finally:
         trial.unlink(missing_ok=True)
@@ -126,8 +126,13 @@ def _grid(parameters: Parameters, args: Namespace) -> MapGrid:
 def _plan(parameters: Parameters, grid: MapGrid, points: int) -> str:
     """What will be solved, before the first solve."""
     from ...nut_map.build import contact_counts
+    from ...nut_map.contacts import film_parameters
 
-    first, last = contact_counts(parameters, grid)
+    films = film_parameters(parameters)
+    counts = [
+        contact_counts(each, grid) for each in ([parameters] if films is parameters else [parameters, films])
+    ]
+    first, last = (sum(ends) for ends in zip(*counts, strict=True))
     # as progress and map info count them
     least, most = 4 * first, 4 * last
     contacts = (

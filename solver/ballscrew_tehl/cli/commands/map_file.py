@@ -54,7 +54,7 @@ def run_map_info(args: Namespace) -> int:
     from ...nut_map.file import load_map
 
     with screw_hint(args, args.file):
-        header = load_map(args.file, screw_of(args), own_films=True).header
+        header = load_map(args.file, screw_of(args)).header
     if args.json:
         print_results([header], True, False)
         return 0
@@ -110,7 +110,7 @@ def run_map_check(args: Namespace) -> int:
     parameters = screw_of(args)
     whole_number("--count", args.count)
     with screw_hint(args, args.file):
-        nut_map = load_map(args.file, parameters, own_films=True)
+        nut_map = load_map(args.file, parameters)
     with progress_bar() as progress:
         # the first point may take as long as compiling the solver
         progress(0, args.count, "points of the certificate")
@@ -140,7 +140,7 @@ def run_map_plot(args: Namespace) -> int:
     from ...nut_map.plot import map_figure, map_picture, save_figure
 
     with screw_hint(args, args.file):
-        nut_map = load_map(args.file, parameters, own_films=True)
+        nut_map = load_map(args.file, parameters)
     say(f"drawing {path}")
     picture = map_picture(nut_map, load_contact_map(args.file, parameters))
     file_hash = picture.nut_map.header["file_hash"]
@@ -184,4 +184,5 @@ def _plotted_extremes(picture: MapPicture) -> dict[str, Any]:
     found |= {f"sampling_error_{name}": error for name, error in picture.sampling_errors.items()}
     points = picture.certificate
     found["certificate_points"] = 0 if points is None else points.speed.size
-    return found | {f"{name}_error": None if points is None else ends(points.errors[name]) for name in ERRORS}
+    errors = {} if points is None else points.errors
+    return found | {f"{name}_error": ends(errors[name]) if name in errors else None for name in ERRORS}

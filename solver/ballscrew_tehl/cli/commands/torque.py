@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ... import __version__
 from ...friction.baselines import nsk_torque
 from ...friction.origin import carried_over
-from ...parameters.file import FOUR_POINT, changed
+from ...parameters.file import FOUR_POINT
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
 from ..shared.chosen import EXTREMES, Chosen, chosen_of, say_outside
@@ -218,7 +218,7 @@ class _MapAnswer(NamedTuple):
 
 
 def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict[str, Any]]:
-    from ...nut_map.file import ROLLING_FRAME
+    from ...nut_map.contacts import ROLLING_FRAME, film_parameters
     from ...refinement.direct import direct_extremes
     from ...runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
 
@@ -233,7 +233,7 @@ def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict
 
         height = roughness_of(parameters.friction).sigma
     # speeds of the published kinematics are not physical: its films are not shown, as by the map
-    rolling = changed(parameters, friction={"kinematics": ROLLING_FRAME})
+    rolling = film_parameters(parameters)
     results = []
     with progress_bar() as progress:
         for number, point in enumerate(points):
