@@ -8,9 +8,7 @@ import pytest
 from reference_screw import GD4008
 from synthetic_contacts import GRID
 
-from ballscrew_tehl.contact.ball_contact import ball_contact
-from ballscrew_tehl.contact.ball_formula import film_formula
-from ballscrew_tehl.contact.conditions import scales_of
+from ballscrew_tehl.contact import ball_conditions, scales_of
 from ballscrew_tehl.nut_map import atlas_contacts
 from ballscrew_tehl.nut_map.atlas import (
     FLATTENED,
@@ -40,6 +38,7 @@ from ballscrew_tehl.nut_map.contacts import CORE, FILMS, QUANTITIES, RISE, Solve
 from ballscrew_tehl.nut_map.grid import contact_range
 from ballscrew_tehl.nut_map.sampling import operating_points
 from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.physics.ball_formula import film_formula
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.lubricant import eta0
 
@@ -73,7 +72,7 @@ def test_groups_of_a_ball_are_those_of_its_contact():
     points = points_of(5)
     for raceway in RACEWAYS:
         for row, point in zip(ball_groups(ROLLING, raceway, points), points.tolist(), strict=True):
-            conditions = ball_contact(ROLLING, raceway, *point)
+            conditions = ball_conditions(ROLLING, raceway, *point)
             scales = scales_of(conditions, ROLLING.lubricant)
             groups = dict(zip(GROUPS, row.tolist(), strict=True))
             assert groups["M"] == pytest.approx(scales.M, rel=1e-12)

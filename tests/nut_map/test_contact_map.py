@@ -7,13 +7,6 @@ import pytest
 from reference_screw import GD4008
 from synthetic_contacts import CLOSED_FILM, CLOSED_RISE, GRID, small_map, values
 
-from ballscrew_tehl.contact.ball_formula import (
-    LEAST_ROLLING,
-    drawn_ellipse,
-    film_formula,
-    moes_groups_of,
-    rolling_formula,
-)
 from ballscrew_tehl.nut_map.contact_map import (
     LEAST,
     THICKEST,
@@ -25,6 +18,13 @@ from ballscrew_tehl.nut_map.contact_map import (
 )
 from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, RISES, SolvedContacts
 from ballscrew_tehl.nut_map.sampling import operating_points
+from ballscrew_tehl.physics.ball_formula import (
+    LEAST_ROLLING,
+    drawn_ellipse,
+    film_formula,
+    moes_groups_of,
+    rolling_formula,
+)
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.lubricant import eta0
 

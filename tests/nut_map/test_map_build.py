@@ -22,7 +22,7 @@ from synthetic_contacts import (
     values,
 )
 
-from ballscrew_tehl.contact.ball_contact import UnconvergedContactError
+from ballscrew_tehl.contact import UnconvergedContactError
 from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.friction.torque import double_nut_torque
@@ -98,11 +98,9 @@ def test_solved_contact_has_its_values_under_their_names(monkeypatch):
         return SimpleNamespace(
             h_c=scale * speed, h_m=3.0 * scale * speed, p_max=7.0 * scale * temperature,
             traction_force=11.0 * scale * speed, error_estimate=23.0 * scale,
-            integrals=SimpleNamespace(
-                temperature_rise_mean=5.0 * scale * load, temperature_rise_smooth=4.0 * scale * load,
-                rolling_loss=13.0 * scale, core_pressure=17.0 * scale, core_area=19.0 * scale,
-                mean_temperature=scale * temperature,
-            ),
+            temperature_rise_mean=5.0 * scale * load, temperature_rise_smooth=4.0 * scale * load,
+            rolling_loss=13.0 * scale, core_pressure=17.0 * scale, core_area=19.0 * scale,
+            mean_temperature=scale * temperature,
             branch="asymptotic" if speed > 15.0 and not thermal else "resolved",
         )  # fmt: skip
 

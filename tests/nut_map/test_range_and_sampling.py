@@ -10,7 +10,6 @@ import pytest
 from reference_screw import GD4008
 from synthetic_contacts import GRID, closed_build, closed_contact, small_map, values
 
-from ballscrew_tehl.contact.ball_formula import film_formula
 from ballscrew_tehl.friction.mechanistic import ball_ball_coefficient, supply_factor
 from ballscrew_tehl.nut_map import contacts, sampling
 from ballscrew_tehl.nut_map.contact_map import ContactModel
@@ -53,6 +52,7 @@ from ballscrew_tehl.nut_map.sampling import (
 )
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.physics.ball_formula import film_formula
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.kinematics import entrainment_speed
 from ballscrew_tehl.physics.load import nut_loads

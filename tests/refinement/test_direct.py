@@ -7,7 +7,7 @@ import pytest
 from reference_screw import GD4008
 from synthetic_contacts import ClosedFilm, closed_ball
 
-from ballscrew_tehl.contact.ball_contact import solve_ball
+from ballscrew_tehl.contact import solve_ball
 from ballscrew_tehl.friction.mechanistic import mean_load, nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.friction.torque import double_nut_torque, nut_forces
@@ -83,7 +83,7 @@ def test_direct_extremes_are_those_of_all_balls_of_both_nuts(solves, axial):
         "film_thickness_min": min(ball.h_m for ball in everything),
         "film_thickness_central_screw": min(ball.h_c for ball in balls["screw"]),
         "film_thickness_central_nut": min(ball.h_c for ball in balls["nut"]),
-        "film_temperature_rise": max(ball.integrals.temperature_rise_mean for ball in everything),
+        "film_temperature_rise": max(ball.temperature_rise_mean for ball in everything),
         "contact_pressure_max": max(ball.hertz.p_max for ball in everything),
         "ball_load_max": loads.max(),
     }

@@ -12,7 +12,7 @@ from reference_screw import GD4008
 from synthetic_contacts import ClosedFilm, closed_ball, closed_build, nut_map_of, small_map
 from synthetic_map import make_map
 
-from ballscrew_tehl.contact.ball_contact import UnconvergedContactError
+from ballscrew_tehl.contact import UnconvergedContactError
 from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.friction.torque import double_nut_torque

@@ -108,7 +108,7 @@ class ClosedFilm:
         return values(self.parameters, raceway, self._quantity, load, speed, temperature)
 
 
-def closed_ball(parameters, raceway, load, speed, temperature, thermal, start=None):
+def closed_ball(parameters, raceway, load, speed, temperature, thermal):
     """In place of solve_ball in refinement.direct: the same numbers."""
     at = parameters, raceway
     found = {name: float(values(*at, name, np.array([load]), speed, temperature)[0]) for name in MAPPED}
@@ -116,11 +116,9 @@ def closed_ball(parameters, raceway, load, speed, temperature, thermal, start=No
         h_c=found[FILMS[1] if thermal else FILMS[0]],
         h_m=found[FILMS[2]],
         conditions=SimpleNamespace(load=load, temperature=temperature),
-        integrals=SimpleNamespace(
-            temperature_rise_mean=found["temperature_rise"], rolling_loss=found["rolling_loss"],
-            core_pressure=found["core_pressure"], core_area=found["core_area"],
-            mean_temperature=temperature + found["mean_rise"],
-        ),
+        temperature_rise_mean=found["temperature_rise"], rolling_loss=found["rolling_loss"],
+        core_pressure=found["core_pressure"], core_area=found["core_area"],
+        mean_temperature=temperature + found["mean_rise"],
         hertz=SimpleNamespace(p_max=1e9 * (load / 30.0) ** (1 / 3)),
     )  # fmt: skip
 
