@@ -6,9 +6,7 @@ from law_contacts import VG100, ClosedContacts
 
 from ballscrew_tehl.friction.mechanistic import (
     NutPowers,
-    ball_ball_coefficient,
     breakaway_factor,
-    mean_load,
     nut_powers,
     nuts_powers,
     supply_factor,
@@ -33,29 +31,27 @@ def at(force, rpm, contacts, parameters=VG100):
     return nut_powers(parameters, loads_at(force), rpm * RPM, 303.0, contacts)
 
 
-@pytest.mark.parametrize(
-    ("force", "rpm"), [(1000.0, 100.0), (1000.0, 2500.0), (6000.0, 20.0), (6000.0, 2500.0)]
-)
-def test_torque_times_speed_is_the_power_of_the_parts(force, rpm):
+def test_torque_times_speed_is_the_power_of_the_parts():
     """Rolling, hysteresis and ball on ball summed ball by ball; 1e-6 of the power."""
-    contacts, loads, speed = ClosedContacts(), loads_at(force), rpm * RPM
-    nut = at(force, rpm, contacts)
-    u_e = float(entrainment_speed(SCREW, speed))
-    angle = float(contact_angle_at_ball_load(SCREW, loads.mean()))
-    power = nut.shear * speed
-    for raceway in RACEWAYS:
-        found = contacts.values(raceway, loads, np.array([[speed]]), np.array([303.0]))
-        power += float(supply_factor(VG100, speed, 303.0)) * float(found["rolling_loss"].sum())
-        for load in loads:
-            b = ellipse(load, *reduced_radii(SCREW, angle, raceway), E_prime(SCREW)).b
-            force_of_ball = hysteresis_force(
-                load, b, 0.5 * SCREW.ball_diameter, FRICTION.hysteresis_coefficient
-            )
-            power += float(force_of_ball) * u_e
-    # a ball slides on its neighbour with twice the rolling speed: k Q u_e = mu_b N 2 u_e
-    thrust = K * nut.thrust_factor * loads / (2.0 * FRICTION.boundary_friction)
-    power += float(np.sum(FRICTION.boundary_friction * thrust * 2.0 * u_e))
-    assert abs(nut.torque(1.0, K) * speed / power - 1.0) <= 1e-6
+    for force, rpm in [(1000.0, 100.0), (1000.0, 2500.0), (6000.0, 20.0), (6000.0, 2500.0)]:
+        contacts, loads, speed = ClosedContacts(), loads_at(force), rpm * RPM
+        nut = at(force, rpm, contacts)
+        u_e = float(entrainment_speed(SCREW, speed))
+        angle = float(contact_angle_at_ball_load(SCREW, loads.mean()))
+        power = nut.shear * speed
+        for raceway in RACEWAYS:
+            found = contacts.values(raceway, loads, np.array([[speed]]), np.array([303.0]))
+            power += float(supply_factor(VG100, speed, 303.0)) * float(found["rolling_loss"].sum())
+            for load in loads:
+                b = ellipse(load, *reduced_radii(SCREW, angle, raceway), E_prime(SCREW)).b
+                force_of_ball = hysteresis_force(
+                    load, b, 0.5 * SCREW.ball_diameter, FRICTION.hysteresis_coefficient
+                )
+                power += float(force_of_ball) * u_e
+        # a ball slides on its neighbour with twice the rolling speed: k Q u_e = mu_b N 2 u_e
+        thrust = K * nut.thrust_factor * loads / (2.0 * FRICTION.boundary_friction)
+        power += float(np.sum(FRICTION.boundary_friction * thrust * 2.0 * u_e))
+        assert abs(nut.torque(1.0, K) * speed / power - 1.0) <= 1e-6
 
 
 def test_shear_of_the_mean_ball_stands_for_all():
@@ -65,18 +61,6 @@ def test_shear_of_the_mean_ball_stands_for_all():
     whole = at(6000.0, 100.0, contacts).shear
     assert loads.max() / loads.min() > 1.02
     assert abs(sum(alone) / whole - 1.0) <= 1e-2
-
-
-def test_lambda_above_three_leaves_less_than_a_hundredth_on_asperities():
-    sigma = 0.2e-6
-    contacts = ClosedContacts(film=3.0 * sigma * 1.1)
-    nut = at(1000.0, 100.0, contacts)
-    found = contacts.values(
-        "screw", np.array([mean_load(loads_at(1000.0))]), np.array([[100.0 * RPM]]), np.array([303.0])
-    )
-    assert found["thermal_central_film"].min() > 3.0 * sigma
-    assert 0.0 < nut.share <= 0.01
-    assert 1.0 < nut.thrust_factor <= 1.0 + 0.01 * (breakaway_factor(FRICTION) - 1.0)
 
 
 def test_without_a_film_all_is_boundary_friction():
@@ -95,22 +79,6 @@ def replace_oil(**values):
     return VG100.lubricant.model_copy(update=values)
 
 
-def test_thick_flooded_film_loses_what_the_contacts_lose_in_rolling():
-    """Limit of the balance without ball on ball: P_roll of the contacts, the rest below 3 %."""
-    contacts, speed = ClosedContacts(film=2e-6), 2500.0 * RPM
-    nut = at(1000.0, 2500.0, contacts, FLOODED)
-    lost = sum(
-        float(
-            contacts.values(raceway, loads_at(1000.0), np.array([[speed]]), np.array([303.0]))[
-                "rolling_loss"
-            ].sum()
-        )
-        for raceway in RACEWAYS
-    )
-    assert (nut.rolling_screw + nut.rolling_nut) * speed == pytest.approx(lost, rel=1e-12)
-    assert lost <= nut.torque(1.0, 0.0) * speed <= 1.03 * lost
-
-
 def test_supply_only_takes_from_the_rolling_part():
     starved, flooded = at(1000.0, 2500.0, ClosedContacts()), at(1000.0, 2500.0, ClosedContacts(), FLOODED)
     factor = float(supply_factor(VG100, 2500.0 * RPM, 303.0))
@@ -118,16 +86,6 @@ def test_supply_only_takes_from_the_rolling_part():
     assert starved.rolling_nut == pytest.approx(factor * flooded.rolling_nut, rel=1e-12)
     for part in ("shear", "hysteresis", "ball_ball", "thrust_factor"):
         assert getattr(starved, part) == getattr(flooded, part)
-
-
-def test_torque_is_linear_in_both_numbers():
-    nut = at(3000.0, 300.0, ClosedContacts())
-    assert nut.torque(2.0, K) - nut.torque(1.0, K) == pytest.approx(
-        nut.rolling_screw + nut.rolling_nut, rel=1e-9
-    )
-    assert nut.torque(1.0, 2 * K) - nut.torque(1.0, K) == pytest.approx(
-        K * nut.thrust_factor * nut.ball_ball, rel=1e-9
-    )
 
 
 def test_grid_of_speeds_and_temperatures_is_that_of_the_points():
@@ -141,29 +99,15 @@ def test_grid_of_speeds_and_temperatures_is_that_of_the_points():
             np.testing.assert_allclose(found, point, rtol=1e-12)
 
 
-def test_no_load_costs_no_power():
-    nut = nut_powers(VG100, np.zeros(72), 10.0, 303.0, ClosedContacts())
-    assert nut == NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-    assert nut.torque(1.0, K) == 0.0
-
-
-def test_default_thrust_is_the_traction_limit():
-    assert ball_ball_coefficient(FRICTION) == pytest.approx(2.0 * 0.12 * 0.05, rel=1e-12)
-    assert ball_ball_coefficient(FRICTION, 0.5) == pytest.approx(0.006, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("loads", "speed", "message"),
-    [
+def test_bad_input_is_refused():
+    for loads, speed, message in [
         ([-1.0], 10.0, "load of a ball"),
         ([np.nan], 10.0, "load of a ball"),
         ([1.0], 0.0, "speed = "),
         ([1.0], np.nan, "speed = "),
-    ],
-)
-def test_bad_input_is_refused(loads, speed, message):
-    with pytest.raises(ValueError, match=message):
-        nut_powers(VG100, np.array(loads), speed, 303.0, ClosedContacts())
+    ]:
+        with pytest.raises(ValueError, match=message):
+            nut_powers(VG100, np.array(loads), speed, 303.0, ClosedContacts())
 
 
 FOUR = changed(VG100, screw={"preload_kind": FOUR_POINT})
@@ -173,15 +117,6 @@ def oversize(loaded, relieved, contacts):
     """Both sets of flanks of oversize balls at 500 r/min: loaded, relieved (None: it is free)."""
     nuts = nuts_powers(FOUR, [relieved, loaded], contacts, 500.0 * RPM, 303.0)
     return [nut for _, nut in nuts]
-
-
-def test_oversize_balls_without_axial_load_have_both_sets_of_flanks_alike():
-    contacts, loads = ClosedContacts(), nut_loads(FOUR.screw, 1000.0, SCREW.loaded_ball_count)
-    (times, alike), = nuts_powers(FOUR, [1000.0, 1000.0], contacts, 500.0 * RPM, 303.0)  # fmt: skip
-    assert times == 2
-    assert alike.shear == nut_powers(FOUR, loads, 500.0 * RPM, 303.0, contacts).shear
-    nearly = sum(nut.shear for nut in oversize(1000.0, 999.999, contacts))
-    assert nearly == pytest.approx(2.0 * alike.shear, rel=1e-5)
 
 
 def test_oversize_ball_free_of_two_flanks_is_a_ball_on_two_flanks():

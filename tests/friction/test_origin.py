@@ -21,35 +21,29 @@ LAW = load_parameters(PACKAGED_DATA / "gd4008_vg100.toml")
 OTHER = load_parameters(PACKAGED_DATA / "example_25x10.toml")
 
 
-@pytest.mark.parametrize("parameters", [GD4008, LAW, changed(GD4008, friction={"set": "two_parameter"})])
-def test_no_note_on_the_screw_of_the_measurement(parameters):
-    assert carried_over(default_friction_set(parameters), parameters) == ""
+def test_no_note_on_the_screw_of_the_measurement():
+    for parameters in [GD4008, LAW, changed(GD4008, friction={"set": "two_parameter"})]:
+        assert carried_over(default_friction_set(parameters), parameters) == ""
 
 
-@pytest.mark.parametrize(
-    "parameters",
-    [
+def test_another_screw_or_oil_is_named():
+    for parameters in [
         OTHER,
         GD4008.model_copy(update={"lubricant": graded_oil(68, 95.0)}),
-    ],
-)
-def test_another_screw_or_oil_is_named(parameters):
-    note = carried_over(default_friction_set(parameters), parameters)
-    assert "measured on GD4008-3, not on " + parameters.name in note
-    assert "JIS B 1192 / ISO 3408-3" in note
-    assert "\n" not in note
+    ]:
+        note = carried_over(default_friction_set(parameters), parameters)
+        assert "measured on GD4008-3, not on " + parameters.name in note
+        assert "JIS B 1192 / ISO 3408-3" in note
+        assert "\n" not in note
 
 
-@pytest.mark.parametrize(
-    "friction",
-    [
+def test_numbers_of_the_screw_file_are_those_of_its_user():
+    for friction in [
         {"net_sliding_coefficient": 0.01},
         {"ball_thrust": 1.2},
-    ],
-)  # fmt: skip
-def test_numbers_of_the_screw_file_are_those_of_its_user(friction):
-    parameters = changed(OTHER, friction=friction)
-    assert carried_over(default_friction_set(parameters), parameters) == ""
+    ]:
+        parameters = changed(OTHER, friction=friction)
+        assert carried_over(default_friction_set(parameters), parameters) == ""
 
 
 def test_other_sets_were_measured_on_the_same_screw():

@@ -25,11 +25,10 @@ def relative(value, reference):
     return np.max(np.abs(np.asarray(value) / reference - 1.0))
 
 
-@pytest.mark.parametrize("order", ORDERS)
-def test_value_at_zero(order):
-    # int_0^inf s^n exp(-s^2/2) ds = 2^((n-1)/2) Gamma((n+1)/2)
-    closed = 2 ** ((order - 1) / 2) * gamma((order + 1) / 2) / math.sqrt(2 * math.pi)
-    assert relative(height_integral(order, 0.0), closed) <= 1e-13
+def test_value_at_zero():
+    for order in ORDERS:
+        closed = 2 ** ((order - 1) / 2) * gamma((order + 1) / 2) / math.sqrt(2 * math.pi)
+        assert relative(height_integral(order, 0.0), closed) <= 1e-13
 
 
 def test_integer_orders_by_the_error_function():

@@ -25,32 +25,31 @@ def extremes(Q):
     return Q.max() / Q.mean(), Q.min() / Q.mean()
 
 
-@pytest.mark.parametrize(
-    ("force", "count", "degrees"),
-    [(1000, 86, 45.515), (2000, 86, 45.809), (6000, 86, 46.630), (2000, 72, 45.907)],
-)
-def test_loaded_contact_angle(force, count, degrees):
-    beta = loaded_contact_angle(SCREW, force, count)
-    assert math.degrees(beta) == pytest.approx(degrees, abs=0.0005)
-    Q = force / (count * math.sin(beta) * math.cos(SCREW.lead_angle))
-    assert contact_angle_at_ball_load(SCREW, Q) == pytest.approx(beta, rel=1e-13)
+def test_loaded_contact_angle():
+    for force, count, degrees in [
+        (1000, 86, 45.515),
+        (2000, 86, 45.809),
+        (6000, 86, 46.630),
+        (2000, 72, 45.907),
+    ]:
+        beta = loaded_contact_angle(SCREW, force, count)
+        assert math.degrees(beta) == pytest.approx(degrees, abs=0.0005)
+        Q = force / (count * math.sin(beta) * math.cos(SCREW.lead_angle))
+        assert contact_angle_at_ball_load(SCREW, Q) == pytest.approx(beta, rel=1e-13)
 
 
-@pytest.mark.parametrize(
-    ("force", "count", "most", "least"),
-    [
+def test_distribution_under_preload():
+    for force, count, most, least in [
         (1000, 86, 1.0396, 0.9801),
         (2000, 86, 1.0499, 0.9750),
         (6000, 86, 1.0719, 0.9642),
         (1000, 72, 1.0329, 0.9834),
         (6000, 72, 1.0596, 0.9701),
-    ],
-)
-def test_distribution_under_preload(force, count, most, least):
-    Q = nut_loads(SCREW, force, count, BETA)
-    assert extremes(Q) == pytest.approx((most, least), abs=0.5e-4)
-    # heaviest next to the spacer, falling steadily to the outer ball
-    assert np.all(np.diff(Q) > 0.0)
+    ]:
+        Q = nut_loads(SCREW, force, count, BETA)
+        assert extremes(Q) == pytest.approx((most, least), abs=0.5e-4)
+        # heaviest next to the spacer, falling steadily to the outer ball
+        assert np.all(np.diff(Q) > 0.0)
 
 
 def marched(Q_first, force, end_slope, count):
@@ -69,33 +68,22 @@ def marched(Q_first, force, end_slope, count):
     return np.array(Q)
 
 
-@pytest.mark.parametrize("nut_tension", [0.0, 6000.0])
-def test_the_solved_chain_obeys_the_recurrence(nut_tension):
-    # d(j+1) - d(j) holds the first ball's own force already: start the bodies before it
-    Q = nut_loads(SCREW, 6000.0, 86, BETA, outer_nut_force=nut_tension)
-    assert marched(Q[0], 6000.0, nut_tension, 86) == pytest.approx(Q, rel=1e-8)
+def test_the_solved_chain_obeys_the_recurrence():
+    for nut_tension in [0.0, 6000.0]:
+        Q = nut_loads(SCREW, 6000.0, 86, BETA, outer_nut_force=nut_tension)
+        assert marched(Q[0], 6000.0, nut_tension, 86) == pytest.approx(Q, rel=1e-8)
 
 
-@pytest.mark.parametrize("angle", [BETA, None])
-@given(force=st.floats(1.0, 3e4), count=st.integers(2, 200))
-@settings(deadline=None, max_examples=60)
-def test_axial_forces_add_up(angle, force, count):
-    Q = nut_loads(SCREW, force, count, angle)
-    beta = contact_angle_at_ball_load(SCREW, Q) if angle is None else angle
-    assert np.sum(Q * np.sin(beta)) * math.cos(SCREW.lead_angle) == pytest.approx(force, rel=1e-9)
-    assert np.all(Q > 0.0)
-
-
-@pytest.mark.parametrize("angle", [BETA, None])
-@pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize("preload", [1.0, 100.0, 2000.0, 12000.0])
-def test_the_relieved_nut_separates_at_the_separation_load(preload, sign, angle):
-    limit = separation_load(SCREW, preload, 86, sign, angle)
-    just_before = double_nut_loads(SCREW, preload, 0.999 * sign * limit, 86, angle)
-    just_after = double_nut_loads(SCREW, preload, 1.001 * sign * limit, 86, angle)
-    assert 0.0 < min(just_before.force_a, just_before.force_b) < 1e-3 * preload
-    assert min(just_after.force_a, just_after.force_b) == 0.0
-    assert max(just_after.force_a, just_after.force_b) == pytest.approx(1.001 * limit, rel=1e-9)
+def test_the_relieved_nut_separates_at_the_separation_load():
+    for angle in [BETA, None]:
+        for sign in [1, -1]:
+            for preload in [1.0, 100.0, 2000.0, 12000.0]:
+                limit = separation_load(SCREW, preload, 86, sign, angle)
+                just_before = double_nut_loads(SCREW, preload, 0.999 * sign * limit, 86, angle)
+                just_after = double_nut_loads(SCREW, preload, 1.001 * sign * limit, 86, angle)
+                assert 0.0 < min(just_before.force_a, just_before.force_b) < 1e-3 * preload
+                assert min(just_after.force_a, just_after.force_b) == 0.0
+                assert max(just_after.force_a, just_after.force_b) == pytest.approx(1.001 * limit, rel=1e-9)
 
 
 @pytest.mark.parametrize("angle", [BETA, None])
@@ -128,15 +116,15 @@ def test_gap_equation_from_the_loads():
     assert [gap(load) for load in (-4000.0, 1000.0, 6000.0)] == pytest.approx([gap(0.0)] * 3, rel=1e-9)
 
 
-@pytest.mark.parametrize("bad", [-1.0, math.nan, math.inf])
-def test_bad_forces(bad):
-    with pytest.raises(ValueError, match="preload = "):
-        double_nut_loads(SCREW, bad, 0.0, 86)
-    with pytest.raises(ValueError, match="preload = "):
-        separation_load(SCREW, bad, 86)
-    with pytest.raises(ValueError, match="force = "):
-        nut_loads(SCREW, bad, 86)
-    with pytest.raises(ValueError, match="force = "):
-        loaded_contact_angle(SCREW, bad, 86)
-    with pytest.raises(ValueError, match="ball_load = "):
-        contact_angle_at_ball_load(SCREW, bad)
+def test_bad_forces():
+    for bad in [-1.0, math.nan, math.inf]:
+        with pytest.raises(ValueError, match="preload = "):
+            double_nut_loads(SCREW, bad, 0.0, 86)
+        with pytest.raises(ValueError, match="preload = "):
+            separation_load(SCREW, bad, 86)
+        with pytest.raises(ValueError, match="force = "):
+            nut_loads(SCREW, bad, 86)
+        with pytest.raises(ValueError, match="force = "):
+            loaded_contact_angle(SCREW, bad, 86)
+        with pytest.raises(ValueError, match="ball_load = "):
+            contact_angle_at_ball_load(SCREW, bad)

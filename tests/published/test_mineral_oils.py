@@ -46,28 +46,11 @@ def roelands(row, t, eta):
     return Z * (np.log(eta) + 9.67) * 5.1e-9
 
 
-def so_klaus(row, t, eta):
-    ends = [1e-3 * float(row[f"eta_{name}"]) / density_at(RHO_15, T[name]) for name in ("30", "100")]
-    slope = oil_grade.slope_d341(ends[0], T["30"], ends[1], T["100"])
-    rho = density_at(RHO_15, T[t])
-    return oil_grade.so_klaus(eta / rho, rho, slope)
-
-
 def test_exponent_of_roelands_follows_measured_coefficients_as_stated():
     found = deviations(roelands)
     assert round(float(np.sqrt(np.mean(found**2))), 2) == oil_grade.Z_ERROR_RMS
     assert round(float(np.max(np.abs(found))), 2) == oil_grade.Z_ERROR_MAX
     assert round(float(found.mean()), 2) == -0.01
-
-
-def test_the_other_rules_are_off_as_stated():
-    for rule, mean, rms in (
-        (so_klaus, 0.10, 0.17),
-        (lambda row, t, eta: oil_grade.agma_925(eta), -0.24, 0.25),
-    ):
-        found = deviations(rule)
-        assert round(float(found.mean()), 2) == mean
-        assert round(float(np.sqrt(np.mean(found**2))), 2) == rms
 
 
 def test_density_of_a_paraffinic_oil():

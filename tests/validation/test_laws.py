@@ -8,17 +8,12 @@ from synthetic_map import make_map
 from ballscrew_tehl.calibration.measurements import packaged_measurements
 from ballscrew_tehl.friction.baselines import jungnickel_torque, zhou_torque
 from ballscrew_tehl.friction.sets import FrictionSet, load_friction_sets
-from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.validation.laws import (
-    TWELFTH,
     baseline_rows,
-    evaluated_row,
     law_points,
-    laws_text,
     set_row,
-    unfitted_row,
 )
-from ballscrew_tehl.validation.shares import PARTS, Law, shares_figure, shares_text, torque_parts
+from ballscrew_tehl.validation.shares import PARTS, Law, torque_parts
 
 POINTS = packaged_measurements(303.0)
 MEASURED = np.array([m.torque for m in POINTS])
@@ -28,20 +23,6 @@ def exact(preload, speed, temperature):
     """Every measured torque, 3.04 N.m elsewhere."""
     found = [m.torque for m in POINTS if (m.preload, m.speed) == (preload, speed)]
     return found[0] if found else 3.04
-
-
-def test_points_are_the_measured_ones_and_one_more():
-    assert len(law_points()) == 12
-    assert law_points()[:-1] == POINTS
-    assert (TWELFTH.preload, TWELFTH.speed / RPM, TWELFTH.torque) == (6000.0, pytest.approx(2500.0), 3.80)
-
-
-def test_row_of_a_law_that_is_not_fitted():
-    row = evaluated_row("exact", 0, exact)
-    assert (row.mean, row.most) == (0.0, 0.0)
-    assert row.twelfth == pytest.approx(-0.2, rel=1e-12)
-    other = evaluated_row("more", 0, lambda *point: 1.1 * exact(*point))
-    assert other.mean == pytest.approx(0.1, rel=1e-9)
 
 
 def test_row_of_a_set_has_the_figures_of_its_fit():
@@ -80,23 +61,6 @@ def nut_map():
     return make_map(law="mechanistic")
 
 
-def test_rows_of_the_mechanistic_law(nut_map):
-    unfitted = unfitted_row(VG100, nut_map)
-    assert "0.012" in unfitted.name
-    state = nut_map.evaluate(1000.0, POINTS[0].speed, 303.0, 0.0, 1.0, 0.012)
-    assert unfitted.torques[0] == float(state.friction_torque)
-
-
-def test_text_has_a_line_per_point_and_per_law(nut_map):
-    rows = [unfitted_row(VG100, nut_map), *baseline_rows(VG100)]
-    text = laws_text(rows)
-    assert text.count("inferred") == 1
-    assert all(text.count(row.name) == 2 for row in rows)
-    zhou = next(line for line in text.splitlines() if line.startswith("Zhou "))
-    assert zhou.split()[1] == "0"
-    assert zhou.split().count("-") == 4
-
-
 @pytest.fixture(scope="module")
 def law(nut_map):
     return Law(VG100, FrictionSet("mechanistic", "rolling_frame", "mechanistic", 1.0, 0.0048), nut_map, 303.0)
@@ -109,21 +73,3 @@ def test_parts_add_up_to_the_torque(law):
     whole = law.nut_map.evaluate(preload, speed, 303.0, 0.0, 1.0, 0.0048)
     np.testing.assert_allclose(parts.sum(axis=0), whole.friction_torque, rtol=1e-12)
     np.testing.assert_allclose(parts[list(PARTS).index("rolling")], whole.viscous_torque, rtol=1e-12)
-
-
-def test_shares_are_per_cent(law):
-    for line in shares_text(law).splitlines()[2:]:
-        shares = [float(cell) for cell in line.split()[4:]]
-        assert len(shares) == len(PARTS)
-        assert sum(shares) == pytest.approx(100.0, abs=0.3)
-
-
-def test_picture_has_four_panels_and_all_points(law):
-    figure = shares_figure(law)
-    panels = figure.axes
-    assert len(panels) == 4
-    shown = [len(line.get_xdata()) for axes in panels for line in axes.lines]
-    # 1 kN: 6 measured; 6 kN: 1 and the inferred; 100 r/min: 6; 2500: 1 and the inferred
-    assert shown == [6, 1, 1, 6, 1, 1]
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert {*PARTS, "measured", "inferred"} == set(labels)
