@@ -12,15 +12,14 @@ import re
 import runpy
 import shlex
 import shutil
-import subprocess
 import sys
 import tomllib
 from pathlib import Path
-from typing import NamedTuple
 
 import nbformat
 import pytest
 from paths import FMU_SUPPORT, ROOT
+from processes import output
 
 from ballscrew_fmu.__main__ import parser as fmu_parser
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
@@ -40,6 +39,7 @@ NUMBER = re.compile(r"(?<![\w.])[+-]?\d+\.?\d*(?:e[+-]?\d+)?")
 #: relative, and in units of the last digit shown: a map may be solved anew within its tolerance, and roots of fits
 #: differ in the last digits from machine to machine; what moves by more must be stored again (docs/site/notebooks.py)
 RELATIVE, LAST_DIGIT = 0.01, 2.0
+VARIABLES = {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}", "MPLBACKEND": "Agg"}
 
 
 def commands(text: str) -> list[str]:
@@ -71,34 +71,20 @@ def known(command: str) -> None:
             assert all(f'"{option}"' in text for option in words[1:] if option.startswith("--")), command
 
 
-class Clone(NamedTuple):
-    """A copy of the project in which the commands of the pages run."""
-
-    folder: Path
-    environment: dict[str, str]
-
-    def run(self, arguments: list[str], where: str, refused: bool = False, **environment: str) -> str:
-        variables = self.environment | environment
-        done = subprocess.run(
-            arguments, cwd=self.folder, env=variables, capture_output=True, text=True, check=False
-        )
-        report = f"{where}: {shlex.join(arguments)}\n{done.stdout[-2000:]}\n{done.stderr[-3000:]}"
-        assert (done.returncode != 0) == refused, report
-        return done.stdout
-
-    def shell(self, text: str, where: str) -> str:
-        printed = ""
-        for command in commands(text):
-            if MINUTES.search(command):
-                known(command)
-                if "map build --screw my.toml --output my_map.nc #" in command:
-                    shutil.copy(self.folder / "small" / "screw_20x5.toml", self.folder / "my.toml")
-                    shutil.copy(self.folder / "small" / "map_20x5.nc", self.folder / "my_map.nc")
-            else:  # `! command`: one that must fail
-                printed += self.run(
-                    ["bash", "-c", command.removeprefix("! ")], where, command.startswith("! ")
-                )
-        return printed
+def shell(text: str, folder: Path) -> str:
+    """What the commands of a block print."""
+    printed = ""
+    for command in commands(text):
+        if MINUTES.search(command):
+            known(command)
+            if "map build --screw my.toml --output my_map.nc #" in command:
+                shutil.copy(folder / "small" / "screw_20x5.toml", folder / "my.toml")
+                shutil.copy(folder / "small" / "map_20x5.nc", folder / "my_map.nc")
+        else:  # `! command`: one that must fail
+            refused = command.startswith("! ")
+            command = command.removeprefix("! ")
+            printed += output("-c", command, program="bash", folder=folder, refused=refused, **VARIABLES)
+    return printed
 
 
 @pytest.fixture(scope="module")
@@ -118,8 +104,7 @@ def clone(tmp_path_factory):
     stub = runpy.run_path(str(FMU_SUPPORT / "stub_solver.py"))["SOURCES"]
     build_fmu(screw, dist / "BallScrewFriction.fmu", solver=stub)
     build_fmu(screw, dist / "BallScrewPreloadMonitor.fmu", model=MONITOR)
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    return Clone(folder, os.environ | {"PATH": path, "MPLBACKEND": "Agg"})
+    return folder
 
 
 @pytest.fixture(scope="module")
@@ -128,8 +113,8 @@ def executed(clone):
     spec = importlib.util.spec_from_file_location("notebooks", ROOT / "docs" / "site" / "notebooks.py")
     notebooks = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(notebooks)
-    (clone.folder / "small").mkdir()
-    return {path: notebooks.executed(path, clone.folder / "small") for path in NOTEBOOKS}
+    (clone / "small").mkdir()
+    return {path: notebooks.executed(path, clone / "small") for path in NOTEBOOKS}
 
 
 def shown(notebook):
@@ -166,13 +151,13 @@ def test_every_block_runs_and_prints_what_is_shown(page, clone, executed):
         where = f"{page.name}, line {text.count(chr(10), 0, block.start()) + 1}"
         match block[1].split():
             case ["sh"]:
-                printed = clone.shell(block[2], where)
+                printed = shell(block[2], clone)
             case ["python"]:
                 # what the stub of the solver compiles must not stay in the cache of the user
-                cache = {"XDG_CACHE_HOME": str(clone.folder / "cache")} if MINUTES.match(block[2]) else {}
-                printed = clone.run([sys.executable, "-c", block[2]], where, **cache)
+                cache = {"XDG_CACHE_HOME": str(clone / "cache")} if MINUTES.match(block[2]) else {}
+                printed = output("-c", block[2], folder=clone, **VARIABLES, **cache)
             case ["csv", name]:
-                (clone.folder / name).write_text(block[2], encoding="utf-8")
+                (clone / name).write_text(block[2], encoding="utf-8")
             case ["text"]:
                 assert block[2] == printed, where
             case _:

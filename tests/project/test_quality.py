@@ -2,11 +2,10 @@
 
 import ast
 import re
-import subprocess
-import sys
 
 import pytest
 from paths import ROOT
+from processes import output
 
 SOURCES = [
     path
@@ -25,10 +24,7 @@ ORDER = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CHECKS)
 def test_checker_finds_nothing(name):
-    run = subprocess.run(
-        [sys.executable, *CHECKS[name]], cwd=ROOT, capture_output=True, text=True, check=False
-    )
-    assert run.returncode == 0, run.stdout + run.stderr
+    output(*CHECKS[name])
 
 
 def test_evaluating_a_map_imports_nothing_slow():
@@ -39,8 +35,7 @@ def test_evaluating_a_map_imports_nothing_slow():
     code = ";".join(f"import ballscrew_tehl.{module}" for module in modules)
     slow = ["numba", "xarray", "pandas", "matplotlib", "scipy", "rich", "fmpy", "pythonfmu"]
     code += f";import sys;print(*[name for name in {slow} if name in sys.modules])"
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.split() == []
+    assert output("-c", code).split() == []
 
 
 def ordered(node):

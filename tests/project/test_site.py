@@ -3,15 +3,13 @@
 import ast
 import html
 import importlib.util
-import os
 import re
-import subprocess
-import sys
 from html.parser import HTMLParser
 from urllib.parse import unquote, urlsplit
 
 import pytest
 from paths import ROOT
+from processes import output
 
 DOCS = ROOT / "docs"
 PACKAGES = (ROOT / "solver" / "ballscrew_tehl", ROOT / "fmu_src" / "ballscrew_fmu")
@@ -40,12 +38,7 @@ def site(tmp_path_factory):
     report.write_text("<!doctype html><title>report</title>", encoding="utf-8")
     command = ["-m", "mkdocs", "build", "--strict", "-f", "docs/site/mkdocs.yml", "-d", str(folder / "site")]
     # the first is an advertisement of the theme; signatures on one line need no formatter for each
-    small = os.environ | {"NO_MKDOCS_2_WARNING": "1", "DOCS_SIGNATURES": "false", "DOCS_REPORT": str(report)}
-    run = subprocess.run(
-        [sys.executable, *command], cwd=ROOT, env=small, capture_output=True, text=True, check=False
-    )
-    assert run.returncode == 0, run.stdout + run.stderr
-    assert "WARNING" not in run.stdout + run.stderr
+    output(*command, NO_MKDOCS_2_WARNING="1", DOCS_SIGNATURES="false", DOCS_REPORT=str(report))
     return {
         path: Page(path.read_text(encoding="utf-8")) for path in sorted((folder / "site").rglob("*.html"))
     }

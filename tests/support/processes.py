@@ -1,0 +1,17 @@
+"""Commands in processes of their own."""
+
+import os
+import shlex
+import subprocess
+import sys
+
+from paths import ROOT
+
+
+def output(*arguments, program=sys.executable, folder=ROOT, refused=False, **environment):
+    """What a program, by default Python, prints; it must end with exit code 0, or with another one if `refused`."""
+    command, variables = [program, *map(str, arguments)], os.environ | environment
+    run = subprocess.run(command, cwd=folder, env=variables, capture_output=True, text=True, check=False)
+    report = f"{shlex.join(command)}\n{run.stdout[-2000:]}\n{run.stderr[-3000:]}"
+    assert (run.returncode != 0) == refused, report
+    return run.stdout
