@@ -42,7 +42,7 @@ Same input gives the same bytes. The FMUs are delivered only if all checks pass.
 
 examples
   {prog}                                  the screw GD4008-3 with its packaged map
-  {prog} --kinematics rolling_frame       its other kinematics, with reliable films
+  {prog} --friction mechanistic           the law of every other screw, with an oil ISO VG 100
   {prog} --python-only                    only the FMUs for Python hosts
   {prog} --embed-map                      native FMUs that open no file, for real-time targets
   python -m ballscrew_tehl map build --screw my.toml --output my_map.nc
@@ -119,8 +119,8 @@ def _add_inputs(options: argparse.ArgumentParser) -> None:
     options.add_argument(
         "--kinematics",
         choices=("published", "rolling_frame"),
-        help="surface speeds: published reproduces the paper, rolling_frame gives reliable films; "
-        "default: from the screw file",
+        help="surface speeds and friction law: published reproduces the paper, rolling_frame is that of every other "
+        "screw; default: from the screw file",
     )
     options.add_argument(
         "--friction",

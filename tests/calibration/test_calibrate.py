@@ -9,7 +9,7 @@ from law_contacts import ClosedContacts
 from reference_screw import GD4008
 from section7 import BASIS, MEASURED, basis_of
 
-from ballscrew_tehl.calibration.fit import LOSSES, _linear_fit, fit_values
+from ballscrew_tehl.calibration.fit import LOSSES, fit_values
 from ballscrew_tehl.calibration.packaged import (
     PACKAGED_LOSS,
     calibrate_packaged,
@@ -50,25 +50,6 @@ def test_soft_l1_has_no_better_neighbour():
         for step in (1e-2, 1e-3, 1e-4):
             for direction in generator.normal(size=(300, 3)):
                 assert soft_l1(values * (1.0 + step * direction)) >= soft_l1(values) * (1.0 - 1e-9)
-
-
-@pytest.mark.parametrize(
-    ("seed", "noise", "rows"), [(6, 0.05, 8), (59, 0.05, 5), (27, 0.05, 8), (19, 0.05, 9)]
-)
-def test_least_squares_finds_the_lowest_of_several_minima(seed, noise, rows):
-    generator = np.random.default_rng(seed)
-    keep = np.sort(generator.choice(11, size=rows, replace=False))
-    torques = BASIS.torque((7.5, 0.005, 2e-8)) * (1.0 + noise * generator.normal(size=11))
-    points = tuple(replace(m, torque=float(t)) for m, t in zip(MEASURED, torques, strict=True))
-    basis = replace(BASIS, measurements=points).subset(keep)
-
-    def cost(values):
-        return float(np.sum(basis.errors(values) ** 2))
-
-    heights = basis.film.min() * np.r_[0.0, np.geomspace(0.05, 30.0, 150)]
-    # the best ratio and net coefficient at each height
-    lowest = min(cost(_linear_fit(basis, height)) for height in heights)
-    assert cost(fit_values(basis, 3, "least_squares")) <= lowest * (1.0 + 1e-9)
 
 
 def test_intervals_cover_the_truth():

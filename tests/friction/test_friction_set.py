@@ -1,10 +1,19 @@
-"""Friction sets: file, selection, overrides, refusals."""
+"""Friction sets: file, selection by kinematics, overrides, numbers of another screw, when a fit counts."""
 
+import dataclasses
 import math
 
 import pytest
 from reference_screw import GD4008
 
+from ballscrew_tehl.friction.interval import fit_of
+from ballscrew_tehl.friction.origin import (
+    carried_over,
+    other_sets,
+    refuse_other_fit,
+    with_set,
+    without_overrides,
+)
 from ballscrew_tehl.friction.sets import (
     SETS,
     FrictionSet,
@@ -12,8 +21,14 @@ from ballscrew_tehl.friction.sets import (
     load_friction_sets,
     write_friction_sets,
 )
-from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.parameters.file import changed, graded_oil, load_parameters
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.parameters.screw import LAW_SETS
+from ballscrew_tehl.runtime.packed import MapError
+
+LAW = load_parameters(PACKAGED_VG100)
+OTHER = load_parameters(PACKAGED_DATA / "example_25x10.toml")
+OTHER_OIL = GD4008.model_copy(update={"lubricant": graded_oil(68, 95.0)})
 
 FULL = FrictionSet(
     "three_parameter", "published", "hamrock_dowson", 7.5, 0.005, 25e-9,
@@ -63,35 +78,90 @@ def test_packaged_sets_are_complete():
         assert "Tables 2 and 4, 11 distinct points" in entry.provenance
         assert entry.loss
         assert (entry.roughness_height > 0.0) == (name == "three_parameter")
+    # mean deviations of the paper's own model
+    errors = sets["published", "three_parameter"].errors
+    assert errors["table2"] <= 0.0159
+    assert errors["table4"] <= 0.0117
 
 
-def test_overrides_replace_values_and_drop_the_data_of_the_fit():
+def test_overrides_belong_to_the_set_of_the_file_and_drop_the_data_of_the_fit():
+    packaged = load_friction_sets()["published", "three_parameter"]
     found = default_friction_set(
         changed(GD4008, friction={"net_sliding_coefficient": 0.0, "roughness_height": 1e-9})
     )
-    packaged = load_friction_sets()["published", "three_parameter"]
     assert found.values == (packaged.apparent_viscosity_ratio, 0.0, 1e-9)
-    assert found.provenance == (
-        "three_parameter, overridden in the screw file: net_sliding_coefficient, roughness_height"
+    assert (
+        found.provenance
+        == "three_parameter, overridden in the screw file: net_sliding_coefficient, roughness_height"
     )
-    assert not found.intervals
-    assert not found.errors
+    assert {*found.intervals, *found.errors, *found.limits} == set()
+    stated = changed(GD4008, friction={"apparent_viscosity_ratio": 7.0, "roughness_height": 2e-8})
+    assert with_set(stated, "three_parameter") is stated
+    other = with_set(stated, "two_parameter").friction
+    assert (other.set, other.apparent_viscosity_ratio, other.roughness_height) == (
+        "two_parameter",
+        None,
+        None,
+    )
+    surfaces = changed(GD4008, friction={"raceway_rq": 3e-8, "ball_rq": 4e-8})
+    assert with_set(surfaces, "two_parameter").friction.roughness_height == pytest.approx(5e-8, rel=1e-12)
+    # with the mechanistic law the height of the file is that of its surfaces
+    rough = changed(LAW, friction={"roughness_height": 1e-6, "net_sliding_coefficient": 0.01})
+    kept = without_overrides(rough, "mechanistic").friction
+    assert (kept.roughness_height, kept.net_sliding_coefficient) == (1e-6, None)
+    assert without_overrides(rough, "three_parameter").friction.roughness_height is None
 
 
-def test_limits_that_are_none_are_refused_in_one_line(tmp_path):
-    for low, high in [("nan", "0.02"), ("0.01", "nan"), ("inf", "inf"), ("0.02", "0.01")]:
-        path = tmp_path / "sets.toml"
-        write_friction_sets(path, {("published", "three_parameter"): FULL})
-        text = path.read_text(encoding="utf-8")
-        place = text.index("limits.net_sliding_coefficient]")
-        numbers = (
-            text[place:]
+def test_numbers_of_another_screw_are_named_and_their_fit_is_refused():
+    for parameters in (GD4008, LAW, changed(GD4008, friction={"set": "two_parameter"})):
+        assert carried_over(default_friction_set(parameters), parameters) == ""
+    for own in ({"net_sliding_coefficient": 0.01}, {"ball_thrust": 1.2}):
+        parameters = changed(OTHER, friction=own)
+        assert carried_over(default_friction_set(parameters), parameters) == ""
+    for parameters in (OTHER, OTHER_OIL):
+        note = carried_over(default_friction_set(parameters), parameters)
+        assert "measured on GD4008-3, not on " + parameters.name in note
+        assert "JIS B 1192 / ISO 3408-3" in note
+    assert [entry.name for entry in other_sets(default_friction_set(GD4008), GD4008)] == ["two_parameter"]
+    assert other_sets(default_friction_set(OTHER), OTHER) == []
+    entry = load_friction_sets()["published", "three_parameter"]
+    refuse_other_fit(entry, GD4008)
+    refuse_other_fit(dataclasses.replace(entry, parameters_hash=""), GD4008)
+    with pytest.raises(
+        MapError, match=r"three_parameter is fitted for the screw GD4008-3 \(.*expected GD4008-3"
+    ):
+        refuse_other_fit(entry, OTHER_OIL)
+    with pytest.raises(MapError, match="kinematics = published; expected rolling_frame"):
+        refuse_other_fit(entry, OTHER)
+    for parameters, name in ((LAW, "three_parameter"), (GD4008, "mechanistic")):
+        with pytest.raises(ValueError, match=f"friction set = {name}; allowed with kinematics"):
+            with_set(parameters, name)
+
+
+def test_the_packaged_coefficient_is_fitted_with_the_constants_of_its_fit_only():
+    assert fit_of(default_friction_set(LAW), LAW) is not None
+    for other in ({"replenishment_constant": 0.0}, {"boundary_friction": 0.1}, {"roughness_height": 1e-6}):
+        parameters = changed(LAW, friction=other)
+        assert fit_of(default_friction_set(parameters), parameters) is None
+
+
+def test_damaged_files_and_limits_are_refused_in_one_line(tmp_path):
+    path = tmp_path / "sets.toml"
+    write_friction_sets(path, {("published", "three_parameter"): FULL})
+    whole = path.read_text(encoding="utf-8")
+    for text in ("[published", "[published.x]\nloss = ''", "published = 3"):
+        path.write_text(text)
+        with pytest.raises(ValueError, match=r"sets.toml: no friction sets .*; run calibrate --packaged"):
+            load_friction_sets(path)
+    place = whole.index("limits.net_sliding_coefficient]")
+    for low, high in (("nan", "0.02"), ("0.01", "nan"), ("inf", "inf"), ("0.02", "0.01")):
+        limits = (
+            whole[place:]
             .replace("low = 0.004", f"low = {low}", 1)
             .replace("high = 0.006", f"high = {high}", 1)
         )
-        path.write_text(text[:place] + numbers, encoding="utf-8")
+        path.write_text(whole[:place] + limits, encoding="utf-8")
         with pytest.raises(
-            ValueError, match=r"limits of net_sliding_coefficient = .* allowed: 0 <= low <= high"
-        ) as refused:
+            ValueError, match=r"limits of net_sliding_coefficient = .* allowed: 0 <= low <= high, low finite$"
+        ):
             load_friction_sets(path)
-        assert "\n" not in str(refused.value)

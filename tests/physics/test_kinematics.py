@@ -1,14 +1,13 @@
 """Surface speeds: printed values of the published model, worked values and limits of the rolling frame."""
 
 import math
-from importlib import resources
 
 import numpy as np
 import pytest
 from reference_screw import GD4008, published_rows
 
 from ballscrew_tehl.friction.parts import net_sliding_share
-from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ballscrew_tehl.physics.kinematics import (
     FREE_ROLLING_POSITION,
@@ -81,109 +80,6 @@ def test_slip_across_the_ellipse_at_1000_N():
     assert edge / u_e == pytest.approx(0.020, abs=0.5e-3)
 
 
-def sag(radius, distance):
-    """Height of a circle over its tangent; a negative radius bends away."""
-    return distance**2 / (radius * (1.0 + math.sqrt(1.0 - (distance / radius) ** 2)))
-
-
-class RigidBodies:
-    """Ball and raceways in space, in the frame that turns with the ball centre about the screw axis.
-
-    Vectors have radial, tangential, axial components. What turns how fast follows from rolling on the lines
-    y = +- line of each contact and the split of the spin; none of the closed forms is used. flank = -1: the
-    other side of the groove, mirrored, with a right-handed contact frame again.
-    """
-
-    AXIS = np.array([0.0, 0.0, 1.0])
-
-    def __init__(self, screw, split, flank=1, turning_part="screw", lines=(0.0, 0.0)):
-        self.screw, self.r_b = screw, 0.5 * screw.ball_diameter
-        self.centre = np.array([screw.nominal_radius, 0.0, 0.0])
-        self.sides = {"screw": 1.0, "nut": -1.0}
-        self.towards_ball = np.array(
-            [math.cos(screw.contact_angle), 0.0, -flank * math.sin(screw.contact_angle)]
-        )
-        self.turns = {"screw": (W, 0.0), "nut": (0.0, -W)}[turning_part]
-
-        def mismatch(unknowns):
-            slips = [
-                self.slip(unknowns, raceway, 0.0, line) + self.slip(unknowns, raceway, 0.0, -line)
-                for raceway, line in zip(RACEWAYS, lines, strict=True)
-            ]
-            rates = [self.turning(unknowns, raceway) for raceway in RACEWAYS]
-            on_screw, on_nut = (
-                (self.frame(raceway) @ (ball - race))[2]
-                for raceway, (race, ball) in zip(RACEWAYS, rates, strict=True)
-            )
-            return np.concatenate([*slips, [(1.0 - split) * on_screw - split * on_nut]])
-
-        offset = mismatch(np.zeros(4))
-        matrix = np.array([mismatch(unit) - offset for unit in np.eye(4)]).T
-        self.solution = np.linalg.lstsq(matrix, -offset)[0]
-        np.testing.assert_allclose(mismatch(self.solution), 0.0, atol=1e-11)
-
-    def frame(self, raceway):
-        """Rows x, y, z of the contact frame."""
-        x = np.array([0.0, self.sides[raceway], 0.0])
-        z = self.sides[raceway] * self.towards_ball
-        return np.array([x, np.cross(z, x), z])
-
-    def point(self, raceway, x, y, bent):
-        """Point of the deformed contact, halfway between ball and groove; bent along rolling too or not."""
-        race = (self.screw.nominal_radius / math.cos(self.screw.contact_angle)) - self.sides[
-            raceway
-        ] * self.r_b
-        groove = getattr(self.screw, f"{raceway}_raceway_radius")
-        height = 0.5 * (sag(self.r_b, y) + sag(groove, y))
-        if bent:
-            height += 0.5 * (sag(self.r_b, x) + sag(-self.sides[raceway] * race, x))
-        return self.centre + np.array([x, y, height - self.r_b]) @ self.frame(raceway)
-
-    def turning(self, unknowns, raceway):
-        """Angular velocities of raceway and ball."""
-        return (self.turns[RACEWAYS.index(raceway)] - unknowns[0]) * self.AXIS, unknowns[1:]
-
-    def velocities(self, raceway, x, y, bent=False, unknowns=None):
-        """(u_1, v_1), (u_2, v_2)."""
-        race, ball = self.turning(self.solution if unknowns is None else unknowns, raceway)
-        point = self.point(raceway, x, y, bent)
-        frame = self.frame(raceway)[:2]
-        return frame @ np.cross(race, point), frame @ np.cross(ball, point - self.centre)
-
-    def slip(self, unknowns, raceway, x, y):
-        v_1, v_2 = self.velocities(raceway, x, y, unknowns=unknowns)
-        return v_1 - v_2
-
-
-EXAMPLE = load_parameters(resources.files("ballscrew_tehl") / "data" / "example_25x10.toml")
-STEEP = changed(GD4008, screw={"contact_angle": 1.0})
-
-
-def test_slip_field_is_that_of_rigid_bodies_in_space():
-    for split in [*SPLITS, 0.3]:
-        for parameters in [GD4008, STEEP, EXAMPLE]:
-            for raceway in RACEWAYS:
-                screw = parameters.screw
-                field = slip_field(rolling(split, parameters), raceway, W, screw.contact_angle)
-                u_e = entrainment_speed(screw, W)
-                bodies = RigidBodies(screw, split)
-                a, r_b = at_1000_N(screw, raceway).a, 0.5 * screw.ball_diameter
-                errors = []
-                for y in (a, -a, 0.5 * a, 0.0, -0.25 * a):
-                    for x in (-0.2 * a, 0.0, 0.2 * a):
-                        (u_1, v_1), (u_2, v_2) = bodies.velocities(raceway, x, y)
-                        assert [v_1, v_2] == pytest.approx(
-                            [field.spin_1 * x, field.spin_2 * x], abs=1e-13 * u_e
-                        )
-                        error_1 = u_1 - (u_e + field.differential_1 * y**2 - field.spin_1 * y)
-                        error_2 = u_2 - (u_e + field.differential_2 * y**2 - field.spin_2 * y)
-                        errors.append(max(abs(error_1), abs(error_2)) / u_e)
-                        # next term of the circle's height
-                        assert errors[-1] <= 0.13 * (y / r_b) ** 4 + 1e-13
-                # rows of three: at y = a and at a/2
-                assert errors[0] / errors[6] == pytest.approx(16.0, rel=0.02)
-
-
 def test_coulomb_friction_on_the_parabola_has_no_net_force_and_johnsons_resistance():
     nodes, weights = np.polynomial.legendre.leggauss(400)
     pressure = 0.75 * weights * (1.0 - nodes**2)
@@ -212,3 +108,18 @@ def test_bad_input():
             slip_field(GD4008, "nut", math.nan, 0.8, kinematics)
     with pytest.raises(ValueError, match="allowed: published, rolling_frame"):
         slip_field(GD4008, "nut", 1.0, 0.8, "rolling")
+
+
+def test_spin():
+    for split in SPLITS:
+        spins = [field.spin_2 - field.spin_1 for field in fields(rolling(split))]
+        assert sum(spins) == pytest.approx(74.05, abs=0.005)
+        expected = [0.1696 * split, 0.1696 * (1.0 - split)]
+        assert [spin / 436.60 for spin in spins] == pytest.approx(expected, abs=5e-5)
+
+
+def test_signs_of_the_differential_part():
+    on_screw, on_nut = fields(rolling())
+    assert on_screw.differential_1 > 0.0 > on_nut.differential_1
+    assert on_screw.differential_2 == pytest.approx(on_nut.differential_2, rel=1e-12)
+    assert on_screw.differential_2 < 0.0
