@@ -9,8 +9,6 @@ from pathlib import Path
 from ballscrew_fmu.checks.check import check, recovered_preload, torque_tables
 from ballscrew_fmu.checks.experiments import check_experiments
 from ballscrew_fmu.checks.reference import STEP, reference_results
-from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
 from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, NATIVE_MODELS, FmuModel
 from ballscrew_fmu.native_fmu import compile as native_compile
 from ballscrew_fmu.native_fmu.experiments import Reference
@@ -58,7 +56,7 @@ def build(
             advance(f"packing {model.name}")
             fmu = build_fmu(nut_map, Path(scratch) / f"{model.name}.fmu", model=model).path
             advance(f"checking {model.name}")
-            built.append((fmu, _checked(fmu, parameters, nut_map, FmuInstance, model)))
+            built.append((fmu, _checked(fmu, parameters, nut_map, model)))
             if model is FRICTION:
                 text = torque_tables(fmu, parameters, nut_map)
         note = ""
@@ -91,24 +89,21 @@ def _build_native(
     """The native FMUs of a model in a folder, each with the result of its checks."""
     reference = Reference(STEP, *reference_results(nut_map, model))
     report = validation_report(parameters, nut_map)
-    kinds: tuple[tuple[int, type[FmuInstance]], ...] = ((2, FmuInstance), (3, Fmu3Instance))
     built = []
-    for version, kind in kinds:
+    for version in (2, 3):
         target = folder / native_file_name(version, model)
         advance(f"compiling {model.name}, FMI {version}")
         fmu = build_native_fmu(
             nut_map, version, target, reference, report, platforms, model=model, embed_map=embed_map
         ).path
         advance(f"checking {model.name}, FMI {version}")
-        line = _checked(fmu, parameters, nut_map, kind, model)
+        line = _checked(fmu, parameters, nut_map, model)
         worst = max(one.difference for one in check_experiments(fmu).values())
         built.append((fmu, f"{line}; reference experiments: largest difference {worst:.1e}"))
     return built
 
 
-def _checked(
-    fmu: Path, parameters: Parameters, nut_map: NutMap, kind: type[FmuInstance], model: FmuModel
-) -> str:
+def _checked(fmu: Path, parameters: Parameters, nut_map: NutMap, model: FmuModel) -> str:
     """Result of the checks of one FMU, one line."""
-    line = check(fmu, nut_map, kind, model)
-    return line + (recovered_preload(fmu, parameters, kind) if model is MONITOR else "")
+    line = check(fmu, nut_map, model)
+    return line + (recovered_preload(fmu, parameters) if model is MONITOR else "")

@@ -4,48 +4,50 @@ from pathlib import Path
 
 from fmpy import validation
 
-from ballscrew_fmu.checks.monitor_check import table3
 from ballscrew_fmu.checks.reference import STEP, CheckError, reference_results
-from ballscrew_fmu.checks.replay import FmuInstance, replay
+from ballscrew_fmu.checks.replay import FmuInstance, kind_of, replay
 from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_tehl.calibration.csv_table import read_rows
+from ballscrew_tehl.calibration.measurements import PACKAGED_PRELOAD
 from ballscrew_tehl.friction.baselines import nsk_torque, zhou_torque
 from ballscrew_tehl.parameters.file import Parameters, load_parameters
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.validation.tables import mean_deviations, table_text, validation_tables
+from ballscrew_tehl.validation.tables import (
+    ASSUMED_TEMPERATURE,
+    ValidationRow,
+    mean_deviations,
+    table_text,
+    validation_tables,
+)
 
 AGREEMENT = 1e-9  # relative difference between FMU and map
 SETTLED = 1.0  # [s] step after which the bristle slides at the speeds of the tables
 
 
-def check(
-    fmu: Path, nut_map: NutMap, kind: type[FmuInstance] = FmuInstance, model: FmuModel = FRICTION
-) -> str:
+def check(fmu: Path, nut_map: NutMap, model: FmuModel = FRICTION) -> str:
     """Validation and replay of one FMU. Returns one line with the results.
 
-    Parameters   kind : class of the instance, as in replay
     Raises       CheckError
     """
     findings = validation.validate_fmu(str(fmu))
     if findings:
         raise CheckError(f"fmpy validation of {fmu.name}: {' | '.join(findings)}")
     try:
-        worst = check_replay(fmu, nut_map, kind, model)
+        worst = check_replay(fmu, nut_map, model)
     except CheckError as error:
         raise CheckError(f"{fmu.name}: {error}") from error
     return f"fmpy: no finding; replay against the map: largest difference {worst:.1e} (limit {AGREEMENT:g})"
 
 
-def check_replay(
-    fmu: Path, nut_map: NutMap, kind: type[FmuInstance] = FmuInstance, model: FmuModel = FRICTION
-) -> float:
+def check_replay(fmu: Path, nut_map: NutMap, model: FmuModel = FRICTION) -> float:
     """Largest relative difference between the FMU in fmpy and the map over the reference input.
 
     Raises       CheckError: an output differs by more than AGREEMENT
     """
     rows, wanted = reference_results(nut_map, model)
     worst = 0.0
-    results = replay(fmu, rows, STEP, kind)
+    results = replay(fmu, rows, STEP)
     for n, (outputs, expected) in enumerate(zip(results, wanted, strict=True)):
         if outputs.keys() != expected.keys():
             raise CheckError(f"replay: outputs {sorted(outputs)}; expected {sorted(expected)}")
@@ -83,16 +85,33 @@ def torque_tables(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
         return "\n".join(lines)
 
 
-def recovered_preload(fmu: Path, parameters: Parameters, kind: type[FmuInstance] = FmuInstance) -> str:
+def recovered_preload(fmu: Path, parameters: Parameters) -> str:
     """Mean deviation of the preload of a monitor from Table 3, as text. Empty for other screws.
 
     Raises       CheckError: a torque of the table is outside the range of the map
     """
     if parameters.screw != load_parameters().screw:
         return ""
-    with kind(fmu) as instance:
+    with kind_of(fmu)(fmu) as instance:
         try:
             deviation = mean_deviations(table3(instance))[0]
         except RuntimeError as error:
             raise CheckError(f"{fmu.name}: {error}") from error
     return f"; preload of Table 3: {100.0 * deviation:.2f} % mean deviation"
+
+
+def table3(instance: FmuInstance) -> list[ValidationRow]:
+    """Table 3 of Zhao et al. (2023) with an FMU: preload from the measured torque at 100 r/min.
+
+    Parameters   instance : of replay
+    Raises       RuntimeError: a step is discarded, or a point is not in range
+    """
+    rows, speed = [], 100.0 * RPM
+    for line in read_rows(PACKAGED_PRELOAD):
+        inputs = {"torque": float(line["torque_Nm"]), "speed": speed, "temperature": ASSUMED_TEMPERATURE}
+        if not (instance.step(1e-3, **inputs) and instance.get("in_range")):
+            raise RuntimeError(f"no preload in range for {inputs}: {instance.messages[-1:]}")
+        others = tuple(float(line[key]) for key in ("zhao_N", "zhou_N", "nsk_N"))
+        measured = float(line["preload_N"])
+        rows.append(ValidationRow(measured, speed, measured, (instance.get("preload"), *others)))
+    return rows

@@ -20,8 +20,7 @@ from fmpy.model_description import ModelDescription
 from ballscrew_fmu.checks.check import AGREEMENT, check_replay
 from ballscrew_fmu.checks.experiments import check_experiments, has_experiments
 from ballscrew_fmu.checks.reference import CheckError
-from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
+from ballscrew_fmu.checks.replay import FmuInstance, kind_of
 from ballscrew_fmu.models import MODELS
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, hash_in
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -81,7 +80,7 @@ def check_file(fmu: Path) -> list[str]:
         except (zipfile.BadZipFile, zlib.error, OSError) as error:
             raise CheckError(f"damaged archive: {error}") from error
         with ProcessPoolExecutor(1, get_context("spawn")) as process:
-            run = process.submit(_run_checks, Path(folder), description.modelName, description.fmiVersion)
+            run = process.submit(_run_checks, Path(folder), description.modelName)
             return [*lines, *run.result()]
     except BrokenProcessPool as error:
         # a library that is cut short ends the process that loads it
@@ -90,21 +89,20 @@ def check_file(fmu: Path) -> list[str]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _run_checks(folder: Path, model: str, fmi_version: str) -> list[str]:
+def _run_checks(folder: Path, model: str) -> list[str]:
     """The checks that run the FMU in a folder, a line each.
 
     Raises       CheckError: what is wrong, one line
     """
-    kind = Fmu3Instance if fmi_version.startswith("3") else FmuInstance
     own = next((one for one in MODELS if one.name == model), None)
     nut_map = folder / "resources" / "nut_map.npz"
     if own is not None and nut_map.exists():
         try:
-            worst = check_replay(folder, NutMap.from_npz(nut_map), kind, own)
+            worst = check_replay(folder, NutMap.from_npz(nut_map), own)
         except MapError as error:
             raise CheckError(f"made by another version of this package: {error}") from error
         return [f"replay against the map in the FMU: largest difference {worst:.1e} (limit {AGREEMENT:g})"]
-    stepped = _stepped(folder, kind)
+    stepped = _stepped(folder)
     if not has_experiments(folder):
         return [f"{stepped}; the FMU carries no reference results"]
     return [
@@ -118,11 +116,12 @@ def _run_checks(folder: Path, model: str, fmi_version: str) -> list[str]:
 
 
 @contextlib.contextmanager
-def _running(folder: Path, kind: type[FmuInstance]) -> Iterator[FmuInstance]:
+def _running(folder: Path) -> Iterator[FmuInstance]:
     """An instance of the FMU.
 
     Raises       CheckError: it cannot be loaded or instantiated, with what the FMU says itself
     """
+    kind = kind_of(folder)
     one = kind.__new__(kind)
     try:
         one.__init__(folder)  # type: ignore[misc]  # apart from new: its messages outlive a failure
@@ -174,9 +173,9 @@ def _platforms(fmu: Path) -> list[str]:
     return sorted({part[1] for part in parts if part[0] == "binaries" and len(part) > 2})
 
 
-def _stepped(folder: Path, kind: type[FmuInstance]) -> str:
+def _stepped(folder: Path) -> str:
     """One step with the start values."""
-    with _running(folder, kind) as one:
+    with _running(folder) as one:
         if not one.step():
             raise CheckError(f"a step with the start values is discarded: {one.messages[-1][1]}")
         numbers = {name: float(value) for name, value in one.outputs().items()}

@@ -1,14 +1,15 @@
-"""Reference input of the checks and the outputs of the map for it, which a built FMU must reproduce."""
+"""Reference inputs of the three models and the outputs of the map for them, which a built FMU must reproduce."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from ballscrew_fmu.checks.monitor_check import monitor_outputs, preload_error
-from ballscrew_fmu.checks.transmission_check import transmission_input, transmission_outputs
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION, FmuModel
+from ballscrew_fmu.variables.monitor import monitor_variables
+from ballscrew_fmu.variables.transmission import transmission_variables
 from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS
@@ -18,6 +19,7 @@ from ballscrew_tehl.runtime.standstill import (
     bristle_friction,
     regularised_friction,
 )
+from ballscrew_tehl.runtime.transmission import TransmissionInputs, TransmissionParameters, transmission_step
 
 STEP = 1e-3  # [s] communication step of the replay
 RECOVERY = 1e-6  # relative error of the preload of the monitor for a torque computed from a known preload
@@ -111,3 +113,87 @@ def reference_results(
     if not error <= RECOVERY:
         raise CheckError(f"preload from torque: relative error {error:.1e}; allowed {RECOVERY:g}")
     return inputs, outputs
+
+
+# of the monitor
+
+
+def monitor_outputs(
+    nut_map: NutMap, inputs: Iterable[Mapping[str, float]], **parameters: float
+) -> list[dict[str, Any]]:
+    """Outputs after each step of an input sequence, from a new instance.
+
+    Parameters   inputs : torque [N.m], speed [rad/s], temperature [K], axial_load [N]
+                 parameters : by name; the others keep their start values
+    """
+    table = monitor_variables(nut_map.header)
+    starts = {v.name: v.start for v in table if v.causality == "parameter"} | parameters
+    names = [v.name for v in table if v.causality == "output"]
+    law = MonitorParameters(*(float(starts[name] or 0.0) for name in MonitorParameters._fields))
+    held, results = None, []
+    for row in inputs:
+        done = monitor_step(nut_map, MonitorInputs(**row), law, held)
+        results.append({name: done.outputs[name] for name in names})
+        held = done.preload
+    return results
+
+
+def preload_error(true: Sequence[float], outputs: Sequence[Mapping[str, Any]]) -> float:
+    """Largest relative error of the preload, over the outputs in range. NaN if none is in range."""
+    found = [abs(o["preload"] / p - 1.0) for p, o in zip(true, outputs, strict=True) if o["in_range"]]
+    return max(found) if found else float("nan")
+
+
+# of the transmission
+
+
+def transmission_input(header: Mapping[str, Any], step: float) -> Iterator[dict[str, float]]:
+    """Motion from rest, in both directions, under a load that changes its sign, partly outside the map.
+
+    Parameters   header : of the map;  step : [s]
+    """
+    axes = header["axes"]
+    force_hi, fastest = axes["force"][1], axes["speed"][1]
+    cold, hot = axes["temperature"][:2]
+    numbers = header["screw"]
+    ratio = numbers["lead"] / (2.0 * math.pi)
+    # way at which one nut comes free at the middle preload
+    way = (
+        (0.3 * force_hi * numbers["stiffness_preload"] ** 0.5) ** (2.0 / 3.0) * 3.0 / numbers["nut_stiffness"]
+    )
+    angle, steps = 0.0, 240
+    for n in range(steps):
+        phase = n / steps
+        # from rest: else an importer that sets the first inputs before initialization begins with another bristle;
+        # later nowhere at rest, where a power is a difference of equal numbers
+        speed = 1.05 * fastest * math.sin(6.0 * math.pi * phase + 0.05) ** 3 if n > 0 else 0.0
+        x, x_next = (1.3 * way * math.sin(10.0 * math.pi * at + 0.1) for at in (phase, phase + 1.0 / steps))
+        yield {
+            "angle": angle,
+            "speed": speed,
+            "position": ratio * angle - x,
+            "velocity": ratio * speed - (x_next - x) / step,
+            "temperature": cold + (hot - cold) * (1.1 * phase - 0.05),
+            "preload": force_hi * (0.02 + 0.5 * phase),
+        }
+        angle += speed * step
+
+
+def transmission_outputs(
+    nut_map: NutMap, inputs: Iterable[Mapping[str, float]], step: float, **parameters: float
+) -> list[dict[str, Any]]:
+    """Outputs after each step of an input sequence, from a new instance.
+
+    Parameters   inputs : rows by name;  step : [s]
+                 parameters : by name; the others keep their start values
+    """
+    table = transmission_variables(nut_map.header)
+    starts = {v.name: v.start for v in table if v.causality == "parameter"} | parameters
+    names = [v.name for v in table if v.causality == "output"]
+    law = TransmissionParameters._make(float(starts[name] or 0.0) for name in TransmissionParameters._fields)
+    before, heat, results = Bristle(), 0.0, []  # at rest before the first step
+    for row in inputs:
+        done = transmission_step(nut_map, TransmissionInputs(**row), law, step, before, heat)
+        results.append({name: done.outputs[name] for name in names})
+        before, heat = done.bristle, done.outputs["heat"]
+    return results

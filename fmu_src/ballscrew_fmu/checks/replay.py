@@ -1,4 +1,4 @@
-"""An FMI 2.0 FMU stepped in fmpy, with variables by name, for the checks and the tests."""
+"""An FMU of FMI 2.0 or 3.0 stepped in fmpy, with variables by name, for the checks and the tests."""
 
 import shutil
 import tempfile
@@ -17,6 +17,7 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
     free,
 )
+from fmpy.fmi3 import FMU3Slave
 
 FMI2_DISCARD = 2
 
@@ -114,19 +115,39 @@ class FmuInstance:
         self.messages.append((status, message.decode()))
 
 
+class Fmu3Instance(FmuInstance):
+    """One instance of an FMI 3.0 co-simulation FMU; arguments and attributes as in FmuInstance."""
+
+    def _instantiated(self, folder: str, name: str) -> Any:
+        slave = FMU3Slave(guid=self.description.guid, **self._identity(folder, name))
+        slave.instantiate(loggingOn=True, logMessage=self._log_fmi3)
+        self._get_numbers, self._set_numbers = slave.getFloat64, slave.setFloat64
+        return slave
+
+    def _initialize(self, start: Mapping[str, float]) -> None:
+        self.set(**start)
+        self.slave.enterInitializationMode(startTime=0.0)
+        self.slave.exitInitializationMode()
+
+    def _log_fmi3(self, _environment: Any, status: int, _category: bytes, message: bytes) -> None:
+        self.messages.append((status, message.decode()))
+
+
+def kind_of(fmu: Path | str) -> type[FmuInstance]:
+    """Class of the instances of an FMU, packed or in a folder."""
+    version = fmpy.read_model_description(str(fmu)).fmiVersion
+    return Fmu3Instance if version.startswith("3") else FmuInstance
+
+
 def replay(
-    fmu: Path | str,
-    rows: Iterable[dict[str, float]],
-    step_size: float = 1e-3,
-    kind: type[FmuInstance] = FmuInstance,
+    fmu: Path | str, rows: Iterable[dict[str, float]], step_size: float = 1e-3
 ) -> list[dict[str, Any]]:
     """Outputs after each step of an input sequence. A row may be limited to the inputs that change.
 
-    Parameters   kind : class of the instance; Fmu3Instance (replay_fmi3) for FMI 3.0
     Raises       RuntimeError: the FMU discards a step
     """
     results = []
-    with kind(fmu) as instance:
+    with kind_of(fmu)(fmu) as instance:
         for row in rows:
             if not instance.step(step_size, **row):
                 raise RuntimeError(f"the FMU discards the step at {row}: {instance.messages[-1][1]}")

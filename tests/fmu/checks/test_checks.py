@@ -18,8 +18,7 @@ from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks import check as checks
 from ballscrew_fmu.checks.experiments import check_experiments, run_experiments
 from ballscrew_fmu.checks.reference import CheckError, expected_outputs, reference_input, reference_results
-from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
+from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
 from ballscrew_fmu.models import FRICTION, MONITOR, NATIVE_MODELS
 from ballscrew_fmu.native_fmu.experiments import FOLDER, MANIFEST, Reference, reference_files
 from ballscrew_fmu.native_fmu.package import build_native_fmu
@@ -54,9 +53,9 @@ def one_line(capsys, code, *arguments):
 @pytest.mark.parametrize(("model", "kind", "law"), CASES, ids=lambda x: getattr(x, "name", str(x)))
 def test_every_fmu_replays_the_map_and_its_own_reference(built, model, kind, law, capsys):
     fmu = built(model, kind, law)
-    assert "no finding" in checks.check(fmu, make_map(law=law), KIND[kind], model)
+    assert "no finding" in checks.check(fmu, make_map(law=law), model)
     if model is FRICTION:  # the limit of the others is that of a search, and of differences
-        assert checks.check_replay(fmu, make_map(law=law), KIND[kind], model) <= 1e-12
+        assert checks.check_replay(fmu, make_map(law=law), model) <= 1e-12
     if kind != "python":
         found = run_experiments(fmu)
         assert {name.removeprefix(model.native_name) for name in found} == {"_smoke_test", "_validation"}

@@ -7,9 +7,9 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from synthetic_map import LAWS, make_map
 
-from ballscrew_fmu.checks.monitor_check import monitor_outputs, preload_error, table3
-from ballscrew_fmu.checks.replay import FmuInstance, replay
-from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
+from ballscrew_fmu.checks.check import table3
+from ballscrew_fmu.checks.reference import monitor_outputs, preload_error
+from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance, replay
 from ballscrew_fmu.models import MONITOR
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.nut_map.file import load_map
@@ -67,7 +67,7 @@ def test_outputs_are_those_of_the_map_and_the_preload_is_recovered(folder_of, ki
     rows, preloads = friction_rows(nut_map, 300, **friction)
     given = {**friction, "speed_min": 0.02, "torque_uncertainty": 0.05}
     expected = monitor_outputs(nut_map, rows, **given)
-    found = replay(folder_of(MONITOR, kind, law), [{**rows[0], **given}, *rows[1:]], 1e-3, KIND[kind])
+    found = replay(folder_of(MONITOR, kind, law), [{**rows[0], **given}, *rows[1:]])
     for one, wanted in zip(found, expected, strict=True):
         assert one == pytest.approx(wanted, rel=1e-9)
     assert sum(one["in_range"] for one in found) > 150
@@ -85,7 +85,7 @@ def test_table_3_of_the_paper(tmp_path):
         assert deviation <= 0.0219
         one.set(torque=1e3)  # no row is silently taken from outside the map
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("ballscrew_fmu.checks.monitor_check.ASSUMED_TEMPERATURE", 500.0)
+            patch.setattr("ballscrew_fmu.checks.check.ASSUMED_TEMPERATURE", 500.0)
             with pytest.raises(RuntimeError, match="no preload in range"):
                 table3(one)
 

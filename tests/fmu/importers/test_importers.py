@@ -11,8 +11,12 @@ import pytest
 from importers import MASTERS, REPLAYS, STEP, Coupling, Pair, deviation, needs
 from rotor_fmu import RUNS_HERE, build_rotor
 
-from ballscrew_fmu.checks.monitor_check import monitor_outputs
-from ballscrew_fmu.checks.reference import expected_outputs, presliding_outputs, reference_input
+from ballscrew_fmu.checks.reference import (
+    expected_outputs,
+    monitor_outputs,
+    presliding_outputs,
+    reference_input,
+)
 from ballscrew_fmu.models import FRICTION, MONITOR
 from ballscrew_tehl.runtime.standstill import presliding_step
 

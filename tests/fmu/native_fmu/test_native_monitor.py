@@ -20,7 +20,7 @@ from native_reference import VALIDATION
 from paths import ROOT
 from synthetic_map import LAWS, make_map
 
-from ballscrew_fmu.checks.monitor_check import monitor_outputs
+from ballscrew_fmu.checks.reference import monitor_outputs
 from ballscrew_fmu.models import FRICTION, MONITOR
 from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name

@@ -18,8 +18,7 @@ from paths import ROOT, SUPPORT
 from synthetic_map import make_map
 
 from ballscrew_fmu.archive import write_fmu
-from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
+from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
 from ballscrew_fmu.description.native import terminals
 from ballscrew_fmu.models import MONITOR
 from ballscrew_fmu.native_fmu import compile as native_build

@@ -15,8 +15,7 @@ from synthetic_map import make_map
 
 from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks.check import check
-from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
+from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
 from ballscrew_fmu.description.native import native_description
 from ballscrew_fmu.models import FRICTION, MODELS, MONITOR
 from ballscrew_fmu.native_fmu.compile import WARNINGS

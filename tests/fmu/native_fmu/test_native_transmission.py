@@ -17,8 +17,7 @@ from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.checks.check import check
 from ballscrew_fmu.checks.reference import STEP, reference_results
-from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
+from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
 from ballscrew_fmu.description.native import terminals
 from ballscrew_fmu.models import FRICTION, TRANSMISSION
 from ballscrew_fmu.native_fmu.experiments import Reference

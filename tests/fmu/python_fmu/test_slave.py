@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from synthetic_map import make_map
 
-from ballscrew_fmu.checks.replay import FmuInstance, replay
-from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
+from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance, replay
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.python_fmu.package import build_fmu

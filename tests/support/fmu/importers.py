@@ -19,8 +19,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.checks.replay_fmi3 import Fmu3Instance
+from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
 
 KINDS = {2: FmuInstance, 3: Fmu3Instance}
 STEP = 2.0**-9  # [s]: all communication points are exact, in seconds and in the nanoseconds of libcosim
