@@ -21,8 +21,8 @@ The binaries of this FMU (pythonfmu) run Python code inside the importing proces
 Windows, characters for which the system has no short name. There is then no instance, and the reason is logged.
 """
 REFINE = """\
-- with refine = true also numba, scipy and pydantic. Without them the results are those of the map, and an error
-  is logged. The contact solver is compiled once per machine (about 40 s) and kept in the user's cache folder
+- with refine = true also numba, scipy, pydantic and threadpoolctl. Without them the results are those of the map,
+  and an error is logged. The contact solver is compiled once per machine (about 40 s) and kept in the user's cache folder
   (XDG_CACHE_HOME or ~/.cache, LOCALAPPDATA, ~/Library/Caches), below ballscrew_tehl.
 """
 LEAD = (

@@ -342,7 +342,7 @@ PARAMETERS = (
     ),
     Variable(
         "refine", "parameter",
-        "Solve contacts at the operating point and correct the map. Needs numba, scipy and pydantic",
+        "Solve contacts at the operating point and correct the map. Needs numba, scipy, pydantic, threadpoolctl",
         start=False, python_only=True,
     ),
     Variable(

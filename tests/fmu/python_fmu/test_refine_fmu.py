@@ -191,7 +191,7 @@ def test_a_missing_solver_and_a_missing_package_are_named(tmp_path):
         load_solver(tmp_path, tmp_path / "cache")
 
 
-# --- the solver itself ---
+# --- the packaged solver ---
 
 REFINED_RUN = """
 import json, sys
@@ -207,19 +207,29 @@ with FmuInstance(folder, preload=1500.0) as one:
     assert one.step(speed=40.0, refine=True)
     print(json.dumps([plain, one.get("friction_torque"), one.messages]))
 """
+IMPORT_ALL = """
+import importlib, json, sys
+from pathlib import Path
+from ballscrew_fmu.python_fmu.solver_cache import load_solver
+from ballscrew_tehl.runtime.evaluate import NutMap
+
+package = next(Path(sys.argv[1]).glob("resources/_ballscrew_*"))
+solver, remark = load_solver(package)
+root = Path(solver.__file__).parents[1]
+for file in root.rglob("*.py"):
+    name = ".".join([root.name, *file.relative_to(root).with_suffix("").parts])
+    importlib.import_module(name.removesuffix(".__init__"))
+nut_map = NutMap.from_npz(package.parent / "nut_map.npz")
+refinement = solver.Refinement(nut_map, report=print)
+refinement.restore(refinement.state())
+own = [name for name in sys.modules if name.startswith("ballscrew_tehl") and ".runtime" not in name]
+print(json.dumps([remark, str(root), refinement.state() is not None, sorted(own)]))
+"""
 
 
-def test_the_packaged_solver_gives_the_direct_torque_and_the_second_process_does_not_compile(tmp_path):
-    """Tolerance: at the solved point only the error of the mean ball remains, not the scatter of the solver."""
-    from ballscrew_tehl.friction.sets import default_friction_set
-    from ballscrew_tehl.friction.torque import double_nut_torque
-    from ballscrew_tehl.refinement.direct import DirectFilm
-
-    sources = solver_sources()
-    assert {"refinement/refine.py", "friction/torque.py", "__init__.py"} <= sources.keys()
-    assert not any("evaluate" in name or "xarray" in text for name, text in sources.items())
-    parameters = load_parameters()
-    fmu = build_fmu(load_map(None, parameters), tmp_path / "BallScrewFriction.fmu").path
+def test_the_packaged_solver_is_complete_and_its_packages_are_named_when_missing(tmp_path):
+    """Its numbers: tests/refinement. Here: all its modules are there and are imported from the cache alone."""
+    fmu = build_fmu(load_map(None, load_parameters()), tmp_path / "BallScrewFriction.fmu").path
     folder = fmpy.extract(str(fmu), unzipdir=str(tmp_path / "unpacked"))
     for missing in ("numba", "scipy", "pydantic"):
         plain, refined, messages = of_process(REFINED_RUN, tmp_path, folder, missing)
@@ -228,16 +238,39 @@ def test_the_packaged_solver_gives_the_direct_torque_and_the_second_process_does
         assert status == ERROR
         assert message.startswith(f"refine: {missing} is missing in the Python of the host")
         assert f"python -m pip install {missing}; results are those of the map" in message
-    _, first, messages = of_process(REFINED_RUN, tmp_path, folder, "")
-    compiled = {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*.nbc")}
-    assert len(compiled) > 10
-    _, second, others = of_process(REFINED_RUN, tmp_path, folder, "")
-    assert {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*.nbc")} == compiled
-    assert any("compiled in" in text for _, text in messages)
-    assert not any("compiled in" in text for _, text in others)
-    assert second == first
-    assert {status for status, _ in messages} == {OK}
-    friction_set = default_friction_set(parameters)
-    film = DirectFilm(parameters, friction_set.film_model == "solved_thermal")
-    direct = double_nut_torque(parameters, friction_set, film, 1500.0, 40.0, 303.15)
-    assert first == pytest.approx(direct.total, rel=4e-4)
+    remark, root, has_state, own = of_process(IMPORT_ALL, tmp_path, folder)
+    assert (remark, has_state) == ("", True)
+    assert root.startswith(str(tmp_path / "ballscrew_tehl"))
+    assert {name.partition(".")[2].partition(".")[0] for name in own} <= {
+        ""
+    }  # nothing of the installed solver
+
+
+KERNEL = """
+from ..compiled import kernel
+
+
+@kernel
+def doubled(x):
+    return 2.0 * x
+"""
+
+
+def test_the_second_process_does_not_compile(synthetic_nut_map, tmp_path):
+    """A stub with one kernel, compiled as those of the solver are."""
+    refine = stub_solver.REFINE.replace("        pass", "        doubled(self.nut_map.force.hi)", 1) + KERNEL
+    assert "doubled(self" in refine
+    sources = stub_solver.SOURCES | {
+        "compiled.py": solver_sources()["compiled.py"],
+        "refinement/refine.py": refine,
+    }
+    fmu = build_fmu(synthetic_nut_map, tmp_path / "kernel.fmu", solver=sources).path
+    found, kept = [], []
+    for copy in ("a", "b"):  # each process unpacks into another folder
+        folder = fmpy.extract(str(fmu), unzipdir=str(tmp_path / copy))
+        found.append(of_process(REFINED_RUN, tmp_path, folder, ""))
+        kept.append({path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nbc")})
+    assert len(kept[0]) == 1
+    assert kept[1] == kept[0]
+    assert [any("compiled in" in text for _, text in messages) for *_, messages in found] == [True, False]
+    assert found[0][:2] == found[1][:2]
