@@ -22,8 +22,8 @@ Windows, characters for which the system has no short name. There is then no ins
 """
 REFINE = """\
 - with refine = true also numba, scipy, pydantic and threadpoolctl. Without them the results are those of the map,
-  and an error is logged. The contact solver is compiled once per machine (about 40 s) and kept in the user's cache folder
-  (XDG_CACHE_HOME or ~/.cache, LOCALAPPDATA, ~/Library/Caches), below ballscrew_tehl.
+  and an error is logged. The contact solver is compiled once per machine (about 40 s) and kept in the user's cache
+  folder (XDG_CACHE_HOME or ~/.cache, LOCALAPPDATA, ~/Library/Caches), below ballscrew_tehl.
 """
 LEAD = (
     "Friction torque of a preloaded double-nut ball screw, from a map of thermal elastohydrodynamic contact "
