@@ -1,9 +1,12 @@
-"""Errata of the paper: what is printed, what is used here, and the effect in numbers."""
+"""Errata of the paper: what is printed, what is used here, and the effect in numbers.
+
+Their texts are in data/zhao2023_errata.csv, for this page and for the documentation.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +14,7 @@ from ..calibration.csv_table import read_rows
 from ..calibration.measurements import PACKAGED_TORQUE
 from ..friction.parts import net_sliding_share, no_slip_position
 from ..parameters.file import changed
+from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import surface_speeds
@@ -18,12 +22,16 @@ from ..physics.lubricant import eta0, relative_density, section_2_3, temperature
 from ..validation.tables import ASSUMED_TEMPERATURE
 from .material import Material
 
+PACKAGED_ERRATA = PACKAGED_DATA / "zhao2023_errata.csv"
 #: operating point of the torques below: preload [N], speed [rad/s]; both in the measured range
 POINT = (1000.0, 1000.0 * RPM)
-#: printed by Eq. 4 at 3000 r/min [m/s]
-EQUATION_4 = 0.3997
-#: printed in Table 1 with the symbols: pressure coefficient [1/Pa] and temperature coefficient [1/K], swapped
-SWAPPED = (0.032, 1.85e-8)
+#: printed by Eq. 4 at 3000 r/min [m/s]; printed in Table 1 as the pressure coefficient [1/Pa]
+EQUATION_4, SWAPPED = 0.3997, 0.032
+#: pressure [Pa] and rise [K] of the effects on viscosity and density
+PRESSURE, RISE = 1e9, 100.0
+#: warm oil [K]
+WARM = 353.0
+NOT_SOLVED = "(contact not solved)"
 
 
 class Erratum(NamedTuple):
@@ -33,6 +41,29 @@ class Erratum(NamedTuple):
     printed: str
     used: str
     effect: str
+
+
+def printed_errata() -> list[Erratum]:
+    """The table of the file, in the order of the paper's equations; effects with {names} for their numbers."""
+    return [Erratum(**row) for row in read_rows(PACKAGED_ERRATA)]
+
+
+def errata_markdown() -> str:
+    """The table without the effects, for the documentation."""
+    rows = [("where", "printed", "used"), ("---",) * 3, *(erratum[:3] for erratum in printed_errata())]
+    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
+def errata(material: Material) -> list[Erratum]:
+    """All of them with their effects; the numbers need the packaged screw."""
+    numbers = {
+        **_speeds(material),
+        **_contact(material),
+        **_oil(material),
+        **_heat(material),
+        **_friction(material),
+    }
+    return [one._replace(effect=one.effect.format(**numbers)) for one in printed_errata()]
 
 
 def fast_source_excess(peclet: float) -> float:
@@ -63,239 +94,115 @@ def fast_source_excess(peclet: float) -> float:
     return math.sqrt(2.0 * math.pi * peclet) / float(exact.max())
 
 
-def errata(material: Material) -> list[Erratum]:
-    """All of them, in the order of the paper's equations; the numbers need the packaged screw."""
-    return [
-        *_speeds(material),
-        *_contact(material),
-        *_oil(material),
-        *_heat(material),
-        *_friction(material),
-        *_tables(material),
-    ]
-
-
-def _speeds(material: Material) -> list[Erratum]:
+def _speeds(material: Material) -> dict[str, Any]:
+    """Speeds at 3000 r/min [mm/s], true_u_e [m/s]."""
+    speed = 3000.0 * RPM
     published = changed(material.parameters, friction={"kinematics": "published"})
-    nut = surface_speeds(published, "nut", 3000.0 * RPM)
-    u_e = 0.5 * (EQUATION_4 + nut.u_2)
-    srr = abs(EQUATION_4 - nut.u_2) / u_e
     rolling = changed(material.parameters, friction={"kinematics": "rolling_frame"})
-    true = surface_speeds(rolling, "nut", 3000.0 * RPM)
-    screw = surface_speeds(published, "screw", 3000.0 * RPM)
-    return [
-        Erratum(
-            "Eq. 3",
-            "a term without its square",
-            "r_b^2 sin^2; the pair of speeds that the printed values imply",
-            f"{1e3 * screw.u_1:.1f} mm/s for the screw at 3000 r/min, as the printed screw values need",
-        ),
-        Erratum(
-            "Eq. 4",
-            f"gives {1e3 * EQUATION_4:.1f} mm/s for the nut at 3000 r/min",
-            f"{1e3 * nut.u_1:.1f} mm/s, the only one that agrees with both printed nut values",
-            f"entrainment {1e3 * u_e:.0f} instead of {1e3 * nut.u_e:.0f} mm/s, slide-to-roll ratio "
-            f"{srr:.3f} instead of {abs(nut.srr):.3f}",
-        ),
-        Erratum(
-            "Eqs. 1 to 4",
-            "surface speeds in the fixed frame",
-            "available as kinematics published; rolling_frame as the alternative",
-            f"entrainment of screw over nut {screw.u_e / nut.u_e:.2f}; seen from the ball both are "
-            f"{true.u_e:.3f} m/s and there is no mean sliding",
-        ),
-    ]
+    nut, screw = surface_speeds(published, "nut", speed), surface_speeds(published, "screw", speed)
+    u_e = 0.5 * (EQUATION_4 + nut.u_2)
+    return {
+        "screw_wall": 1e3 * screw.u_1,
+        "eq4_u_e": 1e3 * u_e,
+        "nut_u_e": 1e3 * nut.u_e,
+        "eq4_srr": abs(EQUATION_4 - nut.u_2) / u_e,
+        "nut_srr": abs(nut.srr),
+        "frame_ratio": screw.u_e / nut.u_e,
+        "true_u_e": surface_speeds(rolling, "nut", speed).u_e,
+    }
 
 
-def _contact(material: Material) -> list[Erratum]:
-    shares, thinning = [], []
+def _contact(material: Material) -> dict[str, Any]:
+    approach, thinning = [], []
     for raceway in RACEWAYS:
         s = material.contact("published", raceway)
         if s is None or s.temperature is None:
             continue
-        shares.append(f"{s.hertz.delta / s.h_c:.0f}")
+        approach.append(f"{s.hertz.delta / s.h_c:.0f}")
         # viscosity over the height of the film at the hottest place
         j, i, _ = np.unravel_index(int(np.argmax(s.temperature)), s.temperature.shape)
-        column = s.temperature[j, i]
-        across = viscosity(material.parameters.lubricant, float(s.pressure[j, i]), column)
+        across = viscosity(material.parameters.lubricant, float(s.pressure[j, i]), s.temperature[j, i])
         thinning.append(f"{float(f'{float(across.max() / across.min()):.2g}'):g}")
-    none = "contact not solved"
-    return [
-        Erratum(
-            "Eq. 5",
-            "density and viscosity constant across the film",
-            "generalised Reynolds equation, integrated across the film",
-            f"viscosity varies across the film {' and '.join(thinning)} times (screw and nut, section 5.1, "
-            "at the hottest place)"
-            if thinning
-            else none,
-        ),
-        Erratum(
-            "Eq. 6",
-            "gap without the deflection of the bodies",
-            "deflection of the half-spaces added",
-            f"Hertz approach of {' and '.join(shares)} central films (screw and nut, section 5.1)"
-            if shares
-            else none,
-        ),
-        Erratum(
-            "Eq. 12",
-            "continuity misprinted",
-            "d(rho u)/dx + d(rho v)/dy + d(rho w)/dz = 0",
-            "no number: the printed form is not used",
-        ),
-    ]
+    return {
+        "approach": " and ".join(approach) or NOT_SOLVED,
+        "thinning": " and ".join(thinning) or NOT_SOLVED,
+    }
 
 
-def _oil(material: Material) -> list[Erratum]:
+def _oil(material: Material) -> dict[str, Any]:
     oil = material.parameters.lubricant
-    alpha, hot, p = oil.pressure_viscosity, 100.0, 1e9
-    thermal = oil.density_temperature * hot
-    ambient = float(eta0(oil, ASSUMED_TEMPERATURE))
-    text = float(section_2_3(ASSUMED_TEMPERATURE))
-    viscous, hysteresis, sliding = material.chosen.parts(*POINT, ASSUMED_TEMPERATURE)
-    ratio = material.chosen.entry.apparent_viscosity_ratio
-    plain = viscous / ratio + hysteresis + sliding
-    total = viscous + hysteresis + sliding
-    printed_law = changed(material.parameters, lubricant={"viscosity_law": "roelands_printed"}).lubricant
-    slopes = [1.0 * float(temperature_slope(law, ASSUMED_TEMPERATURE)) for law in (printed_law, oil)]
-    warm = 353.0
-    thinner = float(eta0(printed_law, warm) / eta0(oil, warm))
-    dense = float(relative_density(oil.density_law, p))
-    return [
-        Erratum(
-            "Table 1",
-            f"pressure coefficient {SWAPPED[0]:g}, temperature coefficient {SWAPPED[1]:g} (symbols swapped)",
-            f"by their units: {alpha:g} 1/Pa, {oil.temperature_viscosity:g} 1/K",
-            f"exponent of the viscosity at 1 GPa (Barus): {SWAPPED[0] * p:.1e} as printed, {alpha * p:.1f} as used",
-        ),
-        Erratum(
-            "Eq. 7",
-            f"temperature coefficient {printed_law.temperature_viscosity:g} 1/K",
-            "the law of section 2.3, scaled to Table 1; the printed one is kept by name (roelands_printed)",
-            f"ln viscosity changes by {slopes[0]:.3f} per K as printed, {slopes[1]:.3f} as used (303 K); at "
-            f"{warm:g} K the printed law gives {thinner:.1f} times the viscosity",
-        ),
-        Erratum(
-            "Eq. 8",
-            "sign for a density that rises with temperature",
-            "density falls with temperature",
-            f"at 1 GPa and {hot:.0f} K above the inlet: {dense + thermal:.3f} as printed, "
-            f"{dense - thermal:.3f} as used",
-        ),
-        Erratum(
-            "Table 1, section 2.3",
-            f"two ambient viscosities at 303 K: {ambient:.3f} and {text:.3f} Pa s",
-            f"film with {ambient:.3f}; shear with the apparent viscosity ratio, calibrated to {ratio:.2f}",
-            f"{text / ambient:.1f} times apart; with {ambient:.3f} for both the torque at 1000 N, 1000 "
-            f"r/min is {plain:.3f} instead of {total:.3f} N m",
-        ),
-    ]
+    printed = changed(material.parameters, lubricant={"viscosity_law": "roelands_printed"}).lubricant
+    slopes = [1.0 * float(temperature_slope(law, ASSUMED_TEMPERATURE)) for law in (printed, oil)]
+    dense, thermal = float(relative_density(oil.density_law, PRESSURE)), oil.density_temperature * RISE
+    return {
+        "swapped_exponent": SWAPPED * PRESSURE,
+        "exponent": oil.pressure_viscosity * PRESSURE,
+        "printed_slope": slopes[0],
+        "slope": slopes[1],
+        "thinner": float(eta0(printed, WARM) / eta0(oil, WARM)),
+        "denser": dense + thermal,
+        "lighter": dense - thermal,
+        "ambient_ratio": float(section_2_3(ASSUMED_TEMPERATURE)) / float(eta0(oil, ASSUMED_TEMPERATURE)),
+    }
 
 
-def _heat(material: Material) -> list[Erratum]:
-    solid = material.parameters.solid
+def _heat(material: Material) -> dict[str, Any]:
+    solid, screw = material.parameters.solid, material.parameters.screw
     chi = solid.thermal_conductivity / (solid.density * solid.specific_heat)
-    screw, load = material.parameters.screw, material.contact_point[0]
+    load, speed, _ = material.contact_point
     published = changed(material.parameters, friction={"kinematics": "published"})
     parts = []
     for raceway in RACEWAYS:
         b = float(ellipse(load, *reduced_radii(screw, screw.contact_angle, raceway), E_prime(screw)).b)
-        speeds = surface_speeds(published, raceway, material.contact_point[1])
+        speeds = surface_speeds(published, raceway, speed)
         for body, u in (("raceway", speeds.u_1), ("ball", speeds.u_2)):
             pe = float(abs(u)) * b / chi
-            parts.append(
-                f"{raceway} contact, {body}: Pe {pe:.2g}, {100.0 * (fast_source_excess(pe) - 1.0):+.0f} %"
-            )
-    examples = ", ".join(
-        f"{100.0 * (fast_source_excess(pe) - 1.0):.0f} % at Pe = {pe:g}" for pe in (0.1, 0.5, 5.0)
+            excess = 100.0 * (fast_source_excess(pe) - 1.0)
+            parts.append(f"{raceway} contact, {body}: Pe {pe:.2g}, {excess:+.0f} %")
+    examples = (f"{100.0 * (fast_source_excess(pe) - 1.0):.0f} % at Pe = {pe:g}" for pe in (0.1, 0.5, 5.0))
+    return {"excess": ", ".join(examples), "section5_excess": "; ".join(parts)}
+
+
+def _friction(material: Material) -> dict[str, Any]:
+    parameters, entry = material.parameters, material.chosen.entry
+    screw, coulomb, net = (
+        parameters.screw,
+        parameters.friction.sliding_coefficient,
+        entry.net_sliding_coefficient,
     )
-    return [
-        Erratum(
-            "Eq. 13, second line",
-            "heat flux into the upper wall without its minus",
-            "-k dT/dz at the upper wall",
-            "with the printed sign heat from the film would cool that wall",
-        ),
-        Erratum(
-            "Eq. 13",
-            "fast moving source at every speed",
-            "moving point source, any speed (surface at rest included)",
-            f"largest rise of the wall too high by {examples}; in section 5.1: {'; '.join(parts)}",
-        ),
-    ]
-
-
-def _friction(material: Material) -> list[Erratum]:
-    parameters, friction = material.parameters, material.chosen
-    viscous, hysteresis, sliding = (float(part) for part in friction.parts(*POINT, ASSUMED_TEMPERATURE))
+    parts = (float(part) for part in material.chosen.parts(*POINT, ASSUMED_TEMPERATURE))
+    viscous, hysteresis, sliding = parts
     total = viscous + hysteresis + sliding
     # 2 pi a b/3 instead of pi a b
     less = 2.0 / 3.0
     # int of r^2 (1 - r^2) over int of r^2 sqrt(1 - r^2), r from 0 to 1
-    rootless = (2.0 / 15.0) / (math.pi / 16.0)
-    net = friction.entry.net_sliding_coefficient
-    coulomb = parameters.friction.sliding_coefficient
+    rootless = (2.0 / 15.0) / (math.pi / 16.0) - 1.0
     c = float(no_slip_position(net / coulomb))
-    inside = 0.5 * (3.0 * c - c**3)
-    as_printed = coulomb * (1.0 - 0.5 * inside)
-    screw = parameters.screw
+    as_printed = coulomb * (1.0 - 0.25 * (3.0 * c - c**3))
     load = POINT[0] / (screw.ball_count * math.sin(screw.contact_angle) * math.cos(screw.lead_angle))
     radii = reduced_radii(screw, screw.contact_angle, "screw")
-    a = float(ellipse(load, *radii, E_prime(screw)).a)
-    length = a**2 / (6.0 * screw.ball_diameter)
+    length = float(ellipse(load, *radii, E_prime(screw)).a) ** 2 / (6.0 * screw.ball_diameter)
     wrong = coulomb * float(net_sliding_share(length))
-    return [
-        Erratum(
-            "Eq. 15",
-            "integral 2 pi a b/3, result pi a b",
-            "the printed result pi a b",
-            f"with the integral the torque at 1000 N, 1000 r/min is {total - (1.0 - less) * viscous:.3f} "
-            f"instead of {total:.3f} N m",
-        ),
-        Erratum(
-            "Eq. 18",
-            "integrand without the square root of the Hertz pressure",
-            "with it, as in the printed result",
-            f"hysteresis torque {100.0 * (rootless - 1.0):+.0f} %, torque "
-            f"{100.0 * (rootless - 1.0) * hysteresis / total:+.2f} %",
-        ),
-        Erratum(
-            "Eq. 21",
-            "middle integral with opposite sign and half weight",
-            "1 - 3c + c^3, as in the printed result",
-            f"net sliding coefficient {as_printed:.3f} instead of {net:.4f} at the calibrated c = {c:.3f}: "
-            f"{as_printed / net:.0f} times the sliding torque",
-        ),
-        Erratum(
-            "Eq. 21",
-            "c = a^2/(6 d_b), a length",
-            "c as a fraction of the semi-axis, in one calibrated net coefficient",
-            f"{1e6 * length:.1f} um at 1000 N; taken as a number it gives {wrong:.3f} instead of {net:.4f}: "
-            f"torque at 1000 N, 1000 r/min {total + (wrong / net - 1.0) * sliding:.2f} instead of "
-            f"{total:.2f} N m",
-        ),
-    ]
-
-
-def _tables(material: Material) -> list[Erratum]:
-    screw = material.parameters.screw
     helix = screw.turns * 2.0 * math.pi * screw.nominal_radius / math.cos(screw.lead_angle)
-    rows = [
-        row for row in read_rows(PACKAGED_TORQUE) if (row["preload_N"], row["speed_rpm"]) == ("1000", "100")
-    ]
-    return [
-        Erratum(
-            "Table 1",
-            f"{screw.ball_count} balls in {screw.turns:g} turns",
-            f"{screw.ball_count} in the friction sums, as the printed torques need; "
-            f"{screw.loaded_ball_count} carry load",
-            f"the turns hold at most {int(helix / screw.ball_diameter)} touching balls",
-        ),
-        Erratum(
-            "Tables 2 and 4",
-            "the paper's own model at 1000 N, 100 r/min",
-            "each value in its table; the measured point counts once",
-            " and ".join(row["zhao_Nm"] for row in rows) + " N m for the same point",
-        ),
-    ]
+    twice = (
+        r["zhao_Nm"]
+        for r in read_rows(PACKAGED_TORQUE)
+        if (r["preload_N"], r["speed_rpm"]) == ("1000", "100")
+    )
+    return {
+        "torque": total,
+        "apparent_ratio": entry.apparent_viscosity_ratio,
+        "plain_torque": viscous / entry.apparent_viscosity_ratio + hysteresis + sliding,
+        "less_torque": total - (1.0 - less) * viscous,
+        "rootless": 100.0 * rootless,
+        "rootless_torque": 100.0 * rootless * hysteresis / total,
+        "printed_net": as_printed,
+        "net": net,
+        "c": c,
+        "net_ratio": as_printed / net,
+        "length_um": 1e6 * length,
+        "wrong_net": wrong,
+        "wrong_torque": total + (wrong / net - 1.0) * sliding,
+        "touching": int(helix / screw.ball_diameter),
+        "twice": " and ".join(twice),
+    }

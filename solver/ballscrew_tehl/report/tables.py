@@ -72,14 +72,14 @@ REGION_ERRORS = {
 }
 
 
-def certificate_regions(certificate: Mapping[str, Any]) -> list[Html]:
+def certificate_regions(certificate: Mapping[str, Any]) -> Html:
     """The errors of REGION_ERRORS by region, where the certificate has them."""
     regions = certificate.get("regions", {})
     if not regions:
-        return []
+        return Html()
     rows = [
         [name, str(errors["points"]), *(percent(errors[key]) for key in REGION_ERRORS)]
         for name, errors in regions.items()
     ]
     head = ["region", "points", *REGION_ERRORS.values()]
-    return [table("certificate_regions", "The same by region", head, rows)]
+    return table("certificate_regions", "The same by region", head, rows)

@@ -1,7 +1,10 @@
 """Optional dependencies: which extra of the installation brings a package that is missing."""
 
 #: package to be imported: extra of pyproject.toml that brings it
-EXTRAS = {"matplotlib": "report", "fmpy": "fmu", "pythonfmu": "fmu", "distributed": "dask"}
+EXTRAS = {
+    **dict.fromkeys(("matplotlib", "jinja2", "markupsafe"), "report"),
+    **{"fmpy": "fmu", "pythonfmu": "fmu", "distributed": "dask"},
+}
 
 
 def missing_extra(error: ModuleNotFoundError) -> str | None:

@@ -1,4 +1,4 @@
-"""The part of the page on the map: its picture, certificate, range, and what is extrapolated or marked."""
+"""Tables of the page on the map: its range, and what is extrapolated or marked."""
 
 from __future__ import annotations
 
@@ -11,47 +11,26 @@ from ..parameters.file import FOUR_POINT
 from ..parameters.units import SHOWN
 from ..physics.ball_formula import THICKEST_FILM
 from ..runtime.packed import MECHANISTIC
-from . import figures
 from .material import Material
-from .page import Html, element, figure, paragraph, table
-from .tables import certificate_regions, certificate_table
+from .page import Html, table
 
 
-def nut_map(material: Material) -> list[Html]:
-    """Picture, certificate, range and limits."""
-    header = material.picture.nut_map.header
-    axes = header["axes"]
-    span = [
+def axes(material: Material) -> Html:
+    """Range of the map."""
+    ends = material.picture.nut_map.header["axes"]
+    rows = [
         [
             name,
-            *(f"{round(shown.of(end), 3):.6g} {shown.unit}" for end in axes[name][:2]),
-            f"{axes[name][2]:.0f}",
+            *(f"{round(shown.of(end), 3):.6g} {shown.unit}" for end in ends[name][:2]),
+            f"{ends[name][2]:.0f}",
         ]
         for name, shown in SHOWN.items()
         if name != "share"
     ]
-    return [
-        paragraph(
-            "The contacts were solved once for many loads, speeds and temperatures. Torques, films and "
-            "temperatures are interpolated in this map. Its films and temperatures are extremes over all balls. The "
-            "certificate and all else of the file: ",
-            element("code", "map info"),
-            ".",
-        ),
-        figure(
-            figures.map_picture_address(material),
-            "The map: its results, its samples, and the points of its certificate, where it was compared with "
-            "direct solves.",
-            wide=True,
-        ),
-        certificate_table(header["certificate"]),
-        *certificate_regions(header["certificate"]),
-        table("axes", "Range of the map", ["axis (force: of one nut)", "from", "to", "nodes"], span),
-        table("limits", "What is extrapolated or marked", ("", ""), limits(material), text=True),
-    ]
+    return table("axes", "Range of the map", ["axis (force: of one nut)", "from", "to", "nodes"], rows)
 
 
-def limits(material: Material) -> list[tuple[str, str]]:
+def limits(material: Material) -> Html:
     """What of the map and of this page is not interpolated between solved contacts, or carries a mark."""
     header = material.picture.nut_map.header
     samples = material.picture.contact_map.contacts.values()
@@ -88,7 +67,7 @@ def limits(material: Material) -> list[tuple[str, str]]:
         )
     if other := carried_over(material.chosen.entry, material.parameters):
         rows.append(("friction numbers", other))
-    return rows
+    return table("limits", "What is extrapolated or marked", ("", ""), rows, text=True)
 
 
 def _percent(share: float) -> str:

@@ -1,0 +1,78 @@
+"""Two reports, built once: of the paper's screw with solved contacts, of another screw with a closed-form map."""
+
+import dataclasses
+import json
+from types import SimpleNamespace
+
+import pytest
+from html_page import Page
+from synthetic_contacts import GRID, closed_build
+
+from ballscrew_tehl.cli.main import main
+from ballscrew_tehl.nut_map.file import save_map
+from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.report import contact_figures, figures, material, screw_figures
+
+#: certificate of the map of the other screw, as `map build` writes it
+CERTIFICATE = {
+    "points": 12,
+    "points_not_solved": 0,
+    **{
+        f"{name}_error_{key}": 0.001 * (5 * i + k)
+        for i, name in enumerate(("torque", "film", "temperature_rise"))
+        for k, key in enumerate(("mean", "50", "99", "999", "max"), start=1)
+    },
+    "regions": {
+        "preload alone": {
+            "points": 7, "torque_error_99": 0.011, "torque_error_max": 0.012, "film_error_99": 0.013,
+            "temperature_rise_error_99": 0.014,
+        }
+    },
+}  # fmt: skip
+
+
+def made(folder, *words):
+    """Page, file, text, answer, log lines, numbers and drawn figures of a report."""
+    path, drawn, gathered, out, err = folder / "page.html", [], [], [], []
+    gather, address = material.gather, figures.figure_address
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(material, "gather", lambda *given: gathered.append(gather(*given)) or gathered[-1])
+        for module in (figures, contact_figures, screw_figures):
+            patch.setattr(
+                module, "figure_address", lambda figure, kind: drawn.append(figure) or address(figure, kind)
+            )
+        for name, texts in (("sys.stdout", out), ("sys.stderr", err)):
+            patch.setattr(name, SimpleNamespace(write=texts.append, flush=lambda: None, isatty=lambda: False))
+        assert main(["report", *map(str, words), "--output", str(path), "--json"]) == 0
+    text = path.read_text(encoding="utf-8")
+    return SimpleNamespace(
+        page=Page(text), path=path, text=text, answer=json.loads("".join(out)), numbers=gathered[0], drawn=drawn,
+        certificate=CERTIFICATE, steps=[line.partition(",")[0] for line in "".join(err).splitlines()],
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def of_paper(tmp_path_factory):
+    """The report on the measured screw of the paper."""
+    return made(tmp_path_factory.mktemp("paper"))
+
+
+@pytest.fixture(scope="session")
+def own_words(tmp_path_factory):
+    """--screw and --map of another screw, up to films so thick that the supply of oil decides."""
+    folder = tmp_path_factory.mktemp("own_map")
+    text = (PACKAGED_DATA / "example_25x10.toml").read_text(encoding="utf-8")
+    (folder / "my.toml").write_text(text.replace('"example 25x10"', '"a <b> & c"'), encoding="utf-8")
+    wide = dataclasses.replace(
+        GRID, speed=(100.0 * RPM, 6000.0 * RPM, 14), temperature=(10.0 + CELSIUS, 40.0 + CELSIUS, 7)
+    )
+    save_map(folder / "my.nc", closed_build(load_parameters(folder / "my.toml"), wide), CERTIFICATE)
+    return "--screw", folder / "my.toml", "--map", folder / "my.nc"
+
+
+@pytest.fixture(scope="session")
+def of_own(own_words, tmp_path_factory):
+    """The report on that screw."""
+    return made(tmp_path_factory.mktemp("own"), *own_words)
