@@ -357,4 +357,4 @@ def test_smaller_tolerance_gives_more_contacts_and_smaller_errors(monkeypatch):
             assert np.mean(left_out_errors(model)) <= tolerance
             assert errors[-1] <= tolerance
     assert number[0] < number[1] < 800
-    assert max(errors[2:]) < 0.5 * max(errors[:2])
+    assert np.max(errors[2:]) < 0.5 * np.max(errors[:2])

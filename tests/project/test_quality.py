@@ -28,11 +28,15 @@ def test_checker_finds_nothing(name):
 
 
 def test_evaluating_a_map_imports_nothing_slow():
-    modules = [
+    names = (
         "parameters.file",
-        *(f"physics.{name}" for name in ("lubricant", "hertz", "kinematics", "load", "film")),
-    ]
-    code = ";".join(f"import ballscrew_tehl.{module}" for module in modules)
+        "physics.lubricant",
+        "physics.hertz",
+        "physics.kinematics",
+        "physics.load",
+        "physics.film",
+    )
+    code = ";".join(f"import ballscrew_tehl.{name}" for name in names)
     slow = ["numba", "xarray", "pandas", "matplotlib", "scipy", "rich", "fmpy", "pythonfmu"]
     code += f";import sys;print(*[name for name in {slow} if name in sys.modules])"
     assert output("-c", code).split() == []
@@ -75,13 +79,7 @@ def test_sources_are_ascii_their_examples_run_and_no_assert_passes_on_nan():
         "assert not a > b", "assert not (a <= b)", "assert not (a > b).any()", "assert c and not np.any(a >= b)",
         "assert max(errors) <= tol", "assert 0.0 < min(x for x in y)", "worst = max(worst, error)",
     ]  # fmt: skip
-    right = [
-        "assert a <= b",
-        "assert not a",
-        "assert np.max(errors) <= tol",
-        "n = max(m, 1)",
-        "assert not a == b",
-    ]
+    right = ["assert a <= b", "assert not a", "assert np.max(e) <= tol", "n = max(m, 1)", "assert not a == b"]
     assert [passes_on_nan(statement) for statement in wrong + right] == [[1]] * len(wrong) + [[]] * len(right)
     assert len(SOURCES) > 20
     for path in SOURCES:

@@ -67,23 +67,19 @@ def test_links_lead_to_files_and_anchors_and_nothing_is_fetched(site):
     assert [path for path, page in site.items() if re.search('class="(mermaid|arithmatex)"', page.text)] == []
 
 
-def documented(tree, prefix):
+def documented(node, name):
     """A module, its public functions and classes, and the methods that its classes define: (name, node)."""
-    yield prefix, tree
-    for node in tree.body:
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
-            yield from (
-                documented(node, f"{prefix}.{node.name}")
-                if isinstance(node, ast.ClassDef)
-                else [(f"{prefix}.{node.name}", node)]
-            )
+    yield name, node
+    for child in () if isinstance(node, ast.FunctionDef) else node.body:
+        if isinstance(child, ast.FunctionDef | ast.ClassDef) and not child.name.startswith("_"):
+            yield from documented(child, f"{name}.{child.name}")
 
 
 def public():
     """All that may be imported."""
     for package in PACKAGES:
-        for path in sorted(package.rglob("*.py")):
-            if "native" not in path.relative_to(package).parts and not path.name.startswith("__"):
+        for path in sorted(package.rglob("[!_]*.py")):
+            if "native" not in path.relative_to(package).parts:
                 name = ".".join(path.relative_to(package.parent).with_suffix("").parts)
                 yield from documented(ast.parse(path.read_text(encoding="utf-8")), name)
 
