@@ -60,7 +60,7 @@ class ContactValues(Protocol):
     def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
         """One of QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s], temperatures (t,) [K]: (n, s, t), SI.
 
-        The rolling loss is at least contact.ball_formula.minimum_rolling_loss.
+        The rolling loss is at least physics.ball_formula.minimum_rolling_loss.
         """
         ...
 

@@ -6,9 +6,8 @@ a standard deviation that is small where neighbours agree. A contact is solved
 - where none is known within REACH, if its viscous torque exceeds the tolerance, or
 - where uncertain corrections may change the torque by more than `tolerance`.
 
-Every solve begins cold, so that it depends on its point alone: a warm start (solve_contact(start=...)) keeps the
-extrapolation of its start and moves a film by up to 2e-3, and saves nothing from a distance of 15 % on, where new
-points lie. Hence same calls give same results, and a restored state continues exactly as the original.
+Every solve begins cold, so that it depends on its point alone. Hence same calls give same results, and a restored
+state continues exactly as the original.
 """
 
 from __future__ import annotations

@@ -1,0 +1,134 @@
+"""The bodies: dry contact and deflection against Hertz, moving heat sources against their closed forms."""
+
+import numpy as np
+import pytest
+from contact_cases import CIRCLE, LONG, OIL, STEEL, conditions, options
+from scipy.integrate import quad
+from scipy.special import k0e
+
+from ballscrew_tehl.contact.coupled import wall_operators
+from ballscrew_tehl.contact.film.reynolds import TARGET_LOAD, ContactGeometry, GridChoice
+from ballscrew_tehl.contact.half_space.dry import dry_contact
+from ballscrew_tehl.contact.half_space.grid import Grid, graded_grid
+from ballscrew_tehl.contact.half_space.walls import wall_operator
+from ballscrew_tehl.contact.problem import ContactProblem
+
+K = STEEL.thermal_conductivity
+CHI = K / (STEEL.density * STEEL.specific_heat)
+HALF_WIDTH, FLUX = 65.4e-6, 1e8
+#: printed ratios of fast-source to exact peak over Peclet number u b/chi (model notes, worked checks, section 6)
+PRINTED_RATIO = {20.0: 1.02, 10.0: 1.04, 5.0: 1.07, 2.0: 1.14, 0.5: 1.35, 0.1: 1.92}
+
+
+def fast_band(x, u):
+    """Behind the leading edge of a uniform band: 2 q sqrt(x/(pi rho c k u)) (Jaeger 1942) [K]."""
+    return 2.0 * FLUX * np.sqrt(np.clip(x + HALF_WIDTH, 0.0, None) * CHI / (np.pi * K * K * u))
+
+
+def band(peclet, n_x=65, n_y=9, kappa=1.0 / 400.0):
+    """Temperature rise at the middle of a long uniform band -1..1 [b] that moves with u = peclet chi/b."""
+    x = -1.0 + 2.0 * (np.arange(n_x) + 0.5) / n_x
+    grid = Grid(np.concatenate([[x[0] - 2.0 / n_x], x, [x[-1] + 2.0 / n_x]]), np.linspace(0.0, 1.0, n_y))
+    flux = np.zeros((n_y, n_x + 2))
+    flux[:-1, 1:-1] = FLUX
+    return grid.x, wall_operator(grid, kappa, HALF_WIDTH, peclet * CHI / HALF_WIDTH, K, CHI)(flux)[0]
+
+
+def line_source(peclet, x):
+    """The same of an endless band: q b/(pi k) integral of exp(beta s) K0(|beta s|), beta = Pe/2 (Jaeger 1942)."""
+    beta = 0.5 * peclet
+
+    def source(s):
+        return np.exp(beta * s - abs(beta * s)) * k0e(abs(beta * s))
+
+    rise = sum(quad(source, *ends, limit=200)[0] for ends in ((x - 1.0, 0.0), (0.0, x + 1.0)))
+    return FLUX * HALF_WIDTH / (np.pi * K) * rise
+
+
+@pytest.mark.parametrize("peclet", PRINTED_RATIO)
+def test_long_band_is_the_line_source_and_its_peak_the_printed_one(peclet):
+    x, rise = band(peclet)
+    exact = np.array([line_source(peclet, v) for v in x[1:-1:8]])
+    # of the peak: quadrature of the cells 1e-3, ends of the band at 400 half-widths below that for Pe >= 0.1
+    assert np.abs(rise[1:-1:8] - exact).max() <= 3e-3 * exact.max()
+    fast = fast_band(HALF_WIDTH, peclet * CHI / HALF_WIDTH)
+    assert fast / rise.max() == pytest.approx(PRINTED_RATIO[peclet], abs=0.005 + 2e-3)
+
+
+def test_fast_standing_and_reversed_sources():
+    """Jaeger's parabola at high speed, the square at rest in closed form, the mirror image."""
+    x, rise = band(2000.0, n_x=129)
+    inside = (x > -0.5) & (x < 0.9)
+    # the ratio is 1 + O(1/Pe), and cells of 1/64
+    fast = fast_band(x * HALF_WIDTH, 2000.0 * CHI / HALF_WIDTH)
+    np.testing.assert_allclose(rise[inside], fast[inside], rtol=5e-3)
+    np.testing.assert_allclose(band(-5.0, n_x=17)[1], band(5.0, n_x=17)[1][::-1], rtol=1e-12)
+    # middle of a uniform square 2b: T = 4 q b asinh(1)/(pi k) (Carslaw & Jaeger 1959, section 10.5)
+    n = 33
+    x = -1.0 + 2.0 * (np.arange(n) + 0.5) / n
+    # the outer line is half a cell outside the square, so that cells tile it
+    grid = Grid(np.concatenate([[x[0] - 2.0 / n], x, [x[-1] + 2.0 / n]]), np.arange(n // 2 + 2) * 2.0 / n)
+    flux = np.zeros((grid.y.size, n + 2))
+    flux[:-1, 1:-1] = FLUX
+    rise = wall_operator(grid, 1.0, HALF_WIDTH, 0.0, K, CHI)(flux)[0, n // 2 + 1]
+    assert rise == pytest.approx(4.0 * FLUX * HALF_WIDTH * np.arcsinh(1.0) / (np.pi * K), rel=1e-3)
+
+
+def test_walls_of_a_contact_have_the_speed_of_their_own_body():
+    """Uniform flux over the Hertz ellipse of a fast contact: the strip along the middle line near its trailing edge.
+
+    46 W/(m K), 7870 kg/m3, 450 J/(kg K) are the printed numbers of the steel.
+    """
+    at = conditions(u_e=60.0, srr=0.2)
+    problem = ContactProblem(at, OIL, STEEL, options(n_x=257, n_y=33))
+    grid, b = problem.geometry.grid, problem.scales.hertz.b
+    inside = (grid.x**2 + grid.y[:, None] ** 2 <= 1.0).astype(float)
+    for wall, speed in zip(wall_operators(problem), (at.u_1, at.u_2), strict=True):
+        found = np.interp(0.9, grid.x, wall(FLUX * inside)[0])
+        strip = 2.0 * FLUX * np.sqrt(1.9 * b / (np.pi * 46.0 * 7870.0 * 450.0 * speed))
+        assert found == pytest.approx(strip, rel=0.01)
+        # the increments of the iteration, in single precision
+        np.testing.assert_allclose(wall.rough(inside), wall(inside), atol=1e-5 * wall(inside).max())
+
+
+@pytest.mark.parametrize("ratio", [CIRCLE, 0.2, LONG])
+def test_dry_contact_is_that_of_hertz(ratio):
+    """Pressure on the nodes, gap zero under it and positive outside: complementarity and the closed form."""
+    geometry = ContactGeometry(GridChoice(-2.0, 1.5, 1.3, 65, 17, 0.2), ratio)
+    p, approach = geometry.dry_contact
+    gap = geometry.gap(p, approach)
+    assert np.sum(geometry.weights * p) == pytest.approx(TARGET_LOAD, rel=1e-12)
+    assert p.min() == 0.0
+    # tolerance of the conjugate gradients, 1e-10 of p_max, through an ill-conditioned deflection
+    assert np.abs(gap[p > 0.0]).max() <= 1e-6
+    assert gap[p == 0.0].min() > -1e-6
+    r_2 = geometry.grid.x**2 + geometry.grid.y[:, None] ** 2
+    hertz = np.sqrt(np.maximum(0.0, 1.0 - r_2))
+    # cells at the root edge carry 0.05; inside a half per cent
+    assert np.abs(p - hertz)[r_2 < 0.7].max() <= 0.005
+    assert np.abs(p - hertz).max() <= 0.06
+    # an eighth of the load: half the pressure and half the radius
+    light, _ = dry_contact(geometry.grid, geometry.undeformed, geometry.deflection, TARGET_LOAD / 8.0)
+    assert light.max() == pytest.approx(0.5, abs=0.06)
+
+
+def test_dry_contact_on_a_grid_too_coarse_for_it_still_carries_the_load():
+    geometry = ContactGeometry(GridChoice(-200.0, 60.0, 90.0, 65, 17, 60.0), 1.0)
+    p, approach = geometry.dry_contact
+    assert np.sum(geometry.weights * p) == pytest.approx(TARGET_LOAD, rel=1e-12)
+    assert np.isfinite(approach)
+
+
+def test_grid_is_finer_where_the_film_forms_and_halves_keep_its_nodes():
+    coarse, fine = (graded_grid(-2.5, 1.5, 1.5, n, 9, 0.1) for n in (65, 129))
+    np.testing.assert_allclose(fine.x[::2], coarse.x, atol=1e-12)
+    spacing = np.interp([-2.4, -1.0, 0.0, 0.95], fine.x[:-1], np.diff(fine.x))
+    assert spacing[1] < 0.5 * spacing[0]
+    assert spacing[1] < 0.5 * spacing[2]
+    assert spacing[3] < spacing[2]
+    assert np.sum(fine.weights) == pytest.approx(4.0 * 3.0 + 4.0 * fine.h_y, rel=1e-9)
+    # the load beyond an open side falls with the square of the distance
+    open_ = Grid(fine.x, fine.y, open_side=True)
+    tail = 2.0 * quad(lambda y: (open_.y[-2] / y) ** 2, open_.y[-2] + 0.5 * open_.h_y, np.inf)[0]
+    beyond = (open_.load_weights - open_.weights)[-2] / open_.width_x
+    np.testing.assert_allclose(beyond, tail, rtol=1e-9)

@@ -1,0 +1,379 @@
+"""The film across: closed forms of flow, stress and heat; shear thinning; the oil of the kernels."""
+
+import math
+
+import numpy as np
+import pytest
+from contact_cases import OIL
+from scipy.integrate import solve_bvp
+
+from ballscrew_tehl.contact import reference_oil
+from ballscrew_tehl.contact.film import energy
+from ballscrew_tehl.contact.film import flow as film_flow
+from ballscrew_tehl.contact.film import oil as kernels
+from ballscrew_tehl.contact.film.transport import HeatTransport
+from ballscrew_tehl.physics import lubricant
+
+T_A, GAP, U_A, U_B, P_X = 300.0, 2e-6, 1.3, 0.6, 3e11
+E2 = math.exp(2.0)
+#: eta = exp(-2 z/h), rho = 1: the integrals of the film in closed form, as printed in the model notes to 6 decimals
+PRINTED = {"1/e0": 3.194528, "1/e1": 2.097264, "Poiseuille": 0.220373, "Couette": 0.343482}
+CLOSED = {"1/e0": (E2 - 1.0) / 2.0, "1/e1": (E2 + 1.0) / 4.0}
+CLOSED |= {
+    "Poiseuille": (E2 - 3.0) / 4.0 * CLOSED["1/e1"] / CLOSED["1/e0"] - 0.5,
+    "Couette": (E2 - 3.0) / 4.0 / CLOSED["1/e0"],
+}
+
+
+def exponential_oil():
+    """ln eta = -2 (T - T_a)/100 K, any pressure, constant density."""
+    constant = {"pressure_law": "barus", "density_law": "incompressible", "density_temperature": 0.0}
+    table = kernels.oil_table(OIL.model_copy(update=constant), T_A)
+    t = table.table_start + kernels.TABLE_STEP * np.arange(table.ln_eta0.size)
+    return table._replace(ln_eta0=-0.02 * (t - T_A), alpha=0.0)
+
+
+def exponential_film(n_z, u_a=U_A, u_b=U_B, gradient=P_X, power=0.0):
+    """Flow of one column, phi, g and their slopes by temperature."""
+    t = (T_A + np.linspace(0.0, 100.0, n_z + 1))[None, None]
+    flow, one = film_flow.FilmFlow.empty(1, 1, n_z), np.ones((1, 1))
+    flow.gradient_x[:], flow.power[:] = gradient, power
+    speeds = film_flow.SurfaceSpeeds(u_a, u_b)
+    film_flow.film_flow(exponential_oil(), np.zeros(1), 0.0 * one, GAP * one, t, speeds, flow)
+    out, by_t = [np.empty((1, 1)) for _ in range(4)], np.empty((1, 1, 2, n_z + 1))
+    film_flow.film_coefficients(exponential_oil(), 1.0, 0.0 * one, t, flow, speeds, 1.0, 1.0, *out, by_t)
+    return flow, math.exp(out[0][0, 0]), out[2][0, 0], by_t[0, 0]
+
+
+def test_integrals_across_converge_with_fourth_order_to_the_printed_numbers():
+    for name, value in PRINTED.items():
+        assert CLOSED[name] == pytest.approx(value, abs=5e-7)
+    sizes, errors = (32, 64, 128), []
+    for n_z in sizes:
+        flow, phi, g, _ = exponential_film(n_z)
+        pivot = 0.5 + (flow.stress_x - flow.traction_x)[0, 0] / (GAP * P_X)
+        inv0 = flow.fluidity[0, 0] / GAP
+        found = inv0, pivot * inv0, phi / 12.0, (g - U_A) / (U_B - U_A)
+        errors.append([abs(f - CLOSED[name]) for f, name in zip(found, PRINTED, strict=True)])
+    orders = -np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    np.testing.assert_allclose(orders, 4.0, atol=0.2)
+    # the default layers hold this strongly sheared film within a thousandth
+    assert exponential_film(8)[1] / 12.0 == pytest.approx(CLOSED["Poiseuille"], rel=1e-3)
+
+
+def test_stress_flux_and_heat_are_those_of_the_notes():
+    """tau = e0 (u_b-u_a)/h + (z - c) h p_x, q = h (u_a + du Couette) - h^3 Poiseuille p_x; their work is the heat."""
+    power = GAP**3 * CLOSED["Poiseuille"] * P_X**2
+    flow, *_ = exponential_film(64, power=power)
+    at, weights = (0, 0), film_flow.layer_weights(64)
+    c = CLOSED["1/e1"] / CLOSED["1/e0"]
+    tau_a = (U_B - U_A) / GAP / CLOSED["1/e0"] - c * GAP * P_X
+    assert flow.traction_x[at] == pytest.approx(tau_a + 0.5 * GAP * P_X, rel=1e-6)
+    couette = GAP * (U_A + (U_B - U_A) * CLOSED["Couette"])
+    flux = couette - GAP**3 * CLOSED["Poiseuille"] * P_X
+    assert flow.m_x[at] @ weights == pytest.approx(OIL.density * flux, rel=1e-6)
+    assert abs(flow.m_y[at]).max() == 0.0
+    work = (tau_a + GAP * P_X) * U_B - tau_a * U_A - P_X * flux
+    cells = np.full(65, 1.0 / 64)
+    cells[[0, -1]] *= 0.5
+    assert flow.driven[at] @ cells == pytest.approx(1.0, rel=1e-12)
+    assert flow.sliding[at] @ weights + power == pytest.approx(work, rel=1e-6)
+    np.testing.assert_allclose(flow.shear[at], flow.sliding[at] + flow.driven[at] * power, rtol=1e-12)
+
+
+def test_pressure_gradient_across_drives_flow_across():
+    """rho h^3 p_y/(12 eta) of one viscosity; the stress stays symmetric."""
+    flow, one = film_flow.FilmFlow.empty(1, 1, 8), np.ones((1, 1))
+    flow.gradient_y[:] = P_X
+    t = np.full((1, 1, 9), T_A)
+    film_flow.film_flow(
+        exponential_oil(), np.zeros(1), 0.0 * one, GAP * one, t, film_flow.SurfaceSpeeds(1.0, 1.0), flow
+    )
+    flux = flow.m_y[0, 0] @ film_flow.layer_weights(8)
+    assert flux == pytest.approx(-OIL.density * GAP**3 * P_X / 12.0, rel=1e-9)
+    assert abs(flow.traction_y[0, 0]) <= 1e-9 * GAP * P_X
+
+
+@pytest.mark.parametrize("rheology", ["newtonian", "eyring", "carreau"])
+def test_slopes_of_the_film_coefficients_are_their_differences(rheology):
+    """To pressure and to the temperature of every level, the thinning following as at a given shear rate."""
+    rng = np.random.default_rng(3)
+    ny, nx, n = 2, 3, 7
+    p_max, u_e = 4e8, 1.1
+    table = kernels.oil_table(OIL.model_copy(update={"rheology": rheology}), 303.15)
+    p, t = 0.2 + rng.random((ny, nx)), 303.15 + 30.0 * rng.random((ny, nx, n + 1))
+    flow = film_flow.FilmFlow.empty(ny, nx, n)
+    speeds = film_flow.SurfaceSpeeds(1.4, 0.8)
+    film_flow.film_flow(table, np.linspace(0, 1e-4, nx), p * p_max, 2e-7 * np.ones((ny, nx)), t, speeds, flow)
+
+    def at(p, t):
+        out, by_t = [np.empty((ny, nx)) for _ in range(4)], np.empty((ny, nx, 2, n + 1))
+        film_flow.film_coefficients(table, p_max, p, t, flow, speeds, u_e, 1.0, *out, by_t)
+        return (*out, by_t)
+
+    _, dln_phi, _, dg, by_t = at(p, t)
+    eps = 1e-6
+    plus, minus = at(p + eps, t), at(p - eps, t)
+    np.testing.assert_allclose((plus[0] - minus[0]) / (2.0 * eps), dln_phi, rtol=1e-5)
+    np.testing.assert_allclose((plus[2] - minus[2]) / (2.0 * eps), dg, rtol=1e-5, atol=1e-7)
+    for k in range(n + 1):
+        change = np.zeros(n + 1)
+        change[k] = 1e-4
+        plus, minus = at(p, t + change), at(p, t - change)
+        for m, which in ((0, 0), (1, 2)):
+            slope = (plus[which] - minus[which]) / 2e-4
+            np.testing.assert_allclose(
+                slope, by_t[:, :, m, k], rtol=1e-4, atol=1e-4 * np.abs(by_t[:, :, m]).max()
+            )
+    # without heat both sets of coefficients are one
+    cold = np.full_like(t, 310.0)
+    film_flow.film_flow(
+        table, np.linspace(0, 1e-4, nx), p * p_max, 2e-7 * np.ones((ny, nx)), cold, speeds, flow
+    )
+    if rheology == "newtonian":
+        plain = [np.empty((ny, nx)) for _ in range(4)]
+        film_flow.isothermal_coefficients(table, p_max, p, 310.0, speeds, u_e, 1.0, *plain)
+        for one, other in zip(at(p, cold), plain, strict=False):
+            np.testing.assert_allclose(one, other, rtol=1e-9)
+
+
+def test_oil_of_the_kernels_is_that_of_the_lubricant_laws():
+    """Viscosity within the interpolation of its table (1e-5), density exactly; their slopes by differences."""
+    incompressible = OIL.model_copy(update={"density_law": "incompressible"})
+    for oil in (
+        OIL,
+        OIL.model_copy(update={"pressure_law": "barus"}),
+        incompressible,
+        reference_oil("barus"),
+    ):
+        table = kernels.oil_table(oil, 303.15)
+        for p in (0.0, 0.4e9, 1.2e9):
+            rho, slope = kernels.pressure_density(table, p)
+            up, down = (kernels.pressure_density(table, p + d)[0] for d in (1e4, -1e4))
+            assert slope == pytest.approx((up - down) / 2e4, rel=1e-5, abs=1e-16)
+            for t in (303.15, 351.7, 420.2):
+                factor, d_factor = kernels.pressure_factor(table, p)
+                ln_eta, by_t, by_factor = kernels.ln_viscosity(table, factor, t)
+                assert ln_eta == pytest.approx(
+                    math.log(lubricant.viscosity(oil, p, t)), abs=2e-5 * max(1, factor)
+                )
+                expected = lubricant.density(oil, p, t) / oil.density
+                assert rho - oil.density_temperature * (t - oil.reference_temperature) == pytest.approx(
+                    expected, rel=1e-9
+                )
+                warm, cool = (math.log(lubricant.viscosity(oil, p, t + d)) for d in (0.1, -0.1))
+                assert by_t == pytest.approx((warm - cool) / 0.2, rel=1e-2, abs=1e-9)
+                if p > 0.0:
+                    more, less = (math.log(lubricant.viscosity(oil, p + d, t)) for d in (1e4, -1e4))
+                    assert by_factor * d_factor == pytest.approx((more - less) / 2e4, rel=1e-4)
+
+
+# --- shear thinning --------------------------------------------------------------------------------------------------
+
+N_Z = 10
+
+
+def limit(p):
+    return max(OIL.limiting_stress_ambient, 0.05 * p)
+
+
+LAWS = {
+    "eyring": ({"eyring_stress": 4e6}, lambda x, p: 4e6 * math.asinh(x / 4e6)),
+    "carreau": (
+        {"carreau_modulus": 2e6, "carreau_exponent": 0.4}, lambda x, p: x * (1.0 + (x / 2e6) ** 2) ** -0.3
+    ),
+    "limiting_shear_stress": (
+        {"limiting_stress_slope": 0.05},
+        lambda x, p: -math.expm1(-x / limit(p)) * limit(p),
+    ),
+}  # fmt: skip
+
+
+def column(rheology, p, eta, du, p_x=0.0, p_y=0.0, **more):
+    """Stress at wall a and thinning of a column that starts as a Newtonian one."""
+    table = kernels.oil_table(OIL.model_copy(update={"rheology": rheology, **more}), 303.15)
+    thinning, eta = (
+        np.ones(N_Z + 1),
+        np.broadcast_to(float(eta) if np.isscalar(eta) else eta, (N_Z + 1,)).copy(),
+    )
+    tau = film_flow.wall_stress(table, p, 2e-7, p_x, p_y, du, eta, film_flow.layer_weights(N_Z), thinning)
+    return np.array(tau), thinning
+
+
+@pytest.mark.parametrize("rheology", LAWS)
+def test_couette_flow_has_the_closed_stress_of_the_law(rheology):
+    """And with parameters that no film reaches, the Newtonian one."""
+    update, law = LAWS[rheology]
+    for p in (0.0, 3e8, 1.2e9):
+        for newtonian in (1e3, 1e6, 1e7, 1e8, 1e9, 1e11):
+            tau, thinning = column(rheology, p, 60.0, newtonian * 2e-7 / 60.0, **update)
+            closed = law(newtonian, p)
+            # close to the limiting stress the law is continued along its tangent
+            assert tau[0] == pytest.approx(closed, rel=1e-3 if rheology.startswith("lim") else 1e-7)
+            np.testing.assert_allclose(thinning, newtonian / closed, rtol=1e-3)
+            assert tau[1] == 0.0
+    stiff = {
+        "eyring_stress": 1e9,
+        "carreau_modulus": 1e10,
+        "limiting_stress_ambient": 1e9,
+        "limiting_stress_slope": 0.5,
+    }
+    eta = 60.0 * np.exp(-2.0 * np.linspace(0.0, 1.0, N_Z + 1))
+    flow = {"p": 1e8, "eta": eta, "du": 3e-3, "p_x": 2e12, "p_y": -1e12}
+    np.testing.assert_allclose(
+        column(rheology, **flow, **stiff)[0], column("newtonian", **flow)[0], rtol=5e-3
+    )
+
+
+@pytest.mark.parametrize("rheology", ["newtonian", *LAWS])
+def test_both_wall_equations_hold(rheology):
+    """int tau/e dz = u_b - u_a along, 0 across, tau = tau_a + z grad p, from stresses far below and far above."""
+    rng = np.random.default_rng(5)
+    z, weights = np.linspace(0.0, 1.0, N_Z + 1), film_flow.layer_weights(N_Z)
+    for _ in range(20):
+        p, eta = 10.0 ** rng.uniform(7.0, 9.2), 10.0 ** rng.uniform(-2.0, 5.0)
+        eta = eta * np.exp(-rng.uniform(0.0, 4.0) * np.sin(np.pi * z))
+        du = rng.normal() * 10.0 ** rng.uniform(-2.0, 0.5)
+        p_x, p_y = rng.normal(size=2) * min(p / 1e-4, 1e13)
+        tau, thinning = column(rheology, p, eta, du, p_x, p_y)
+        for stress, slip in ((tau[0] + z * 2e-7 * p_x, du), (tau[1] + z * 2e-7 * p_y, 0.0)):
+            moved = 2e-7 * np.sum(weights * thinning * stress / eta)
+            # NEWTON's residual relative to the sliding
+            assert abs(moved - slip) <= 1e-8 * abs(du)
+
+
+# --- energy equation ---
+
+COOL, T_IN = reference_oil("barus"), 313.15  # one viscosity, one density
+
+
+class Channel:
+    """Film of one height between two plates; three lines across, the first a line of symmetry."""
+
+    def __init__(self, length=1e-3, n_x=21, n_z=10, u_a=1.5, u_b=0.5, gradient=0.0, power=0.0):
+        x = np.linspace(0.0, length, n_x)
+        width = np.diff(np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]]))
+        self.x, self.mesh, plate = x, energy.EnergyMesh(x, width, 0.5 * length), np.ones((3, n_x))
+        self.h, self.heat = 1e-6 * plate, HeatTransport.empty(3, x, n_z)
+        self.t = np.full((3, n_x, n_z + 1), T_IN)
+        self.walls = energy.WallHeat(0.0 * plate, 0.0 * plate, np.zeros((3, n_x, 4)))
+        self.flow = film_flow.FilmFlow.empty(3, n_x, n_z)
+        self.flow.gradient_x[:], self.flow.power[:] = gradient, power
+        speeds = film_flow.SurfaceSpeeds(u_a, u_b)
+        film_flow.film_flow(kernels.oil_table(COOL, T_IN), x, 0.0 * plate, self.h, self.t, speeds, self.flow)
+        ends = np.ones(3, dtype=np.int64), np.full(3, n_x - 1, dtype=np.int64)
+        self.face = energy.FaceFlow.empty(*ends, n_x, n_z)
+        flux = np.full((3, n_x - 1), COOL.density * 0.5 * (u_a + u_b) * 1e-6)
+        energy.face_flow(
+            self.mesh, COOL.specific_heat, 0.0 * plate, flux, np.zeros((2, n_x)), self.flow, self.face
+        )
+
+    def sweep(self, forward=True, damped=False):
+        k = COOL.thermal_conductivity
+        energy.sweep(
+            self.mesh, self.h, k, T_IN, self.flow, self.face, self.t.copy(), damped, forward, True, self.t, self.heat,
+            self.walls.response,
+        )  # fmt: skip
+        energy.wall_heat(self.mesh, self.h, k, T_IN, self.flow, self.face, self.t, self.walls)
+
+
+@pytest.mark.parametrize(("u_a", "u_b"), [(1.5, 0.5), (0.5, 1.5), (-0.5, -1.5)])
+def test_sheared_film_warms_by_its_closed_form(u_a, u_b):
+    """Rise tau |du| h/(8 k) in the middle far from the inlet, half the heat into each wall."""
+    for n_z in (4, 10, 21):
+        channel = Channel(n_z=n_z, u_a=u_a, u_b=u_b)
+        for _ in range(8):  # a sweep moves a column by SWEEP_LIMIT at most
+            channel.sweep(forward=u_a + u_b > 0.0)
+        at = channel.x.size - 2 if u_a + u_b > 0.0 else 1
+        heat = COOL.viscosity * (u_a - u_b) ** 2 / 1e-6
+        z = np.linspace(0.0, 1.0, n_z + 1)
+        closed = heat * 1e-6 / (2.0 * COOL.thermal_conductivity) * z * (1.0 - z)
+        for line in (0, 1):
+            # differences are exact for the parabola; the inlet has faded by exp(-100)
+            np.testing.assert_allclose(channel.t[line, at] - T_IN, closed, atol=1e-9 * closed.max())
+            assert channel.walls.q_a[line, at] == pytest.approx(0.5 * heat, rel=1e-9)
+            assert channel.walls.q_b[line, at] == pytest.approx(0.5 * heat, rel=1e-9)
+
+
+def test_pressure_flow_heats_by_exactly_its_power():
+    power = 3e5
+    for gradient in (-2e10, 2e10):
+        for u_a, u_b in ((1.0, 1.0), (1.5, 0.5)):
+            channel = Channel(u_a=u_a, u_b=u_b, gradient=gradient, power=power)
+            for _ in range(8):
+                channel.sweep()
+            tau = COOL.viscosity * (u_b - u_a) / 1e-6
+            heat = (channel.walls.q_a + channel.walls.q_b)[:2, channel.x.size - 2]
+            np.testing.assert_allclose(heat, tau * (u_b - u_a) + power, rtol=1e-9)
+
+
+def test_response_of_the_walls_is_the_change_of_their_heat():
+    """To the temperatures of both walls of one column, the neighbour columns held; by differences."""
+    channel, at = Channel(n_x=9), (1, 4)
+    for _ in range(8):
+        channel.sweep()
+    for wall, level in ((0, 0), (1, -1)):
+        flux, before = [], channel.t.copy()
+        for d in (1e-3, -1e-3):
+            channel.t[:] = before
+            channel.t[(*at, level)] += d
+            channel.face.start[:], channel.face.end[:] = at[1], at[1] + 1
+            channel.sweep()
+            flux.append((channel.walls.q_a[at], channel.walls.q_b[at]))
+        channel.t[:] = before
+        slope = (np.array(flux[0]) - np.array(flux[1])) / 2e-3
+        response = channel.walls.response[at]
+        expected = (-response[0], response[2]) if wall == 0 else (response[1], -response[3])
+        np.testing.assert_allclose(slope, expected, rtol=1e-6)
+
+
+def test_linearised_dissipation_and_damping_do_not_change_the_fixed_point():
+    channels = [Channel() for _ in range(3)]
+    channels[1].flow.soft[:] = channels[2].flow.soft[:] = (
+        20.0  # times the rise: a source that halves within it
+    )
+    for n in range(80):
+        for k, channel in enumerate(channels):
+            channel.sweep(damped=k == 2)
+        if n == 0:
+            assert np.abs(channels[1].t - channels[0].t).max() > 1e-3
+    rise = np.ptp(channels[0].t)
+    for channel in channels[1:]:
+        np.testing.assert_allclose(channel.t, channels[0].t, atol=1e-6 * rise)
+
+
+def test_convection_and_conduction_are_of_second_order():
+    """T0 + sin(pi z/h) exp(-x/l), l = rho c u h^2/(pi^2 k), in a plug flow that cools down."""
+    sizes, errors = np.array([16, 32, 64, 128]), []
+    length = COOL.density * COOL.specific_heat * 1e-12 / (np.pi**2 * COOL.thermal_conductivity)
+    for n, n_z in zip(sizes, (6, 12, 24, 48), strict=True):
+        channel = Channel(length=1.5 * length, n_x=n + 1, n_z=n_z, u_a=1.0, u_b=1.0)
+        exact = np.sin(np.pi * np.linspace(0.0, 1.0, n_z + 1)) * np.exp(-channel.x / length)[:, None]
+        # the first two columns are given: what enters from outside the domain is at T0
+        channel.face.start[:] = 2
+        channel.t[:, :2] += exact[:2]
+        channel.face.x[:, 0] = channel.face.x[:, 1]
+        for _ in range(2):
+            channel.sweep()
+        errors.append(np.abs(channel.t[0, 2:-1] - T_IN - exact[2:-1]).max())
+    assert 1.8 < -np.polyfit(np.log(sizes), np.log(errors), 1)[0] < 2.4
+    assert errors[-1] <= 1e-3
+
+
+def test_first_temperatures_solve_the_heat_equation_of_a_sheared_film():
+    """k T'' + tau du/dz = 0 with eta exp(-soft (T-T_w)) at one stress, as a boundary value problem."""
+    k, h, eta, soft, wall = 0.14, 2e-7, 20.0, 0.06, 320.0
+    for slip in (1e-3, 0.5, 4.0, 30.0):
+        nahme = soft * eta * slip**2 / k
+        z = np.linspace(0.0, 1.0, 201)
+        solution = solve_bvp(
+            # theta = soft (T - T_w), its slope, velocity/slip; the stress over eta slip/h is the parameter
+            lambda z, s, stress, n=nahme: np.stack([s[1], -n * stress**2 * np.exp(s[0]), stress * np.exp(s[0])]),
+            lambda a, b, stress: np.array([a[0], b[0], a[2], b[2] - 1.0]),
+            z, np.stack([0.0 * z, 0.0 * z, z]), p=[1.0 / (1.0 + nahme / 8.0)], tol=1e-9, max_nodes=20000,
+        )  # fmt: skip
+        t = np.zeros(201)
+        q = energy.sheared_film(k, h, slip, eta, soft, wall, wall, t)
+        theta, slope = solution.sol(z)[:2]
+        np.testing.assert_allclose(soft * (t - wall), theta, atol=1e-6 * max(theta.max(), 1e-6))
+        assert q == pytest.approx(k * slope[0] / (soft * h), rel=1e-6)

@@ -1,0 +1,257 @@
+"""Linearisation of the film by differences: Newton's matrix, its lines, temperatures that follow."""
+
+import numpy as np
+import pytest
+from contact_cases import OIL
+
+from ballscrew_tehl.contact.film import flow as film_flow
+from ballscrew_tehl.contact.film import kernels, linear, transport
+from ballscrew_tehl.contact.film.oil import oil_table
+from ballscrew_tehl.contact.film.reynolds import (
+    TARGET_LOAD,
+    ContactGeometry,
+    Film,
+    GridChoice,
+    _Linearisation,
+)
+
+GEOMETRIES = {
+    "circle": (GridChoice(-3.0, 1.8, 1.6, 33, 7, 0.2), 1.0),
+    "ellipse, open side": (GridChoice(-3.0, 1.8, 1.6, 33, 9, 0.2, open_side=True), 0.1),
+}
+N_Z, P_MAX = 5, 4e8
+
+
+class HotFilm(Film):
+    """A film whose temperatures follow the pressure and the gap linearly, as by the energy equation."""
+
+    def __init__(self, state):
+        self.state, self.heat = state, state.heat
+        self.unit, self.unit_h, self.warm = P_MAX, 1e-6, True
+        self.by_t = np.zeros((*state.p.shape, 2, N_Z + 1))
+        self.change = np.zeros_like(state.t)
+
+    def coefficients(self, p):
+        out = tuple(np.empty_like(p) for _ in range(4))
+        film_flow.film_coefficients(
+            self.state.table, P_MAX, p, self.state.t + self.change, self.state.flow,
+            film_flow.SurfaceSpeeds(1.4, 0.8), 1.1, 1.0, *out, self.by_t,
+        )  # fmt: skip
+        return out
+
+    def follow(self, linear, d_p, d_h):
+        """From the temperatures of the state."""
+        transport.follow(
+            self.heat, linear.g, linear.dg, linear.by_t, self.unit, self.unit_h, d_p, d_h, self.change
+        )
+
+
+class State:
+    """A thick, warm film of a shear-thinning oil, cavitated behind the contact, with random factors of its heat."""
+
+    def __init__(self, choice, ratio):
+        self.geometry = geometry = ContactGeometry(choice, ratio)
+        grid, rng = geometry.grid, np.random.default_rng(11)
+        shape = geometry.undeformed.shape
+        p = geometry.embed((0.9 / (1.0 + grid.x**2 + grid.y[:, None] ** 2))[grid.inner])
+        self.p = np.where((grid.x > 1.1) & (p > 0.0), -1e-7, p)
+        self.h_0 = 0.6 - float(geometry.gap(np.maximum(self.p, 0.0), 0.0).min())
+        self.t = 303.15 + 30.0 * rng.random((*shape, N_Z + 1))
+        self.table, self.flow = oil_table(OIL, 303.15), film_flow.FilmFlow.empty(*shape, N_Z)
+        self.flow.thinning[:], self.flow.stress_share[:] = (
+            1.0 + rng.random(self.t.shape),
+            rng.random(self.t.shape),
+        )
+        self.flow.ln_eta[:] = np.log(0.1) + 8.0 * (np.maximum(self.p, 0.0) + 0.01)[..., None]
+        heat = self.heat = transport.HeatTransport.empty(shape[0], grid.x, N_Z)
+        inner = heat.source.shape
+        # kelvins by the largest pressure, by the gap and by the flow; half of it from the column upstream
+        heat.source[:], heat.squeeze[:] = 3.0 / P_MAX * rng.normal(size=(2, *inner))
+        heat.widen[:] = 3e6 * rng.normal(size=inner)
+        heat.lift[:], heat.push[:], heat.pull[:] = rng.random(inner), rng.normal(), rng.normal()
+        heat.wedge_h[:] = geometry.gap(self.p, self.h_0)
+        heat.up_1[:], heat.up_2[:], heat.pivot[:] = 0.6, -0.1, 1.0
+        heat.lower[..., 1:], heat.upper[..., :-1] = -0.2, -0.2
+        heat.weight[:], heat.stress[:] = 0.1 * rng.random((2, *inner))
+
+    def linear(self, d_p=0.0, d_h=0.0, squeeze=0.0, free=True):
+        """Linearisation, at temperatures that have followed from the state."""
+        film, geometry = HotFilm(self), self.geometry
+        gap = geometry.gap(self.p, self.h_0)
+        if np.any(d_p) or d_h:
+            system = self.linear().system
+            gap = geometry.gap(self.p + d_p, self.h_0 + d_h)
+            film.follow(system, np.maximum(self.p + d_p, 0.0) - np.maximum(self.p, 0.0), gap - system.gap)
+        return _Linearisation(geometry, self.p + d_p, gap, film, 0.7, squeeze, free)
+
+    def unbounded(self, d_p, d_h, squeeze):
+        """Residual without the penalty, and the load: the function that the Jacobian differentiates."""
+        found, inner = self.linear(d_p, d_h), self.geometry.grid.inner
+        residual = found.residual + found.system.penalty * (self.p + d_p)
+        residual[inner] -= (squeeze * found.system.g * found.system.gap)[inner]
+        return np.append(residual, np.sum(self.geometry.weights * (self.p + d_p)))
+
+    def random(self, seed=12):
+        """Pressures on the inner nodes."""
+        shape = self.geometry.inner_weights.shape
+        return self.geometry.embed(np.random.default_rng(seed).normal(size=shape))
+
+
+def times(system, v):
+    """Scaled Jacobian times v: all pressures and the approach."""
+    out, shape = np.empty_like(v), system.gap.shape
+    linear.times(system, v, np.zeros((*shape, N_Z + 1)), np.zeros((4, *shape)), out)
+    return out
+
+
+def factored(system):
+    factors = linear.LineFactors.empty(*system.gap.shape)
+    assert linear.factor_lines(system, factors, carried=True)
+    return factors
+
+
+@pytest.fixture(scope="module", params=GEOMETRIES.values(), ids=GEOMETRIES)
+def state(request):
+    return State(*request.param)
+
+
+def test_jacobian_is_the_derivative_of_residual_and_load(state):
+    """Film coefficients, deflection and load, with temperatures and thinning that follow the pressure."""
+    for squeeze in (0.0, 5.0):
+        system = state.linear(squeeze=squeeze).system
+        assert (system.penalty > 0.0).any()
+        assert (system.gap < 0.7).any()  # the safeguard of the gap acts as well
+        for share, d_h in ((1.0, 0.0), (0.0, 0.7), (1.0, 0.7)):
+            d_p = share * np.where(state.p < 0.0, 0.0, state.random())
+            found = times(system, np.append(d_p, d_h))
+            plus, minus = (state.unbounded(s * 1e-6 * d_p, s * 1e-6 * d_h, squeeze) for s in (1.0, -1.0))
+            difference = (plus - minus) / 2e-6 / np.append(system.scale, TARGET_LOAD)
+            # deflection of the Jacobian in single precision: 1e-6
+            assert np.abs(found - difference).max() <= 1e-5 * np.abs(difference).max()
+            assert found[-1] == pytest.approx(difference[-1], rel=1e-6, abs=1e-9)
+    # the temperatures are a good part of it
+    v = np.append(np.where(state.p > 0.0, state.random(), 0.0), 0.0)
+    assert (
+        np.abs(times(system, v) - times(system._replace(warm=False), v)).max()
+        > 1e-3 * np.abs(times(system, v)).max()
+    )
+
+
+def test_held_approach_takes_the_place_of_the_load(state):
+    held, free = (state.linear(free=each).system for each in (False, True))
+    v = np.append(state.random(), 0.3)
+    assert times(held, v)[-1] == 0.3
+    np.testing.assert_array_equal(times(held, v)[:-1], times(free, v)[:-1])
+
+
+def test_preconditioner_inverts_the_jacobian_of_every_line_and_the_load(state):
+    """By products with the pressures of one line alone and with the approach.
+
+    The lines leave out what their pressures do to the gaps of their neighbours: 0.1 to 0.3 % in the median.
+    """
+    system = state.linear(squeeze=2.0).system
+    v = np.append(state.random(13), 0.4)
+    z = np.empty_like(v)
+    linear.precondition(system, factored(system), v, z)
+    step, shape = z[:-1].reshape(state.p.shape), state.p.shape
+    by_approach = times(system, np.append(0.0 * z[:-1], z[-1]))[:-1].reshape(shape)
+    for j in range(shape[0] - 1):
+        alone = np.zeros(shape)
+        alone[j] = step[j]
+        own = times(system, np.append(alone, 0.0))[:-1].reshape(shape)[j] + by_approach[j]
+        terms = np.abs(own).max() + np.abs(by_approach[j]).max()
+        left = np.abs(own - v[:-1].reshape(shape)[j])[1:-1]
+        assert np.median(left) <= 0.01 * max(terms, 1.0)
+    assert np.sum(system.weights * step) == pytest.approx(TARGET_LOAD * v[-1], rel=1e-9)
+
+
+def test_gmres_solves_the_newton_system(state):
+    linearised = state.linear()
+    system, rhs = linearised.system, linearised.right_hand_side(0.1)
+    assert rhs[-1] == pytest.approx(-0.1 / TARGET_LOAD, rel=1e-12)
+    step = np.empty_like(rhs)
+    used, left = linear.gmres(system, factored(system), rhs, 1e-4, 60, step)
+    assert left <= 1e-4
+    assert 1 < used < 40
+    assert np.linalg.norm(times(system, step) - rhs) <= 2.0 * left * np.linalg.norm(rhs)
+    used, left = linear.gmres(system, factored(system), rhs, 1e-4, 2, step)
+    assert used == 2
+    assert left > 1e-4
+    linear.gmres(system, factored(system), 0.0 * rhs, 1e-4, 60, step)
+    assert not step.any()
+
+
+def test_a_line_without_an_inverse_is_reported(state):
+    system = state.linear().system
+    for value in (0.0, np.nan):
+        broken = system._replace(c_x=value * system.c_x, c_y=value * system.c_y, wedge=0.0 * system.wedge,
+                                 penalty=0.0 * system.penalty, warm=False)  # fmt: skip
+        factors = linear.LineFactors.empty(*system.gap.shape)
+        assert not linear.factor_lines(broken, factors, carried=False)
+
+
+def test_power_of_the_pressure_flow_and_its_slopes_are_those_of_the_faces(state):
+    """In sum over the nodes the flux times the pressure drop of all faces; push and pull by differences."""
+    geometry, shape = state.geometry, state.p.shape
+    p = np.maximum(
+        geometry.embed(
+            (0.9 / (1.0 + geometry.grid.x**2 + geometry.grid.y[:, None] ** 2))[geometry.grid.inner]
+        ),
+        0,
+    )
+    linearised = _Linearisation(geometry, p, geometry.gap(p, state.h_0), HotFilm(state), 0.7)
+    flow, heat = (
+        film_flow.FilmFlow.empty(*shape, N_Z),
+        transport.HeatTransport.empty(shape[0], geometry.grid.x, N_Z),
+    )
+    kernels.pressure_flow(
+        geometry.mesh, geometry.grid.h_y, p, linearised.system.gap, linearised.ln_phi, linearised.system.dln_phi,
+        linearised.system.g, linearised.faces, geometry.deflection.same_line, 0.1, flow, heat,
+    )  # fmt: skip
+    assert np.isfinite(flow.power).all()
+    # bounded by the power of the conductance alone
+    along = linearised.faces.c_x[:, :, 0] * np.diff(p, axis=1) ** 2
+    most = 0.5 * (along[:, 1:] + along[:, :-1]) / geometry.grid.width_x[1:-1]
+    across = linearised.faces.c_y[:, 1:-1, 0] * np.diff(p, axis=0)[:, 1:-1] ** 2 * geometry.kappa_h
+    bound = most[1:-1] + 0.5 * (across[1:] + across[:-1])
+    assert np.all(flow.power[1:-1, 1:-1] <= bound * (1.0 + 1e-9))
+    # the gradients are no larger than that of the pressure and of its sign
+    slope = np.gradient(p, geometry.grid.x, axis=1)
+    inside = np.abs(flow.gradient_x) > 0.0
+    assert np.all(flow.gradient_x[inside] * slope[inside] >= 0.0)
+    drop = np.diff(p, axis=1)
+    # the part of the power that follows the drops is linear in them
+    part = heat.pull[:, 1:-1, 0] * drop[:, :-1] + heat.pull[:, 1:-1, 1] * drop[:, 1:]
+    rest = flow.power[1:-1, 1:-1] - part[1:-1]
+    np.testing.assert_allclose(rest, 0.5 * (across[1:] + across[:-1]), rtol=1e-6, atol=1e-9 * bound.max())
+
+
+def test_settled_edge_solves_the_complementarity_problem(state):
+    """p >= 0, r <= 0, p r = 0 at the nodes behind the contact, at fixed gaps."""
+    linearised = state.linear()
+    low = (state.geometry.grid.x > 0.6) & (state.p != 0.0)
+    system = linearised.system
+    p, r = np.where(low, np.maximum(state.p, 0.0), state.p), system.penalty * state.p + linearised.residual
+    kernels.settle_edge(system, low, 2000, p, r)
+    assert p[low].min() >= 0.0
+    size = np.abs(r).max()
+    assert r[low & (p == 0.0)].max(initial=-np.inf) <= 1e-6 * size
+    assert np.abs(r[low & (p > 0.0)]).max(initial=0.0) <= 1e-5 * size
+
+
+def test_log_mean_and_lifted_gap_join_their_branches():
+    for d in (0.999e-3, 1.001e-3):
+        mean, left, right = kernels.log_mean(0.3, 0.3 + d)
+        assert mean == pytest.approx(np.exp(0.3) * np.expm1(d) / d, rel=1e-12)
+        assert left + right == pytest.approx(1.0, rel=1e-12)
+        up, down = (kernels.log_mean(0.3, 0.3 + d + e)[0] for e in (1e-6, -1e-6))
+        assert (up - down) / 2e-6 / mean == pytest.approx(right, rel=1e-6)
+    assert kernels.lifted_gap(0.3, 0.2) == (0.3, 1.0)
+    for h in (0.2, -0.1, -100.0):
+        lifted, slope = kernels.lifted_gap(h, 0.2)
+        assert lifted > 0.0
+        assert slope == pytest.approx(lifted / 0.2, rel=1e-12)
+    near, beyond = 1.0, 1.4
+    up, down = (kernels.towards_open_side(2.0, 0.0, 0.0, near + e, beyond) for e in (1e-6, -1e-6))
+    cube, d_near, _ = kernels.towards_open_side(2.0, 0.0, 0.0, near, beyond)
+    assert (up[0] - down[0]) / 2e-6 / cube == pytest.approx(d_near, rel=1e-5)

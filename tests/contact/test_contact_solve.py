@@ -1,0 +1,366 @@
+"""The door of the contact solver: results, refusals, reasons of missing convergence, hard contacts, cache, threads."""
+
+import logging
+import math
+import re
+import shutil
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numba
+import numpy as np
+import pytest
+import threadpoolctl
+from contact_cases import LONG, OIL, STEEL, conditions, moes, options, solved
+from reference_screw import GD4008
+
+from ballscrew_tehl import compiled
+from ballscrew_tehl.contact import (
+    ContactConditions,
+    SolverOptions,
+    ball_conditions,
+    one_thread,
+    reference_oil,
+    solve,
+    solve_moes,
+    solver,
+)
+from ballscrew_tehl.contact.continuation import thermal_reduction_continued
+from ballscrew_tehl.contact.coupled import CIRCLING, CIRCLING_MEAN, _CoupledRun, solve_coupled
+from ballscrew_tehl.contact.problem import ContactProblem
+from ballscrew_tehl.physics.film import film_groups, nijenbanning_venner_moes
+
+COARSE = options()
+
+
+def test_result_is_complete_and_repeats_to_the_bit():
+    result = solve(conditions(srr=1.0), OIL, STEEL, COARSE)
+    n_y, n_x = result.y.size, result.x.size
+    assert (n_y, n_x) == (9, 65)
+    assert result.pressure.shape == result.film.shape == (n_y, n_x)
+    assert result.temperature.shape == (n_y, n_x, 9)
+    assert result.pressure.min() == 0.0
+    assert not result.pressure[-1].any()
+    assert not result.pressure[:, [0, -1]].any()
+    assert result.p_max == result.pressure.max()
+    assert 0.0 < result.h_m < result.h_c
+    # vertex of a parabola: at most a little below the least node
+    own = result.h_m / (1.0 + result.extrapolation[1])
+    assert 0.95 * result.film.min() < own <= 1.000001 * result.film[0].min()
+    assert result.grid_film == pytest.approx(np.interp(0.0, result.x, result.film[0]), rel=1e-3)
+    assert result.h_c == pytest.approx(result.grid_film * (1.0 + result.extrapolation[0]), rel=1e-12)
+    assert result.temperature_rise == pytest.approx(result.temperature.max() - 303.15, rel=1e-9)
+    assert 0.0 < result.temperature_rise_mean < result.temperature_rise_smooth <= result.temperature_rise
+    assert 303.15 < result.mean_temperature < result.temperature.max()
+    assert min(result.seconds, result.iterations, result.newton_steps, result.deflections) > 0
+    again = solve(conditions(srr=1.0), OIL, STEEL, COARSE)
+    assert (again.h_c, again.traction_force) == (result.h_c, result.traction_force)
+    cold = solved(conditions(), thermal=False)
+    assert (cold.temperature, cold.heat_balance, cold.temperature_rise) == (None, None, 0.0)
+
+
+def test_moes_numbers_are_those_of_the_definition():
+    oil = reference_oil("barus")
+    film = solve_moes(200.0, 10.0, 0.2, "barus", SolverOptions(thermal=False, n_x=33, n_y=9))
+    c = film.result.conditions
+    groups = film_groups(c.load, c.u_e, c.R_x, c.E_prime, oil.viscosity, oil.pressure_viscosity)
+    np.testing.assert_allclose(
+        [groups.M, groups.L, film.result.M, film.result.L], [200, 10, 200, 10], rtol=1e-12
+    )
+    assert film.Hc == pytest.approx(film.result.h_c / c.R_x / math.sqrt(2.0 * groups.U), rel=1e-12)
+
+
+def test_finer_tolerance_moves_the_film_by_less_than_the_tolerance():
+    rough, usual, fine = (
+        moes(200.0, 10.0, LONG, "roelands", n_x=65, n_y=9, tolerance=t).Hc for t in (1e-4, 3e-5, 1e-8)
+    )
+    assert rough == pytest.approx(fine, rel=1e-3)
+    assert usual == pytest.approx(fine, rel=1e-5)
+
+
+# --- refusals --------------------------------------------------------------------------------------------------------
+
+GOOD = {
+    "load": 30.0,
+    "R_x": 2e-3,
+    "R_y": 6e-2,
+    "u_1": 1.0,
+    "u_2": 1.0,
+    "temperature": 303.15,
+    "E_prime": 2.2e11,
+}
+UNITS = {"load": "N", "R_x": "m", "R_y": "m", "temperature": "K", "E_prime": "Pa"}
+#: what is changed, beginning of the message
+REFUSED = [
+    *(({name: value}, f"{name} = {value} {unit}; needs finite, > 0")
+      for name, unit in UNITS.items() for value in (0.0, -1.5, math.nan, math.inf)),
+    *(({"u_1": a, "u_2": b}, f"u_1, u_2 = {a}, {b} m/s; needs finite")
+      for a, b in ((math.nan, 1.0), (1.0, math.inf), (2.0, -2.0), (0.0, 0.0))),
+    *(({name: value}, f"{name} = {value} {UNITS[name]}; allowed: ")
+      for name, value in (("load", 1e300), ("R_y", 1e300), ("E_prime", 1e300), ("temperature", 2000.0))),
+    ({"u_1": 1e300}, "u_1, u_2 = 1e+300, 1.0 m/s; allowed: up to 10000 m/s"),
+    *(({"load": value}, f"load = {value!r} N; needs a number") for value in ("30", None, True, [30.0, 40.0])),
+    ({"R_x": 6e-2, "R_y": 2e-3}, "R_x = 0.06 m; needs R_x <= R_y = 0.002 m: x is the rolling direction"),
+]  # fmt: skip
+BAD_OPTIONS = [
+    ("x_in", math.nan), ("x_in", 2.5), ("x_in", -0.9), ("x_out", 0.5), ("y_max", -1.0), ("y_max", "2"), ("n_x", 3),
+    ("n_x", 10**6), ("n_x", "65"), ("n_x", None), ("n_y", 1), ("n_z", 1), ("n_z", 8.5), ("tolerance", 0.0),
+    ("tolerance", math.nan), ("max_newton", 0), ("extent", 0.0), ("extent", math.nan), ("density", "1"),
+    ("thermal", "no"), ("warm_films", 1.0),
+]  # fmt: skip
+
+
+def test_bad_conditions_and_options_are_refused_in_one_line():
+    for changed, message in REFUSED:
+        with pytest.raises(ValueError, match="^" + re.escape(message)) as caught:
+            ContactConditions(**(GOOD | changed))
+        assert "\n" not in str(caught.value)
+    for name, value in BAD_OPTIONS:
+        with pytest.raises(ValueError, match=rf"^{name} = {re.escape(repr(value))}.*needs"):
+            SolverOptions(**{name: value})
+    for factor in (0.5, 9.0, math.nan):
+        with pytest.raises(ValueError, match="refine = "):
+            SolverOptions().refined(factor)
+    for changed, message in (
+        ({"M": -1.0}, "M = -1.0; needs finite, > 0"), ({"L": math.nan}, "L = nan; needs finite, > 0"),
+        ({"radius_ratio": 1.2}, "radius_ratio = 1.2; needs R_x/R_y <= 1"),
+        ({"law": "Roelands"}, "law = 'Roelands'; allowed: barus, roelands"),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match="^" + re.escape(message)):
+            solve_moes(**({"M": 100.0, "L": 5.0, "radius_ratio": 0.2, "law": "barus"} | changed))
+    with pytest.raises(ValueError, match=r"temperature = 150.0 K; needs finite, >= 200 K"):
+        solve(ContactConditions(**(GOOD | {"temperature": 150.0})), OIL, STEEL, COARSE)
+    for oil, solid, name in ((STEEL, STEEL, "oil"), (OIL, OIL, "solid")):
+        with pytest.raises(ValueError, match=f"^{name} = .*needs the "):
+            solve(conditions(), oil, solid, COARSE)
+
+
+def test_refined_options_multiply_everything():
+    finer = SolverOptions(n_x=97, n_y=17).refined(2.0)
+    assert (finer.n_x, finer.n_y, finer.n_z) == (193, 33, 16)
+    assert (finer.warm_films, finer.extent, finer.density) == (800.0, 2.0, 2.0)
+    assert finer.tolerance == SolverOptions().tolerance / 4.0
+
+
+# --- no convergence --------------------------------------------------------------------------------------------------
+
+
+def test_missing_convergence_has_its_reason():
+    cold = solve(conditions(), OIL, STEEL, replace(COARSE, thermal=False, max_newton=1))
+    assert not cold.converged
+    assert "1 Newton step" in cold.reason
+    for most in (1, 3):
+        hot = solve(conditions(srr=1.0), OIL, STEEL, replace(COARSE, max_thermal=most))
+        assert not hot.converged
+        assert f"{most} thermal iterations" in hot.reason
+    # viscosity times exp(300) at the Hertz pressure: no exception, and nothing converged that is not finite
+    stiff = reference_oil("barus").model_copy(update={"pressure_viscosity": 1e-7})
+    result = solve(
+        conditions(load=3000.0, u_e=1.0), stiff, STEEL, replace(COARSE, thermal=False, max_newton=30)
+    )
+    assert not result.converged or np.isfinite(result.h_c)
+
+
+@pytest.mark.slow
+def test_practically_no_film_is_solved_or_reported():
+    for u_e in (1e-8, 1e-12):
+        at = ContactConditions(**(GOOD | {"u_1": u_e, "u_2": u_e}))
+        result = solve(at, OIL, STEEL, replace(COARSE, thermal=False, max_newton=40))
+        assert not result.converged or result.h_c > 0.0
+
+
+# --- asymptotic branch and other ways to a solution ------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_asymptotic_branch_continues_the_resolved_one():
+    """Doubled loads across the change of branch: the same slope to a few per cent, and that of the closed formula."""
+    loads = 4e4 * 2.0 ** np.arange(0.0, 4.1)
+    films = [moes(float(M), 2.0, LONG, "roelands", n_x=65, n_y=9) for M in loads]
+    branches = [film.result.branch for film in films]
+    change = branches.index("asymptotic")
+    assert change > 1
+    assert branches == ["resolved"] * change + ["asymptotic"] * (len(loads) - change)
+    slopes = np.diff(np.log([film.Hc for film in films])) / math.log(2.0)
+    assert np.all(slopes < -0.08)
+    assert np.ptp(slopes) <= 0.04  # 2.8 % of the film per doubling found
+    formula = [nijenbanning_venner_moes(float(M), 2.0, LONG) for M in loads[[0, -1]]]
+    assert films[-1].Hc / films[0].Hc == pytest.approx(formula[1] / formula[0], rel=0.08)
+    # beyond 65 nodes, within the reach of 129: 1.5 % found
+    coarse, fine = (moes(1e5, 2.0, LONG, "roelands", n_x=n_x, n_y=9) for n_x in (33, 129))
+    assert (coarse.result.branch, fine.result.branch) == ("asymptotic", "resolved")
+    assert coarse.Hc == pytest.approx(fine.Hc, rel=0.025)
+
+
+@pytest.mark.slow
+def test_contacts_that_once_failed_are_solved():
+    """A film thicker than the flattening: the load follows from the approach; one that no grid solves."""
+    for M in (0.05, 1.554):
+        result = solve_moes(M, 32.85, 0.03017, "barus").result
+        assert result.converged, result.reason
+        assert result.branch == "resolved"
+        assert result.x.size == SolverOptions().n_x
+    coarse = SolverOptions(thermal=False, n_x=65)
+    high = solve_moes(1.932e6, 2.381, 0.9522, "roelands", coarse).result
+    assert high.converged
+    assert (high.branch, high.p_max) == ("asymptotic", high.hertz.p_max)
+    assert high.reason.startswith("film continued from ")
+    assert pytest.approx((1.932e6, 2.381), rel=1e-6) == (high.M, high.L)
+    assert 0.0 < high.h_m < high.h_c
+    assert high.rolling_loss == pytest.approx(high.conditions.u_e * high.rolling_resistance, rel=1e-9)
+
+
+def test_a_cold_start_that_fails_is_continued_from_lower_speeds(monkeypatch):
+    """Every start from the dry contact above 60 % of the speed fails: the film is that of one which does not."""
+    at, from_dry = conditions(srr=0.3), solver.solve_cold
+
+    def failing(problem):
+        found = from_dry(problem)
+        return replace(found, converged=False) if problem.given.u_e > 0.6 * at.u_e else found
+
+    expected = solved(at)
+    monkeypatch.setattr(solver, "solve_cold", failing)
+    monkeypatch.setattr("ballscrew_tehl.contact.continuation.solve_cold", failing)
+    found = solve(at, OIL, STEEL, options())
+    assert found.converged
+    assert "continued from 0.5 of the speed" in found.reason
+    assert found.conditions == at
+    # both within ten times the tolerance of a solve
+    assert found.grid_film == pytest.approx(expected.grid_film, rel=20.0 * options().tolerance)
+    assert found.traction_force == pytest.approx(expected.traction_force, rel=0.01)
+    # no iterations left for the steps: the failure is reported
+    bounded = solve(at, OIL, STEEL, options(max_thermal=expected.iterations))
+    assert not bounded.converged
+    assert "of the speed" in bounded.reason
+
+
+@pytest.mark.slow
+def test_extrapolated_thermal_reduction_lies_near_the_solved_one():
+    """Continuation that ends at 50 % of the load, where the solution is known; forces and heat go with the film."""
+    at = ball_conditions(GD4008, "nut", 124.3, 2.0, 283.15)
+
+    def solved_at(c, thermal=True):
+        return solve(c, GD4008.lubricant, GD4008.solid, SolverOptions(n_x=97, thermal=thermal))
+
+    known, half = solved_at(at), solved_at(replace(at, load=0.5 * at.load))
+    failed = replace(known, converged=False)
+    found = thermal_reduction_continued(failed, [half], lambda c: solved_at(c, thermal=False), solved_at)
+    assert found.converged
+    assert (found.branch, found.reason) == ("asymptotic", "thermal reduction continued from 62.15 N")
+    assert found.conditions == at
+    assert 0.0 < found.h_m < found.h_c
+    names = (
+        "h_c",
+        "temperature_rise",
+        "traction_force",
+        "sliding_heat",
+        "rolling_loss",
+        "traction_force_1",
+        "shear_heat",
+    )
+    for name in names:
+        assert getattr(found, name) == pytest.approx(getattr(known, name), rel=0.13), name
+    # what both walls lose together is the rolling resistance
+    assert found.traction_force_1 + found.traction_force_2 == pytest.approx(
+        -found.rolling_resistance, rel=1e-12
+    )
+    rises = [s.mean_temperature - at.temperature for s in (found, known)]
+    assert rises[0] == pytest.approx(rises[1], rel=0.13)
+
+
+@pytest.mark.slow
+def test_undamped_steps_that_lead_away_are_taken_back():
+    """Cold, fast, sliding: damped, it settles within 2 %; an undamped step then moves the film by a third."""
+    at = ball_conditions(GD4008, "screw", 248.0, 100.0 * math.pi, 283.15)
+    problem = ContactProblem(at, GD4008.lubricant, GD4008.solid, SolverOptions(n_x=97))
+    start = problem.solve_isothermal(problem.start(), 1e-2, 30)
+    found = solve_coupled(problem, start, None, 3e-5, 150, damped=True)
+    assert found.converged, found.reason
+    assert np.min(found.temperature_history[:-1]) <= 0.02
+    generated, conducted, convected = found.heat_flows
+    assert abs(generated - conducted - convected) <= 2e-3 * generated
+
+
+def test_a_spike_that_oscillates_ends_a_solve_whose_film_does_not_move():
+    tolerance = 1e-4
+    for swing, mean, count, expected in (
+        (0.9, 0.9, CIRCLING, True),
+        (1.1, 0.9, CIRCLING, False),  # the film swings too far
+        (0.9, 1.1, CIRCLING, False),  # the temperature does
+        (0.9, 0.9, CIRCLING - 1, False),  # not for long enough
+        (np.nan, 0.9, CIRCLING, False),
+    ):
+        films = [7.0, *(0.5 * (1.0 + (-1) ** n * swing * tolerance) for n in range(count))][-count:]
+        run = SimpleNamespace(films=films, mean_changes=[1.0] + [mean * CIRCLING_MEAN] * count)
+        assert _CoupledRun._circles(run, tolerance) is expected
+
+
+def test_a_film_as_thick_as_the_bodies_is_named_unless_a_map_solves_it(caplog):
+    at = conditions(load=0.01, u_e=10.0)
+    with caplog.at_level(logging.WARNING):
+        solve(at, OIL, STEEL, options(thermal=False), warn=False)
+        assert caplog.text == ""
+        solve(at, OIL, STEEL, options(thermal=False))
+    assert "no parabolic gap so wide" in caplog.text
+
+
+# --- compiled code and threads ---------------------------------------------------------------------------------------
+
+
+def test_a_change_of_any_kernel_source_gives_another_cache(tmp_path, monkeypatch):
+    """A kernel inlines those of other files: the folder follows all of them, and every module with kernels counts."""
+    copy = tmp_path / "package"
+    shutil.copytree(compiled.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__", "data"))
+    found = {compiled.sources_hash(), compiled.sources_hash(copy)}
+    assert len(found) == 1
+    kernels = [
+        f for f in copy.rglob("*.py") if re.search(r"^\s*@kernel", f.read_text(encoding="utf-8"), re.M)
+    ]
+    assert len(kernels) > 8
+    for file in [*kernels, copy / "parameters" / "oil.py"]:
+        file.write_text(file.read_text(encoding="utf-8") + "\n# changed\n", encoding="utf-8")
+        found.add(compiled.sources_hash(copy))
+    assert len(found) == len(kernels) + 2
+    (copy / "cli" / "main.py").write_text("", encoding="utf-8")
+    assert compiled.sources_hash(copy) in found
+    # where numba is told to, and nowhere if nothing can be written
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
+    folder = compiled.cache_folder.__wrapped__()
+    assert folder == tmp_path / "cache" / f"kernels-{compiled.sources_hash()}"
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "file"))
+    assert compiled.cache_folder.__wrapped__() is None
+
+
+def test_kernels_keep_their_own_cache_and_announce_their_compilation(monkeypatch, tmp_path, caplog):
+    assert str(compiled.cache_folder()) in solver.energy.sweep.stats.cache_path
+    assert str(compiled.cache_folder()) != numba.config.CACHE_DIR
+    monkeypatch.setattr(
+        solver.energy, "sweep", SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path)))
+    )
+    announce = solver.announce_compilation
+    try:
+        announce.cache_clear()
+        assert announce()
+        assert "compiling the contact solver" in caplog.text
+        (tmp_path / "energy.sweep-106.py311.nbi").touch()
+        announce.cache_clear()
+        assert not announce()
+    finally:
+        announce.cache_clear()
+
+
+def test_blas_has_one_thread_while_contacts_are_solved():
+    """Also where one solve begins within another: the last one that ends gives the number back."""
+
+    def threads():
+        return [info["num_threads"] for info in threadpoolctl.threadpool_info() if info["user_api"] == "blas"]
+
+    with threadpoolctl.threadpool_limits(limits=2, user_api="blas"):
+        before = threads()
+        assert before
+        with one_thread.one_thread():
+            with pytest.raises(ArithmeticError), one_thread.one_thread():
+                raise ArithmeticError
+            assert all(count == 1 for count in threads())
+        assert threads() == before
