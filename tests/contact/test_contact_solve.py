@@ -26,8 +26,6 @@ from ballscrew_tehl.contact import (
     solver,
 )
 from ballscrew_tehl.contact.continuation import thermal_reduction_continued
-from ballscrew_tehl.contact.coupled import CIRCLING, CIRCLING_MEAN, _CoupledRun, solve_coupled
-from ballscrew_tehl.contact.problem import ContactProblem
 from ballscrew_tehl.physics.film import film_groups, nijenbanning_venner_moes
 
 COARSE = options()
@@ -161,14 +159,6 @@ def test_missing_convergence_has_its_reason():
     assert not result.converged or np.isfinite(result.h_c)
 
 
-@pytest.mark.slow
-def test_practically_no_film_is_solved_or_reported():
-    for u_e in (1e-8, 1e-12):
-        at = ContactConditions(**(GOOD | {"u_1": u_e, "u_2": u_e}))
-        result = solve(at, OIL, STEEL, replace(COARSE, thermal=False, max_newton=40))
-        assert not result.converged or result.h_c > 0.0
-
-
 # --- asymptotic branch and other ways to a solution ------------------------------------------------------------------
 
 
@@ -266,33 +256,6 @@ def test_extrapolated_thermal_reduction_lies_near_the_solved_one():
     )
     rises = [s.mean_temperature - at.temperature for s in (found, known)]
     assert rises[0] == pytest.approx(rises[1], rel=0.13)
-
-
-@pytest.mark.slow
-def test_undamped_steps_that_lead_away_are_taken_back():
-    """Cold, fast, sliding: damped, it settles within 2 %; an undamped step then moves the film by a third."""
-    at = ball_conditions(GD4008, "screw", 248.0, 100.0 * math.pi, 283.15)
-    problem = ContactProblem(at, GD4008.lubricant, GD4008.solid, SolverOptions(n_x=97))
-    start = problem.solve_isothermal(problem.start(), 1e-2, 30)
-    found = solve_coupled(problem, start, None, 3e-5, 150, damped=True)
-    assert found.converged, found.reason
-    assert np.min(found.temperature_history[:-1]) <= 0.02
-    generated, conducted, convected = found.heat_flows
-    assert abs(generated - conducted - convected) <= 2e-3 * generated
-
-
-def test_a_spike_that_oscillates_ends_a_solve_whose_film_does_not_move():
-    tolerance = 1e-4
-    for swing, mean, count, expected in (
-        (0.9, 0.9, CIRCLING, True),
-        (1.1, 0.9, CIRCLING, False),  # the film swings too far
-        (0.9, 1.1, CIRCLING, False),  # the temperature does
-        (0.9, 0.9, CIRCLING - 1, False),  # not for long enough
-        (np.nan, 0.9, CIRCLING, False),
-    ):
-        films = [7.0, *(0.5 * (1.0 + (-1) ** n * swing * tolerance) for n in range(count))][-count:]
-        run = SimpleNamespace(films=films, mean_changes=[1.0] + [mean * CIRCLING_MEAN] * count)
-        assert _CoupledRun._circles(run, tolerance) is expected
 
 
 def test_a_film_as_thick_as_the_bodies_is_named_unless_a_map_solves_it(caplog):

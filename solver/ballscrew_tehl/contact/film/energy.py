@@ -243,6 +243,22 @@ def solve_tridiagonal(lower, diag, upper, rhs):
 
 
 @kernel
+def stress_changes(t_at, t, rate, soft, stiff, j, i):
+    """Change of the stress of a column by what the walls have warmed since, by its pressure, and its sliding."""
+    nz = t.shape[2] - 1
+    known = by_pressure = slid = 0.0
+    for k in range(nz + 1):
+        own = rate[j, i, k] * (0.5 if k == 0 or k == nz else 1.0)
+        warmed = t_at[j, i, k]
+        if k == 0 or k == nz:
+            warmed -= t[j, i, k]
+        known += own * soft[j, i, k] * warmed
+        by_pressure += own * stiff[j, i, k]
+        slid += own
+    return known, by_pressure, slid
+
+
+@kernel
 def sweep(mesh, h, conductivity, t_in, flow, face, t_at, damped, forward, whole, t, heat, response):
     """One Gauss-Seidel sweep along x (forward or backward) over all columns, each solved across the film; walls held.
 
@@ -278,16 +294,7 @@ def sweep(mesh, h, conductivity, t_in, flow, face, t_at, damped, forward, whole,
         for i in range(start, end, step):
             cond = conductivity / (h[j, i] * dz)
             eased = dz / f_fluidity[j, i] if f_fluidity[j, i] > 0.0 and not damped else 0.0
-            # change of the stress by what the walls have warmed since, and by temperatures and pressure
-            known = stiff = slid = 0.0
-            for k in range(nz + 1):
-                rate = f_rate[j, i, k] * (0.5 if k == 0 or k == nz else 1.0)
-                warmed = t_at[j, i, k]
-                if k == 0 or k == nz:
-                    warmed -= t[j, i, k]
-                known += rate * f_soft[j, i, k] * warmed
-                stiff += rate * f_stiff[j, i, k]
-                slid += rate
+            known, stiff, slid = stress_changes(t_at, t, f_rate, f_soft, f_stiff, j, i)
             wall_a = 0.5 * f_rate[j, i, 0] * f_soft[j, i, 0]
             wall_b = 0.5 * f_rate[j, i, nz] * f_soft[j, i, nz]
             for r in range(n):
