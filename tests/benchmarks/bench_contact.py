@@ -19,12 +19,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
 from contact_sample import random_points
 from contact_versions import HERE, Worker, startup
 from contact_worker import Request, timed
-from result_file import FigureFile
 
 from ballscrew_tehl.contact import MAP_NODES, moes_conditions
 
@@ -87,8 +87,8 @@ def summary(rows: Sequence[Figures]) -> dict[str, float]:
     return found
 
 
-def show(part: str, heading: str, requests: list[Request], solvers: Solvers, output: FigureFile) -> None:
-    """Measure and print one part."""
+def show(part: str, heading: str, requests: list[Request], solvers: Solvers) -> pd.DataFrame:
+    """Measure and print one part; its figures by quantity and solver."""
     found = measure(requests, solvers)
     figures = {name: summary(rows) for name, rows in found.items()}
     print(f"{heading:54s}" + "".join(f"{name:>12s}" for name in figures))
@@ -96,14 +96,13 @@ def show(part: str, heading: str, requests: list[Request], solvers: Solvers, out
         values = [each[quantity] for each in figures.values()]
         ratio = f"{values[0] / values[1]:12.3f}" if len(values) == 2 and values[1] else ""
         print(f"{quantity:54s}" + "".join(f"{value:12.4g}" for value in values) + ratio)
-    for name, each in figures.items():
-        output.add(part, "of all contacts", each, name)
     if len(found) == 2:
         first, second = (column(rows, "h_c") for rows in found.values())
         moved = 100.0 * np.abs(first / second - 1.0)
         print(
             f"{'h_c of both, median and largest difference [%]':54s}{np.median(moved):12.3g}{moved.max():12.3g}"
         )
+    return pd.DataFrame(figures).assign(part=part)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -120,7 +119,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--python", default=sys.executable, help="interpreter of that checkout")
     parser.add_argument("--output", type=Path, help="CSV file of the results")
     args = parser.parse_args(arguments)
-    output = FigureFile(args.output)
+    parts: list[pd.DataFrame] = []
     requests = map_requests(args.contacts, args.seed)
     checkouts = {"this": (HERE, sys.executable)}
     with ExitStack() as stack:
@@ -129,16 +128,17 @@ def main(arguments: list[str] | None = None) -> None:
             checkouts["other"] = (args.compare, args.python)
             solvers = {name: stack.enter_context(Worker(*place)) for name, place in checkouts.items()}
         if "map" in args.parts:
-            show("map", f"Contacts of a map, thermal: {args.contacts}", requests, solvers, output)
+            parts.append(show("map", f"Contacts of a map, thermal: {args.contacts}", requests, solvers))
         if "circle" in args.parts:
-            show("circle", "Circle, M = 200, L = 10", [circle_request()] * args.repeat, solvers, output)
+            parts.append(show("circle", "Circle, M = 200, L = 10", [circle_request()] * args.repeat, solvers))
     if args.startup:
         print("Start of a process, first contact of the map part")
         for solver, place in checkouts.items():
             figures = startup(requests[0], *place)
             for name, figure in figures.items():
                 print(f"{solver:12s}{name:42s}{figure:12.4g}")
-            output.add("startup", "seconds", figures, solver)
+    if args.output and parts:
+        pd.concat(parts).to_csv(args.output)
 
 
 if __name__ == "__main__":
