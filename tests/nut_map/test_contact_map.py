@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from reference_screw import GD4008
-from synthetic_contacts import CLOSED_FILM, CLOSED_RISE, GRID, small_map, values
+from synthetic_contacts import CLOSED_FILM, CLOSED_RISE, small_map, values
 
 from ballscrew_tehl.nut_map.contact_map import (
     LEAST,
@@ -202,12 +202,6 @@ def test_contacts_that_were_not_solved_are_interpolated_from_the_others():
     # uncertain: those whose deviation, weighted by the part in the friction, exceeds a share
     assert len(contact_map.uncertain_points(1e-9)) == 2 * len(lost)
     assert len(contact_map.uncertain_points(1.0)) == 0
-
-
-def test_cell_is_the_mean_distance_of_the_contacts():
-    """A cube of as many cells as contacts."""
-    spans = math.log(MAP.range.load[1] / MAP.range.load[0]), math.log(10.0), 20.0
-    assert np.divide(MAP.cell, spans) == pytest.approx([GRID.contact_first ** (-1 / 3)] * 3)
 
 
 def test_outside_the_range_and_unknown_names_are_refused():

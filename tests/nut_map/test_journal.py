@@ -2,7 +2,6 @@
 
 import math
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -13,7 +12,7 @@ from paths import SUPPORT
 from synthetic_contacts import FEW, closed_build, closed_contact, same_map
 
 from ballscrew_tehl.nut_map.journal import JOURNAL_FORMAT, Journal
-from ballscrew_tehl.nut_map.workers import interrupt_held, worker_pool
+from ballscrew_tehl.nut_map.workers import worker_pool
 
 NAMES = ("film", "rise")
 LOST = dict.fromkeys(NAMES, math.nan)
@@ -217,25 +216,3 @@ if __name__ == "__main__":
         time.sleep(0.1)
     else:
         pytest.fail("the worker is still running")
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="a signal is sent")
-@pytest.mark.parametrize("ignored", [False, True])
-def test_interrupt_is_raised_after_what_must_not_be_cut_off_or_never(ignored):
-    done = []
-
-    def cut_off():
-        with interrupt_held(ignored):
-            os.kill(os.getpid(), signal.SIGINT)
-            time.sleep(0.01)
-            done.append("held")
-        done.append("after")
-
-    before = signal.getsignal(signal.SIGINT)
-    if ignored:
-        cut_off()
-    else:
-        with pytest.raises(KeyboardInterrupt):
-            cut_off()
-    assert done == (["held", "after"] if ignored else ["held"])
-    assert signal.getsignal(signal.SIGINT) is before

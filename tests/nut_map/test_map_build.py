@@ -256,41 +256,6 @@ def test_random_points_agree_with_the_sum_over_the_balls():
     assert free >= 5
 
 
-class ClosedGridFilm:
-    """build._GridFilm of the closed contacts themselves."""
-
-    name = "closed"
-
-    def __init__(self, contact_map, quantity):
-        self.parameters, self.quantity = contact_map.parameters, quantity
-
-    def central_film(self, raceway, load, speed, temperature):
-        return values(self.parameters, raceway, self.quantity, load[:, None, None], speed, temperature)
-
-
-@pytest.mark.slow
-def test_error_between_the_nodes_falls_with_the_fourth_power_of_their_distance(monkeypatch):
-    """Of the splines alone: kriging has finer waves than the closed films."""
-    monkeypatch.setattr(build, "_GridFilm", ClosedGridFilm)
-    errors = []
-    for count in (4, 7):
-        axes = {name: (*getattr(FEW, name)[:2], count) for name in ("force", "speed", "temperature")}
-        nut_map, rng = nut_map_of(closed_build(grid=replace(FEW, **axes))), np.random.default_rng(6)
-        error = []
-        for _ in range(40):
-            preload, speed = (
-                float(np.exp(rng.uniform(*np.log(getattr(GRID, n)[:2])))) for n in ("force", "speed")
-            )
-            point = (preload, speed, float(rng.uniform(*GRID.temperature[:2])))
-            error.append(
-                nut_map.evaluate(*point)[0] / direct_torque(point, ClosedFilm(GD4008, False))[0] - 1.0
-            )
-        errors.append(np.max(np.abs(error)))
-    assert errors[0] <= 1e-3
-    # half the distance, 1/16 in the limit
-    assert errors[1] <= errors[0] / 8.0
-
-
 def test_films_and_rise_are_those_of_all_balls_that_carry_and_roll():
     """Film and rise fall or rise with load, by raceway: either end of the loads may hold the extreme."""
     rng, ends = np.random.default_rng(9), set()

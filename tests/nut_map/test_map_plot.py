@@ -12,7 +12,7 @@ from synthetic_contacts import FEW, GRID, closed_build, closed_contact, small_ma
 from ballscrew_tehl.nut_map import build, certificate
 from ballscrew_tehl.nut_map.certificate import Deviation, deviation_from_direct
 from ballscrew_tehl.nut_map.file import load_contact_map, load_map, save_map
-from ballscrew_tehl.nut_map.plot import ERROR_SPAN, ERRORS, caption, map_figure, map_picture, percent
+from ballscrew_tehl.nut_map.plot import ERROR_SPAN, ERRORS, caption, map_figure, map_picture
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.runtime.packed import POINT
@@ -126,22 +126,6 @@ def test_points_of_the_certificate_are_drawn_with_their_error(picture, error):
         map_figure(picture, "pressure")
 
 
-def test_caption_states_sampling_errors_and_certificate(picture):
-    header, text = picture.nut_map.header, caption(picture).replace("\n", " ")
-    screw, nut = (percent(header["sampling_errors"][raceway]) for raceway in RACEWAYS)
-    assert f"when its contact is left out: {screw} and {nut}." in text
-    for name, words in ERRORS.items():
-        numbers = [
-            f"{100.0 * header['certificate'][f'{name}_error_{key}']:.2g}"
-            for key in ("mean", "99", "999", "max")
-        ]
-        assert (
-            "{} mean {} %, 99 % quantile {} %, 99.9 % quantile {} %, largest {} %".format(words, *numbers)
-            in text
-        )
-    assert header["file_hash"][:12] in text
-
-
 @pytest.mark.slow
 def test_command_writes_the_same_picture_and_its_extremes(path, picture, tmp_path, capsys):
     found = []
@@ -165,15 +149,3 @@ def test_command_writes_the_same_picture_and_its_extremes(path, picture, tmp_pat
     # the packaged map; its points have the error of the torque alone
     code, out, _ = run(capsys, "map", "plot", "--output", tmp_path / "c.png", "--json")
     assert (code, json.loads(out)["temperature_c"]) == (0, [10.0, 80.0])
-
-
-def test_bad_output_is_refused_in_one_line_before_anything_is_read(tmp_path, capsys):
-    (tmp_path / "file").write_text("")
-    for output, named in (
-        ("nowhere/map.png", "nowhere/map.png: no such folder"), ("file/map.png", "file is not a folder"),
-        ("map.jpg", "map.jpg; allowed: a file *.png"), ("map.png", "none.nc: no such map file"),
-    ):  # fmt: skip
-        code, out, err = run(capsys, "map", "plot", tmp_path / "none.nc", "--output", tmp_path / output)
-        assert (code, out, err.count("\n")) == (2, "", 1)
-        assert named in err
-    assert [entry.name for entry in tmp_path.iterdir()] == ["file"]

@@ -3,7 +3,6 @@
 import itertools
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -145,14 +144,6 @@ def test_ends_that_are_no_range_are_refused_in_the_units_of_the_options(ends, li
         map_grid(GD4008, **ends)
 
 
-def test_pressure_that_no_force_reaches_is_refused():
-    for pressure in (1e6, 1e12):
-        with pytest.raises(
-            ValueError, match=r"no axial force from 1 to 1e\+07 N reaches it: check ball diameter"
-        ):
-            force_at_pressure(SCREW, pressure)
-
-
 def test_contacts_cover_the_loads_of_all_balls():
     for parameters, grid in ((GD4008, GRID), (LARGE, map_grid(LARGE))):
         screw, range_ = parameters.screw, contact_range(parameters, grid)
@@ -256,17 +247,6 @@ def test_no_contact_of_a_film_below_the_limit_is_solved():
             solved[name] = 0.8**k * film_formula(GD4008, raceway, *points.T)
         model = ContactModel(GD4008, raceway, slow, SolvedContacts(points, solved))
         assert np.min(film_formula(GD4008, raceway, *next_points(model, 48, 0).T)) >= LEAST_FILM
-
-
-def test_with_an_atlas_half_of_the_first_contacts_are_far_from_it():
-    """An atlas that is farther the faster the contact."""
-    atlas = SimpleNamespace(distance=lambda points: points[:, 1])
-    found = first_contacts(GD4008, "nut", FEW, 24, atlas)
-    every = operating_points(FEW, first_points(122)[len(frame_points()) :])
-    every = every[film_formula(GD4008, "nut", *every.T) >= LEAST_FILM]
-    np.testing.assert_array_equal(found[:12], every[:12])
-    assert len({tuple(point) for point in found.tolist()}) == 24
-    assert found[12:, 1].min() >= np.sort(every[12:, 1])[-20]
 
 
 def test_weights_are_the_part_in_the_friction():

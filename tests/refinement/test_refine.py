@@ -187,21 +187,6 @@ def test_at_rest_without_load_and_beyond_the_map_nothing_is_solved(wrong):
     assert {round(solve.force) for solve in refinement.solves} == {2500}
 
 
-def test_known_corrections_apply_beyond_the_map_and_below_its_axes(wrong):
-    refinement, fastest, slowest = Refinement(wrong), wrong.speed.hi, wrong.speed.lo
-    inside = refinement.evaluate(2000.0, fastest, 303.15)
-    solved = len(refinement)
-    beyond = refinement.evaluate(2000.0, 2.0 * fastest, 303.15)
-    assert (beyond.viscous_torque, beyond.in_range) == (inside.viscous_torque, False)
-    assert len(refinement) == solved
-    refined, plain = (
-        [each.evaluate(2000.0, share * slowest, 303.15).viscous_torque for share in (0.5, 1.0)]
-        for each in (refinement, wrong)
-    )
-    # approximate: the exponent of speed is that of the refined film
-    assert refined[0] / refined[1] == pytest.approx(plain[0] / plain[1], rel=2e-2)
-
-
 # --- memory ---
 
 
