@@ -18,7 +18,7 @@ from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ballscrew_tehl.physics.load import contact_angle_at_ball_load, nut_loads
 from ballscrew_tehl.physics.lubricant import eta0
-from ballscrew_tehl.refinement.direct import direct_state
+from ballscrew_tehl.refinement.direct import mean_ball_state
 
 FILES = sorted((Path(__file__).parent / "screws").glob("*.toml"))
 SCREWS = {path.stem: load_parameters(path) for path in FILES}
@@ -117,7 +117,7 @@ def test_small_map_agrees_with_direct_solves(tmp_path, name):
     nut_map, friction_set = load_map(path, parameters), default_friction_set(parameters)
     for point in operating_points(nut_map, 3).tolist():
         by_map = nut_map.evaluate(*point, *friction_set.values)
-        solved = direct_state(parameters, friction_set, *point)
+        solved = mean_ball_state(parameters, friction_set, *point)
         error = abs(float(by_map.friction_torque) / solved.friction_torque - 1.0)
         assert error <= BOUND
 

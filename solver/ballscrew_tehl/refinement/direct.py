@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -177,58 +177,6 @@ class DirectState(NamedTuple):
     film_temperature_rise: float  # [K] largest over the balls
 
 
-class _RacewayFilms(NamedTuple):
-    """Films of the balls of one nut on one raceway."""
-
-    mean: ContactResult  # of the mean ball, as the friction takes it
-    heaviest_over_lightest: float  # of the load-carrying balls
-    least: float  # [m] thermal, of the load-carrying balls
-    rise: float  # [K] of the hottest ball
-
-
-#: films of a raceway from the load of the mean ball, and of the lightest and heaviest that carry load
-_FilmsOf = Callable[[str, float, tuple[float, float]], _RacewayFilms]
-
-
-def _state(
-    parameters: Parameters,
-    friction_set: FrictionSet,
-    films_of: _FilmsOf,
-    point: tuple[float, float, float, float],
-) -> DirectState:
-    """Sums and extremes over both nuts; point: preload, speed, temperature, axial load.
-
-    The mean ball gives the friction of all (see mean_load), with the exponent of load between the other two.
-    """
-    screw, (preload, speed, temperature, axial_load) = parameters.screw, point
-    mechanistic = friction_set.film_model == MECHANISTIC
-    torque, rise = 0.0, 0.0
-    means: dict[str, list[ContactResult]] = {name: [] for name in RACEWAYS}
-    least = dict.fromkeys(RACEWAYS, math.inf)
-    forces = nut_forces(parameters, preload, axial_load)
-    for force, times in Counter(force for force in forces if force > 0.0).items():
-        carrying = _ball_loads(screw, force, screw.loaded_ball_count)
-        loads = carrying if mechanistic else _ball_loads(screw, force, screw.ball_count)
-        ends, mean = (float(carrying.min()), float(carrying.max())), mean_load(loads)
-        wide = math.log(ends[1] / ends[0])
-        slopes = {}
-        for raceway in RACEWAYS:
-            films = films_of(raceway, mean, ends)
-            means[raceway].append(films.mean)
-            slope = math.log(films.heaviest_over_lightest) / wide if wide > EQUAL_LOADS else 0.0
-            slopes[raceway] = films.mean.h_c, slope
-            least[raceway] = min(least[raceway], films.least)
-            rise = max(rise, films.rise)
-        if not mechanistic:
-            sums = nut_sums(parameters, loads, speed, temperature, _PowerFilm(mean, slopes))
-            torque += times * sums.torque(*friction_set.values).total
-    if mechanistic:
-        ratio, net, _ = friction_set.values
-        nuts = nuts_powers(parameters, forces, MeanBallContacts(parameters, means), speed, temperature)
-        torque = sum(times * nut.torque(ratio, net) for times, nut in nuts)
-    return DirectState(torque, least["screw"], least["nut"], rise)
-
-
 class MeanBallContacts:
     """Contacts of the mechanistic law from solutions of mean balls on each raceway (mechanistic.ContactValues).
 
@@ -287,30 +235,6 @@ class DirectContacts:
         return contacts.value(raceway, name, load, speed, temperature)
 
 
-def direct_state(
-    parameters: Parameters,
-    friction_set: FrictionSet,
-    preload: float,
-    speed: float,
-    temperature: float,
-    axial_load: float = 0.0,
-) -> DirectState:
-    """Torque and extremes from three balls per raceway and nut: lightest and heaviest load-carrying one, and mean one.
-
-    Parameters   preload [N] > 0, speed [rad/s] > 0, temperature [K], axial_load [N]
-    Raises       UnconvergedContactError; ValueError: out of range
-    """
-    thermal = friction_set.film_model != "solved"
-
-    def films_of(raceway: str, mean: float, ends: tuple[float, float]) -> _RacewayFilms:
-        light, heavy = (solve_ball(parameters, raceway, q, speed, temperature, thermal=True) for q in ends)
-        own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
-        rises = (s.temperature_rise_mean for s in (light, heavy))
-        return _RacewayFilms(own, heavy.h_c / light.h_c, min(light.h_c, heavy.h_c), max(rises))
-
-    return _state(parameters, friction_set, films_of, (preload, speed, temperature, axial_load))
-
-
 def mean_ball_state(
     parameters: Parameters,
     friction_set: FrictionSet,
@@ -320,20 +244,39 @@ def mean_ball_state(
     axial_load: float = 0.0,
     films: Parameters | None = None,
 ) -> DirectState:
-    """As direct_state from two balls per raceway and nut, for certificates: mean one and heaviest load-carrying one.
+    """Torque and extremes from two balls per raceway and nut: the mean one and the heaviest load-carrying one.
 
-    The film of the others by the closed formula, which leaves an error of second order in the torque (see mean_load);
-    the loads of the load-carrying balls of one nut differ by a few percent.
+    The mean ball gives the friction of all (see mean_load). The film of the others by the closed formula, which leaves
+    an error of second order in the torque; the loads of the load-carrying balls of one nut differ by a few percent.
 
-    Parameters   films : of the heaviest balls, whose films and rise are shown; None = the parameters
+    Parameters   preload [N] > 0, speed [rad/s] > 0, temperature [K], axial_load [N]
+                 films : of the heaviest balls, whose films and rise are shown; None = the parameters
+    Raises       UnconvergedContactError; ValueError: out of range
     """
-    thermal = friction_set.film_model != "solved"
-
-    def films_of(raceway: str, mean: float, ends: tuple[float, float]) -> _RacewayFilms:
-        hot = solve_ball(films or parameters, raceway, ends[1], speed, temperature, thermal=True)
-        own = solve_ball(parameters, raceway, mean, speed, temperature, thermal)
-        light, heavy = film_formula(parameters, raceway, np.array(ends), speed, temperature)
-        least = min(hot.h_c, hot.h_c * float(light / heavy))
-        return _RacewayFilms(own, float(heavy / light), least, hot.temperature_rise_mean)
-
-    return _state(parameters, friction_set, films_of, (preload, speed, temperature, axial_load))
+    screw, at = parameters.screw, (speed, temperature)
+    mechanistic, thermal = friction_set.film_model == MECHANISTIC, friction_set.film_model != "solved"
+    torque, rise = 0.0, 0.0
+    means: dict[str, list[ContactResult]] = {name: [] for name in RACEWAYS}
+    thinnest = dict.fromkeys(RACEWAYS, math.inf)
+    forces = nut_forces(parameters, preload, axial_load)
+    for force, times in Counter(force for force in forces if force > 0.0).items():
+        carrying = _ball_loads(screw, force, screw.loaded_ball_count)
+        loads = carrying if mechanistic else _ball_loads(screw, force, screw.ball_count)
+        ends, mean = np.array([carrying.min(), carrying.max()]), mean_load(loads)
+        wide, slopes = math.log(ends[1] / ends[0]), {}
+        for raceway in RACEWAYS:
+            hot = solve_ball(films or parameters, raceway, float(ends[1]), *at, thermal=True)
+            own = solve_ball(parameters, raceway, mean, *at, thermal)
+            light, heavy = film_formula(parameters, raceway, ends, *at)
+            means[raceway].append(own)
+            slopes[raceway] = own.h_c, math.log(heavy / light) / wide if wide > EQUAL_LOADS else 0.0
+            thinnest[raceway] = min(thinnest[raceway], hot.h_c, hot.h_c * float(light / heavy))
+            rise = max(rise, hot.temperature_rise_mean)
+        if not mechanistic:
+            sums = nut_sums(parameters, loads, *at, _PowerFilm(mean, slopes))
+            torque += times * sums.torque(*friction_set.values).total
+    if mechanistic:
+        ratio, net, _ = friction_set.values
+        nuts = nuts_powers(parameters, forces, MeanBallContacts(parameters, means), *at)
+        torque = sum(times * nut.torque(ratio, net) for times, nut in nuts)
+    return DirectState(torque, thinnest["screw"], thinnest["nut"], rise)

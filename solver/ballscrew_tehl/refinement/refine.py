@@ -39,8 +39,6 @@ REACH = 1.0
 #: relative correction that is expected of a map without certificate, and the least one of a map with: larger, more
 #: contacts are solved before the first results count
 EXPECTED, LEAST_EXPECTED = 0.02, 1e-4
-#: a cell: ln(force), ln(speed), temperature [K] over which a correction varies, if the map has no axes of contacts
-CELL = (0.75, 0.9, 17.5)
 #: standard deviations of a correction that the tolerance must cover: 2 is 95 of 100 cases
 SURE = 2.0
 #: change of ln(force) over which the slopes of the map are taken: a small part of a cell
@@ -139,7 +137,7 @@ class Refinement:
         self.solves: deque[Solve] = deque(maxlen=capacity)
         self._contacts = NutContacts(parameters or map_parameters(nut_map.header), film)
         self._report = report or _logged
-        self._cell = np.array(_cell(nut_map.header))
+        self._cell = np.array(nut_map.header["contact_cell"], dtype=float)
         expected = _expected_correction(nut_map.header)
         self._known = [CorrectionStore(capacity // 2, expected) for _ in RACEWAYS]
 
@@ -319,16 +317,6 @@ class Refinement:
 
 def _logged(solve: Solve) -> None:
     logging.getLogger(__name__).log(logging.WARNING if solve.failure else logging.DEBUG, "%s", solve)
-
-
-def _cell(header: Mapping[str, Any]) -> tuple[float, float, float]:
-    """Cell of the sampled contacts; force as ball load."""
-    try:
-        load, speed, temperature = (float(width) for width in header["contact_cell"])
-    except (KeyError, TypeError, ValueError):
-        return CELL
-    cell = load, speed, temperature
-    return cell if all(width > 0.0 and math.isfinite(width) for width in cell) else CELL
 
 
 def _expected_correction(header: Mapping[str, Any]) -> float:
