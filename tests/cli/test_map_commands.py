@@ -35,9 +35,9 @@ SCREW = (PACKAGED_DATA / "gd4008.toml").read_text(encoding="utf-8")
 #: few nodes and contacts; the range is that of the command
 SMALL = MapGrid(
     force=(1.0, 2.0, 9), speed=(1.0, 2.0, 9), temperature=(300.0, 310.0, 7), preload=(1.0, 2.0, 7),
-    contact_first=28, contact_batch=8, contact_most=44, atlas=False,
+    contact_first=28, contact_batch=8, contact_max=44, atlas=False,
 )  # fmt: skip
-QUICK = dataclasses.replace(SMALL, contact_first=12, contact_most=12)
+QUICK = dataclasses.replace(SMALL, contact_first=12, contact_max=12)
 NARROW = ("--preload-n", "500", "4000", "--speed-rpm", "100", "1000", "--temperature-c", "20", "40")
 WORST = ("--tolerance", "0.1", "--count", "1")
 

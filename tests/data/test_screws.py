@@ -92,7 +92,7 @@ def test_ball_loads_carry_the_force_and_lie_in_the_range(name):
 PRELOADS, SPEEDS, TEMPERATURES = (0.1, 0.4), (0.05, 0.2), (303.15, 323.15)
 SMALL = MapGrid(
     force=(1.0, 2.0, 13), speed=(1.0, 2.0, 9), temperature=(300.0, 310.0, 7), preload=(1.0, 2.0, 9),
-    contact_first_atlas=32, contact_most_atlas=32,
+    contact_first_atlas=32, contact_max_atlas=32,
 )  # fmt: skip
 #: relative error of the torque by the mechanistic law, whose rolling loss is interpolated over a closed formula
 BOUND = 5e-3

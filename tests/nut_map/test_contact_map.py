@@ -8,7 +8,7 @@ from reference_screw import GD4008
 from synthetic_contacts import CLOSED_FILM, CLOSED_RISE, small_map, values
 
 from ballscrew_tehl.nut_map.contact_map import (
-    LEAST,
+    FLOORS,
     THICKEST,
     ContactMap,
     MapContacts,
@@ -162,7 +162,7 @@ def test_a_thermal_film_may_equal_the_isothermal_one_and_a_rise_be_none():
             cold, hot = (model.value(name, points) for name in FILMS[:2])
             np.testing.assert_allclose(hot / cold, share, rtol=1e-6)
     rise = altered(temperature_rise=0.0).evaluate("nut", "temperature_rise", np.array([30.0]), 30.0, 303.0)
-    assert rise == pytest.approx(LEAST["temperature_rise"], rel=1e-9)
+    assert rise == pytest.approx(FLOORS["temperature_rise"], rel=1e-9)
 
 
 def test_a_mean_rise_may_be_negative():

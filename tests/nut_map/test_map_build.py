@@ -82,7 +82,7 @@ def test_every_contact_is_stored_at_its_point_whatever_the_order():
 
 
 def test_contacts_are_added_until_the_films_left_out_are_known():
-    grid = replace(GRID, contact_first=40, contact_batch=16, contact_most=56, contact_tolerance=1e-9)
+    grid = replace(GRID, contact_first=40, contact_batch=16, contact_max=56, contact_tolerance=1e-9)
     assert closed_build(LAW, grid=grid).header["contacts"] == 4 * 56
     enough = replace(grid, contact_tolerance=1.0, contact_largest=100.0)
     assert closed_build(LAW, grid=enough).header["contacts"] == 4 * 40

@@ -38,8 +38,8 @@ from ballscrew_tehl.nut_map.grid import (
     temperature_range,
 )
 from ballscrew_tehl.nut_map.sampling import (
-    LEAST_FILM,
     LIGHT,
+    MIN_FILM,
     first_contacts,
     first_points,
     frame_points,
@@ -240,13 +240,13 @@ def test_no_contact_of_a_film_below_the_limit_is_solved():
     for raceway in RACEWAYS:
         points, every = first_contacts(GD4008, raceway, slow, 64), operating_points(slow, first_points(256))
         films = film_formula(GD4008, raceway, *every.T)
-        assert np.mean(films < LEAST_FILM) >= 0.1
-        np.testing.assert_array_equal(points, every[films >= LEAST_FILM][:64])
+        assert np.mean(films < MIN_FILM) >= 0.1
+        np.testing.assert_array_equal(points, every[films >= MIN_FILM][:64])
         solved = {name: np.ones(64) for name in QUANTITIES}
         for k, name in enumerate(FILMS):
             solved[name] = 0.8**k * film_formula(GD4008, raceway, *points.T)
         model = ContactModel(GD4008, raceway, slow, SolvedContacts(points, solved))
-        assert np.min(film_formula(GD4008, raceway, *next_points(model, 48, 0).T)) >= LEAST_FILM
+        assert np.min(film_formula(GD4008, raceway, *next_points(model, 48, 0).T)) >= MIN_FILM
 
 
 def test_weights_are_the_part_in_the_friction():
@@ -324,7 +324,7 @@ def test_smaller_tolerance_gives_more_contacts_and_smaller_errors(monkeypatch):
             GRID,
             contact_first=64,
             contact_batch=16,
-            contact_most=400,
+            contact_max=400,
             contact_largest=1.0,
             contact_tolerance=tolerance,
         )

@@ -37,12 +37,12 @@ GRID = MapGrid(
     share_nodes=21,
     contact_first=96,
     contact_batch=16,
-    contact_most=96,
+    contact_max=96,
     # the atlas is that of solved contacts
     atlas=False,
 )
 #: the same with fewer contacts: faster, errors of some percent
-FEW = replace(GRID, contact_first=32, contact_most=32)
+FEW = replace(GRID, contact_first=32, contact_max=32)
 #: largest error of a film and of a temperature rise of the contact map over GRID against the closed contacts; found at
 #: 2000 random points (mean): 96 contacts 6.2e-4 (3e-5) and 1.2e-2 (3e-4, in a corner); 64: 1.8e-3 and 1.4e-2; 128:
 #: 6.0e-4 and 1.1e-2

@@ -42,7 +42,7 @@ from .atlas import (
     oil_groups,
 )
 from .contact_map import THICKEST, core_of, interpolated_over, modelled, thick_film_loss, unmodelled
-from .contacts import CORE, FILMS, LEAST_FILM, MEAN_RISE, RISE, Array
+from .contacts import CORE, FILMS, MEAN_RISE, MIN_FILM, RISE, Array
 from .journal import Contact, Journal
 from .kriging import Interpolant, Kriging
 from .workers import Progress
@@ -161,7 +161,7 @@ def _usable(values: tuple[float, ...], of: Points) -> tuple[bool, float]:
     """Whether a contact of a sequence is solved, and its N."""
     groups, scales = contact_groups(values)
     M, L, N = (float(groups[GROUPS.index(name)]) for name in ("M", "L", "N"))
-    thick = scales.film_estimate * scales.h_unit >= LEAST_FILM
+    thick = scales.film_estimate * scales.h_unit >= MIN_FILM
     return bool(thick and of.M[0] <= M <= of.M[1] and of.L[0] <= L <= of.L[1] and N >= of.N), N
 
 

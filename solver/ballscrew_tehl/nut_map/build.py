@@ -46,7 +46,7 @@ from .workers import Progress, interrupt_held, worker_pool
 #: share of its friction by which a contact that did not converge may be uncertain; above, the range is cut before it
 UNCERTAIN = 0.02
 #: share of the contacts that must be solved for a map
-LEAST_SOLVED = 0.5
+MIN_SOLVED = 0.5
 
 
 class MapNotBuiltError(ArithmeticError):
@@ -95,7 +95,7 @@ def build_contact_map(
     """Solve contacts, isothermal and thermal, on an executor until films left out are predicted well enough.
 
     Parameters   journal: contacts solved before, and where those solved now are written at once
-    Raises       MapNotBuiltError: fewer than LEAST_SOLVED of the contacts converged
+    Raises       MapNotBuiltError: fewer than MIN_SOLVED of the contacts converged
     """
     range_ = contact_range(parameters, grid)
     journal = Journal(QUANTITIES) if journal is None else journal
@@ -145,8 +145,8 @@ def _fit_models(models: Mapping[str, ContactModel]) -> None:
 def contact_counts(parameters: Parameters, grid: MapGrid) -> tuple[int, int]:
     """Contacts of each raceway that a map begins with, and the most that it takes."""
     if grid.atlas and FILMS[1] in atlas_quantities(parameters):
-        return grid.contact_first_atlas, grid.contact_most_atlas
-    return grid.contact_first, grid.contact_most
+        return grid.contact_first_atlas, grid.contact_max_atlas
+    return grid.contact_first, grid.contact_max
 
 
 def _well_known(model: ContactModel, grid: MapGrid) -> bool:
@@ -157,7 +157,7 @@ def _well_known(model: ContactModel, grid: MapGrid) -> bool:
 
 def _refuse_unsolved(contacts: Mapping[str, SolvedContacts], range_: ContactRange) -> None:
     good, total = sum(int(c.good.sum()) for c in contacts.values()), sum(map(len, contacts.values()))
-    if not good >= LEAST_SOLVED * total:
+    if not good >= MIN_SOLVED * total:
         raise MapNotBuiltError(
             f"{total - good} of {total} contacts of the range did not converge (ball load {range_.load[0]:.3g} to "
             f"{range_.load[1]:.3g} N, {range_.speed[0] / RPM:.3g} to {range_.speed[1] / RPM:.4g} r/min, "

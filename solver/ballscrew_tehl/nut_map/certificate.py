@@ -15,7 +15,7 @@ from ..physics.ball_formula import film_formula
 from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
 from ..runtime.packed import POINT
-from .contacts import LEAST_FILM, film_parameters
+from .contacts import MIN_FILM, film_parameters
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
@@ -112,7 +112,7 @@ def deviation_from_direct(
     Returns      points; mean, median, 99 and 99.9 % quantile, largest deviation of torque, film and temperature rise;
                  points_not_solved: those that count nowhere because a contact did not converge; regions: the same for
                  the points with preload alone, those with an axial load, and further ones below the lowest speed of the
-                 map, which do not count in the whole; all points have films above LEAST_FILM;
+                 map, which do not count in the whole; all points have films above MIN_FILM;
                  each: the points [N, rad/s, K, N] and the deviations there by column, rounded to six and three digits
     Raises       ArithmeticError: no contact converged
     """
@@ -140,8 +140,8 @@ def deviation_from_direct(
 
 
 def _with_films(parameters: Parameters, points: np.ndarray) -> np.ndarray:
-    """Those of some points where the balls of a nut under the preload have films above LEAST_FILM."""
-    return np.asarray(points[_least_films(parameters, points) >= LEAST_FILM])
+    """Those of some points where the balls of a nut under the preload have films above MIN_FILM."""
+    return np.asarray(points[_least_films(parameters, points) >= MIN_FILM])
 
 
 def _least_films(parameters: Parameters, points: np.ndarray) -> np.ndarray:

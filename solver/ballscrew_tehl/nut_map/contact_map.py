@@ -78,7 +78,7 @@ THICKENING = {name: 1.0 if name in (FILMS[0], MEAN_RISE, *CORE) else 0.5 for nam
 #: degree of the trend of what the atlas leaves; none of the core, whose formula is exact where the load is high
 ATLAS_DEGREE, CORE_DEGREE = 0, -1
 #: temperature rise [K], and rolling loss over its closed formula, below which they count as that
-LEAST = {RISE: 1e-3, "rolling_loss": LEAST_ROLLING}
+FLOORS = {RISE: 1e-3, "rolling_loss": LEAST_ROLLING}
 
 
 class ContactModel:
@@ -150,7 +150,7 @@ class ContactModel:
         if self.atlas is None or not self._in_atlas(name):
             return np.zeros(len(points))
         values = self.atlas(name, points)
-        return np.maximum(values, np.log(LEAST[name])) if name == RISE else values
+        return np.maximum(values, np.log(FLOORS[name])) if name == RISE else values
 
     def _interpolated(self, name: str, points: Array) -> Array:
         return self.kriging(name)(self.coordinates(name, points)) + self._from_atlas(name, points)
@@ -262,7 +262,7 @@ def modelled(name: str, values: Array) -> Array:
         return values
     if name == FILMS[1]:
         return np.log(np.maximum(1.0 / values - 1.0, -0.5 * NO_LOSS) + NO_LOSS)
-    return np.log(np.maximum(values, LEAST[name]) if name in LEAST else values)
+    return np.log(np.maximum(values, FLOORS[name]) if name in FLOORS else values)
 
 
 def unmodelled(name: str, values: Array) -> Array:

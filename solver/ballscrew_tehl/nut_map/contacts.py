@@ -42,7 +42,7 @@ FILM_FLOOR = 20e-9
 LOAD_EXPONENT = 2.0 / 3.0
 #: film [m] by the closed formula below which no contact is solved: oil is no continuum there, the solves take longest;
 #: kriging continues the films
-LEAST_FILM = 1e-9
+MIN_FILM = 1e-9
 #: relative distance beyond the end of an axis that counts as rounding
 ROUNDING = 1e-9
 FILMS = ("isothermal_central_film", "thermal_central_film", "thermal_minimum_film")

@@ -32,17 +32,17 @@ FORCE_SPAN, PRELOAD_SPAN, SPEED_SPAN = 1e-3, 1e-2, 1.0 / 1200.0
 COLDEST, HOTTEST = 10.0 + CELSIUS, 80.0 + CELSIUS
 THINNEST_OIL, THICKEST_OIL = 2e-3, 2.0
 #: least distance of the ends of the temperatures [K]
-LEAST_SPAN = 10.0
+MIN_SPAN = 10.0
 #: force [N] between which the limit of pressure is sought
-LEAST_FORCE, LARGEST_FORCE = 1.0, WIDEST_ENDS["preload"][1]
+MIN_FORCE, LARGEST_FORCE = 1.0, WIDEST_ENDS["preload"][1]
 #: share of the distance from the far end of an axis to a contact, at which a cut range ends short of it
 BACK = 0.98
 #: least share of an axis that a cut may leave
-LEAST_SHARE = 0.25
+MIN_SHARE = 0.25
 #: viscosities at ambient pressure [Pa s] of any map: thinner oils do not thicken with pressure by the law of Roelands
 #: (ln eta0 > -9.67); largest pressure [Pa]: of the static rating
 WIDEST_VISCOSITY = 1e-4, 1e4
-PRESSURE_MOST = 2.0 * PRESSURE_LIMIT
+MAX_PRESSURE = 2.0 * PRESSURE_LIMIT
 #: unit of an axis in messages, which is that of the options, and factor and shift from SI
 SHOWN = {"preload": ("N", 1.0, 0.0), "speed": ("r/min", 1.0 / RPM, 0.0), "temperature": ("C", 1.0, -CELSIUS)}
 #: digits of the ends of a range
@@ -56,8 +56,8 @@ class MapGrid:
     force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; the force goes lower than
     the preload, for an axial load relieves one nut; share: nodes of the axial load from 0 to the separation load.
     Contacts of each raceway: contact_first, then contact_batch at a time until the mean error of a film that is left
-    out is below contact_tolerance and the largest, weighted, below contact_largest, at most contact_most (sampling.py).
-    Where the packaged atlas holds the thermal films of the screw: contact_first_atlas, contact_most_atlas instead, the
+    out is below contact_tolerance and the largest, weighted, below contact_largest, at most contact_max (sampling.py).
+    Where the packaged atlas holds the thermal films of the screw: contact_first_atlas, contact_max_atlas instead, the
     difference from it being what is interpolated, and none of them at the borders of the range. atlas: whether it is
     used; quick: stated in the header.
     """
@@ -69,12 +69,12 @@ class MapGrid:
     share_nodes: int = 21
     contact_first: int = 128
     contact_batch: int = 32
-    contact_most: int = 256
+    contact_max: int = 256
     contact_tolerance: float = 1.5e-3
     contact_largest: float = 0.02
     atlas: bool = True
     contact_first_atlas: int = 96
-    contact_most_atlas: int = 160
+    contact_max_atlas: int = 160
     quick: bool = False
 
 
@@ -86,16 +86,16 @@ def largest_pressure(screw: ScrewParameters, force: float) -> float:
 def force_at_pressure(screw: ScrewParameters, pressure: float = PRESSURE_LIMIT) -> float:
     """Axial force of one nut [N] at which the largest Hertz pressure of its balls reaches a limit [Pa].
 
-    Raises       ValueError: not between LEAST_FORCE and LARGEST_FORCE
+    Raises       ValueError: not between MIN_FORCE and LARGEST_FORCE
     """
 
     def excess(ln_force: float) -> float:
         return largest_pressure(screw, math.exp(ln_force)) / pressure - 1.0
 
-    ends = math.log(LEAST_FORCE), math.log(LARGEST_FORCE)
+    ends = math.log(MIN_FORCE), math.log(LARGEST_FORCE)
     if not excess(ends[0]) < 0.0 < excess(ends[1]):
         raise ValueError(
-            f"pressure limit = {1e-9 * pressure:.3g} GPa; no axial force from {LEAST_FORCE:g} to {LARGEST_FORCE:g} N "
+            f"pressure limit = {1e-9 * pressure:.3g} GPa; no axial force from {MIN_FORCE:g} to {LARGEST_FORCE:g} N "
             "reaches it: check ball diameter, groove radii and ball count, or give --preload-n"
         )
     return math.exp(brentq(excess, *ends, xtol=1e-6))
@@ -104,16 +104,16 @@ def force_at_pressure(screw: ScrewParameters, pressure: float = PRESSURE_LIMIT) 
 def temperature_range(parameters: Parameters) -> tuple[float, float]:
     """Oil temperatures [K] of a map: COLDEST to HOTTEST, where the oil is between THICKEST_OIL and THINNEST_OIL.
 
-    Raises       ValueError: fewer than LEAST_SPAN kelvin are left
+    Raises       ValueError: fewer than MIN_SPAN kelvin are left
     """
     oil = parameters.lubricant
     good = _temperatures_of_viscosity(oil, (COLDEST, HOTTEST), (THINNEST_OIL, THICKEST_OIL))
-    if good.size == 0 or not good[-1] - good[0] >= LEAST_SPAN:
+    if good.size == 0 or not good[-1] - good[0] >= MIN_SPAN:
         thick, thin = (float(eta0(oil, temperature)) for temperature in (COLDEST, HOTTEST))
         raise ValueError(
             f"{oil.name}: viscosity {thick:.3g} to {thin:.3g} Pa s from "
             f"{COLDEST - CELSIUS:g} to {HOTTEST - CELSIUS:g} C; a map needs {THINNEST_OIL:g} to {THICKEST_OIL:g} Pa s "
-            f"over {LEAST_SPAN:g} K: give --temperature-c"
+            f"over {MIN_SPAN:g} K: give --temperature-c"
         )
     return float(good[0]), float(good[-1])
 
@@ -180,9 +180,9 @@ def _refuse_ends(parameters: Parameters, ends: Mapping[str, tuple[float, float]]
                 f"{what[name]}; needs {scale * least + shift:.6g} <= lowest < highest <= {scale * most + shift:.6g}"
             )
     pressure = 1e-9 * largest_pressure(parameters.screw, ends["preload"][1])
-    if not pressure <= 1e-9 * PRESSURE_MOST:
+    if not pressure <= 1e-9 * MAX_PRESSURE:
         raise ValueError(
-            f"{what['preload']}: Hertz pressure up to {pressure:.3g} GPa; allowed: {1e-9 * PRESSURE_MOST:.3g} GPa"
+            f"{what['preload']}: Hertz pressure up to {pressure:.3g} GPa; allowed: {1e-9 * MAX_PRESSURE:.3g} GPa"
         )
     thick, thin = (float(eta0(parameters.lubricant, temperature)) for temperature in ends["temperature"])
     least, most = WIDEST_VISCOSITY
@@ -238,7 +238,7 @@ def narrowed(parameters: Parameters, grid: MapGrid, points: Array) -> tuple[MapG
             what = f"{end} {name} {scale * after + shift:.4g} {unit} instead of {scale * before + shift:.4g} {unit}"
             found.append((share, replace(grid, **changes), what))
     share, grid, what = max(found, key=lambda cut: cut[0], default=(0.0, grid, ""))
-    if not share >= LEAST_SHARE:
+    if not share >= MIN_SHARE:
         raise ArithmeticError(
             "contacts that do not converge lie throughout the range: give a narrower one by --preload-n, --speed-rpm, "
             "--temperature-c"

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 #: bounds of a length, in units of the range of its coordinate, and of the noise as a share of the deviation
 LENGTHS, NOISE = (0.05, 20.0), (1e-5, 1.0)
 #: lengths and noise that the search begins with, its most evaluations and its tolerance of the logarithms
-FIRST_LENGTH, FIRST_NOISE, MOST_EVALUATIONS, SEARCH_TOLERANCE = 0.5, 3e-3, 160, 0.05
+FIRST_LENGTH, FIRST_NOISE, MAX_EVALUATIONS, SEARCH_TOLERANCE = 0.5, 3e-3, 160, 0.05
 #: fewest points that a quadratic trend takes: with fewer, the trend is linear
 QUADRATIC_FROM = 24
 #: points interpolated at a time: their correlations with some thousand others stay within the cache
@@ -80,7 +80,7 @@ class Kriging:
             method="Nelder-Mead",
             bounds=bounds,
             options={
-                "maxfev": MOST_EVALUATIONS,
+                "maxfev": MAX_EVALUATIONS,
                 "xatol": SEARCH_TOLERANCE,
                 "fatol": SEARCH_TOLERANCE,
                 # of size 1 in the logarithms: a small one ends far from the maximum

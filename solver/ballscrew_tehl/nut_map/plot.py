@@ -33,7 +33,7 @@ ERRORS = {"torque": "friction torque", "film": "central film", "temperature_rise
 #: totals of an error in the header of a map, by the ends of their keys, with their names in a picture
 TOTALS = (("mean", "mean"), ("99", "99 % quantile"), ("999", "99.9 % quantile"), ("max", "largest"))
 #: scale of the errors of a certificate, which is logarithmic: lowest over highest end, and the least highest end
-ERROR_SPAN, LEAST_ERROR = 1e-3, 1e-9
+ERROR_SPAN, MIN_ERROR = 1e-3, 1e-9
 #: points of a certificate above which their marks are smaller
 CROWD = 100
 #: characters of a line of the caption
@@ -323,7 +323,7 @@ def _error_norm(errors: Array) -> LogNorm:
     """Colours of errors, over half a decade at least and three at most; what is below counts as the lowest."""
     from matplotlib.colors import LogNorm
 
-    highest = max(errors.max(), LEAST_ERROR)
+    highest = max(errors.max(), MIN_ERROR)
     return LogNorm(np.clip(errors.min(), ERROR_SPAN * highest, highest / 3.0), highest)
 
 

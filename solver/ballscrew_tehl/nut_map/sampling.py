@@ -19,7 +19,7 @@ from ..physics.ball_formula import film_formula
 from ..physics.kinematics import entrainment_speed
 from .atlas import ScrewAtlas
 from .contact_map import ContactModel
-from .contacts import FILMS, LEAST_FILM, LOAD_EXPONENT, Array, ContactRange, film_weight
+from .contacts import FILMS, LOAD_EXPONENT, MIN_FILM, Array, ContactRange, film_weight
 
 #: share of the unit interval of loads for balls lighter than under the lowest preload: they cause little friction
 LIGHT = 0.15
@@ -65,17 +65,17 @@ def first_points(count: int) -> Array:
 def first_contacts(
     parameters: Parameters, raceway: str, range_: ContactRange, count: int, atlas: ScrewAtlas | None = None
 ) -> Array:
-    """Operating points (n, 3) that a map of a raceway begins with: count of those whose film is above LEAST_FILM.
+    """Operating points (n, 3) that a map of a raceway begins with: count of those whose film is above MIN_FILM.
 
     atlas: that holds the films. Then no frame_points, which are outside the atlas or take long, but every second point
     is one of those farthest from its contacts
     """
     if atlas is None:
         points = operating_points(range_, first_points(SPARE * count))
-        return points[film_formula(parameters, raceway, *points.T) >= LEAST_FILM][:count]
+        return points[film_formula(parameters, raceway, *points.T) >= MIN_FILM][:count]
     border = len(frame_points())
     points = operating_points(range_, first_points(border + SPARE * count)[border:])
-    points = points[film_formula(parameters, raceway, *points.T) >= LEAST_FILM]
+    points = points[film_formula(parameters, raceway, *points.T) >= MIN_FILM]
     even, others = points[: count - count // 2], points[count - count // 2 :]
     weight = film_weight(range_, others[:, 0], film_formula(parameters, raceway, *others.T))
     far = np.argsort(-weight * atlas.distance(others), kind="stable")[: count // 2]
@@ -127,7 +127,7 @@ def next_points(model: ContactModel, count: int, round_: int) -> Array:
     """Operating points (count, 3) where what counts is least certain, each chosen with those before it known."""
     pool = qmc.Sobol(3, seed=POOL_SEED + round_).random_base2(POOL_POWER)
     places = operating_points(model.range, pool)
-    places = places[film_formula(model.parameters, model.raceway, *places.T) >= LEAST_FILM]
+    places = places[film_formula(model.parameters, model.raceway, *places.T) >= MIN_FILM]
     errors = left_out_errors(model)
     by = REFINED[0]
     nearest = KDTree(model.coordinates(by, model.points)).query(model.coordinates(by, places))[1]

@@ -19,7 +19,7 @@ from ..parameters.file import FOUR_POINT, Parameters
 from ..physics.ball_formula import THICKEST_FILM
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
-from .contacts import LEAST_FILM
+from .contacts import MIN_FILM
 
 #: film ratio above which a film counts as thick
 THICK = 3.0
@@ -142,10 +142,10 @@ def too_thick(film: float, ball_radius: float) -> str:
 
 
 def too_thin(film: float) -> str:
-    """One line if a minimum film [m], not that at rest, is below LEAST_FILM, where oil is no continuum; or ""."""
-    if film >= LEAST_FILM or film == 0.0:
+    """One line if a minimum film [m], not that at rest, is below MIN_FILM, where oil is no continuum; or ""."""
+    if film >= MIN_FILM or film == 0.0:
         return ""
     return (
-        f"minimum film {1e9 * film:.2g} nm, below {1e9 * LEAST_FILM:g} nm: oil is no continuum there, a "
+        f"minimum film {1e9 * film:.2g} nm, below {1e9 * MIN_FILM:g} nm: oil is no continuum there, a "
         "map solves no contact with a central film below it"
     )

@@ -38,13 +38,13 @@ CAPACITY = 256
 REACH = 1.0
 #: relative correction that is expected of a map without certificate, and the least one of a map with: larger, more
 #: contacts are solved before the first results count
-EXPECTED, LEAST_EXPECTED = 0.02, 1e-4
+EXPECTED, MIN_EXPECTED = 0.02, 1e-4
 #: standard deviations of a correction that the tolerance must cover: 2 is 95 of 100 cases
 SURE = 2.0
 #: change of ln(force) over which the slopes of the map are taken: a small part of a cell
 SLOPE_STEP = 0.1
 #: evaluations of a point at most: two nuts with two raceways
-MOST_SOLVES = 4
+MAX_SOLVES = 4
 
 
 class Solve(NamedTuple):
@@ -223,7 +223,7 @@ class Refinement:
             return corrected
 
         # after as many solves every correction is known
-        for _ in range(MOST_SOLVES):
+        for _ in range(MAX_SOLVES):
             asked.clear()
             state = self.nut_map.evaluate_point(
                 preload, speed, temperature, axial_load, ratio, net, roughness, breakaway, correction
@@ -322,4 +322,4 @@ def _logged(solve: Solve) -> None:
 def _expected_correction(header: Mapping[str, Any]) -> float:
     """Expected standard deviation of the corrections, from the certificate of the map."""
     largest = header["certificate"].get("torque_error_max", 2.0 * EXPECTED)
-    return min(max(0.5 * float(largest), LEAST_EXPECTED), EXPECTED)
+    return min(max(0.5 * float(largest), MIN_EXPECTED), EXPECTED)

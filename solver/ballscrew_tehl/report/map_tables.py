@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..friction.origin import carried_over
-from ..nut_map.contacts import LEAST_FILM
+from ..nut_map.contacts import MIN_FILM
 from ..nut_map.trend import MIN_FORCE_RATIO
 from ..parameters.file import FOUR_POINT
 from ..parameters.units import SHOWN
@@ -91,7 +91,7 @@ def _marks(material: Material) -> list[tuple[str, str]]:
     rows = [
         ("dashed lines of torque", ", ".join(found) or "none"),
     ]
-    thin = float(np.mean(films.minimum < LEAST_FILM))
+    thin = float(np.mean(films.minimum < MIN_FILM))
     if thin > 0.0:
         rows.append(("films below a nanometre", f"{_percent(thin)} of the lines of the film; not solved, they continue "
                      "the films above"))  # fmt: skip

@@ -33,10 +33,10 @@ if TYPE_CHECKING:
 #: contacts of `map build --quick`, for a first look: its certificate says how good it is
 QUICK = MapGrid(
     contact_first=48,
-    contact_most=48,
+    contact_max=48,
     contact_batch=16,
     contact_first_atlas=8,
-    contact_most_atlas=8,
+    contact_max_atlas=8,
     quick=True,
 )
 #: time of a contact on one core of 2023 [s], mean of isothermal and thermal: of large screws, of small ones

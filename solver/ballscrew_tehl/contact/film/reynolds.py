@@ -56,7 +56,7 @@ APPROACH_LIMIT = 0.5
 #: Newton steps without progress after which the steps are halved, moved to 3: 4 % more Newton steps, to 12: no effect;
 #: and their least share by this rule, moved to 0.5: no effect
 STALL_AFTER = 6
-LEAST_SHARE = 0.125
+MIN_SHARE = 0.125
 #: reduction of the changes over STALL_AFTER steps that counts as progress; moved to 0.9: no effect
 STALL_REDUCTION = 0.5
 #: a step turns back if its projection on the last one is below -TURN of it; steps alternate if two of the last four
@@ -506,7 +506,7 @@ class _StepLength:
             self.share *= 0.5
             self._most = self.share
         elif stalled(self.sizes, STALL_AFTER):
-            self.share = max(0.5 * self.share, LEAST_SHARE)
+            self.share = max(0.5 * self.share, MIN_SHARE)
         elif self.share < 1.0 and not turned and _shrinking(self.sizes, 1.0 - 0.5 * self.share):
             self.share = min(2.0 * self.share, self._most)
         self._last = d_p
