@@ -63,6 +63,26 @@ def test_shear_of_the_mean_ball_stands_for_all():
     assert abs(sum(alone) / whole - 1.0) <= 1e-2
 
 
+def test_shear_is_at_the_mean_temperature_of_the_film():
+    """A film 8 K above the inlet shears as that of an inlet 8 K warmer with the same contact."""
+
+    class Film(ClosedContacts):
+        rise = 0.0
+
+        def values(self, raceway, load, speed, temperature):
+            found = super().values(raceway, load, speed, np.full_like(temperature, 303.0))
+            return found | {"mean_rise": np.full_like(found["mean_rise"], self.rise)}
+
+    same, warm = Film(film=1e-6), Film(film=1e-6)
+    warm.rise = 8.0
+    cold, heated, hot = (
+        nut_powers(VG100, loads_at(1000.0), 50.0, T, film).shear
+        for T, film in ((303.0, same), (303.0, warm), (311.0, same))
+    )
+    assert heated == pytest.approx(hot, rel=1e-9)
+    assert heated < 0.95 * cold
+
+
 def test_without_a_film_all_is_boundary_friction():
     """f -> 1 and the thrust is that of mu_b; the shear does not depend on the oil, and is linear in mu_b."""
     dry = ClosedContacts(film=1e-11)
