@@ -8,9 +8,9 @@ from scipy.special import erfc, gamma
 
 from ballscrew_tehl.physics.asperity import (
     Roughness,
-    asperity_pressure,
     film_asperity_share,
     height_integral,
+    pressure_scale,
     typical_roughness,
 )
 
@@ -39,20 +39,13 @@ def test_integer_orders_by_the_error_function():
     assert relative(height_integral(2, U)[near], ((1 + U**2) * tail - U * bell)[near]) <= 1e-9
 
 
-def test_pressure_slope_and_scalings():
-    h, step = np.linspace(-4e-7, 1.2e-6, 41), 1e-11
-    p_a, slope = asperity_pressure(ROUGH, E_PRIME, h)
-    chord = (
-        asperity_pressure(ROUGH, E_PRIME, h + step)[0] - asperity_pressure(ROUGH, E_PRIME, h - step)[0]
-    ) / (2 * step)
-    assert relative(slope, chord) <= 1e-5
-    assert np.max(np.diff(p_a)) < 0.0
-    assert relative(asperity_pressure(ROUGH, 2 * E_PRIME, h)[0], 2 * p_a) <= 1e-14
+def test_pressure_has_its_scalings():
+    """E* sqrt(2) pi 16/15 (sigma beta eta)^2 sqrt(sigma/beta) F_5/2, E* = E'/2: 26.1 MPa at h = 0."""
     dense = Roughness(ROUGH.sigma, 3 * ROUGH.asperity_density, ROUGH.asperity_radius)
-    assert relative(asperity_pressure(dense, E_PRIME, h)[0], 9 * p_a) <= 1e-13
-    # E* sqrt(2) pi 16/15 (sigma beta eta)^2 sqrt(sigma/beta) F_5/2, E* = E'/2; 26.1 MPa at contact of the mean planes
-    typical = asperity_pressure(typical_roughness(2e-7), E_PRIME, 0.0)[0]
-    assert float(typical) == pytest.approx(2.61e7, rel=2e-3)
+    assert relative(pressure_scale(dense, E_PRIME), 9 * pressure_scale(ROUGH, E_PRIME)) <= 1e-13
+    assert relative(pressure_scale(ROUGH, 2 * E_PRIME), 2 * pressure_scale(ROUGH, E_PRIME)) <= 1e-14
+    touching = pressure_scale(typical_roughness(2e-7), E_PRIME) * float(height_integral(2.5, 0.0))
+    assert touching == pytest.approx(2.61e7, rel=2e-3)
 
 
 def test_film_share_is_the_pressure_at_the_gap_that_holds_the_film():
@@ -63,7 +56,7 @@ def test_film_share_is_the_pressure_at_the_gap_that_holds_the_film():
         weight = np.exp(-0.5 * s * s) / math.sqrt(2.0 * math.pi)
         gap = rough.sigma * np.trapezoid((u - s) * weight, s)
         share = float(film_asperity_share(rough, E_PRIME, gap, mean))
-        expected = min(float(asperity_pressure(rough, E_PRIME, u * rough.sigma)[0]) / mean, 1.0)
+        expected = min(pressure_scale(rough, E_PRIME) * float(height_integral(2.5, u)) / mean, 1.0)
         assert abs(share / expected - 1.0) <= 1e-4
 
 

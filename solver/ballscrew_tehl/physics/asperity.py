@@ -130,29 +130,6 @@ def pressure_scale(roughness: Roughness, E_prime: float) -> float:
     return constant * roughness.product**2 * math.sqrt(slenderness) * 0.5 * E_prime
 
 
-def asperity_pressure(roughness: Roughness, E_prime: float, h: Any) -> tuple[Any, Any]:
-    """Mean pressure that the asperities carry, and its slope.
-
-    Parameters   roughness : Roughness;  E_prime : float [Pa], > 0;  h : float or array [m], any sign
-    Returns      p_a [Pa], >= 0, and dp_a/dh [Pa/m], <= 0, each shaped like h; 0 for a smooth contact (sigma = 0)
-    Raises       ValueError: E_prime not positive, h not finite
-    Validity     elastic asperities of Gaussian height on both surfaces, each without influence on the next; too
-                 stiff where p_a per real area exceeds the hardness
-    Source       Greenwood & Tripp, Proc IMechE 185 (1970) 625: p_a = pressure_scale F_5/2(h/sigma)
-    Example
-        >>> p_a, slope = asperity_pressure(typical_roughness(2e-7), 226e9, 2e-7)
-        >>> round(float(p_a) / 1e6, 3), round(float(slope) / 1e12, 2)
-        (3.411, -40.04)
-    """
-    scale = pressure_scale(roughness, E_prime)
-    needs_finite(h=h)
-    h = np.asarray(h, dtype=float)
-    if roughness.sigma == 0.0:
-        return np.zeros_like(h), np.zeros_like(h)
-    u = h / roughness.sigma
-    return scale * height_integral(2.5, u), -2.5 * scale / roughness.sigma * height_integral(1.5, u)
-
-
 @cache
 def _pressure_over_mean_gap() -> tuple[Any, Any]:
     """ln of the mean gap over sigma and ln of F_5/2 there, from touching to far surfaces."""
@@ -171,7 +148,8 @@ def film_asperity_share(roughness: Roughness, E_prime: float, film: Any, mean_pr
                  gap sigma F_1(-h/sigma), not the distance h of the mean planes, which vanishes at 0.4 sigma and is
                  negative below. The film does not depend on the share of the load that it carries, as in the
                  piezoviscous limit (Johnson, Greenwood & Poon 1972)
-    Source       f = p_a(h)/mean_pressure with p_a of asperity_pressure; table of 1601 nodes over h/sigma -8 to 8
+    Source       f = p_a(h)/mean_pressure, p_a = pressure_scale F_5/2(h/sigma) of elastic asperities on both surfaces
+                 (Greenwood & Tripp, Proc IMechE 185 (1970) 625); table of 1601 nodes over h/sigma -8 to 8
     Example
         >>> share = film_asperity_share(typical_roughness(2e-7), 226e9, np.array([1e-12, 2e-8, 2e-7, 6e-7]), 6e8)
         >>> [round(float(f), 4) for f in share]

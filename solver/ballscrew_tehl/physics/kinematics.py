@@ -231,17 +231,3 @@ def slip_field(
     """
     name = _checked_name(parameters, speed, kinematics)
     return SLIP_FIELDS[name](parameters, raceway, speed, contact_angle)
-
-
-def centre_speeds(
-    speeds: SurfaceSpeeds, slip: SlipField, semi_axis_a: Any, no_slip_position: float = FREE_ROLLING_POSITION
-) -> tuple[Any, Any]:
-    """Surface speeds in the middle of the ellipse, so that `speeds` hold on the lines y = +- c a.
-
-    Parameters   speeds, slip : of one contact;  semi_axis_a : float or array [m], across rolling
-                 no_slip_position : c; free rolling under Coulomb friction by default
-    Returns      u_1, u_2 [m/s]: u_i - differential_i (c a)^2; without a differential part the speeds themselves
-    Source       (u_1-u_2)(y)/u_e = (y^2 - (c a)^2)/(2 R_c R_x), Heathcote's parabola
-    """
-    height = (no_slip_position * semi_axis_a) ** 2
-    return speeds.u_1 - slip.differential_1 * height, speeds.u_2 - slip.differential_2 * height
