@@ -18,7 +18,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
 sys.path.insert(0, str(Path(__file__).parents[1] / "support" / "fmu"))
-from native_host import TOKEN, build, c_host
+from native_host import c_host
+from native_model import TOKEN, compile_once
 from paths import NATIVE_HOSTS
 from synthetic_map import LAWS, make_map
 
@@ -26,7 +27,7 @@ from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.models import FRICTION, MONITOR, FmuModel
 from ballscrew_fmu.native_fmu.compile import build_libraries
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
-from ballscrew_fmu.native_fmu.sources import native_sources
+from ballscrew_fmu.native_fmu.sources import fmi_headers, native_sources
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
@@ -61,10 +62,11 @@ def host_command(folder: Path, nut_map, model: FmuModel = FRICTION) -> list[str]
     (folder / "native.so").write_bytes(library["x86_64-linux"])
     (folder / MAP_FILE).write_bytes(map_bytes(nut_map))
     which = () if model is FRICTION else ("-DMONITOR",)
-    host = c_host(folder / "host", nut_map, "step_costs", "-O2", *which, runtime=False)
-    options = ["-std=c99", "-O2", "-shared", "-fPIC"]
-    build(folder / "host", options, folder / "table.so", [str(NATIVE_HOSTS / "table_fmu.c")])
-    return [str(host), str(folder / "native.so"), TOKEN, folder.as_uri(), str(folder / "table.so")]
+    host = c_host(nut_map, "step_costs", "-O2", *which, runtime=False)
+    headers = {f"fmi/{name}": text for name, text in fmi_headers(2).items()}
+    table = headers | {"table_fmu.c": (NATIVE_HOSTS / "table_fmu.c").read_bytes()}
+    library = compile_once(table, "table.so", "-O2", "-shared", "-fPIC")
+    return [str(host), str(folder / "native.so"), TOKEN, folder.as_uri(), str(library)]
 
 
 def measure(command: list[str], repetitions: int = REPETITIONS, calls: int = CALLS) -> dict[str, list[float]]:

@@ -27,7 +27,7 @@ def measure(
     folder: Path, nut_map, repetitions: int = REPETITIONS, calls: int = CALLS
 ) -> dict[str, list[float]]:
     """Median and least [s] by case."""
-    program = c_host(folder, nut_map, "transmission_costs", "-O2", "-ffp-contract=off", model=TRANSMISSION)
+    program = c_host(nut_map, "transmission_costs", "-O2", "-ffp-contract=off", model=TRANSMISSION)
     run = subprocess.run(
         [str(program), folder.as_uri(), str(repetitions), str(calls)],
         capture_output=True,

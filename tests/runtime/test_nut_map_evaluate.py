@@ -1,17 +1,24 @@
+"""The map against the closed forms of the synthetic map: torques, films, limits, standstill law, refusals."""
+
 import math
 
 import numpy as np
 import pytest
 import synthetic_map
-from synthetic_map import DEFAULTS, LAWS, make_map
+from scipy.interpolate import make_interp_spline
+from synthetic_map import DEFAULTS, LAWS, closed_form, make_map
 
+from ballscrew_tehl.runtime.bspline import cubic_slopes, cubic_weights, fit, map_arrays
 from ballscrew_tehl.runtime.constants import LEAST_HALF, REST
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC, MapError, sealed
 
-MAPS = {law: make_map(law=law) for law in LAWS}
+MAPS = {law: closed_form(law) for law in LAWS}
 NUT_MAP = MAPS[FILM_SHEAR]
+FREE = 0.3
+OVERSIZE = closed_form(MECHANISTIC, FREE)
 T = 303.15
+LOWEST = synthetic_map.AXIS["speed"][0]
 
 
 @pytest.fixture(params=LAWS)
@@ -36,14 +43,18 @@ def forces(preload, axial_load):
     return relieved, relieved + abs(axial_load)
 
 
-@pytest.mark.parametrize("axial_load", [0.0, 900.0, -2500.0])
-def test_torques_are_the_sum_of_two_nuts_of_the_closed_formulas(axial_load, nut_map):
+def test_torques_are_the_sum_of_two_nuts_of_the_closed_formulas(nut_map):
     friction = 8.8, 0.0037, 15e-9, 3.0
-    state = nut_map.evaluate(1700.0, 47.0, 311.0, axial_load, *friction)
-    nuts = [nut_torques(nut_map.law, f, 47.0, 311.0, *friction) for f in forces(1700.0, axial_load)]
-    assert state[:3] == pytest.approx(sum(nuts), rel=1e-9)
-    assert state.in_range
-    assert state.clamped == ()
+    for axial_load in (0.0, 900.0, -2500.0):
+        state = nut_map.evaluate(1700.0, 47.0, 311.0, axial_load, *friction)
+        nuts = [nut_torques(nut_map.law, f, 47.0, 311.0, *friction) for f in forces(1700.0, axial_load)]
+        assert state[:3] == pytest.approx(sum(nuts), rel=1e-9)
+        relieved = state.relieved_viscous_torque, state.relieved_coulomb_torque
+        assert relieved == pytest.approx((nuts[0][0], sum(nuts[0][1:])), rel=1e-9)
+        assert (state.in_range, state.clamped) == (True, ())
+        assert nut_map.evaluate(1700.0, -47.0, 311.0, axial_load, *friction) == state
+    defaults = nut_map.header["defaults"]
+    assert nut_map.evaluate(2000.0, 0.1, T) == nut_map.evaluate(2000.0, 0.1, T, **defaults)
 
 
 def test_extremes_come_from_the_nut_and_the_raceway_that_carry_them():
@@ -51,89 +62,55 @@ def test_extremes_come_from_the_nut_and_the_raceway_that_carry_them():
     g, c = synthetic_map.surfaces(loaded, 47.0, 311.0), synthetic_map.force_curves(loaded)
     assert loaded > 1700.0 > relieved
     state = NUT_MAP.evaluate(1700.0, 47.0, 311.0, 1500.0)
-    assert state.film_thickness_min == pytest.approx(g[5], rel=1e-9)
-    assert state.film_thickness_central_screw == pytest.approx(g[6], rel=1e-9)
-    assert state.film_thickness_central_nut == pytest.approx(g[7], rel=1e-9)
-    assert state.film_temperature_rise == pytest.approx(g[8], rel=1e-9)
-    assert (state.contact_pressure_max, state.ball_load_max) == pytest.approx((c[3], c[4]), rel=1e-9)
+    assert state[3:9] == pytest.approx((g[5], *g[6:9], c[3], c[4]), rel=1e-9)
     assert state.lambda_ratio == pytest.approx(g[5] / DEFAULTS["roughness_height"], rel=1e-9)
 
 
-def test_defaults_come_from_the_header(nut_map):
-    defaults = nut_map.header["defaults"]
-    assert nut_map.evaluate(2000.0, 0.1, T) == nut_map.evaluate(2000.0, 0.1, T, 0.0, *defaults.values())
-    assert nut_map.evaluate(2000.0, 0.1, T) == nut_map.evaluate(2000.0, 0.1, T, **defaults)
-
-
 def test_scalars_and_arrays_give_the_same_numbers(nut_map):
-    rng = np.random.default_rng(3)
-    n = 200
+    rng, n, seen = np.random.default_rng(3), 200, set()
     preload = rng.uniform(-10.0, 14000.0, n)
     speed = rng.uniform(-400.0, 400.0, n) * rng.choice([1.0, 1e-3], n)
     temperature = rng.uniform(270.0, 370.0, n)
     axial = rng.uniform(-20000.0, 20000.0, n) * rng.choice([0.0, 1.0], n)
     other = {"roughness_height": 1e-8, "breakaway_factor": 1.7}
     many = nut_map.evaluate(preload, speed, temperature, axial, **other)
-    seen = set()
-    for m in range(n):
-        one = nut_map.evaluate(
-            float(preload[m]), float(speed[m]), float(temperature[m]), float(axial[m]), **other
-        )
-        assert [x[m] for x in many[:10]] == pytest.approx(one[:10], rel=1e-12)
+    for m, point in enumerate(np.transpose([preload, speed, temperature, axial]).tolist()):
+        one = nut_map.evaluate(*point, **other)
+        assert [x[m] for x in many[:10]] == pytest.approx(one[:10], rel=1e-10)
         assert many.in_range[m] == one.in_range
         seen.update(one.clamped)
     assert set(many.clamped) == seen == {"preload", "speed", "temperature", "axial_load"}
-
-
-def test_arrays_broadcast(nut_map):
     state = nut_map.evaluate(np.array([[1000.0], [2000.0]]), np.array([1.0, 10.0, 100.0]), T)
     assert state.viscous_torque.shape == (2, 3)
     assert state.viscous_torque[1, 2] == pytest.approx(nut_map.evaluate(2000.0, 100.0, T).viscous_torque)
 
 
-def test_friction_is_even_in_speed(nut_map):
-    assert nut_map.evaluate(2000.0, -30.0, T, 500.0) == nut_map.evaluate(2000.0, 30.0, T, 500.0)
-
-
-@pytest.mark.parametrize(
-    ("point", "name", "same_as"),
-    [
-        ((13000.0, 30.0, T), "preload", (12000.0, 30.0, T)),
-        ((2000.0, 400.0, T), "speed", (2000.0, 320.0, T)),
-        ((2000.0, 30.0, 0.0), "temperature", (2000.0, 30.0, 283.15)),
+def test_beyond_the_map_is_clamped_and_flagged():
+    for point, name, same_as in (
+        ((13000.0, 30.0, T), "preload", (12000.0, 30.0, T)), ((2000.0, 400.0, T), "speed", (2000.0, 320.0, T)),
+        ((2000.0, 30.0, 0.0), "temperature", (2000.0, 30.0, 283.15)), ((-1.0, 30.0, T), "preload", (0.0, 30.0, T)),
         ((2000.0, 30.0, 400.0), "temperature", (2000.0, 30.0, 353.15)),
-        ((-1.0, 30.0, T), "preload", (0.0, 30.0, T)),
-    ],
-)
-def test_beyond_the_map_is_clamped_and_flagged(point, name, same_as):
-    state = NUT_MAP.evaluate(*point)
-    assert state.clamped == (name,)
-    assert not state.in_range
-    assert state[:10] == NUT_MAP.evaluate(*same_as)[:10]
-
-
-def test_an_axial_load_that_overloads_one_nut_is_flagged():
+    ):  # fmt: skip
+        state = NUT_MAP.evaluate(*point)
+        assert (state.clamped, state.in_range) == ((name,), False)
+        assert state[:10] == NUT_MAP.evaluate(*same_as)[:10]
     state = NUT_MAP.evaluate(2000.0, 30.0, T, 15000.0)
     assert (state.in_range, state.clamped) == (False, ("axial_load",))
     assert state.ball_load_max == pytest.approx(synthetic_map.force_curves(12000.0)[4], rel=1e-9)
 
 
-def test_torque_is_zero_without_preload(nut_map):
-    state = nut_map.evaluate(0.0, 30.0, T)
-    assert state[:3] == (0.0, 0.0, 0.0)
-    assert (state.contact_pressure_max, state.ball_load_max, state.film_temperature_rise) == (0.0, 0.0, 0.0)
-    assert not state.in_range
-    assert all(math.isfinite(x) for x in state[:10])
-
-
 def test_below_the_force_axis_the_power_laws_of_hertz_hold(nut_map):
     end, low = nut_map.evaluate(50.0, 30.0, T), nut_map.evaluate(50.0 / 8.0, 30.0, T)
-    assert low.viscous_torque == pytest.approx(end.viscous_torque / 4.0, rel=1e-12)
-    assert low.sliding_torque == pytest.approx(end.sliding_torque / 8.0, rel=1e-12)
-    assert low.hysteresis_torque == pytest.approx(end.hysteresis_torque / 16.0, rel=1e-12)
-    assert low.contact_pressure_max == pytest.approx(end.contact_pressure_max / 2.0, rel=1e-12)
-    assert low.ball_load_max == pytest.approx(end.ball_load_max / 8.0, rel=1e-12)
+    for name, ratio in (
+        ("viscous_torque", 4.0), ("sliding_torque", 8.0), ("hysteresis_torque", 16.0), ("contact_pressure_max", 2.0),
+        ("film_temperature_rise", 2.0), ("ball_load_max", 8.0), ("film_thickness_min", 1.0),
+    ):  # fmt: skip
+        assert getattr(low, name) == pytest.approx(getattr(end, name) / ratio, rel=1e-12)
     assert low.clamped == ("preload",)
+    none = nut_map.evaluate(0.0, 30.0, T)
+    assert none[:3] == (0.0, 0.0, 0.0)
+    assert (none.contact_pressure_max, none.ball_load_max, none.film_temperature_rise) == (0.0, 0.0, 0.0)
+    assert all(math.isfinite(x) for x in none[:10])
 
 
 def test_range_margin_is_the_least_distance_from_the_limits(nut_map):
@@ -145,15 +122,13 @@ def test_range_margin_is_the_least_distance_from_the_limits(nut_map):
     for n in range(400):
         preload, speed = rng.uniform(0.5 * low, 1.05 * highest), rng.uniform(-1.05, 1.05) * fastest
         temperature = rng.uniform(cold - 3.0, hot + 3.0)
-        axial_load = 0.0 if n % 3 == 0 else rng.normal() * 0.5 * highest
+        axial_load = 0.0 if n % 3 == 0 or preload > highest else rng.normal() * 0.5 * highest
         expected = [
             (preload - low) / (highest - low), (highest - preload) / (highest - low),
             (temperature - cold) / (hot - cold), (hot - temperature) / (hot - cold), 1.0 - abs(speed) / fastest,
         ]  # fmt: skip
-        if axial_load and preload <= highest:
+        if axial_load:
             expected.append(1.0 - forces(preload, axial_load)[1] / highest)
-        elif axial_load:
-            continue  # the force is that at the clamped preload
         margin = nut_map.range_margin(preload, speed, temperature, axial_load)
         assert margin == pytest.approx(min(expected), rel=2e-3, abs=1e-6)  # splines of the forces
         assert (margin >= 0.0) == nut_map.evaluate(preload, speed, temperature, axial_load).in_range
@@ -171,206 +146,107 @@ def test_torque_is_in_range_and_continuous_where_a_nut_separates(nut_map):
     assert after[:3] == pytest.approx(alone, rel=1e-6)
 
 
-@pytest.mark.parametrize("roughness", [0.0, 24e-9, 200e-9])
-def test_standstill_law_is_smooth_and_rises_with_speed(roughness, nut_map):
-    lo = synthetic_map.AXIS["speed"][0]
-
-    def torque(speed):
-        return nut_map.evaluate(2000.0, speed, T, 700.0, roughness_height=roughness).viscous_torque
-
-    below, above = slopes_at(torque, lo)
-    assert below == pytest.approx(above, rel=1e-5)  # truncation of the one-sided differences
-    assert torque(0.0) == 0.0
-    assert torque(1e-9 * lo) == pytest.approx(1e-6 * torque(1e-3 * lo), rel=1e-3)  # linear at rest
-    assert (np.diff([torque(s) for s in np.linspace(0.0, 1.2 * lo, 200)]) > 0.0).all()
+# --- standstill ---
 
 
 def slopes_at(function, x):
     """One-sided differences of second order."""
     h = 1e-4 * x
-    below, above = (
+    return [
         sign * (4.0 * function(x + sign * h) - function(x + 2.0 * sign * h) - 3.0 * function(x)) / (2.0 * h)
         for sign in (-1.0, 1.0)
-    )
-    return below, above
+    ]
+
+
+def test_viscous_torque_and_films_towards_rest(nut_map):
+    for roughness in (0.0, 24e-9, 200e-9):
+
+        def torque(speed, roughness=roughness):
+            return nut_map.evaluate(2000.0, speed, T, 700.0, roughness_height=roughness).viscous_torque
+
+        below, above = slopes_at(torque, LOWEST)
+        assert below == pytest.approx(above, rel=1e-5)  # truncation of the one-sided differences
+        assert torque(0.0) == 0.0
+        assert torque(1e-9 * LOWEST) == pytest.approx(
+            1e-6 * torque(1e-3 * LOWEST), rel=1e-3
+        )  # linear at rest
+        assert (np.diff([torque(s) for s in np.linspace(0.0, 1.2 * LOWEST, 200)]) > 0.0).all()
+    rest, half, lowest = (nut_map.evaluate(2000.0, speed, T) for speed in (0.0, 0.5 * LOWEST, LOWEST))
+    assert (rest.film_thickness_min, rest.film_temperature_rise, rest.lambda_ratio) == (0.0, 0.0, 0.0)
+    assert half.film_thickness_min == pytest.approx(lowest.film_thickness_min * 0.5**0.67)
+    assert half.film_temperature_rise == pytest.approx(lowest.film_temperature_rise * 0.5)
+    assert rest.in_range
+    assert rest.contact_pressure_max == lowest.contact_pressure_max > 0.0
+    assert nut_map.evaluate(2000.0, 30.0, T, roughness_height=0.0).lambda_ratio == 1000.0
+
+
+def test_sliding_torque_of_film_shear_rises_to_breakaway():
+    def sliding(speed, breakaway):
+        return NUT_MAP.evaluate(2000.0, speed, T, breakaway_factor=breakaway).sliding_torque
+
+    for s in (0.0, 0.25, 0.5, 0.9):
+        t = (1.0 + REST) * s**2 / (s + REST)
+        expected = (3.0 - 2.0 * (1.0 + LEAST_HALF) * t / (t + LEAST_HALF)) * sliding(LOWEST, 1.0)
+        assert sliding(s * LOWEST, 3.0) == pytest.approx(expected, rel=1e-12)
+        assert sliding(s * LOWEST, 1.0) == pytest.approx(sliding(LOWEST, 3.0), rel=1e-12)
 
 
 @pytest.mark.parametrize("breakaway", [1.5, 2.0, 5.0])
 def test_ball_friction_rises_smoothly_to_breakaway_at_standstill(breakaway):
     """Mechanistic: by the formula of the law, whose factor of the map is 1 in the thickest film."""
-    nut_map, lo = MAPS[MECHANISTIC], synthetic_map.AXIS["speed"][0]
-    ball = nut_map.evaluate(2000.0, 320.0, T, net_sliding_coefficient=1.0)
-    thick = (
-        ball.sliding_torque - nut_map.evaluate(2000.0, 320.0, T, net_sliding_coefficient=0.0).sliding_torque
+    nut_map = MAPS[MECHANISTIC]
+    one, none = (
+        nut_map.evaluate(2000.0, 320.0, T, net_sliding_coefficient=k).sliding_torque for k in (1.0, 0.0)
     )
-    thick /= synthetic_map.surfaces(2000.0, 320.0, T, MECHANISTIC)[3]
+    thick = (one - none) / synthetic_map.surfaces(2000.0, 320.0, T, MECHANISTIC)[3]
 
     def factor(speed):  # 1e9: without the shear of the raceways
         state = nut_map.evaluate(2000.0, speed, T, net_sliding_coefficient=1e9, breakaway_factor=breakaway)
         return state.sliding_torque / (1e9 * thick)
 
     assert factor(0.0) == pytest.approx(breakaway, rel=1e-8)
-    assert factor(lo) == pytest.approx(synthetic_map.surfaces(2000.0, lo, T, MECHANISTIC)[3], rel=1e-8)
+    assert factor(LOWEST) == pytest.approx(
+        synthetic_map.surfaces(2000.0, LOWEST, T, MECHANISTIC)[3], rel=1e-8
+    )
     if breakaway > 1.5:  # where the slope of the map is not above the steepest of the law
-        below, above = slopes_at(factor, lo)
+        below, above = slopes_at(factor, LOWEST)
         assert below == pytest.approx(above, rel=1e-5)
-    assert np.max(np.diff([factor(s) for s in np.linspace(0.0, 1.2 * lo, 200)])) < 0.0
-    assert factor(-0.3 * lo) == factor(0.3 * lo)
+    assert np.max(np.diff([factor(s) for s in np.linspace(0.0, 1.2 * LOWEST, 200)])) < 0.0
     # no cusp at rest
-    assert (breakaway - factor(2e-5 * lo)) / (breakaway - factor(1e-5 * lo)) == pytest.approx(4.0, rel=0.01)
-
-
-def test_sliding_torque_of_the_fitted_sets_rises_to_breakaway_where_switched_on():
-    lo = synthetic_map.AXIS["speed"][0]
-
-    def sliding(speed, breakaway):
-        return NUT_MAP.evaluate(2000.0, speed, T, breakaway_factor=breakaway).sliding_torque
-
-    for s in (0.0, 0.25, 0.5, 0.9):
-        t = (1.0 + REST) * s**2 / (s + REST)
-        expected = (3.0 - 2.0 * (1.0 + LEAST_HALF) * t / (t + LEAST_HALF)) * sliding(lo, 1.0)
-        assert sliding(s * lo, 3.0) == pytest.approx(expected, rel=1e-13)
-        assert sliding(s * lo, 1.0) == sliding(s * lo, 0.0) == sliding(lo, 3.0) == sliding(30.0, 3.0)
-
-
-def test_breakaway_below_the_friction_of_the_slowest_node_has_no_effect():
-    nut_map = MAPS[MECHANISTIC]
-    slow = nut_map.evaluate(2000.0, 0.5, T).sliding_torque
-    for breakaway in (0.0, 1.0, 1.2):
-        assert nut_map.evaluate(2000.0, 0.0, T, breakaway_factor=breakaway).sliding_torque == pytest.approx(
-            slow, rel=1e-14
-        )
+    assert (breakaway - factor(2e-5 * LOWEST)) / (breakaway - factor(1e-5 * LOWEST)) == pytest.approx(
+        4.0, rel=0.01
+    )
+    slow = nut_map.evaluate(2000.0, LOWEST, T).sliding_torque
+    low = nut_map.evaluate(2000.0, 0.0, T, breakaway_factor=1.2).sliding_torque
+    assert low == pytest.approx(slow, rel=1e-12)  # below the friction of the slowest node: no effect
 
 
 def test_roughness_height_of_the_mechanistic_law_divides_the_film_only():
     one, two = (MAPS[MECHANISTIC].evaluate(2000.0, 0.3, T, roughness_height=h) for h in (1e-7, 2e-7))
-    assert one.lambda_ratio == pytest.approx(2.0 * two.lambda_ratio, rel=1e-15)
+    assert one.lambda_ratio == pytest.approx(2.0 * two.lambda_ratio, rel=1e-12)
     assert one._replace(lambda_ratio=0.0) == two._replace(lambda_ratio=0.0)
 
 
-def test_film_and_temperature_rise_vanish_at_rest():
-    rest, lowest = NUT_MAP.evaluate(2000.0, 0.0, T), NUT_MAP.evaluate(2000.0, 0.5, T)
-    half = NUT_MAP.evaluate(2000.0, 0.25, T)
-    assert (rest.film_thickness_min, rest.film_temperature_rise, rest.lambda_ratio) == (0.0, 0.0, 0.0)
-    assert half.film_thickness_min == pytest.approx(lowest.film_thickness_min * 0.5**0.67)
-    assert half.film_temperature_rise == pytest.approx(lowest.film_temperature_rise * 0.5)
-    assert rest.in_range
-    assert rest.contact_pressure_max == lowest.contact_pressure_max > 0.0
-
-
-def test_lambda_ratio_of_a_smooth_surface_is_capped():
-    assert NUT_MAP.evaluate(2000.0, 30.0, T, roughness_height=0.0).lambda_ratio == 1000.0
-    assert NUT_MAP.evaluate(2000.0, 0.0, T, roughness_height=0.0).lambda_ratio == 0.0
-
-
-@pytest.mark.parametrize("place", range(8))
-@pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_arguments_that_are_not_finite_are_named(place, bad):
-    names = ("preload", "speed", "temperature", "axial_load", *DEFAULTS)
-    arguments = [2000.0, 30.0, T, 0.0, *DEFAULTS.values()]
-    arguments[place] = bad
-    with pytest.raises(ValueError, match=f"{names[place]} = {bad}"):
-        NUT_MAP.evaluate(*arguments)
-    with pytest.raises(ValueError, match=f"{names[place]} = {bad}"):
-        NUT_MAP.evaluate(*(np.array([a]) for a in arguments))
-
-
-def test_a_negative_friction_parameter_is_refused():
-    with pytest.raises(ValueError, match=r"net_sliding_coefficient = -0\.1; needs a finite number >= 0"):
-        NUT_MAP.evaluate(2000.0, 30.0, T, net_sliding_coefficient=-0.1)
-
-
-def test_npz_round_trip_is_exact_and_reproducible(tmp_path, nut_map):
-    path = tmp_path / "map.npz"
-    path.write_bytes(nut_map.to_npz())
-    again = NutMap.from_npz(path)
-    assert again.header == nut_map.header
-    assert again.evaluate(1234.0, -5.0, 320.0, 99.0) == nut_map.evaluate(1234.0, -5.0, 320.0, 99.0)
-    assert again.to_npz() == path.read_bytes() == make_map(law=nut_map.law).to_npz()
-    assert make_map(1.01, law=nut_map.law).to_npz() != path.read_bytes()
-
-
-def test_a_damaged_file_is_refused(tmp_path):
-    path = tmp_path / "map.npz"
-    whole = NUT_MAP.to_npz()
-    path.write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(MapError, match="not a readable nut map"):
-        NutMap.from_npz(path)
-    with pytest.raises(FileNotFoundError):
-        NutMap.from_npz(tmp_path / "none.npz")
-
-
-def test_changed_content_is_refused():
-    arrays = {name: array.copy() for name, array in NUT_MAP.arrays.items()}
-    arrays["coefficients"][3, 3, 3, 0] += 1e-12
-    with pytest.raises(MapError, match=r"content hash .*; expected"):
-        NutMap.from_arrays(NUT_MAP.header, arrays)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda h, a: h.update(format_version=99), "format version 99; expected 3"),
-        (lambda h, a: h.pop("presliding_angle"), "presliding_angle None; expected a positive number"),
-        (lambda h, a: h.update(presliding_angle=0.0), "presliding_angle 0.0; expected"),
-        (lambda h, a: h.pop("law"), "law None; expected one of film_shear, mechanistic"),
-        (lambda h, a: h.update(law="sticky"), "law sticky; expected one of"),
-        (lambda h, a: h["axes"].pop("share"), "axes share missing"),
-        (lambda h, a: h.update(defaults={}), "defaults apparent_viscosity_ratio"),
-        (
-            lambda h, a: h.update(defaults={n: v for n, v in DEFAULTS.items() if n != "breakaway_factor"}),
-            "defaults breakaway_factor missing",
-        ),
-        (lambda h, a: h["axes"].update(force=[0.0, 10.0, 7]), "map axis force"),
-        (lambda h, a: a.pop("force_coefficients"), "force_coefficients missing"),
-        (
-            lambda h, a: a.update(sharing_coefficients=np.ones((3, 3, 2))),
-            r"shape \(3, 3, 2\); expected \(8, 7, 2\)",
-        ),
-        (lambda h, a: a["separation_coefficients"].fill(np.nan), "not finite"),
-    ],
-)
-def test_a_map_of_another_format_is_refused(change, message):
-    arrays = {name: array.copy() for name, array in NUT_MAP.arrays.items()}
-    header = {**NUT_MAP.header, "axes": dict(NUT_MAP.header["axes"])}
-    change(header, arrays)
-    with pytest.raises(MapError, match=message):
-        NutMap.from_arrays(header, arrays)
-
-
-def test_the_content_hash_covers_header_and_arrays_but_not_itself():
-    assert sealed({**NUT_MAP.header, "content_hash": "other"}, NUT_MAP.arrays) == NUT_MAP.header
-    assert (
-        sealed({**NUT_MAP.header, "version": "other"}, NUT_MAP.arrays)["content_hash"]
-        != (NUT_MAP.header["content_hash"])
-    )
-    assert make_map(1.01).header["content_hash"] != NUT_MAP.header["content_hash"]
-
-
-FREE = 0.3
-OVERSIZE = synthetic_map.make_map(law=MECHANISTIC, free=FREE)
+# --- oversize balls ---
 
 
 @pytest.mark.parametrize("speed", [47.0, 0.1])
 def test_oversize_balls_roll_freely_where_the_axial_load_has_freed_two_flanks(speed):
     """Held by all four flanks up to a large axial load; beyond separation their shear is that of two flanks."""
-    plain = MAPS[MECHANISTIC]
-    assert plain.law == MECHANISTIC
-    at = 1700.0, speed, 311.0
+    plain, at = MAPS[MECHANISTIC], (1700.0, speed, 311.0)
     for load in (0.0, 1000.0, -1000.0):
         held, ours = (m.evaluate(*at, load).sliding_torque for m in (plain, OVERSIZE))
-        assert ours == pytest.approx(held, rel=1e-4)
-        assert ours <= held
-    load = 9000.0
-    relieved, loaded = forces(1700.0, load)
+        assert held * (1.0 - 1e-4) <= ours <= held * (1.0 + 1e-12)
+    relieved, loaded = forces(1700.0, 9000.0)
     assert relieved == 0.0
     # without balls on each other the sliding torque is the shear
-    shear = plain.evaluate(*at, load, net_sliding_coefficient=0.0).sliding_torque
+    shear, found = (
+        m.evaluate(*at, 9000.0, net_sliding_coefficient=0.0).sliding_torque for m in (plain, OVERSIZE)
+    )
     free = FREE * (loaded / 1000.0) ** -0.05
     # the two branches are joined smoothly: at 0.3 by 3e-5 of the smaller one
-    found = OVERSIZE.evaluate(*at, load, net_sliding_coefficient=0.0).sliding_torque
     assert found == pytest.approx(free * shear, rel=1e-4)
-    both = OVERSIZE.evaluate(*at, load).sliding_torque - plain.evaluate(*at, load).sliding_torque
+    both = OVERSIZE.evaluate(*at, 9000.0).sliding_torque - plain.evaluate(*at, 9000.0).sliding_torque
     assert both == pytest.approx((free - 1.0) * shear, rel=1e-3)
 
 
@@ -380,5 +256,89 @@ def test_oversize_balls_change_over_without_a_jump_and_alike_for_arrays():
     torque = OVERSIZE.evaluate(1700.0, 47.0, 311.0, loads).sliding_torque
     assert np.max(np.abs(np.diff(torque))) <= 0.01 * torque.max()
     points = [OVERSIZE.evaluate(1700.0, 47.0, 311.0, float(load)).sliding_torque for load in loads[::200]]
-    assert np.max(np.abs(torque[::200] / points - 1.0)) <= 1e-13
+    assert np.max(np.abs(torque[::200] / points - 1.0)) <= 1e-10
     assert OVERSIZE.evaluate(0.0, 47.0, 311.0, 0.0).sliding_torque == 0.0
+
+
+# --- refusals, files, splines ---
+
+
+def test_arguments_that_cannot_be_used_are_named():
+    names = ("preload", "speed", "temperature", "axial_load", *DEFAULTS)
+    for place, name in enumerate(names):
+        for bad in (math.nan, math.inf, *((-0.1,) if place >= 4 else ())):
+            arguments = [2000.0, 30.0, T, 0.0, *DEFAULTS.values()]
+            arguments[place] = bad
+            for given in (arguments, [np.array([a]) for a in arguments]):
+                with pytest.raises(ValueError, match=f"{name} = {bad}; needs a finite number"):
+                    NUT_MAP.evaluate(*given)
+
+
+def test_npz_round_trip_is_exact_and_damage_is_refused(tmp_path, nut_map):
+    path = tmp_path / "map.npz"
+    whole = nut_map.to_npz()
+    path.write_bytes(whole)
+    again = NutMap.from_npz(path)
+    assert again.header == nut_map.header
+    assert again.evaluate(1234.0, -5.0, 320.0, 99.0) == nut_map.evaluate(1234.0, -5.0, 320.0, 99.0)
+    assert again.to_npz() == whole == make_map(law=nut_map.law).to_npz()
+    assert make_map(1.01, law=nut_map.law).to_npz() != whole
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(MapError, match="not a readable nut map"):
+        NutMap.from_npz(path)
+    with pytest.raises(FileNotFoundError):
+        NutMap.from_npz(tmp_path / "none.npz")
+    assert sealed({**nut_map.header, "content_hash": "other"}, nut_map.arrays) == nut_map.header
+    other = sealed({**nut_map.header, "version": "other"}, nut_map.arrays)
+    assert other["content_hash"] != nut_map.header["content_hash"]
+
+
+def test_a_map_of_another_format_is_refused():
+    def changed_coefficient(_, arrays):
+        arrays["coefficients"][3, 3, 3, 0] += 1e-12
+
+    partly = {n: v for n, v in DEFAULTS.items() if n != "breakaway_factor"}
+    for change, message in (
+        (changed_coefficient, r"content hash .*; expected"),
+        (lambda h, a: h.update(format_version=99), "format version 99; expected"),
+        (lambda h, a: h.pop("presliding_angle"), "presliding_angle None; expected a positive number"),
+        (lambda h, a: h.update(presliding_angle=0.0), "presliding_angle 0.0; expected"),
+        (lambda h, a: h.update(law="sticky"), "law sticky; expected one of film_shear, mechanistic"),
+        (lambda h, a: h["axes"].pop("share"), "axes share missing"),
+        (lambda h, a: h.update(defaults=partly), "defaults breakaway_factor missing"),
+        (lambda h, a: h["axes"].update(force=[0.0, 10.0, 7]), "map axis force"),
+        (lambda h, a: a.pop("force_coefficients"), "force_coefficients missing"),
+        (
+            lambda h, a: a.update(sharing_coefficients=np.ones((3, 3, 2))),
+            r"shape \(3, 3, 2\); expected \(8, 7, 2\)",
+        ),
+        (lambda h, a: a["separation_coefficients"].fill(np.nan), "not finite"),
+    ):
+        arrays = {name: array.copy() for name, array in NUT_MAP.arrays.items()}
+        header = {**NUT_MAP.header, "axes": dict(NUT_MAP.header["axes"])}
+        change(header, arrays)
+        with pytest.raises(MapError, match=message):
+            NutMap.from_arrays(header, arrays)
+
+
+def test_splines():
+    """Not-a-knot as in SciPy, cubics exactly along each axis; what cannot be fitted is refused."""
+    samples = np.random.default_rng(1).normal(size=9)
+    reference, coefficients = make_interp_spline(np.arange(9.0), samples, k=3), fit(samples, (0,))
+    for t in np.linspace(0.0, 8.0, 57):
+        cell = min(int(t), 7)
+        for weights, order in ((cubic_weights, 0), (cubic_slopes, 1)):
+            value = np.dot(weights(t - cell), coefficients[cell : cell + 4])
+            assert value == pytest.approx(float(reference(t, order)), abs=1e-10)
+    x, y = np.arange(5.0), np.arange(6.0)
+    both = fit((x**3 - 4 * x)[:, None] * (2 - y**2)[None, :], (0, 1))
+    along_x = np.array(cubic_weights(0.3)) @ both[2:6]
+    assert cubic_weights(0.6) @ along_x[3:7] == pytest.approx((2.3**3 - 4 * 2.3) * (2 - 3.6**2), rel=1e-10)
+    with pytest.raises(ValueError, match="3 nodes; needs >= 4"):
+        fit(np.ones(3), (0,))
+    with pytest.raises(ValueError, match="finite"):
+        fit(np.array([1.0, 2.0, np.nan, 3.0]), (0,))
+    good = [np.ones((4, 4, 4, 10)), np.ones((4, 5)), np.ones((4, 2)), np.ones((4, 4, 2))]
+    good[1][2, 1] = 0.0
+    with pytest.raises(ValueError, match="force_values"):
+        map_arrays(*good)

@@ -5,6 +5,8 @@ it exactly and a test can compare with the formulas below. The magnitudes are th
 packaged table.
 """
 
+import functools
+
 import numpy as np
 
 from ballscrew_tehl.runtime.bspline import map_arrays
@@ -123,3 +125,9 @@ def make_map(
         "version": "0.1.0",
     }
     return NutMap.from_arrays(sealed(header, arrays), arrays)
+
+
+@functools.cache
+def closed_form(law: str = FILM_SHEAR, free: float | None = None) -> NutMap:
+    """make_map of this law, made once."""
+    return make_map(law=law, free=free)

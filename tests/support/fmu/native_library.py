@@ -3,13 +3,8 @@
 Calls are not wrapped: every call returns its status, every message is kept.
 """
 
-import atexit
 import ctypes
-import functools
 import math
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Callable, Sequence
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 from pathlib import Path
@@ -23,59 +18,34 @@ from fmpy.fmi2 import (
     fmi2EventInfo,
 )
 from fmpy.fmi3 import fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
-from native_model import SANITIZERS, compiler, write_sources
-from synthetic_map import make_map
+from native_model import TOKEN, compiled_model
+from synthetic_map import closed_form
 
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
 from ballscrew_fmu.variables.friction import FIRST_REFERENCE, native_variables
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 OK, WARNING, DISCARD, ERROR = range(4)
 CS, ME = "co-simulation", "model exchange"
 KINDS = {CS: 1, ME: 0}  # fmi2Type
-TOKEN = "{test}"
-NUT_MAP = make_map()
+NUT_MAP = closed_form(FILM_SHEAR)
 VARIABLES = native_variables(NUT_MAP.header)
-REFERENCES = {v.name: n for n, v in enumerate(VARIABLES, FIRST_REFERENCE)}
 TIME_REFERENCE = FIRST_REFERENCE + len(VARIABLES)  # FMI 3
 REALS = tuple(v.name for v in VARIABLES if v.unit is not None)
 OUTPUTS = tuple(v.name for v in VARIABLES if v.causality == "output" and v.unit is not None)
 INPUTS = tuple(v.name for v in VARIABLES if v.causality == "input")
 REAL_PARAMETERS = tuple(v.name for v in VARIABLES if v.causality == "parameter" and v.unit is not None)
-HOST = Path(__file__).parent / "native" / "host_states.c"
 
 
-@functools.cache
 def compiled(
-    fmi_version: int, sanitize: bool = False, model: FmuModel = FRICTION, law: str = FILM_SHEAR
+    fmi_version: int, model: FmuModel = FRICTION, law: str = FILM_SHEAR, sanitize: bool = False
 ) -> Path:
-    """Library of the native FMU of the closed-form map, in a folder that holds its map as well.
-
-    Parameters   sanitize : the program of native/host_states.c under the address and undefined behaviour
-                 sanitizers instead; needs a compiler of the system
-    """
-    folder = Path(tempfile.mkdtemp(prefix="ballscrew_native_"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    write_sources(folder, make_map(law=law), fmi_version, model)
-    units = sorted(file.name for file in folder.glob("*.c"))
-    if sanitize:
-        which = () if model is FRICTION else ("-DMONITOR",)
-        options = [*SANITIZERS, f"-DFMI_VERSION={fmi_version}", *which, "-I.", str(HOST), "-o"]
-    else:
-        options = ["-shared", "-fPIC", "-o"]
-    result = folder / ("host" if sanitize else "library.so")
-    command = [*compiler(), *COMPILER_OPTIONS, *WARNINGS, "-Wshadow", *options, str(result), *units, "-lm"]
-    subprocess.run(command, cwd=folder, check=True, timeout=300)
-    return result
+    """Library of the runtime, in the folder of its map: the closed-form one of this law."""
+    return compiled_model(closed_form(law), model, sanitize)
 
 
 def doubles(*values: float) -> Any:
     return (c_double * len(values))(*values)
-
-
-def references(*names: str | int) -> Any:
-    return (c_uint * len(names))(*(REFERENCES[n] if isinstance(n, str) else n for n in names))
 
 
 class Message(NamedTuple):
@@ -109,8 +79,13 @@ class NativeInstance:
         update: Callable[..., None] | None = None,
         law: str = FILM_SHEAR,
         model: FmuModel = FRICTION,
+        sanitize: bool = False,
     ) -> None:
-        library = compiled(version, model=model, law=law)
+        library = compiled(version, model=model, law=law, sanitize=sanitize)
+        variables = model.native_variables(NUT_MAP.header)
+        self.names = {v.name: n for n, v in enumerate(variables, FIRST_REFERENCE)}
+        self.output = next(v.name for v in variables if v.causality == "output")
+        self.states = sum(v.derivative_of is not None and v.derivative_of != "" for v in variables)
         self.library = ctypes.CDLL(str(library))
         self.version, self.kind, self.time, self.event_mode = version, kind, 0.0, event_mode
         self.messages: list[Message] = []
@@ -180,6 +155,10 @@ class NativeInstance:
 
     # values
 
+    def vr(self, *names: str | int) -> Any:
+        """Value references of variables by name."""
+        return (c_uint * len(names))(*(self.names[n] if isinstance(n, str) else n for n in names))
+
     def set_raw(self, vr: Any, values: Any) -> int:
         if self.version == 2:
             return self.call("SetReal", vr, c_size_t(len(vr)), values)
@@ -191,20 +170,20 @@ class NativeInstance:
         return self.call("GetFloat64", vr, c_size_t(len(vr)), values, c_size_t(len(values)))
 
     def set(self, **values: float) -> int:
-        return self.set_raw(references(*values), doubles(*values.values()))
+        return self.set_raw(self.vr(*values), doubles(*values.values()))
 
     def get(self, *names: str | int) -> list[float]:
         values = doubles(*[0.0] * len(names))
-        assert self.get_raw(references(*names), values) == OK, self.last
+        assert self.get_raw(self.vr(*names), values) == OK, self.last
         return list(values)
 
     def set_boolean(self, name: str, value: bool) -> int:
         room = (c_int * 1)(int(value)) if self.version == 2 else (ctypes.c_bool * 1)(value)
         counts = (c_size_t(1),) if self.version == 3 else ()
-        return self.call("SetBoolean", references(name), c_size_t(1), room, *counts)
+        return self.call("SetBoolean", self.vr(name), c_size_t(1), room, *counts)
 
     def in_range(self) -> bool:
-        vr, value = references("in_range"), (c_int * 1)()
+        vr, value = self.vr("in_range"), (c_int * 1)()
         if self.version == 2:
             assert self.call("GetBoolean", vr, c_size_t(1), value) == OK
         else:
@@ -247,7 +226,7 @@ class NativeInstance:
     def go_to(self, state: str) -> "NativeInstance":
         """From new to the state with this letter: i n s e c t x, as in test_native_calls."""
         if state == "x":
-            self.set_raw(references(999), doubles(0.0))
+            self.set_raw(self.vr(999), doubles(0.0))
         elif state != "i":
             self.initialize()
             if state != "n":

@@ -1,26 +1,29 @@
-"""The model of the native runtime without FMI, compiled for tests and called through ctypes."""
+"""The native runtime compiled for tests, once for each set of sources and options; its model without FMI by ctypes."""
 
 import ctypes
+import functools
+import hashlib
+import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterable
+import tempfile
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from ballscrew_fmu.models import FRICTION, MONITOR, FmuModel
+from filelock import FileLock
+
+from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
-from ballscrew_fmu.native_fmu.map_file import map_bytes
-from ballscrew_fmu.native_fmu.sources import native_sources
+from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
 from ballscrew_tehl.runtime.packed import SURFACES
 
-SHARED_UNITS = ("model.c", "nut.c", "map.c", "variables.c")
-
-
-def model_units(model: FmuModel = FRICTION) -> tuple[str, ...]:
-    """C units of a model without FMI."""
-    return (*SHARED_UNITS, "search.c" if model is MONITOR else f"{model.layer}_tangent.c")
-
-
+TOKEN = "{test}"
+# compiled programs and libraries of all sessions of this user
+CACHE = Path(tempfile.gettempdir()) / f"ballscrew_native_{os.getuid() if hasattr(os, 'getuid') else ''}"
+FLAGS = tuple(os.environ.get("BALLSCREW_CFLAGS", "").split())  # in addition, e.g. "-O3 -ffp-contract=fast"
+SANITIZERS = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 ROOM = 8192  # [bytes] more than a Model takes
 
 
@@ -32,36 +35,90 @@ def compiler() -> list[str]:
 
 def write_sources(folder: Path, nut_map, fmi_version: int = 2, model: FmuModel = FRICTION) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    for name, content in native_sources(nut_map.header, fmi_version, "{test}", model).items():
+    for name, content in native_sources(nut_map.header, fmi_version, TOKEN, model).items():
         (folder / name).write_bytes(content)
-    (folder / "nut_map.bin").write_bytes(map_bytes(nut_map))
+    (folder / MAP_FILE).write_bytes(map_bytes(nut_map))
 
 
-def compiled_model(folder: Path, nut_map, model: FmuModel = FRICTION) -> Path:
-    """Shared library of the model with all its functions visible."""
-    write_sources(folder, nut_map, model=model)
-    units = model_units(model)
-    options = [o for o in COMPILER_OPTIONS if not o.startswith("-fvisibility")]
-    options.append("-DBALLSCREW_PREFIX=")  # plain names, for ctypes
-    command = [*compiler(), *options, *WARNINGS, "-shared", "-fPIC", "-o", "model.so", *units, "-lm"]
-    subprocess.run(command, cwd=folder, check=True, timeout=300)
-    return folder / "model.so"
+def runtime_sources(nut_map, model: FmuModel = FRICTION, token: str = TOKEN) -> dict[str, bytes]:
+    """Sources of the runtime with both FMI versions, the FMI headers in fmi/."""
+    both = {
+        name: text for v in (2, 3) for name, text in native_sources(nut_map.header, v, token, model).items()
+    }
+    return {f"fmi/{name}" if is_fmi_header(name) else name: text for name, text in both.items()}
+
+
+def compile_once(sources: Mapping[str, bytes], name: str, *options: str) -> Path:
+    """Program or library `name` of C sources, in a folder of its own in CACHE. Compiled if it is not there.
+
+    Raises       RuntimeError: messages of the compiler
+    """
+    units = sorted(file for file in sources if file.endswith(".c"))
+    command = [
+        *compiler(),
+        "-std=c99",
+        *WARNINGS,
+        *options,
+        *FLAGS,
+        "-I.",
+        "-isystem",
+        "fmi",
+        "-o",
+        name,
+        *units,
+    ]
+    command += ["-lm", "-lpthread", "-ldl"]
+    content = hashlib.sha256("\0".join(command).encode())
+    for file, text in sorted(sources.items()):
+        content.update(f"{file} {len(text)} ".encode() + text)
+    folder = CACHE / content.hexdigest()[:24]
+    folder.mkdir(parents=True, exist_ok=True)
+    with FileLock(folder / "lock"):
+        if not (folder / "done").exists():
+            (folder / "fmi").mkdir(exist_ok=True)
+            for file, text in sources.items():
+                (folder / file).write_bytes(text)
+            run = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
+            if run.returncode:
+                raise RuntimeError(run.stderr)
+            (folder / "done").touch()
+    return folder / name
+
+
+@functools.cache
+def _library(nut_map, model: FmuModel, options: tuple[str, ...]) -> Path:
+    shared = [option for option in COMPILER_OPTIONS if not option.startswith("-fvisibility")]
+    sources = runtime_sources(nut_map, model) | {MAP_FILE: map_bytes(nut_map)}
+    # plain names of all functions, for ctypes
+    return compile_once(
+        sources, "runtime.so", *shared, "-Wshadow", "-DBALLSCREW_PREFIX=", "-shared", "-fPIC", *options
+    )
+
+
+def compiled_model(nut_map, model: FmuModel = FRICTION, sanitize: bool = False) -> Path:
+    """Library of the runtime with both FMI versions and all its functions visible, beside the file of its map.
+
+    Raises       FileNotFoundError: sanitizers, but no compiler of the system
+    """
+    if sanitize and len(compiler()) > 1:
+        raise FileNotFoundError("no C compiler of the system: sanitizers not run")
+    return _library(nut_map, model, SANITIZERS if sanitize else ())
 
 
 class NativeModel:
     """One Model with its map."""
 
-    def __init__(self, library: Path, nut_map, continuous: bool = False, model: FmuModel = FRICTION) -> None:
+    def __init__(self, nut_map, continuous: bool = False, model: FmuModel = FRICTION) -> None:
+        library = compiled_model(nut_map, model)
         self._library = ctypes.CDLL(str(library))
         self._library.map_read.restype = ctypes.c_void_p
         self._library.model_get.restype = ctypes.c_double
         self._library.model_clamped.restype = ctypes.c_uint
         self._library.model_event.restype = ctypes.c_bool
-        self._library.model_accepts.restype = ctypes.c_bool
         self.names = [v.name for v in model.native_variables(nut_map.header)]
         self._place = {name: place for place, name in enumerate(self.names)}
         message = ctypes.create_string_buffer(1000)
-        path = str(library.parent / "nut_map.bin").encode()
+        path = str(library.parent / MAP_FILE).encode()
         law = tuple(SURFACES).index(nut_map.law)
         found = self._library.map_read(path, law, message, ctypes.c_size_t(1000))
         assert found, message.value
@@ -87,9 +144,6 @@ class NativeModel:
         self.set(**values)
         self._library.model_step(self._model, ctypes.c_double(step))
 
-    def accepts(self, name: str, value: float) -> bool:
-        return self._library.model_accepts(self._place[name], ctypes.c_double(value))
-
     def initial_event(self) -> None:
         self._library.model_initial_event(self._model)
 
@@ -112,25 +166,3 @@ class NativeModel:
         found = (ctypes.c_double * len(self.names))()
         self._library.model_values_with_derivatives(self._model, found)
         return dict(zip(self.names, found, strict=True))
-
-
-SANITIZERS = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-
-
-def sanitized_host(
-    folder: Path, nut_map, host: Path, units: Iterable[str] = model_units(), *options: str
-) -> Path:
-    """Program of a C host and the runtime with AddressSanitizer and UndefinedBehaviorSanitizer.
-
-    Raises       FileNotFoundError: no compiler of the system, whose sanitizers it needs
-    """
-    command = compiler()
-    if len(command) > 1:
-        raise FileNotFoundError("no C compiler of the system: sanitizers not run")
-    write_sources(folder, nut_map)
-    program = folder / host.stem
-    subprocess.run(
-        [*command, "-std=c99", *WARNINGS, *SANITIZERS, *options, "-I.", "-o", str(program), str(host), *units, "-lm"],
-        cwd=folder, check=True, timeout=300,
-    )  # fmt: skip
-    return program

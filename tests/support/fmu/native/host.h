@@ -24,25 +24,16 @@
    inputs.
    SWITCH: a parameter of what is remembered, with a value that takes it away and one that has it. */
 #ifdef MONITOR
-#define FIRST_OUTPUT PRELOAD
 #define OUTPUTS 4
-#define FIRST_LOCAL IN_RANGE_INDICATOR
-#define STATES 0
-#define DERIVATIVES 1
 #define SWITCH SPEED_MIN
 #define SWITCH_OFF 0.0
 #define SWITCH_ON 20.0
 #else
 #ifdef TRANSMISSION
-#define FIRST_OUTPUT SCREW_TORQUE
 #define OUTPUTS 25
 #else
-#define FIRST_OUTPUT FRICTION_TORQUE
 #define OUTPUTS 12
 #endif
-#define FIRST_LOCAL PRESLIDING_DEFLECTION
-#define STATES 1
-#define DERIVATIVES 1
 #define SWITCH PRESLIDING
 #define SWITCH_OFF 0.0
 #define SWITCH_ON 1.0

@@ -17,13 +17,13 @@ static inline void point_locate(const Map *map, const Number at[], double step, 
     const double preload = value_of(at[PRELOAD]), axial_load = value_of(at[AXIAL_LOAD]);
 
     (void)step;
+    nut_conditions(map, at[SPEED], at[TEMPERATURE], &point->conditions);
     if (!(point->kept && point->of_preload == preload && point->of_axial_load == axial_load)) {
         nut_loads(map, at[PRELOAD], at[AXIAL_LOAD], &point->loads);
         point->of_preload = preload;
         point->of_axial_load = axial_load;
         point->kept = true;
     }
-    nut_conditions(map, at[SPEED], at[TEMPERATURE], &point->conditions);
 }
 
 static inline void point_outputs(const Point *point, const Parts *parts, const Bristle *bristle, Number stiffness,

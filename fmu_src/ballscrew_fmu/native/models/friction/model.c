@@ -17,7 +17,7 @@ static bool presliding(const Model *model)
 }
 
 /* Loads and conditions of the latched point. */
-static const Point *locate(Model *model)
+static inline const Point *locate(Model *model)
 {
     if (!model->located) {
         point_locate(model->map, model->latched, model->step, &model->point);
@@ -27,7 +27,7 @@ static const Point *locate(Model *model)
 }
 
 /* Magnitudes of the friction parts at the latched point. */
-static const Parts *friction_parts(Model *model)
+static inline const Parts *friction_parts(Model *model)
 {
     if (!model->parts_known) {
         const Friction friction = friction_of(model->latched);
@@ -38,7 +38,7 @@ static const Parts *friction_parts(Model *model)
     return &model->parts;
 }
 
-static double present_stiffness(Model *model)
+static inline double present_stiffness(Model *model)
 {
     const Friction friction = friction_of(model->latched);
 
@@ -46,7 +46,7 @@ static double present_stiffness(Model *model)
     return stiffness_at(model->latched, model->map, &model->point.loads, &friction);
 }
 
-static void compute_films(Model *model)
+static inline void compute_films(Model *model)
 {
     const Point *point = locate(model);
     Films films;
@@ -56,7 +56,7 @@ static void compute_films(Model *model)
     model->films_known = true;
 }
 
-static double range_margin(Model *model)
+static inline double range_margin(Model *model)
 {
     return point_margin(model->map, locate(model), model->latched);
 }

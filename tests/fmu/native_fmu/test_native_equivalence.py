@@ -1,0 +1,346 @@
+"""The three native models against their Python twins: values over random steps, derivatives, dependencies, modes."""
+
+import math
+
+import numpy as np
+import pytest
+from native_model import NativeModel
+from synthetic_map import closed_form
+
+from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
+from ballscrew_tehl.runtime.constants import DAMPING_TIME
+from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
+from ballscrew_tehl.runtime.outputs import friction_outputs
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
+from ballscrew_tehl.runtime.standstill import Bristle, bristle_friction, initial_bristle, regularised_friction
+from ballscrew_tehl.runtime.transmission import TransmissionInputs, TransmissionParameters, transmission_step
+
+pytestmark = pytest.mark.slow
+MAPS = {
+    FILM_SHEAR: closed_form(FILM_SHEAR),
+    MECHANISTIC: closed_form(MECHANISTIC),
+    "oversize": closed_form(MECHANISTIC, 0.3),
+}
+AGREEMENT = (
+    1e-9  # of a value, or of the largest part that it is the sum of: libm and the order of sums differ
+)
+RATIO = 8e-3 / (2.0 * math.pi)  # [m/rad] of the closed-form map
+WAY = 4.4e-6  # [m] about that at which a nut comes free at 2 kN
+TORQUES = ("friction_torque", "viscous_torque", "hysteresis_torque", "sliding_torque", "friction_torque_nut_a",
+           "friction_torque_nut_b")  # fmt: skip
+
+
+@pytest.fixture(params=MAPS)
+def nut_map(request):
+    return MAPS[request.param]
+
+
+def starts(model, nut_map):
+    return {
+        v.name: v.start or 0.0 for v in model.native_variables(nut_map.header) if v.causality == "parameter"
+    }
+
+
+def outputs_of(model, nut_map):
+    return [v.name for v in model.native_variables(nut_map.header) if v.causality == "output"]
+
+
+def standstill(rng, n):
+    """Parameters of the standstill law and of friction, off their start values."""
+    return {
+        "presliding": float(n % 4 > 0),
+        "presliding_stiffness": (0.0, 150.0, 2000.0)[n % 3],
+        "presliding_damping": (0.0, 0.4)[n // 5 % 2],
+        "regularization_speed": (0.0, 0.1, 2.0)[n // 7 % 3],
+        "breakaway_factor": (0.5, 2.0)[n % 2],  # 1 is a kink
+        "net_sliding_coefficient": rng.uniform(0.0, 0.01),
+        "apparent_viscosity_ratio": rng.uniform(0.5, 9.0),
+        "roughness_height": (0.0, 24e-9, 2e-7)[n // 3 % 3],
+    }
+
+
+def loads(rng, n):
+    """Within the map and beyond, at rest, without preload, one nut separated."""
+    preload = 10.0 ** rng.uniform(1.5, 4.15)
+    return {
+        "preload": 0.0 if n % 17 == 0 else preload,
+        "speed": 0.0 if n % 23 == 0 else rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-3.0, 2.7),
+        "temperature": rng.uniform(279.0, 357.0),
+        "axial_load": 0.0 if n % 3 == 0 else 2.0 * rng.normal() * preload,
+    }
+
+
+def motion(rng, n):
+    """Inputs of the transmission; loads that part the nuts."""
+    inputs = loads(rng, n)
+    del inputs["axial_load"]
+    angle = rng.normal() * 100.0
+    return inputs | {
+        "angle": angle,
+        "position": RATIO * angle - rng.normal() * WAY * 10.0 ** rng.uniform(-3.0, 0.3),
+        "velocity": RATIO * inputs["speed"] - rng.normal() * 10.0 ** rng.uniform(-6.0, -2.5),
+    }
+
+
+def measured(rng, n):
+    """Inputs of the monitor; a torque against the motion now and then."""
+    torque = float(rng.choice([-1.0, 1.0])) * 10.0 ** rng.uniform(-3.0, 1.0)
+    speed = math.copysign(10.0 ** rng.uniform(-2.0, 2.6), torque if n % 11 else -torque)
+    axial_load = rng.normal() * 3000.0 * (n % 4 > 0)
+    return {
+        "torque": torque,
+        "speed": speed,
+        "temperature": rng.uniform(280.0, 356.0),
+        "axial_load": axial_load,
+    }
+
+
+# --- values ---
+
+
+def python_friction(nut_map, given, step, before):
+    """Outputs of BallScrewFriction at the end of a step, and the bristle there."""
+    at = (given["preload"], given["speed"], given["temperature"], given["axial_load"])
+    net, breakaway = given["net_sliding_coefficient"], given["breakaway_factor"]
+    friction = given["apparent_viscosity_ratio"], net, given["roughness_height"], breakaway
+    nut = nut_map.evaluate(*at, *friction)
+    coulomb, speed = nut.coulomb_torque, given["speed"]
+    if given["presliding"]:
+        stiffness = given["presliding_stiffness"] or nut_map.presliding_stiffness(
+            at[0], at[3], net, breakaway
+        )
+        damping = given["presliding_damping"] or DAMPING_TIME * stiffness
+        law = bristle_friction(coulomb, speed, step, before, stiffness, damping)
+    else:
+        law = regularised_friction(coulomb, speed, step, given["regularization_speed"], before)
+    out = friction_outputs(nut, speed, law, at[3] >= 0.0)
+    return out | {"range_margin": nut_map.range_margin(*at)}, law.bristle
+
+
+@pytest.mark.parametrize("model", [FRICTION, TRANSMISSION], ids=["friction", "transmission"])
+def test_random_steps_are_those_of_python(model, nut_map):
+    """All outputs, the bristle and the heat; steps of any length, also of 0; loads and parameters jump."""
+    one, quiet = NativeModel(nut_map, model=model), NativeModel(nut_map, model=model)
+    rng, names, start = np.random.default_rng(5), outputs_of(model, nut_map), starts(model, nut_map)
+    before, heat, in_range = Bristle(), 0.0, set()
+    for n in range(2000):
+        inputs = (loads if model is FRICTION else motion)(rng, n)
+        given = start | standstill(rng, n // 20)
+        if model is TRANSMISSION:
+            given |= {"nut_stiffness": 10.0 ** rng.uniform(8.5, 9.3), "axial_play": (0.0, 1e-5)[n % 2],
+                      "contact_damping_time": 10.0 ** rng.uniform(-6.0, -3.5)}  # fmt: skip
+        step = 0.0 if n % 13 == 12 else 10.0 ** rng.uniform(-6.0, -1.0)
+        if n % 100 == 0:
+            before, heat = Bristle(), 0.0
+            for each in (one, quiet):
+                each.reset()
+        for each in (one, quiet):
+            each.step(step, **inputs, **given)
+        if model is FRICTION:
+            expected, bristle = python_friction(nut_map, inputs | given, step, before)
+            heat = expected["heat"] = heat + step * expected["power_loss"]
+            scale = {}
+        else:
+            numbers = TransmissionParameters(**{k: given[k] for k in TransmissionParameters._fields})
+            law = transmission_step(nut_map, TransmissionInputs(**inputs), numbers, step, before, heat)
+            expected, bristle = law.outputs, law.bristle
+            heat = expected["heat"]
+            # angle and position are much larger than the way between them
+            force = max(expected["force_nut_a"], expected["force_nut_b"], abs(expected["damping_force"]))
+            force += 4e-7 * abs(inputs["position"]) * expected["axial_stiffness"]
+            way = RATIO * abs(inputs["speed"]) + abs(inputs["velocity"])
+            powers = (force + abs(expected["damping_force"])) * way + bristle.energy / max(step, 1e-9)
+            scale = dict.fromkeys(("nut_force", "force_nut_a", "force_nut_b", "damping_force"), force)
+            scale |= dict.fromkeys(("shaft_power", "nut_power"), powers + expected["power_loss"])
+            scale["screw_torque"] = RATIO * force
+        parts = sum(abs(expected[name]) for name in TORQUES[1:4])
+        scale |= dict.fromkeys(TORQUES, parts)
+        scale["screw_torque"] = scale.get("screw_torque", 0.0) + parts
+        # heat is the difference of two energies
+        losses = parts * abs(inputs["speed"]) + max(before.energy, bristle.energy) / max(step, 1e-9)
+        scale["power_loss"] = losses + expected["power_loss"]
+        for name in names:
+            error, full = abs(one.get(name) - expected[name]), max(abs(expected[name]), scale.get(name, 0.0))
+            assert error <= AGREEMENT * full + 1e-18, (name, n, one.get(name), expected[name])
+        assert one.get("presliding_deflection") == pytest.approx(bristle.deflection, rel=1e-9, abs=1e-16)
+        in_range.add(bool(expected["in_range"]))
+        assert (one.get("range_margin") >= 0.0) == expected["in_range"]
+        if n % 100 == 99:
+            assert quiet.get("heat") == pytest.approx(one.get("heat"), rel=1e-12)  # read or not
+            assert heat > 0.0
+        before = bristle
+    assert in_range == {True, False}
+
+
+def test_random_steps_of_the_monitor_are_those_of_python(nut_map):
+    """Estimated, held at rest and beyond the map; every friction parameter off its default."""
+    one, rng, held, cases = NativeModel(nut_map, model=MONITOR), np.random.default_rng(4), None, set()
+    start = starts(MONITOR, nut_map)
+    for n in range(2500):
+        inputs, numbers = measured(rng, n), standstill(rng, n)
+        given = start | {name: value for name, value in numbers.items() if name in start}
+        given |= {
+            "speed_min": (0.0, 1.0)[n % 2],
+            "torque_uncertainty": (0.01, 0.3)[n % 2],
+            "initial_preload": 900.0,
+        }
+        step = 0.0 if n % 13 == 12 else 1e-3
+        one.step(step, **inputs, **given)
+        parameters = MonitorParameters(**{k: given[k] for k in MonitorParameters._fields})
+        found = monitor_step(nut_map, MonitorInputs(**inputs), parameters, held)
+        held = found.preload if step else held
+        for name in ("preload", "preload_half_width", "torque_sensitivity", "lambda_ratio"):
+            full = abs(found.outputs[name]) + (1e-6 if name == "torque_sensitivity" else 0.0)
+            assert abs(one.get(name) - found.outputs[name]) <= 1e-8 * full, (name, n)
+        assert one.get("in_range") == found.outputs["in_range"]
+        cases.add((bool(found.outputs["in_range"]), abs(inputs["speed"]) < given["speed_min"]))
+    assert cases == {(True, False), (False, False), (False, True)}
+
+
+@pytest.mark.parametrize("speed", [0.0, 5.0, -5.0])
+def test_the_bristle_starts_at_its_side_or_that_of_the_speed(nut_map, speed):
+    model, net = NativeModel(nut_map), nut_map.defaults[1::2]
+    coulomb = nut_map.evaluate(2000.0, speed, 303.15).coulomb_torque
+    for side in (0.0, -1.0, 0.4, 3.0):
+        expected = initial_bristle(
+            side, speed, coulomb, nut_map.presliding_stiffness(2000.0, 0.0, *net)
+        ).deflection
+        for continuous in (False, True):
+            model.reset(continuous)
+            model.latch(presliding_side=side, speed=speed)
+            if continuous:
+                model.initial_event()
+            assert model.get("presliding_deflection") == pytest.approx(expected, rel=1e-12)
+            if continuous:
+                assert model.event() == (expected != 0.0)
+                assert not model.event()
+                continue
+            parts = model.get("hysteresis_torque") + model.get("sliding_torque")
+            assert parts == pytest.approx(max(-1.0, min(side or np.sign(speed), 1.0)) * coulomb, rel=1e-12)
+    model.reset()
+    model.latch(speed=5.0, presliding_deflection=1e-5)  # one that is set is kept
+    model.step(1e-9)
+    assert model.get("presliding_deflection") == pytest.approx(1e-5, rel=1e-3)
+
+
+# --- derivatives ---
+
+WIDTHS = {  # [unit] of a difference quotient; None: a share of the value
+    FRICTION: dict.fromkeys(
+        ("preload", "speed", "temperature", "axial_load", "presliding_deflection", "net_sliding_coefficient",
+         "apparent_viscosity_ratio", "breakaway_factor", "presliding_stiffness", "presliding_damping")
+    ),
+    TRANSMISSION: dict.fromkeys(("speed", "preload", "temperature", "nut_stiffness", "contact_damping_time"))
+    | {"angle": 1e-4 * WAY / RATIO, "position": 1e-4 * WAY, "velocity": 1e-7, "presliding_deflection": 1e-8},
+    MONITOR: {
+        "torque": 1e-4, "speed": 1e-3, "temperature": 1e-2, "axial_load": 0.1, "apparent_viscosity_ratio": 1e-4,
+        "net_sliding_coefficient": 1e-7, "roughness_height": 1e-12, "breakaway_factor": 1e-4,
+        "regularization_speed": 1e-3, "speed_min": 1e-4, "torque_uncertainty": 1e-5, "initial_preload": 0.1,
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("continuous", [False, True])
+@pytest.mark.parametrize("model", WIDTHS, ids=lambda model: model.layer)
+def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):
+    """Against central differences of two widths, whose difference is allowed; values of both C programs agree."""
+    one, rng, start = (
+        NativeModel(nut_map, continuous, model),
+        np.random.default_rng(3),
+        starts(model, nut_map),
+    )
+    outputs = [name for name in outputs_of(model, nut_map) if name != "in_range"]
+    outputs += ["presliding_deflection_rate"] if model is not MONITOR else []
+    sharp = tried = 0
+    for n in range(1, 40 if model is MONITOR else 150):
+        base = start | {k: v for k, v in standstill(rng, n).items() if k in start}
+        base |= {FRICTION: loads, TRANSMISSION: motion, MONITOR: measured}[model](rng, n)
+        if model is MONITOR:
+            base |= {"speed_min": (0.01, 1.0)[n % 2], "roughness_height": 3e-8}
+        else:
+            base["presliding_deflection"] = rng.normal() * 5e-4
+        step = 0.0 if continuous or n % 4 == 0 or model is MONITOR else 10.0 ** rng.uniform(-5.0, -1.0)
+
+        def outputs_at(base=base, step=step, later=n % 2 > 0, **change):
+            one.reset(continuous)
+            one.latch(**base)
+            if continuous and later and model is not MONITOR:
+                one.initial_event()  # the state belongs to the stiffness of these loads
+            if step:
+                one.step(step, **base | change)
+            else:
+                one.latch(**base | change)
+            return np.array([one.get(name) for name in outputs])
+
+        values = outputs_at()
+        if model is MONITOR and abs(base["speed"]) > base["speed_min"] and not one.get("in_range"):
+            continue  # where the torque does not determine the preload, it counts as constant
+        full = np.maximum(np.abs(values), 1e-9 * np.abs(values).max())
+        if model is not MONITOR:
+            twins = one.values_with_derivatives()
+            allowed = 1e-9 * full + 1e-11 * np.abs(values[:7]).max()
+            twin = np.array([twins[name] for name in outputs])
+            wrong = (
+                np.abs(values - twin)[: None if continuous else -1] > allowed[: None if continuous else -1]
+            )
+            assert not wrong.any(), (n, [outputs[i] for i in np.flatnonzero(wrong)])
+        for name, absolute in WIDTHS[model].items():
+            if base[name] == 0.0 and name not in ("angle", "presliding_damping"):
+                continue  # a kink
+            outputs_at()
+            found = np.array(one.derivative(outputs, **{name: 1.0}))
+            width = absolute or 1e-5 * max(abs(base[name]), 1e-5)
+            wide, narrow = (
+                (outputs_at(**{name: base[name] + w}) - outputs_at(**{name: base[name] - w})) / (2.0 * w)
+                for w in (width, 0.5 * width)
+            )
+            # of the sensitivity of the monitor, itself a difference quotient, the program keeps fewer digits
+            noise = (
+                (1e-10 if model is MONITOR else 1e-12) * np.maximum(full, np.abs(values[:7]).max()) / width
+            )
+            allowed = 3.0 * np.abs(wide - narrow) + 1e-5 * np.abs(narrow) + noise
+            wrong = ~(np.abs(found - narrow) <= allowed)
+            assert not wrong.any(), (n, name, [outputs[i] for i in np.flatnonzero(wrong)], found, narrow)
+            sharp += int((allowed <= 1e-2 * np.abs(narrow)).sum())
+            tried += np.count_nonzero(narrow)
+        seeds = {
+            name: (-1.0) ** i * (abs(base[name]) + 1e-3) for i, name in enumerate(list(WIDTHS[model])[:4])
+        }
+        outputs_at()
+        alone = [s * np.array(one.derivative(outputs, **{name: 1.0})) for name, s in seeds.items()]
+        together = np.array(one.derivative(outputs, **seeds))
+        slack = (1e-4 if model is MONITOR else 1e-9) * np.sum(np.abs(alone), axis=0) + 1e-12 * full.max()
+        assert (np.abs(together - np.sum(alone, axis=0)) <= slack).all(), n
+    assert sharp > 0.4 * tried
+
+
+@pytest.mark.parametrize("continuous", [False, True])
+@pytest.mark.parametrize("model", WIDTHS, ids=lambda model: model.layer)
+def test_whatever_changes_an_output_is_declared_for_it(model, nut_map, continuous):
+    """Importers skip what is not declared as a dependency."""
+    table = {v.name: v for v in model.native_variables(nut_map.header)}
+    names = [v.name for v in table.values() if v.causality == "output" or v.derivative_of or v.indicates]
+    knowns = [v.name for v in table.values() if v.causality in ("input", "parameter")]
+    one, rng = NativeModel(nut_map, continuous, model), np.random.default_rng(8)
+
+    def values(base):
+        one.reset(continuous)
+        if continuous:
+            one.latch(**base)
+        else:
+            one.step(1e-4, **base)
+        return [one.get(name) for name in names]
+
+    for n in range(60):
+        base = {FRICTION: loads, TRANSMISSION: motion, MONITOR: measured}[model](rng, n)
+        base |= {k: v for k, v in standstill(rng, n).items() if k in table}
+        before = values(base)
+        for known in knowns:
+            start = base.get(known, table[known].start or 0.0)
+            after = values(base | {known: 1.0 - start if table[known].unit is None else 1.01 * start + 1e-7})
+            for name, old, new in zip(names, before, after, strict=True):
+                row = table["power_loss" if name == "heat" else name]
+                declared = {*row.depends_on, *row.initially_depends_on}
+                if table[name].indicates and name != "in_range_indicator":
+                    declared |= {"presliding_damping", "presliding_side", "regularization_speed"}
+                assert old == new or known in declared, (name, known)

@@ -1,0 +1,264 @@
+"""The native runtime in C hosts and under sanitizers: memory, threads, several FMUs in one program, the map file."""
+
+import ctypes
+import os
+import re
+import shutil
+import struct
+import subprocess
+import sys
+from ctypes import c_size_t, c_void_p
+from pathlib import Path
+
+import pytest
+from fmu_checks import fmi_functions
+from native_host import c_host
+from native_library import NativeInstance
+from native_model import compiled_model, compiler
+from native_walk import sealed_map
+from paths import FMU_SUPPORT, NATIVE_HOSTS, SUPPORT
+from synthetic_map import closed_form, make_map
+
+from ballscrew_fmu.description.native import native_description
+from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
+from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources, prefix
+from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, MECHANISTIC
+
+pytestmark = pytest.mark.slow
+NUT_MAP, OTHER = closed_form(), make_map(viscous_scale=2.0)
+COUNTED = ("-O2", "-Wl,--wrap=malloc", "-Wl,--wrap=calloc", "-Wl,--wrap=realloc")
+MODELS = {FRICTION: (), MONITOR: ("-DMONITOR",), TRANSMISSION: ("-DTRANSMISSION",)}
+
+
+def run(*command, code=0, **options):
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=600, **options)
+    assert done.returncode == code, done.stdout + done.stderr
+    assert code or "Sanitizer" not in done.stderr, done.stderr
+    return done.stdout
+
+
+def test_random_calls_under_sanitizers():
+    """All functions of both versions in random order, damaged states and map files: native_walk.py."""
+    names = [run(*compiler(), f"-print-file-name=lib{name}.so").strip() for name in ("asan", "ubsan")]
+    if not all(map(os.path.isabs, names)):
+        pytest.skip("needs the sanitizers of gcc, which are preloaded")
+    for model, law in (
+        (FRICTION, None),
+        (MONITOR, None),
+        (TRANSMISSION, MECHANISTIC),
+    ):  # before they are there
+        compiled_model(closed_form(law) if law else NUT_MAP, model, sanitize=True)
+    environment = {
+        **os.environ,
+        "LD_PRELOAD": " ".join(names),
+        "ASAN_OPTIONS": "detect_leaks=0",
+        "PYTHONMALLOC": "malloc",
+        "PYTHONPATH": os.pathsep.join(map(str, (FMU_SUPPORT, SUPPORT))),
+    }
+    assert int(run(sys.executable, FMU_SUPPORT / "native_walk.py", 5, env=environment)) > 5_000
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.layer)
+def test_steps_allocate_nothing_and_leave_nothing(model):
+    program = c_host(NUT_MAP, "soak", *COUNTED, *MODELS[model], model=model)
+    assert "all as it should be" in run(program, program.parent, 60_000)
+    # otherwise the test could not fail
+    assert "not so: allocations == before" in run(program, program.parent, 6_000, "allocate", code=1)
+
+
+LOCKS = {  # of lock.h; on which the sanitizer must find a race
+    "of the system": (("-std=c99",), False), "of the compiler": (("-std=c99", "-DBALLSCREW_SPIN_LOCK"), False),
+    "of C11": (("-std=c11", "-DBALLSCREW_SPIN_LOCK"), False), "none": (("-DBALLSCREW_NO_THREADS",), True),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("lock", LOCKS)
+def test_instances_in_threads_share_maps_safely(tmp_path, lock):
+    """Made, stepped, saved and freed: as in a serial run. Without a lock the thread sanitizer finds the race."""
+    options, races = LOCKS[lock]
+    (tmp_path / MAP_FILE).write_bytes(map_bytes(OTHER))
+    try:
+        program = c_host(NUT_MAP, "threads", "-g", "-O1", "-fsanitize=thread", *options)
+    except FileNotFoundError as error:
+        pytest.skip(str(error))
+    command = [str(program), str(program.parent), str(tmp_path), "8", "60"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    assert ("data race" in done.stderr) == races, done.stderr
+    assert races or (done.returncode == 0 and "all as in a serial run" in done.stdout), done.stdout
+
+
+def test_a_thousand_instances_share_one_map():
+    """Less than 20 MB more than one; a map of each would be 50 MB."""
+
+    def resident():
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+    if not sys.platform.startswith("linux"):
+        pytest.skip("reads /proc")
+    many = [NativeInstance(2, logger=False) for _ in range(10)]
+    before = resident()
+    many += [NativeInstance(2, logger=False) for _ in range(1000)]
+    assert resident() - before < 20e6
+    for one in many:
+        one.__exit__()
+
+
+# --- several FMUs in one program, maps compiled in ---
+
+AT = (2000.0, 30.0, 310.0, 400.0)
+# prefix of the FMI functions, model, FMI version, map: as linked.c has them
+LINKED = (("one", FRICTION, 2, NUT_MAP), ("two", FRICTION, 3, OTHER), ("three", MONITOR, 2, NUT_MAP))
+
+
+def objects(folder, name, model, version, nut_map, embed):
+    """Object files of an FMU, compiled as for a static library with this prefix of the FMI functions."""
+    place = folder / name
+    (place / "fmi").mkdir(parents=True)
+    sources = native_sources(nut_map.header, version, f"token-{name}", model, nut_map if embed else None)
+    for file, content in sources.items():
+        (place / ("fmi" if is_fmi_header(file) else ".") / file).write_bytes(content)
+    units = sorted(file for file in sources if file.endswith(".c"))
+    defined = f"-DFMI{version}_FUNCTION_PREFIX={name}_"
+    run(
+        *compiler(),
+        "-std=c99",
+        "-O1",
+        "-Wall",
+        "-Werror",
+        defined,
+        "-isystem",
+        "fmi",
+        "-c",
+        *units,
+        cwd=place,
+    )
+    (place / MAP_FILE).write_bytes(map_bytes(nut_map))
+    return [str(place / unit.replace(".c", ".o")) for unit in units]
+
+
+@pytest.mark.parametrize("embed", [False, True], ids=["map files", "maps compiled in"])
+def test_fmus_of_two_screws_and_the_monitor_run_in_one_program(tmp_path, embed):
+    """All external names differ; with the maps compiled in no file is opened."""
+
+    def references(model, *names):
+        text = native_description(NUT_MAP.header, 3, "", "test", (), model).decode()
+        return ",".join(re.search(rf'name="{n}" valueReference="(\d+)"', text)[1] for n in names)
+
+    made = [objects(tmp_path, *one, embed) for one in LINKED]
+    defined = {
+        "FRICTION_INPUTS": references(FRICTION, "preload", "speed", "temperature", "axial_load"),
+        "FRICTION_TORQUE": references(FRICTION, "friction_torque"),
+        "MONITOR_INPUTS": references(MONITOR, "torque", "speed", "temperature", "axial_load"),
+        "MONITOR_PRELOAD": references(MONITOR, "preload"),
+        **{f"TOKEN_{n}": f'"token-{one[0]}"' for n, one in enumerate(LINKED, start=1)},
+    }
+    units = [NATIVE_HOSTS / "linked.c", *(unit for units in made for unit in units)]
+    command = [*compiler(), "-std=c99", *(f"-D{name}={value}" for name, value in defined.items())]
+    run(
+        *command,
+        "-isystem",
+        "one/fmi",
+        "-isystem",
+        "two/fmi",
+        "-o",
+        "linked",
+        *units,
+        "-lm",
+        "-lpthread",
+        cwd=tmp_path,
+    )
+    folders = [] if embed else [tmp_path / one[0] for one in LINKED]
+    first, second, preload = (float(number) for number in run(tmp_path / "linked", *folders).split())
+    for found, nut_map in ((first, NUT_MAP), (second, OTHER)):
+        assert found == pytest.approx(nut_map.evaluate(*AT).friction_torque, rel=1e-9)
+    assert preload == pytest.approx(AT[0], rel=1e-9)
+    nm = shutil.which("nm") or pytest.skip("no nm")
+    names = [set(re.findall(r"^\S* [A-TV-Z] (\S+)$", run(nm, "-g", *units), re.MULTILINE)) for units in made]
+    for found, (name, model, version, _) in zip(names, LINKED, strict=True):
+        own = {n for n in found if n.startswith(prefix(f"token-{name}", model))}
+        assert len(own) > 40
+        assert found - own == {f"{name}_{function}" for function in fmi_functions(version)}
+    assert not names[0] & names[1] | names[0] & names[2] | names[1] & names[2]
+    wanted = run(nm, "-u", *(unit for units in made for unit in units))
+    assert bool(re.search(r"\b(fopen|fread|fseek|_wfopen|open)\w*\b", wanted)) != embed
+
+
+# --- the map file ---
+
+GOOD = map_bytes(NUT_MAP)
+HEAD = 88  # [bytes] magic, size, checksum, content hash
+LAW = 8 * (3 * len(AXES) + len(DEFAULTS))  # [bytes] axes and defaults, before the law
+
+
+@pytest.fixture(scope="module")
+def reader():
+    """Address of the map of these bytes, or the message of the reader."""
+    library = ctypes.CDLL(str(compiled_model(NUT_MAP)))
+    library.map_from_bytes.restype = library.map_read.restype = c_void_p
+    message = ctypes.create_string_buffer(400)
+
+    def read(content, law=0, keep=False):
+        if isinstance(content, Path):
+            found = library.map_read(str(content).encode(), law, message, c_size_t(400))
+        else:
+            found = library.map_from_bytes(
+                content, c_size_t(len(content)), law, b"map", message, c_size_t(400)
+            )
+        if found and not keep:
+            library.map_free(c_void_p(found))
+        return found or message.value.decode()
+
+    read.library = library
+    return read
+
+
+def test_damaged_and_foreign_map_files_are_refused(reader, tmp_path):
+    def number(place, value):
+        return sealed_map(GOOD[: HEAD + place] + struct.pack("<d", value) + GOOD[HEAD + place + 8 :])
+
+    assert sealed_map(GOOD) == GOOD
+    mechanistic = map_bytes(closed_form(MECHANISTIC))
+    for content, law in ((GOOD, 0), (map_bytes(OTHER), 0), (mechanistic, 1)):
+        assert isinstance(reader(content, law), int)
+    for content, found in (
+        (GOOD[:20], "not a nut map"), (GOOD[:50], "truncated"), (b"X" + GOOD[1:], "not a nut map"),
+        (GOOD[:-8], "truncated"), (GOOD + bytes(8), "truncated"), (sealed_map(GOOD[:-8]), "size does not fit"),
+        (GOOD[:500] + bytes([GOOD[500] ^ 16]) + GOOD[501:], "checksum"), (number(0, -1.0), "axis force"),
+        (number(16, 3.0), "axis force"), (number(16, 1e9), "axis force"), (number(16, 4096.0), "size does not fit"),
+        *((number(LAW, law), "friction law") for law in (2.0, 0.5, float("nan"))),
+        (sealed_map(GOOD[:-8] + struct.pack("<d", float("nan"))), "not finite"),
+        (mechanistic, "has the friction law mechanistic, expected film_shear"),
+        (b"BSFMAP01" + GOOD[8:], "begins with 'BSFMAP03'"), (b"\x00\n\x50\xff", "begin with '..P.'"),
+        (tmp_path / "none.bin", f"{tmp_path / 'none.bin'}: cannot be opened"),
+    ):  # fmt: skip
+        assert found in str(reader(content)), found
+    for bit in range(8 * HEAD):
+        flipped = bytearray(GOOD)
+        flipped[bit // 8] ^= 1 << bit % 8
+        assert isinstance(reader(bytes(flipped)), str), bit
+
+
+def test_equal_maps_are_one_in_memory_until_the_last_is_freed(reader):
+    def get(content):
+        return reader(content, keep=True)
+
+    def users(place):
+        return ctypes.c_ulong.from_address(place + offset).value
+
+    one = get(GOOD)
+    head = ctypes.string_at(one, 1024)
+    offset = head.index(NUT_MAP.header["content_hash"].encode()) + 80  # hash and 0, padding, next, then users
+    before = users(one)
+    assert get(GOOD) == one
+    two = get(map_bytes(OTHER))
+    assert two != one
+    assert (users(one), users(two)) == (before + 1, 1)
+    for place in (two, one):  # the head of the list, then what is left
+        reader.library.map_free(c_void_p(place))
+    assert users(one) == before
+    assert isinstance(
+        get(GOOD[:-1] + bytes([GOOD[-1] ^ 1])), str
+    )  # damaged: refused although it is in memory
+    reader.library.map_free(c_void_p(one))
+    reader.library.map_free(None)

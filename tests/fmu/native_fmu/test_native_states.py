@@ -1,0 +1,318 @@
+"""Saved and serialized states of the native FMUs: complete, exact, and refused when anything is wrong with them."""
+
+import math
+import re
+import struct
+from ctypes import byref, c_size_t, c_void_p, create_string_buffer
+
+import pytest
+from native_library import (
+    CS,
+    ERROR,
+    ME,
+    NUT_MAP,
+    OK,
+    REALS,
+    TIME_REFERENCE,
+    TOKEN,
+    NativeInstance,
+    counting_functions,
+    doubles,
+)
+from native_walk import sealed_state
+
+from ballscrew_fmu.models import FRICTION, MONITOR, NATIVE_MODELS, TRANSMISSION
+from ballscrew_fmu.native_fmu.sources import native_sources
+
+pytestmark = pytest.mark.slow
+both_versions = pytest.mark.parametrize("version", [2, 3])
+both_kinds = pytest.mark.parametrize("kind", [CS, ME])
+models = pytest.mark.parametrize("model", NATIVE_MODELS, ids=lambda model: model.layer)
+START = {
+    FRICTION: {
+        "presliding_stiffness": 400.0,
+        "presliding_damping": 0.5,
+        "preload": 1500.0,
+        "axial_load": 200.0,
+    },
+    TRANSMISSION: {"presliding_stiffness": 400.0, "presliding_damping": 0.5, "position": -1e-6},
+    MONITOR: {"torque": 0.8, "speed": 30.0, "initial_preload": 700.0},
+}
+LATER = (0.002, 0.02, -0.01, 1.0, 0.0)
+HEAD = 24  # [bytes] magic, checksum, layout, size
+
+
+def wound(version, kind=CS, model=FRICTION):
+    """An instance with a deflected bristle or a held preload at inputs that do not reveal it."""
+    one = NativeInstance(version, kind, model=model).start(**START[model])
+    if kind == CS:
+        for speed in (30.0, 0.2, 0.0) if model is MONITOR else (0.2, 0.0):
+            advance(one, speed)
+        one.set(temperature=310.0)  # set, not stepped
+    else:
+        one.update()
+        one.call("EnterContinuousTimeMode")
+        if one.states:
+            one.call("SetContinuousStates", doubles(3e-4), c_size_t(1))
+        one.set(speed=0.1)
+    return one
+
+
+def advance(one, speed):
+    assert one.set(speed=speed) == OK
+    assert one.step(one.time, 1e-3) == OK
+    one.time += 1e-3
+
+
+def seen(one):
+    return [*one.get(*(name for name in one.names if name not in ("in_range", "presliding"))), one.in_range()]
+
+
+def go_on(one):
+    """All results of a run from here."""
+    rows = [seen(one)]
+    for speed in LATER:
+        if one.kind == CS:
+            advance(one, speed)
+        else:
+            one.set(speed=speed)
+            if one.states:
+                state = one.vector("GetContinuousStates")[0] + 1e-3 * one.rates()[0]
+                one.call("SetContinuousStates", doubles(state), c_size_t(1))
+            one.call("EnterEventMode")
+            rows.append(one.update())
+            one.call("EnterContinuousTimeMode")
+        rows.append(seen(one))
+    return rows
+
+
+def disturb(one):
+    if one.kind == ME:
+        one.call("EnterEventMode")
+    one.set(speed=-3.0, temperature=340.0, roughness_height=0.0)
+    one.update() if one.kind == ME else one.step(one.time, 0.5)
+
+
+@both_versions
+@both_kinds
+@models
+def test_a_state_continues_exactly(version, kind, model):
+    """Restored repeatedly, through bytes in a new instance, after a reset, beside others: the same to the last bit."""
+    with wound(version, kind, model) as one, NativeInstance(version, kind, model=model) as other:
+        state, time = one.save(), one.time
+        content = one.serialize(state)
+        assert one.serialize(one.save()) == content
+        one.get(*one.names)  # getters change no result
+        first = go_on(one)
+        for _ in range(2):
+            disturb(one)
+            assert one.restore(state) == OK
+            one.time = time
+            assert go_on(one) == first
+        status, again = other.deserialize(content)
+        assert status == OK, other.last
+        assert other.restore(again) == OK
+        other.time = time
+        assert other.serialize(other.save()) == content
+        with wound(version, kind, model) as third:
+            assert go_on(third) == go_on(other) == first
+        assert one.set_raw(one.vr(999), doubles(1.0)) == ERROR  # restoring ends the error state
+        assert one.restore(state) == OK
+        one.time = time
+        assert go_on(one) == first
+        assert one.forget(state) == one.forget(state) == OK  # a second time it is NULL
+        assert one.restore(c_void_p()) == ERROR
+        disturb(other)
+        fresh = NativeInstance(version, kind, model=model)
+        assert other.call("Reset") == OK
+        assert other.serialize(other.save()) == fresh.serialize(fresh.save())
+        fresh.__exit__()
+
+
+@both_versions
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_slipping_bristle_goes_on_slipping(version, way):
+    with NativeInstance(version, ME) as one, NativeInstance(version, ME) as other:
+        one.start(**START[FRICTION], speed=way, presliding_deflection=way)  # far beyond sliding
+        one.update()
+        assert one.rates() == [0.0]
+        assert other.restore(other.deserialize(one.serialize(one.save()))[1]) == OK
+        for each in (one, other):
+            assert each.rates() == [0.0]
+            each.set(speed=-way)
+            assert each.update() == (OK, True)  # sticks again
+        assert other.outputs() == one.outputs()
+
+
+@both_versions
+def test_state_machine_times_and_warnings_are_restored(version):
+    expected = {
+        "s": [OK, ERROR, ERROR],
+        "e": [OK, ERROR, OK],
+        "c": [OK, ERROR, ERROR],
+        "n": [ERROR, OK, ERROR],
+    }
+    for kind, letter in (*((CS, x) for x in "instx"), *((ME, x) for x in "inectx")):
+        with NativeInstance(version, kind).go_to(letter) as one, NativeInstance(version, kind) as other:
+            _, state = other.deserialize(one.serialize(one.save()))
+            tried = []
+            for name in ("Terminate", "ExitInitializationMode", "EnterContinuousTimeMode"):
+                other.restore(state)
+                tried.append(other.call(name))
+            assert tried == expected.get(letter, [ERROR] * 3)
+    with (
+        NativeInstance(version).start(start=1.0, stop=2.0, temperature=0.0) as one,
+        NativeInstance(version) as other,
+    ):
+        one.go(0.75)
+        assert other.restore(other.deserialize(one.serialize(one.save()))[1]) == OK
+        if version == 3:
+            assert other.get(TIME_REFERENCE) == [1.75]
+        other.set(preload=0.0)
+        assert other.step(1.75, 0.1) == OK
+        assert [m.text.split()[0] for m in other.messages] == ["preload"]  # not temperature again
+        assert other.step(1.85, 0.5) == ERROR
+        assert "stop time 2 s" in other.last
+
+
+@both_versions
+def test_a_state_with_a_bad_value_can_be_saved(version):
+    with NativeInstance(version).start() as one, NativeInstance(version) as other:
+        one.go(speed=7.0)
+        one.set(preload=math.nan)
+        _, state = other.deserialize(one.serialize(one.save()))
+        assert other.restore(state) == OK
+        assert other.step(one.time, 1e-3) == 2
+        other.time = one.time
+        assert other.go(preload=1500.0) == one.go(preload=1500.0)
+
+
+@both_versions
+def test_states_of_another_kind_are_refused(version):
+    """Co-simulation and model exchange, with and without event mode, another model: not restored."""
+    kinds = [(CS, False), (ME, False), *([(CS, True)] if version == 3 else [])]
+    for kind, events in kinds:
+        with NativeInstance(version, kind, event_mode=events).start() as one:
+            content = one.serialize(one.save())
+        for other_kind, other_events in kinds:
+            with NativeInstance(version, other_kind, event_mode=other_events).start() as other:
+                status, state = other.deserialize(content)
+                assert status == OK
+                same = (kind, events) == (other_kind, other_events)
+                assert other.restore(state) == (OK if same else ERROR)
+                assert same or re.search("of the other kind|event mode: not restored", other.last)
+
+
+@both_versions
+def test_a_state_is_saved_over_an_old_one_and_memory_comes_from_the_importer(version):
+    name = "GetFMUstate" if version == 2 else "GetFMUState"
+    with wound(version) as one:
+        state = one.save()
+        address, before = state.value, one.serialize(state)
+        one.go(speed=1.0)
+        assert one.call(name, byref(state)) == OK
+        assert state.value == address
+        assert one.serialize(state) != before
+    functions, given, taken = counting_functions()
+    with NativeInstance(2, functions=functions).start(speed=1.0, presliding_stiffness=400.0) as one:
+        before = len(given)
+        for _ in range(3):
+            one.go(axial_load=500.0)
+        one.get(*REALS)
+        assert len(given) == before > 0
+        one.save()  # freed by freeInstance
+        one.forget(one.save())
+        assert len(given) == before + 2
+    assert sorted(given) == sorted(taken)
+
+
+# --- wrong bytes ---
+
+
+def refused(one, content, found="damaged|another version or map"):
+    status, state = one.deserialize(content)
+    assert status == ERROR
+    assert state.value is None
+    assert re.search(found, one.last), one.last
+    one.call("Reset")
+
+
+@both_versions
+def test_every_flipped_byte_and_every_truncation_is_refused(version):
+    with wound(version) as one, NativeInstance(version) as other:
+        good = one.serialize(one.save())
+        assert sealed_state(good) == good
+        for place in range(len(good)):
+            refused(other, good[:place] + bytes([good[place] ^ 0x81]) + good[place + 1 :], "damaged")
+            refused(other, good[:place], "damaged")
+        refused(other, good + b"\0")
+        refused(other, b"\0" * len(good))
+        assert other.deserialize(good)[0] == OK
+
+
+@both_versions
+def test_impossible_contents_are_refused(version):
+    """With correct checksums: another map, token, layout, size, and values that no instance has."""
+    with wound(version) as one, NativeInstance(version) as other:
+        good = one.serialize(one.save())
+        content_hash = NUT_MAP.header["content_hash"].encode()
+        longer = struct.pack("<I", len(TOKEN) + 1) + TOKEN.encode() + b"x"
+        for bad in (
+            good.replace(content_hash, content_hash[::-1]), good.replace(TOKEN.encode(), b"{tesT}"),
+            good.replace(struct.pack("<I", len(TOKEN)) + TOKEN.encode(), longer), good[:-1], good + b"\0",
+        ):  # fmt: skip
+            assert bad != good
+            refused(other, sealed_state(bad))
+        refused(other, sealed_state(good[:16] + struct.pack("<I", 99) + good[20:]), "layout 99.*layout 3")
+        fields = HEAD + 8 + len(TOKEN) + len(content_hash)
+        time, stop, *words = struct.unpack_from("<ddIIIIII", good, fields)
+        # state, warned, stale; values are valid, no event is due, initialization is done
+        assert (time, stop, words) == (pytest.approx(2e-3), math.inf, [16, 0, 1, 0, 0, 0])
+        preload = fields + 40
+        assert struct.unpack_from("<d", good, preload) == (1500.0,)
+        for place, form, value in (
+            (fields, "<d", math.nan), (fields + 8, "<d", math.nan), *((fields + 16, "<I", n) for n in (0, 3, 128)),
+            (fields + 20, "<I", 1 << 31), *((fields + n, "<I", 2) for n in (24, 28, 32, 36)), (preload, "<d", math.nan),
+            (preload, "<d", 1e300), (preload + 8, "<d", math.inf), (len(good) - 4, "<I", 3),
+        ):  # fmt: skip
+            bad = bytearray(good)
+            struct.pack_into(form, bad, place, value)
+            refused(other, sealed_state(bytes(bad)), "another version or map")
+
+
+@both_versions
+def test_wrong_sizes_and_null_pointers(version):
+    ending = "FMUstate" if version == 2 else "FMUState"
+    read = "DeSerializeFMUstate" if version == 2 else "DeserializeFMUState"
+    room, size = create_string_buffer(4096), c_size_t()
+    with wound(version) as one:
+        state = one.save()
+        length = c_size_t(len(one.serialize(state)))
+        for more in (-1, 1):
+            assert one.serialize(state, more) == ERROR
+            assert "bytes" in one.last
+            one.restore(state)
+        for name, arguments in (
+            (f"Serialized{ending}Size", (None, byref(size))), (f"Serialized{ending}Size", (state, None)),
+            (f"Serialize{ending}", (None, room, length)), (f"Serialize{ending}", (state, None, length)),
+            (read, (None, length, byref(c_void_p()))), (read, (room, length, None)), (f"Get{ending}", (None,)),
+        ):  # fmt: skip
+            assert one.call(name, *arguments) == ERROR, name
+
+
+@models
+def test_every_field_of_the_model_is_serialized_or_computed_again(model):
+    """A new field of the model that is not serialized would be lost without an error."""
+    sources = native_sources(NUT_MAP.header, 2, "t", model)
+    header = "monitor_state.h" if model is MONITOR else "screw_state.h"
+    state, code, walk = (sources[name].decode() for name in (header, "model.c", "saved_state.c"))
+    structure = re.sub(r"/\*.*?\*/", "", re.search(r"struct Model \{([^}]*)\};", state)[1], flags=re.S)
+    declared = set(re.findall(r"\b(\w+)(?:\[\w+\])?\s*[,;]", structure))
+    listed = set(re.findall(r"X\((\w+)\)", state)) - {"X"}
+    cleared = code[code.index("void model_clear_computed") :].partition("\n}\n")[0]
+    computed_again = set(re.findall(r"model->(\w+)", cleared))
+    body = walk[walk.index("static void pass_model") : walk.index("static void pass_situation")]
+    passed = set(re.findall(r"model->(\w+)", body)) - {"field"}
+    assert len(declared) > 10
+    assert declared == listed | computed_again | passed
+    assert not computed_again & (listed | passed)
