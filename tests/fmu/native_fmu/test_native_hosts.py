@@ -83,7 +83,8 @@ def test_instances_in_threads_share_maps_safely(tmp_path, lock):
     except FileNotFoundError as error:
         pytest.skip(str(error))
     command = [str(program), str(program.parent), str(tmp_path), "8", "60"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    environment = {**os.environ, "TSAN_OPTIONS": "halt_on_error=1"}
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, env=environment)
     assert ("data race" in done.stderr) == races, done.stderr
     assert races or (done.returncode == 0 and "all as in a serial run" in done.stdout), done.stdout
 
