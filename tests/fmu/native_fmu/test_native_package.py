@@ -179,7 +179,7 @@ def test_an_fmu_with_its_map_compiled_in_passes_the_checks_of_the_build(syntheti
     files = native_files(synthetic_nut_map, 2, platforms=HOST, model=model, embed_map=True)
     assert not any(name.startswith("resources/") for name in files)
     write_fmu(tmp_path / "embedded.fmu", files)
-    assert "no finding" in check(tmp_path / "embedded.fmu", synthetic_nut_map, FmuInstance, model)
+    assert "no finding" in check(tmp_path / "embedded.fmu", synthetic_nut_map, model)
 
 
 def test_models_share_their_sources_and_the_transmission_has_no_steps_in_parts(synthetic_nut_map):
