@@ -131,6 +131,25 @@ def test_structure_is_complete_in_order_and_the_same_in_both_versions(folder_of,
         assert root.get("numberOfEventIndicators") == str(len(indicators))
 
 
+TERMINALS = {  # variable: member name as in Modelica, kind; a flow into the FMU is an inflow
+    "BallScrewFriction": "shaft speed w signal, shaft friction_torque tau inflow, heat temperature T signal, "
+    "heat power_loss Q_flow outflow",
+    "BallScrewPreloadMonitor": "shaft speed w signal, shaft torque tau signal, estimate preload preload signal, "
+    "estimate preload_half_width half_width signal, estimate in_range in_range signal",
+    "BallScrewTransmission": "shaft angle phi signal, shaft speed w signal, shaft screw_torque tau inflow, "
+    "nut position s signal, nut velocity v signal, nut nut_force f outflow, heat temperature T signal, "
+    "heat power_loss Q_flow outflow",
+}
+
+
+@pytest.mark.parametrize("model", NATIVE_MODELS, ids=lambda x: x.name)
+def test_terminals(folder_of, model):
+    root = ElementTree.parse(folder_of(model, 3) / "terminalsAndIcons" / "terminalsAndIcons.xml").getroot()
+    keys = ("variableName", "memberName", "variableKind")
+    found = [" ".join([t.get("name"), *(m.get(k) for k in keys)]) for t in root.iter("Terminal") for m in t]
+    assert ", ".join(found) == TERMINALS[model.name]
+
+
 # --- dependencies: what a change of a value changes ---
 
 

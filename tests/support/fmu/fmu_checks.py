@@ -4,7 +4,6 @@ findings(files) reads the members only; capability_findings(folder) calls the li
 """
 
 import ctypes
-import hashlib
 import io
 import re
 import struct
@@ -166,70 +165,50 @@ def machine_of(content: bytes):
 
 
 def _against_the_sources(root, files):
-    """Description and C code agree."""
-    found = []
+    """Description and C code agree: variables with kind, start and nominal, log categories, lists of the sources."""
     text = {
         name.removeprefix("sources/"): c.decode() for name, c in files.items() if name.startswith("sources/")
     }
-    rows = re.findall(
-        r'\{"(\w+)", CAUSALITY_(\w+), NEEDS_\w+, (\w+), ([^,]+), ([^,]+), ([^}]+)\}', text["variables.c"]
-    )
+    row = re.compile(r'\{"(\w+)", CAUSALITY_(\w+), NEEDS_\w+, (\w+), ([^,]+), ([^,]+), ([^}]+)\}')
+    rows = [found.groups() for found in row.finditer(text["variables.c"])]
     listed = [(name, node) for name, _, node in variables_of(root) if node.get("causality") != "independent"]
-    if [row[0] for row in rows] != [name for name, _ in listed]:
-        found.append("variables of the description and of variables.c differ")
+    found = [] if [r[0] for r in rows] == [name for name, _ in listed] else ["other variables in variables.c"]
     for (name, node), (_, kind, boolean, start, _, nominal) in zip(listed, rows, strict=False):
-        if (node.tag == "Boolean") != (boolean == "true"):
-            found.append(f"{name}: {node.tag}, but boolean is {boolean} in variables.c")
-        given = {"true": "1", "false": "0"}.get(node.get("start"), node.get("start"))
-        if given is not None and float(given) != float(start):
-            found.append(f"{name}: start {node.get('start')}, but {start} in variables.c")
-        if node.get("nominal") is not None and float(node.get("nominal")) != float(nominal):
-            found.append(f"{name}: nominal {node.get('nominal')}, but {nominal} in variables.c")
-        if (node.get("derivative") is not None) != (kind == "RATE"):
-            found.append(f"{name}: derivative {node.get('derivative')}, but {kind} in variables.c")
-    listed_files = [[f.get("name") for f in files] for files in root.iter("SourceFiles")]
-    categories = {node.get("name") for node in root.find("LogCategories")}
-    used = set(re.findall(r'"(log[A-Z]\w+)"', text["importer.c"]))
-    if categories != used:
-        found.append(f"log categories {sorted(categories)}, but {sorted(used)} in importer.c")
-    build = ElementTree.fromstring(text["buildDescription.xml"])
-    listed_files.append([node.get("name") for node in build.iter("SourceFile")])
+        numbers = {"start": {"true": "1", "false": "0"}.get(node.get("start"), node.get("start"))}
+        numbers["nominal"] = node.get("nominal")
+        same = all(
+            x is None or float(x) == float(y) for x, y in zip(numbers.values(), (start, nominal), strict=True)
+        )
+        same &= (node.tag == "Boolean") == (boolean == "true")
+        if not same or (node.get("derivative") is not None) != (kind == "RATE"):
+            found.append(f"{name}: {node.attrib}, but {kind}, {boolean}, {start}, {nominal} in variables.c")
+    if {n.get("name") for n in root.find("LogCategories")} != set(
+        re.findall(r'"(log[A-Z]\w+)"', text["importer.c"])
+    ):
+        found.append("log categories differ from those of importer.c")
+    sources = [[f.get("name") for f in group] for group in root.iter("SourceFiles")]
+    sources.append(
+        [n.get("name") for n in ElementTree.fromstring(text["buildDescription.xml"]).iter("SourceFile")]
+    )
     units = sorted(name for name in text if name.endswith(".c"))
-    found += [f"source files {names}; there are {units}" for names in listed_files if sorted(names) != units]
-    found += [f"sources/{name} is a file of the importer" for name in text if FMI_HEADER.fullmatch(name)]
-    return found
+    found += [f"source files {names}; there are {units}" for names in sources if sorted(names) != units]
+    return found + [
+        f"sources/{name} is a file of the importer" for name in text if FMI_HEADER.fullmatch(name)
+    ]
 
 
 def _other_members(root, files):
-    """Terminals, reference results and documentation fit the variables."""
-    found = []
-    nodes = {name: node for name, _, node in variables_of(root)}
+    """Terminals name variables, the documentation shows files that are there."""
+    names = {name for name, *_ in variables_of(root)}
     terminals = ElementTree.fromstring(files["terminalsAndIcons/terminalsAndIcons.xml"])
-    members = [node.get("variableName") for node in terminals.iter("TerminalMemberVariable")]
-    found += [f"terminal member {name} is no variable" for name in members if name not in nodes]
-    folder = "extra/org.fmi-standard.fmi-ls-ref"
-    if f"{folder}/fmi-ls-manifest.xml" in files:
-        manifest = ElementTree.fromstring(files[f"{folder}/fmi-ls-manifest.xml"])
-        space = "{http://fmi-standard.org/fmi-ls-manifest}fmi-ls-"
-        if (manifest.get(f"{space}name"), manifest.get(f"{space}version")) != (
-            "org.fmi-standard.fmi-ls-ref",
-            "1.0.0-beta.1",
-        ):
-            found.append("manifest of another layered standard")
-        for related in manifest.iter("Related"):
-            place = f"{folder}/{related.get('source')}"
-            if hashlib.sha3_256(files.get(place, b"")).hexdigest() != related.get("checksum"):
-                found.append(f"{place}: checksum of another file")
-            if related.get("type") != "text/csv":
-                continue
-            head = files.get(place, b"").decode().partition("\n")[0].split(",")
-            if head[0] != "time" or any(name not in nodes for name in head[1:]):
-                found.append(f"{place}: columns {head}")
-    for name in re.findall(r'src="([^"]+)"', files["documentation/index.html"].decode()):
-        place = name.removeprefix("../") if name.startswith("../") else f"documentation/{name}"
-        if place not in files:
-            found.append(f"documentation shows {name}, which is not there")
-    return found
+    found = [
+        n.get("variableName")
+        for n in terminals.iter("TerminalMemberVariable")
+        if n.get("variableName") not in names
+    ]
+    shown = re.findall(r'src="([^"]+)"', files["documentation/index.html"].decode())
+    places = [n.removeprefix("../") if n.startswith("../") else f"documentation/{n}" for n in shown]
+    return found + [place for place in places if place not in files]
 
 
 def capability_findings(folder: Path | str) -> list[str]:
