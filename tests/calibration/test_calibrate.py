@@ -67,14 +67,15 @@ def test_intervals_cover_the_truth():
     assert 180 <= inside <= 199
 
 
-def test_jacobian_is_the_derivative():
+def test_jacobian_is_the_derivative_of_weighted_errors():
+    basis = replace(BASIS, measurements=tuple(replace(m, weight=0.5 + i) for i, m in enumerate(MEASURED)))
     values = np.array([7.6, 0.005, 24e-9])
-    numeric = np.empty((len(BASIS), 3))
+    numeric = np.empty((len(basis), 3))
     for i in range(3):
         step = np.zeros(3)
         step[i] = 1e-5 * values[i]
-        numeric[:, i] = (BASIS.errors(values + step) - BASIS.errors(values - step)) / (2 * step[i])
-    np.testing.assert_allclose(BASIS.jacobian(values), numeric, rtol=1e-7)
+        numeric[:, i] = (basis.errors(values + step) - basis.errors(values - step)) / (2 * step[i])
+    np.testing.assert_allclose(basis.jacobian(values), numeric, rtol=1e-7)
 
 
 def test_left_out_deviation_is_that_of_the_fit_to_the_others():
