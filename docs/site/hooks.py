@@ -1,8 +1,8 @@
 """Pages that mkdocs builds from other sources of the project, and formulas as MathML.
 
 index.md from README.md, changes.md from CHANGELOG.md, the tables of validation.md from the command `validate`,
-report.html from the command `report`, notebooks/*.md from the notebooks with the outputs stored in them, reference/*.md
-from the docstrings.
+the errata of theory.md from their CSV, report.html from the command `report`, notebooks/*.md from the notebooks with
+the outputs stored in them, reference/*.md from the docstrings.
 """
 
 from __future__ import annotations
@@ -24,12 +24,15 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 from reference import ROOT, room_page, rooms, start_page
 
+from ballscrew_tehl.report.errata import errata_markdown
+
 DOCS = ROOT / "docs"
 #: results of commands that take minutes, by what they depend on
 CACHE = ROOT / "build" / "docs_cache"
 RPM = 0.10471975511965977  # rad/s
 MODELS = ("this model", "Zhao", "Zhou", "NSK")
 NOTEBOOK_LINK = re.compile(r"\]\(([\w/.]+)\.ipynb\)")
+ERRATA_LINK = re.compile(r"^Table of the errata: .*$", re.MULTILINE)
 PICTURE = re.compile(r'<img [^>]*src="([^"]+\.png)"[^>]*/?>')
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 
@@ -62,9 +65,10 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, **_: Any) -> str:
-    """Tables of validation.md; links to notebooks lead to their pages."""
+    """Tables of validation.md, errata of theory.md for the link to them; links to notebooks lead to their pages."""
     if page.file.src_uri == "validation.md":
         markdown += config.extra["validation_tables"]
+    markdown = ERRATA_LINK.sub(lambda _: errata_markdown(), markdown)
     if page.file.src_uri.startswith("notebooks/"):
         return markdown
     return NOTEBOOK_LINK.sub(r"](\1.md)", markdown)

@@ -23,6 +23,10 @@ temperature [K]; 30; temperature; 30
 torque_nm; 0.4; torque; 0.4
 friction torque [mNm]; 400; torque; 0.4
 torque [Ncm]; 40; torque; 0.4
+torque [N cm]; 40; torque; 0.4
+torque [kgf cm]; 10; torque; 0.980665
+torque [N*m]; 2; torque; 2
+speed [min^-1]; 60; speed; 6.283185307179586
 torque [lbf.in]; 10; torque; 1.129848290276167
 axial load [kN]; -0.5; axial_load; -500
 torque_uncertainty [%]; 2; torque_uncertainty; 0.02
@@ -30,7 +34,7 @@ torque_uncertainty [%]; 2; torque_uncertainty; 0.02
 REFUSED = """
 preload [kp]; speed [r/min]; torque [N.m] => column 'preload [kp]': unit 'kp'; allowed: N, kN, daN, kgf, lbf
 preload [n]; speed [r/min]; torque [N.m] => unit 'n'; allowed: N, kN
-preload [N]; speed [r/min]; torque [MNm] => unit 'MNm'; allowed: N.m, Nm
+preload [N]; speed [r/min]; torque [MNm] => unit 'MNm'; allowed: N.m, N.cm
 preload; speed [r/min]; torque [N.m] => column 'preload': unit missing; write preload [UNIT] with one of N, kN
 preload [N]; speed_hz; torque [N.m] => column 'speed_hz': unit 'hz'; write speed [UNIT] with one of r/min
 preload [N]; speed [r/min]; torque [N.m]; temprature_c => column 'temprature_c' unknown; is temperature meant?

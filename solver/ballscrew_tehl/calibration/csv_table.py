@@ -14,7 +14,7 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import NamedTuple
 
-_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
+_SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
 #: a number with a decimal comma or point
 _DECIMAL = re.compile(r"[+-]?(\d+[.,]\d*|[.,]\d+)([eE][+-]?\d+)?")
 
@@ -37,47 +37,43 @@ def read_table(path: Path | str) -> CsvTable:
     path = Path(path)
     try:
         content = path.read_bytes()
-    except OSError as err:
-        raise ValueError(f"{path}: cannot be read ({err.strerror}); give a CSV file") from err
+        text = _decoded(content)
+    except (OSError, UnicodeError) as err:
+        raise ValueError(
+            f"{path}: cannot be read ({getattr(err, 'strerror', None) or err}); give a CSV file"
+        ) from err
     lines = [
         (number, line)
-        for number, line in enumerate(_decoded(path, content).splitlines(), start=1)
+        for number, line in enumerate(text.splitlines(), start=1)
         # Excel may write the separator in the first line
         if line.strip(" \t;,") and not line.lstrip().startswith("#") and not line.startswith("sep=")
     ]
     if len(lines) < 2:
         raise ValueError(f"{path}: no rows; allowed: a line of headings and one line per point")
-    separator = next((mark for mark in (";", "\t") if mark in lines[0][1]), ",")
-    split = []
-    for number, line in lines:
-        fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
-        split.append((number, [field.strip() for field in fields]))
-    count = len(split[0][1])
-    for index, (place, row) in enumerate(split[1:], start=1):
-        if len(row) != count:
-            hint = ""
-            if separator == ",":
-                hint = "; numbers with decimal commas need semicolons between the fields"
+    separator = next(mark for mark in _SEPARATORS if mark in lines[0][1] or mark == ",")
+    (_, headings), *rows = [
+        (number, [field.strip() for field in next(csv.reader([line], delimiter=separator, skipinitialspace=True))])
+        for number, line in lines
+    ]  # fmt: skip
+    hint = "; numbers with decimal commas need semicolons between the fields" if separator == "," else ""
+    for index, (line, row) in enumerate(rows, start=1):
+        if len(row) != len(headings):
             raise ValueError(
-                f"{path}: row {index} (line {place}): {len(row)} fields between {_SEPARATORS[separator]}; "
-                f"{count} expected, as in the headings{hint}"
+                f"{path}: row {index} (line {line}): {len(row)} fields between {_SEPARATORS[separator]}; "
+                f"{len(headings)} expected, as in the headings{hint}"
             )
-    headings = split[0][1]
     if twice := sorted({heading for heading in headings if heading and headings.count(heading) > 1}):
         raise ValueError(f"{path}: columns given twice: {', '.join(twice)}; allowed: each heading once")
-    return CsvTable(path, headings, split[1:], separator, hashlib.sha256(content).hexdigest()[:12])
+    return CsvTable(path, headings, rows, separator, hashlib.sha256(content).hexdigest()[:12])
 
 
-def _decoded(path: Path, content: bytes) -> str:
-    encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+def _decoded(content: bytes) -> str:
+    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return content.decode("utf-16")
     try:
-        return content.decode(encoding)
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        pass
-    try:
         return content.decode("cp1252")
-    except UnicodeDecodeError as err:
-        raise ValueError(f"{path}: cannot be read ({err}); give a CSV file") from err
 
 
 def with_decimal_points(table: CsvTable, numeric: Collection[int]) -> CsvTable:
@@ -87,9 +83,7 @@ def with_decimal_points(table: CsvTable, numeric: Collection[int]) -> CsvTable:
     Raises       ValueError: ambiguous commas and points
     """
     commas = any("," in row[k] for _, row in table.rows for k in numeric)
-    rows = []
     for number, (line, row) in enumerate(table.rows, start=1):
-        changed = list(row)
         for k in numeric:
             where = f"{table.path}: row {number} (line {line}): {table.headings[k]} = {row[k]!r}"
             if "," in row[k] and table.separator == ",":
@@ -100,9 +94,12 @@ def with_decimal_points(table: CsvTable, numeric: Collection[int]) -> CsvTable:
                 raise ValueError(
                     f"{where}; allowed in a file with decimal commas: no point (thousands or decimal?)"
                 )
-            changed[k] = row[k].replace(",", ".")
-        rows.append((line, changed))
-    return table._replace(rows=rows)
+    return table._replace(
+        rows=[
+            (line, [text.replace(",", ".") if k in numeric else text for k, text in enumerate(row)])
+            for line, row in table.rows
+        ]
+    )
 
 
 def read_rows(path: Path | str) -> list[dict[str, str]]:
@@ -112,7 +109,6 @@ def read_rows(path: Path | str) -> list[dict[str, str]]:
     """
     table = read_table(path)
     if table.separator != ",":
-        fields = list(zip(*(row for _, row in table.rows), strict=True))
-        numeric = [k for k, column in enumerate(fields) if any(_DECIMAL.fullmatch(text) for text in column)]
+        numeric = {k for _, row in table.rows for k, text in enumerate(row) if _DECIMAL.fullmatch(text)}
         table = with_decimal_points(table, numeric)
     return [dict(zip(table.headings, row, strict=True)) for _, row in table.rows]

@@ -1,7 +1,8 @@
 """Column headings of measurement files: which quantity in which unit.
 
 A table of accepted spellings and not a unit library: 1/min as a speed is revolutions, which a library takes for a
-frequency (a factor of 2 pi), Nm is not a nanometre, and r/min, U/min, kgf.cm are what test benches write.
+frequency (a factor of 2 pi), and pint reads 20 of the spellings that test benches write otherwise or not at all (r/min,
+U/min, Nm, Ncm, %).
 """
 
 from __future__ import annotations
@@ -13,35 +14,28 @@ from typing import NamedTuple
 
 from ..parameters.units import CELSIUS, RPM
 
-#: unit -> (factor, offset): SI = (value + offset) * factor
+#: unit -> (factor, offset): SI = (value + offset) * factor; dots between letters may be missing, or spaces or others
 Units = dict[str, tuple[float, float]]
+#: share of the torque; no factor of a unit
+PERCENT = "%"
 
 FORCE: Units = {
-    "N": (1.0, 0.0),
-    "kN": (1e3, 0.0),
-    "daN": (10.0, 0.0),
-    "kgf": (9.80665, 0.0),
-    "lbf": (4.4482216152605, 0.0),
+    unit: (factor, 0.0)
+    for unit, factor in {"N": 1.0, "kN": 1e3, "daN": 10.0, "kgf": 9.80665, "lbf": 4.4482216152605}.items()
 }
-SPEED: Units = dict.fromkeys(("r/min", "rpm", "rev/min", "U/min", "1/min", "min-1", "min^-1"), (RPM, 0.0)) | {
+SPEED: Units = dict.fromkeys(("r/min", "rpm", "rev/min", "U/min", "1/min", "min-1"), (RPM, 0.0)) | {
     "rad/s": (1.0, 0.0),
     "deg/s": (math.pi / 180.0, 0.0),
     **dict.fromkeys(("r/s", "rev/s"), (2.0 * math.pi, 0.0)),
 }
-TEMPERATURE: Units = {
-    **dict.fromkeys(("degC", "C", "\u00b0C"), (1.0, CELSIUS)),
-    "K": (1.0, 0.0),
-    **dict.fromkeys(("degF", "\u00b0F"), (5.0 / 9.0, 459.67)),
-}
+KELVIN = {"degC": (1.0, CELSIUS), "C": (1.0, CELSIUS), "K": (1.0, 0.0), "degF": (5.0 / 9.0, 459.67)}
 TORQUE: Units = {
-    **dict.fromkeys(("N.m", "Nm", "N m", "N*m", "N\u00b7m"), (1.0, 0.0)),
-    **dict.fromkeys(("N.cm", "Ncm", "cN.m", "cNm"), (1e-2, 0.0)),
-    **dict.fromkeys(("N.mm", "Nmm", "mN.m", "mNm"), (1e-3, 0.0)),
+    "N.m": (1.0, 0.0),
+    **dict.fromkeys(("N.cm", "cN.m"), (1e-2, 0.0)),
+    **dict.fromkeys(("N.mm", "mN.m"), (1e-3, 0.0)),
     "kgf.cm": (0.0980665, 0.0),
     "lbf.in": (0.1129848290276167, 0.0),
 }
-#: share of the torque; no factor of a unit
-PERCENT = "%"
 
 
 class Quantity(NamedTuple):
@@ -56,39 +50,42 @@ QUANTITIES: dict[str, Quantity] = {
     "preload": Quantity(("preload",), FORCE, True),
     "speed": Quantity(("speed",), SPEED, True),
     "torque": Quantity(("torque", "friction_torque", "measured_torque", "measured"), TORQUE, True),
-    "temperature": Quantity(("temperature", "oil_temperature"), TEMPERATURE),
+    "temperature": Quantity(("temperature", "oil_temperature"), KELVIN),
     "axial_load": Quantity(("axial_load",), FORCE),
     "torque_uncertainty": Quantity(("torque_uncertainty", "uncertainty"), TORQUE | {PERCENT: (1e-2, 0.0)}),
 }
+_KEYS = {name: key for key, quantity in QUANTITIES.items() for name in quantity.names}
 #: columns without a unit
 PLAIN = ("table", "weight", "comment")
 EXAMPLE = "preload [N], speed [r/min], temperature [degC], torque [N.m]"
 
 
 class Column(NamedTuple):
-    """A column that is used: key of QUANTITIES or of PLAIN, spelling in the file, unit as written."""
+    """A column that is used: key of QUANTITIES or of PLAIN, spelling in the file, unit as in QUANTITIES."""
 
     key: str
     heading: str
     unit: str = ""
 
+    @property
+    def numeric(self) -> bool:
+        """Whether its fields are numbers."""
+        return bool(self.unit) or self.key == "weight"
+
     def si(self, value: float) -> float:
         """A value of the column in SI (per cent as a share)."""
-        factor, offset = QUANTITIES[self.key].units[self.unit]
+        factor, offset = QUANTITIES[self.key].units[self.unit] if self.unit else (1.0, 0.0)
         return (value + offset) * factor
+
+
+def _joined(unit: str) -> str:
+    """Unit in brackets, without what may stand between its letters."""
+    return re.sub("[ .*^\u00b7]", "", unit).replace("\u00b0", "deg")
 
 
 def _letters(unit: str) -> str:
     """Unit as written after a name: rad_s, rpm, nm, degc."""
-    return "".join(character for character in unit.lower() if character.isalnum() and character.isascii())
-
-
-def _units_text(key: str) -> str:
-    return ", ".join(unit for unit in QUANTITIES[key].units if unit.isascii())
-
-
-def _key_of(stem: str) -> str | None:
-    return next((key for key, quantity in QUANTITIES.items() if stem in quantity.names), None)
+    return re.sub("[^a-z0-9]", "", unit.lower())
 
 
 def column_of(heading: str) -> Column | None:
@@ -99,37 +96,27 @@ def column_of(heading: str) -> Column | None:
     Example
                  >>> column_of("Speed [1/min]")
                  Column(key='speed', heading='Speed [1/min]', unit='1/min')
-                 >>> column_of("torque_Nm").unit, column_of("operator")
-                 ('N.m', None)
+                 >>> column_of("torque_Nm").unit, column_of("torque [N cm]").unit, column_of("operator")
+                 ('N.m', 'N.cm', None)
     """
     bracket = re.fullmatch(r"(.*?)\s*[\[(]\s*(.*?)\s*[\])]", heading)
-    stem = (bracket[1] if bracket else heading).strip().lower().replace(" ", "_").replace("-", "_")
-    if bracket:
-        key, unit = _key_of(stem), bracket[2]
-        if key is not None:
-            if unit not in QUANTITIES[key].units:
-                raise ValueError(f"column {heading!r}: unit {unit!r}; allowed: {_units_text(key)}")
-            return Column(key, heading, unit)
+    stem = re.sub("[ -]", "_", (bracket[1] if bracket else heading).strip().lower())
     if stem in PLAIN:
         return Column(stem, heading)
-    known = {name: key for key, quantity in QUANTITIES.items() for name in quantity.names}
-    for name in sorted(known, key=len, reverse=True):
-        if stem == name and not bracket:
-            raise ValueError(
-                f"column {heading!r}: unit missing; write {name} [UNIT] with one of {_units_text(known[name])}"
-            )
-        if stem.startswith(f"{name}_") and not bracket:
-            suffix = _letters(stem[len(name) + 1 :])
-            for unit in QUANTITIES[known[name]].units:
-                if suffix and _letters(unit) == suffix:
-                    return Column(known[name], heading, unit)
-            raise ValueError(
-                f"column {heading!r}: unit {stem[len(name) + 1 :]!r}; write {name} [UNIT] with one of "
-                f"{_units_text(known[name])}"
-            )
+    for name in sorted(_KEYS, key=len, reverse=True):
+        if stem != name and (bracket or not stem.startswith(f"{name}_")):
+            continue
+        given = bracket[2] if bracket else stem[len(name) + 1 :]
+        spelled, units = _joined if bracket else _letters, QUANTITIES[_KEYS[name]].units
+        for unit in units:
+            if spelled(given) and spelled(unit) == spelled(given):
+                return Column(_KEYS[name], heading, unit)
+        problem = f"unit {given!r}" if given else "unit missing"
+        remedy = "allowed:" if bracket else f"write {name} [UNIT] with one of"
+        raise ValueError(f"column {heading!r}: {problem}; {remedy} {', '.join(units)}")
     # a misspelt name may be followed by a unit
     short = stem.rsplit("_", 1)[0]
-    names = [*known, *PLAIN]
+    names = [*_KEYS, *PLAIN]
     near = [name for name in names if len(short) > 2 and name.startswith(short)]
     near += difflib.get_close_matches(short, names, n=1, cutoff=0.75)
     if near:
@@ -143,19 +130,17 @@ def columns_of(headings: list[str]) -> tuple[list[Column | None], list[str]]:
     Raises       ValueError: as column_of; a needed column missing, a quantity given twice
     """
     columns = [column_of(heading) for heading in headings]
-    used = [column for column in columns if column is not None]
-    for i, column in enumerate(used):
-        for other in used[:i]:
-            if other.key == column.key:
-                raise ValueError(
-                    f"columns {other.heading!r} and {column.heading!r} both are {column.key}; allowed: one"
-                )
-    keys = {column.key for column in used}
+    first: dict[str, Column] = {}
+    for column in filter(None, columns):
+        if (other := first.setdefault(column.key, column)) is not column:
+            raise ValueError(
+                f"columns {other.heading!r} and {column.heading!r} both are {column.key}; allowed: one"
+            )
     for key, quantity in QUANTITIES.items():
-        if quantity.needed and key not in keys:
+        if quantity.needed and key not in first:
             raise ValueError(
                 f"column {key} missing (found: {', '.join(headings)}); allowed: a line of headings such as {EXAMPLE}"
             )
-    if {"weight", "torque_uncertainty"} <= keys:
+    if {"weight", "torque_uncertainty"} <= first.keys():
         raise ValueError("columns weight and torque_uncertainty; allowed: one of them")
-    return columns, [heading for heading, c in zip(headings, columns, strict=True) if c is None]
+    return columns, [heading for heading, column in zip(headings, columns, strict=True) if column is None]
