@@ -23,8 +23,7 @@ from ballscrew_fmu.native_fmu.experiments import FOLDER, Reference, reference_fi
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
 from ballscrew_fmu.native_fmu.sources import NATIVE_NAME as NATIVE_NAME
 from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
-from ballscrew_fmu.pages.icon import icon_png, icon_svg
-from ballscrew_fmu.pages.native import NOT_VALIDATED, Validation, native_documentation
+from ballscrew_fmu.pages.page import NOT_VALIDATED, Validation, icon, native_documentation
 from ballscrew_fmu.python_fmu.solver_cache import digest
 from ballscrew_tehl import __version__
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -61,11 +60,11 @@ def native_files(
     files = {
         **({} if embed_map else {f"resources/{MAP_FILE}": map_bytes(nut_map)}),
         "terminalsAndIcons/terminalsAndIcons.xml": terminals(model),
-        "terminalsAndIcons/icon.svg": icon_svg(),
-        "terminalsAndIcons/icon.png": icon_png(),
+        "terminalsAndIcons/icon.svg": icon("svg"),
+        "terminalsAndIcons/icon.png": icon("png"),
     }
     if fmi_version == 2:
-        files["model.png"] = icon_png()
+        files["model.png"] = icon("png")
     built_for = f"libraries for {', '.join(platforms)}"
     documentation = native_documentation(header, fmi_version, built_for, validation, model, embed_map)
     files |= {f"documentation/{name}": content for name, content in documentation.items()}

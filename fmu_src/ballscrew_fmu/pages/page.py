@@ -1,102 +1,103 @@
-"""Documentation page of an FMU: its map, its friction parameters, the parts of its model, its variables."""
+"""Documentation inside the FMUs, from the templates of this room: index.html, licences, requirements, icon."""
 
-from collections.abc import Iterable, Mapping, Sequence
+import importlib.resources
+from collections.abc import Callable, Mapping
+from importlib.metadata import distribution
 from typing import Any, NamedTuple
 
-from ballscrew_fmu.variables.friction import Variable
-from ballscrew_tehl.report.page import Html, bullets, element, page, paragraph, section, table
+from jinja2 import ChoiceLoader, PackageLoader
+
+from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.variables.friction import TIME, Variable, band_text, law_name
+from ballscrew_tehl.report.page import TEMPLATES as ELEMENTS
+from ballscrew_tehl.report.page import Html, page, section
 from ballscrew_tehl.report.tables import certificate_table
-from ballscrew_tehl.runtime.packed import map_hash
+from ballscrew_tehl.runtime.constants import DAMPING_TIME, ELASTIC_SHARE, TOO_LARGE
+from ballscrew_tehl.runtime.packed import MECHANISTIC, map_hash
+
+TEMPLATES = ELEMENTS.overlay(
+    loader=ChoiceLoader([PackageLoader("ballscrew_fmu.pages"), PackageLoader("ballscrew_tehl.report")])
+)
+TEMPLATES.globals = ELEMENTS.globals | {
+    "band_text": band_text, "certificate_table": certificate_table, "law_name": law_name, "map_hash": map_hash,
+    "DAMPING_TIME": DAMPING_TIME, "ELASTIC_SHARE": ELASTIC_SHARE, "TOO_LARGE": TOO_LARGE,
+}  # fmt: skip
 
 
-class Part(NamedTuple):
-    """A part of the page: heading and content."""
+class Validation(NamedTuple):
+    """Results of the validation: tables as HTML, plots as PNG by file name."""
 
-    title: str
-    content: Sequence[Html]
-
-
-def part(title: str, *content: str) -> Part:
-    """A part of the page from texts (one paragraph each) and Html."""
-    return Part(title, [entry if isinstance(entry, Html) else paragraph(entry) for entry in content])
+    tables: str = ""
+    plots: Mapping[str, bytes] = {}
 
 
-def documentation_page(
-    name: str,
-    lead: Sequence[Html],
+NOT_VALIDATED = Validation("<p>Not recorded in this build.</p>")
+
+
+def icon(kind: str) -> bytes:
+    """A ball screw with its double nut in section; kind: svg or png."""
+    return (importlib.resources.files(__package__) / "templates" / f"icon.{kind}").read_bytes()
+
+
+def documentation_files(header: Mapping[str, Any], model: FmuModel = FRICTION) -> dict[str, bytes]:
+    """Files of the documentation folder of an FMU for Python hosts, by path."""
+    from ballscrew_tehl.refinement.refine import CAPACITY  # slow to import
+
+    needs = TEMPLATES.get_template("external_dependencies.txt").render(refines=model.refines)
+    licence = distribution("pythonfmu").read_text("licenses/LICENSE")
+    texts = {
+        "index.html": _page(model.name, model, header, model.variables(header), CAPACITY=CAPACITY),
+        "externalDependencies.txt": needs,
+        "licenses/pythonfmu.txt": licence or "MIT licence; https://github.com/NTNU-IHB/PythonFMU\n",
+    }
+    return {name: text.encode() for name, text in texts.items()}
+
+
+def native_documentation(
     header: Mapping[str, Any],
-    parts: Iterable[Part],
-    variables: Sequence[Variable],
-) -> str:
-    """The page of the FMU with this name.
+    fmi_version: int,
+    platforms: str,
+    validation: Validation = NOT_VALIDATED,
+    model: FmuModel = FRICTION,
+    embed_map: bool = False,
+) -> dict[str, bytes]:
+    """Files of the documentation folder of a native FMU, by path.
 
-    Parameters   lead : introduction;  header : of its map;  variables : rows of the last part
+    Parameters   platforms : platforms of the binaries, as text;  embed_map : the map is compiled in
     """
-    shown = (
-        Part("Map", map_provenance(header)),
-        Part("Friction parameters", friction_provenance(header)),
-        *parts,
-        Part("Variables", [_variable_table(variables)]),
-    )
-    sections = []
-    for title, content in shown:
+    variables = (*model.native_variables(header), *((TIME,) if fmi_version == 3 else ()))
+    files = distribution("ballscrew-tehl").files or ()
+    project = next((file.read_text() for file in files if file.name == "LICENSE"), "MIT licence\n")
+    texts = {
+        "index.html": _page(
+            model.native_name, model, header, variables, native=True, fmi_version=fmi_version,
+            platforms=platforms, validation=validation, embed_map=embed_map,
+        ),
+        "licenses/license.txt": TEMPLATES.get_template("license.txt").render(project=project),
+    }  # fmt: skip
+    return {name: text.encode() for name, text in texts.items()} | dict(validation.plots)
+
+
+def _page(
+    name: str, model: FmuModel, header: Mapping[str, Any], variables: tuple[Variable, ...], **about: Any
+) -> str:
+    """The page of a model. Calls of part in its template make the sections, text outside of them the introduction."""
+    sections: list[tuple[str, str, Html]] = []
+
+    def part(title: str, caller: Callable[[], Html]) -> str:
         key = title.lower().replace(" ", "_")
-        sections.append((key, title, section(key, title, *content)))
-    return page(name, lead, sections, element("span", f"map {map_hash(header)}"))
+        sections.append((key, title, section(key, title, caller())))
+        return ""
+
+    intro = TEMPLATES.get_template(f"{model.layer}.html").render(
+        part=part, name=name, header=header, variable_rows=[_row(v) for v in variables],
+        mechanistic=header["law"] == MECHANISTIC, **{"native": False, "fmi_version": 2, **about},
+    )  # fmt: skip
+    return page(name, [Html(intro.strip() + "\n")], sections, Html(f"<span>map {map_hash(header)}</span>"))
 
 
-def map_provenance(header: Mapping[str, Any]) -> list[Html]:
-    """Source, range and certificate of the map."""
-    axes = header["axes"]
-    text = (
-        f"{header['kinematics']} kinematics, film model {header['film_model']}, map {map_hash(header)} "
-        f"of version {header['version']}, parameters {header['parameters_hash']}. "
-        f"Range: force of a nut up to {axes['force'][1]:g} N, speed up to {axes['speed'][1]:g} rad/s, "
-        f"{axes['temperature'][0]:g} to {axes['temperature'][1]:g} K."
-    )
-    return [paragraph(text), certificate_table(header["certificate"])]
-
-
-def friction_provenance(header: Mapping[str, Any]) -> list[Html]:
-    """Start values of the friction parameters with their source, errors and limits."""
-    found, values = header.get("friction"), header["defaults"]
-    if not found:
-        return [paragraph(", ".join(f"{name} = {value:.6g}" for name, value in values.items()))]
-    text = f"{found['set']}, {found['loss'] or 'not fitted'}: {found['provenance']}"
-    content = [paragraph(text)]
-    if other := found.get("carried_over"):
-        content.append(paragraph(f"{other[0].upper()}{other[1:]}."))
-    if found["errors"]:
-        errors = ", ".join(f"{name} {100.0 * value:.2f} %" for name, value in found["errors"].items())
-        content.append(paragraph(f"Relative deviations from the measured torque: {errors}"))
-    content.append(
-        bullets(*(_parameter_text(name, value, found["limits"]) for name, value in values.items()))
-    )
-    if found["not_identified"]:
-        content.append(paragraph("Not identified by the measured torques:"))
-        content.append(bullets(*(f"{name}: {why}" for name, why in found["not_identified"].items())))
-    elif found["not_identified"] is not None:
-        content.append(paragraph("The measured torques identify all parameters."))
-    return content
-
-
-def _parameter_text(name: str, value: float, limits: Mapping[str, Any]) -> str:
-    unit = " m" if name == "roughness_height" else ""
-    text = f"{name} = {value:.6g}{unit}"
-    if name in limits:
-        low, high = limits[name]
-        text += f", 95 % limits {low:.4g} to {'no bound' if high is None else f'{high:.4g}{unit}'}"
-    return text
-
-
-def _variable_table(variables: Sequence[Variable]) -> Html:
-    rows = []
-    for v in variables:
-        unit = "Boolean" if v.unit is None else v.unit
-        if v.display_unit:
-            unit += f" ({v.display_unit})"
-        values = (v.start, v.minimum, v.maximum)
-        numbers = ("" if x is None else str(x).lower() if isinstance(x, bool) else f"{x:g}" for x in values)
-        rows.append((v.name, v.causality, unit, *numbers, v.description))
-    head = ("name", "kind", "unit", "start", "min", "max", "meaning")
-    return table("variable_table", "Names, units (display units) and bounds", head, rows, text=True)
+def _row(v: Variable) -> tuple[str, ...]:
+    unit = "Boolean" if v.unit is None else f"{v.unit} ({v.display_unit})" if v.display_unit else v.unit
+    bounds = (v.start, v.minimum, v.maximum)
+    numbers = ("" if x is None else str(x).lower() if isinstance(x, bool) else f"{x:g}" for x in bounds)
+    return (v.name, v.causality, unit, *numbers, v.description)

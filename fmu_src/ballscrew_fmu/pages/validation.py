@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ballscrew_fmu.pages.native import Validation
+from ballscrew_fmu.pages.page import Validation
 from ballscrew_tehl.calibration.measurements import packaged_measurements
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM

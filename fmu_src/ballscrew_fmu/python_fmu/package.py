@@ -21,7 +21,7 @@ from xml.etree import ElementTree
 from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, write_fmu
 from ballscrew_fmu.description.fmi2 import model_description
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.pages.friction import documentation_files
+from ballscrew_fmu.pages.page import documentation_files
 from ballscrew_fmu.python_fmu.entry_library import TOKEN_FILE, binaries
 from ballscrew_fmu.python_fmu.slave_base import MAP_FILE
 from ballscrew_fmu.python_fmu.solver_cache import SOLVER_FOLDER, digest, solver_name
@@ -179,10 +179,8 @@ def fmu_files(
     files["resources/slavemodule.txt"] = script.encode()
     files[f"resources/{MAP_FILE}"] = nut_map.to_npz()
     files |= binaries(model.name)
-    files |= {
-        f"documentation/{name}": text.encode()
-        for name, text in documentation_files(nut_map.header, model).items()
-    }
+    documentation = documentation_files(nut_map.header, model)
+    files |= {f"documentation/{name}": content for name, content in documentation.items()}
     tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"
     blank = model_description(nut_map.header, "", tool, model)
     guid = str(uuid.uuid5(NAMESPACE, digest({**files, "modelDescription.xml": blank})))

@@ -35,19 +35,9 @@ def paragraph(*content: Any, class_: str = "") -> Html:
     return element("p", *content, **({"class_": class_} if class_ else {}))
 
 
-def bullets(*items: Any) -> Html:
-    """A list."""
-    return element("ul", *(element("li", item) for item in items))
-
-
 def section(name: str, title: str, *content: Html) -> Html:
     """A part of the page."""
     return element("section", element("h2", title), *(part + "\n" for part in content), id=name)
-
-
-def figure(address: str, caption: str, wide: bool = False) -> Html:
-    """An image with its caption, which is also its description."""
-    return _ELEMENTS.figure(address, caption, wide)
 
 
 def table(

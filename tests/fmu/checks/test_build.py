@@ -8,11 +8,11 @@ import subprocess
 import sys
 import zipfile
 from dataclasses import replace
-from html import escape
 
 import pytest
 from fmpy import read_model_description
 from html_page import Page
+from markupsafe import escape
 from paths import ROOT
 
 from ballscrew_fmu import build
@@ -214,7 +214,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(script, tmp_path, capsys, monk
     (tmp_path / "file").write_text("kept")
     wrong = {
         "rolling_frame with set three_parameter; allowed: published": {"kinematics": "rolling_frame"},
-        "fitted with the film hamrock_dowson; expected": {"film_model": "hamrock_dowson"},
+        "needs the film hamrock_dowson": {"film_model": "hamrock_dowson"},
         "net_sliding_coefficient = 1.5; allowed: less than or equal to 1": {"net_sliding_coefficient": 1.5},
         "fitted for the screw another (000000000000)": {"screw": "another", "parameters_hash": "0" * 12},
     }

@@ -1,7 +1,7 @@
 """Small reference results and a validation for the native FMUs of the tests."""
 
 from ballscrew_fmu.native_fmu.experiments import Reference
-from ballscrew_fmu.pages.native import Validation
+from ballscrew_fmu.pages.page import Validation
 
 REFERENCE = Reference(
     1e-3,
