@@ -91,7 +91,7 @@ def test_walls_of_a_contact_have_the_speed_of_their_own_body():
         np.testing.assert_allclose(wall.rough(inside), wall(inside), atol=1e-5 * wall(inside).max())
 
 
-@pytest.mark.parametrize("ratio", [CIRCLE, 0.2, LONG])
+@pytest.mark.parametrize("ratio", [CIRCLE, LONG])
 def test_dry_contact_is_that_of_hertz(ratio):
     """Pressure on the nodes, gap zero under it and positive outside: complementarity and the closed form."""
     geometry = ContactGeometry(GridChoice(-2.0, 1.5, 1.3, 65, 17, 0.2), ratio)
@@ -110,13 +110,6 @@ def test_dry_contact_is_that_of_hertz(ratio):
     # an eighth of the load: half the pressure and half the radius
     light, _ = dry_contact(geometry.grid, geometry.undeformed, geometry.deflection, TARGET_LOAD / 8.0)
     assert light.max() == pytest.approx(0.5, abs=0.06)
-
-
-def test_dry_contact_on_a_grid_too_coarse_for_it_still_carries_the_load():
-    geometry = ContactGeometry(GridChoice(-200.0, 60.0, 90.0, 65, 17, 60.0), 1.0)
-    p, approach = geometry.dry_contact
-    assert np.sum(geometry.weights * p) == pytest.approx(TARGET_LOAD, rel=1e-12)
-    assert np.isfinite(approach)
 
 
 def test_grid_is_finer_where_the_film_forms_and_halves_keep_its_nodes():

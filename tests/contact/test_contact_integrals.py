@@ -10,7 +10,6 @@ from scipy.integrate import dblquad
 from ballscrew_tehl.contact import SolverOptions, reference_oil, solve_moes
 from ballscrew_tehl.contact.integrals import pressure_core, resistance_beyond, resistance_of_cells
 from ballscrew_tehl.physics.lubricant import viscosity
-from ballscrew_tehl.physics.rolling_resistance import biboulet_houpert_point, rolling_power
 
 
 def test_rolling_resistance_of_a_linear_wedge_is_exact():
@@ -57,12 +56,11 @@ def test_far_pressure_of_a_long_ellipse_is_that_of_a_flooded_line_contact():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("M", "radius_ratio"), [(30.0, 0.0353), (1000.0, 0.0353)])
-def test_rolling_loss_does_not_depend_on_the_extent_of_the_domain(M, radius_ratio):
+def test_rolling_loss_does_not_depend_on_the_extent_of_the_domain():
     """Grids of equal spacing: twice the extent adds a fifth to two fifths of the loss on the grid."""
     near, far = (
         solve_moes(
-            M, 10.0, radius_ratio, "barus", SolverOptions(thermal=False, n_x=n_x, extent=extent, density=0.7)
+            30.0, 10.0, 0.0353, "barus", SolverOptions(thermal=False, n_x=n_x, extent=extent, density=0.7)
         ).result
         for n_x, extent in ((97, 1.0), (145, 2.0))
     )
@@ -76,29 +74,6 @@ def test_a_given_meniscus_ends_the_rolling_loss():
     assert given.resistance_beyond == 0.0
     flooded = solved(conditions(srr=0.0), thermal=False)
     assert 0.0 < flooded.resistance_beyond < flooded.rolling_resistance
-
-
-def test_means_lie_between_the_extremes():
-    solution = solved(conditions(srr=1.0))
-    found = solution
-    assert 0.0 < found.temperature_rise_mean < found.temperature_rise_smooth <= solution.temperature_rise
-    assert solution.conditions.temperature < found.mean_temperature < solution.temperature.max()
-    assert found.mean_viscosity > 0.0
-
-
-@pytest.mark.slow
-def test_rolling_loss_of_elastic_contacts_is_near_the_closed_form():
-    """Biboulet & Houpert 2010, where their elastic part prevails, flooded to about -10 b: the loss on the grid.
-
-    0.92 to 1.04 of it found on long ellipses.
-    """
-    for M, ratio in ((1000.0, 0.2), (1000.0, 0.0353), (10000.0, 0.0353)):
-        solution = solve_moes(M, 2.0, ratio, "barus", SolverOptions(thermal=False, n_x=97)).result
-        c = solution.conditions
-        force = biboulet_houpert_point(c.load, c.u_e, c.R_x, c.R_y, c.E_prime, 0.04).force
-        found = solution
-        on_grid = c.u_e * (found.rolling_resistance - found.resistance_beyond)
-        assert abs(on_grid / rolling_power(force, c.u_e) - 1.0) <= 0.08
 
 
 def hertz_pressure(nodes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -119,32 +94,8 @@ def test_core_of_a_hertz_pressure_is_the_ellipse():
     assert core == pytest.approx(math.pi, rel=3e-3)
 
 
-def core_of_the_nodes(pressure: np.ndarray, area: np.ndarray) -> tuple[float, float]:
-    """pressure_core of the pressure as it is."""
-    square, cube = (float(np.sum(area * pressure**power)) for power in (2, 3))
-    largest = 1.25 * cube / square
-    return largest, 2.0 * square / largest**2
-
-
 @pytest.mark.slow
-def test_cores_of_neighbouring_contacts_do_not_scatter():
-    """Where the stress is limited a contact bears 2/3 p_0 A: smooth over the load in spite of the spike."""
-    loads = 60.0 * 1.03 ** np.arange(7)
-    smooth, raw = [], []
-    for load in loads:
-        solution = solve_moes(load, 40.0, 0.06, "roelands").result
-        found, hertz = solution, solution.hertz
-        smooth.append(found.core_pressure * found.core_area)
-        area = solution.grid.weights * float(hertz.a * hertz.b)
-        raw.append(math.prod(core_of_the_nodes(np.maximum(solution.pressure, 0.0), area)))
-    ln = np.log(loads / loads[0])
-    left = [np.std(np.log(v) - np.polyval(np.polyfit(ln, np.log(v), 2), ln)) for v in (smooth, raw)]
-    assert left[0] <= 3e-3
-    assert left[0] <= 0.3 * left[1]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("M", "L"), [(200.0, 20.0), (110.0, 30.0), (110.0, 45.0), (200.0, 65.0)])
+@pytest.mark.parametrize(("M", "L"), [(200.0, 20.0), (110.0, 45.0)])
 def test_core_shears_the_film_as_the_whole_contact_does(M, L):
     """Eyring oil limited at 5 % of the pressure that slips at 3 % of the rolling speed."""
     solution, oil = solve_moes(M, L, 0.06, "roelands").result, reference_oil("roelands")
@@ -159,10 +110,3 @@ def test_core_shears_the_film_as_the_whole_contact_does(M, L):
     rings = (np.arange(400) + 0.5) / 400
     core = force(found.core_area / 400, found.core_pressure * np.sqrt(1.0 - rings), solution.h_c)
     assert core == pytest.approx(whole, rel=0.06)
-
-
-def test_core_of_an_elastic_contact_is_nearly_the_hertz_ellipse():
-    solution = solve_moes(1000.0, 5.0, 0.035, "roelands").result
-    found, hertz = solution, solution.hertz
-    assert found.core_pressure == pytest.approx(float(hertz.p_max), rel=0.03)
-    assert found.core_area == pytest.approx(math.pi * float(hertz.a * hertz.b), rel=0.05)

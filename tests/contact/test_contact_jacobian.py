@@ -137,13 +137,6 @@ def test_jacobian_is_the_derivative_of_residual_and_load(state):
     )
 
 
-def test_held_approach_takes_the_place_of_the_load(state):
-    held, free = (state.linear(free=each).system for each in (False, True))
-    v = np.append(state.random(), 0.3)
-    assert times(held, v)[-1] == 0.3
-    np.testing.assert_array_equal(times(held, v)[:-1], times(free, v)[:-1])
-
-
 def test_preconditioner_inverts_the_jacobian_of_every_line_and_the_load(state):
     """By products with the pressures of one line alone and with the approach.
 
@@ -181,51 +174,6 @@ def test_gmres_solves_the_newton_system(state):
     assert not step.any()
 
 
-def test_a_line_without_an_inverse_is_reported(state):
-    system = state.linear().system
-    for value in (0.0, np.nan):
-        broken = system._replace(c_x=value * system.c_x, c_y=value * system.c_y, wedge=0.0 * system.wedge,
-                                 penalty=0.0 * system.penalty, warm=False)  # fmt: skip
-        factors = linear.LineFactors.empty(*system.gap.shape)
-        assert not linear.factor_lines(broken, factors, carried=False)
-
-
-def test_power_of_the_pressure_flow_and_its_slopes_are_those_of_the_faces(state):
-    """In sum over the nodes the flux times the pressure drop of all faces; push and pull by differences."""
-    geometry, shape = state.geometry, state.p.shape
-    p = np.maximum(
-        geometry.embed(
-            (0.9 / (1.0 + geometry.grid.x**2 + geometry.grid.y[:, None] ** 2))[geometry.grid.inner]
-        ),
-        0,
-    )
-    linearised = _Linearisation(geometry, p, geometry.gap(p, state.h_0), HotFilm(state), 0.7)
-    flow, heat = (
-        film_flow.FilmFlow.empty(*shape, N_Z),
-        transport.HeatTransport.empty(shape[0], geometry.grid.x, N_Z),
-    )
-    kernels.pressure_flow(
-        geometry.mesh, geometry.grid.h_y, p, linearised.system.gap, linearised.ln_phi, linearised.system.dln_phi,
-        linearised.system.g, linearised.faces, geometry.deflection.same_line, 0.1, flow, heat,
-    )  # fmt: skip
-    assert np.isfinite(flow.power).all()
-    # bounded by the power of the conductance alone
-    along = linearised.faces.c_x[:, :, 0] * np.diff(p, axis=1) ** 2
-    most = 0.5 * (along[:, 1:] + along[:, :-1]) / geometry.grid.width_x[1:-1]
-    across = linearised.faces.c_y[:, 1:-1, 0] * np.diff(p, axis=0)[:, 1:-1] ** 2 * geometry.kappa_h
-    bound = most[1:-1] + 0.5 * (across[1:] + across[:-1])
-    assert np.all(flow.power[1:-1, 1:-1] <= bound * (1.0 + 1e-9))
-    # the gradients are no larger than that of the pressure and of its sign
-    slope = np.gradient(p, geometry.grid.x, axis=1)
-    inside = np.abs(flow.gradient_x) > 0.0
-    assert np.all(flow.gradient_x[inside] * slope[inside] >= 0.0)
-    drop = np.diff(p, axis=1)
-    # the part of the power that follows the drops is linear in them
-    part = heat.pull[:, 1:-1, 0] * drop[:, :-1] + heat.pull[:, 1:-1, 1] * drop[:, 1:]
-    rest = flow.power[1:-1, 1:-1] - part[1:-1]
-    np.testing.assert_allclose(rest, 0.5 * (across[1:] + across[:-1]), rtol=1e-6, atol=1e-9 * bound.max())
-
-
 def test_settled_edge_solves_the_complementarity_problem(state):
     """p >= 0, r <= 0, p r = 0 at the nodes behind the contact, at fixed gaps."""
     linearised = state.linear()
@@ -251,7 +199,3 @@ def test_log_mean_and_lifted_gap_join_their_branches():
         lifted, slope = kernels.lifted_gap(h, 0.2)
         assert lifted > 0.0
         assert slope == pytest.approx(lifted / 0.2, rel=1e-12)
-    near, beyond = 1.0, 1.4
-    up, down = (kernels.towards_open_side(2.0, 0.0, 0.0, near + e, beyond) for e in (1e-6, -1e-6))
-    cube, d_near, _ = kernels.towards_open_side(2.0, 0.0, 0.0, near, beyond)
-    assert (up[0] - down[0]) / 2e-6 / cube == pytest.approx(d_near, rel=1e-5)

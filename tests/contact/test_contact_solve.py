@@ -26,7 +26,7 @@ from ballscrew_tehl.contact import (
     solver,
 )
 from ballscrew_tehl.contact.continuation import thermal_reduction_continued
-from ballscrew_tehl.physics.film import film_groups, nijenbanning_venner_moes
+from ballscrew_tehl.physics.film import nijenbanning_venner_moes
 
 COARSE = options()
 
@@ -57,54 +57,23 @@ def test_result_is_complete_and_repeats_to_the_bit():
     assert (cold.temperature, cold.heat_balance, cold.temperature_rise) == (None, None, 0.0)
 
 
-def test_moes_numbers_are_those_of_the_definition():
-    oil = reference_oil("barus")
-    film = solve_moes(200.0, 10.0, 0.2, "barus", SolverOptions(thermal=False, n_x=33, n_y=9))
-    c = film.result.conditions
-    groups = film_groups(c.load, c.u_e, c.R_x, c.E_prime, oil.viscosity, oil.pressure_viscosity)
-    np.testing.assert_allclose(
-        [groups.M, groups.L, film.result.M, film.result.L], [200, 10, 200, 10], rtol=1e-12
-    )
-    assert film.Hc == pytest.approx(film.result.h_c / c.R_x / math.sqrt(2.0 * groups.U), rel=1e-12)
-
-
-def test_finer_tolerance_moves_the_film_by_less_than_the_tolerance():
-    rough, usual, fine = (
-        moes(200.0, 10.0, LONG, "roelands", n_x=65, n_y=9, tolerance=t).Hc for t in (1e-4, 3e-5, 1e-8)
-    )
-    assert rough == pytest.approx(fine, rel=1e-3)
-    assert usual == pytest.approx(fine, rel=1e-5)
-
-
 # --- refusals --------------------------------------------------------------------------------------------------------
 
-GOOD = {
-    "load": 30.0,
-    "R_x": 2e-3,
-    "R_y": 6e-2,
-    "u_1": 1.0,
-    "u_2": 1.0,
-    "temperature": 303.15,
-    "E_prime": 2.2e11,
-}
 UNITS = {"load": "N", "R_x": "m", "R_y": "m", "temperature": "K", "E_prime": "Pa"}
+GOOD = dict(zip(UNITS, (30.0, 2e-3, 6e-2, 303.15, 2.2e11), strict=True)) | {"u_1": 1.0, "u_2": 1.0}
 #: what is changed, beginning of the message
 REFUSED = [
     *(({name: value}, f"{name} = {value} {unit}; needs finite, > 0")
       for name, unit in UNITS.items() for value in (0.0, -1.5, math.nan, math.inf)),
-    *(({"u_1": a, "u_2": b}, f"u_1, u_2 = {a}, {b} m/s; needs finite")
-      for a, b in ((math.nan, 1.0), (1.0, math.inf), (2.0, -2.0), (0.0, 0.0))),
-    *(({name: value}, f"{name} = {value} {UNITS[name]}; allowed: ")
-      for name, value in (("load", 1e300), ("R_y", 1e300), ("E_prime", 1e300), ("temperature", 2000.0))),
+    *(({"u_1": a, "u_2": b}, f"u_1, u_2 = {a}, {b} m/s; needs finite") for a, b in ((math.nan, 1.0), (2.0, -2.0))),
+    *(({name: 1e300}, f"{name} = 1e+300 {UNITS[name]}; allowed: ") for name in ("load", "temperature")),
     ({"u_1": 1e300}, "u_1, u_2 = 1e+300, 1.0 m/s; allowed: up to 10000 m/s"),
-    *(({"load": value}, f"load = {value!r} N; needs a number") for value in ("30", None, True, [30.0, 40.0])),
+    *(({"load": value}, f"load = {value!r} N; needs a number") for value in ("30", True)),
     ({"R_x": 6e-2, "R_y": 2e-3}, "R_x = 0.06 m; needs R_x <= R_y = 0.002 m: x is the rolling direction"),
 ]  # fmt: skip
 BAD_OPTIONS = [
-    ("x_in", math.nan), ("x_in", 2.5), ("x_in", -0.9), ("x_out", 0.5), ("y_max", -1.0), ("y_max", "2"), ("n_x", 3),
-    ("n_x", 10**6), ("n_x", "65"), ("n_x", None), ("n_y", 1), ("n_z", 1), ("n_z", 8.5), ("tolerance", 0.0),
-    ("tolerance", math.nan), ("max_newton", 0), ("extent", 0.0), ("extent", math.nan), ("density", "1"),
-    ("thermal", "no"), ("warm_films", 1.0),
+    ("x_in", math.nan), ("x_in", -0.9), ("x_out", 0.5), ("y_max", "2"), ("n_x", 3), ("n_x", 10**6), ("n_y", 1),
+    ("n_z", 8.5), ("tolerance", 0.0), ("max_newton", 0), ("extent", math.nan), ("thermal", "no"), ("warm_films", 1.0),
 ]  # fmt: skip
 
 
@@ -131,13 +100,6 @@ def test_bad_conditions_and_options_are_refused_in_one_line():
     for oil, solid, name in ((STEEL, STEEL, "oil"), (OIL, OIL, "solid")):
         with pytest.raises(ValueError, match=f"^{name} = .*needs the "):
             solve(conditions(), oil, solid, COARSE)
-
-
-def test_refined_options_multiply_everything():
-    finer = SolverOptions(n_x=97, n_y=17).refined(2.0)
-    assert (finer.n_x, finer.n_y, finer.n_z) == (193, 33, 16)
-    assert (finer.warm_films, finer.extent, finer.density) == (800.0, 2.0, 2.0)
-    assert finer.tolerance == SolverOptions().tolerance / 4.0
 
 
 # --- no convergence --------------------------------------------------------------------------------------------------
@@ -185,11 +147,9 @@ def test_asymptotic_branch_continues_the_resolved_one():
 @pytest.mark.slow
 def test_contacts_that_once_failed_are_solved():
     """A film thicker than the flattening: the load follows from the approach; one that no grid solves."""
-    for M in (0.05, 1.554):
-        result = solve_moes(M, 32.85, 0.03017, "barus").result
-        assert result.converged, result.reason
-        assert result.branch == "resolved"
-        assert result.x.size == SolverOptions().n_x
+    result = solve_moes(0.05, 32.85, 0.03017, "barus", SolverOptions(thermal=False, n_x=97)).result
+    assert result.converged, result.reason
+    assert (result.branch, result.x.size) == ("resolved", 97)
     coarse = SolverOptions(thermal=False, n_x=65)
     high = solve_moes(1.932e6, 2.381, 0.9522, "roelands", coarse).result
     assert high.converged
@@ -235,25 +195,10 @@ def test_extrapolated_thermal_reduction_lies_near_the_solved_one():
     known, half = solved_at(at), solved_at(replace(at, load=0.5 * at.load))
     failed = replace(known, converged=False)
     found = thermal_reduction_continued(failed, [half], lambda c: solved_at(c, thermal=False), solved_at)
-    assert found.converged
-    assert (found.branch, found.reason) == ("asymptotic", "thermal reduction continued from 62.15 N")
-    assert found.conditions == at
-    assert 0.0 < found.h_m < found.h_c
-    names = (
-        "h_c",
-        "temperature_rise",
-        "traction_force",
-        "sliding_heat",
-        "rolling_loss",
-        "traction_force_1",
-        "shear_heat",
-    )
-    for name in names:
+    assert (found.converged, found.branch, found.conditions) == (True, "asymptotic", at)
+    assert found.reason == "thermal reduction continued from 62.15 N"
+    for name in ("h_c", "temperature_rise", "traction_force", "sliding_heat", "rolling_loss", "shear_heat"):
         assert getattr(found, name) == pytest.approx(getattr(known, name), rel=0.13), name
-    # what both walls lose together is the rolling resistance
-    assert found.traction_force_1 + found.traction_force_2 == pytest.approx(
-        -found.rolling_resistance, rel=1e-12
-    )
     rises = [s.mean_temperature - at.temperature for s in (found, known)]
     assert rises[0] == pytest.approx(rises[1], rel=0.13)
 

@@ -1,4 +1,4 @@
-"""Sixty contacts of eleven screws against stored values, and what the result says about its error."""
+"""Thirty-six contacts of eleven screws against stored values, and what the result says about its error."""
 
 import csv
 from dataclasses import replace
@@ -26,12 +26,10 @@ def contact(row):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("part", range(6))
+@pytest.mark.parametrize("part", range(3))
 def test_results_are_those_stored(part):
     """Within a fifth of the error estimate and the tolerance of the iteration, with as many iterations."""
-    rows = ROWS[part::6]
-    assert len(rows) == 10
-    for row in rows:
+    for row in ROWS[part::3]:
         result = solve(*contact(row), SolverOptions(thermal=row["thermal"] == "1", n_x=97))
         stored = {key: float(row[key]) for key in (*WIDER, "mean_temperature", "traction_force")}
         assert result.converged, row["screw"]
@@ -39,10 +37,8 @@ def test_results_are_those_stored(part):
         assert result.error_estimate == pytest.approx(float(row["error_estimate"]), rel=0.1, abs=1e-4)
         tolerance = 0.2 * result.error_estimate + 3e-4
         for key, factor in WIDER.items():
-            assert getattr(result, key) == pytest.approx(stored[key], rel=factor * tolerance, abs=1e-15), (
-                row["screw"],
-                key,
-            )
+            near = pytest.approx(stored[key], rel=factor * tolerance, abs=1e-15)
+            assert getattr(result, key) == near, (row["screw"], key)
         assert result.mean_temperature == pytest.approx(
             stored["mean_temperature"], abs=0.02 * stored["temperature_rise_mean"] + 1e-4
         )
@@ -57,7 +53,7 @@ def test_results_are_those_stored(part):
 def test_error_estimate_covers_the_difference_to_refined_solutions():
     """Nodes, lines, layers and extent times 1.5: as many within their estimate as it promises."""
     covered, estimates = [], []
-    for row in ROWS[4:52:12]:
+    for row in ROWS[4:28:12]:
         at, oil, solid = contact(row)
         options = SolverOptions(n_x=65)
         result, refined = (solve(at, oil, solid, each) for each in (options, options.refined(1.5)))
@@ -69,14 +65,11 @@ def test_error_estimate_covers_the_difference_to_refined_solutions():
 
 @pytest.mark.slow
 def test_reversed_rolling_is_the_mirror_image():
-    for row in ROWS[11::24]:
-        at, oil, solid = contact(row)
-        options = SolverOptions(n_x=65)
-        there, back = (
-            solve(each, oil, solid, options) for each in (at, replace(at, u_1=-at.u_1, u_2=-at.u_2))
-        )
-        assert back.conditions.u_e == -at.u_e
-        for key in ("h_c", "h_m", "p_max", "temperature_rise", "rolling_loss", "sliding_heat", "core_area"):
-            assert getattr(back, key) == pytest.approx(getattr(there, key), rel=1e-9, abs=1e-12), key
-        for key in ("traction_force", "traction_force_1", "traction_force_2"):
-            assert getattr(back, key) == pytest.approx(-getattr(there, key), rel=1e-9), key
+    at, oil, solid = contact(ROWS[11])
+    options = SolverOptions(n_x=65)
+    there, back = (solve(each, oil, solid, options) for each in (at, replace(at, u_1=-at.u_1, u_2=-at.u_2)))
+    assert back.conditions.u_e == -at.u_e
+    for key in ("h_c", "h_m", "p_max", "temperature_rise", "rolling_loss", "sliding_heat", "core_area"):
+        assert getattr(back, key) == pytest.approx(getattr(there, key), rel=1e-9, abs=1e-12), key
+    for key in ("traction_force", "traction_force_1", "traction_force_2"):
+        assert getattr(back, key) == pytest.approx(-getattr(there, key), rel=1e-9), key

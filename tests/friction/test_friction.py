@@ -7,14 +7,6 @@ from scipy.integrate import quad
 from ballscrew_tehl.friction import parts as friction
 
 
-def test_viscous_force_is_couette_shear_over_the_whole_ellipse():
-    a, b, eta, slip, h = 280.5e-6, 32.7e-6, 0.297, 0.0921, 42.9e-9
-    assert friction.viscous_force(a, b, eta, slip, h) == pytest.approx(
-        np.pi * a * b * eta * slip / h, rel=1e-15
-    )
-    assert friction.viscous_force(a, b, eta, -slip, h) > 0.0
-
-
 def test_hysteresis_force_loses_the_stated_share_of_the_elastic_work():
     load, b, r_b = 32.955, 41.23e-6, 2.3815e-3
     assert friction.hysteresis_force(load, b, r_b, 0.01) == pytest.approx(

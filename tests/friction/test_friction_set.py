@@ -15,7 +15,6 @@ from ballscrew_tehl.friction.origin import (
     without_overrides,
 )
 from ballscrew_tehl.friction.sets import (
-    SETS,
     FrictionSet,
     default_friction_set,
     load_friction_sets,
@@ -23,7 +22,6 @@ from ballscrew_tehl.friction.sets import (
 )
 from ballscrew_tehl.parameters.file import changed, graded_oil, load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
-from ballscrew_tehl.parameters.screw import LAW_SETS
 from ballscrew_tehl.runtime.packed import MapError
 
 LAW = load_parameters(PACKAGED_VG100)
@@ -65,23 +63,6 @@ def test_a_set_is_the_same_after_writing_and_reading(tmp_path):
     assert "roughness_height_m = 2.5e-08" in text
     write_friction_sets(path, dict(reversed(sets.items())), "first line\nsecond line")
     assert path.read_text() == text
-
-
-def test_packaged_sets_are_complete():
-    sets = load_friction_sets()
-    assert set(sets) == {(kinematics, name) for kinematics, names in LAW_SETS.items() for name in names}
-    for (_, name), entry in sets.items():
-        assert set(entry.intervals) == set(SETS[name])
-        assert len(entry.correlations) == {"mechanistic": 0, "two_parameter": 1, "three_parameter": 3}[name]
-        assert set(entry.leave_one_table_out) == {"table2", "table4"}
-        assert {"mean", "table2", "table4", "leave_one_out_mean", "leave_one_out_max"} <= set(entry.errors)
-        assert "Tables 2 and 4, 11 distinct points" in entry.provenance
-        assert entry.loss
-        assert (entry.roughness_height > 0.0) == (name == "three_parameter")
-    # mean deviations of the paper's own model
-    errors = sets["published", "three_parameter"].errors
-    assert errors["table2"] <= 0.0159
-    assert errors["table4"] <= 0.0117
 
 
 def test_overrides_belong_to_the_set_of_the_file_and_drop_the_data_of_the_fit():

@@ -15,7 +15,6 @@ THICKEST = 5e-6
 MAP_ERROR = 5e-3
 
 
-@pytest.fixture(scope="module")
 def flooded():
     """State over 7 preloads, 13 speeds and 6 temperatures; sums the flooded law anew, some ten seconds."""
     parameters = changed(SCREW, friction={"replenishment_constant": 0.0})
@@ -30,11 +29,12 @@ def flooded():
 
 
 @pytest.mark.slow
-def test_in_a_full_flooded_film_torque_falls_with_temperature_and_rises_with_speed(flooded):
-    assert np.all(flooded.in_range)
-    full = (flooded.lambda_ratio > 3.0) & (flooded.film_thickness_central_nut < THICKEST)
+def test_in_a_full_flooded_film_torque_falls_with_temperature_and_rises_with_speed():
+    state = flooded()
+    assert np.all(state.in_range)
+    full = (state.lambda_ratio > 3.0) & (state.film_thickness_central_nut < THICKEST)
     assert full.sum() >= 40
-    torque = flooded.friction_torque
+    torque = state.friction_torque
     over_temperature = np.diff(torque, axis=2) / torque[:, :, 1:]
     assert np.max(over_temperature[full[:, :, 1:] & full[:, :, :-1]]) <= MAP_ERROR
     over_speed = np.diff(torque, axis=1) / torque[:, 1:]

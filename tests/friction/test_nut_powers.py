@@ -117,17 +117,6 @@ def test_supply_only_takes_from_the_rolling_part():
         assert getattr(starved, part) == getattr(flooded, part)
 
 
-def test_grid_of_speeds_and_temperatures_is_that_of_the_points():
-    contacts = ClosedContacts()
-    speeds, temperatures = np.array([[10.0], [60.0]]), np.array([293.0, 313.0, 333.0])
-    grid = nut_powers(VG100, loads_at(2000.0), speeds, temperatures, contacts)
-    for i, speed in enumerate(speeds[:, 0]):
-        for j, temperature in enumerate(temperatures):
-            point = nut_powers(VG100, loads_at(2000.0), float(speed), float(temperature), contacts)
-            found = [np.broadcast_to(part, (2, 3))[i, j] for part in grid]
-            np.testing.assert_allclose(found, point, rtol=1e-12)
-
-
 def test_bad_input_is_refused():
     for loads, speed, message in [
         ([-1.0], 10.0, "load of a ball"),

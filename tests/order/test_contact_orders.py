@@ -90,13 +90,7 @@ def test_reynolds_residual_of_a_manufactured_solution_is_of_second_order():
     assert errors[-1] <= 2e-3
 
 
-#: (M, L, ratio, law), grids, n of the order: n_x or n_y where only that is refined
-REFINEMENTS = {
-    "circle along": ((200.0, 10.0, CIRCLE, "roelands"), [(65, 17), (129, 17), (257, 17)], 0),
-    "circle across": ((20.0, 5.0, CIRCLE, "roelands"), [(65, 9), (65, 17), (65, 33)], 1),
-    "long ellipse along": ((1000.0, 10.0, LONG, "roelands"), [(65, 9), (129, 9), (257, 9)], 0),
-}
-#: the same with both refined alike; 33 nodes are enough for a thick film only
+#: (M, L, ratio, law), grids; 33 nodes are enough for a thick film only
 HALVINGS = {
     "circle": ((20.0, 5.0, CIRCLE, "roelands"), [(33, 9), (65, 17), (129, 33)]),
     "long ellipse": ((1000.0, 10.0, LONG, "roelands"), [(65, 9), (129, 17), (257, 33)]),
@@ -112,39 +106,21 @@ def family(case, grids):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("case", "grids", "which"), REFINEMENTS.values(), ids=REFINEMENTS)
-def test_central_film_is_of_second_order_in_each_direction(case, grids, which):
-    films = [s.grid_film for s in family(case, grids)]
-    steps = np.diff(films)
-    assert np.all(steps > 0.0) or np.all(steps < 0.0)
-    # 1.95 to 2.01 found
-    assert 1.8 < fitted_order([grid[which] - 1 for grid in grids[1:]], steps) < 2.2
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("case", "grids"), HALVINGS.values(), ids=HALVINGS)
 def test_central_film_is_of_second_order(case, grids):
-    steps = np.diff([s.grid_film for s in family(case, grids)])
+    """And the extrapolated one is closer by far, within its estimate."""
+    solutions = family(case, grids)
+    films = [s.grid_film for s in solutions]
+    steps = np.diff(films)
     assert np.all(steps > 0.0) or np.all(steps < 0.0)
     # 1.80 to 1.99 found
     assert 1.75 < fitted_order([n_x - 1 for n_x, _ in grids[1:]], steps) < 2.25
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("case", "grids"), HALVINGS.values(), ids=HALVINGS)
-def test_extrapolated_film_is_closer_and_its_estimate_covers_the_error(case, grids):
-    solutions = family(case, grids)
-    films = [s.grid_film for s in solutions]
-    exact = films[-1] + (films[-1] - films[-2]) / 3.0
-    middle = solutions[1]
+    exact, middle = films[-1] + (films[-1] - films[-2]) / 3.0, solutions[1]
     plain, reported = films[1] / exact - 1.0, middle.h_c / exact - 1.0
     assert abs(plain) > 2e-3
-    # an eighth at most found
-    assert abs(reported) <= 0.25 * abs(plain)
-    # covers the remaining error, and is a quarter of the error of the film of the grid: not an empty bound
-    assert abs(reported) < middle.error_estimate
+    assert abs(reported) <= min(0.25 * abs(plain), middle.error_estimate)
+    # a quarter of the error of the film of the grid: not an empty bound
     assert 0.8 < middle.error_estimate / (0.25 * abs(plain)) < 1.25
-    assert solutions[2].error_estimate < 0.35 * middle.error_estimate
 
 
 def test_extrapolation_is_a_third_of_the_change_from_half_the_nodes():
@@ -162,13 +138,6 @@ def test_extrapolation_is_a_third_of_the_change_from_half_the_nodes():
     assert fine.error_estimate == pytest.approx(0.25 * abs(central) + 1e-5, rel=1e-12)
     assert fine.h_c == pytest.approx(fine.grid_film * (1.0 + central), rel=1e-12)
     assert fine.h_m == pytest.approx(fine.film.min() * (1.0 + least), rel=0.02)
-
-
-def test_without_a_coarse_grid_there_is_no_extrapolation():
-    solution = moes(20.0, 5.0, CIRCLE, "roelands", n_x=33, n_y=9, tolerance=1e-6).result
-    assert np.isnan(solution.extrapolation).all()
-    assert np.isnan(solution.error_estimate)
-    assert solution.h_c == pytest.approx(solution.grid_film, rel=1e-12)
 
 
 @pytest.mark.slow

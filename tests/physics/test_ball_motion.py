@@ -7,7 +7,8 @@ import pytest
 
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_parameters
 from ballscrew_tehl.physics.ball_motion import contact_motion
-from ballscrew_tehl.physics.kinematics import cage_speed, entrainment_speed, slip_field
+from ballscrew_tehl.physics.hertz import ellipse, reduced_radii
+from ballscrew_tehl.physics.kinematics import cage_speed, entrainment_speed
 
 ROLLING = changed(load_parameters(), friction={"kinematics": "rolling_frame"})
 SCREW = ROLLING.screw
@@ -31,16 +32,16 @@ def test_without_lead_a_rolling_ball_has_no_slip_and_the_spin_of_the_split():
         motion = contact_motion(flat, beta)
         found = motion.matrix @ rolling_motion(flat, beta, split) + motion.offset
         assert np.max(np.abs(found[:, :2])) <= 1e-12 * SCREW.nominal_radius
-        fields = [
-            slip_field(changed(ROLLING, friction={"spin_split": split}), raceway, 1.0, beta)
-            for raceway in motion.raceways
-        ]
-        # slip_field speaks of ball against raceway on the flank where y leads away from the axis
-        spins = np.array([float(field.spin_1 - field.spin_2) for field in fields])
-        assert np.max(np.abs(np.abs(found[:, 2]) - np.abs(spins))) <= 1e-9
-        assert abs(abs(found[0, 2]) + abs(found[1, 2]) - math.sin(beta)) <= 1e-9
-        slip = [float(field.differential_1 - field.differential_2) for field in fields]
-        assert motion.differential == pytest.approx(slip, rel=1e-9)
+        spins = np.array([split, 1.0 - split]) * math.sin(beta)
+        assert np.max(np.abs(np.abs(found[:, 2]) - spins)) <= 1e-9
+
+
+def test_differential_slip_is_the_parabola_worked_by_hand():
+    """At the edge of the ellipse over u_e, 1000 N on 86 balls: u_e a^2/(2 R_c R_x)."""
+    motion, u_e = contact_motion(SCREW, SCREW.contact_angle), float(entrainment_speed(SCREW, 1.0))
+    for raceway, slip, expected in zip(motion.raceways, motion.differential, (0.00743, 0.00611), strict=True):
+        a = ellipse(16.48, *reduced_radii(SCREW, SCREW.contact_angle, raceway), 225.27e9).a
+        assert slip * a**2 / u_e == pytest.approx(expected, abs=0.5e-5)
 
 
 def test_helix_leaves_a_slip_across_rolling_that_no_motion_removes():

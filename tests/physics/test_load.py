@@ -77,7 +77,7 @@ def test_the_solved_chain_obeys_the_recurrence():
 def test_the_relieved_nut_separates_at_the_separation_load():
     for angle in [BETA, None]:
         for sign in [1, -1]:
-            for preload in [1.0, 100.0, 2000.0, 12000.0]:
+            for preload in [1.0, 12000.0]:
                 limit = separation_load(SCREW, preload, 86, sign, angle)
                 just_before = double_nut_loads(SCREW, preload, 0.999 * sign * limit, 86, angle)
                 just_after = double_nut_loads(SCREW, preload, 1.001 * sign * limit, 86, angle)
@@ -88,7 +88,7 @@ def test_the_relieved_nut_separates_at_the_separation_load():
 
 @pytest.mark.parametrize("angle", [BETA, None])
 @given(preload=st.floats(1.0, 12000.0), share=st.floats(-5.0, 5.0))
-@settings(deadline=None, max_examples=80)
+@settings(deadline=None, max_examples=30)
 def test_double_nut_balances_and_keeps_the_gap(angle, preload, share):
     load = share * preload
     state = double_nut_loads(SCREW, preload, load, 86, angle)
@@ -117,14 +117,13 @@ def test_gap_equation_from_the_loads():
 
 
 def test_bad_forces():
-    for bad in [-1.0, math.nan, math.inf]:
-        with pytest.raises(ValueError, match="preload = "):
-            double_nut_loads(SCREW, bad, 0.0, 86)
-        with pytest.raises(ValueError, match="preload = "):
-            separation_load(SCREW, bad, 86)
-        with pytest.raises(ValueError, match="force = "):
-            nut_loads(SCREW, bad, 86)
-        with pytest.raises(ValueError, match="force = "):
-            loaded_contact_angle(SCREW, bad, 86)
-        with pytest.raises(ValueError, match="ball_load = "):
-            contact_angle_at_ball_load(SCREW, bad)
+    for bad in (-1.0, math.nan, math.inf):
+        for function, name in (
+            (lambda f: double_nut_loads(SCREW, f, 0.0, 86), "preload"),
+            (lambda f: separation_load(SCREW, f, 86), "preload"),
+            (lambda f: nut_loads(SCREW, f, 86), "force"),
+            (lambda f: loaded_contact_angle(SCREW, f, 86), "force"),
+            (lambda f: contact_angle_at_ball_load(SCREW, f), "ball_load"),
+        ):
+            with pytest.raises(ValueError, match=f"{name} = "):
+                function(bad)

@@ -12,7 +12,6 @@ from ballscrew_tehl.physics.rolling_resistance import (
     houpert_point,
     inlet_heating_factor,
     replenishment_factor,
-    rolling_power,
     starvation_factor,
 )
 
@@ -53,10 +52,6 @@ def test_second_print_of_the_point():
             ours = force.rigid_isoviscous, force.elastic, force.M, force.force
             # their fit of the ellipse by a power of k
             assert np.max(np.abs(np.divide(ours, printed) - 1.0)) <= 0.025
-
-
-def test_power():
-    assert np.max(np.abs(rolling_power(np.array([0.0, 0.1]), 0.5) - np.array([0.0, 0.1]))) <= 1e-16
 
 
 def test_replenishment_falls_with_speed_and_viscosity_and_is_one_when_flooded():

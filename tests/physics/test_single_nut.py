@@ -19,12 +19,11 @@ from ballscrew_tehl.physics.ball_law import (
     flank_law,
 )
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
-from ballscrew_tehl.physics.kinematics import cage_speed, entrainment_speed, slip_field
+from ballscrew_tehl.physics.kinematics import cage_speed, entrainment_speed, four_point_spin_share
 from ballscrew_tehl.physics.load import double_nut_loads, nut_loads, separation_load
 
 FOUR = changed(GD4008, screw={"preload_kind": "single_nut_oversize_ball"})
 OFFSET = changed(GD4008, screw={"preload_kind": "single_nut_offset"})
-ROLLING = {"friction": {"kinematics": "rolling_frame"}}
 SCREW, BETA = FOUR.screw, FOUR.screw.contact_angle
 SB = math.sin(BETA) * math.cos(SCREW.lead_angle)
 FRICTION = FrictionSet("test", "published", "hamrock_dowson", 7.0, 0.005, 3e-8)
@@ -81,7 +80,7 @@ def test_under_preload_every_ball_carries_alike_on_four_flanks():
 
 @pytest.mark.parametrize("angle", [BETA, None])
 @given(preload=st.floats(1.0, 12000.0), share=st.floats(-5.0, 5.0))
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=20)
 def test_balance_of_both_sets_of_flanks(angle, preload, share):
     load = share * preload
     state = double_nut_loads(SCREW, preload, load, 86, angle)
@@ -123,26 +122,20 @@ def test_spin_of_a_ball_that_rolls_on_four_flanks():
     # the same turning rate rolls on the nut as well: no contact slides in its middle
     assert ball == pytest.approx(cage * (r_m + r_b * math.cos(BETA)) / (r_b * math.cos(BETA)), rel=1e-12)
     assert ball * r_b * math.cos(BETA) == pytest.approx(entrainment_speed(SCREW, w), rel=1e-12)
-    spins = {}
-    for raceway in ("screw", "nut"):
-        field = slip_field(changed(FOUR, **ROLLING), raceway, w, BETA)
-        spins[raceway] = float(field.spin_2 - field.spin_1)
-    assert spins["screw"] == pytest.approx((ball + w - cage) * math.sin(BETA), rel=1e-12)
-    assert spins["nut"] == pytest.approx(-(ball - cage) * math.sin(BETA), rel=1e-12)
-    assert spins["screw"] + spins["nut"] == pytest.approx(w * math.sin(BETA), rel=1e-12)
-    # more than ten times the spin of a ball on two flanks
-    two = slip_field(changed(GD4008, **ROLLING), "screw", w, BETA)
-    assert spins["screw"] > 10.0 * float(two.spin_2 - two.spin_1)
+    share = float(four_point_spin_share(SCREW, BETA))
+    assert share * w == pytest.approx(ball + w - cage, rel=1e-12)
+    assert (1.0 - share) * w == pytest.approx(-(ball - cage), rel=1e-12)
+    assert share == pytest.approx(6.44, abs=0.005)
 
 
 def test_bound_of_the_spin_is_power_over_speed():
     Q = 1000.0 / (86 * SB)
     power = 0.0
-    for raceway in ("screw", "nut"):
+    share = float(four_point_spin_share(SCREW, BETA))
+    for raceway, spin in (("screw", share), ("nut", share - 1.0)):
         contact = ellipse(Q, *reduced_radii(SCREW, BETA, raceway), E_prime(SCREW))
-        field = slip_field(changed(FOUR, **ROLLING), raceway, 30.0, BETA)
         moment = float(spin_moment(Q, contact.a, contact.b, 0.05))
-        power += 2 * 86 * moment * abs(float(field.spin_2 - field.spin_1))
+        power += 2 * 86 * moment * spin * 30.0 * math.sin(BETA)
     assert four_point_spin_bound(FOUR, 1000.0, 0.0, 0.05) == pytest.approx(power / 30.0, rel=1e-9)
     assert four_point_spin_bound(GD4008, 1000.0) == four_point_spin_bound(OFFSET, 1000.0) == 0.0
     # no preload, or so much axial load that every ball rolls on two flanks

@@ -2,11 +2,18 @@
 
 import numpy as np
 
-from ballscrew_tehl.physics.film import film_groups, hamrock_dowson
+from ballscrew_tehl.physics.film import FilmGroups, film_groups
 from ballscrew_tehl.physics.hertz import E_prime, reduced_radii
 from ballscrew_tehl.physics.kinematics import surface_speeds
 from ballscrew_tehl.physics.load import contact_angle_at_ball_load
 from ballscrew_tehl.physics.lubricant import eta0, pressure_viscosity
+
+
+def hamrock_dowson(groups: FilmGroups, radius_ratio):
+    """H_c = h/R_x; J Lubr Technol 99 (1977) 264, k = 1.0339 (R_y/R_x)^0.636."""
+    k = 1.0339 * np.asarray(radius_ratio) ** -0.636
+    U, W, G = groups.U, groups.W, groups.G
+    return 2.69 * U**0.67 * G**0.53 * W**-0.067 * (1.0 - 0.61 * np.exp(-0.73 * k))
 
 
 class HamrockDowsonFilm:
@@ -26,4 +33,4 @@ class HamrockDowsonFilm:
         groups = film_groups(
             load, u_e, R_x, E_prime(screw), eta0(oil, temperature), oil.pressure_viscosity * warm
         )
-        return np.asarray(R_x * hamrock_dowson(groups.U, groups.W, groups.G, R_x / R_y)[0])
+        return np.asarray(R_x * hamrock_dowson(groups, R_x / R_y))

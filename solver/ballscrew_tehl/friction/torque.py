@@ -13,7 +13,7 @@ import numpy as np
 
 from ..parameters.file import FOUR_POINT, Parameters
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ..physics.kinematics import spin_share, surface_speeds
+from ..physics.kinematics import four_point_spin_share, surface_speeds
 from ..physics.load import contact_angle_at_ball_load, double_nut_loads, nut_loads
 from ..physics.lubricant import eta0
 from .parts import hysteresis_force, roughness_share, sliding_force, spin_moment, viscous_force
@@ -191,8 +191,8 @@ def four_point_spin_bound(
     Raises       ValueError: not finite, negative preload
     Validity     dry or boundary friction over the whole ellipse; a film shears with less
     Source       a ball that four flanks hold cannot roll on all of them. Between Coulomb contacts it moves so that the
-                 least power is lost; the motion that slides in the middle of no contact (spin_share) is one that it
-                 can choose, so the power of its spins, 3/8 mu Q a E(e) each (Harris), is a bound for every axial load
+                 least power is lost; the motion of four_point_spin_share is one that it can choose, so the power of its
+                 spins, 3/8 mu Q a E(e) each (Harris), is a bound for every axial load
     """
     screw = parameters.screw
     if screw.preload_kind != FOUR_POINT:
@@ -200,7 +200,7 @@ def four_point_spin_bound(
     mu = parameters.friction.sliding_coefficient if coefficient is None else coefficient
     both = double_nut_loads(screw, preload, axial_load, screw.ball_count)
     beta = screw.contact_angle
-    share = float(spin_share(parameters, beta))
+    share = float(four_point_spin_share(screw, beta))
     held = (both.Q_a > 0.0) & (both.Q_b > 0.0)
     torque = 0.0
     for raceway, part in zip(RACEWAYS, (share, 1.0 - share), strict=True):

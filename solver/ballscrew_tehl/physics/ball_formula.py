@@ -1,4 +1,4 @@
-"""Closed film formula and Moes load of the contacts of one ball at operating points of the screw, without a solve."""
+"""Closed film formula of the contacts of one ball at operating points of the screw, without a solve."""
 
 from __future__ import annotations
 
@@ -31,11 +31,6 @@ def moes_groups_of(parameters: Parameters, raceway: str, load: Array, speed: Any
 LEAST_ROLLING = 0.1
 #: film over the ball radius at which that floor is reached
 THICKEST_FILM = 0.1
-
-
-def moes_load(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
-    """Moes load M of a ball; load, speed and temperature broadcast."""
-    return np.asarray(moes_groups_of(parameters, raceway, load, speed, temperature)[0].M)
 
 
 def drawn_ellipse(parameters: Parameters, raceway: str, load: Array) -> HertzContact:

@@ -48,7 +48,7 @@ def contact_motion(screw: ScrewParameters, contact_angle: float | Sequence[float
     Validity     contact points in the normal plane of the helix of the ball centre. Between two flanks a rolling ball
                  is left with the slip r_b w sin(lambda) across rolling, shared by both contacts, and the spin
                  w sin(beta)
-    Source       derived (test: zero lead against kinematics.slip_field). Raceway of a screw motion: (W r_m/cos(lambda))
+    Source       derived. Raceway of a screw motion: (W r_m/cos(lambda))
                  e_t + W e_z x d at d from the ball centre, e_z = sin(lambda) e_t + cos(lambda) e_b
     """
     if isinstance(contact_angle, (float, int)):

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..parameters.file import LubricantParameters
-from .bounds import needs_positive
+from .bounds import needs, needs_not_negative, needs_positive
 from .lubricant import eta0, pressure_viscosity, relative_density, temperature_slope
 
 
@@ -22,13 +22,6 @@ class FilmGroups(NamedTuple):
     G: Any
     M: Any
     L: Any
-
-
-def _needs_ratio(radius_ratio: Any) -> None:
-    if not np.all((np.asarray(radius_ratio) > 0.0) & (np.asarray(radius_ratio) <= 1.0)):
-        raise ValueError(
-            f"radius_ratio = {radius_ratio}; needs 0 < R_x/R_y <= 1: rolling is along the short axis"
-        )
 
 
 def film_groups(load: Any, u_e: Any, R_x: Any, E_prime: Any, eta0: Any, alpha_pv: Any) -> FilmGroups:
@@ -69,8 +62,13 @@ def nijenbanning_venner_moes(M: Any, L: Any, radius_ratio: Any) -> Any:
         4.38
     """
     needs_positive(M=M, L=L)
-    _needs_ratio(radius_ratio)
     lam = np.asarray(radius_ratio, dtype=float)
+    needs(
+        (lam > 0.0) & (lam <= 1.0),
+        "radius_ratio",
+        radius_ratio,
+        "0 < R_x/R_y <= 1: rolling is along the short axis",
+    )
     shape = 1.0 + 0.006 * np.log(lam) + 0.63 * lam ** (4.0 / 7.0)
     H_RI = 145.0 * (1.0 + 0.796 * lam ** (14.0 / 15.0)) ** (-15.0 / 7.0) / (lam * np.asarray(M) ** 2)
     H_RP = 1.29 * (1.0 + 0.691 * lam) ** (-2.0 / 3.0) * np.asarray(L) ** (2.0 / 3.0)
@@ -106,24 +104,6 @@ def central_film_estimate(
     return compressible_film(lub, H_c * R_x * np.sqrt(2.0 * groups.U), p_max)
 
 
-def hamrock_dowson(U: Any, W: Any, G: Any, radius_ratio: Any) -> tuple[Any, Any]:
-    """Central and minimum film of an elliptical contact.
-
-    Parameters   U, W, G : float or array, > 0;  radius_ratio : R_x/R_y, 0 < ratio <= 1
-    Returns      H_c, H_m = h/R_x, broadcast
-    Raises       ValueError: not finite, not positive, ratio above 1
-    Validity     isothermal, flooded, piezoviscous-elastic, fitted for 1 <= k <= 8; against compressible
-                 solutions H_c +5 to +15 % for M <= 1000, up to +25 % at 3e4; H_m -7 to +93 %: no benchmark
-    Source       Hamrock & Dowson, J Lubr Technol 99 (1977) 264; k = 1.0339 (R_y/R_x)^0.636
-    """
-    needs_positive(U=U, W=W, G=G)
-    _needs_ratio(radius_ratio)
-    k = 1.0339 * np.asarray(radius_ratio) ** -0.636
-    H_c = 2.69 * U**0.67 * G**0.53 * W**-0.067 * (1.0 - 0.61 * np.exp(-0.73 * k))
-    H_m = 3.63 * U**0.68 * G**0.49 * W**-0.073 * (1.0 - np.exp(-0.68 * k))
-    return H_c, H_m
-
-
 def thermal_load_parameter(lub: LubricantParameters, u_e: Any, temperature: Any) -> Any:
     """N = eta0 beta u_e^2/k_oil of the thermal factors, beta = -d ln(eta0)/dT.
 
@@ -135,12 +115,6 @@ def thermal_load_parameter(lub: LubricantParameters, u_e: Any, temperature: Any)
     return -eta0(lub, temperature) * slope * np.asarray(u_e) ** 2 / lub.thermal_conductivity
 
 
-def _needs_not_negative(**values: Any) -> None:
-    for name, value in values.items():
-        if not np.all((np.asarray(value) >= 0.0) & np.isfinite(value)):
-            raise ValueError(f"{name} = {value}; needs finite, >= 0")
-
-
 def wilson_sheu(N: Any, srr: Any) -> Any:
     """Thermal reduction of the film with sliding: 1/(1 + 0.241 (1 + 14.8 Z^0.83) N^0.64), Z = |srr|/2.
 
@@ -149,5 +123,5 @@ def wilson_sheu(N: Any, srr: Any) -> Any:
     Raises       ValueError: N negative or not finite
     Source       Wilson & Sheu, J Lubr Technol 105 (1983) 187, Z = |u_1-u_2|/(u_1+u_2)
     """
-    _needs_not_negative(N=N, slide=np.abs(srr))
+    needs_not_negative(N=N, slide=np.abs(srr))
     return 1.0 / (1.0 + 0.241 * (1.0 + 14.8 * (0.5 * np.abs(srr)) ** 0.83) * np.asarray(N) ** 0.64)
