@@ -1,29 +1,13 @@
-"""Checks of an FMU that fmpy and the schemas do not make: consistency with itself, its libraries and physics.
-
-findings(files) reads the members only; capability_findings(folder) calls the library of this machine.
-"""
+"""Checks of an FMU that fmpy and the schemas do not make: its members against each other, units, machines."""
 
 import ctypes
 import io
 import re
 import struct
-from contextlib import contextmanager
 from pathlib import Path
 from xml.etree import ElementTree
 
 import fmpy
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import (
-    FMU2Model,
-    FMU2Slave,
-    calloc,
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-    free,
-)
-from fmpy.fmi3 import FMU3Model, FMU3Slave
 from lxml import etree
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema"
@@ -47,19 +31,7 @@ MACHINES = {
     "darwin64": ("mach", (0x01000007, 0x0100000C)), "x86_64-darwin": ("mach", (0x01000007,)),
     "aarch64-darwin": ("mach", (0x0100000C,)),
 }  # fmt: skip
-# flags that no call can test, as in the C code
-DECLARED = {
-    "needsExecutionTool": False, "canRunAsynchronuously": False, "completedIntegratorStepNotNeeded": True,
-    "needsCompletedIntegratorStep": False, "providesEvaluateDiscreteStates": False,
-    "providesPerElementDependencies": False,
-}  # fmt: skip
 FMI_HEADER = re.compile(r"fmi[23](Functions|FunctionTypes|TypesPlatform|PlatformTypes)\.h")
-
-
-def schema_errors(content: bytes, schema: str) -> list[str]:
-    """Findings of a schema of fmpy, as 'fmi3/fmi3TerminalsAndIcons.xsd'."""
-    validator = etree.XMLSchema(file=str(SCHEMAS / schema))
-    return [] if validator.validate(etree.fromstring(content)) else [str(e) for e in validator.error_log]
 
 
 def variables_of(root):
@@ -75,7 +47,7 @@ def findings(files: dict[str, bytes]) -> list[str]:
     root = ElementTree.parse(io.BytesIO(files["modelDescription.xml"])).getroot()
     version = int(root.get("fmiVersion")[0])
     return [
-        *_schemas(files, version),
+        *_schemas(files),
         *unit_findings(root),
         *_identity(root, files, version),
         *_libraries(root, files),
@@ -84,12 +56,15 @@ def findings(files: dict[str, bytes]) -> list[str]:
     ]
 
 
-def _schemas(files, version):
-    found = schema_errors(files["modelDescription.xml"], f"fmi{version}/fmi{version}ModelDescription.xsd")
-    found += schema_errors(files["sources/buildDescription.xml"], "fmi3/fmi3BuildDescription.xsd")
-    return found + schema_errors(
-        files["terminalsAndIcons/terminalsAndIcons.xml"], "fmi3/fmi3TerminalsAndIcons.xsd"
-    )
+def _schemas(files):
+    """Errors of what fmpy does not validate."""
+    found = []
+    for name in ("sources/buildDescription", "terminalsAndIcons/terminalsAndIcons"):
+        kind = name.partition("/")[2]
+        schema = etree.XMLSchema(file=str(SCHEMAS / f"fmi3/fmi3{kind[0].upper()}{kind[1:]}.xsd"))
+        if not schema.validate(etree.fromstring(files[f"{name}.xml"])):
+            found += map(str, schema.error_log)
+    return found
 
 
 def unit_findings(root):
@@ -211,184 +186,6 @@ def _other_members(root, files):
     return found + [place for place in places if place not in files]
 
 
-def capability_findings(folder: Path | str) -> list[str]:
-    """Flags of an unpacked FMU that its library contradicts."""
-    description = fmpy.read_model_description(str(folder))
-    root = ElementTree.parse(Path(folder) / "modelDescription.xml").getroot()
-    version = int(description.fmiVersion[0])
-    found = []
-    for interface in ("ModelExchange", "CoSimulation"):
-        flags = dict(root.find(interface).attrib)
-        actual = {**DECLARED, **_probe(folder, description, version, interface)}
-        for flag, claimed in flags.items():
-            if flag == "modelIdentifier":
-                continue
-            value = {"true": True, "false": False}.get(claimed, claimed)
-            if flag not in actual or value != actual[flag]:
-                found.append(f"{interface}: {flag} = {claimed}; the library has {actual.get(flag)}")
-    return found
-
-
-class _Instance:
-    """One instance of either version and interface, initialized."""
-
-    def __init__(self, folder, description, version, interface, **options):
-        kinds = {
-            (2, "CoSimulation"): FMU2Slave, (2, "ModelExchange"): FMU2Model,
-            (3, "CoSimulation"): FMU3Slave, (3, "ModelExchange"): FMU3Model,
-        }  # fmt: skip
-        self.allocated = 0
-        self.fmu = kinds[version, interface](
-            guid=description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName="probe",
-        )
-        if version == 2:
-            self._callbacks = fmi2CallbackFunctions()
-            self._callbacks.logger = fmi2CallbackLoggerTYPE(lambda *_: None)
-            self._callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(self._allocate)
-            self._callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
-            self.fmu.instantiate(callbacks=self._callbacks)
-            self.fmu.setupExperiment(startTime=0.0)
-            self.set, self.get = self.fmu.setReal, self.fmu.getReal
-        else:
-            self.fmu.instantiate(logMessage=lambda *_: None, **options)
-            self.set, self.get = self.fmu.setFloat64, self.fmu.getFloat64
-        self.fmu.enterInitializationMode()
-        self.fmu.exitInitializationMode()
-
-    def _allocate(self, count, size):
-        self.allocated += 1
-        return calloc(count, size)
-
-
-@contextmanager
-def _instance(*arguments, **options):
-    one = _Instance(*arguments, **options)
-    try:
-        yield one
-    finally:
-        one.fmu.freeInstance()
-
-
-def _works(call) -> bool:
-    try:
-        call()
-    except (FMICallException, AttributeError):
-        return False
-    return True
-
-
-def _probe(folder, description, version, interface):
-    """Behaviour of the library, by flag."""
-    speed, output = _references(description)
-    arguments = (folder, description, version, interface)
-    state = "State" if version == 3 else "state"
-    steps = interface == "CoSimulation"
-
-    def attempt(call, prepare=lambda one: None):
-        with _instance(*arguments) as one:
-            prepare(one)
-            return _works(lambda: call(one.fmu))
-
-    def save(fmu, serialize):
-        suffix = f"FMU{state}"
-        saved = getattr(fmu, f"get{suffix}")()
-        if serialize:
-            bytes_ = getattr(fmu, f"serialize{suffix}")(saved)
-            getattr(fmu, f"free{suffix}")(saved)
-            restore = "deserialize" if version == 3 else "deSerialize"
-            saved = getattr(fmu, f"{restore}{suffix}")(bytes_)
-        getattr(fmu, f"set{suffix}")(saved)
-        getattr(fmu, f"free{suffix}")(saved)
-
-    def one_step(one):
-        if steps:
-            one.fmu.doStep(currentCommunicationPoint=0.0, communicationStepSize=1e-3)
-
-    found = {
-        f"canGetAndSetFMU{state}": attempt(lambda fmu: save(fmu, False), one_step),
-        f"canSerializeFMU{state}": attempt(lambda fmu: save(fmu, True), one_step),
-        "canBeInstantiatedOnlyOncePerProcess": not _two_at_a_time(arguments),
-    }
-    if version == 2:
-        found["providesDirectionalDerivative"] = attempt(
-            lambda fmu: fmu.getDirectionalDerivative([output], [speed], [1.0]), one_step
-        )
-        with _instance(*arguments) as one:
-            found["canNotUseMemoryManagementFunctions"] = one.allocated == 0
-        found["canInterpolateInputs"] = steps and attempt(
-            lambda f: f.setRealInputDerivatives([speed], [1], [0.0])
-        )
-        higher = steps and attempt(lambda fmu: fmu.getRealOutputDerivatives([output], [1]), one_step)
-    else:
-        found["providesDirectionalDerivatives"] = attempt(
-            lambda fmu: fmu.getDirectionalDerivative([output], [speed], [1.0]), one_step
-        )
-        found["providesAdjointDerivatives"] = attempt(
-            lambda fmu: fmu.getAdjointDerivative([output], [speed], [1.0]), one_step
-        )
-        higher = steps and attempt(lambda fmu: fmu.getOutputDerivatives([output], [1]), one_step)
-        if steps:
-            found |= _probe_of_steps(arguments)
-    found["maxOutputDerivativeOrder"] = "1" if higher else "0"
-    found["canHandleVariableCommunicationStepSize"] = steps and attempt(_uneven_steps)
-    return found
-
-
-def _probe_of_steps(arguments):
-    """Flags of event mode and of the intermediate update in co-simulation, FMI 3."""
-    speed, _ = _references(arguments[1])
-    calls = []
-
-    def update(_environment, time, _settable, _gettable, _finished, may_return, requested, _until):
-        calls.append((time, may_return))
-        requested[0] = True
-
-    events = early = stopped = False
-    try:
-        with _instance(*arguments, eventModeUsed=True, earlyReturnAllowed=True) as one:
-            events = _works(one.fmu.enterStepMode)
-            one.set([speed], [1e5])  # beyond the map: in_range changes
-            event, _, early, _ = one.fmu.doStep(0.0, 1e-3)
-            events = events and event
-        with _instance(*arguments, earlyReturnAllowed=True, intermediateUpdate=update) as one:
-            *_, stopped, reached = one.fmu.doStep(0.0, 1e-3)
-            stopped = stopped and calls == [(reached, True)]
-    except Exception as error:
-        if "instantiate" not in str(error):  # it refuses what it does not provide
-            raise
-    return {
-        "hasEventMode": events,
-        "mightReturnEarlyFromDoStep": early,
-        "providesIntermediateUpdate": bool(calls),
-        "canReturnEarlyAfterIntermediateUpdate": stopped,
-    }
-
-
-def _uneven_steps(fmu):
-    time = 0.0
-    for step in (1e-3, 0.3e-3, 2.0, 1e-6):
-        fmu.doStep(currentCommunicationPoint=time, communicationStepSize=step)
-        time += step
-
-
-def _two_at_a_time(arguments) -> bool:
-    speed, _ = _references(arguments[1])
-    with _instance(*arguments) as one, _instance(*arguments) as two:
-        one.set([speed], [10.0])
-        two.set([speed], [200.0])
-        return one.get([speed]) == [10.0] and two.get([speed]) == [200.0]
-
-
-def _references(description) -> tuple[int, int]:
-    """Value references of the speed and of the first output."""
-    found = {v.name: v for v in description.modelVariables}
-    first = next(v for v in found.values() if v.causality == "output")
-    return found["speed"].valueReference, first.valueReference
-
-
 def exports(library: Path, names: list[str]) -> list[str]:
     """Functions of these names that a library for this machine does not export."""
     loaded = ctypes.CDLL(str(library))
@@ -401,19 +198,3 @@ def fmi_functions(version: int) -> list[str]:
     return sorted(
         set(re.findall(rf"^#define (fmi{version}\w+)\s+fmi{version}FullName\(", header, re.MULTILINE))
     )
-
-
-def python_flags(one) -> dict[str, str]:
-    """Flags of an FMU for Python hosts, of which an instance is given, that its library bears out."""
-    works = {
-        "canInterpolateInputs": lambda: one.slave.setRealInputDerivatives([1], [1], [0.0]),
-        "providesDirectionalDerivative": lambda: one.slave.getDirectionalDerivative([5], [1], [1.0]),
-        "canGetAndSetFMUstate": lambda: one.slave.setFMUstate(one.slave.getFMUstate()),
-        "canSerializeFMUstate": lambda: one.slave.serializeFMUstate(one.slave.getFMUstate()),
-        "canHandleVariableCommunicationStepSize": lambda: _uneven_steps(one.slave),
-    }
-    found = {name: str(_works(call)).lower() for name, call in works.items()}
-    return found | {
-        "needsExecutionTool": "false", "maxOutputDerivativeOrder": "0", "canRunAsynchronuously": "false",
-        "canBeInstantiatedOnlyOncePerProcess": "false", "canNotUseMemoryManagementFunctions": "true",
-    }  # fmt: skip
