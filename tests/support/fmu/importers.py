@@ -1,8 +1,8 @@
-"""Importers that run the FMUs in tests: how each replays rows of inputs, and how each couples friction and rotor.
+"""Importers that run the FMUs in tests: how each replays rows of inputs, and the coupling of friction and rotor.
 
 A replay sets the inputs of row n, steps, and gives the outputs, one row after the other or all at once; model exchange
-reads them at the instant of the row. A master couples friction and rotor so that both step with the values of the last
-communication point. What is missing here is skipped: python -m pip install -e '.[importers]', or .ci/importers.
+reads them at the instant of the row. What is missing here is skipped: python -m pip install -e '.[importers]', or
+.ci/importers.
 """
 
 import contextlib
@@ -30,23 +30,12 @@ Rows = Sequence[Mapping[str, float]]
 def needs(tool: str) -> None:
     """Skip a test whose tool does not load here."""
     try:
-        if tool == "libcosim":
-            from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
-
-            log_output_level(CosimLogLevel.ERROR)
-        elif tool == "ecos":
-            for library in (
-                "libtbb.so.12",
-                str(Path(sys.prefix) / "lib" / "libtbb.so.12"),
-            ):  # of the system, of pip
+        if tool == "ecos":  # finds tbb of the system only, not that of pip
+            for library in ("libtbb.so.12", str(Path(sys.prefix) / "lib" / "libtbb.so.12")):
                 with contextlib.suppress(OSError):
                     ctypes.CDLL(library, ctypes.RTLD_GLOBAL)
                     break
-            from ecospy import EcosLib
-
-            EcosLib.set_log_level("warn")
-        else:
-            importlib.import_module(tool)
+        importlib.import_module({"ecos": "ecospy", "libcosim": "libcosimpy"}.get(tool, tool))
     except (ImportError, OSError) as error:
         pytest.skip(f"{tool} does not load: {error}")
 
@@ -85,49 +74,32 @@ def in_fmpy_steps(fmu: Path, rows: Rows) -> Iterator[Row]:
             yield instance.outputs()
 
 
-def in_simulate_fmu(fmu: Path, rows: Rows, **options: Any) -> np.ndarray:
-    """Result of fmpy.simulate_fmu with the rows as samples of its input signals."""
+def _simulated(fmu: Path, rows: Rows, **options: Any) -> list[Row]:
+    """fmpy.simulate_fmu with the rows as samples of its input signals."""
     names = list(rows[0])
-    times = STEP * np.arange(len(rows) + 1)
-    signals = np.zeros(len(times), dtype=[(name, float) for name in ("time", *names)])
-    signals["time"] = times
+    signals = np.zeros(len(rows) + 1, dtype=[(name, float) for name in ("time", *names)])
+    signals["time"] = STEP * np.arange(len(rows) + 1)
     for name in names:
-        signals[name][:-1] = [row[name] for row in rows]
-        signals[name][-1] = signals[name][-2]
-    reals, flags = outputs_of(fmu)
-    return fmpy.simulate_fmu(
-        str(fmu), stop_time=times[-1], output_interval=STEP, input=signals, output=[*reals, *flags], **options
+        signals[name] = [row[name] for row in (*rows, rows[-1])]
+    outputs = [name for group in outputs_of(fmu) for name in group]
+    result = fmpy.simulate_fmu(
+        str(fmu),
+        stop_time=signals["time"][-1],
+        output_interval=STEP,
+        input=signals,
+        output=outputs,
+        **options,
     )
-
-
-def _rows_of(result: np.ndarray, first: int) -> list[Row]:
-    names = [name for name in result.dtype.names if name != "time"]
-    return [{name: row[name].item() for name in names} for row in result[first:]]
+    return [{name: row[name].item() for name in outputs} for row in result]
 
 
 def in_fmpy_co_simulation(fmu: Path, rows: Rows) -> list[Row]:
-    return _rows_of(in_simulate_fmu(fmu, rows, fmi_type="CoSimulation"), 1)
-
-
-def _in_fmpy_model_exchange(fmu: Path, rows: Rows, solver: str) -> list[Row]:
-    result = in_simulate_fmu(
-        fmu,
-        rows,
-        fmi_type="ModelExchange",
-        solver=solver,
-        step_size=STEP,
-        record_events=False,
-        start_values={"presliding": False},
-    )
-    return _rows_of(result, 0)[: len(rows)]
+    return _simulated(fmu, rows, fmi_type="CoSimulation")[1:]
 
 
 def in_fmpy_cvode(fmu: Path, rows: Rows) -> list[Row]:
-    return _in_fmpy_model_exchange(fmu, rows, "CVode")
-
-
-def in_fmpy_euler(fmu: Path, rows: Rows) -> list[Row]:
-    return _in_fmpy_model_exchange(fmu, rows, "Euler")
+    options = {"step_size": STEP, "record_events": False, "start_values": {"presliding": False}}
+    return _simulated(fmu, rows, fmi_type="ModelExchange", solver="CVode", **options)[: len(rows)]
 
 
 def in_pathsim(fmu: Path, rows: Rows) -> Iterator[Row]:
@@ -216,15 +188,14 @@ class Replay(NamedTuple):
 REPLAYS = (
     Replay("fmpy", "step by step", "CS", (2, 3), in_fmpy_steps),
     Replay("fmpy", "simulate_fmu", "CS", (2, 3), in_fmpy_co_simulation),
-    Replay("fmpy", "simulate_fmu, CVode", "ME", (2, 3), in_fmpy_cvode),
-    Replay("fmpy", "simulate_fmu, Euler", "ME", (2, 3), in_fmpy_euler),
+    Replay("fmpy", "CVode", "ME", (2, 3), in_fmpy_cvode),
     Replay("libcosim", "override manipulator", "CS", (2,), in_libcosim),
     Replay("ecos", "fixed-step algorithm", "CS", (2, 3), in_ecos),
     Replay("pathsim_fmi", "co-simulation block", "CS", (2, 3), in_pathsim),
     Replay("pathsim_fmi", "model exchange block", "ME", (2, 3), in_pathsim_exchange),
 )
 
-# --- masters ---
+# --- coupling ---
 
 
 class Coupling(NamedTuple):
@@ -289,53 +260,6 @@ class Pair:
         self.rotor.close()
 
 
-def coupled_in_own_loop(friction: Path, rotor: Path, coupling: Coupling, folder: Path) -> np.ndarray:
-    with Pair(friction, rotor, coupling) as pair:
-        return pair.run(coupling.steps, STEP)
-
-
-def coupled_in_libcosim(friction: Path, rotor: Path, coupling: Coupling, folder: Path) -> np.ndarray:
-    from libcosimpy.CosimExecution import CosimExecution
-    from libcosimpy.CosimObserver import CosimObserver
-    from libcosimpy.CosimSlave import CosimLocalSlave
-
-    execution = CosimExecution.from_step_size(STEP * 1e9)
-    fmus = {"friction": friction, "rotor": rotor}
-    slave = {name: execution.add_local_slave(CosimLocalSlave(str(fmu), name)) for name, fmu in fmus.items()}
-    place = {name: references_of(fmu) for name, fmu in fmus.items()}
-    for (owner, name), value in coupling.starts().items():
-        assert execution.real_initial_value(slave[owner], place[owner][name], value)
-    for a, b, name in (("friction", "rotor", "friction_torque"), ("rotor", "friction", "speed")):
-        assert execution.connect_real_variables(slave[a], place[a][name], slave[b], place[b][name]) == 0
-    observer = CosimObserver.create_last_value()
-    assert execution.add_observer(observer)
-    found = np.empty((coupling.steps, len(OBSERVED)))
-    for n in range(coupling.steps):
-        assert execution.step(), "libcosim: step failed"
-        found[n] = [observer.last_real_values(slave[o], [place[o][name]])[0] for o, name in OBSERVED]
-    return found
-
-
-def coupled_in_ecos(friction: Path, rotor: Path, coupling: Coupling, folder: Path) -> np.ndarray:
-    from ecospy import EcosSimulation, EcosSimulationStructure
-
-    starts = {f"{owner}::{name}": float(value) for (owner, name), value in coupling.starts().items()}
-    found = np.empty((coupling.steps, len(OBSERVED)))
-    with EcosSimulationStructure() as structure:
-        structure.add_model("friction", str(friction))
-        structure.add_model("rotor", str(rotor))
-        structure.make_real_connection("friction::friction_torque", "rotor::friction_torque")
-        structure.make_real_connection("rotor::speed", "friction::speed")
-        structure.add_parameter_set("starts", starts)
-        with EcosSimulation(structure=structure, step_size=STEP) as simulation:
-            assert simulation.init(parameter_set="starts"), "ecos: initialization failed"
-            for n in range(coupling.steps):
-                simulation.step()
-                found[n] = [simulation.get_real(f"{owner}::{name}") for owner, name in OBSERVED]
-            simulation.terminate()
-    return found
-
-
 def coupled_in_container(friction: Path, rotor: Path, coupling: Coupling, folder: Path) -> np.ndarray:
     """Both in one FMU, made by the FMU manipulation toolbox, with the outputs OBSERVED; in fmpy."""
     from fmu_manipulation_toolbox.assembly import AssemblyNode
@@ -362,22 +286,6 @@ def coupled_in_container(friction: Path, rotor: Path, coupling: Coupling, folder
         fmi_type="CoSimulation",
     )  # fmt: skip
     return np.array([[row[name] for name in outputs] for row in result[1:]])
-
-
-class Master(NamedTuple):
-    tool: str
-    way: str
-    versions: tuple[int, ...]  # of FMI
-    run: Callable[[Path, Path, Coupling, Path], np.ndarray]  # the last argument is a folder to write to
-
-
-OWN_LOOP = Master("fmpy", "own Jacobi loop", (2, 3), coupled_in_own_loop)
-MASTERS = (
-    OWN_LOOP,
-    Master("libcosim", "fixed-step algorithm", (2,), coupled_in_libcosim),
-    Master("ecos", "fixed-step algorithm", (2, 3), coupled_in_ecos),
-    Master("fmu_manipulation_toolbox", "container, parallel, in fmpy", (2, 3), coupled_in_container),
-)
 
 
 # --- comparison ---
