@@ -14,7 +14,7 @@ from ballscrew_fmu.models import MONITOR
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
-from ballscrew_tehl.runtime.packed import MECHANISTIC
+from ballscrew_tehl.runtime.packed import DEFAULTS
 from ballscrew_tehl.validation.tables import mean_deviations
 
 pytestmark = pytest.mark.slow
@@ -57,13 +57,8 @@ def friction_rows(nut_map, count, **parameters):
 @pytest.mark.parametrize("law", LAWS)
 def test_outputs_are_those_of_the_map_and_the_preload_is_recovered(folder_of, kind, law):
     """Also below the slowest speed of the map, with breakaway, and with every parameter off its start value."""
-    if (law, kind) == (MECHANISTIC, 2):
-        pytest.skip("the C code is that of FMI 3")
     nut_map = make_map(law=law)
-    friction = {
-        "apparent_viscosity_ratio": 3.0, "net_sliding_coefficient": 0.008, "roughness_height": 60e-9,
-        "breakaway_factor": 2.5,
-    }  # fmt: skip
+    friction = dict(zip(DEFAULTS, (3.0, 0.008, 60e-9, 2.5), strict=True))
     rows, preloads = friction_rows(nut_map, 300, **friction)
     given = {**friction, "speed_min": 0.02, "torque_uncertainty": 0.05}
     expected = monitor_outputs(nut_map, rows, **given)
@@ -136,9 +131,8 @@ def test_values_outside_the_map_are_flagged_and_reported_once_and_zeros_are_no_n
             for _ in range(2):
                 assert one.step(**(GOOD | inputs))
                 assert not one.get("in_range")
-            assert [text.split()[0] for status, text in one.messages if status == WARNING] == [
-                next(iter(inputs))
-            ]
+            named = [text.split()[0] for status, text in one.messages if status == WARNING]
+            assert named == [next(iter(inputs))]
             assert one.step(**GOOD)
             assert one.get("in_range")
     with opened(**dict.fromkeys(GOOD, 0.0)) as one:

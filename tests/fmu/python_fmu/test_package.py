@@ -61,23 +61,22 @@ def test_another_process_builds_the_same_bytes_and_other_content_has_another_gui
     assert files["resources/guid.txt"] == own.guid.encode()
     (tmp_path / "map.npz").write_bytes(files["resources/nut_map.npz"])
     assert NutMap.from_npz(tmp_path / "map.npz").header == make_map().header
-
-    def names(found):  # top level of the resources, by the hash of the code
+    sources = runtime_sources()
+    sources["variables"] += "\n# changed\n"
+    solver = {"__init__.py": ""}
+    variants = [
+        fmu_files(make_map(1.01)),
+        fmu_files(make_map(), sources),
+        fmu_files(make_map(), solver=solver),
+    ]
+    assert len({own.guid.encode(), *(found["resources/guid.txt"] for found in variants)}) == 4
+    marks = []  # names of the top level of the resources have the hash of the code
+    for found in (files, *variants):
         top = {name.split("/")[1] for name in found if name.startswith("resources/")}
         mark = next(name for name in top if name.startswith("_ballscrew_")).removeprefix("_ballscrew_")
         python = {f"_ballscrew_{mark}", f"BallScrewFriction_{mark}.py"}
         assert top == {*python, "guid.txt", "nut_map.npz", "slavemodule.txt"}
-        return mark
-
-    sources = runtime_sources()
-    sources["variables"] += "\n# changed\n"
-    variants = [
-        fmu_files(make_map(1.01)),
-        fmu_files(make_map(), sources),
-        fmu_files(make_map(), solver={"__init__.py": ""}),
-    ]
-    assert len({own.guid.encode(), *(found["resources/guid.txt"] for found in variants)}) == 4
-    marks = [names(files), *map(names, variants)]
+        marks.append(mark)
     assert marks[0] == marks[1]
     assert len(set(marks)) == 3
 
@@ -106,11 +105,7 @@ def test_imports_that_do_not_travel_are_refused():
         with pytest.raises(PackageError, match="does not travel"):
             package._relocated(f"def f():\n    {line}\n", "ballscrew_fmu.python_fmu.slave")
     solver = ("ballscrew_tehl.friction.torque", "ballscrew_tehl")
-    for line in (
-        "import xarray",
-        "from ballscrew_tehl.physics.hertz import ellipse",
-        "from matplotlib import pyplot",
-    ):
+    for line in ("import xarray", "from ballscrew_tehl.physics.hertz import ellipse"):
         with pytest.raises(PackageError, match="does not travel with the FMU"):
             package._imported(ast.parse(f"def f():\n    {line}"), *solver)
     types_only = "if TYPE_CHECKING:\n    import xarray\nelse:\n    from .physics import hertz\n"
@@ -193,15 +188,12 @@ shutil.rmtree(first_folder)
 gc.collect()
 result["second after the first is gone"] = torque(second)
 assert second.slave.serializeFMUstate(second.slave.getFMUstate())
-third = FmuInstance(second_folder)
-fourth = FmuInstance(unpack("one", "copy_c"))
 many = [FmuInstance(second_folder, preload=100.0 * (n + 1)) for n in range(100)]
 result["hundred"] = [torque(x) for x in many]
-for n, instance in enumerate(many):
+for instance in many:
     instance.close()
-    if n % 25 == 0:
-        gc.collect()
-result["survivors"] = [torque(x) for x in (second, third, fourth, *others)]
+gc.collect()
+result["survivors"] = [torque(x) for x in (second, FmuInstance(unpack("one", "copy_c")), *others)]
 result["stale paths"] = [p for p in sys.path if "copy" in p]
 print(json.dumps(result))
 """
@@ -238,7 +230,7 @@ def test_copies_versions_maps_and_a_foreign_fmu_in_one_process(tmp_path, built):
     assert found["preload"] == pytest.approx(2000.0, rel=1e-9)
     assert found["second after the first is gone"] == pytest.approx(torque(), rel=1e-12)
     assert found["hundred"] == pytest.approx([torque(100.0 * (n + 1)) for n in range(100)], rel=1e-12)
-    assert found["survivors"] == pytest.approx([torque(), torque(), torque(), *others], rel=1e-12)
+    assert found["survivors"] == pytest.approx([torque(), torque(), *others], rel=1e-12)
     assert found["stale paths"] == []
 
 
@@ -268,7 +260,7 @@ print(counts)
 def test_libraries_can_free_memory_at_the_end_and_each_library_is_reset_once(fmu, unpacked, tmp_path):
     """Without the reset two of three such processes abort with "corrupted double-linked list"."""
     other = fmpy.extract(str(fmu), unzipdir=str(tmp_path / "other"))
-    for seed in range(4):
+    for seed in range(3):
         assert output_of(HOST, seed, unpacked, unpacked, other, unpacked) == "[1, 1, 2, 2]\n"
     file = tmp_path / process_end.BINARIES / "BallScrewFriction.so"
     file.parent.mkdir(parents=True)

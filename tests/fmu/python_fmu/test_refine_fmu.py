@@ -92,8 +92,7 @@ def test_the_state_includes_the_solved_contacts_and_reset_discards_them(unpacked
         assert other.slave.serializeFMUstate(other.slave.getFMUstate()) == content  # before it is used
         other.time = one.time
         assert run(other, later) == first
-        for used in (one, other):
-            used.slave.reset()
+        one.slave.reset()
         one._initialize({"refine": True})
         with FmuInstance(unpacked, refine=True) as fresh:
             one.time = 0.0
@@ -134,26 +133,23 @@ def contents(folder):
 
 def test_the_solver_is_copied_once_and_a_damaged_copy_is_replaced(tmp_path, monkeypatch):
     shipped, cache = written(tmp_path / "shipped" / solver_name(FILES), FILES), tmp_path / "new" / "cache"
-    assert len({solver_name(FILES | more) for more in ({}, {"b.py": b""}, {"__init__.py": b" "})}) == 3
     first = installed(shipped, cache)
-    assert contents(first) == FILES
     compiled = written(first, {"part/__pycache__/a.nbc": b"compiled"}) / "part/__pycache__/a.nbc"
     assert installed(shipped, cache) == first == cache / shipped.name
     assert compiled.exists()
     for damage in (lambda path: path.write_text("VALUE = 2\n"), lambda path: path.unlink()):
         damage(first / "part" / "a.py")
         assert contents(installed(shipped, cache)) == FILES
-    assert [p.name for p in cache.iterdir()] == [shipped.name]
-    original = solver_cache.shutil.copytree
+    original, other = solver_cache.shutil.copytree, tmp_path / "other"
 
     def slow(source, target, **options):
         monkeypatch.setattr(solver_cache.shutil, "copytree", original)
-        installed(shipped, tmp_path / "other")  # by another process
+        installed(shipped, other)  # by another process
         return original(source, target, **options)
 
     monkeypatch.setattr(solver_cache.shutil, "copytree", slow)
-    assert contents(installed(shipped, tmp_path / "other")) == FILES
-    assert [p.name for p in (tmp_path / "other").iterdir()] == [shipped.name]
+    assert contents(installed(shipped, other)) == FILES
+    assert [p.name for folder in (cache, other) for p in folder.iterdir()] == [shipped.name] * 2
 
 
 def test_the_cache_folder_is_that_of_the_system_and_not_needed(monkeypatch, tmp_path, synthetic_nut_map):
@@ -176,18 +172,8 @@ def test_the_cache_folder_is_that_of_the_system_and_not_needed(monkeypatch, tmp_
         assert of_status(one, ERROR) == []
 
 
-def test_a_missing_solver_and_a_missing_package_are_named(tmp_path):
+def test_a_missing_solver_is_named(tmp_path):
     with pytest.raises(SolverError, match=r"0 solvers .*; needs one: build the FMU again"):
-        load_solver(tmp_path, tmp_path / "cache")
-    files = {
-        "__init__.py": b"",
-        "refinement/__init__.py": b"",
-        "refinement/refine.py": b"import no_such_package.part\n",
-    }
-    written(tmp_path / "solver" / solver_name(files), files)
-    with pytest.raises(
-        SolverError, match=r"no_such_package is missing .*: python -m pip install no_such_package"
-    ):
         load_solver(tmp_path, tmp_path / "cache")
 
 
@@ -231,19 +217,14 @@ def test_the_packaged_solver_is_complete_and_its_packages_are_named_when_missing
     """Its numbers: tests/refinement. Here: all its modules are there and are imported from the cache alone."""
     fmu = build_fmu(load_map(None, load_parameters()), tmp_path / "BallScrewFriction.fmu").path
     folder = fmpy.extract(str(fmu), unzipdir=str(tmp_path / "unpacked"))
-    for missing in ("numba", "scipy", "pydantic"):
-        plain, refined, messages = of_process(REFINED_RUN, tmp_path, folder, missing)
-        assert refined == plain
-        ((status, message),) = messages
-        assert status == ERROR
-        assert message.startswith(f"refine: {missing} is missing in the Python of the host")
-        assert f"python -m pip install {missing}; results are those of the map" in message
+    plain, refined, ((status, message),) = of_process(REFINED_RUN, tmp_path, folder, "scipy")
+    assert (refined, status) == (plain, ERROR)
+    assert message.startswith("refine: scipy is missing in the Python of the host")
+    assert "python -m pip install scipy; results are those of the map" in message
     remark, root, has_state, own = of_process(IMPORT_ALL, tmp_path, folder)
     assert (remark, has_state) == ("", True)
     assert root.startswith(str(tmp_path / "ballscrew_tehl"))
-    assert {name.partition(".")[2].partition(".")[0] for name in own} <= {
-        ""
-    }  # nothing of the installed solver
+    assert set(own) <= {"ballscrew_tehl"}  # nothing of the installed solver
 
 
 KERNEL = """
@@ -260,10 +241,8 @@ def test_the_second_process_does_not_compile(synthetic_nut_map, tmp_path):
     """A stub with one kernel, compiled as those of the solver are."""
     refine = stub_solver.REFINE.replace("        pass", "        doubled(self.nut_map.force.hi)", 1) + KERNEL
     assert "doubled(self" in refine
-    sources = stub_solver.SOURCES | {
-        "compiled.py": solver_sources()["compiled.py"],
-        "refinement/refine.py": refine,
-    }
+    own = {"compiled.py": solver_sources()["compiled.py"], "refinement/refine.py": refine}
+    sources = stub_solver.SOURCES | own
     fmu = build_fmu(synthetic_nut_map, tmp_path / "kernel.fmu", solver=sources).path
     found, kept = [], []
     for copy in ("a", "b"):  # each process unpacks into another folder
