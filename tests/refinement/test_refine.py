@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 from reference_screw import GD4008
-from synthetic_contacts import ClosedFilm, closed_ball, closed_build, nut_map_of, small_map
+from synthetic_contacts import LAW, ClosedFilm, closed_ball, law_map, nut_map_of, small_map
 from synthetic_map import make_map
 
 from ballscrew_tehl.contact import UnconvergedContactError
@@ -17,9 +17,7 @@ from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.identity import map_parameters_json
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.refinement import direct
 from ballscrew_tehl.refinement.corrections import SCATTER, UNSOLVABLE_RADIUS, CorrectionStore
@@ -28,33 +26,24 @@ from ballscrew_tehl.refinement.refine import REACH, Refinement, map_parameters
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import sealed
 
-FITTED, LAW = (7.0, 0.005, 3e-8), load_parameters(PACKAGED_VG100)
-POINT = (2000.0, 40.0, 303.15)
-#: residual of the contact map at its samples; sums by the mean ball are exact to 1e-5
-SAME = 3e-5
+FITTED, POINT = (7.0, 0.005, 3e-8), (2000.0, 40.0, 303.15)
 
 
-def moved(nut_map, size=0.03, parameters=None, **certificate):
+def moved(nut_map, size=0.03, parameters=GD4008, certificate=(), **more):
     """The map with torques and films wrong by `size` and more, smoothly over all axes."""
     arrays = dict(nut_map.arrays)
     force, speed, temperature, _ = (np.arange(n) for n in arrays["coefficients"].shape)
     wave = np.cos(0.9 * force)[:, None, None] + np.sin(0.8 * speed)[:, None] + 0.3 * np.cos(0.7 * temperature)
     error = size * (1.5 + 0.5 * wave)
     arrays["coefficients"] = arrays["coefficients"] + error[..., None] * np.repeat([1, 1, -1, 1, -1], 2)
-    header = {k: v for k, v in nut_map.header.items() if k not in ("content_hash", "format_version")}
-    if parameters is not None:
-        header |= {"parameters_json": map_parameters_json(parameters), "certificate": certificate}
+    header = {k: v for k, v in nut_map.header.items() if k not in ("content_hash", "format_version")} | more
+    header |= {"parameters_json": map_parameters_json(parameters), "certificate": dict(certificate)}
     return NutMap.from_arrays(sealed(header, arrays), arrays)
 
 
-@pytest.fixture(scope="module", params=["solved", "solved_thermal"])
-def film(request):
-    return request.param
-
-
 @pytest.fixture(scope="module")
-def wrong(film):
-    return moved(nut_map_of(small_map(), film, *FITTED), parameters=GD4008)
+def wrong():
+    return moved(nut_map_of(small_map(), "solved_thermal", *FITTED))
 
 
 @pytest.fixture(autouse=True)
@@ -69,16 +58,25 @@ def direct_torque(film, *point):
     return double_nut_torque(GD4008, friction_set, ClosedFilm(GD4008, film == "solved_thermal"), *point).total
 
 
+def rolling_torque(force, *at):
+    """Of both nuts by the mechanistic law, from its own solves."""
+    loads = nut_loads(LAW.screw, force, LAW.screw.loaded_ball_count)
+    nut = nut_powers(LAW, loads, *at, DirectContacts(LAW))
+    return 2.0 * float(np.squeeze(nut.rolling_screw + nut.rolling_nut))
+
+
 # --- values ---
 
 
-def test_refined_torque_is_the_direct_one_and_the_rest_that_of_the_map(wrong, film):
-    """Films that are shown are of another kinematics: not corrected."""
+@pytest.mark.parametrize("film", ["solved", "solved_thermal"])
+def test_refined_torque_is_the_direct_one_and_the_rest_that_of_the_map(film):
+    """Films that are shown are of another kinematics: not corrected. 3e-5: residual of the contacts at their points."""
+    wrong = moved(nut_map_of(small_map(), film, *FITTED))
     for point in (POINT, (5000.0, 90.0, 298.0, 3000.0), (700.0, 12.0, 310.0, -200.0), (9000.0, 60.0, 305.0)):
         refinement, expected = Refinement(wrong), direct_torque(film, *point)
         plain, found = wrong.evaluate(*point), refinement.evaluate(*point)
         assert abs(plain.friction_torque / expected - 1.0) > 3e-3
-        assert found.friction_torque == pytest.approx(expected, rel=SAME)
+        assert found.friction_torque == pytest.approx(expected, rel=3e-5)
         assert 2 <= len(refinement) <= 4
         for name in found._fields:
             if "viscous" not in name:
@@ -87,91 +85,79 @@ def test_refined_torque_is_the_direct_one_and_the_rest_that_of_the_map(wrong, fi
 
 def test_mechanistic_law_is_refined_with_films_and_rise():
     """Rolling part by the mean ball; films of extreme balls, up to 30 % heavier, within the change of the error."""
-    right = nut_map_of(closed_build(LAW), "mechanistic", 1.0, 0.01, 2e-7)
-    nut_map = moved(right, parameters=LAW)
-    nut_map = NutMap.from_arrays(
-        sealed(
-            {**nut_map.header, "law": "mechanistic", "mechanistic": right.header["mechanistic"]},
-            nut_map.arrays,
-        ),
-        nut_map.arrays,
-    )
-    refinement = Refinement(nut_map, LAW)
-    plain, found = nut_map.evaluate(*POINT), refinement.evaluate(*POINT)
-    loads = nut_loads(LAW.screw, POINT[0], LAW.screw.loaded_ball_count)
-    nut = nut_powers(LAW, loads, *POINT[1:], DirectContacts(LAW))
-    rolling = 2.0 * float(np.squeeze(nut.rolling_screw + nut.rolling_nut))
+    built = law_map()
+    right = nut_map_of(built, "mechanistic", 1.0, 0.01, 2e-7)
+    nut_map = moved(right, parameters=LAW, law="mechanistic", mechanistic=built.header["mechanistic"])
+    plain, found = nut_map.evaluate(*POINT), Refinement(nut_map, LAW).evaluate(*POINT)
+    rolling = rolling_torque(*POINT)
     assert abs(plain.viscous_torque / rolling - 1.0) > 3e-3
     assert found.viscous_torque == pytest.approx(rolling, rel=1e-4)
     for name in ("hysteresis_torque", "contact_pressure_max", "ball_load_max"):
         assert getattr(found, name) == getattr(plain, name)
     shown = direct.direct_extremes(LAW, POINT[0], 0.0, *POINT[1:])
-    for name in (
-        "film_thickness_min",
-        "film_thickness_central_screw",
-        "film_thickness_central_nut",
-        "film_temperature_rise",
-    ):
+    for name in set(shown) - {"contact_pressure_max", "ball_load_max"}:
         assert getattr(found, name) == pytest.approx(shown[name], rel=8e-3)
         assert abs(getattr(plain, name) / shown[name] - 1.0) > 8e-3
 
 
-def run_of(refinement, count=600, back=False):
+def run_of(refinement, count=300, back=False):
     """Speed up and down with a swinging axial load, as an axis moves; torques."""
     time = np.linspace(1.0, 0.0, count) if back else np.linspace(0.0, 1.0, count)
     speeds, loads = 12.0 * 8.0**time, 400.0 * np.sin(25.0 * time)
-    found = [
-        refinement.evaluate(2000.0, float(w), 303.15, float(a)).friction_torque
-        for w, a in zip(speeds, loads, strict=True)
-    ]
-    return np.array(found), speeds, loads
+    points = zip(speeds.tolist(), loads.tolist(), strict=True)
+    return (
+        np.array([refinement.evaluate(2000.0, w, 303.15, a).friction_torque for w, a in points]),
+        speeds,
+        loads,
+    )
 
 
-def test_torque_along_a_run_is_direct_within_the_tolerance_from_few_solves(film):
+def test_torque_along_a_run_is_direct_within_the_tolerance_from_few_solves():
     """A certificate with too small errors loses its weight after a few solves."""
-    plain_map = nut_map_of(small_map(), film, *FITTED)
+    plain_map = nut_map_of(small_map(), "solved_thermal", *FITTED)
     for certificate in ({}, {"torque_error_max": 1e-3}):
-        wrong = moved(plain_map, parameters=GD4008, **certificate)
+        wrong = moved(plain_map, certificate=certificate)
         refinement = Refinement(wrong, tolerance=2e-3)
         assert math.log(8.0) > 2.0 * REACH * refinement._cell[1]
         found, speeds, loads = run_of(refinement)
         solved = len(refinement.solves)
         assert solved < 100
-        expected = [
-            direct_torque(film, 2000.0, w, 303.15, a) for w, a in zip(speeds[::12], loads[::12], strict=True)
-        ]
-        error = np.abs(found[::12] / expected - 1.0)
+        points = zip(speeds[::6], loads[::6], strict=True)
+        error = np.abs(
+            found[::6] / [direct_torque("solved_thermal", 2000.0, w, 303.15, a) for w, a in points] - 1.0
+        )
         assert np.mean(error <= 2e-3) >= 0.95
         assert error.max() <= 6e-3
         # no jump where a contact is added
         plain = wrong.evaluate(2000.0, speeds, 303.15, loads).friction_torque
-        assert np.abs(np.diff(np.log(found / plain))).max() <= 6e-3
+        assert np.abs(np.diff(np.log(found / plain))).max() <= 8e-3
         # the way back uses remembered corrections
         run_of(refinement, back=True)
         assert len(refinement.solves) - solved <= 0.1 * solved
     # a larger tolerance, and a correct map, need fewer
     coarse = Refinement(wrong, tolerance=2e-2)
     run_of(coarse)
-    right = Refinement(moved(plain_map, 0.0, GD4008, torque_error_max=1e-3), tolerance=2e-3)
+    right = Refinement(moved(plain_map, 0.0, certificate={"torque_error_max": 1e-3}), tolerance=2e-3)
     run_of(right)
     assert 2 * max(len(coarse), len(right)) < len(refinement)
 
 
-def test_every_solve_reports_its_reason(wrong):
+def test_every_solve_reports_its_reason_and_arrays_equal_scalars(wrong):
     reported = []
-    refinement = Refinement(wrong, report=reported.append)
+    refinement, other = Refinement(wrong, report=reported.append), Refinement(wrong)
     refinement.prepare()
     assert len(refinement) == len(reported) == 0
-    refinement.evaluate(*POINT)
-    refinement.evaluate(2000.0, 48.0, 303.15)
+    speeds, preloads = np.array([[40.0, 48.0, 0.0]]), np.array([[2000.0], [1000.0]])
+    found = refinement.evaluate(preloads, speeds, 303.15, roughness_height=1e-8)
+    for (i, j), torque in np.ndenumerate(found.friction_torque):
+        state = other.evaluate(float(preloads[i, 0]), float(speeds[0, j]), 303.15, roughness_height=1e-8)
+        assert state.friction_torque == torque
+        assert state.film_thickness_min == found.film_thickness_min[i, j]
     assert list(refinement.solves) == reported
-    assert str(reported[0]).startswith(
-        "contact of the screw at force 2000 N, speed 40 rad/s, 303.15 K solved: no solved"
-    )
-    assert reported[-1].reason.startswith("torque may be off by ")
-
-
-# --- where nothing is solved ---
+    where = "contact of the screw at force 2000 N, speed 40 rad/s, 303.15 K solved: no solved"
+    assert str(reported[0]).startswith(where)
+    assert any(each.reason.startswith("torque may be off by ") for each in reported)
+    assert other.evaluate(np.array([2000.0, 1e6]), 40.0, 400.0).clamped == ("temperature", "preload")
 
 
 def test_at_rest_without_load_and_beyond_the_map_nothing_is_solved(wrong):
@@ -191,32 +177,24 @@ def test_at_rest_without_load_and_beyond_the_map_nothing_is_solved(wrong):
 
 
 def test_same_calls_give_same_results_also_from_a_restored_full_store(wrong):
-    """As many contacts as fit: the one that a new contact drops is the same in the restored store."""
-    refinements = [Refinement(wrong, capacity=20) for _ in range(3)]
-    first, second, third = refinements
+    first, second, third = (Refinement(wrong, capacity=20) for _ in range(3))
     run_of(first)
     run_of(second)
     assert [len(store) for store in first._known] == [10, 10]
     state = json.loads(json.dumps(first.state()))
     assert state == second.state()
     third.restore(state)
-    results = [run_of(each, 300, back=True)[0].tolist() for each in refinements]
+    results = [run_of(each, 100, back=True)[0].tolist() for each in (first, second, third)]
     assert results[0] == results[1] == results[2]
     assert first.state() == second.state() == third.state() != state
-    # what is used is kept
-    solved = len(first.solves)
-    found = first.evaluate(2000.0, 12.5, 303.15).friction_torque
-    assert found == pytest.approx(Refinement(wrong).evaluate(2000.0, 12.5, 303.15).friction_torque, rel=2e-3)
-    assert len(first.solves) <= solved + 2
 
 
 def test_the_store_drops_the_least_recently_used_also_when_restored():
-    store, place = CorrectionStore(3, 0.02), np.eye(3) * 10.0
+    store, restored, place = CorrectionStore(3, 0.02), CorrectionStore(3, 0.02), np.eye(3) * 10.0
     for point in place:
         store.insert(point, np.full(5, 0.01))
         store.look_up(point)
     store.look_up(place[0])
-    restored = CorrectionStore(3, 0.02)
     restored.restore(json.loads(json.dumps(store.state())))
     # the restored one goes on with the clock: the next use counts as later than those before
     for each in (store, restored):
@@ -235,12 +213,8 @@ def test_the_store_interpolates_its_points_and_gives_nothing_far_away():
     for point, value in zip(points, values, strict=True):
         found = store.look_up(point)
         assert found.values == pytest.approx(value.tolist(), abs=1e-12)
-        assert found.deviation == pytest.approx(0.0, abs=1e-6)
-        assert found.distance == 0.0
-    far, near = (
-        store.look_up(np.array([40.0, 0.0, 0.0])),
-        store.look_up(points[0] + np.array([0.0, 0.3, 0.0])),
-    )
+        assert (found.deviation, found.distance) == pytest.approx((0.0, 0.0), abs=1e-6)
+    far, near = (store.look_up(place) for place in (np.array([40.0, 0, 0]), points[0] + [0.0, 0.3, 0.0]))
     assert far.values == pytest.approx([0.0] * 5, abs=1e-12)
     assert 0.0 < near.deviation < far.deviation < 0.03
     assert near.distance < 0.31 < 38.0 < far.distance
@@ -272,19 +246,16 @@ def test_a_failed_contact_keeps_the_map_and_is_not_solved_again(wrong, monkeypat
         raise UnconvergedContactError("contact not solved: any")
 
     monkeypatch.setattr(direct, "solve_ball", fails)
-    refinement = Refinement(wrong)
-    for _ in range(3):
+    refinement, restored = Refinement(wrong), Refinement(wrong)
+    for _ in range(2):
         assert refinement.evaluate(*POINT) == wrong.evaluate(*POINT)
     assert sorted(tried) == [("nut", 40.0), ("screw", 40.0)]
-    for radius, count in ((0.5, 2), (2.0, 4)):
-        refinement.evaluate(2000.0, 40.0 * math.exp(radius * UNSOLVABLE_RADIUS * refinement._cell[1]), 303.15)
+    restored.restore(json.loads(json.dumps(refinement.state())))
+    for each, radius, count in ((restored, 0.0, 2), (refinement, 0.5, 2), (refinement, 2.0, 4)):
+        each.evaluate(2000.0, 40.0 * math.exp(radius * UNSOLVABLE_RADIUS * refinement._cell[1]), 303.15)
         assert len(tried) == count
     assert len(refinement) == 0
     assert "not solved, uncorrected map used: contact not solved: any" in caplog.text
-    restored = Refinement(wrong)
-    restored.restore(json.loads(json.dumps(refinement.state())))
-    restored.evaluate(*POINT)
-    assert len(tried) == 4
     # nor does one whose film is no number
     monkeypatch.setattr(direct, "solve_ball", lambda *at, **_: closed_ball(*at[:4], math.nan, True))
     refinement = Refinement(wrong)
@@ -309,39 +280,19 @@ def test_what_cannot_be_refined_is_refused(wrong):
             Refinement(wrong).evaluate(*point)
 
 
-def test_arrays_equal_scalars(wrong):
-    speeds, preloads = np.array([[20.0, 40.0, 0.0]]), np.array([[1000.0], [2000.0]])
-    one, other = Refinement(wrong), Refinement(wrong)
-    found = one.evaluate(preloads, speeds, 303.15, roughness_height=1e-8)
-    for i, preload in enumerate((1000.0, 2000.0)):
-        for j, speed in enumerate((20.0, 40.0, 0.0)):
-            state = other.evaluate(preload, speed, 303.15, roughness_height=1e-8)
-            for name in state._fields[:-1]:
-                assert getattr(found, name)[i, j] == getattr(state, name)
-    assert one.evaluate(np.array([2000.0, 1e6]), 40.0, 400.0).clamped == ("temperature", "preload")
-
-
-def test_a_map_contains_the_parameters_it_was_built_for():
-    for parameters in (load_parameters(), LAW):
-        header = load_map(None, parameters).header
-        found = map_parameters(header)
-        assert map_parameters_json(found) == header["parameters_json"]
+@pytest.mark.slow
+def test_refined_torque_is_that_of_contacts_solved_directly():
+    """By the solver, on the packaged maps, whose header contains the parameters that they were built for."""
+    for parameters in (GD4008, LAW):
+        nut_map = load_map(None, parameters)
+        found = map_parameters(nut_map.header)
+        assert map_parameters_json(found) == nut_map.header["parameters_json"]
         # not in the identity, but of the law
         assert found.friction.set == parameters.friction.set
     assert found.friction.replenishment_constant == LAW.friction.replenishment_constant
     assert found.lubricant.eyring_stress == LAW.lubricant.eyring_stress
-    assert found.lubricant.viscosity_law == LAW.lubricant.viscosity_law
-
-
-@pytest.mark.slow
-def test_refined_torque_is_that_of_contacts_solved_directly():
-    """By the solver, on the packaged map of the law."""
-    nut_map, at = load_map(None, LAW), (1700.0, 73.3, 311.0)
-    refined = Refinement(nut_map, tolerance=1e-4)
-    plain, found = nut_map.evaluate(*at), refined.evaluate(*at)
-    assert len(refined) == 2
-    loads = nut_loads(LAW.screw, at[0], LAW.screw.loaded_ball_count)
-    nut = nut_powers(LAW, loads, *at[1:], DirectContacts(LAW))
-    rolling = 2.0 * float(np.squeeze(nut.rolling_screw + nut.rolling_nut))
-    assert found.viscous_torque == pytest.approx(rolling, rel=1e-4)
-    assert plain.viscous_torque == pytest.approx(rolling, rel=0.02)
+    at = 1700.0, 73.3, 311.0
+    refinement, rolling = Refinement(nut_map, tolerance=1e-4), rolling_torque(*at)
+    assert refinement.evaluate(*at).viscous_torque == pytest.approx(rolling, rel=1e-4)
+    assert len(refinement) == 2
+    assert nut_map.evaluate(*at).viscous_torque == pytest.approx(rolling, rel=0.02)

@@ -1,8 +1,7 @@
 """Contacts in closed form instead of solved ones, for fast tests of the map build and of its file.
 
-The logarithms of the ratios to the closed film formula and of the temperature rise are cubic polynomials or
-less in (ln load, ln speed, temperature): smooth, but kriging does not hold them exactly (CLOSED_FILM). The
-functions of a contact can be sent to other processes.
+Ratios to the closed formulas and the temperature rise are cubic polynomials or less in (ln load, ln speed,
+temperature), in logarithms: smooth, but kriging does not hold them exactly. They can be sent to other processes.
 """
 
 import math
@@ -20,43 +19,30 @@ from ballscrew_tehl.friction.presliding import presliding_angle
 from ballscrew_tehl.nut_map import build
 from ballscrew_tehl.nut_map.build import build_map, map_journal
 from ballscrew_tehl.nut_map.contact_map import core_formula, thick_rolling_formula
-from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, QUANTITIES, RISES, VISCOUS
+from ballscrew_tehl.nut_map.contacts import CORE, FILMS, MAPPED, QUANTITIES, RISES, VISCOUS
 from ballscrew_tehl.nut_map.file import STORED
 from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid
+from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.ball_formula import film_formula
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, sealed
 
+LAW = load_parameters(PACKAGED_VG100)
+# without the atlas, which is that of solved contacts
 GRID = MapGrid(
-    force=(400.0, 12000.0, 7),
-    speed=(100.0 * RPM, 1000.0 * RPM, 6),
-    temperature=(293.15, 313.15, 4),
-    preload=(400.0, 9000.0, 7),
-    share_nodes=21,
-    contact_first=96,
-    contact_batch=16,
-    contact_max=96,
-    # the atlas is that of solved contacts
-    atlas=False,
-)
+    force=(400.0, 12000.0, 7), speed=(100.0 * RPM, 1000.0 * RPM, 6), temperature=(293.15, 313.15, 4),
+    preload=(400.0, 9000.0, 7), share_nodes=21, contact_first=96, contact_batch=16, contact_max=96, atlas=False,
+)  # fmt: skip
 #: the same with fewer contacts: faster, errors of some percent
 FEW = replace(GRID, contact_first=32, contact_max=32)
 #: largest error of a film and of a temperature rise of the contact map over GRID against the closed contacts; found at
 #: 2000 random points (mean): 96 contacts 6.2e-4 (3e-5) and 1.2e-2 (3e-4, in a corner); 64: 1.8e-3 and 1.4e-2; 128:
 #: 6.0e-4 and 1.1e-2
 CLOSED_FILM, CLOSED_RISE = 1e-3, 1.5e-2
-SHARE = {
-    FILMS[0]: 1.0,
-    FILMS[1]: 0.8,
-    FILMS[2]: 0.5,
-    "rolling_loss": 0.7,
-    "core_pressure": 1.0,
-    "core_area": 0.9,
-}
-
-
+SHARE = {FILMS[0]: 1.0, FILMS[1]: 0.8, FILMS[2]: 0.5, "rolling_loss": 0.7, CORE[0]: 1.0, CORE[1]: 0.9}
 #: exponent of load in the ratio to the closed formula: the film falls with load on the screw and rises on the nut
 LOAD_EXPONENT = {"screw": -0.02, "nut": 0.12}
 
@@ -85,15 +71,11 @@ def values(parameters, raceway, name, load, speed, temperature):
     if name in RISES:
         share = 1.0 if name == "temperature_rise" else 0.5
         return share * temperature_rise(raceway, load, speed, temperature)
-    if name == "rolling_loss":
-        formula = thick_rolling_formula(parameters, raceway, np.asarray(load), speed, temperature)
-        return formula * ratio(raceway, name, load, speed, temperature)
-    if name in ("core_pressure", "core_area"):
-        pressure, area = core_formula(parameters, raceway, np.asarray(load), speed, temperature)
-        core = pressure if name == "core_pressure" else area
-        return core * ratio(raceway, name, load, speed, temperature) ** 0.1
-    formula = film_formula(parameters, raceway, np.asarray(load), speed, temperature)
-    return formula * ratio(raceway, name, load, speed, temperature)
+    at = parameters, raceway, np.asarray(load), speed, temperature
+    over = ratio(raceway, name, load, speed, temperature)
+    if name in CORE:
+        return core_formula(*at)[CORE.index(name)] * over**0.1
+    return (thick_rolling_formula if name == "rolling_loss" else film_formula)(*at) * over
 
 
 class ClosedFilm:
@@ -113,25 +95,19 @@ def closed_ball(parameters, raceway, load, speed, temperature, thermal):
     at = parameters, raceway
     found = {name: float(values(*at, name, np.array([load]), speed, temperature)[0]) for name in MAPPED}
     return SimpleNamespace(
-        h_c=found[FILMS[1] if thermal else FILMS[0]],
-        h_m=found[FILMS[2]],
-        conditions=SimpleNamespace(load=load, temperature=temperature),
-        temperature_rise_mean=found["temperature_rise"], rolling_loss=found["rolling_loss"],
-        core_pressure=found["core_pressure"], core_area=found["core_area"],
-        mean_temperature=temperature + found["mean_rise"],
+        **{name: found[name] for name in ("rolling_loss", *CORE)},
+        h_c=found[FILMS[1] if thermal else FILMS[0]], h_m=found[FILMS[2]], conditions=SimpleNamespace(
+            load=load, temperature=temperature),
+        temperature_rise_mean=found["temperature_rise"], mean_temperature=temperature + found["mean_rise"],
         hertz=SimpleNamespace(p_max=1e9 * (load / 30.0) ** (1 / 3)),
     )  # fmt: skip
 
 
 def closed_contact(parameters, raceway, load, speed, temperature):
     """In place of build._solve_contact."""
-    contact = dict.fromkeys(QUANTITIES, 0.0)
-    for name in MAPPED:
-        contact[name] = float(values(parameters, raceway, name, load, speed, temperature))
-    contact["pressure_max"] = 1e9 * (load / 40.0) ** (1 / 3)
-    contact["traction_force"] = 0.03 * load * math.exp(-speed / 1000.0)
-    contact["asymptotic"] = float(load > 100.0)
-    return contact
+    at = load, speed, temperature
+    contact = {name: float(values(parameters, raceway, name, *at)) for name in MAPPED}
+    return contact | {"asymptotic": float(load > 100.0)}
 
 
 def partly_failed_contact(parameters, raceway, load, speed, temperature):
@@ -142,14 +118,8 @@ def partly_failed_contact(parameters, raceway, load, speed, temperature):
 
 
 def closed_build(
-    parameters=GD4008,
-    grid=GRID,
-    progress=None,
-    solve=closed_contact,
-    executor=None,
-    workers=None,
-    journal=None,
-) -> BuiltMap:
+    parameters=GD4008, grid=GRID, progress=None, solve=closed_contact, executor=None, workers=None, journal=None
+) -> BuiltMap:  # fmt: skip
     """build_map with closed contacts, in one thread unless an executor or a number of workers is given.
 
     journal: path of the file of contacts
@@ -165,6 +135,12 @@ def closed_build(
 def small_map() -> BuiltMap:
     """The map of GD4008 over GRID."""
     return closed_build()
+
+
+@cache
+def law_map() -> BuiltMap:
+    """The map of rolling balls over GRID: the mechanistic law."""
+    return closed_build(LAW)
 
 
 def nut_map_of(built: BuiltMap, film="solved", ratio=7.0, net=0.005, roughness=3e-8) -> NutMap:
@@ -197,13 +173,11 @@ def same_map(one, two):
 def same_contacts(one, two):
     """Range, contacts and kriging of two contact maps equal to the last bit."""
     assert one.range == two.range
+    same = np.testing.assert_array_equal
     for raceway in RACEWAYS:
-        np.testing.assert_array_equal(one.contacts[raceway].points, two.contacts[raceway].points)
+        own, other = one.contacts[raceway], two.contacts[raceway]
+        same(own.points, other.points)
         for name in QUANTITIES:
-            np.testing.assert_array_equal(
-                one.contacts[raceway].values[name], two.contacts[raceway].values[name]
-            )
+            same(own.values[name], other.values[name])
         for name in MAPPED:
-            np.testing.assert_array_equal(
-                one.models[raceway].kriging(name).hyper, two.models[raceway].kriging(name).hyper
-            )
+            same(*(each.models[raceway].kriging(name).hyper for each in (one, two)))

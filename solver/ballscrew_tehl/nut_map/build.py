@@ -68,14 +68,10 @@ def _solve_contact(
         "thermal_central_film": float(hot.h_c),
         "thermal_minimum_film": float(hot.h_m),
         "temperature_rise": float(hot.temperature_rise_mean),
-        "temperature_rise_smooth": float(hot.temperature_rise_smooth),
-        "pressure_max": float(hot.p_max),
-        "traction_force": float(hot.traction_force),
         "rolling_loss": float(hot.rolling_loss),
         "core_pressure": float(hot.core_pressure),
         "core_area": float(hot.core_area),
         "mean_rise": float(hot.mean_temperature - temperature),
-        "error_estimate": float(hot.error_estimate),
         "asymptotic": float("asymptotic" in (cold.branch, hot.branch)),
     }
 

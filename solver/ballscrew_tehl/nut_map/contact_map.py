@@ -171,8 +171,6 @@ class ContactModel:
     def film(self, name: str, points: Array) -> Array:
         """A film [m] at operating points (n, 3), or another quantity."""
         ratio = unmodelled(name, self._interpolated(name, points))
-        if name == "rolling_loss":
-            ratio = np.maximum(ratio, LEAST_ROLLING)
         return np.asarray(ratio * self._below(name, points, lambda over: self.film(over, points)))
 
     def covariance(self, name: str, points: Array) -> Array:

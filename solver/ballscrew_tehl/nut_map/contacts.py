@@ -15,22 +15,18 @@ from ..runtime.packed import MECHANISTIC
 Array = NDArray[np.float64]
 
 #: quantities of a solved contact with units; temperature_rise: of the hottest level, mean over the contact (the largest
-#: of the smoothed ones in pure rolling depends on where the pressure spike lies between the nodes); mean_rise: mean
-#: over contact and film, below 0 where oil that expands cools more than shear heats; rolling_loss, core_pressure,
-#: core_area: of the thermal solve, see contact.ContactResult
+#: in pure rolling depends on where the pressure spike lies between the nodes); mean_rise: mean over contact and film,
+#: below 0 where oil that expands cools more than shear heats; rolling_loss, core_pressure, core_area: of the thermal
+#: solve, see contact.ContactResult
 QUANTITIES = {
     "isothermal_central_film": "m",
     "thermal_central_film": "m",
     "thermal_minimum_film": "m",
     "temperature_rise": "K",
-    "temperature_rise_smooth": "K",
-    "pressure_max": "Pa",
-    "traction_force": "N",
     "rolling_loss": "W",
     "core_pressure": "Pa",
     "core_area": "m2",
     "mean_rise": "K",
-    "error_estimate": "1",
     "asymptotic": "1",
 }
 #: columns of the points of solved contacts with units

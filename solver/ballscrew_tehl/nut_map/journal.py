@@ -13,7 +13,7 @@ from typing import Any, TextIO
 from filelock import FileLock, Timeout
 
 #: another one also if the values of a solved contact are defined otherwise
-JOURNAL_FORMAT = 6
+JOURNAL_FORMAT = 7
 
 #: values of a solved contact by quantity, NaN where it did not converge
 Contact = dict[str, float]
