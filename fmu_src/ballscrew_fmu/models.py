@@ -33,7 +33,6 @@ class FmuModel(NamedTuple):
     slave: str  # module of the base class {name}Base; "": native only
     refines: bool  # the FMU contains the contact solver
     layer: str  # folder of the model in native/models
-    derivatives: bool  # directional and adjoint derivatives
     terminals: tuple[Terminal, ...] = ()
     borrowed: tuple[str, ...] = ()  # files of other models in native/models
     parts: bool = True  # steps in parts: event mode and intermediate updates of FMI 3 co-simulation
@@ -52,7 +51,6 @@ FRICTION = FmuModel(
     "ballscrew_fmu.python_fmu.slave",
     refines=True,
     layer="friction",
-    derivatives=True,
     terminals=(
         Terminal(
             "shaft",
@@ -77,7 +75,6 @@ MONITOR = FmuModel(
     "ballscrew_fmu.python_fmu.monitor_slave",
     refines=False,
     layer="monitor",
-    derivatives=True,
     terminals=(
         Terminal(
             "shaft",
@@ -105,7 +102,6 @@ TRANSMISSION = FmuModel(
     slave="",
     refines=False,
     layer="transmission",
-    derivatives=True,
     terminals=(
         Terminal(
             "shaft",

@@ -66,11 +66,6 @@ CAPABILITIES: Mapping[int, Mapping[str, Mapping[str, str]]] = {  # by FMI versio
         },
     },
 }
-_DERIVATIVES = (
-    "providesDirectionalDerivative",
-    "providesDirectionalDerivatives",
-    "providesAdjointDerivatives",
-)
 _PARTS = (
     "providesIntermediateUpdate",
     "mightReturnEarlyFromDoStep",
@@ -97,8 +92,6 @@ MEMBER = '      <TerminalMemberVariable variableName="{0}" memberName="{1}" vari
 def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]:
     """CAPABILITIES of a model, by interface."""
     own = {"modelIdentifier": model.native_name}
-    if not model.derivatives:
-        own |= dict.fromkeys(_DERIVATIVES, "false")
     if not model.parts:
         own |= dict.fromkeys(_PARTS, "false")
     return {

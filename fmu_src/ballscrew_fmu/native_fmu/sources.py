@@ -67,7 +67,6 @@ enum Variables {{
 #define TIME_REFERENCE (FIRST_REFERENCE + VARIABLE_COUNT) /* FMI 3 only: the independent variable */
 #define INPUT_FIRST {first}
 #define INPUT_COUNT {inputs}
-#define MODEL_DERIVATIVES {derivatives} /* 1: the model has directional derivatives */
 #define MODEL_PARTS {parts} /* 1: event mode and intermediate updates of FMI 3 co-simulation */
 
 enum Causality {{
@@ -258,7 +257,6 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
             references=",\n".join(f"    {v.name.upper()}" for v in table),
             first=inputs[0].name.upper(),
             inputs=len(inputs),
-            derivatives=int(model.derivatives),
             parts=int(model.parts),
         ),
         "variables.c": _TABLE.format(rows="\n".join(_row(v) for v in table)),

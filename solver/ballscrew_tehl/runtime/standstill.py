@@ -127,12 +127,6 @@ def longest_step(stiffness: float, damping: float) -> float:
     return damping / stiffness
 
 
-def least_inertia(step: float, stiffness: float, damping: float) -> float:
-    """Inertia above which explicit coupling holds an axis [kg.m2]; infinite from longest_step on."""
-    share = step / longest_step(stiffness, damping)
-    return step * damping / (1.0 - share) if share < 1.0 else math.inf
-
-
 def presliding_power(deflection: float, speed: float, coulomb_torque: float, stiffness: float) -> float:
     """Heat per time of the sliding share of the bristle at an instant (no damping).
 

@@ -14,7 +14,7 @@ import pytest
 from fmu_checks import fmi_functions
 from native_host import c_host
 from native_library import NativeInstance
-from native_model import compiled_model, compiler
+from native_model import FLAGS, compiled_model, compiler
 from native_walk import sealed_map
 from paths import FMU_SUPPORT, NATIVE_HOSTS, SUPPORT
 from synthetic_map import closed_form, make_map
@@ -127,6 +127,7 @@ def objects(folder, name, model, version, nut_map, embed):
         "-O1",
         "-Wall",
         "-Werror",
+        *FLAGS,
         defined,
         "-isystem",
         "fmi",

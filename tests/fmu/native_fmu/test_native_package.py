@@ -9,23 +9,19 @@ import sys
 import zipfile
 from pathlib import Path
 
-import numpy as np
 import pytest
 from fmu_checks import exports, findings, fmi_functions, machine_of
-from importers import differences
-from native_model import TOKEN
+from native_model import FLAGS
 from native_reference import REFERENCE, VALIDATION
 from paths import SUPPORT
-from platforms import EMULATED, HERE, outputs_on
-from rotor_fmu import RUNS_HERE
 from synthetic_map import make_map
 
 from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks.check import check
 from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
-from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, TRANSMISSION
+from ballscrew_fmu.models import MODELS
 from ballscrew_fmu.native_fmu import compile as native_build
-from ballscrew_fmu.native_fmu.compile import PLATFORMS, BuildError, build_libraries, universal_library
+from ballscrew_fmu.native_fmu.compile import BuildError, build_libraries, universal_library
 from ballscrew_fmu.native_fmu.map_file import map_bytes
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_files
 from ballscrew_fmu.native_fmu.sources import (
@@ -137,20 +133,6 @@ def test_libraries_of_all_platforms(native_fmus, native_unpacked):
 
 
 @VERSIONS
-@pytest.mark.parametrize("emulated", EMULATED, ids=lambda e: e.tool)
-def test_another_platform_gives_the_same_numbers(emulated, version, native_unpacked, tmp_path):
-    """Executed: Windows under wine, aarch64 under qemu. Their C libraries differ in the last digits of exp and pow."""
-    if reason := emulated.problem() or (None if RUNS_HERE else "compares with x86_64 Linux"):
-        pytest.skip(reason)
-    unpacked = Path(native_unpacked[version])
-    names, expected = outputs_on(HERE, unpacked, version, tmp_path)
-    _, found = outputs_on(emulated.platform, unpacked, version, tmp_path)
-    assert np.isfinite(expected).all()
-    worst = differences(found, expected).max(axis=0)
-    assert (worst <= 1e-9).all(), dict(zip(names, worst, strict=True))
-
-
-@VERSIONS
 def test_the_sources_compile_without_ziglang(native_unpacked, tmp_path, version):
     """Compile sources/ as an importer does: its headers, its compiler, the listed files. Another token is refused."""
     compiler = shutil.which("cc") or pytest.skip("no C compiler")
@@ -159,7 +141,8 @@ def test_the_sources_compile_without_ziglang(native_unpacked, tmp_path, version)
     root = Path(importlib.util.find_spec("fmpy").origin).parent / "c-code"
     units = re.findall(r'SourceFile name="([^"]+)"', (folder / "sources/buildDescription.xml").read_text())
     place = folder / "binaries" / {2: "linux64", 3: "x86_64-linux"}[version] / f"{NATIVE_NAME}.so"
-    command = [compiler, "-std=c99", "-O2", "-fPIC", "-shared", f"-I{root}", "-o", str(place), *units, "-lm"]
+    command = [compiler, "-std=c99", "-O2", "-fPIC", "-shared", f"-I{root}", "-o", str(place)]
+    command += [*FLAGS, *units, "-lm"]
     subprocess.run(command, cwd=folder / "sources", check=True, timeout=300)
     assert exports(place, fmi_functions(version)) == []
     with KINDS[version](folder) as one, KINDS[version](native_unpacked[version]) as two:
@@ -182,53 +165,22 @@ def test_an_fmu_with_its_map_compiled_in_passes_the_checks_of_the_build(syntheti
     assert "no finding" in check(tmp_path / "embedded.fmu", synthetic_nut_map, model)
 
 
-def test_models_share_their_sources_and_the_transmission_has_no_steps_in_parts(synthetic_nut_map):
-    friction, monitor, transmission = (
-        native_sources(synthetic_nut_map.header, 3, TOKEN, model)
-        for model in (FRICTION, MONITOR, TRANSMISSION)
-    )
-    own = {"model.c", "variables.c", "variables.h", "constants.h"}  # names in constants.h
-    assert {n for n in set(monitor) & set(friction) if monitor[n] != friction[n]} == own
-    assert {n for n in set(transmission) & set(friction) if transmission[n] != friction[n]} == own - {
-        "model.c"
-    }
-    assert b"MODEL_PARTS 0" in transmission["variables.h"]
-    includes = {
-        n: set(re.findall(rb'#include "([\w.]+)"', text))
-        for n, text in (transmission | monitor | friction).items()
-    }
-    names = {name.encode() for name in includes}
-    assert set().union(*(found for n, found in includes.items() if not is_fmi_header(n))) <= names
-    headers = {
-        n.encode(): found for n, found in includes.items() if n.endswith(".h") and not is_fmi_header(n)
-    }
-    while leaves := [n for n, found in headers.items() if not found & set(headers)]:
-        for leaf in leaves:
-            del headers[leaf]
-    assert not headers, "include circle"
-
-
 def test_members_that_contradict_each_other_are_found(native_fmus):
+    files, others = read(native_fmus[2]), read(native_fmus[3])
     for path, before, after in (
         ("sources/variables.c", b'{"speed"', b'{"velocity"'),
         ("sources/buildDescription.xml", b'name="map.c"', b'name="maps.c"'),
         ("terminalsAndIcons/terminalsAndIcons.xml", b'variableName="speed"', b'variableName="w"'),
-        ("extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml", b"beta.1", b"alpha.1"),
-        (
-            f"extra/org.fmi-standard.fmi-ls-ref/{NATIVE_NAME}_validation_out.csv",
-            b"friction_torque",
-            b"torque",
-        ),
         ("documentation/index.html", b'src="plot.png"', b'src="plots.png"'),
-    ):
-        files = read(native_fmus[2])
+    ):  # fmt: skip
         assert before in files[path]
         assert findings(files | {path: files[path].replace(before, after)}) != []
-    files = read(native_fmus[3])
     linux, arm = (f"binaries/{p}/{NATIVE_NAME}.so" for p in ("x86_64-linux", "aarch64-linux"))
-    assert any("is made for" in f for f in findings(files | {linux: files[arm]}))
-    assert any("/home/" in f for f in findings(files | {linux: files[linux] + b"/home/someone"}))
-    assert any("is a file of the importer" in f for f in findings(files | {"sources/fmi3Functions.h": b""}))
+    for change, found in (
+        ({linux: others[arm]}, "is made for"), ({linux: others[linux] + b"/home/someone"}, "/home/"),
+        ({"sources/fmi3Functions.h": b""}, "is a file of the importer"),
+    ):  # fmt: skip
+        assert any(found in text for text in findings(others | change))
 
 
 # --- errors ---
@@ -259,22 +211,15 @@ def test_without_ziglang_the_compiler_of_the_machine_builds_for_it_alone(
 
 
 def test_one_line_for_what_cannot_be_built(synthetic_nut_map, monkeypatch, tmp_path):
-    done, good = [], {"a.c": b"int f(void);\nint f(void) { return 1; }\n"}
-    build_libraries(good, "a", ("aarch64-linux", "x86_64-linux"), done.append)
-    assert done == ["aarch64-linux", "x86_64-linux"]
     for text, found in (
-        (
-            b"int f(void) { return missing; }\nint g(void) { return absent; }\n",
-            r"x86_64-linux: .*a\.c:1:.*missing",
-        ),
+        (b"int f(void) { return missing; }\nint g(void) { return absent; }\n", r"x86_64-linux: .*a\.c:1:.*missing"),
         (b"int f(double x);\nint f(double x) { return x; }\n", r"a\.c:2:.*conversion"),  # warnings are errors
-    ):
+    ):  # fmt: skip
         with pytest.raises(BuildError, match=found) as error:
-            build_libraries({"a.c": text}, "a", ("x86_64-linux", "aarch64-linux"))
+            build_libraries({"a.c": text}, "a", ("x86_64-linux",))
         assert "\n" not in str(error.value)
     with pytest.raises(ValueError, match="token"):
         variable_sources(synthetic_nut_map.header, '"; int x')
-    assert len(PLATFORMS) == 5
     monkeypatch.setattr("ballscrew_fmu.native_fmu.sources.fmpy.__file__", str(tmp_path / "__init__.py"))
     with pytest.raises(SourceError, match=r"fmi2Functions\.h not found"):
         native_sources(synthetic_nut_map.header, 2, "")

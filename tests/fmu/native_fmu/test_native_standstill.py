@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from native_model import NativeModel
 from scipy.integrate import solve_ivp
-from standstill_runs import ACCELERATIONS, INERTIAS, STEPS, coulomb_level, reversal_peak, rotor
 from synthetic_map import LAWS, closed_form
 
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
@@ -219,59 +218,6 @@ def test_a_bristle_that_slipped_gives_back_no_more_than_it_got(nut_map):
         assert 0.1 * supplied < returned < supplied
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_modes_of_model_exchange_tend_to_the_exact_step(law):
-    """A swinging speed, integrated by Euler with events; the torque of co-simulation is exact for its steps."""
-    nut_map, errors = MAPS[law], []
-    for step in (1e-4, 2.5e-5):
-        fixed = {"presliding_stiffness": 400.0, "presliding_damping": 1e-9, "preload": 2000.0}
-        exchange, exact = begun(nut_map, **fixed), NativeModel(nut_map)
-        exact.step(0.0, **fixed)
-        torques = []
-        for n in range(round(0.5 / step)):
-            speed = 0.02 * math.sin(2.0 * math.pi * 4.0 * (n + 0.5) * step)
-            exchange.latch(speed=speed)
-            if exchange.get("slip_indicator") < 0.0:
-                exchange.event()
-            rate = exchange.get("presliding_deflection_rate")
-            exchange.latch(presliding_deflection=exchange.get("presliding_deflection") + step * rate)
-            exact.step(step, speed=speed)
-            torques.append((exchange.get("friction_torque"), exact.get("friction_torque")))
-        found, wanted = np.transpose(torques)
-        errors.append(np.max(np.abs(found - wanted)) / np.max(np.abs(wanted)))
-    assert errors[0] <= 0.02
-    assert errors[1] <= 0.6 * errors[0]
-
-
-# --- coupled with a rotor ---
-
-
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("exchange", [False, True])
-def test_the_coulomb_part_stays_at_its_level_in_reversals(law, exchange):
-    one = NativeModel(MAPS[law])
-    for acceleration, step in product(ACCELERATIONS[1:], STEPS[1:]):
-        assert 0.9 <= reversal_peak(one, MAPS[law], acceleration, step, exchange) <= 1.02, (
-            acceleration,
-            step,
-        )
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_a_rotor_is_held_and_breaks_away(law):
-    """By half of the Coulomb torque in motion: at rest it may be higher, and the start swings beyond the load."""
-    one, nut_map = NativeModel(MAPS[law]), MAPS[law]
-    for inertia, friction_first in product(INERTIAS[:2], (False, True)):
-        held = rotor(
-            one, 0.5 * coulomb_level(nut_map, 10.0), inertia, 1e-3, friction_first, settle=8.0, hold=2.0
-        )
-        assert held.drift < 1e-9
-        free = rotor(
-            one, 1.1 * coulomb_level(nut_map, 0.0), inertia, 1e-3, friction_first, settle=2.0, hold=0.0
-        )
-        assert free.speed > 0.1
-
-
 # --- balance of power of the transmission ---
 
 POWERS = ("shaft_power", "nut_power", "power_loss")
@@ -347,85 +293,3 @@ def test_power_balance_of_model_exchange(nut_map):
     assert events >= 3
     assert state[4] > 5.0
     assert abs(balance) <= 1e-6 * state[4]
-
-
-# --- a driven axis ---
-
-INERTIA, MASS, DAMPER, END = 5e-3, 300.0, 400.0, 0.3  # [kg m2], [kg], [N s/m], [s]
-
-
-def drive(time):
-    """Motor torque [N.m] and load on the axis [N]: accelerated, stopped, reversed; smooth."""
-    swing = 2.0 * math.pi * time / END
-    return 6.0 * math.sin(swing), 800.0 * (math.sin(swing + 1.0) - math.sin(1.0))
-
-
-def exchanged(nut_map, points):
-    """Angle, speed, position, velocity at times (n,), by model exchange with a solver and events: (n, 4)."""
-    one = begun(nut_map, TRANSMISSION)
-
-    def latch(y):
-        one.latch(angle=y[0], speed=y[1], position=y[2], velocity=y[3], presliding_deflection=y[4])
-
-    def rates(t, y):
-        latch(y)
-        torque, load = drive(t)
-        force = one.get("nut_force") - load - DAMPER * y[3]
-        turning = (torque - one.get("screw_torque")) / INERTIA
-        return [y[1], turning, y[3], force / MASS, one.get("presliding_deflection_rate")]
-
-    def indicator(t, y):
-        latch(y)
-        return one.get("slip_indicator")
-
-    indicator.terminal = True
-    time, state, found = 0.0, np.zeros(5), np.zeros((len(points), 4))
-    while time < points[-1]:
-        run = solve_ivp(
-            rates, (time, points[-1]), state, "DOP853", rtol=1e-9, atol=1e-13, max_step=2e-4, events=indicator,
-            dense_output=True,
-        )  # fmt: skip
-        assert run.success
-        here = (points >= time) & (points <= run.t[-1])
-        if here.any():
-            found[here] = run.sol(points[here])[:4].T
-        time, state = run.t[-1], run.y[:, -1]
-        if run.status == 1:
-            latch(state)
-            state = run.sol(time + 1e-9)  # past the crossing
-            latch(state)
-            one.event()
-            state[4] = one.get("presliding_deflection")
-            time += 1e-9
-    return found
-
-
-def stepped(nut_map, points):
-    """The same by co-simulation, the transmission first; inertia and mass move under its torque and force, exactly."""
-    one, h = NativeModel(nut_map, model=TRANSMISSION), points[1] - points[0]
-    angle = speed = position = velocity = 0.0
-    found = np.zeros((len(points), 4))
-    for n, time in enumerate(points):
-        found[n] = angle, speed, position, velocity
-        one.step(h, angle=angle, speed=speed, position=position, velocity=velocity)
-        torque, load = drive(time + 0.5 * h)
-        turning = (torque - one.get("screw_torque")) / INERTIA
-        pushing = (one.get("nut_force") - load - DAMPER * velocity) / MASS
-        angle, speed = angle + h * (speed + 0.5 * h * turning), speed + h * turning
-        position, velocity = position + h * (velocity + 0.5 * h * pushing), velocity + h * pushing
-    return found
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_co_simulation_tends_to_model_exchange(law):
-    """1e-3 of the largest value at 0.1 ms, of first order in the step."""
-    errors = []
-    for h in (1e-4, 5e-5):
-        points = h * np.arange(round(END / h) + 1)
-        exact = exchanged(MAPS[law], points)
-        assert np.abs(exact[:, 0]).max() > 1.0
-        error = np.abs(stepped(MAPS[law], points) - exact)
-        errors.append(np.max(error, axis=0) / np.max(np.abs(exact), axis=0))
-    assert np.max(errors[0]) <= 1e-3
-    for place in (0, 2):  # speeds reach the error of the modes of model exchange
-        assert errors[1][place] <= 0.6 * errors[0][place]

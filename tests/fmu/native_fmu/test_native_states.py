@@ -22,7 +22,6 @@ from native_library import (
 from native_walk import sealed_state
 
 from ballscrew_fmu.models import FRICTION, MONITOR, NATIVE_MODELS, TRANSMISSION
-from ballscrew_fmu.native_fmu.sources import native_sources
 
 pytestmark = pytest.mark.slow
 both_versions = pytest.mark.parametrize("version", [2, 3])
@@ -298,21 +297,3 @@ def test_wrong_sizes_and_null_pointers(version):
             (read, (None, length, byref(c_void_p()))), (read, (room, length, None)), (f"Get{ending}", (None,)),
         ):  # fmt: skip
             assert one.call(name, *arguments) == ERROR, name
-
-
-@models
-def test_every_field_of_the_model_is_serialized_or_computed_again(model):
-    """A new field of the model that is not serialized would be lost without an error."""
-    sources = native_sources(NUT_MAP.header, 2, "t", model)
-    header = "monitor_state.h" if model is MONITOR else "screw_state.h"
-    state, code, walk = (sources[name].decode() for name in (header, "model.c", "saved_state.c"))
-    structure = re.sub(r"/\*.*?\*/", "", re.search(r"struct Model \{([^}]*)\};", state)[1], flags=re.S)
-    declared = set(re.findall(r"\b(\w+)(?:\[\w+\])?\s*[,;]", structure))
-    listed = set(re.findall(r"X\((\w+)\)", state)) - {"X"}
-    cleared = code[code.index("void model_clear_computed") :].partition("\n}\n")[0]
-    computed_again = set(re.findall(r"model->(\w+)", cleared))
-    body = walk[walk.index("static void pass_model") : walk.index("static void pass_situation")]
-    passed = set(re.findall(r"model->(\w+)", body)) - {"field"}
-    assert len(declared) > 10
-    assert declared == listed | computed_again | passed
-    assert not computed_again & (listed | passed)

@@ -1,8 +1,6 @@
 /* Directional and adjoint derivatives from the directional derivative of the model. */
 #include "instance.h"
 
-#if MODEL_DERIVATIVES
-
 /* One entry per variable, even if the importer gives it repeatedly, so that the size is bounded. */
 typedef struct {
     int indices[VARIABLE_COUNT];
@@ -107,21 +105,3 @@ Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t
     }
     return STATUS_OK;
 }
-
-#else
-
-Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t unknown_count,
-                           const unsigned knowns[], size_t known_count, const double seed[], double sensitivity[],
-                           bool adjoint)
-{
-    (void)unknowns;
-    (void)unknown_count;
-    (void)knowns;
-    (void)known_count;
-    (void)seed;
-    (void)sensitivity;
-    (void)adjoint;
-    return instance_fail(instance, "no directional derivatives, see the model description");
-}
-
-#endif

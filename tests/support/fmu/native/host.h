@@ -195,21 +195,7 @@ static inline void ended(const Fmu *fmu)
     }
 }
 
-/* Clears what the state has of the past by intention, the heat, and with it the checksum. Layout: saved_state.c. */
-static inline void forget_heat(unsigned char *bytes)
-{
-#ifdef MONITOR
-    (void)bytes;
-#else
-    const size_t fields = 32 + strlen(MODEL_TOKEN) + strlen(MODEL_MAP), values = fields + 40;
-
-    memset(bytes + 8, 0, 8);
-    memset(bytes + values + 16 * HEAT, 0, 16);
-    memset(bytes + values + 16 * VARIABLE_COUNT + 8 * 10, 0, 8);
-#endif
-}
-
-/* Hash of the serialized state, without the heat. */
+/* Hash of the serialized state. */
 static inline uint64_t state_hash(const Fmu *fmu)
 {
     uint64_t sum = UINT64_C(14695981039346656037);
@@ -230,7 +216,6 @@ static inline uint64_t state_hash(const Fmu *fmu)
         REQUIRE(bytes != NULL && fmi3SerializeFMUState(fmu->instance, state, bytes, size) == fmi3OK);
         REQUIRE(fmi3FreeFMUState(fmu->instance, &state) == fmi3OK);
     }
-    forget_heat(bytes);
     sum = hashed(sum, bytes, size);
     free(bytes);
     return sum;
