@@ -103,17 +103,6 @@ def test_a_point_beyond_either_limit_is_an_outlier():
         assert replace(points, studentised=0.0 * share, robust=6.0 * share).outliers == found
 
 
-def test_outliers_are_found_also_when_they_mask_each_other(wide):
-    for stray in [{4: 1.15}, {2: 1.3, 7: 1.25, 12: 1.3}, {0: 0.85}]:
-        basis = noisy(wide, TRUTH, 0.01, 5)
-        points = tuple(
-            replace(m, torque=m.torque * stray.get(i, 1.0)) for i, m in enumerate(basis.measurements)
-        )
-        basis = replace(basis, measurements=points)
-        found = point_diagnostics(basis, fit_values(basis, 3, "least_squares"), 3)
-        assert found.outliers == sorted(stray)
-
-
 def test_wide_and_precise_data_identify_everything(wide):
     basis = noisy(wide, TRUTH, 0.005, 3)
     smooth = Rival(

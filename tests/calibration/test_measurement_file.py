@@ -51,19 +51,9 @@ def test_spellings_of_one_point(csv_file):
 def test_uncertainties_become_weights(csv_file):
     head = "preload_n,speed_rpm,temperature_c,torque_nm,"
     rows = ("1000,60,30,0.4,{}\n", "1000,600,30,0.5,{}\n", "1000,900,30,1.0,{}\n")
-    shares = (0.01, 0.02, 0.04)
-    relative = csv_file(
-        head
-        + "torque_uncertainty [%]\n"
-        + "".join(r.format(100 * s) for r, s in zip(rows, shares, strict=True))
-    )
-    by_share = read_measurement_file(relative, 300.0)
-    absolute = csv_file(
-        head
-        + "uncertainty [mNm]\n"
-        + "".join(r.format(x) for r, x in zip(rows, (4.0, 10.0, 40.0), strict=True))
-    )
-    for found in (by_share, read_measurement_file(absolute, 300.0)):
+    for name, values in (("torque_uncertainty [%]", (1, 2, 4)), ("uncertainty [mNm]", (4.0, 10.0, 40.0))):
+        lines = "".join(r.format(x) for r, x in zip(rows, values, strict=True))
+        found = read_measurement_file(csv_file(f"{head}{name}\n{lines}"), 300.0)
         assert [m.weight for m in found.measurements] == pytest.approx([2.0, 1.0, 0.5])
         assert [m.uncertainty for m in found.measurements] == pytest.approx([0.004, 0.01, 0.04])
 

@@ -12,7 +12,7 @@ from reference_screw import GD4008
 from section7 import MEASURED
 
 from ballscrew_tehl.calibration.diagnostics import SPLIT
-from ballscrew_tehl.calibration.measurements import PACKAGED_TORQUE
+from ballscrew_tehl.calibration.measurements import PACKAGED_TORQUE, Measurement
 from ballscrew_tehl.calibration.packaged import torque_basis
 from ballscrew_tehl.friction.sets import friction_set_of_file, load_friction_sets
 from ballscrew_tehl.friction.torque import double_nut_torque
@@ -45,12 +45,9 @@ def films():
 def torques(films):
     """Torques of POINTS with the films of the packaged map and the parameters TRUTH, noise 0.5 %."""
     points = [
-        replace(
-            MEASURED[0], preload=1e3 * preload, speed=rpm * RPM, temperature=celsius + CELSIUS, axial_load=axial,
-            tables=(),
-        )
+        Measurement(1e3 * preload, rpm * RPM, celsius + CELSIUS, 1.0, axial_load=axial)
         for preload, rpm, celsius, axial in POINTS
-    ]  # fmt: skip
+    ]
     noise = 1.0 + 0.005 * np.random.default_rng(8).normal(size=len(points))
     return torque_basis(GD4008, films["solved_thermal"], points).torque(TRUTH) * noise
 
@@ -158,17 +155,13 @@ def test_few_points_and_bad_options_are_one_line(capsys, tmp_path, measured):
         (
             [1, 3, 5],
             (),
-            "3 usable rows at 3 operating points; the 3 parameters of three_parameter need at least 4 rows",
+            "3 usable rows at 3 operating points; the 3 parameters of three_parameter need at least 4",
         ),
         ([1, 3, 5], (), "or fit --set two_parameter"),
         ([1, 1, 3, 3], (), "2 operating points; the 3 parameters"),
         ([1, 3, 7], (*set_2, "--output", "nowhere/f.toml"), "nowhere/f.toml: no such folder"),
         ([1, 3, 7], (*set_2, "--temperature-c", "-300"), "--temperature-c = -300; allowed: -73.15 to 200"),
-        (
-            [1, 3, 7],
-            ("--set", "mechanistic", "--screw", PUBLISHED_FILE),
-            "friction set = mechanistic; allowed with kinematics published: three_parameter, two_parameter",
-        ),
+        ([1, 3, 7], ("--set", "mechanistic", "--screw", PUBLISHED_FILE), "allowed with kinematics published"),
     ):
         path.write_text("\n".join([HEAD] + [lines[number] for number in rows]))
         assert message in refused(capsys, "calibrate", str(path), "--map", MAP, *arguments)
@@ -178,6 +171,7 @@ def test_few_points_and_bad_options_are_one_line(capsys, tmp_path, measured):
     assert SPLIT in entry["not_identified"]
 
 
+@pytest.mark.slow
 def test_friction_file_is_that_of_its_screw(capsys, measured, tmp_path):
     output, picture = tmp_path / "friction.toml", tmp_path / "p.png"
     found, _ = run(capsys, measured(), "--map", MAP, "--output", str(output), "--plot", str(picture))
@@ -192,16 +186,10 @@ def test_friction_file_is_that_of_its_screw(capsys, measured, tmp_path):
     nut_map = load_map(None, GD4008, entry)
     assert tuple(nut_map.defaults) == (*entry.values, 1.0)
     assert nut_map.header["friction"]["provenance"].startswith("measured.csv (SHA-256 ")
-    rolling = changed(GD4008, friction={"kinematics": "rolling_frame"})
     with pytest.raises(
         ValueError, match="kinematics = published with set three_parameter; allowed: rolling_frame"
     ):
-        friction_set_of_file(output, rolling)
-    other = changed(GD4008, friction={"hysteresis_coefficient": 0.02})
-    with pytest.raises(
-        MapError, match=r"no packaged map fits .*friction\.hysteresis_coefficient = 0\.02.*0\.01"
-    ):
-        load_map(None, other, entry)
+        friction_set_of_file(output, changed(GD4008, friction={"kinematics": "rolling_frame"}))
     with pytest.raises(MapError, match=r"the screw GD4008-3 \(000000000000\); expected GD4008-3 .*calibrate"):
         load_map(None, GD4008, replace(entry, parameters_hash="000000000000"))
     text = output.read_text()
@@ -213,13 +201,8 @@ def test_friction_file_is_that_of_its_screw(capsys, measured, tmp_path):
         ),
         (
             "apparent_viscosity_ratio = ",
-            "apparent_viscosity_ratio = -",
-            "apparent_viscosity_ratio = -5.*allowed",
-        ),
-        (
-            "apparent_viscosity_ratio = ",
             "viscosity_ratio = ",
-            "no friction sets.*that calibrate --output has written",
+            "no friction sets.*calibrate --output has written",
         ),
         (
             "[published.three_parameter",

@@ -9,7 +9,7 @@ from scipy.special import k0e
 from ballscrew_tehl.contact.coupled import wall_operators
 from ballscrew_tehl.contact.film.reynolds import TARGET_LOAD, ContactGeometry, GridChoice
 from ballscrew_tehl.contact.half_space.dry import dry_contact
-from ballscrew_tehl.contact.half_space.grid import Grid, graded_grid
+from ballscrew_tehl.contact.half_space.grid import Grid
 from ballscrew_tehl.contact.half_space.walls import wall_operator
 from ballscrew_tehl.contact.problem import ContactProblem
 
@@ -110,18 +110,3 @@ def test_dry_contact_is_that_of_hertz(ratio):
     # an eighth of the load: half the pressure and half the radius
     light, _ = dry_contact(geometry.grid, geometry.undeformed, geometry.deflection, TARGET_LOAD / 8.0)
     assert light.max() == pytest.approx(0.5, abs=0.06)
-
-
-def test_grid_is_finer_where_the_film_forms_and_halves_keep_its_nodes():
-    coarse, fine = (graded_grid(-2.5, 1.5, 1.5, n, 9, 0.1) for n in (65, 129))
-    np.testing.assert_allclose(fine.x[::2], coarse.x, atol=1e-12)
-    spacing = np.interp([-2.4, -1.0, 0.0, 0.95], fine.x[:-1], np.diff(fine.x))
-    assert spacing[1] < 0.5 * spacing[0]
-    assert spacing[1] < 0.5 * spacing[2]
-    assert spacing[3] < spacing[2]
-    assert np.sum(fine.weights) == pytest.approx(4.0 * 3.0 + 4.0 * fine.h_y, rel=1e-9)
-    # the load beyond an open side falls with the square of the distance
-    open_ = Grid(fine.x, fine.y, open_side=True)
-    tail = 2.0 * quad(lambda y: (open_.y[-2] / y) ** 2, open_.y[-2] + 0.5 * open_.h_y, np.inf)[0]
-    beyond = (open_.load_weights - open_.weights)[-2] / open_.width_x
-    np.testing.assert_allclose(beyond, tail, rtol=1e-9)

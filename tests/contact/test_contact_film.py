@@ -271,26 +271,6 @@ def test_pressure_flow_heats_by_exactly_its_power():
         np.testing.assert_allclose(heat, COOL.viscosity * 1.0**2 / 1e-6 + power, rtol=1e-9)
 
 
-def test_response_of_the_walls_is_the_change_of_their_heat():
-    """To the temperatures of both walls of one column, the neighbour columns held; by differences."""
-    channel, at = Channel(n_x=9), (1, 4)
-    for _ in range(8):
-        channel.sweep()
-    for wall, level in ((0, 0), (1, -1)):
-        flux, before = [], channel.t.copy()
-        for d in (1e-3, -1e-3):
-            channel.t[:] = before
-            channel.t[(*at, level)] += d
-            channel.face.start[:], channel.face.end[:] = at[1], at[1] + 1
-            channel.sweep()
-            flux.append((channel.walls.q_a[at], channel.walls.q_b[at]))
-        channel.t[:] = before
-        slope = (np.array(flux[0]) - np.array(flux[1])) / 2e-3
-        response = channel.walls.response[at]
-        expected = (-response[0], response[2]) if wall == 0 else (response[1], -response[3])
-        np.testing.assert_allclose(slope, expected, rtol=1e-6)
-
-
 def test_convection_and_conduction_are_of_second_order():
     """T0 + sin(pi z/h) exp(-x/l), l = rho c u h^2/(pi^2 k), in a plug flow that cools down."""
     sizes, errors = np.array([16, 32, 64, 128]), []

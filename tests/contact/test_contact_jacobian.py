@@ -104,12 +104,6 @@ def times(system, v):
     return out
 
 
-def factored(system):
-    factors = linear.LineFactors.empty(*system.gap.shape)
-    assert linear.factor_lines(system, factors, carried=True)
-    return factors
-
-
 @pytest.fixture(scope="module", params=GEOMETRIES.values(), ids=GEOMETRIES)
 def state(request):
     return State(*request.param)
@@ -135,56 +129,6 @@ def test_jacobian_is_the_derivative_of_residual_and_load(state):
         np.abs(times(system, v) - times(system._replace(warm=False), v)).max()
         > 1e-3 * np.abs(times(system, v)).max()
     )
-
-
-def test_preconditioner_inverts_the_jacobian_of_every_line_and_the_load(state):
-    """By products with the pressures of one line alone and with the approach.
-
-    The lines leave out what their pressures do to the gaps of their neighbours: 0.1 to 0.3 % in the median.
-    """
-    system = state.linear(squeeze=2.0).system
-    v = np.append(state.random(13), 0.4)
-    z = np.empty_like(v)
-    linear.precondition(system, factored(system), v, z)
-    step, shape = z[:-1].reshape(state.p.shape), state.p.shape
-    by_approach = times(system, np.append(0.0 * z[:-1], z[-1]))[:-1].reshape(shape)
-    for j in range(shape[0] - 1):
-        alone = np.zeros(shape)
-        alone[j] = step[j]
-        own = times(system, np.append(alone, 0.0))[:-1].reshape(shape)[j] + by_approach[j]
-        terms = np.abs(own).max() + np.abs(by_approach[j]).max()
-        left = np.abs(own - v[:-1].reshape(shape)[j])[1:-1]
-        assert np.median(left) <= 0.01 * max(terms, 1.0)
-    assert np.sum(system.weights * step) == pytest.approx(TARGET_LOAD * v[-1], rel=1e-9)
-
-
-def test_gmres_solves_the_newton_system(state):
-    linearised = state.linear()
-    system, rhs = linearised.system, linearised.right_hand_side(0.1)
-    assert rhs[-1] == pytest.approx(-0.1 / TARGET_LOAD, rel=1e-12)
-    step = np.empty_like(rhs)
-    used, left = linear.gmres(system, factored(system), rhs, 1e-4, 60, step)
-    assert left <= 1e-4
-    assert 1 < used < 40
-    assert np.linalg.norm(times(system, step) - rhs) <= 2.0 * left * np.linalg.norm(rhs)
-    used, left = linear.gmres(system, factored(system), rhs, 1e-4, 2, step)
-    assert used == 2
-    assert left > 1e-4
-    linear.gmres(system, factored(system), 0.0 * rhs, 1e-4, 60, step)
-    assert not step.any()
-
-
-def test_settled_edge_solves_the_complementarity_problem(state):
-    """p >= 0, r <= 0, p r = 0 at the nodes behind the contact, at fixed gaps."""
-    linearised = state.linear()
-    low = (state.geometry.grid.x > 0.6) & (state.p != 0.0)
-    system = linearised.system
-    p, r = np.where(low, np.maximum(state.p, 0.0), state.p), system.penalty * state.p + linearised.residual
-    kernels.settle_edge(system, low, 2000, p, r)
-    assert p[low].min() >= 0.0
-    size = np.abs(r).max()
-    assert r[low & (p == 0.0)].max(initial=-np.inf) <= 1e-6 * size
-    assert np.abs(r[low & (p > 0.0)]).max(initial=0.0) <= 1e-5 * size
 
 
 def test_log_mean_and_lifted_gap_join_their_branches():

@@ -5,7 +5,6 @@ import math
 import re
 import shutil
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numba
 import numpy as np
@@ -184,6 +183,14 @@ def test_a_cold_start_that_fails_is_continued_from_lower_speeds(monkeypatch):
     assert "of the speed" in bounded.reason
 
 
+def test_a_film_as_thick_as_the_bodies_is_named_unless_a_map_solves_it(caplog):
+    at = conditions(load=0.01, u_e=10.0)
+    with caplog.at_level(logging.WARNING):
+        for warn in (False, True):
+            solve(at, OIL, STEEL, options(thermal=False), warn=warn)
+            assert ("no parabolic gap so wide" in caplog.text) == warn
+
+
 @pytest.mark.slow
 def test_extrapolated_thermal_reduction_lies_near_the_solved_one():
     """Continuation that ends at 50 % of the load, where the solution is known; forces and heat go with the film."""
@@ -201,15 +208,6 @@ def test_extrapolated_thermal_reduction_lies_near_the_solved_one():
         assert getattr(found, name) == pytest.approx(getattr(known, name), rel=0.13), name
     rises = [s.mean_temperature - at.temperature for s in (found, known)]
     assert rises[0] == pytest.approx(rises[1], rel=0.13)
-
-
-def test_a_film_as_thick_as_the_bodies_is_named_unless_a_map_solves_it(caplog):
-    at = conditions(load=0.01, u_e=10.0)
-    with caplog.at_level(logging.WARNING):
-        solve(at, OIL, STEEL, options(thermal=False), warn=False)
-        assert caplog.text == ""
-        solve(at, OIL, STEEL, options(thermal=False))
-    assert "no parabolic gap so wide" in caplog.text
 
 
 # --- compiled code and threads ---------------------------------------------------------------------------------------
@@ -231,31 +229,10 @@ def test_a_change_of_any_kernel_source_gives_another_cache(tmp_path, monkeypatch
     assert len(found) == len(kernels) + 2
     (copy / "cli" / "main.py").write_text("", encoding="utf-8")
     assert compiled.sources_hash(copy) in found
-    # where numba is told to, and nowhere if nothing can be written
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
-    folder = compiled.cache_folder.__wrapped__()
-    assert folder == tmp_path / "cache" / f"kernels-{compiled.sources_hash()}"
+    # nowhere if nothing can be written
     (tmp_path / "file").touch()
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "file"))
     assert compiled.cache_folder.__wrapped__() is None
-
-
-def test_kernels_keep_their_own_cache_and_announce_their_compilation(monkeypatch, tmp_path, caplog):
-    assert str(compiled.cache_folder()) in solver.energy.sweep.stats.cache_path
-    assert str(compiled.cache_folder()) != numba.config.CACHE_DIR
-    monkeypatch.setattr(
-        solver.energy, "sweep", SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path)))
-    )
-    announce = solver.announce_compilation
-    try:
-        announce.cache_clear()
-        assert announce()
-        assert "compiling the contact solver" in caplog.text
-        (tmp_path / "energy.sweep-106.py311.nbi").touch()
-        announce.cache_clear()
-        assert not announce()
-    finally:
-        announce.cache_clear()
 
 
 def test_blas_has_one_thread_while_contacts_are_solved():

@@ -15,9 +15,8 @@ from ballscrew_tehl.friction.equilibrium_kernels import (
     limit,
     shear_stress,
 )
-from ballscrew_tehl.friction.parts import spin_moment
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_parameters
-from ballscrew_tehl.physics.ball_motion import ContactMotion, contact_motion
+from ballscrew_tehl.physics.ball_motion import contact_motion
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
 
 ROLLING = changed(load_parameters(), friction={"kinematics": "rolling_frame"})
@@ -136,21 +135,6 @@ def test_equilibrium_of_any_ball_is_found():
                 found = ball_equilibrium(motion, 10.0 ** rng.uniform(-1.0, 2.8, size=1), axes, traction)
                 assert np.all(found.power >= 0.0)
                 assert found.steps[0] <= 120
-
-
-def test_contact_that_only_spins_has_the_moment_of_coulomb_friction():
-    """One contact held on its axis, all of the oil at its limit: 3/8 mu Q a E(e) (Harris)."""
-    _, axes, traction = contacts_of(SCREW, 40.0, 1e9)
-    spin = 7.0
-    fixed = ContactMotion(("screw",), np.zeros((1, 3, 4)), np.array([[0.0, 0.0, spin]]), np.zeros(1))
-    # a motion that does nothing: the diagonal keeps the system regular
-    fixed.matrix[0, :3, :3] = 1e-12 * np.eye(3)
-    _, power = potential(
-        fixed, axes[:, :1], traction._replace(viscosity=traction.viscosity[:, :1]), 1.0, np.zeros(4)
-    )
-    a, b = axes[0, 0]
-    # rougher than the quadrature's own convergence: |v| has a cusp in the middle
-    assert power[0] == pytest.approx(spin * float(spin_moment(40.0, a, b, LIMITING)), rel=5e-3)
 
 
 def test_what_cannot_be_found_is_reported():

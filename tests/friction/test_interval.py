@@ -75,6 +75,7 @@ def test_ends_of_the_thrust_move_the_ball_ball_part_alone():
     assert found.torque - ball_ball == pytest.approx(sum(rest), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_interval_holds_about_80_percent_of_a_latin_hypercube():
     """Found 74 to 76 %: effects of two constants on each other are neglected; 300 points: standard deviation 2.5 %."""
     for point in [SLOW, FAST]:

@@ -6,7 +6,6 @@ from law_contacts import VG100, ClosedContacts
 
 from ballscrew_tehl.friction.mechanistic import (
     NutPowers,
-    _columns,
     breakaway_factor,
     nut_powers,
     nuts_powers,
@@ -82,14 +81,6 @@ def test_shear_is_at_the_mean_temperature_of_the_film():
     )
     assert heated == pytest.approx(hot, rel=1e-9)
     assert heated < 0.95 * cold
-
-
-def test_core_of_a_hertz_pressure_is_the_hertz_ellipse():
-    at = np.full((1, 1), 50.0), np.full((1, 1), 303.0)
-    load, angle = 20.0, float(contact_angle_at_ball_load(SCREW, 20.0))
-    for raceway, column in _columns(VG100, load, *at, ClosedContacts()).items():
-        hertz = ellipse(load, *reduced_radii(SCREW, angle, raceway), E_prime(SCREW))
-        assert column["axes"][0] == pytest.approx([float(hertz.a), float(hertz.b)], rel=1e-2)
 
 
 def test_without_a_film_all_is_boundary_friction():

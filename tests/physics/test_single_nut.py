@@ -16,7 +16,6 @@ from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.ball_chain import ball_oversize
 from ballscrew_tehl.physics.ball_law import (
     contact_compliance,
-    flank_law,
 )
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
 from ballscrew_tehl.physics.kinematics import cage_speed, entrainment_speed, four_point_spin_share
@@ -51,19 +50,6 @@ def test_offset_lead_is_the_double_nut_of_the_same_turns_per_side():
 
 
 # --- oversize balls: one ball ---
-
-
-def test_slope_of_the_flank_law_is_its_derivative():
-    for angle in [None, BETA]:
-        for way in [-2e-6, 0.0, 1e-6, 5e-6]:
-            law = flank_law(SCREW, 3e-6, angle)
-            f, slope, Q = (float(x[0]) for x in law(np.array([way])))
-            step = 1e-10
-            difference = float((law(np.array([way + step]))[0] - law(np.array([way - step]))[0])[0]) / (
-                2.0 * step
-            )
-            assert slope == pytest.approx(difference, rel=1e-5)
-            assert f == pytest.approx(SB * Q, rel=0.03)
 
 
 # --- oversize balls: the nut ---

@@ -9,24 +9,11 @@ from ballscrew_tehl.validation.section5 import (
     LAWS,
     REFINEMENT,
     extrapolated,
-    printed_values,
     section5_contacts,
     section5_text,
 )
 
 PRINTED = {row["quantity"]: row for row in published_rows("zhao2023/section5_contact.csv")}
-
-
-def test_printed_values_are_those_of_the_paper():
-    rows = printed_values()
-    assert {row["quantity"]: row for row in rows} == PRINTED
-    assert [row["quantity"] for row in rows] == [
-        "entrainment_speed",
-        "slide_roll_ratio",
-        "minimum_film",
-        "film_temperature_rise_max",
-    ]
-    assert all(row["screw"] and row["nut"] and row["unit"] for row in rows)
 
 
 def test_limit_of_a_value_of_known_order():
