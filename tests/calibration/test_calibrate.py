@@ -46,7 +46,9 @@ def test_soft_l1_has_no_better_neighbour():
     for count in (2, 3):
         values = fit_values(BASIS, count, "soft_l1")
         for step in (1e-2, 1e-3, 1e-4):
-            assert min(cost(values * (1.0 + step * d)) for d in directions) >= cost(values) * (1.0 - 1e-9)
+            assert np.min([cost(values * (1.0 + step * d)) for d in directions]) >= cost(values) * (
+                1.0 - 1e-9
+            )
 
 
 def test_intervals_cover_the_truth():

@@ -27,7 +27,7 @@ def uniform_sums(preload: float, speed: float) -> NutSums:
 
 def basis_of(points: list[Measurement]) -> TorqueBasis:
     """Torque of the double nut at these points."""
-    return TorqueBasis.of_equal_nuts(points, [uniform_sums(m.preload, m.speed) for m in points])
+    return TorqueBasis.of_nuts(points, [2 * [uniform_sums(m.preload, m.speed)] for m in points])
 
 
 BASIS = basis_of(MEASURED)

@@ -32,11 +32,6 @@ LEVERAGE_LIMIT = 0.9
 SPLIT = "split into viscous and sliding torque"
 
 
-def degrees_of_freedom(basis: TorqueBasis, count: int) -> int:
-    """Number of points minus number of fitted parameters."""
-    return len(basis) - count
-
-
 def free_parameters(basis: TorqueBasis, values: Values, count: int) -> list[int]:
     """Numbers of the fitted parameters that change the torque to first order: all but a height of 0."""
     return [i for i in basis.fitted(count) if i != HEIGHT or values[i] > 0.0]
@@ -107,7 +102,7 @@ def profile_limits(basis: TorqueBasis, count: int) -> dict[str, dict[str, float]
     Source       Bates & Watts, Nonlinear Regression Analysis (1988), section 6.1: limits where the cost exceeds its
                  least value by s^2 F(1, n - p; 0.95)
     """
-    freedom = degrees_of_freedom(basis, count)
+    freedom = len(basis) - count
     if freedom < 1:
         return {name: {"low": 0.0, "high": math.inf} for name in basis.names[:count]}
     values = fit_values(basis, count, "least_squares")
@@ -182,13 +177,12 @@ def point_diagnostics(basis: TorqueBasis, values: Values, count: int) -> PointDi
     Source       Cook & Weisberg, Residuals and Influence in Regression (1982), section 2.2.1 (deleted studentised
                  residuals, Bonferroni bound); spread: 1.4826 times the median of |r| without the p smallest
     """
-    n, freedom = len(basis), degrees_of_freedom(basis, count)
+    n, freedom = len(basis), len(basis) - count
     squares = fit_values(basis, count, "least_squares")
     residual = basis.errors(squares)
     J = basis.jacobian(squares)[:, free_parameters(basis, squares, count)]
     leverage = np.sum(np.linalg.svd(J / np.linalg.norm(J, axis=0), full_matrices=False)[0] ** 2, axis=1)
-    studentised, limit = np.full(n, math.nan), math.inf
-    detectable = np.full(n, math.nan)
+    studentised, detectable, robust, limit = np.full(n, math.nan), np.full(n, math.nan), np.zeros(n), math.inf
     if freedom >= 2:
         own = 1.0 - leverage
         rest = float(residual @ residual) - residual**2 / np.maximum(own, 1e-12)
@@ -199,8 +193,6 @@ def point_diagnostics(basis: TorqueBasis, values: Values, count: int) -> PointDi
         # the residual that reaches the limit with the scatter of the other points; residuals are model/measured - 1
         share = limit * np.sqrt(rest / ((freedom - 1) * np.maximum(own, 1e-12))) / basis.weights
         detectable = np.where(share < 1.0, share / np.maximum(1.0 - share, 1e-12), math.inf)
-    robust = np.zeros(n)
-    if freedom >= 2:
         soft_residual = basis.errors(fit_values(basis, count, "soft_l1"))
         # such a fit nearly passes through as many points as it has parameters: these are left out of the spread
         spread = 1.4826 * float(np.median(np.sort(np.abs(soft_residual))[count:]))

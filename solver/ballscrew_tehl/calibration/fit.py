@@ -40,9 +40,8 @@ Values = Sequence[float] | NDArray[np.float64]
 class TorqueBasis:
     """Torque of the double nut at n operating points as a function of the fitted parameters.
 
-    viscous (n, 2) [N.m] and film (n, 2) [m] of screw and nut raceway, hysteresis (n,) and sliding (n,) [N.m]:
-    the sums of NutSums over both nuts. Nuts under different forces: (n, 4), first nut, then second nut. The film
-    of a nut without load is inf.
+    viscous (n, 4) [N.m] and film (n, 4) [m] of screw and nut raceway, first nut, then second nut; hysteresis (n,) and
+    sliding (n,) [N.m]: the sums of NutSums over both nuts. The film of a nut without load is inf.
     names   of the parameters that a fit determines, the most important first;  held: values of the others
 
     Mechanistic law, see of_powers: viscous is the rolling part, hysteresis also holds the shear of the contacts,
@@ -56,17 +55,6 @@ class TorqueBasis:
     sliding: np.ndarray
     names: tuple[str, ...] = FITTED
     held: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    @classmethod
-    def of_equal_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[NutSums]) -> TorqueBasis:
-        """Both nuts under the preload only: twice the sums of one nut per point."""
-        return cls(
-            tuple(measurements),
-            2.0 * np.array([(s.viscous_screw, s.viscous_nut) for s in sums]),
-            np.array([(s.film_screw, s.film_nut) for s in sums]),
-            2.0 * np.array([s.hysteresis for s in sums]),
-            2.0 * np.array([s.sliding for s in sums]),
-        )
 
     @classmethod
     def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutSums]]) -> TorqueBasis:

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.stats import t as student_t
 
 from .. import __version__
-from ..friction.mechanistic import ContactValues, NutPowers, nut_powers
+from ..friction.mechanistic import UNLOADED_POWERS, ContactValues, NutPowers, nut_powers
 from ..friction.sets import (
     FITTED,
     MECHANISTIC,
@@ -46,7 +46,6 @@ PACKAGED_LOSS = {"two_parameter": "soft_l1", "three_parameter": "soft_l1", "mech
 #: film model of the sets. The film of the thermal solve needs the roughness height: with two parameters the
 #: deviation from the tables is 12 %, with three it is less than with the isothermal film of the published decomposition
 FILM_OF_SET = {"two_parameter": "solved", "three_parameter": "solved_thermal", MECHANISTIC: MECHANISTIC}
-UNLOADED_POWERS = NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def torque_basis(
@@ -77,10 +76,9 @@ def torque_basis(
     def sums(force: float, m: Measurement) -> NutSums:
         return nut_sums(parameters, nut_loads(screw, force, screw.ball_count), m.speed, m.temperature, films)
 
-    both = _of_nuts(parameters, films, measurements, sums, UNLOADED, progress)
-    if all(m.axial_load == 0.0 for m in measurements):
-        return TorqueBasis.of_equal_nuts(measurements, [nuts[0] for nuts in both])
-    return TorqueBasis.of_nuts(measurements, both)
+    return TorqueBasis.of_nuts(
+        measurements, _of_nuts(parameters, films, measurements, sums, UNLOADED, progress)
+    )
 
 
 def _of_nuts(
@@ -184,14 +182,9 @@ def _error_summary(basis: TorqueBasis, values: Values, left_out: np.ndarray) -> 
 
 
 def check_parts_differ(basis: TorqueBasis, count: int) -> None:
-    """Refuse points at which viscous and sliding part are proportional, if a fit determines both.
-
-    Raises       ValueError
-    """
-    if count == 1:
-        return
+    """ValueError at points at which viscous and sliding part are proportional, if a fit determines both."""
     linear = basis.jacobian((1.0, 1.0, 0.0))[:, :2]
-    if not np.linalg.cond(linear / np.linalg.norm(linear, axis=0)) < 1e6:
+    if count > 1 and not np.linalg.cond(linear / np.linalg.norm(linear, axis=0)) < 1e6:
         raise ValueError("viscous and sliding part are proportional at all points: measure at several speeds")
 
 

@@ -130,21 +130,16 @@ def _check_count(points: list[Measurement], name: str) -> list[str]:
     distinct = {(m.preload, m.speed, m.temperature, m.axial_load) for m in points}
     if len(distinct) < count or len(points) <= count:
         need = f"the {count} parameters of {name} need" if count > 1 else f"the parameter of {name} needs"
+        fits = name in SMALLER and len(points) == count and len(distinct) >= count - 1
         raise ValueError(
             f"{len(points)} usable rows at {len(distinct)} operating points; {need} at least {count + 1} rows at "
-            f"{count} operating points: measure more"
-            + (
-                f", or fit --set {SMALLER[name]}"
-                if name in SMALLER and len(points) == count and len(distinct) >= count - 1
-                else ""
-            )
+            f"{count} operating points: measure more" + (f", or fit --set {SMALLER[name]}" if fits else "")
         )
     notes = []
     if len(points) - count < FEW_DEGREES:
         notes.append(
-            f"{len(points)} rows for {count} {'parameter' if count == 1 else 'parameters'}: {len(points) - count} "
-            "degree(s) of freedom, intervals and "
-            "errors are rough"
+            f"{len(points)} rows for {count} parameter{'s' * (count > 1)}: {len(points) - count} degree(s) of freedom, "
+            "intervals and errors are rough"
         )
     if len(distinct) == count:
         notes.append(
@@ -196,13 +191,19 @@ def calibrate_file(
         if other != name and len(basis) > len(SETS[other]):
             own = FILM_OF_SET[other]
             theirs = torque_basis(parameters, film_model(own), basis.measurements, progress)
-            rivals.append(_rival(f"{other} (film {own})", theirs, len(SETS[other]), loss, progress))
+            values = fit_values(theirs, len(SETS[other]), loss)
+            off = np.abs(left_out_deviations(theirs, len(SETS[other]), loss, progress))
+            rivals.append(Rival(f"{other} (film {own})", theirs, values, off))
     unknown = not_identified(basis, found.values, count, found.limits, found.correlations, missed, rivals)
     diagnostics = point_diagnostics(basis, found.values, count)
     notes += [
-        *_relation_note(found, parameters),
-        *_zero_note(found),
-        *_rival_notes(rivals, missed),
+        *_number_notes(found, parameters),
+        *(
+            f"the fit {rival.name} predicts left-out points better: {100.0 * rival.left_out.mean():.1f} % instead of "
+            f"{100.0 * missed.mean():.1f} %"
+            for rival in rivals
+            if predicts_better(rival.left_out, missed)
+        ),
         *_point_notes(basis, diagnostics),
     ]
     return Calibration(
@@ -219,39 +220,21 @@ def _provenance(file: MeasurementFile, basis: TorqueBasis, dropped: list[RowProb
     )
 
 
-def _rival(name: str, basis: TorqueBasis, count: int, loss: str, progress: Progress) -> Rival:
-    """Another set fitted to the same points with its own films."""
-    values = fit_values(basis, count, loss)
-    return Rival(name, basis, values, np.abs(left_out_deviations(basis, count, loss, progress)))
-
-
-def _relation_note(found: FrictionSet, parameters: Parameters) -> list[str]:
+def _number_notes(found: FrictionSet, parameters: Parameters) -> list[str]:
     """What the fitted number of the mechanistic law is in terms of the other keys of the screw file."""
     if found.name != MECHANISTIC:
         return []
     thrust = implied_thrust(found.net_sliding_coefficient, parameters)
-    return [
+    notes = [
         "net_sliding_coefficient = 2 boundary_friction limiting_shear_coefficient ball_thrust; with the first two of "
         f"this screw file ball_thrust = {thrust:.3g}. A screw file has one of these two numbers, not both"
     ]
-
-
-def _zero_note(found: FrictionSet) -> list[str]:
-    if found.name != MECHANISTIC or found.net_sliding_coefficient > 0.0:
-        return []
-    return [
-        "net_sliding_coefficient = 0: the computed rolling loss and shear alone exceed the measured torque: check unit "
-        "and sign of the torque, preload, oil (viscosity, temperature) and its supply (replenishment_constant)"
-    ]
-
-
-def _rival_notes(rivals: list[Rival], missed: np.ndarray) -> list[str]:
-    return [
-        f"the fit {rival.name} predicts left-out points better: {100.0 * rival.left_out.mean():.1f} % instead of "
-        f"{100.0 * missed.mean():.1f} %"
-        for rival in rivals
-        if predicts_better(rival.left_out, missed)
-    ]
+    if not found.net_sliding_coefficient > 0.0:
+        notes.append(
+            "net_sliding_coefficient = 0: the computed rolling loss and shear alone exceed the measured torque: check "
+            "unit and sign of the torque, preload, oil (viscosity, temperature) and its supply (replenishment_constant)"
+        )
+    return notes
 
 
 def _without_outliers(basis: TorqueBasis, count: int) -> tuple[TorqueBasis, list[RowProblem]]:

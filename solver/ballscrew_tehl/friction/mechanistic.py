@@ -38,7 +38,7 @@ from ..physics.load import contact_angle_at_ball_load, nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
 from ..physics.rolling_resistance import replenishment_factor, starvation_factor
 from .parts import hysteresis_force
-from .torque import TorqueParts
+from .torque import TorqueParts, check_motion
 
 Array = NDArray[np.float64]
 
@@ -84,6 +84,9 @@ class NutPowers(NamedTuple):
         """Sum of the parts for a factor of the rolling part and a ball-ball coefficient 2 mu_b Lambda kappa."""
         rolling = factor * (self.rolling_screw + self.rolling_nut)
         return rolling + self.shear + self.hysteresis + coefficient * self.thrust_factor * self.ball_ball
+
+
+UNLOADED_POWERS = NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def roughness_of(friction: FrictionParameters) -> Roughness:
@@ -173,16 +176,13 @@ def nut_powers(
     """
     loads = np.asarray(loads, dtype=float)
     others = loads if opposed is None else np.asarray(opposed, dtype=float)
-    if not all(np.all((given >= 0.0) & np.isfinite(given)) for given in (loads, others)):
-        raise ValueError("load of a ball negative or not finite; needs >= 0: check preload")
-    if not np.all(np.isfinite(speed) & (np.asarray(speed) > 0.0)):
-        raise ValueError(f"speed = {speed} rad/s; needs finite, > 0: there is no film at rest")
+    check_motion(np.append(loads, others), speed)
     loads = loads[loads > 0.0]
     speed, temperature = np.broadcast_arrays(
         np.atleast_2d(np.asarray(speed, float)), np.atleast_2d(np.asarray(temperature, float))
     )
     if loads.size == 0:
-        return NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+        return UNLOADED_POWERS
     screw, friction = parameters.screw, parameters.friction
     mean = mean_load(loads)
     means = [mean]

@@ -34,14 +34,9 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
 
 def other_sets(chosen: FrictionSet, parameters: Parameters) -> list[FrictionSet]:
     """Packaged sets of the same kinematics that were measured on this screw with this oil, without the chosen one."""
-    ours = parameters_hash(parameters)
-    return [
-        entry
-        for entry in load_friction_sets().values()
-        if entry.kinematics == chosen.kinematics
-        and entry.name != chosen.name
-        and entry.parameters_hash == ours
-    ]
+    wanted = chosen.kinematics, parameters_hash(parameters)
+    packaged = load_friction_sets().values()
+    return [e for e in packaged if (e.kinematics, e.parameters_hash) == wanted and e.name != chosen.name]
 
 
 def with_set(parameters: Parameters, name: str) -> Parameters:

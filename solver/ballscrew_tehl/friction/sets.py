@@ -145,12 +145,10 @@ def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSe
             f"{' or '.join(LAW_SETS[chosen.kinematics])}: calibrate with it, or choose the other kinematics"
         )
     entry = fitting[chosen.set] if chosen.set in fitting else next(iter(fitting.values()))
-    numbers = dict(zip(FITTED, entry.values, strict=True))
-    if entry.name == MECHANISTIC:
-        # in the screw file the height is that of its surfaces
-        del numbers["roughness_height"]
+    # with the mechanistic law the height of the screw file is that of its surfaces
+    own = FITTED[:2] if entry.name == MECHANISTIC else FITTED
     try:
-        changed(parameters, friction=numbers)
+        changed(parameters, friction={name: getattr(entry, name) for name in own})
     except ValidationError as err:
         first = err.errors()[0]
         allowed = first["msg"].replace("Input should be", "allowed:")
@@ -170,12 +168,11 @@ def default_friction_set(parameters: Parameters) -> FrictionSet:
     """
     chosen = parameters.friction
     entry = load_friction_sets()[chosen.kinematics, chosen.set]
-    overrides = {name: value for name in FITTED if (value := getattr(chosen, name)) is not None}
+    # with the mechanistic law the height of the screw file is that of its surfaces
+    own = FITTED[:2] if chosen.set == MECHANISTIC else FITTED
+    overrides = {name: value for name in own if (value := getattr(chosen, name)) is not None}
     given = list(overrides)
     if chosen.set == MECHANISTIC:
-        # the height of the screw file is that of its surfaces
-        overrides.pop("roughness_height", None)
-        given = list(overrides)
         if chosen.ball_thrust is not None:
             from .mechanistic import ball_ball_coefficient
 
@@ -195,18 +192,10 @@ def default_friction_set(parameters: Parameters) -> FrictionSet:
 
 def _without_fit(entry: FrictionSet, provenance: str) -> FrictionSet:
     """The numbers of a set without what was found out about its fit, which is not true of this screw."""
-    return dataclasses.replace(
-        entry,
-        provenance=provenance,
-        loss="",
-        intervals={},
-        correlations={},
-        errors={},
-        leave_one_table_out={},
-        other_losses={},
-        limits={},
-        not_identified=None,
-    )
+    return FrictionSet(
+        entry.name, entry.kinematics, entry.film_model, *entry.values, provenance=provenance, screw=entry.screw,
+        parameters_hash=entry.parameters_hash,
+    )  # fmt: skip
 
 
 def _table(prefix: str, entries: Mapping[str, float]) -> list[str]:
@@ -259,11 +248,8 @@ def write_friction_sets(
 
 def friction_set_text(sets: Sequence[FrictionSet]) -> str:
     """Values with 95 % intervals and errors of the packaged sets as text."""
-    lines = ["Fitted parameters (value +- half-width of the 95 % interval) and their errors"]
-    for entry in sets:
-        lines += friction_set_lines(entry)
-    lines.append(NO_SPLIT)
-    return "\n".join(lines)
+    head = "Fitted parameters (value +- half-width of the 95 % interval) and their errors"
+    return "\n".join([head, *(line for entry in sets for line in friction_set_lines(entry)), NO_SPLIT])
 
 
 def friction_set_lines(entry: FrictionSet) -> list[str]:

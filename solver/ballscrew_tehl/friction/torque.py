@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..parameters.file import FOUR_POINT, Parameters
+from ..physics.ball_law import check_force
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import four_point_spin_share, surface_speeds
 from ..physics.load import contact_angle_at_ball_load, double_nut_loads, nut_loads
@@ -73,6 +74,14 @@ NO_TORQUE = TorqueParts(0.0, 0.0, 0.0, 0.0)
 UNLOADED = NutSums(0.0, 0.0, math.inf, math.inf, 0.0, 0.0)
 
 
+def check_motion(loads: np.ndarray, speed: Any) -> None:
+    """ValueError for a ball load that is negative or not finite, or a speed that is not positive."""
+    if not np.all((loads >= 0.0) & np.isfinite(loads)):
+        raise ValueError("load of a ball negative or not finite; needs >= 0: check preload")
+    if not np.all(np.isfinite(speed) & (np.asarray(speed) > 0.0)):
+        raise ValueError(f"speed = {speed} rad/s; needs finite, > 0: there is no film at rest")
+
+
 def nut_sums(
     parameters: Parameters,
     loads: np.ndarray,
@@ -95,10 +104,7 @@ def nut_sums(
                  of 1/h^2 over the balls, weighted with their viscous force: exact to first order in (h_r/h)^2
     """
     loads = np.asarray(loads, dtype=float)
-    if not np.all(np.isfinite(speed) & (np.asarray(speed) > 0.0)):
-        raise ValueError(f"speed = {speed} rad/s; needs finite, > 0: there is no film at rest")
-    if not np.all((loads >= 0.0) & np.isfinite(loads)):
-        raise ValueError("load of a ball negative or not finite; needs >= 0: check preload")
+    check_motion(loads, speed)
     loads = loads[loads > 0.0]
     if loads.size == 0:
         return UNLOADED
@@ -119,14 +125,8 @@ def nut_sums(
         film[raceway] = _plain(np.sqrt(total / np.sum(force / h**2, axis=0)))
         losses = hysteresis_force(loads, contact.b, r_b, parameters.friction.hysteresis_coefficient)
         hysteresis += arm * float(losses.sum())
-    return NutSums(
-        viscous["screw"],
-        viscous["nut"],
-        film["screw"],
-        film["nut"],
-        hysteresis,
-        arm * float(sliding_force(loads, 1.0).sum()),
-    )
+    sliding = arm * float(sliding_force(loads, 1.0).sum())
+    return NutSums(viscous["screw"], viscous["nut"], film["screw"], film["nut"], hysteresis, sliding)
 
 
 def _plain(value: Any) -> Any:
@@ -162,10 +162,8 @@ def double_nut_torque(
                  force. Oversize balls: viscous and hysteresis part of all four contacts of a ball, sliding once per
                  pair of flanks; the spin of a ball between four flanks is not in it: four_point_spin_bound
     """
-    if not (math.isfinite(preload) and preload >= 0.0):
-        raise ValueError(f"preload = {preload} N; needs finite, >= 0")
-    if not math.isfinite(axial_load):
-        raise ValueError(f"axial_load = {axial_load} N; needs finite")
+    check_force("preload", preload)
+    check_force("axial_load", axial_load, allow_negative=True)
     if preload == 0.0:
         return NO_TORQUE
     screw = parameters.screw

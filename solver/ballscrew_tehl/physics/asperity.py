@@ -71,12 +71,19 @@ def typical_roughness(
     return Roughness(sigma, product / (sigma * radius), radius)
 
 
-def scaled_height_integral(order: float, u: Any) -> Any:
-    """height_integral without its exponential decay, F_n(u) exp(max(u, 0)^2/2); for fits and very large u.
+def height_integral(order: float, u: Any) -> Any:
+    """Height integral of a Gaussian surface, F_n(u) = (2 pi)^(-1/2) int_u^inf (s-u)^n exp(-s^2/2) ds.
 
-    Parameters   as height_integral
-    Returns      shaped like u, > 0; relative error 1e-14
+    Parameters   order : n, float, 0 to 3;  u : float or array, h/sigma, any sign
+    Returns      F_n(u), shaped like u, >= 0; relative error 1e-14, rounding of exp(-u^2/2) added; 0 where it
+                 underflows
     Raises       ValueError: order out of range, u not finite
+    Source       Greenwood & Tripp 1970.  Equal to Gamma(n+1) exp(-u^2/4) D_(-n-1)(u)/sqrt(2 pi) with the
+                 parabolic cylinder function D; here by Gauss-Legendre quadrature in q, s = u + q^2, where the
+                 integrand is smooth for half-integer n
+    Example
+        >>> round(float(height_integral(2.5, 0.0)), 6)
+        0.616634
     """
     needs(0.0 <= order <= 3.0, "order", order, "0 to 3")
     needs_finite(u=u)
@@ -89,26 +96,10 @@ def scaled_height_integral(order: float, u: Any) -> Any:
     q = 0.5 * (last - first) * _NODES + 0.5 * (last + first)
     weight = (last - first) * _WEIGHTS / math.sqrt(2.0 * math.pi)
     exponent = -above * q * q - 0.5 * (below + q * q) ** 2
-    return np.sum(weight * q ** (2.0 * order + 1.0) * np.exp(exponent), axis=-1)
-
-
-def height_integral(order: float, u: Any) -> Any:
-    """Height integral of a Gaussian surface, F_n(u) = (2 pi)^(-1/2) int_u^inf (s-u)^n exp(-s^2/2) ds.
-
-    Parameters   order : n, float, 0 to 3;  u : float or array, h/sigma, any sign
-    Returns      F_n(u), shaped like u, >= 0; relative error 1e-14, rounding of exp(-u^2/2) added; 0 where it
-                 underflows
-    Raises       ValueError: order out of range, u not finite
-    Validity     dF_n/du = -n F_(n-1).  F_n(0) = 2^(n/2-1) Gamma((n+1)/2)/sqrt(pi);
-                 for u -> inf F_n -> Gamma(n+1) u^(-n-1) exp(-u^2/2)/sqrt(2 pi); for u -> -inf F_n -> (-u)^n
-    Source       Greenwood & Tripp 1970.  Equal to Gamma(n+1) exp(-u^2/4) D_(-n-1)(u)/sqrt(2 pi) with the
-                 parabolic cylinder function D; here by Gauss-Legendre quadrature in q, s = u + q^2, where the
-                 integrand is smooth for half-integer n
-    Example
-        >>> round(float(height_integral(2.5, 0.0)), 6)
-        0.616634
-    """
-    return scaled_height_integral(order, u) * np.exp(-0.5 * np.maximum(u, 0.0) ** 2)
+    # the decay exp(-u^2/2) apart
+    return np.sum(weight * q ** (2.0 * order + 1.0) * np.exp(exponent), axis=-1) * np.exp(
+        -0.5 * np.maximum(u, 0.0) ** 2
+    )
 
 
 def pressure_scale(roughness: Roughness, E_prime: float) -> float:

@@ -46,7 +46,7 @@ def preload_approach(stiffness: float, preload: Any) -> Any:
     Parameters   stiffness : k [N/m^1.5], > 0;  preload : float or array [N], >= 0
     Raises       ValueError: not finite or negative
     """
-    _check(stiffness, preload)
+    check_force("preload", preload)
     return np.cbrt(np.asarray(preload, dtype=float) / stiffness)[()] ** 2
 
 
@@ -111,9 +111,3 @@ def lost_motion(stiffness: float, preload: Any, axial_load: Any, play: float = 0
     """
     elastic = 2.0 * np.abs(axial_deflection(stiffness, preload, axial_load))
     return elastic + np.where(np.asarray(preload) > 0.0, 0.0, play)
-
-
-def _check(stiffness: float, preload: Any) -> None:
-    if not (0.0 < stiffness < math.inf):
-        raise ValueError(f"stiffness = {stiffness} N/m^1.5; needs a finite number > 0: see contact_stiffness")
-    check_force("preload", preload)

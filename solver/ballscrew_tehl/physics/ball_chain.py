@@ -22,7 +22,6 @@ from ..parameters.file import ScrewParameters
 from .ball_law import (
     MAX_STEPS,
     Array,
-    check_count,
     check_force,
     contact_compliance,
     fixed_angle_law,
@@ -44,7 +43,6 @@ class BallChain:
     least_scale = 0.0
 
     def __init__(self, screw: ScrewParameters, ball_count: int, contact_angle: float | None) -> None:
-        check_count(ball_count)
         self.n = int(ball_count)
         self.law = loaded_angle_law(screw) if contact_angle is None else fixed_angle_law(screw, contact_angle)
         dz, modulus = ball_pitch(screw, self.n), screw.youngs_modulus
@@ -153,7 +151,6 @@ def ball_oversize(
     Source       Hertz: both contacts of a line together approach by C Q^(2/3), Q = F_p/(n sin(beta) cos(lambda))
     """
     check_force("preload", preload)
-    check_count(ball_count)
     beta = screw.contact_angle if contact_angle is None else contact_angle
     Q = preload_ball_load(screw, preload, ball_count, beta)
     return float(contact_compliance(screw, beta) * np.cbrt(Q) ** 2)

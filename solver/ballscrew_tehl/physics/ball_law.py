@@ -41,12 +41,6 @@ def check_force(name: str, value: Any, allow_negative: bool = False) -> None:
         raise ValueError(f"{name} = {value} N; needs {needs}: check the sign and the preload")
 
 
-def check_count(ball_count: int) -> None:
-    """Raise ValueError for fewer than two balls or a fraction of one."""
-    if not (int(ball_count) == ball_count and ball_count >= 2):
-        raise ValueError(f"ball_count = {ball_count}; needs a whole number >= 2")
-
-
 def contact_angle_at_ball_load(screw: ScrewParameters, ball_load: Any) -> Any:
     """Contact angle of a ball under its load.
 
@@ -69,11 +63,10 @@ def loaded_contact_angle(screw: ScrewParameters, force: Any, ball_count: int) ->
 
     Parameters   force : float or array [N], >= 0, on one nut;  ball_count : balls that share it
     Returns      beta : like force [rad]; 45.81 degrees for GD4008-3 at 2000 N with 86 balls
-    Raises       ValueError: negative or not finite force, ball_count below 2
+    Raises       ValueError: negative or not finite force
     Source       as contact_angle_at_ball_load with Q = F/(n sin(beta) cos(lambda)), by Newton's method
     """
     check_force("force", force)
-    check_count(ball_count)
     if screw.preload_kind == FOUR_POINT:
         return screw.contact_angle + 0.0 * np.asarray(force, dtype=float)
     cos_0 = math.cos(screw.contact_angle)

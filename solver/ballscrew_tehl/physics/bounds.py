@@ -12,18 +12,13 @@ _UNITS = {
     "asperity_density": ("1/m2", "check the roughness measurement"),
     "asperity_radius": ("m", "check the roughness measurement"),
     "E_prime": ("Pa", "2/sum((1-nu^2)/E), 226e9 for steel"),
-    "h": ("m", "check the film"),
     "load": ("N", "check preload"),
-    "load_per_length": ("N/m", "load over the length across rolling"),
-    "force": ("N", "the force on one surface"),
     "u_e": ("m/s", "mean speed of both surfaces relative to the contact"),
-    "R": ("m", "reduced radius along rolling"),
     "R_x": ("m", "reduced radius along rolling"),
     "R_y": ("m", "reduced radius across rolling"),
     "temperature": ("K", "kelvin, 303.15 for 30 C"),
     "eta0": ("Pa s", "viscosity at ambient pressure"),
     "alpha_pv": ("1/Pa", "pressure-viscosity coefficient"),
-    "p_max": ("Pa", "Hertz pressure"),
 }
 
 

@@ -34,7 +34,6 @@ from .ball_chain import BallChain, FourPointChain, ball_oversize, ball_pitch
 from .ball_law import (
     Array,
     axial_approach,
-    check_count,
     check_force,
     contact_angle_at_ball_load,
     contact_compliance,
@@ -144,7 +143,6 @@ def nut_loads(
                 f"outer_nut_force, outer_screw_force = {outer_nut_force:g}, {outer_screw_force:g} N; allowed: 0 with "
                 f"{FOUR_POINT}: double_nut_loads gives the loads under an axial load"
             )
-        check_count(ball_count)
         return np.full(int(ball_count), preload_ball_load(screw, float(force), ball_count, contact_angle))
     chain = _chain(screw, ball_count, contact_angle)
     if force == 0.0:
@@ -199,13 +197,11 @@ def separation_load(
                  sign : +1 load that relieves the left nut, -1 the right nut (see double_nut_loads)
                  contact_angle : as in double_nut_loads
     Returns      magnitude of the load [N]; between rigid bodies 2^(3/2) preload
-    Raises       ValueError: not finite or negative, sign not +-1;  ArithmeticError: not converged
+    Raises       ValueError: not finite or negative;  ArithmeticError: not converged
     Source       gap equation with force 0 in the relieved nut: its ball next to the spacer just touches. Oversize
                  balls: the way of the ball that moves least is oversize/(sin(beta) cos(lambda)), to first order
     """
     check_force("preload", preload)
-    if sign not in (1, -1):
-        raise ValueError(f"sign = {sign}; allowed: 1 (relieves the left nut), -1 (the right nut)")
     if preload == 0.0:
         return 0.0
     from scipy.optimize import brentq
