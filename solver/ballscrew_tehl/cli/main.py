@@ -12,7 +12,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from .parser import build_parser, shield_negative_numbers
+from .parser import build_parser
 from .shared.extras import missing_extra
 from .shared.files import os_error_text
 
@@ -28,9 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     # the solver's matrices are small: BLAS threads would cost more than they save (read when numpy is imported)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    args = build_parser().parse_args(
-        shield_negative_numbers(sys.argv[1:] if arguments is None else arguments)
-    )
+    args = build_parser().parse_args(arguments)
     module, function = args.run.split(".")
 
     def ended(code: int, text: str) -> int:

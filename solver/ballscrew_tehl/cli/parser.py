@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import difflib
 import itertools
+import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
@@ -225,13 +226,8 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(allow_abbrev=False, **settings)
-        # of arguments that stay text
-        self.register("type", None, _unshielded)
-
-    def add_subparsers(self, **settings: Any) -> argparse._SubParsersAction:
-        """Arguments of a command are left to its own parser as they are."""
-        self.register("type", None, str)
-        return super().add_subparsers(**settings)
+        # argparse reads -1e3 and -inf as options; NaN included: it is rejected later by name
+        self._negative_number_matcher = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
         """As argparse, but a misspelt option is refused by its command, before one that is missing for it."""
@@ -259,24 +255,6 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Print the error and exit with code 2."""
         self.exit(2, f"{self.prog}: error: {message} (see --help)\n")
-
-
-def _unshielded(text: str) -> str:
-    """An argument as it was typed, before shield_negative_numbers."""
-    return text.removeprefix(" ") if text.startswith(" -") else text
-
-
-def shield_negative_numbers(arguments: Sequence[str]) -> list[str]:
-    """A space before every negative number: argparse reads -1e3 and -inf as options, but " -1e3" as a value."""
-    shielded: list[str] = []
-    for argument in arguments:
-        try:
-            # NaN included: it is rejected later by name
-            negative = argument.startswith("-") and isinstance(float(argument), float)
-        except ValueError:
-            negative = False
-        shielded.append(f" {argument}" if negative else argument)
-    return shielded
 
 
 def build_parser() -> Parser:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,8 +23,8 @@ LEVELS = 14
 #: drawn domain: along rolling in half-widths, across in semi-axes; its points
 SHOWN_X, SHOWN_Y = (-2.2, 1.6), 1.25
 POINTS_X, POINTS_Y = 401, 301
-#: share of the largest pressure of a line where its rim is; least pressure of a line with a rim over Hertz pressure
-RIM, LEAST_PRESSURE = 0.3, 0.25
+#: least half-width of a line over that of the Hertz ellipse
+MIN_RIM = 0.2
 #: field -> title, unit, factor from SI, colours
 FIELDS = {
     "pressure": ("Pressure", "GPa", 1e-9, "viridis"),
@@ -44,55 +44,26 @@ def whole_field(solution: ContactResult, name: str) -> tuple[Array, Array, Array
     return solution.x, y, np.concatenate((field[:0:-1], field))
 
 
-def contact_rim(solution: ContactResult) -> tuple[Array, Array, Array]:
-    """Lines y that carry load, and where the pressure of each rises at the inlet and falls at the outlet.
-
-    Where it passes the share RIM of its largest value on the line, linear between nodes; y in semi-axes, x in
-    half-widths.
-    """
-    x, y, pressure = whole_field(solution, "pressure")
-    found = []
-    for place, line in zip(y, pressure, strict=True):
-        if line.max() < LEAST_PRESSURE * solution.hertz.p_max:
-            continue
-        above = np.flatnonzero(line > RIM * line.max())
-        ends = [above[0] - 1, above[-1]]  # nodes before the crossing
-        share = [(RIM * line.max() - line[k]) / (line[k + 1] - line[k]) for k in ends]
-        found.append((place, *(x[k] + s * (x[k + 1] - x[k]) for k, s in zip(ends, share, strict=True))))
-    return tuple(np.array(found).T)
-
-
 def fine_field(solution: ContactResult, name: str) -> tuple[Array, Array, Array]:
     """The field on POINTS_X x POINTS_Y points of the drawn domain, arguments and axes as whole_field.
 
     The lines of the solver lie far apart across rolling and their features follow the rim of the contact: between the
-    lines the field is interpolated at equal places from rim to rim, monotonically, so that no value is made up.
+    lines the field is interpolated at equal places over the half-width of the Hertz ellipse there, monotonically, so
+    that no value is made up.
     """
     from scipy.interpolate import PchipInterpolator
 
     x, y, field = whole_field(solution, name)
-    lines, inlet, outlet = contact_rim(solution)
-    fine_x = np.linspace(*SHOWN_X, POINTS_X)
-    fine_y = np.clip(np.linspace(-SHOWN_Y, SHOWN_Y, POINTS_Y), y[0], y[-1])
-
-    def rim(of: Array) -> tuple[Array, Array]:
-        """Middle and half-width of the rim, beyond the last line as on it."""
-        at = np.clip(of, lines[0], lines[-1])
-        low, high = (PchipInterpolator(lines, ends)(at) for ends in (inlet, outlet))
-        return 0.5 * (low + high), 0.5 * (high - low)
-
-    middle, half = rim(y)
-    fine_middle, fine_half = rim(fine_y)
-    reach = max(np.abs((fine_x[[0, -1], None] - fine_middle) / fine_half).max(), 1.0)
+    fine_x, fine_y = np.linspace(*SHOWN_X, POINTS_X), np.linspace(-SHOWN_Y, SHOWN_Y, POINTS_Y)
+    inside = np.clip(fine_y, y[0], y[-1])
+    rim, fine_rim = (np.sqrt(np.clip(1.0 - of**2, MIN_RIM**2, None)) for of in (y, inside))
+    reach = np.abs(fine_x).max() / MIN_RIM
     place = np.linspace(-reach, reach, int(POINTS_X * 2.0 * reach))
-    rows = [np.interp(m + place * h, x, line) for m, h, line in zip(middle, half, field, strict=True)]
+    rows = np.array([np.interp(place * half, x, line) for half, line in zip(rim, field, strict=True)])
     # monotone but for rounding
-    between = np.clip(PchipInterpolator(y, np.array(rows), axis=0)(fine_y), np.min(field), np.max(field))
-    fine = [
-        np.interp((fine_x - m) / h, place, line)
-        for m, h, line in zip(fine_middle, fine_half, between, strict=True)
-    ]
-    return fine_x, np.linspace(-SHOWN_Y, SHOWN_Y, POINTS_Y), np.array(fine)
+    between = np.clip(PchipInterpolator(y, rows, axis=0)(inside), np.min(field), np.max(field))
+    fine = [np.interp(fine_x / half, place, line) for half, line in zip(fine_rim, between, strict=True)]
+    return fine_x, fine_y, np.array(fine)
 
 
 def inside_range(solution: ContactResult, name: str) -> tuple[float, float]:
@@ -118,7 +89,7 @@ def contour_levels(ranges: Sequence[tuple[float, float]], name: str) -> Array:
 
 def contact_field(solutions: Sequence[ContactResult | None], name: str) -> str:
     """A field of FIELDS on screw and nut raceway with one colour scale; oil enters from below; the Hertz ellipse."""
-    title, unit, _, colours = FIELDS[name]
+    title, unit, factor, colours = FIELDS[name]
     figure, panels = new_figure(4.6, 2)
     levels = contour_levels([inside_range(s, name) for s in solutions if s is not None], name)
     filled = None
@@ -130,8 +101,9 @@ def contact_field(solutions: Sequence[ContactResult | None], name: str) -> str:
         if s is None:
             axes.text(0.5, 0.5, "not converged", ha="center", transform=axes.transAxes)
             continue
-        filled = _contours(axes, s, name, levels, colours, extend)
         a, b = 1e6 * s.hertz.a, 1e6 * s.hertz.b
+        x, y, field = fine_field(s, name)
+        filled = axes.contourf(a * y, b * x, factor * field.T, levels, cmap=colours, extend=extend)
         axes.plot(a * np.cos(angle), b * np.sin(angle), color="black", linewidth=0.8, linestyle="--")
         axes.set(xlim=(-SHOWN_Y * a, SHOWN_Y * a), ylim=(SHOWN_X[0] * b, SHOWN_X[1] * b))
     panels[-1].set_xlabel("across rolling [um]")
@@ -139,13 +111,6 @@ def contact_field(solutions: Sequence[ContactResult | None], name: str) -> str:
         figure.colorbar(filled, ax=panels, label=f"[{unit}]", location="bottom", aspect=40)
     figure.suptitle(title)
     return figure_address(figure, "png")
-
-
-def _contours(axes: Any, solution: ContactResult, name: str, levels: Array, colours: str, extend: str) -> Any:
-    x, y, field = fine_field(solution, name)
-    a, b = 1e6 * solution.hertz.a, 1e6 * solution.hertz.b
-    values = FIELDS[name][2] * field.T
-    return axes.contourf(a * y, b * x, values, levels, cmap=colours, extend=extend)
 
 
 def central_lines(solutions: Sequence[ContactResult | None]) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 from ..physics.hertz import RACEWAYS
 from ..validation.section5 import printed_values
 from .claims import VERDICTS, Claim, verdict_on
-from .errata import Erratum
+from .errata import errata
 from .material import Material, torque_of_contacts
 from .page import Html, element, table
 from .tables import percent_of, words
@@ -120,7 +120,7 @@ def traction_times(material: Material) -> str:
     return f"{traction / friction:.1f} times" if math.isfinite(traction) else "(not converged, no number)"
 
 
-def errata_table(found: Sequence[Erratum]) -> Html:
+def errata_table() -> Html:
     """The errata with their effects."""
-    caption = "Misprints and gaps of the paper, with their effect in numbers"
-    return table("errata", caption, ["where", "printed", "used here", "effect"], found, text=True)
+    caption = "Misprints and gaps of the paper, with their effect (set three parameter)"
+    return table("errata", caption, ["where", "printed", "used here", "effect"], errata(), text=True)

@@ -22,7 +22,6 @@ from . import (
     torque_tables,
 )
 from .claims import NEAR_WITHIN, REPRODUCED_WITHIN, Claim
-from .errata import Erratum
 from .lines import Progress
 from .material import Material
 from .page import TEMPLATES, page, section
@@ -71,12 +70,10 @@ def parts_of_page(material: Material) -> list[tuple[str, str, str]]:
     ]
 
 
-def whole_page(
-    material: Material, claimed: Sequence[Claim], errata: Sequence[Erratum], progress: Progress
-) -> str:
+def whole_page(material: Material, claimed: Sequence[Claim], progress: Progress) -> str:
     """The page with all its parts; progress : called before and after each of them."""
-    own = {"m": material, "claims": claimed, "errata": errata}
-    macros: Any = TEMPLATES.get_template("parts.html", globals=GLOBALS).make_module(own)
+    template = TEMPLATES.get_template("parts.html", globals=GLOBALS)
+    macros: Any = template.make_module({"m": material, "claims": claimed})
     parts, written = parts_of_page(material), []
     with figures.style():
         for number, (name, link, title) in enumerate(parts, start=1):

@@ -106,14 +106,12 @@ def _gathered(
 def _page(material: Material, progress: Progress) -> tuple[str, dict[str, str]]:
     """The page, and the verdicts on the statements of the paper."""
     from ...report.claims import claims
-    from ...report.errata import errata
     from ...report.sections import whole_page
 
     if not material.measured:
-        return whole_page(material, [], [], progress), {}
+        return whole_page(material, [], progress), {}
     found = claims(material.parameters, material.frictions, material.tables[material.chosen.entry.name])
-    text = whole_page(material, found, errata(material), progress)
-    return text, {claim.id: claim.verdicts[0] for claim in found}
+    return whole_page(material, found, progress), {claim.id: claim.verdicts[0] for claim in found}
 
 
 def flat(nested: Mapping[str, Any], before: str = "") -> dict[str, Any]:

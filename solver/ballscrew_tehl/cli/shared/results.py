@@ -87,15 +87,13 @@ def listing(row: Mapping[str, Any], notes: Mapping[str, str] | None = None) -> s
 
 def _wrapped(head: str, text: str) -> list[str]:
     """Text behind a head, continued below its beginning; a word too long for that on lines of its own."""
-    words, column = text.split(), len(head)
-    if len(head + text) <= WIDTH or not words:
+    first, column = [], len(head)
+    if len(head + text) <= WIDTH or not text:
         return [(head + text).rstrip()]
-    if max(map(len, words)) > WIDTH - column:
-        first, column = [head.rstrip()], 4
-        lines = textwrap.wrap(text, WIDTH - column, break_long_words=False, break_on_hyphens=False)
-        return first + [" " * column + line for line in lines]
-    lines = textwrap.wrap(text, WIDTH - column, drop_whitespace=True, break_on_hyphens=False)
-    return [head + lines[0], *(" " * column + line for line in lines[1:])]
+    if max(map(len, text.split())) > WIDTH - column:
+        first, head, column = [head.rstrip()], "    ", 4
+    lines = textwrap.wrap(text, WIDTH - column, break_long_words=False, break_on_hyphens=False)
+    return first + [(" " * column if number else head) + line for number, line in enumerate(lines)]
 
 
 def table(rows: Sequence[Sequence[str]]) -> str:
