@@ -4,6 +4,7 @@ import dataclasses
 import errno
 import os
 import tempfile
+from unittest.mock import Mock
 
 import pytest
 from command_line import refused, run
@@ -32,24 +33,18 @@ REFUSALS = {
         (POINT[:4], "--temperature-c (missing); allowed: -73.15 to 200, or --points FILE.csv"),
         ((*POINT, "--temperature-c", "-274"), "--temperature-c = -274; allowed: -73.15 to 200"),
         ((*POINT, "--temperature-c", "303.15"), "is 303.15 K = 30 C meant?"),
-        ((*POINT, "--temperature-c", "900"), "allowed: -73.15 to 200"),
         ((*POINT, "--preload-n", "-1e3"), "--preload-n = -1e3; allowed: a finite number >= 0"),
-        ((*POINT, "--preload-n", "nan"), "--preload-n = nan"),
         ((*POINT, "--preload-n", "2N"), "--preload-n = 2N"),
         ((*POINT, "--speed-rpm", "-inf"), "--speed-rpm = -inf"),
         ((*POINT, "--preload"), "unrecognized arguments: --preload; is --preload-n meant?"),
-        (("--sped-rpm", "3"), "; is --speed-rpm meant?"),
         (("left", "over"), "unrecognized arguments: left over"),
         ((*POINT, "--screw", "none.toml"), "none.toml: cannot be read"),
-        ((*POINT, "--map", "none.nc"), "none.nc"),
         ((*POINT, "--map", "{vg100}"), "give the screw file of the map by --screw"),
         ((*POINT, "--kinematics", "rolling"), "; is rolling_frame meant?"),
         ((*POINT, "--friction", "four_parameter"), "--friction = four_parameter; allowed: "),
         ((*POINT, "--friction", "mechanistic", "--kinematics", "published"), "allowed: rolling_frame"),
         ((*POINT, "--friction", "{fit}", "--screw", "{example}"), "fitted for the screw mine"),
-        ((*POINT, "--friction", "{fit}", "--screw", "{example}", "--direct"), "fitted for the screw mine"),
         ((*POINT, "--direct", "--preload-n", "0"), "allowed with --direct: not 0"),
-        ((*POINT, "--direct", "--speed-rpm", "0"), "allowed with --direct: not 0"),
         (("--points", "none.csv"), "none.csv: cannot be read"),
     ],
     "preload": [
@@ -59,7 +54,6 @@ REFUSALS = {
     ],
     "screw": [
         (("--preload-n", "-1"), "--preload-n = -1"), (POINT[:4], "give both"),
-        ((*POINT, "--speed-rpm", "nan"), "--speed-rpm = nan"),
         ((*POINT, "--temperature-c", "300"), "is 300.0 K = 26.85 C meant?"),
     ],
     "catalogue": [(("--preload-n", "nan"), "--preload-n = nan"), (("--preload-n", "-1"), "--preload-n = -1")],
@@ -69,10 +63,8 @@ REFUSALS = {
         ((*CONTACT[1:], "--domain", "1", "2", "3"), "allowed: XA < -1, XB > 1, Y > 1"),
         ((*CONTACT[1:], "--refine", "9"), "refine"),
         (("--moes", "20", "x", *MOES[4:], "--radius-ratio", "1"), "--moes = 20 x; allowed: two numbers"),
-        ((*MOES[1:], "--radius-ratio", "2"), "radius_ratio = 2.0"),
         (MOES[1:], "--radius-ratio (missing)"),
         ((*MOES[1:], "--radius-ratio", "1", "--load-n", "3"), "--load-n = 3.0; allowed: either"),
-        (("--rheology", "maxwell"), "invalid choice: 'maxwell'"),
     ],
     "oil": [((), "--iso-vg, --viscosity-index (missing)"), (("--iso-vg", "68", "--screw", "x"), "give one oil"),
             (("--iso-vg", "70", "--viscosity-index", "95"), "70")],
@@ -89,20 +81,15 @@ REFUSALS = {
         (("--family", ".", "--screw", "x.toml"), "--family and --screw"),
         *(((*BUILD[2:], *words), line) for words, line in (
             (("--quik",), "; is --quick meant?"),
-            (("--workers", "0"), "--workers = 0; allowed: a whole number >= 1"),
             (("--count", "0"), "--count = 0; allowed: a whole number >= 1"),
             (("--tolerance", "nan"), "--tolerance = nan; allowed: 1e-5 to 0.1"),
-            (("--tolerance", "0.2"), "--tolerance = 0.2; allowed: 1e-5 to 0.1"),
-            (("--preload-n", "500", "much"), "invalid float value: 'much'"),
             (("--preload-n", "500"), "--preload-n: expected 2 arguments"),
             (("--preload-n", "2000", "500"), "preload = 2000 to 500 N; needs 0.01 <= lowest < highest <= 1e+07"),
-            (("--preload-n", "nan", "500"), "preload = nan to 500 N; needs"),
             (("--preload-n", "1000", "1e6"), "preload = 1000 to 1e+06 N: Hertz pressure up to "),
             (("--speed-rpm", "0", "500"), "speed = 0 to 500 r/min; needs 0.001 <= lowest < highest <= 1e+06"),
             (("--temperature-c", "40", "-1e1"), "temperature = 40 to -10 C; needs -73.15 <= lowest < highest <= 500"),
             (("--temperature-c", "80", "400"), "allowed: 0.0001 to 10000 Pa s, that is -40 to 266 C"),
             (("--output", "."), "--output = .: is a folder; allowed: a file *.nc"),
-            (("--output", "/dev/null"), "--output = /dev/null; allowed: a file *.nc"),
             (("--output", "text.nc"), "--output = text.nc; allowed: a new file *.nc, or a map"),
         )),
     ],
@@ -110,9 +97,7 @@ REFUSALS = {
         ((), "either MEASUREMENTS.csv or --packaged"),
         (("none.csv",), "none.csv: cannot be read"),
         (("measured.csv", "--drop", "outlier"), "; is outliers meant?"),
-        (("measured.csv", "--temperature-c", "303"), "--temperature-c = 303"),
         (("--packaged", "--plot", "x.png"), "--plot with --packaged"),
-        (("measured.csv", "--output", "./measured.csv"), "allowed: a file *.toml"),
         (("measured.toml", "--output", "./measured.toml"), "is a file that this command reads; allowed: another file"),
     ],
     "validate": [(("--friction", "four_parameter"), "--friction = four_parameter; allowed: ")],
@@ -120,7 +105,6 @@ REFUSALS = {
         ((), "arguments are required: --output"),
         (("--output", "r.pdf"), "r.pdf; allowed: a file *.html, *.htm"),
         (("--output", "r.html", "--map", "none.nc"), "none.nc: no such map file"),
-        (("--output", "r.html", "--friction", "four_parameter"), "--friction = four_parameter; allowed: "),
         (("--output", "r.html", "--preload-n", "2000"), "--preload-n = 2000; allowed: with --screw"),
         (("--output", "r.html", "--screw", "{screw}", "--map", "{vg100}", "--preload-n", "99999"),
          "preload = 99999 N; allowed: "),
@@ -166,50 +150,47 @@ def test_bad_input_is_one_line_and_exit_code_2(capsys, command, folder):
     assert sorted(folder.rglob("*")) == before
 
 
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [
-        (f"{NUMBERS}1,2,3\n1,nan,3\n", "points.csv: row 2: speed_rpm = nan; allowed: a finite number"),
-        (
-            f"{NUMBERS}1,,3\n",
-            "row 1: speed_rpm (missing); allowed: a finite number, in a column or by --speed-rpm",
-        ),
-        (f"{NUMBERS}1,2\n", "row 1 (line 2): 2 fields between commas; 3 expected"),
-        ("preload,speed_rpm\n1,2\n", "is preload_n meant?"),
-        ("preload_n,speed_rpm,axial_load\n1,2,3\n", "column axial_load; allowed: preload_n"),
-        (
-            "preload_n,speed_rpm,preload_n\n1,2,3\n",
-            "columns given twice: preload_n; allowed: each heading once",
-        ),
-        ("preload_n;speed_rpm;temperature_c\n1.500;2,5;3\n", "no point (thousands or decimal?)"),
-        ("moes,radius_ratio,lore\n20 5,1,barus\n", "row 1: lore: unknown"),
-    ],
-)
-def test_bad_points_are_named_with_their_place(capsys, folder, text, line):
-    (folder / "points.csv").write_text(text)
-    command = "contact" if text.startswith("moes") else "torque"
-    assert line in refused(capsys, command, "--points", "points.csv")
+POINTS = [
+    (f"{NUMBERS}1,2,3\n1,nan,3\n", "points.csv: row 2: speed_rpm = nan; allowed: a finite number"),
+    (
+        f"{NUMBERS}1,,3\n",
+        "row 1: speed_rpm (missing); allowed: a finite number, in a column or by --speed-rpm",
+    ),
+    (f"{NUMBERS}1,2\n", "row 1 (line 2): 2 fields between commas; 3 expected"),
+    ("preload,speed_rpm\n1,2\n", "is preload_n meant?"),
+    ("preload_n,speed_rpm,axial_load\n1,2,3\n", "column axial_load; allowed: preload_n"),
+    ("preload_n,speed_rpm,preload_n\n1,2,3\n", "columns given twice: preload_n; allowed: each heading once"),
+    ("preload_n;speed_rpm;temperature_c\n1.500;2,5;3\n", "no point (thousands or decimal?)"),
+    ("moes,radius_ratio,lore\n20 5,1,barus\n", "row 1: lore: unknown"),
+]
 
 
-@pytest.mark.parametrize(
-    ("table", "line"),
-    [
-        ("preload_min_N = 100.0", "map.preload_max"),
-        ("temperature_min_degC = 40.0\ntemperature_max_degC = 20.0", "more than temperature_min"),
-        ("speed_min_rad_s = 1.0\nspeed_max_rad_s = 1e300",
-         "map.speed_max_rad_s = 1e+300; allowed: >= 0.00010472 rad_s, <= 104720 rad_s"),
-        ("temperature_min_K = 20.0\ntemperature_max_K = 300.0", "map.temperature_min_K = 20.0; allowed: >= 200 K"),
-        # the bounds in the unit of the value
-        ("temperature_min_degC = 20.0\ntemperature_max_degC = 501.0",
-         "_degC = 501.0; allowed: >= -73.15 degC, <= 500 degC"),
-        ("preload_min = 1.0", "bad unit"),
-        ("torque_max_Nm = 1.0", "a known key"),
-    ],
-)  # fmt: skip
-def test_bad_tables_of_a_screw_file_are_named(folder, capsys, table, line):
+def test_bad_points_are_named_with_their_place(capsys, folder):
+    for text, line in POINTS:
+        (folder / "points.csv").write_text(text)
+        command = "contact" if text.startswith("moes") else "torque"
+        assert line in refused(capsys, command, "--points", "points.csv")
+
+
+TABLES = [
+    ("preload_min_N = 100.0", "map.preload_max"),
+    ("temperature_min_degC = 40.0\ntemperature_max_degC = 20.0", "more than temperature_min"),
+    ("speed_min_rad_s = 1.0\nspeed_max_rad_s = 1e300",
+     "map.speed_max_rad_s = 1e+300; allowed: >= 0.00010472 rad_s, <= 104720 rad_s"),
+    ("temperature_min_K = 20.0\ntemperature_max_K = 300.0", "map.temperature_min_K = 20.0; allowed: >= 200 K"),
+    # the bounds in the unit of the value
+    ("temperature_min_degC = 20.0\ntemperature_max_degC = 501.0",
+     "_degC = 501.0; allowed: >= -73.15 degC, <= 500 degC"),
+    ("preload_min = 1.0", "bad unit"),
+    ("torque_max_Nm = 1.0", "a known key"),
+]  # fmt: skip
+
+
+def test_bad_tables_of_a_screw_file_are_named(folder, capsys):
     text = (PACKAGED_DATA / "gd4008.toml").read_text(encoding="utf-8")
-    (folder / "own.toml").write_text(f"{text}\n[map]\n{table}\n")
-    assert line in refused(capsys, *BUILD, "--screw", "own.toml")
+    for table, line in TABLES:
+        (folder / "own.toml").write_text(f"{text}\n[map]\n{table}\n")
+        assert line in refused(capsys, *BUILD, "--screw", "own.toml")
 
 
 def test_a_grid_beyond_the_memory_is_one_line(capsys, monkeypatch):
@@ -251,51 +232,42 @@ def test_outputs_that_cannot_be_written_are_refused_before_the_work(name, folder
 
     assert "text.nc is not a folder; allowed: a path below a folder" in line("text.nc/x")
     assert "is a folder; allowed: a" in line("here")
-    if name != "map build":
-        assert "in a folder that exists" in line("nowhere/x")
+    assert name == "map build" or "in a folder that exists" in line("nowhere/x")
     assert f"*{suffix}" in refused(capsys, *(word.format("x.xyz") for word in words))
-    for number in (errno.EACCES, errno.EROFS, errno.ENOSPC):
-
-        def refuse(*arguments, number=number, **options):
-            raise OSError(number, os.strerror(number), "/scratch/.x.tmp")
-
-        monkeypatch.setattr(tempfile, "NamedTemporaryFile", refuse)
-        said = line("x")
-        remedy = files.REMEDIES.get(number, files.OTHER_FOLDER)
-        assert f". cannot be written ({os.strerror(number)}); remedy: {remedy}" in said
-        assert "Errno" not in said
+    for number, remedy in ((errno.EACCES, files.OTHER_FOLDER), (errno.ENOSPC, files.REMEDIES[errno.ENOSPC])):
+        error = OSError(number, os.strerror(number), "/scratch/.x.tmp")
+        monkeypatch.setattr(tempfile, "NamedTemporaryFile", Mock(side_effect=error))
+        assert f". cannot be written ({os.strerror(number)}); remedy: {remedy}" in line("x")
 
 
-@pytest.mark.parametrize(
-    ("words", "where"),
-    [
+@pytest.mark.slow
+def test_a_disk_that_fills_or_ctrl_c_during_the_work_leaves_nothing(folder, capsys, monkeypatch):
+    before, calibrate = (
+        sorted(folder.iterdir()),
+        ("calibrate", "measured.csv", "--map", packaged_map("published")),
+    )
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    for words, where in (
         (("init", "x.toml"), "FILE.toml = x.toml"),
         (("map", "plot", "--output", "x.png"), "--output = x.png"),
-        (("calibrate", "measured.csv", "--map", "{published}", "--output", "x.toml"), "--output = x.toml"),
-        (("calibrate", "measured.csv", "--map", "{published}", "--plot", "x.png"), "--plot = x.png"),
-    ],
-)
-@pytest.mark.parametrize("event", ["full", "interrupt"])
-def test_a_disk_that_fills_or_ctrl_c_during_the_work_leaves_nothing(
-    words, where, event, folder, capsys, monkeypatch
-):
-    def fail(*arguments, **options):
-        if event == "interrupt":
-            raise KeyboardInterrupt
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    for function in ("replace", "link"):
-        monkeypatch.setattr(os, function, fail)
-    before = sorted(folder.iterdir())
-    words = [word.format(published=packaged_map("published")) for word in words]
-    if event == "interrupt":
-        code, out, err = run(capsys, *words)
-        assert (code, out, err.splitlines()[-1]) == (130, "", f"ballscrew_tehl {words[0]}: interrupted")
-    else:
-        reason = os.strerror(errno.ENOSPC)
-        line = refused(capsys, *words)
-        assert line.endswith(f"{where}: cannot be written ({reason}); remedy: {files.REMEDIES[errno.ENOSPC]}")
-    assert sorted(folder.iterdir()) == before
+        ((*calibrate, "--output", "x.toml"), "--output = x.toml"),
+        ((*calibrate, "--plot", "x.png"), "--plot = x.png"),
+    ):  # fmt: skip
+        for event in (full, KeyboardInterrupt()):
+            for function in ("replace", "link"):
+                monkeypatch.setattr(os, function, Mock(side_effect=event))
+            if event is full:
+                line = refused(capsys, *words)
+                remedy = files.REMEDIES[errno.ENOSPC]
+                assert line.endswith(f"{where}: cannot be written ({full.strerror}); remedy: {remedy}")
+            else:
+                code, out, err = run(capsys, *words)
+                assert (code, out, err.splitlines()[-1]) == (
+                    130,
+                    "",
+                    f"ballscrew_tehl {words[0]}: interrupted",
+                )
+            assert sorted(folder.iterdir()) == before
 
 
 def test_other_places_of_a_build(folder, capsys):

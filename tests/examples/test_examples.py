@@ -36,28 +36,23 @@ def results(native_fmu, synthetic_nut_map, tmp_path_factory):
 
     def transmission():
         path = folder / "BallScrewTransmission_fmi2.fmu"
-        return build_native_fmu(
-            synthetic_nut_map, 2, path, platforms=("x86_64-linux",), model=TRANSMISSION
-        ).path
+        options = {"platforms": ("x86_64-linux",), "model": TRANSMISSION}
+        return build_native_fmu(synthetic_nut_map, 2, path, **options).path
 
     given = {
         "circular_test": lambda: ((native_fmu,), {"feeds": (0.01, 0.02)}),
         "kinematics_comparison": lambda: (((200.0, 2000.0),), {}),
-        "model_exchange": lambda: ((native_fmu,), {}),
         "preload_monitoring": lambda: ((synthetic_nut_map,), {"lives": 4}),
-        "servo_axis": lambda: ((native_fmu,), {}),
         "servo_axis_ssp": lambda: ((native_fmu, folder / "servo_axis.ssp"), {}),
         "servo_axis_transmission": lambda: ((transmission(), native_fmu), {}),
         "servo_transmission_ssp": lambda: ((transmission(), folder / "axis.ssp"), {"feed": 0.1}),
-        "step_size_study": lambda: ((native_fmu,), {}),
         "thermal_reduction": lambda: (((1000.0,), RATIOS), {}),
         "torque_over_speed": lambda: ((), {}),
-        "warm_up": lambda: ((native_fmu,), {}),
     }
 
     def result(name):
         if name not in done:
-            words, options = given[name]()
+            words, options = given.get(name, lambda: ((native_fmu,), {}))()
             done[name] = importlib.import_module(name).main(*words, **options)
         return done[name]
 
@@ -100,9 +95,8 @@ def test_servo_axis(results, synthetic_nut_map):
     for name in ("move_with", "circle_with"):
         run = found["runs"][name]
         sliding = np.flatnonzero(np.abs(run.speed) > 1.2)  # 12 regularisation speeds: the sign is 1
-        state = synthetic_nut_map.evaluate(
-            axis.preload, run.speed[sliding], axis.oil_temperature, run.axial_load[sliding]
-        )
+        place = run.speed[sliding], axis.oil_temperature, run.axial_load[sliding]
+        state = synthetic_nut_map.evaluate(axis.preload, *place)
         expected = np.sign(run.speed[sliding]) * (state.viscous_torque + state.coulomb_torque)
         assert sliding.size > 0.7 * run.speed.size
         assert run.friction_torque[sliding] == pytest.approx(expected, rel=1e-9)
@@ -188,21 +182,12 @@ def test_servo_axis_ssp(results, tmp_path):
             expected = getattr(found["parallel"], field)
             gap = np.abs(found["series"][master][name][:-1] - expected[1:]).max()
             assert gap <= 1e-8 * np.abs(expected).max(), (master, name)
+    ssd, values = "SystemStructure.ssd", "resources/screw.ssv"
     for member, old, new, finding in (
-        (
-            "SystemStructure.ssd",
-            '<ssc:Real unit="N.m" />',
-            '<ssc:Real unit="N" />',
-            "friction_torque: output in N",
-        ),
-        (
-            "SystemStructure.ssd",
-            'endConnector="axial_load"',
-            'endConnector="speed"',
-            "axial_load is fed 0 times",
-        ),
-        ("SystemStructure.ssd", 'startConnector="speed"', 'startConnector="angle"', "joins different units"),
-        ("resources/screw.ssv", 'name="preload"', 'name="load"', "no such parameter"),
+        (ssd, '<ssc:Real unit="N.m" />', '<ssc:Real unit="N" />', "friction_torque: output in N"),
+        (ssd, 'endConnector="axial_load"', 'endConnector="speed"', "axial_load is fed 0 times"),
+        (ssd, 'startConnector="speed"', 'startConnector="angle"', "joins different units"),
+        (values, 'name="preload"', 'name="load"', "no such parameter"),
     ):
         wrong = tmp_path / "wrong.ssp"
         with zipfile.ZipFile(found["ssp"]) as source, zipfile.ZipFile(wrong, "w") as target:
@@ -234,12 +219,10 @@ def test_servo_axis_transmission(results):
         assert found[f"{name}_transmission"] == pytest.approx(found[f"{name}_spring"], rel=0.1)
     force, deflection = screw["nut_force"][1:], screw["axial_deflection"][1:]
     steady = (np.abs(np.diff(screw["nut_force"])) <= 0.5) & (np.abs(force) > 100.0)
-    assert np.median(force[steady] / deflection[steady]) == pytest.approx(
-        1.35e9, rel=0.01
-    )  # of the map, at 2 kN
-    shaft, nut, loss = (
-        axis.exchange_step * screw[n].sum() for n in ("shaft_power", "nut_power", "power_loss")
-    )
+    # of the map, at 2 kN
+    assert np.median(force[steady] / deflection[steady]) == pytest.approx(1.35e9, rel=0.01)
+    powers = "shaft_power", "nut_power", "power_loss"
+    shaft, nut, loss = (axis.exchange_step * screw[name].sum() for name in powers)
     throughput = axis.exchange_step * np.abs(screw["shaft_power"]).sum()
     assert loss > 1.0
     assert abs(shaft - nut - loss - screw["stored_energy"][-1]) <= 1e-3 * throughput

@@ -135,14 +135,16 @@ def test_lines_and_parts_are_values_of_the_map(of_paper):
         assert np.max(np.abs(sum(parts.values()) / total - 1.0)) <= 1e-9
 
 
-@pytest.mark.parametrize("row", [0, 3])
-def test_interval_of_a_fit_is_the_error_of_what_was_left_out(of_paper, row):
+def test_interval_of_a_fit_is_the_error_of_what_was_left_out(of_paper):
     """1 kN: measured over speed, error of a point left out; 6 kN: that of a table. 1.2816 sqrt(pi/2) holds 80 %."""
     lines, entry = of_paper.numbers.lines.over_speed, load_friction_sets()["published", "three_parameter"]
-    error = entry.leave_one_table_out["table4"]["mean"] if row else entry.errors["leave_one_out_mean"]
-    for end, sign in ((lines.band.low, -1.0), (lines.band.high, 1.0)):
-        relative = sign * np.log(end[row] / lines.torque[row]) / (1.2816 * math.sqrt(math.pi / 2.0))
-        assert np.max(np.abs(relative - error)) <= 5e-5
+    for row, error in (
+        (0, entry.errors["leave_one_out_mean"]),
+        (3, entry.leave_one_table_out["table4"]["mean"]),
+    ):
+        for end, sign in ((lines.band.low, -1.0), (lines.band.high, 1.0)):
+            relative = sign * np.log(end[row] / lines.torque[row]) / (1.2816 * math.sqrt(math.pi / 2.0))
+            assert np.max(np.abs(relative - error)) <= 5e-5
     assert of_paper.numbers.lines.by_temperature.band is None
 
 
@@ -225,9 +227,7 @@ def test_statements_and_section_5_1_have_verdicts_by_one_rule(of_paper):
     by_place = {(row[0].split(" [")[0], row[1]): row[2:] for row in of_paper.page.tables["section5"][1:]}
     nut = 1e6 * of_paper.numbers.contact("published", "nut").h_m
     assert by_place["minimum film", "nut"] == ["0.223", f"{nut:.3f}", claims.verdict_on((0.223,), (nut,))]
-    assert (
-        by_place["entrainment speed", "screw"][2] == by_place["entrainment speed", "nut"][2] == "reproduced"
-    )
+    assert {by_place["entrainment speed", raceway][2] for raceway in ("screw", "nut")} == {"reproduced"}
     screw = 1e6 * of_paper.numbers.contact("published", "screw").h_m
     assert by_place["minimum film", "screw"][2] == VERDICTS[0 if screw > 0.446 else 2]  # printed: > 0.446
     screws_alone = tuple(one for one in of_paper.numbers.contacts if one.raceway == "screw")
@@ -287,9 +287,8 @@ def test_tables_of_another_screw_are_those_of_the_commands(of_own, own_words, ca
         for cell, (key, factor) in zip(cells, keys, strict=True):
             assert float(cell) == pytest.approx(factor * said[key], rel=5e-3, abs=6e-4), key
     for preload, *cells, catalogue in tables["torques"][1:]:
-        said = [
-            at("torque", preload, "--speed-rpm", n, "--temperature-c", "40") for n in (100, 500, 1000, 2500)
-        ]
+        warm = "--temperature-c", "40"
+        said = [at("torque", preload, "--speed-rpm", n, *warm) for n in (100, 500, 1000, 2500)]
         assert cells == [f"{one['friction_torque_nm']:.3f}" for one in said]
         assert catalogue == f"{said[0]['catalogue_torque_nm']:.3f}"
     names = [f"film_thickness_{name}" for name in ("central_screw_m", "central_nut_m", "min_m")]
@@ -348,11 +347,8 @@ def test_certificate_and_limits_of_the_map(of_own):
 
 @pytest.mark.parametrize("name", list(contact_figures.FIELDS))
 def test_fields_of_a_contact_stay_within_their_values_and_scale(of_own, name):
-    solutions = [found.solution for found in of_own.numbers.contacts]
-    factor, ranges = (
-        contact_figures.FIELDS[name][2],
-        [contact_figures.inside_range(s, name) for s in solutions],
-    )
+    solutions, factor = [found.solution for found in of_own.numbers.contacts], contact_figures.FIELDS[name][2]
+    ranges = [contact_figures.inside_range(s, name) for s in solutions]
     levels = contact_figures.contour_levels(ranges, name)
     assert np.all(np.diff(levels) > 0.0)
     top = factor * max(most for _, most in ranges)
@@ -373,17 +369,8 @@ def test_operating_point_by_options(of_own, own_words, tmp_path, capsys, monkeyp
     monkeypatch.setattr(material, "solved_contacts", lambda *given: points.append(given[2]) or contacts)
     for module in (figures, contact_figures, screw_figures):
         monkeypatch.setattr(module, "figure_address", lambda figure, kind: "data:image/png;base64,AAAA")
-    words = (
-        "--preload-n",
-        "1500",
-        "--speed-rpm",
-        "300",
-        "--temperature-c",
-        "30",
-        "--output",
-        tmp_path / "r.htm",
-    )
-    code, out, _ = run(capsys, "report", *own_words, *words)
+    words = ("--preload-n", "1500", "--speed-rpm", "300", "--temperature-c", "30")
+    code, out, _ = run(capsys, "report", *own_words, *words, "--output", tmp_path / "r.htm")
     assert code == 0
     screw = of_own.numbers.parameters.screw
     load = double_nut_loads(screw, 1500.0, 0.0, screw.loaded_ball_count).Q_a.max()
