@@ -339,8 +339,8 @@ def test_map_info_fits_a_terminal_and_its_table_is_the_certificate(capsys, screw
     # bounds in the unit that is printed beside them
     assert f"{axes[0] - CELSIUS:.6g} to {axes[1] - CELSIUS:.6g} C, " in out
     assert f"to {header['axes']['speed'][1] / RPM:.6g} r/min, " in out
-    rows = [line.split() for line in out.splitlines()]
-    heads, row = [row for row in rows if "points" in row or "torque_error" in row][-2:]
+    lines = [line for line in out.splitlines() if "points" in line.split() or line.startswith("torque_error")]
+    heads, row = map(str.split, lines[-2:])
     for name in ("mean", "50", "99", "999", "max"):
         value = float(row[1 + heads.index(name)])
         assert value == pytest.approx(header["certificate"][f"torque_error_{name}"], rel=0.06)

@@ -88,9 +88,7 @@ def _marks(material: Material) -> list[tuple[str, str]]:
         for name, of in shares.items()
         if (share := float(np.mean(of.marked.unphysical))) > 0.0
     ]
-    rows = [
-        ("dashed lines of torque", ", ".join(found) or "none"),
-    ]
+    rows = [("dashed lines of torque", ", ".join(found) or "none")]
     thin = float(np.mean(films.minimum < MIN_FILM))
     if thin > 0.0:
         rows.append(("films below a nanometre", f"{_percent(thin)} of the lines of the film; not solved, they continue "

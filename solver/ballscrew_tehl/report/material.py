@@ -212,10 +212,7 @@ def shown_kinematics(parameters: Parameters, measured: bool) -> list[str]:
 
 
 def solved_contacts(
-    parameters: Parameters,
-    kinematics: list[str],
-    point: tuple[float, float, float],
-    progress: Progress,
+    parameters: Parameters, kinematics: list[str], point: tuple[float, float, float], progress: Progress
 ) -> tuple[SolvedContact, ...]:
     """Thermal solves of both raceways with each kinematics at a ball load, screw speed and temperature."""
     from ..contact import ball_conditions, solve

@@ -32,12 +32,7 @@ if TYPE_CHECKING:
 
 #: contacts of `map build --quick`, for a first look: its certificate says how good it is
 QUICK = MapGrid(
-    contact_first=48,
-    contact_max=48,
-    contact_batch=16,
-    contact_first_atlas=8,
-    contact_max_atlas=8,
-    quick=True,
+    contact_first=48, contact_max=48, contact_batch=16, contact_first_atlas=8, contact_max_atlas=8, quick=True
 )
 #: time of a contact on one core of 2023 [s], mean of isothermal and thermal: of large screws, of small ones
 SECONDS_PER_CONTACT = 0.2, 0.4

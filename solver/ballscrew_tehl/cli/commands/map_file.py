@@ -118,11 +118,7 @@ def run_map_check(args: Namespace) -> int:
     result = certificate_totals(deviation)
     allowed = float(nut_map.header["certificate"].get("torque_error_max", 0.0))
     good = result["torque_error_max"] <= allowed + 1e-6
-    result |= {
-        "certificate": allowed,
-        "within_certificate": good,
-        "file_hash": nut_map.header["file_hash"],
-    }
+    result |= {"certificate": allowed, "within_certificate": good, "file_hash": nut_map.header["file_hash"]}
     print_results([result], args.json, False)
     if not good:
         say(

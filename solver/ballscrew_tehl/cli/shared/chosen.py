@@ -9,12 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...friction.origin import refuse_other_fit, with_set, without_overrides
-from ...friction.sets import (
-    FrictionSet,
-    default_friction_set,
-    friction_set_of_file,
-    load_friction_sets,
-)
+from ...friction.sets import FrictionSet, default_friction_set, friction_set_of_file, load_friction_sets
 from ...parameters.file import Parameters, changed, load_parameters
 from ...parameters.packaged_data import PACKAGED_VG100
 from ...parameters.screw import LAW_SETS

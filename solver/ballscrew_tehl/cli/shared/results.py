@@ -30,10 +30,7 @@ def plain(value: Any) -> Any:
 
 
 def print_results(
-    results: Sequence[Mapping[str, Any]],
-    as_json: bool,
-    as_list: bool,
-    notes: Mapping[str, str] | None = None,
+    results: Sequence[Mapping[str, Any]], as_json: bool, as_list: bool, notes: Mapping[str, str] | None = None
 ) -> None:
     """One JSON object or list on stdout, or a readable table.
 
