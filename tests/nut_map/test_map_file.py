@@ -209,9 +209,8 @@ def test_missing_cut_foreign_and_older_files_are_refused(saved, tmp_path):
             assert message.startswith(f"map file format {version}; expected {store.FILE_FORMAT}: build it")
     for attribute in ("format_version", "content_hash", "header"):
         message = refusal(resaved(saved, tmp_path / "other.nc", **{attribute: None}))
-        assert f"not a readable map file (AttributeError: '{attribute}" in message.replace('"', "'").replace(
-            "'netcdf_file' object has no attribute ", ""
-        )
+        assert "not a readable map file" in message
+        assert attribute in message
 
 
 def test_flipped_bits_are_refused_or_change_nothing(saved, tmp_path):
