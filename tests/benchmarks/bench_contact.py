@@ -4,7 +4,7 @@
 map: thermal contacts drawn from the range of the packaged map, both races and kinematics, nodes of a map. circle:
 129 x 129 nodes, M = 200, L = 10. Each is solved cold and with its grid known.
 
---startup measures a process that compiles the kernels and a later one. --compare PATH solves the contacts with another
+--compare PATH solves the contacts with another
 checkout in turn and prints both and the ratio of their medians, with --python if it needs another environment.
 """
 
@@ -23,7 +23,7 @@ import pandas as pd
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
 from contact_sample import random_points
-from contact_versions import HERE, Worker, startup
+from contact_versions import HERE, Worker
 from contact_worker import Request, timed
 
 from ballscrew_tehl.contact import MAP_NODES, moes_conditions
@@ -75,9 +75,8 @@ def summary(rows: Sequence[Figures]) -> dict[str, float]:
     """Medians, 90 % quantiles and largest values by "quantity, which [unit]"."""
     found: dict[str, float] = {}
     for name, shown in TIMES.items():
-        for which, value in zip(
-            ("median", "90 %", "largest"), np.quantile(column(rows, name), (0.5, 0.9, 1)), strict=True
-        ):
+        quantiles = np.quantile(column(rows, name), (0.5, 0.9, 1))
+        for which, value in zip(("median", "90 %", "largest"), quantiles, strict=True):
             found[f"{shown}, {which} [ms]"] = 1e3 * float(value)
     for name, shown in COUNTS.items():
         found[f"{shown}, median"] = float(np.median(column(rows, name)))
@@ -99,22 +98,18 @@ def show(part: str, heading: str, requests: list[Request], solvers: Solvers) -> 
     if len(found) == 2:
         first, second = (column(rows, "h_c") for rows in found.values())
         moved = 100.0 * np.abs(first / second - 1.0)
-        print(
-            f"{'h_c of both, median and largest difference [%]':54s}{np.median(moved):12.3g}{moved.max():12.3g}"
-        )
+        heading = "h_c of both, median and largest difference [%]"
+        print(f"{heading:54s}{np.median(moved):12.3g}{moved.max():12.3g}")
     return pd.DataFrame(figures).assign(part=part)
 
 
 def main(arguments: list[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__)
     names = ["map", "circle"]
     parser.add_argument("--parts", nargs="+", choices=names, default=names, help="parts to run (default all)")
     parser.add_argument("--contacts", type=int, default=100, help="contacts of the map part (default 100)")
     parser.add_argument("--seed", type=int, default=1, help="seed of these contacts (default 1)")
     parser.add_argument("--repeat", type=int, default=5, help="solves of the circle (default 5)")
-    parser.add_argument("--startup", action="store_true", help="measure the start of processes as well")
     parser.add_argument("--compare", type=Path, help="checkout whose solver takes turns")
     parser.add_argument("--python", default=sys.executable, help="interpreter of that checkout")
     parser.add_argument("--output", type=Path, help="CSV file of the results")
@@ -131,12 +126,6 @@ def main(arguments: list[str] | None = None) -> None:
             parts.append(show("map", f"Contacts of a map, thermal: {args.contacts}", requests, solvers))
         if "circle" in args.parts:
             parts.append(show("circle", "Circle, M = 200, L = 10", [circle_request()] * args.repeat, solvers))
-    if args.startup:
-        print("Start of a process, first contact of the map part")
-        for solver, place in checkouts.items():
-            figures = startup(requests[0], *place)
-            for name, figure in figures.items():
-                print(f"{solver:12s}{name:42s}{figure:12.4g}")
     if args.output and parts:
         pd.concat(parts).to_csv(args.output)
 

@@ -28,13 +28,8 @@ from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 
 SCREWS = Path(__file__).parents[1] / "data" / "screws"
-ERRORS = (
-    "torque_error_mean",
-    "torque_error_99",
-    "torque_error_max",
-    "film_error_99",
-    "temperature_rise_error_99",
-)
+ERRORS = tuple(f"torque_error_{key}" for key in ("mean", "99", "max"))
+ERRORS += ("film_error_99", "temperature_rise_error_99")
 
 
 def core_time() -> float:
@@ -63,9 +58,7 @@ def built(screw: Path, path: Path, options: list[str]) -> dict[str, Any]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--screws", type=Path, default=SCREWS, metavar="FOLDER", help="screw files *.toml")
     parser.add_argument("--only", nargs="+", metavar="NAME", help="these screws alone")
     parser.add_argument("--quick", action="store_true", help="few contacts")
@@ -74,11 +67,8 @@ def main() -> None:
     parser.add_argument("--maps", type=Path, metavar="FOLDER", help="keep the maps, and continue them")
     parser.add_argument("--output", type=Path, metavar="FILE.csv", help="figures of finished maps")
     args = parser.parse_args()
-    screws = [
-        *sorted(args.screws.glob("*.toml")),
-        PACKAGED_DATA / "gd4008.toml",
-        PACKAGED_DATA / "gd4008_vg100.toml",
-    ]
+    packaged = (PACKAGED_DATA / f"gd4008{name}.toml" for name in ("", "_vg100"))
+    screws = [*sorted(args.screws.glob("*.toml")), *packaged]
     rows = []
     with tempfile.TemporaryDirectory() as scratch:
         for screw in (screw for screw in screws if args.only is None or screw.stem in args.only):

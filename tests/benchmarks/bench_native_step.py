@@ -2,12 +2,11 @@
 
 `python tests/benchmarks/bench_native_step.py` builds the libraries as they are delivered and the C host
 native/step_costs.c with -O2 and prints medians of many short runs, so that other work on the machine does not
-count. `--profile CASE` counts the instructions of a step under valgrind instead. `--monitor`: the
+count. `--monitor`: the
 FMUs BallScrewPreloadMonitor, which have no target. `--law mechanistic`: a map of that friction law in closed form.
 """
 
 import argparse
-import re
 import statistics
 import subprocess
 import sys
@@ -24,7 +23,7 @@ from paths import NATIVE_HOSTS
 from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.models import FRICTION, MONITOR, FmuModel
+from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION, FmuModel
 from ballscrew_fmu.native_fmu.compile import build_libraries
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
 from ballscrew_fmu.native_fmu.sources import fmi_headers, native_sources
@@ -69,39 +68,33 @@ def host_command(folder: Path, nut_map, model: FmuModel = FRICTION) -> list[str]
     return [str(host), str(folder / "native.so"), TOKEN, folder.as_uri(), str(library)]
 
 
+def figures_of(words: list[str]) -> dict[str, list[float]]:
+    """Median and least [s] by case, as a C host prints them; of single calls p50, p99, p99.9, largest, clock."""
+    run = subprocess.run(words, capture_output=True, text=True, check=True)
+    return {name: [float(x) for x in numbers] for name, *numbers in map(str.split, run.stdout.splitlines())}
+
+
 def measure(command: list[str], repetitions: int = REPETITIONS, calls: int = CALLS) -> dict[str, list[float]]:
-    """Median and least [s] by case; of single calls p50, p99, p99.9, largest, cost of the clock."""
     host, *arguments = command
-    run = subprocess.run(
-        [host, str(repetitions), str(calls), *arguments], capture_output=True, text=True, check=True
-    )
-    lines = [line.split() for line in run.stdout.splitlines()]
-    return {name: [float(number) for number in numbers] for name, *numbers in lines}
+    return figures_of([host, str(repetitions), str(calls), *arguments])
 
 
-def instructions(command: list[str], case: str, calls: int = 20_000) -> float:
-    """Instructions of one call of a case: two runs of different length under callgrind, their difference."""
-    host, *arguments = command
-    counts = []
-    for n in (calls, 2 * calls):
-        run = subprocess.run(
-            ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", host, "1", str(n), *arguments, case],
-            capture_output=True, text=True, check=True,
-        )  # fmt: skip
-        counts.append(int(re.search(r"Collected : (\d+)", run.stderr)[1]))
-    return (counts[1] - counts[0]) / calls
+def show_transmission(folder: Path, nut_map) -> None:
+    """Cost of a step of BallScrewTransmission: set 6, step, get 2 (screw torque, nut force) or all outputs."""
+    program = c_host(nut_map, "transmission_costs", "-O2", "-ffp-contract=off", model=TRANSMISSION)
+    figures = figures_of([str(program), folder.as_uri(), str(REPETITIONS), str(CALLS)])
+    for name, (median, least) in figures.items():
+        print(
+            f"set 6, step, get {name:4} median {text_of(median)}, least {text_of(least)}; target of get 2: 0.5 us"
+        )
 
 
 def python_step(fmu: Path, first: float = 2000.0, repetitions: int = 501, steps: int = 10) -> list[float]:
     """Median and least [s] of a step of the Python FMU through its C functions."""
     with FmuInstance(fmu) as one:
         library, handle = one.slave.dll, one.slave.component
-        inputs, torque, values, found = (
-            (c_uint * 3)(0, 1, 2),
-            (c_uint * 1)(4),
-            (c_double * 3)(),
-            (c_double * 1)(),
-        )
+        inputs, torque = (c_uint * 3)(0, 1, 2), (c_uint * 1)(4)
+        values, found = (c_double * 3)(), (c_double * 1)()
         three, single, step, spent = c_size_t(3), c_size_t(1), c_double(1e-4), []
         for _ in range(repetitions):
             begin = time.perf_counter()
@@ -140,23 +133,18 @@ def table(figures: dict[str, list[float]], model: FmuModel = FRICTION) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument(
-        "--profile", metavar="CASE", nargs="+", choices=[c for c in CASES if c not in ("load", PYTHON)]
-    )
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--monitor", action="store_true", help="the preload monitor instead of the friction")
+    parser.add_argument("--transmission", action="store_true", help="the transmission alone")
     parser.add_argument("--law", choices=LAWS, default=FILM_SHEAR)
     args = parser.parse_args()
     model, first = (MONITOR, 0.9) if args.monitor else (FRICTION, 2000.0)
     nut_map = load_map(None, load_parameters()) if args.law == FILM_SHEAR else make_map(law=args.law)
     with tempfile.TemporaryDirectory() as scratch:
-        command = host_command(Path(scratch), nut_map, model)
-        if args.profile:
-            for case in args.profile:
-                print(f"{CASES[case]:47s} {instructions(command, case):7.0f} instructions")
+        if args.transmission:
+            show_transmission(Path(scratch), nut_map)
             return
+        command = host_command(Path(scratch), nut_map, model)
         figures = measure(command)
         fmu = build_fmu(nut_map, Path(scratch) / f"{model.name}.fmu", model=model).path
         figures[PYTHON] = python_step(fmu, first)

@@ -24,9 +24,9 @@ class Empty(Fmi2Slave):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         self.preload = self.speed = self.temperature = self.axial_load = self.friction_torque = 0.0
-        for name in ("preload", "speed", "temperature", "axial_load"):
-            self.register_variable(Real(name, causality=Fmi2Causality.input))
-        self.register_variable(Real("friction_torque", causality=Fmi2Causality.output))
+        for name in ("preload", "speed", "temperature", "axial_load", "friction_torque"):
+            kind = Fmi2Causality.output if name == "friction_torque" else Fmi2Causality.input
+            self.register_variable(Real(name, causality=kind))
 
     def do_step(self, current_time, step_size):
         return True

@@ -11,10 +11,10 @@ GD4008-3 is 1.5 to 1.6 times it at 100 r/min.
 from __future__ import annotations
 
 import argparse
-import csv
-import sys
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
+
+import pandas as pd
 
 from ballscrew_tehl.friction.baselines import nsk_torque
 from ballscrew_tehl.friction.interval import torque_interval, zero_fitted
@@ -26,73 +26,36 @@ from ballscrew_tehl.physics.rating import dynamic_rating
 from ballscrew_tehl.refinement.direct import DirectContacts
 
 SCREWS = Path(__file__).parents[1] / "data" / "screws"
-#: speed [r/min], ISO VG and viscosity index, temperature [C], preload over the dynamic rating
-SPEED, OIL, TEMPERATURE, SHARE = 100.0, (68, 95.0), 30.0, CATALOGUE_SHARE
+#: speed [r/min], ISO VG and viscosity index, temperature [C]
+SPEED, OIL, TEMPERATURE = 100.0, (68, 95.0), 30.0
 
 
-class Row(NamedTuple):
-    """One screw: preload [N], torques [N.m], largest share of the variance, ball-ball part is in it."""
-
-    screw: str
-    kind: str
-    preload: float
-    torque: float
-    low: float
-    high: float
-    catalogue: float
-    most: str
-
-    @property
-    def inside(self) -> bool:
-        """Whether the catalogue torque lies in the interval."""
-        return self.low <= self.catalogue <= self.high
-
-
-def catalogue_row(parameters: Parameters, share: float = SHARE) -> Row:
-    """One screw with the oil of the catalogues."""
+def catalogue_row(parameters: Parameters, share: float) -> tuple[Any, ...]:
+    """One screw with the oil of the catalogues: name, kind, preload [N], torque, its ends, catalogue torque [N.m]."""
     oiled = parameters.model_copy(update={"lubricant": graded_oil(*OIL)})
-    screw = oiled.screw
-    preload = share * dynamic_rating(screw)
-    found = torque_interval(
-        oiled,
-        nut_forces(oiled, preload, 0.0),
-        DirectContacts(oiled),
-        SPEED * RPM,
-        TEMPERATURE + CELSIUS,
-        zero_fitted(oiled),
-    )
-    most = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in list(found.shares.items())[:2])
-    catalogue = float(nsk_torque(screw, preload))
-    return Row(
-        parameters.name, screw.preload_kind, preload, found.torque, found.low, found.high, catalogue, most
-    )
+    preload = share * dynamic_rating(oiled.screw)
+    at = nut_forces(oiled, preload, 0.0), DirectContacts(oiled), SPEED * RPM, TEMPERATURE + CELSIUS
+    found = torque_interval(oiled, *at, zero_fitted(oiled))
+    kind, catalogue = oiled.screw.preload_kind, float(nsk_torque(oiled.screw, preload))
+    return parameters.name, kind, preload, found.torque, found.low, found.high, catalogue
 
 
-def main(arguments: list[str] | None = None) -> list[Row]:
-    """Print the table; rows of all screws."""
+def main() -> None:
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--share", type=float, default=SHARE, help="preload over the dynamic rating")
+    parser.add_argument(
+        "--share", type=float, default=CATALOGUE_SHARE, help="preload over the dynamic rating"
+    )
     parser.add_argument("--csv", type=Path, help="write the table")
-    args = parser.parse_args(arguments)
-    head = ("screw", "kind", "preload N", "torque N m", "low", "high", "JIS N m", "torque/JIS", "JIS inside")
-    print("{:<14}{:<26}{:>10}{:>12}{:>8}{:>8}{:>9}{:>12}{:>12}".format(*head))
-    rows = []
-    for path in sorted(SCREWS.glob("*.toml")):
-        row = catalogue_row(load_parameters(path), args.share)
-        rows.append(row)
-        print(
-            f"{row.screw:<14}{row.kind:<26}{row.preload:10.0f}{row.torque:12.3f}{row.low:8.3f}{row.high:8.3f}"
-            f"{row.catalogue:9.3f}{row.torque / row.catalogue:12.2f}{'yes' if row.inside else 'no':>12}",
-            flush=True,
-        )
-    inside = sum(row.inside for row in rows)
-    print(f"catalogue torque in the interval: {inside} of {len(rows)}", file=sys.stderr)
+    args = parser.parse_args()
+    rows = [catalogue_row(load_parameters(path), args.share) for path in sorted(SCREWS.glob("*.toml"))]
+    table = pd.DataFrame(rows, columns=["screw", "kind", "preload", "torque", "low", "high", "catalogue"])
+    table["ratio"] = table.torque / table.catalogue
+    table["inside"] = (table.low <= table.catalogue) & (table.catalogue <= table.high)
+    print(table.to_string(index=False, float_format="{:.3f}".format))
+    print(f"catalogue torque in the interval: {table.inside.sum()} of {len(table)}")
     if args.csv:
-        with args.csv.open("w", newline="") as file:
-            writer = csv.writer(file)
-            writer.writerow((*Row._fields, "inside"))
-            writer.writerows((*row, row.inside) for row in rows)
-    return rows
+        table.to_csv(args.csv, index=False)
 
 
 if __name__ == "__main__":

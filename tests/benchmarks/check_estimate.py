@@ -38,14 +38,10 @@ def check(point: Point, nodes: int, refine: float) -> dict[str, Any]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--contacts", type=int, default=200, help="random contacts (default 200)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the contacts (default 1)")
-    parser.add_argument(
-        "--nodes", type=int, default=MAP_NODES, help="nodes along rolling (default: of a map)"
-    )
+    parser.add_argument("--nodes", type=int, default=MAP_NODES, help="nodes along rolling (of a map)")
     parser.add_argument("--refine", type=float, default=2.0, help="factor on nodes, lines, layers and extent")
     parser.add_argument("--output", type=Path, help="CSV file of the rows")
     args = parser.parse_args()

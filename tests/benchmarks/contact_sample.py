@@ -87,11 +87,6 @@ def sobol_cube(count: int, seed: int) -> np.ndarray:
     return qmc.Sobol(5, seed=seed).random_base2(math.ceil(math.log2(max(count, 2))))[:count]
 
 
-def sobol_points(count: int, seed: int) -> list[Point]:
-    """The same as contacts of the packaged screw."""
-    return [point_at(u) for u in sobol_cube(count, seed)]
-
-
 def compile_kernels() -> None:
     """Compile or load every kernel, before a clock runs: a small thermal solve and a small isothermal one."""
     point = Point("published", "nut", 33.0, 1000.0, 303.15)

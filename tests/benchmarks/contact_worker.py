@@ -1,7 +1,7 @@
 """Timed solves of contacts by the package on the import path, which may be another version.
 
 As a module: `timed`. As a script: version and path of the package in the first line of stdout, then one JSON reply per
-JSON request on stdin, see Request; with --startup the seconds of the first two solves of one request instead.
+JSON request on stdin, see Request.
 """
 
 from __future__ import annotations
@@ -66,12 +66,6 @@ def timed(request: Request) -> dict[str, Any]:
 
 
 def main() -> None:
-    if sys.argv[1:] == ["--startup"]:
-        request = Request(**json.loads(sys.stdin.readline()))
-        seconds = [_solved(request)[1]]
-        used = time.process_time()
-        print(json.dumps([*seconds, _solved(request)[1], used]))
-        return
     print(json.dumps({"version": ballscrew_tehl.__version__, "path": ballscrew_tehl.__file__}), flush=True)
     for line in sys.stdin:
         print(json.dumps(timed(Request(**json.loads(line)))), flush=True)

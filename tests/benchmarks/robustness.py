@@ -69,23 +69,18 @@ def report(found: pd.DataFrame) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--points", type=int, default=2000, help="points of the sequence (default 2000)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the sequence (default 1)")
     parser.add_argument("--thermal", action="store_true", help="thermal contacts of the packaged screw")
     parser.add_argument("--layers", type=float, default=1.0, help="factor on the layers of thermal contacts")
     parser.add_argument("--case", type=int, help="solve this point of the sequence alone")
     parser.add_argument("--output", type=Path, help="CSV file of the outcomes")
-    parser.add_argument(
-        "--workers", type=int, default=os.cpu_count(), help="processes (default: one per core)"
-    )
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes")
     args = parser.parse_args()
     first = 0 if args.case is None else args.case
-    points = list(enumerate(sobol_cube(args.points if args.case is None else args.case + 1, args.seed)))[
-        first:
-    ]
+    count = args.points if args.case is None else args.case + 1
+    points = list(enumerate(sobol_cube(count, args.seed)))[first:]
     rows: list[dict[str, Any]] = []
     with ProcessPoolExecutor(args.workers, initializer=compile_kernels) as pool:
         jobs = [pool.submit(outcome, *point, args.thermal, args.layers) for point in points]
