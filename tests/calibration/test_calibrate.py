@@ -10,12 +10,7 @@ from reference_screw import GD4008
 from section7 import BASIS, MEASURED, basis_of
 
 from ballscrew_tehl.calibration.fit import LOSSES, fit_values
-from ballscrew_tehl.calibration.packaged import (
-    PACKAGED_LOSS,
-    calibrate_packaged,
-    fit_friction_set,
-    intervals,
-)
+from ballscrew_tehl.calibration.packaged import PACKAGED_LOSS, calibrate_packaged, fit_friction_set, intervals
 from ballscrew_tehl.friction.sets import FITTED, load_friction_sets
 
 RATIO, NET, HEIGHT = FITTED

@@ -4,9 +4,7 @@ import math
 
 import pytest
 
-from ballscrew_tehl.calibration.measurement_file import (
-    read_measurement_file,
-)
+from ballscrew_tehl.calibration.measurement_file import read_measurement_file
 from ballscrew_tehl.calibration.measurements import PACKAGED_TORQUE, Measurement, packaged_measurements
 
 HEAD = "preload [N],speed [r/min],temperature [degC],torque [N.m]\n"

@@ -9,14 +9,9 @@ from law_contacts import VG100, ClosedContacts
 
 from ballscrew_tehl.calibration.fit import fit_values
 from ballscrew_tehl.calibration.measurements import packaged_measurements
-from ballscrew_tehl.calibration.packaged import (
-    torque_basis,
-)
+from ballscrew_tehl.calibration.packaged import torque_basis
 from ballscrew_tehl.cli import main as cli
-from ballscrew_tehl.friction.sets import (
-    default_friction_set,
-    load_friction_sets,
-)
+from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
 from ballscrew_tehl.parameters.file import changed, load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 

@@ -80,49 +80,6 @@ def test_stress_flux_and_heat_are_those_of_the_notes():
     np.testing.assert_allclose(flow.shear[at], flow.sliding[at] + flow.driven[at] * power, rtol=1e-12)
 
 
-@pytest.mark.parametrize("rheology", ["newtonian", "eyring"])
-def test_slopes_of_the_film_coefficients_are_their_differences(rheology):
-    """To pressure and to the temperature of every level, the thinning following as at a given shear rate."""
-    rng = np.random.default_rng(3)
-    ny, nx, n = 2, 3, 7
-    p_max, u_e = 4e8, 1.1
-    table = kernels.oil_table(OIL.model_copy(update={"rheology": rheology}), 303.15)
-    p, t = 0.2 + rng.random((ny, nx)), 303.15 + 30.0 * rng.random((ny, nx, n + 1))
-    flow = film_flow.FilmFlow.empty(ny, nx, n)
-    speeds = film_flow.SurfaceSpeeds(1.4, 0.8)
-    film_flow.film_flow(table, np.linspace(0, 1e-4, nx), p * p_max, 2e-7 * np.ones((ny, nx)), t, speeds, flow)
-
-    def at(p, t):
-        out, by_t = [np.empty((ny, nx)) for _ in range(4)], np.empty((ny, nx, 2, n + 1))
-        film_flow.film_coefficients(table, p_max, p, t, flow, speeds, u_e, 1.0, *out, by_t)
-        return (*out, by_t)
-
-    _, dln_phi, _, dg, by_t = at(p, t)
-    eps = 1e-6
-    plus, minus = at(p + eps, t), at(p - eps, t)
-    np.testing.assert_allclose((plus[0] - minus[0]) / (2.0 * eps), dln_phi, rtol=1e-5)
-    np.testing.assert_allclose((plus[2] - minus[2]) / (2.0 * eps), dg, rtol=1e-5, atol=1e-7)
-    for k in range(n + 1):
-        change = np.zeros(n + 1)
-        change[k] = 1e-4
-        plus, minus = at(p, t + change), at(p, t - change)
-        for m, which in ((0, 0), (1, 2)):
-            slope = (plus[which] - minus[which]) / 2e-4
-            np.testing.assert_allclose(
-                slope, by_t[:, :, m, k], rtol=1e-4, atol=1e-4 * np.abs(by_t[:, :, m]).max()
-            )
-    # without heat both sets of coefficients are one
-    cold = np.full_like(t, 310.0)
-    film_flow.film_flow(
-        table, np.linspace(0, 1e-4, nx), p * p_max, 2e-7 * np.ones((ny, nx)), cold, speeds, flow
-    )
-    if rheology == "newtonian":
-        plain = [np.empty((ny, nx)) for _ in range(4)]
-        film_flow.isothermal_coefficients(table, p_max, p, 310.0, speeds, u_e, 1.0, *plain)
-        for one, other in zip(at(p, cold), plain, strict=False):
-            np.testing.assert_allclose(one, other, rtol=1e-9)
-
-
 def test_oil_of_the_kernels_is_that_of_the_lubricant_laws():
     """Viscosity within the interpolation of its table (1e-5), density exactly; their slopes by differences."""
     incompressible = OIL.model_copy(update={"density_law": "incompressible"})

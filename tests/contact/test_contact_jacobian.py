@@ -5,7 +5,7 @@ import pytest
 from contact_cases import OIL
 
 from ballscrew_tehl.contact.film import flow as film_flow
-from ballscrew_tehl.contact.film import kernels, linear, transport
+from ballscrew_tehl.contact.film import linear, transport
 from ballscrew_tehl.contact.film.oil import oil_table
 from ballscrew_tehl.contact.film.reynolds import (
     TARGET_LOAD,
@@ -129,17 +129,3 @@ def test_jacobian_is_the_derivative_of_residual_and_load(state):
         np.abs(times(system, v) - times(system._replace(warm=False), v)).max()
         > 1e-3 * np.abs(times(system, v)).max()
     )
-
-
-def test_log_mean_and_lifted_gap_join_their_branches():
-    for d in (0.999e-3, 1.001e-3):
-        mean, left, right = kernels.log_mean(0.3, 0.3 + d)
-        assert mean == pytest.approx(np.exp(0.3) * np.expm1(d) / d, rel=1e-12)
-        assert left + right == pytest.approx(1.0, rel=1e-12)
-        up, down = (kernels.log_mean(0.3, 0.3 + d + e)[0] for e in (1e-6, -1e-6))
-        assert (up - down) / 2e-6 / mean == pytest.approx(right, rel=1e-6)
-    assert kernels.lifted_gap(0.3, 0.2) == (0.3, 1.0)
-    for h in (0.2, -0.1, -100.0):
-        lifted, slope = kernels.lifted_gap(h, 0.2)
-        assert lifted > 0.0
-        assert slope == pytest.approx(lifted / 0.2, rel=1e-12)

@@ -8,13 +8,7 @@ import pytest
 from scipy.optimize import minimize
 
 from ballscrew_tehl.friction.ball_equilibrium import Traction, ball_equilibrium, radial_nodes
-from ballscrew_tehl.friction.equilibrium_kernels import (
-    AROUND,
-    CONVERGED_AT,
-    SMOOTHED,
-    limit,
-    shear_stress,
-)
+from ballscrew_tehl.friction.equilibrium_kernels import AROUND, CONVERGED_AT, SMOOTHED, limit, shear_stress
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_parameters
 from ballscrew_tehl.physics.ball_motion import contact_motion
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii

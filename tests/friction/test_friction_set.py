@@ -70,19 +70,15 @@ def test_overrides_belong_to_the_set_of_the_file_and_drop_the_data_of_the_fit():
         changed(GD4008, friction={"net_sliding_coefficient": 0.0, "roughness_height": 1e-9})
     )
     assert found.values == (packaged.apparent_viscosity_ratio, 0.0, 1e-9)
-    assert (
-        found.provenance
-        == "three_parameter, overridden in the screw file: net_sliding_coefficient, roughness_height"
+    assert found.provenance.endswith(
+        "overridden in the screw file: net_sliding_coefficient, roughness_height"
     )
     assert {*found.intervals, *found.errors, *found.limits} == set()
     stated = changed(GD4008, friction={"apparent_viscosity_ratio": 7.0, "roughness_height": 2e-8})
     assert with_set(stated, "three_parameter") is stated
     other = with_set(stated, "two_parameter").friction
-    assert (other.set, other.apparent_viscosity_ratio, other.roughness_height) == (
-        "two_parameter",
-        None,
-        None,
-    )
+    numbers = other.set, other.apparent_viscosity_ratio, other.roughness_height
+    assert numbers == ("two_parameter", None, None)
     surfaces = changed(GD4008, friction={"raceway_rq": 3e-8, "ball_rq": 4e-8})
     assert with_set(surfaces, "two_parameter").friction.roughness_height == pytest.approx(5e-8, rel=1e-12)
     # with the mechanistic law the height of the file is that of its surfaces
@@ -107,9 +103,7 @@ def test_numbers_of_another_screw_are_named_and_their_fit_is_refused():
     entry = load_friction_sets()["published", "three_parameter"]
     refuse_other_fit(entry, GD4008)
     refuse_other_fit(dataclasses.replace(entry, parameters_hash=""), GD4008)
-    with pytest.raises(
-        MapError, match=r"three_parameter is fitted for the screw GD4008-3 \(.*expected GD4008-3"
-    ):
+    with pytest.raises(MapError, match=r"fitted for the screw GD4008-3 \(.*expected GD4008-3"):
         refuse_other_fit(entry, OTHER_OIL)
     with pytest.raises(MapError, match="kinematics = published; expected rolling_frame"):
         refuse_other_fit(entry, OTHER)
@@ -128,11 +122,8 @@ def test_damaged_files_and_limits_are_refused_in_one_line(tmp_path):
             load_friction_sets(path)
     place = whole.index("limits.net_sliding_coefficient]")
     for low, high in (("nan", "0.02"), ("0.01", "nan"), ("inf", "inf"), ("0.02", "0.01")):
-        limits = (
-            whole[place:]
-            .replace("low = 0.004", f"low = {low}", 1)
-            .replace("high = 0.006", f"high = {high}", 1)
-        )
+        limits = whole[place:].replace("low = 0.004", f"low = {low}", 1)
+        limits = limits.replace("high = 0.006", f"high = {high}", 1)
         path.write_text(whole[:place] + limits, encoding="utf-8")
         with pytest.raises(
             ValueError, match=r"limits of net_sliding_coefficient = .*: 0 <= low <= high, low finite$"

@@ -9,11 +9,7 @@ from reference_screw import GD4008
 from section7 import BASIS, RPM, uniform_sums
 
 from ballscrew_tehl.friction.sets import FrictionSet
-from ballscrew_tehl.friction.torque import (
-    double_nut_torque,
-    nut_sums,
-    preload_from_torque,
-)
+from ballscrew_tehl.friction.torque import double_nut_torque, nut_sums, preload_from_torque
 from ballscrew_tehl.physics.load import double_nut_loads
 
 PUBLISHED_VALUES = (0.297 / 0.033, 0.0037, 0.0)

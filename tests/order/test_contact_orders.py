@@ -121,23 +121,6 @@ def test_central_film_is_of_second_order(case, grids):
     assert 0.8 < middle.error_estimate / (0.25 * abs(plain)) < 1.25
 
 
-def test_extrapolation_is_a_third_of_the_change_from_half_the_nodes():
-    """By its definition, from separate solves; the share multiplies both films and leaves the array alone."""
-    coarse, fine = (
-        moes(20.0, 5.0, CIRCLE, "roelands", n_x=n_x, n_y=n_y, tolerance=1e-6).result
-        for n_x, n_y in ((65, 17), (129, 33))
-    )
-    change = (1.0 - coarse.grid_film / fine.grid_film) / 3.0
-    central, least = fine.extrapolation
-    # the coarse solve inside stops at 3e-5
-    assert central == pytest.approx(change, abs=2e-5)
-    assert abs(central) > 1e-3
-    # a quarter of it for the next order, and ten tolerances
-    assert fine.error_estimate == pytest.approx(0.25 * abs(central) + 1e-5, rel=1e-12)
-    assert fine.h_c == pytest.approx(fine.grid_film * (1.0 + central), rel=1e-12)
-    assert fine.h_m == pytest.approx(fine.film.min() * (1.0 + least), rel=0.02)
-
-
 @pytest.mark.slow
 def test_thermal_results_are_of_second_order_or_better_in_the_layers():
     """Integrals of fourth order, energy equation of second: 1.9 to 3.2 found, depending on which dominates."""

@@ -16,18 +16,21 @@ def test_static_rating_is_the_force_at_its_pressure():
     assert abs(ball_pressure(stiff, float(loads.Q_a.max())) / STATIC_PRESSURE - 1.0) <= 1e-4
 
 
+def test_life_of_one_nut_and_of_two():
+    """1e6 turns at the rating, with the cube of the load; two nuts last less than one, by 2^-0.9."""
+    rating = dynamic_rating(SCREW)
+    for forces, turns in (
+        ((rating, 0.0), 1e6),
+        ((0.0, 0.5 * rating), 8e6),
+        ((rating, rating), 1e6 * 2.0**-0.9),
+    ):
+        assert abs(life(SCREW, *forces) / turns - 1.0) <= 1e-12
+    assert life(SCREW, 0.0, 0.0) == math.inf
+
+
 def test_both_ratings_grow_with_size_as_their_formulas():
     """All lengths doubled: areas, and with them static forces, fourfold; the dynamic rating by 2^1.8."""
     names = ("nominal_radius", "ball_diameter", "screw_raceway_radius", "nut_raceway_radius", "lead")
     large = changed(load_parameters(), screw={name: 2.0 * getattr(SCREW, name) for name in names}).screw
     assert abs(static_rating(large) / static_rating(SCREW) / 4.0 - 1.0) <= 1e-9
     assert abs(dynamic_rating(large) / dynamic_rating(SCREW) / 2.0**1.8 - 1.0) <= 1e-9
-
-
-def test_life_of_one_nut_and_of_two():
-    rating = dynamic_rating(SCREW)
-    assert abs(life(SCREW, rating, 0.0) / 1e6 - 1.0) <= 1e-12
-    assert abs(life(SCREW, 0.0, 0.5 * rating) / 8e6 - 1.0) <= 1e-12
-    # two nuts last less than one, by 2^-0.9
-    assert abs(life(SCREW, rating, rating) / (1e6 * 2.0**-0.9) - 1.0) <= 1e-12
-    assert life(SCREW, 0.0, 0.0) == math.inf

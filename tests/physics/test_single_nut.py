@@ -14,9 +14,7 @@ from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.friction.torque import double_nut_torque, four_point_spin_bound
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.ball_chain import ball_oversize
-from ballscrew_tehl.physics.ball_law import (
-    contact_compliance,
-)
+from ballscrew_tehl.physics.ball_law import contact_compliance
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
 from ballscrew_tehl.physics.kinematics import cage_speed, entrainment_speed, four_point_spin_share
 from ballscrew_tehl.physics.load import double_nut_loads, nut_loads, separation_load

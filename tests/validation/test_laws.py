@@ -8,11 +8,7 @@ from synthetic_map import make_map
 from ballscrew_tehl.calibration.measurements import packaged_measurements
 from ballscrew_tehl.friction.baselines import jungnickel_torque, zhou_torque
 from ballscrew_tehl.friction.sets import FrictionSet, load_friction_sets
-from ballscrew_tehl.validation.laws import (
-    baseline_rows,
-    law_points,
-    set_row,
-)
+from ballscrew_tehl.validation.laws import baseline_rows, law_points, set_row
 from ballscrew_tehl.validation.shares import PARTS, Law, torque_parts
 
 POINTS = packaged_measurements(303.0)

@@ -44,8 +44,7 @@ class LubricantParameters(Table):
 
     name: str = Field(min_length=1, description="name of the oil or grease")
     iso_vg: Literal[mineral_oil.ISO_GRADES] | None = Field(  # type: ignore[valid-type]
-        default=None,
-        description="ISO 3448 grade of a mineral oil, with viscosity_index",
+        default=None, description="ISO 3448 grade of a mineral oil, with viscosity_index"
     )
     viscosity_index: float | None = Field(
         default=None, ge=0, le=400, description="its viscosity index (ASTM D2270)"

@@ -44,9 +44,7 @@ class ScrewParameters(Table):
         gt=0, le=100, description="loaded turns of one nut; of one half with single_nut_offset"
     )
     ball_count: int = Field(
-        ge=2,
-        le=10000,
-        description="balls of these turns in the friction sums, returns included",
+        ge=2, le=10000, description="balls of these turns in the friction sums, returns included"
     )
     return_ball_count: int | None = Field(
         default=None,
