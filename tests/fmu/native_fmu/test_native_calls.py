@@ -9,6 +9,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 import fmpy
+import numpy as np
 import pytest
 from native_calls import LEGAL, STATES, STATES_WITH_EVENTS, UNSUPPORTED, arguments, is_legal
 from native_library import (
@@ -400,24 +401,22 @@ def derivative(one, unknowns, knowns, seed, adjoint=False):
 @both_versions
 @both_kinds
 def test_derivatives_through_fmi(version, kind):
-    """Linear in the seed, against a difference, adjoint = transpose; refusals. All others: test_native_equivalence."""
-    point = {"speed": 0.05, "presliding_stiffness": 400.0, "axial_load": 100.0}
+    """Linear in the seed, adjoint = transpose; refusals. All others: test_native_equivalence."""
+    point, seed = (
+        {"speed": 0.05, "presliding_stiffness": 400.0, "axial_load": 100.0},
+        [1.0, -2.0, 0.5, 3.0, 1e-3],
+    )
     with NativeInstance(version, kind).start(**point) as one:
-        single = {known: derivative(one, UNKNOWNS, [known], [1.0]) for known in KNOWNS}
-        seed = [1.0, -2.0, 0.5, 3.0, 1e-3]
-        total = [
-            sum(s * single[k][i] for s, k in zip(seed, KNOWNS, strict=True)) for i in range(len(UNKNOWNS))
-        ]
-        assert derivative(one, UNKNOWNS, KNOWNS, seed) == pytest.approx(total, rel=1e-9, abs=1e-12)
+        matrix = np.array([derivative(one, UNKNOWNS, [known], [1.0]) for known in KNOWNS])
+        assert derivative(one, UNKNOWNS, KNOWNS, seed) == pytest.approx(seed @ matrix, rel=1e-9, abs=1e-12)
         # named twice: both seeds count; more unknowns than there are variables
         twice = derivative(one, UNKNOWNS * 5, ["speed", "speed"], [0.25, 0.75])
-        assert twice == pytest.approx(single["speed"] * 5)
+        assert twice == pytest.approx([*matrix[KNOWNS.index("speed")]] * 5)
         assert derivative(one, [], KNOWNS, seed) == []
         assert derivative(one, ["friction_torque"], [], []) == [0.0]
         if version == 3:
             seed = [(-1.0) ** i * (i + 1.0) for i in range(len(UNKNOWNS))]
-            wanted = [sum(map(float.__mul__, seed, single[known])) for known in KNOWNS]
-            assert derivative(one, UNKNOWNS, KNOWNS, seed, adjoint=True) == pytest.approx(wanted)
+            assert derivative(one, UNKNOWNS, KNOWNS, seed, adjoint=True) == pytest.approx(matrix @ seed)
     for unknown, known in (
         ("speed", "speed"), ("in_range", "speed"), ("friction_torque", "viscous_torque"), (999, "speed"),
         ("friction_torque", 999), ("friction_torque", "presliding_stiffness"), ("slip_indicator", "speed"),

@@ -175,18 +175,6 @@ def test_state_machine_times_and_warnings_are_restored(version):
 
 
 @both_versions
-def test_a_state_with_a_bad_value_can_be_saved(version):
-    with NativeInstance(version).start() as one, NativeInstance(version) as other:
-        one.go(speed=7.0)
-        one.set(preload=math.nan)
-        _, state = other.deserialize(one.serialize(one.save()))
-        assert other.restore(state) == OK
-        assert other.step(one.time, 1e-3) == 2
-        other.time = one.time
-        assert other.go(preload=1500.0) == one.go(preload=1500.0)
-
-
-@both_versions
 def test_states_of_another_kind_are_refused(version):
     """Co-simulation and model exchange, with and without event mode, another model: not restored."""
     kinds = [(CS, False), (ME, False), *([(CS, True)] if version == 3 else [])]
