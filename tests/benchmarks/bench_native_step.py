@@ -79,10 +79,10 @@ def measure(command: list[str], repetitions: int = REPETITIONS, calls: int = CAL
     return figures_of([host, str(repetitions), str(calls), *arguments])
 
 
-def show_transmission(folder: Path, nut_map) -> None:
+def show_transmission(nut_map) -> None:
     """Cost of a step of BallScrewTransmission: set 6, step, get 2 (screw torque, nut force) or all outputs."""
     program = c_host(nut_map, "transmission_costs", "-O2", "-ffp-contract=off", model=TRANSMISSION)
-    figures = figures_of([str(program), folder.as_uri(), str(REPETITIONS), str(CALLS)])
+    figures = figures_of([str(program), program.parent.as_uri(), str(REPETITIONS), str(CALLS)])
     for name, (median, least) in figures.items():
         print(
             f"set 6, step, get {name:4} median {text_of(median)}, least {text_of(least)}; target of get 2: 0.5 us"
