@@ -11,7 +11,6 @@ from synthetic_contacts import GRID
 from ballscrew_tehl.contact import ball_conditions, scales_of
 from ballscrew_tehl.nut_map import atlas_contacts
 from ballscrew_tehl.nut_map.atlas import (
-    FLATTENED,
     GROUPS,
     HELD,
     STEEL,
@@ -107,13 +106,16 @@ def test_what_the_atlas_holds_of_a_screw():
     """All in pure rolling between walls like those of steel, which take heat by sqrt(k rho c)."""
     assert atlas_quantities(ROLLING) == HELD
     assert atlas_quantities(GD4008) == FILMS[:1]
-    oils = (
-        {"rheology": "eyring"},
-        {"pressure_law": "barus"},
-        {"density_law": "incompressible"},
-        {"roelands_pressure": 1e8},
-    )
-    for other in (*({"lubricant": oil} for oil in oils), {"screw": {"youngs_modulus": 320e9}}):
+    laws = {
+        "rheology": "eyring",
+        "pressure_law": "barus",
+        "density_law": "incompressible",
+        "roelands_pressure": 1e8,
+    }
+    for other in (
+        *({"lubricant": {key: law}} for key, law in laws.items()),
+        {"screw": {"youngs_modulus": 320e9}},
+    ):
         assert atlas_quantities(changed(ROLLING, **other)) == ()
     steel, names = STEEL.model_dump(), ("density", "specific_heat", "thermal_conductivity")
     for name, second in zip(names, names[1:] + names[:1], strict=True):
@@ -135,9 +137,6 @@ def test_core_is_interpolated_where_rigid_and_in_closed_form_where_flattened():
         assert abs(closed[0] - own[0]) >= 0.01
         assert found[0] == pytest.approx(own[0], abs=1e-4 * abs(closed[0] - own[0]))
         assert found[1] == pytest.approx(closed[1], abs=1e-4 * abs(closed[1] - own[1]) + 1e-12)
-        lack, m, of_l, r = FLATTENED[name]
-        expected = -lack * columns["M"] ** m * columns["L"] ** of_l * columns["radius_ratio"] ** r
-        np.testing.assert_allclose(closed, expected, rtol=1e-12)
 
 
 @pytest.mark.slow

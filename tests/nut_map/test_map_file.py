@@ -1,7 +1,6 @@
 """The map file: complete or refused in one line, written completely or not at all; its certificate and its band."""
 
 import hashlib
-import json
 import math
 import subprocess
 import sys
@@ -148,7 +147,6 @@ def test_contacts_and_lengths_of_the_kriging_are_read_back(tmp_path, monkeypatch
 def test_file_is_self_describing_in_xarray(saved, law):
     with xr.open_dataset(saved) as data, xr.open_dataset(law) as rolling:
         assert data.attrs["title"] == "Nut map of GD4008-3, kinematics published"
-        assert json.loads(data.attrs["header"])["version"] in data.attrs["source"]
         for raceway in RACEWAYS:
             contacts = small_map().contact_map.contacts[raceway]
             columns = dict(zip(POINTS, contacts.points.T, strict=True)) | dict(contacts.values)
@@ -157,14 +155,10 @@ def test_file_is_self_describing_in_xarray(saved, law):
                 assert variable.attrs["units"] == unit
                 np.testing.assert_array_equal(variable, columns[name])
         assert all(variable.attrs["long_name"] for variable in data.variables.values())
-        for file, film, own in (
-            (data, "solved", "film_shear"),
-            (rolling, "mechanistic", "mechanistic"),
-        ):
+        for file, film, own in ((data, "solved", "film_shear"), (rolling, "mechanistic", "mechanistic")):
             arrays = f"viscous_coefficients_{film}", "extreme_coefficients", "force_coefficients"
             columns = [file[name].attrs["long_name"].split(": ")[1].split(", ") for name in arrays]
             assert columns == [list(SURFACES[own][:4]), list(SURFACES[own][4:]), list(FORCE_CURVES)]
-            assert [file[name].shape[-1] for name in arrays] == [4, 6, 5]
 
 
 @pytest.mark.slow

@@ -204,9 +204,17 @@ def map_figure(picture: MapPicture, error: str = "torque") -> Figure:
         axes.set_label(name)
         axes.set(xlabel="screw speed [r/min]", xscale="log")
         axes.grid(alpha=0.3)
-    _draw_torque(panels["torque_by_preload"], panels["torque_by_temperature"], picture)
+    by_temperature = picture.by_temperature
+    torque, rise = friction_torque(by_temperature), by_temperature.film_temperature_rise
+    right, rises = panels["torque_by_temperature"], panels["rise"]
+    _draw_torque(panels["torque_by_preload"], picture)
+    _draw_by_temperature(
+        right, picture, torque, "Friction torque by oil temperature", "friction torque [N m]"
+    )
     _draw_film(panels["film"], picture)
-    _draw_rise(panels["rise"], picture)
+    _draw_by_temperature(
+        rises, picture, rise, "Film temperature rise", "mean rise of the hottest contact [K]"
+    )
     held = None if picture.certificate is None else picture.certificate.errors.get(error)
     norm = None if held is None else _error_norm(held)
     for raceway in RACEWAYS:
@@ -239,25 +247,26 @@ def _degrees(temperature: float) -> str:
     return f"{temperature - CELSIUS:.3g} C"
 
 
-def _draw_torque(left: Axes, right: Axes, picture: MapPicture) -> None:
+def _draw_torque(axes: Axes, picture: MapPicture) -> None:
     rpm = picture.speed / RPM
     torques, colours = friction_torque(picture.by_preload), _scale(PRELOAD_COLOURS, len(picture.preloads))
     for preload, torque, colour in zip(picture.preloads, torques, colours, strict=True):
-        left.plot(rpm, torque, color=colour, label=_force(preload))
-        left.annotate(
+        axes.plot(rpm, torque, color=colour, label=_force(preload))
+        axes.annotate(
             _force(preload), (rpm[-1], torque[-1]), xytext=(4.0, 0.0), textcoords="offset points", va="center"
         )
-    left.set(title=f"Friction torque by preload, oil at {_degrees(picture.temperature)}", yscale="log")
-    left.set_xlim(right=rpm[-1] * (rpm[-1] / rpm[0]) ** 0.2)  # room for the names of the lines
-    torques = friction_torque(picture.by_temperature)
+    title = f"Friction torque by preload, oil at {_degrees(picture.temperature)}"
+    axes.set(title=title, yscale="log", ylabel="friction torque [N m]")
+    axes.set_xlim(right=rpm[-1] * (rpm[-1] / rpm[0]) ** 0.2)  # room for the names of the lines
+
+
+def _draw_by_temperature(axes: Axes, picture: MapPicture, values: Array, title: str, label: str) -> None:
     colours = _scale(TEMPERATURE_COLOURS, len(picture.temperatures))
-    for temperature, torque, colour in zip(picture.temperatures, torques, colours, strict=True):
-        right.plot(rpm, torque, color=colour, label=_degrees(temperature))
-    right.set(title=f"Friction torque by oil temperature, preload {_force(picture.preload)}")
-    right.set_ylim(bottom=0.0)
-    right.legend(title="oil temperature", loc="upper left")
-    for axes in (left, right):
-        axes.set_ylabel("friction torque [N m]")
+    for temperature, value, colour in zip(picture.temperatures, values, colours, strict=True):
+        axes.plot(picture.speed / RPM, value, color=colour, label=_degrees(temperature))
+    axes.set(title=f"{title}, preload {_force(picture.preload)}", ylabel=label)
+    axes.set_ylim(bottom=0.0)
+    axes.legend(title="oil temperature", loc="upper left")
 
 
 def _draw_film(axes: Axes, picture: MapPicture) -> None:
@@ -276,20 +285,6 @@ def _draw_film(axes: Axes, picture: MapPicture) -> None:
     low, high = axes.get_ylim()
     axes.set_ylim(low * (low / high) ** 0.25, high)  # room for the legend
     axes.legend(title="colours: oil temperature", loc="lower right")
-
-
-def _draw_rise(axes: Axes, picture: MapPicture) -> None:
-    rpm = picture.speed / RPM
-    colours = _scale(TEMPERATURE_COLOURS, len(picture.temperatures))
-    rises = picture.by_temperature.film_temperature_rise
-    for temperature, rise, colour in zip(picture.temperatures, rises, colours, strict=True):
-        axes.plot(rpm, rise, color=colour, label=_degrees(temperature))
-    axes.set(
-        title=f"Film temperature rise, preload {_force(picture.preload)}",
-        ylabel="mean rise of the hottest contact [K]",
-    )
-    axes.set_ylim(bottom=0.0)
-    axes.legend(title="oil temperature", loc="upper left")
 
 
 def _draw_samples(axes: Axes, picture: MapPicture, raceway: str, error: str, norm: LogNorm | None) -> None:
