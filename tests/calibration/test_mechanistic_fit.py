@@ -11,9 +11,11 @@ from ballscrew_tehl.calibration.fit import fit_values
 from ballscrew_tehl.calibration.measurements import packaged_measurements
 from ballscrew_tehl.calibration.packaged import torque_basis
 from ballscrew_tehl.cli import main as cli
+from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
 from ballscrew_tehl.parameters.file import changed, load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
+from ballscrew_tehl.physics.load import nut_loads
 
 NET, RATIO = "net_sliding_coefficient", "apparent_viscosity_ratio"
 K = 0.0113
@@ -28,6 +30,13 @@ def synthetic(values, noise=0.0, seed=0, basis=BASIS):
     torques = basis.torque(values) * (1.0 + noise * generator.normal(size=len(basis)))
     points = tuple(replace(m, torque=float(t)) for m, t in zip(basis.measurements, torques, strict=True))
     return replace(basis, measurements=points)
+
+
+def test_basis_is_the_torque_of_two_nuts():
+    for m, found in zip(MEASURED, BASIS.torque((1.3, K, 0.0)), strict=True):
+        loads = nut_loads(VG100.screw, m.preload, VG100.screw.loaded_ball_count)
+        nut = nut_powers(VG100, loads, m.speed, m.temperature, CONTACTS)
+        assert found == pytest.approx(2.0 * nut.torque(1.3, K), rel=1e-12)
 
 
 def test_axial_load_gives_each_nut_its_force():
