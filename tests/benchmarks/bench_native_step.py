@@ -142,7 +142,7 @@ def main() -> None:
     nut_map = load_map(None, load_parameters()) if args.law == FILM_SHEAR else make_map(law=args.law)
     with tempfile.TemporaryDirectory() as scratch:
         if args.transmission:
-            show_transmission(Path(scratch), nut_map)
+            show_transmission(nut_map)
             return
         command = host_command(Path(scratch), nut_map, model)
         figures = measure(command)
