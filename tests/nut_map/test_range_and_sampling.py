@@ -16,6 +16,7 @@ from ballscrew_tehl.nut_map.contact_map import ContactModel
 from ballscrew_tehl.nut_map.contacts import (
     FILM_FLOOR,
     FILMS,
+    QUANTITIES,
     ContactRange,
     SolvedContacts,
     film_parameters,
@@ -157,7 +158,7 @@ def test_first_points_are_corners_edges_faces_and_then_fill_the_cube():
 
 
 def test_no_contact_of_a_film_below_the_limit_is_solved():
-    """Slow, hot and heavy ones."""
+    """Slow, hot and heavy ones, neither of the first contacts nor of those that follow."""
     slow = replace(WIDE, load=(10.0, 250.0), speed=(0.02, 600.0))
     for raceway in RACEWAYS:
         points = sampling.first_contacts(GD4008, raceway, slow, 64)
@@ -165,6 +166,10 @@ def test_no_contact_of_a_film_below_the_limit_is_solved():
         films = film_formula(GD4008, raceway, *every.T)
         assert np.mean(films < MIN_FILM) >= 0.1
         np.testing.assert_array_equal(points, every[films >= MIN_FILM][:64])
+        solved = {name: np.ones(64) for name in QUANTITIES}
+        solved |= {name: 0.8**k * film_formula(GD4008, raceway, *points.T) for k, name in enumerate(FILMS)}
+        model = ContactModel(GD4008, raceway, slow, SolvedContacts(points, solved))
+        assert np.min(film_formula(GD4008, raceway, *next_points(model, 48, 0).T)) >= MIN_FILM
 
 
 def test_weights_are_the_part_in_the_friction():
