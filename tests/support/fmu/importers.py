@@ -19,9 +19,8 @@ import fmpy
 import numpy as np
 import pytest
 
-from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
+from ballscrew_fmu.checks.replay import FmuInstance, kind_of
 
-KINDS = {2: FmuInstance, 3: Fmu3Instance}
 STEP = 2.0**-9  # [s]: all communication points are exact, in seconds and in the nanoseconds of libcosim
 Row = dict[str, Any]
 Rows = Sequence[Mapping[str, float]]
@@ -48,14 +47,6 @@ def outputs_of(fmu: Path) -> tuple[list[str], list[str]]:
     return [v.name for v in variables if v.name not in flags], flags
 
 
-def version_of(fmu: Path) -> int:
-    return int(fmpy.read_model_description(str(fmu)).fmiVersion[0])
-
-
-def references_of(fmu: Path) -> dict[str, int]:
-    return {v.name: v.valueReference for v in fmpy.read_model_description(str(fmu)).modelVariables}
-
-
 def as_row(fmu: Path, values: Mapping[str, Any]) -> Row:
     """Outputs of a tool that reads all of them as numbers; a Boolean that is not 0 or 1 remains a number."""
     reals, flags = outputs_of(fmu)
@@ -67,8 +58,7 @@ def as_row(fmu: Path, values: Mapping[str, Any]) -> Row:
 
 
 def in_fmpy_steps(fmu: Path, rows: Rows) -> Iterator[Row]:
-    kind = KINDS[version_of(fmu)]
-    with kind(fmu) as instance:
+    with kind_of(fmu)(fmu) as instance:
         for row in rows:
             assert instance.step(STEP, **row), instance.messages
             yield instance.outputs()
@@ -149,7 +139,8 @@ def in_libcosim(fmu: Path, rows: Rows) -> Iterator[Row]:
     assert slave >= 0
     assert execution.add_observer(observer)
     assert execution.add_manipulator(manipulator)
-    reference, (reals, flags) = references_of(fmu), outputs_of(fmu)
+    reals, flags = outputs_of(fmu)
+    reference = {v.name: v.valueReference for v in fmpy.read_model_description(str(fmu)).modelVariables}
     for row in rows:
         inputs = [reference[name] for name in row]
         assert manipulator.slave_real_values(slave, inputs, [float(value) for value in row.values()])
@@ -233,7 +224,7 @@ class Pair:
         starts = {"friction": {}, "rotor": {}}
         for (owner, name), value in coupling.starts().items():
             starts[owner][name] = value
-        self.friction = KINDS[version_of(friction)](friction, **starts["friction"])
+        self.friction = kind_of(friction)(friction, **starts["friction"])
         self.torque = self.friction.get("friction_torque")
         self.rotor = FmuInstance(rotor, **starts["rotor"], friction_torque=self.torque)
         self._friction_first = friction_first

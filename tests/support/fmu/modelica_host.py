@@ -33,15 +33,11 @@ class External(NamedTuple):
     arguments: tuple[str, ...]
 
     def prototype(self) -> str:
-        types = dict((name, _c_type(type_)) for type_, name in (*self.inputs, *self.outputs))
+        types = {name: TYPES.get(type_, "double ") for type_, name in (*self.inputs, *self.outputs)}
         outputs = {name for _, name in self.outputs}
         listed = [f"{types[name]}{'*' if name in outputs else ''}{name}" for name in self.arguments]
         result = types[self.returned] if self.returned else "void "
         return f"{result}{self.symbol}({', '.join(listed)});"
-
-
-def _c_type(type_: str) -> str:
-    return TYPES.get(type_, "double ")
 
 
 def externals(text: str) -> list[External]:
@@ -83,14 +79,9 @@ def source(functions: Iterable[External]) -> str:
 def _case(f: External) -> str:
     numbers = [name for type_, name in f.inputs if type_ != "FrictionMap"]
     outputs = {name for _, name in f.outputs}
-    passed = [
-        "map"
-        if name == f.inputs[0][1]
-        else f"&out_{name}"
-        if name in outputs
-        else f"in[{numbers.index(name)}]"
-        for name in f.arguments
-    ]
+    places = {f.inputs[0][1]: "map", **{name: f"in[{n}]" for n, name in enumerate(numbers)}}
+    places |= {name: f"&out_{name}" for name in outputs}
+    passed = [places[name] for name in f.arguments]
     call = f"{f.symbol}({', '.join(passed)})"
     declared = "".join(f"double out_{name} = 0.0; " for name in sorted(outputs))
     assign = f"out_{f.returned} = {call};" if f.returned else f"{call};"
