@@ -9,7 +9,7 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -71,51 +71,32 @@ def parser(prog: str, subcommands: bool, folder: Path) -> Parser:
     Parameters   prog : name of the program in messages;  subcommands : False: options of build
                  folder : default of --output
     """
+    form: Any = {"formatter_class": argparse.RawDescriptionHelpFormatter}
     if not subcommands:
-        options = Parser(
-            prog=prog,
-            description=DESCRIPTION,
-            epilog=EPILOG.format(prog=f"python {prog}"),
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-        )
+        epilog = EPILOG.format(prog=f"python {prog}")
+        options = Parser(prog=prog, description=DESCRIPTION, epilog=epilog, **form)
         _add_build(options, folder)
         return options
     options = Parser(prog=prog, description="FMUs of a ball screw.")
     commands = options.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=Parser)
-    _add_build(
-        commands.add_parser(
-            "build",
-            help="build and check the FMUs of a screw from its map",
-            description=DESCRIPTION,
-            epilog=EPILOG.format(prog="python -m ballscrew_fmu build"),
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-        ),
-        folder,
-    )
+    form |= {"epilog": EPILOG.format(prog="python -m ballscrew_fmu build"), "description": DESCRIPTION}
+    text = "build and check the FMUs of a screw from its map"
+    _add_build(commands.add_parser("build", help=text, **form), folder)
     check = commands.add_parser("check", help="validate an FMU and replay the reference that it carries")
     info = commands.add_parser("info", help="kinds, platforms and variables of an FMU")
     for command, run in ((check, _check), (info, _info)):
         command.add_argument("fmu", metavar="FILE.fmu", type=Path)
         command.add_argument("--json", action="store_true", help="print one JSON object")
         command.set_defaults(run=run, prog=command.prog)
-    _add_map(
-        commands.add_parser(
-            "map",
-            help="write the map of another screw for a native FMU",
-            description=MAP_DESCRIPTION,
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-        )
-    )
+    text, form = "write the map of another screw for a native FMU", form | {"description": MAP_DESCRIPTION}
+    _add_map(commands.add_parser("map", help=text, **form | {"epilog": None}))
     return options
 
 
 def _add_inputs(options: argparse.ArgumentParser) -> None:
     options.add_argument("--screw", metavar="FILE.toml", help="screw file; default: the packaged GD4008-3")
-    options.add_argument(
-        "--map",
-        metavar="FILE",
-        help="map file of this screw; default: the packaged map of the screw",
-    )
+    text = "map file of this screw; default: the packaged map of the screw"
+    options.add_argument("--map", metavar="FILE", help=text)
     options.add_argument(
         "--kinematics",
         choices=("published", "rolling_frame"),
@@ -133,18 +114,9 @@ def _add_inputs(options: argparse.ArgumentParser) -> None:
 
 def _add_build(options: argparse.ArgumentParser, folder: Path) -> None:
     _add_inputs(options)
-    options.add_argument(
-        "--output",
-        metavar="FOLDER",
-        type=Path,
-        default=folder,
-        help="folder for the FMUs; default: %(default)s",
-    )
-    options.add_argument(
-        "--python-only",
-        action="store_true",
-        help="build the FMUs for Python hosts only",
-    )
+    text = "folder for the FMUs; default: %(default)s"
+    options.add_argument("--output", metavar="FOLDER", type=Path, default=folder, help=text)
+    options.add_argument("--python-only", action="store_true", help="build the FMUs for Python hosts only")
     options.add_argument(
         "--embed-map",
         action="store_true",
@@ -156,13 +128,8 @@ def _add_build(options: argparse.ArgumentParser, folder: Path) -> None:
 
 def _add_map(options: argparse.ArgumentParser) -> None:
     _add_inputs(options)
-    options.add_argument(
-        "--output",
-        metavar="FILE",
-        type=Path,
-        default=Path("nut_map.bin"),
-        help="file to write; default: %(default)s",
-    )
+    text = "file to write; default: %(default)s"
+    options.add_argument("--output", metavar="FILE", type=Path, default=Path("nut_map.bin"), help=text)
     options.set_defaults(run=_write_map, prog=options.prog)
 
 

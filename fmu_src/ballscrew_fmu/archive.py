@@ -1,5 +1,6 @@
 """Reproducible FMU archives, for the FMUs for Python hosts and the native FMUs."""
 
+import hashlib
 import io
 import os
 import tempfile
@@ -8,6 +9,7 @@ import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
+from xml.etree import ElementTree
 
 NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "https://fmi-standard.org/ballscrew-tehl")
 _EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -18,6 +20,14 @@ class BuiltFmu(NamedTuple):
     guid: str
     sha256: str
     size: int  # [bytes]
+
+
+def built(path: Path | str, files: Mapping[str, bytes]) -> BuiltFmu:
+    """Write the FMU with these files."""
+    write_fmu(path, files)
+    root, content = ElementTree.fromstring(files["modelDescription.xml"]), Path(path).read_bytes()
+    token = root.get("guid") or root.get("instantiationToken") or ""
+    return BuiltFmu(Path(path), token, hashlib.sha256(content).hexdigest(), len(content))
 
 
 def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> None:

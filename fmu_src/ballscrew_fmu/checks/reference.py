@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION, FmuModel
+from ballscrew_fmu.variables.friction import Variable
 from ballscrew_fmu.variables.monitor import monitor_variables
 from ballscrew_fmu.variables.transmission import transmission_variables
 from ballscrew_tehl.runtime.constants import DAMPING_TIME
@@ -115,6 +116,15 @@ def reference_results(
     return inputs, outputs
 
 
+def _outputs_and_law(
+    table: Sequence[Variable], kind: Any, given: Mapping[str, float]
+) -> tuple[list[str], Any]:
+    """Names of the outputs of a table; its parameters, with start values except for those given."""
+    starts = {v.name: v.start for v in table if v.causality == "parameter"} | dict(given)
+    names = [v.name for v in table if v.causality == "output"]
+    return names, kind(*(float(starts[name] or 0.0) for name in kind._fields))
+
+
 # of the monitor
 
 
@@ -126,10 +136,7 @@ def monitor_outputs(
     Parameters   inputs : torque [N.m], speed [rad/s], temperature [K], axial_load [N]
                  parameters : by name; the others keep their start values
     """
-    table = monitor_variables(nut_map.header)
-    starts = {v.name: v.start for v in table if v.causality == "parameter"} | parameters
-    names = [v.name for v in table if v.causality == "output"]
-    law = MonitorParameters(*(float(starts[name] or 0.0) for name in MonitorParameters._fields))
+    names, law = _outputs_and_law(monitor_variables(nut_map.header), MonitorParameters, parameters)
     held, results = None, []
     for row in inputs:
         done = monitor_step(nut_map, MonitorInputs(**row), law, held)
@@ -187,10 +194,7 @@ def transmission_outputs(
     Parameters   inputs : rows by name;  step : [s]
                  parameters : by name; the others keep their start values
     """
-    table = transmission_variables(nut_map.header)
-    starts = {v.name: v.start for v in table if v.causality == "parameter"} | parameters
-    names = [v.name for v in table if v.causality == "output"]
-    law = TransmissionParameters._make(float(starts[name] or 0.0) for name in TransmissionParameters._fields)
+    names, law = _outputs_and_law(transmission_variables(nut_map.header), TransmissionParameters, parameters)
     before, heat, results = Bristle(), 0.0, []  # at rest before the first step
     for row in inputs:
         done = transmission_step(nut_map, TransmissionInputs(**row), law, step, before, heat)

@@ -1,77 +1,55 @@
-"""modelDescription.xml, buildDescription.xml and terminalsAndIcons.xml of the native FMUs, FMI 2.0 and 3.0."""
+"""modelDescription.xml of all FMUs; buildDescription.xml and terminalsAndIcons.xml of the native ones."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from ballscrew_fmu.description.fmi2 import LOG_CATEGORIES as PYTHON_CATEGORIES
-from ballscrew_fmu.description.fmi2 import _scalar_variable, _unit_definitions
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.variables.friction import FIRST_REFERENCE, TIME, Variable, band_text, law_name
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, TIME, UNITS, Variable, band_text, law_name
 from ballscrew_tehl.runtime.packed import map_hash
 
 LOG_CATEGORIES = {
-    "logStatusWarning": PYTHON_CATEGORIES["logStatusWarning"],
+    "logStatusWarning": "An input is outside the map and is clamped",
     "logStatusDiscard": "An invalid value, which is not stored",
     "logStatusError": "A call that is illegal in the current state or has invalid arguments, with the reason",
     "logStatusFatal": "Failures that end the simulation (not used)",
-    "logAll": PYTHON_CATEGORIES["logAll"],
+    "logAll": "All messages",
 }
-_ALWAYS = {"modelIdentifier": FRICTION.native_name, "needsExecutionTool": "false"}
-_ONCE = {"canBeInstantiatedOnlyOncePerProcess": "false"}
-_FMI2 = {
-    **_ALWAYS,
-    **_ONCE,
-    "canNotUseMemoryManagementFunctions": "false",  # instances are in memory of the importer
-    "canGetAndSetFMUstate": "true",
-    "canSerializeFMUstate": "true",
-    "providesDirectionalDerivative": "true",
-}
-_FMI3 = {
-    **_ALWAYS,
-    **_ONCE,
-    "canGetAndSetFMUState": "true",
-    "canSerializeFMUState": "true",
-    "providesDirectionalDerivatives": "true",
-    "providesAdjointDerivatives": "true",
-    "providesPerElementDependencies": "false",
-}
-CAPABILITIES: Mapping[int, Mapping[str, Mapping[str, str]]] = {  # by FMI version and interface
-    2: {
-        "ModelExchange": {**_FMI2, "completedIntegratorStepNotNeeded": "true"},
-        "CoSimulation": {
-            **_FMI2,
-            "canHandleVariableCommunicationStepSize": "true",
-            "canInterpolateInputs": "false",
-            "maxOutputDerivativeOrder": "0",
-            "canRunAsynchronuously": "false",
-        },
-    },
-    3: {
-        "ModelExchange": {
-            **_FMI3,
-            "needsCompletedIntegratorStep": "false",
-            "providesEvaluateDiscreteStates": "false",
-        },
-        "CoSimulation": {
-            **_FMI3,
-            "canHandleVariableCommunicationStepSize": "true",
-            "maxOutputDerivativeOrder": "0",
-            "providesIntermediateUpdate": "true",
-            "mightReturnEarlyFromDoStep": "true",
-            "canReturnEarlyAfterIntermediateUpdate": "true",
-            "hasEventMode": "true",
-            "providesEvaluateDiscreteStates": "false",
-        },
-    },
-}
-_PARTS = (
-    "providesIntermediateUpdate",
-    "mightReturnEarlyFromDoStep",
-    "canReturnEarlyAfterIntermediateUpdate",
-    "hasEventMode",
+
+
+def flags(true: str, false: str) -> dict[str, str]:
+    """Capability flags from their names."""
+    return dict.fromkeys(true.split(), "true") | dict.fromkeys(false.split(), "false")
+
+
+_FMI2 = flags(
+    "canGetAndSetFMUstate canSerializeFMUstate providesDirectionalDerivative",
+    # instances are in memory of the importer
+    "needsExecutionTool canBeInstantiatedOnlyOncePerProcess canNotUseMemoryManagementFunctions",
 )
+_FMI3 = flags(
+    "canGetAndSetFMUState canSerializeFMUState providesDirectionalDerivatives providesAdjointDerivatives",
+    "needsExecutionTool canBeInstantiatedOnlyOncePerProcess providesPerElementDependencies "
+    "providesEvaluateDiscreteStates",
+)
+_STEPS = {"canHandleVariableCommunicationStepSize": "true", "maxOutputDerivativeOrder": "0"}
+_PARTS = (
+    "providesIntermediateUpdate mightReturnEarlyFromDoStep canReturnEarlyAfterIntermediateUpdate hasEventMode"
+)
+
+
+def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]:
+    """Capability flags of a native FMU, by interface."""
+    if fmi_version == 2:
+        exchange = flags("completedIntegratorStepNotNeeded", "")
+        steps = flags("", "canInterpolateInputs canRunAsynchronuously")
+        return {"ModelExchange": _FMI2 | exchange, "CoSimulation": _FMI2 | _STEPS | steps}
+    parts = flags(_PARTS, "") if model.parts else flags("", _PARTS)
+    exchange = flags("", "needsCompletedIntegratorStep")
+    return {"ModelExchange": _FMI3 | exchange, "CoSimulation": _FMI3 | _STEPS | parts}
+
+
 TERMINALS = """\
 <?xml version="1.0" encoding="UTF-8"?>
 <fmiTerminalsAndIcons fmiVersion="3.0">
@@ -89,17 +67,6 @@ TERMINAL = """\
 MEMBER = '      <TerminalMemberVariable variableName="{0}" memberName="{1}" variableKind="{2}" />'
 
 
-def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]:
-    """CAPABILITIES of a model, by interface."""
-    own = {"modelIdentifier": model.native_name}
-    if not model.parts:
-        own |= dict.fromkeys(_PARTS, "false")
-    return {
-        interface: {flag: own.get(flag, value) for flag, value in flags.items()}
-        for interface, flags in CAPABILITIES[fmi_version].items()
-    }
-
-
 def native_description(
     header: Mapping[str, Any],
     fmi_version: int,
@@ -113,43 +80,58 @@ def native_description(
     Parameters   header : of the map;  fmi_version : 2 or 3;  token : guid or instantiationToken
                  sources : names of the C files in the sources folder
     """
-    variables = model.native_variables(header)
+    names = (model.native_name, model.summary, token, generation_tool)
+    variables, interfaces = model.native_variables(header), capabilities(model, fmi_version)
+    return described(header, fmi_version, names, variables, interfaces, LOG_CATEGORIES, sources)
+
+
+def described(
+    header: Mapping[str, Any],
+    fmi_version: int,
+    names: tuple[str, str, str, str],
+    variables: Sequence[Variable],
+    interfaces: Mapping[str, Mapping[str, str]],
+    categories: Mapping[str, str],
+    sources: Sequence[str] = (),
+) -> bytes:
+    """modelDescription.xml of any FMU.
+
+    Parameters   names : of the model, first words of the description, token, tool;  interfaces : flags of each
+                 categories : of the log;  sources : C files, listed in FMI 2.0
+    """
+    name, summary, token, tool = names
+    band = band_text(header)
     root = Element(
         "fmiModelDescription",
         {
             "fmiVersion": f"{fmi_version}.0",
-            "modelName": model.native_name,
+            "modelName": name,
             "guid" if fmi_version == 2 else "instantiationToken": token,
-            "description": (
-                f"{model.summary}, thermal elastohydrodynamic lubrication; {law_name(header)} friction law, "
-                f"{header['kinematics']} kinematics, map {map_hash(header)[:12]}"
-                f"{'; ' if band_text(header) else ''}{band_text(header)}"
-            ),
+            "description": f"{summary}, thermal elastohydrodynamic lubrication; {law_name(header)} friction law, "
+            f"{header['kinematics']} kinematics, map {map_hash(header)[:12]}{'; ' if band else ''}{band}",
             "version": str(header["version"]),
             "license": "MIT",
-            "generationTool": generation_tool,
+            "generationTool": tool,
             "variableNamingConvention": "flat",
         },
     )
-    for interface, flags in capabilities(model, fmi_version).items():
-        node = SubElement(root, interface, flags)
-        if fmi_version == 2:
+    for interface, claimed in interfaces.items():
+        node = SubElement(root, interface, {"modelIdentifier": name, **claimed})
+        if fmi_version == 2 and sources:
             files = SubElement(node, "SourceFiles")
-            for name in sources:
-                SubElement(files, "File", name=name)
+            for source in sources:
+                SubElement(files, "File", name=source)
     listed = variables if fmi_version == 2 else (*variables, TIME)
     _unit_definitions(SubElement(root, "UnitDefinitions"), listed)
-    categories = SubElement(root, "LogCategories")
-    for name, text in LOG_CATEGORIES.items():
-        SubElement(categories, "Category", name=name, description=text)
+    logged = SubElement(root, "LogCategories")
+    for category, text in categories.items():
+        SubElement(logged, "Category", name=category, description=text)
     SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="1.0", stepSize="0.001")
     if fmi_version == 2:
         root.set("numberOfEventIndicators", str(sum(v.indicates for v in variables)))
-        _fmi2_variables(SubElement(root, "ModelVariables"), variables)
-        _fmi2_structure(SubElement(root, "ModelStructure"), variables)
-    else:
-        _fmi3_variables(SubElement(root, "ModelVariables"), listed, model.parts)
-        _fmi3_structure(SubElement(root, "ModelStructure"), variables)
+    parts = any(claimed.get("providesIntermediateUpdate") == "true" for claimed in interfaces.values())
+    _variables(SubElement(root, "ModelVariables"), listed, fmi_version, parts)
+    _structure(SubElement(root, "ModelStructure"), variables, fmi_version)
     return _serialized(root)
 
 
@@ -187,100 +169,87 @@ def _states(variables: Sequence[Variable]) -> set[str]:
     return {v.derivative_of for v in variables if v.derivative_of}
 
 
-def _fmi2_variables(parent: Element, variables: Sequence[Variable]) -> None:
-    place = {v.name: n for n, v in enumerate(variables, start=1)}
-    for reference, v in enumerate(variables, FIRST_REFERENCE):
-        _scalar_variable(parent, reference, v)
-        node = parent[-1]
-        if v.name in _states(variables):
-            node.set("initial", "exact")
-            node[0].set("reinit", "true")  # at the start of slip
-        if v.derivative_of:
-            node[0].set("derivative", str(place[v.derivative_of]))
+def _unit_definitions(parent: Element, variables: Sequence[Variable]) -> None:
+    used = {v.unit for v in variables}
+    for name, unit in UNITS.items():
+        if name not in used:
+            continue
+        node = SubElement(parent, "Unit", name=name)
+        SubElement(node, "BaseUnit", {base: str(exponent) for base, exponent in unit.base.items()})
+        for display, factor, offset in unit.displays:
+            SubElement(node, "DisplayUnit", name=display, factor=repr(factor), offset=repr(offset))
 
 
-def _fmi3_variables(parent: Element, variables: Sequence[Variable], parts: bool) -> None:
+def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int, parts: bool) -> None:
     reference = {v.name: str(n) for n, v in enumerate(variables, FIRST_REFERENCE)}
     for v in variables:
-        node = SubElement(
-            parent,
-            "Boolean" if v.unit is None else "Float64",
-            name=v.name,
-            valueReference=reference[v.name],
-            description=v.description,
-            causality=v.causality,
-            variability=v.variability,
-        )
-        if v.causality in ("parameter", "input") or v.name in _states(variables):
-            node.set("initial", "exact")
-        elif v.causality != "independent":
-            node.set("initial", "calculated")
+        about = {"name": v.name, "valueReference": reference[v.name], "description": v.description}
+        about |= {"causality": v.causality, "variability": v.variability}
+        if (
+            v.causality == "parameter"
+            or v.name in _states(variables)
+            or (v.causality == "input" and fmi_version == 3)
+        ):
+            about["initial"] = "exact"
+        elif v.causality not in ("input", "independent"):
+            about["initial"] = "calculated"
         if parts and v.causality in ("input", "output"):
-            node.set("intermediateUpdate", "true")
-        if v.unit is None:
-            if v.start is not None:
-                node.set("start", str(bool(v.start)).lower())
-            continue
+            about["intermediateUpdate"] = "true"
+        attributes: dict[str, str | None] = {
+            "quantity": v.quantity,
+            "unit": v.unit,
+            "displayUnit": v.display_unit,
+        }
+        attributes["relativeQuantity"] = "true" if v.relative else None
         numbers = (("min", v.minimum), ("max", v.maximum), ("nominal", v.nominal), ("start", v.start))
-        attributes = {"quantity": v.quantity, "unit": v.unit, "displayUnit": v.display_unit}
-        attributes |= {"relativeQuantity": "true" if v.relative else None}
         attributes |= {name: None if value is None else repr(float(value)) for name, value in numbers}
+        if v.unit is None:
+            attributes = {"start": None if v.start is None else str(bool(v.start)).lower()}
         if v.derivative_of:
-            attributes["derivative"] = reference[v.derivative_of]
+            attributes["derivative"] = reference[v.derivative_of]  # FMI 2.0: its index, the same number
         if v.name in _states(variables):
             attributes["reinit"] = "true"
-        for name, value in attributes.items():
-            if value is not None:
-                node.set(name, value)
+        given = {name: value for name, value in attributes.items() if value is not None}
+        if fmi_version == 2:
+            SubElement(
+                SubElement(parent, "ScalarVariable", about), "Boolean" if v.unit is None else "Real", given
+            )
+        else:
+            SubElement(parent, "Boolean" if v.unit is None else "Float64", about | given)
+
+
+_KINDS = {  # elements of the model structure, a group of Unknown in FMI 2.0
+    2: {"Output": "Outputs", "Derivative": "Derivatives", "Initial": "InitialUnknowns"},
+    3: {
+        "Output": "Output", "Derivative": "ContinuousStateDerivative", "Initial": "InitialUnknown",
+        "Indicator": "EventIndicator",
+    },
+}  # fmt: skip
 
 
 def _unknowns(variables: Sequence[Variable]) -> dict[str, list[tuple[Variable, tuple[str, ...]]]]:
     """Unknowns of the model structure with their dependencies, by kind."""
-    groups = {
-        "Output": [v for v in variables if v.causality == "output"],
-        "Derivative": [v for v in variables if v.derivative_of],
-        "Indicator": [v for v in variables if v.indicates],
+    initial = [v for v in variables if v.causality == "output" or v.derivative_of]
+    return {
+        "Output": [(v, v.depends_on) for v in variables if v.causality == "output"],
+        "Derivative": [(v, v.depends_on) for v in variables if v.derivative_of],
+        "Initial": [(v, v.initial_dependencies) for v in initial],
+        "Indicator": [(v, v.depends_on) for v in variables if v.indicates],
     }
-    unknowns = {kind: [(v, v.depends_on) for v in group] for kind, group in groups.items()}
-    initial = [v for v in variables if v in groups["Output"] or v in groups["Derivative"]]
-    unknowns["Initial"] = [(v, v.initial_dependencies) for v in initial]
-    return unknowns
 
 
-def _unknown(
-    parent: Element, tag: str, key: str, place: Mapping[str, int], v: Variable, names: Sequence[str]
-) -> None:
-    known = sorted(place[name] for name in names)
-    SubElement(
-        parent,
-        tag,
-        {
-            key: str(place[v.name]),
-            "dependencies": " ".join(str(n) for n in known),
-            "dependenciesKind": " ".join(["dependent"] * len(known)),
-        },
-    )
-
-
-def _fmi2_structure(parent: Element, variables: Sequence[Variable]) -> None:
-    place = {v.name: n for n, v in enumerate(variables, start=1)}
-    unknowns = _unknowns(variables)
-    for group, kind in (("Outputs", "Output"), ("Derivatives", "Derivative"), ("InitialUnknowns", "Initial")):
-        if not unknowns[kind]:
+def _structure(parent: Element, variables: Sequence[Variable], fmi_version: int) -> None:
+    place = {v.name: n for n, v in enumerate(variables, 1 if fmi_version == 2 else FIRST_REFERENCE)}
+    kinds = _KINDS[fmi_version]
+    for kind, unknowns in _unknowns(variables).items():
+        if not unknowns or kind not in kinds:
             continue  # the schema forbids an empty group
-        node = SubElement(parent, group)
-        for v, names in unknowns[kind]:
-            _unknown(node, "Unknown", "index", place, v, names)
-
-
-def _fmi3_structure(parent: Element, variables: Sequence[Variable]) -> None:
-    place = {v.name: n for n, v in enumerate(variables, FIRST_REFERENCE)}
-    unknowns = _unknowns(variables)
-    for tag, kind in (
-        ("Output", "Output"),
-        ("ContinuousStateDerivative", "Derivative"),
-        ("InitialUnknown", "Initial"),
-        ("EventIndicator", "Indicator"),
-    ):
-        for v, names in unknowns[kind]:
-            _unknown(parent, tag, "valueReference", place, v, names)
+        group = SubElement(parent, kinds[kind]) if fmi_version == 2 else parent
+        for v, names in unknowns:
+            known = sorted(place[name] for name in names)
+            about = {
+                "index" if fmi_version == 2 else "valueReference": str(place[v.name]),
+                "dependencies": " ".join(map(str, known)),
+                "dependenciesKind": " ".join(["dependent"] * len(known)),
+            }
+            SubElement(group, "Unknown" if fmi_version == 2 else kinds[kind], about)

@@ -4,12 +4,11 @@ Same map, code and ziglang give the same bytes. The token in description and lib
 and of the sources and options that the libraries are compiled from.
 """
 
-import hashlib
 import uuid
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, write_fmu
+from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, built
 from ballscrew_fmu.description.native import build_description, native_description, terminals
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.compile import (
@@ -119,8 +118,4 @@ def build_native_fmu(
 ) -> BuiltFmu:
     """Build one native FMU of a map, written to path. Other arguments as in native_files."""
     files = native_files(nut_map, fmi_version, reference, validation, platforms, advance, model, embed_map)
-    write_fmu(path, files)
-    content = Path(path).read_bytes()
-    table = files["sources/variables.h"].decode()
-    token = table.partition('MODEL_TOKEN "')[2].partition('"')[0]
-    return BuiltFmu(Path(path), token, hashlib.sha256(content).hexdigest(), len(content))
+    return built(path, files)

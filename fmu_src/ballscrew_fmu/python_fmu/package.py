@@ -8,7 +8,6 @@ FMU are said to travel. The sources of the contact solver, for refinement at run
 """
 
 import ast
-import hashlib
 import importlib.util
 import re
 import sys
@@ -16,9 +15,8 @@ import uuid
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
-from xml.etree import ElementTree
 
-from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, write_fmu
+from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, built
 from ballscrew_fmu.description.fmi2 import model_description
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.pages.page import documentation_files
@@ -200,8 +198,4 @@ def build_fmu(
     Parameters   path : of the FMU; an existing file is replaced;  sources, solver : as in fmu_files
     Returns      BuiltFmu
     """
-    files = fmu_files(nut_map, sources, solver, model)
-    write_fmu(path, files)
-    content = Path(path).read_bytes()
-    guid = ElementTree.fromstring(files["modelDescription.xml"]).attrib["guid"]
-    return BuiltFmu(Path(path), guid, hashlib.sha256(content).hexdigest(), len(content))
+    return built(path, fmu_files(nut_map, sources, solver, model))

@@ -1,15 +1,10 @@
 """Table of the variables of BallScrewPreloadMonitor. Its friction parameters are those of BallScrewFriction."""
 
 from ballscrew_fmu.variables.friction import INPUTS, PARAMETERS, Header, Variable, highest, of_map
+from ballscrew_tehl.runtime.packed import DEFAULTS
 
 _ALL = ("torque", "speed", "temperature", "axial_load")
-_FRICTION = (
-    "apparent_viscosity_ratio",
-    "net_sliding_coefficient",
-    "roughness_height",
-    "breakaway_factor",
-    "regularization_speed",
-)
+_FRICTION = (*DEFAULTS, "regularization_speed")
 _PRELOAD = (*_FRICTION, "speed_min", "initial_preload")
 
 

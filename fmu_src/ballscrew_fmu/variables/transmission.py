@@ -20,17 +20,7 @@ _LOADS = (*_MOTION, "preload")
 _ALL = (*_MOTION, "temperature", "preload")
 _ELASTIC = ("lead", "nut_stiffness", "stiffness_preload", "axial_play")
 _DAMPED = (*_ELASTIC, "contact_damping_time")
-_FRICTION = (
-    "apparent_viscosity_ratio",
-    "net_sliding_coefficient",
-    "roughness_height",
-    "breakaway_factor",
-    "regularization_speed",
-    "presliding",
-    "presliding_stiffness",
-    "presliding_damping",
-    "presliding_side",
-)
+_FRICTION = (*(v.name for v in PARAMETERS if not v.python_only),)
 _BRISTLE = ("presliding_deflection",)
 _ROWS = {v.name: v for v in (*INPUTS, *OUTPUTS, *PARAMETERS, *STATES)}  # shared with BallScrewFriction
 
