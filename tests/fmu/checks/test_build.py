@@ -64,9 +64,8 @@ def with_synthetic_map(monkeypatch, synthetic_nut_map):
 @pytest.fixture
 def for_this_machine(monkeypatch):
     """Native FMUs for this machine only; test_native_package covers the other platforms."""
-    monkeypatch.setattr(
-        "ballscrew_fmu.native_fmu.compile.PLATFORMS", {this_platform(): PLATFORMS[this_platform()]}
-    )
+    own = {this_platform(): PLATFORMS[this_platform()]}
+    monkeypatch.setattr("ballscrew_fmu.native_fmu.compile.PLATFORMS", own)
 
 
 def one_line(capsys):
@@ -136,14 +135,6 @@ def test_with_the_map_compiled_in_an_fmu_opens_no_file(
             assert b"opens no file" in archive.read("documentation/index.html")
         assert not any(name.startswith("resources/") for name in members)
         assert "sources/nut_map.c" in members
-
-
-def test_two_runs_write_the_same_bytes(script, with_synthetic_map, tmp_path):
-    for name in ("a", "b"):
-        assert script(["--python-only", "--output", str(tmp_path / name)]) == 0
-    files = [{p.name: p.read_bytes() for p in (tmp_path / name).iterdir()} for name in ("a", "b")]
-    assert sorted(files[0]) == PYTHON
-    assert files[0] == files[1]
 
 
 def test_map_writes_the_file_of_the_native_fmus(with_synthetic_map, tmp_path, capsys, synthetic_nut_map):

@@ -42,11 +42,11 @@ def friction_rows(nut_map, count, **parameters):
     rows, preloads = [], []
     for _ in range(count):
         preload = math.exp(rng.uniform(math.log(0.8 * lo), math.log(hi)))
-        row = {
-            "speed": float(rng.choice([-1.0, 1.0])) * math.exp(rng.uniform(math.log(0.05), math.log(1.03 * fastest))),
-            "temperature": float(rng.uniform(cold - 2.0, hot + 2.0)),
-            "axial_load": float(rng.choice([0.0, 1.0]) * rng.normal() * preload),
-        }  # fmt: skip
+        speed = float(rng.choice([-1.0, 1.0])) * math.exp(
+            rng.uniform(math.log(0.05), math.log(1.03 * fastest))
+        )
+        row = {"speed": speed, "temperature": float(rng.uniform(cold - 2.0, hot + 2.0))}
+        row["axial_load"] = float(rng.choice([0.0, 1.0]) * rng.normal() * preload)
         state = nut_map.evaluate(preload, **row, **parameters)
         total = state.viscous_torque + math.tanh(abs(row["speed"]) / 0.1) * state.coulomb_torque
         rows.append({"torque": math.copysign(total, row["speed"]), **row})

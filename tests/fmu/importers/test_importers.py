@@ -5,7 +5,7 @@ Numbers: rounding of the C library against that of numpy.
 
 import numpy as np
 import pytest
-from importers import REPLAYS, STEP, Coupling, Pair, coupled_in_container, deviation, needs
+from importers import REPLAYS, STEP, Pair, deviation, needs
 from rotor_fmu import RUNS_HERE, build_rotor
 
 from ballscrew_fmu.checks.reference import (
@@ -20,12 +20,9 @@ pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(not RUNS_HERE, reason="importers run on x86_64 Linux only"),
 ]
-KINDS = (2, 3, "python")
 CASES = [(case, v) for case in REPLAYS for v in case.versions]
 CASES += [(case, "python") for case in REPLAYS if case.kind == "CS"]
 POINT = {"preload": 2000.0, "temperature": 303.15}
-SMOOTH = Coupling(POINT, 0.05, 20.0, 1.2, 400)  # slides all the time
-HELD = Coupling(POINT | {"presliding_stiffness": 400.0, "presliding_damping": 2.0}, 0.01, 20.0, 0.3, 400)
 SPECIAL_FOLDER = (
     "a blank, hash#, plus+, umlaut \u00fc"  # no %: ecos 0.7 does not encode it in the URI of the resources
 )
@@ -67,30 +64,17 @@ def test_replay_gives_the_numbers_of_the_map(case, kind, built, tmp_path, monkey
     assert (last["friction_torque"], last["power_loss"], last["in_range"]) == (0.0, 0.0, False)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_container_of_both_steps_them_as_the_loop_does(kind, built, rotor, tmp_path):
-    needs("fmu_manipulation_toolbox")
-    friction = built(FRICTION, kind)
-    for coupling in (SMOOTH, HELD):
-        with Pair(friction, rotor, coupling) as pair:
-            expected = pair.run(coupling.steps, STEP)
-        found = coupled_in_container(friction, rotor, coupling, tmp_path)
-        assert np.max(np.abs(found - expected) / np.abs(expected).max(axis=0)) <= 1e-12
-        speed = found[:, 2]
-        assert abs(speed[-1]) < 1e-9 if coupling is HELD else (np.diff(speed) < 0.0).all()  # without ripple
-
-
 @pytest.mark.parametrize("friction_first", [False, True], ids=["parallel", "sequential"])
 def test_a_rotor_stops_is_held_without_drift_and_breaks_away(built, rotor, synthetic_nut_map, friction_first):
     """Stopped under half of the Coulomb torque, held, then moved by 1.1 times it; all FMUs give the same run. The
     friction acts at an earlier speed than the rotor: an error of first order in the energy, less the wound bristle."""
     coulomb = float(synthetic_nut_map.evaluate(speed=0.0, **POINT).coulomb_torque)
-    start = {**HELD.friction}
+    friction = POINT | {"presliding_stiffness": 400.0, "presliding_damping": 2.0}
+    rotor_start, half = {"inertia": 0.01, "start_speed": 20.0}, 0.5 * coulomb
     wound, runs, residuals = coulomb**2 / (2.0 * 400.0), [], []
     for kind, step in ((2, 1e-3), (3, 1e-3), ("python", 1e-3), (2, 5e-4)):
-        coupling = Coupling(start, 0.01, 20.0, 0.5 * coulomb, 0)
-        with Pair(built(FRICTION, kind), rotor, coupling, friction_first) as pair:
-            run = pair.run(round(4.0 / step), step)
+        with Pair((built(FRICTION, kind), rotor), friction, rotor_start, friction_first) as pair:
+            run = pair.run(round(4.0 / step), step, half)
             moved = pair.run(round(1.0 / step), step, 1.1 * coulomb)[-1, 3] - run[-1, 3]
         torque, power, speed, angle = run.T
         rest = round(2.0 / step)

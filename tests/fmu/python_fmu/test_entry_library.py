@@ -22,15 +22,7 @@ pytestmark = [
 ]
 FOLDER, THEIRS, SUFFIX = PLATFORMS["x86_64-linux"]
 CO_SIMULATION, MODEL_EXCHANGE = 1, 0
-EXCHANGE = (
-    "Mode",
-    "NewDiscreteStates",
-    "IntegratorStep",
-    "SetTime",
-    "States",
-    "GetDerivatives",
-    "Indicators",
-)
+EXCHANGE = ("Mode", "DiscreteStates", "IntegratorStep", "SetTime", "States", "GetDerivatives", "Indicators")
 
 
 class Called:

@@ -9,7 +9,6 @@ import contextlib
 import ctypes
 import functools
 import importlib
-import logging
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -23,7 +22,8 @@ from ballscrew_fmu.checks.replay import FmuInstance, kind_of
 
 STEP = 2.0**-9  # [s]: all communication points are exact, in seconds and in the nanoseconds of libcosim
 Row = dict[str, Any]
-Rows = Sequence[Mapping[str, float]]
+Start = Mapping[str, float]
+Rows = Sequence[Start]
 
 
 def needs(tool: str) -> None:
@@ -112,21 +112,6 @@ def in_pathsim(fmu: Path, rows: Rows) -> Iterator[Row]:
         yield as_row(fmu, {name: found[name] for name in names})
 
 
-def in_pathsim_exchange(fmu: Path, rows: Rows) -> Iterator[Row]:
-    """ModelExchangeFMU as a block that is evaluated at the instant of each row, and its events handled there."""
-    from pathsim_fmi import ModelExchangeFMU
-
-    block = ModelExchangeFMU(str(fmu), start_values={"presliding": False})
-    wrapper = block.fmu_wrapper
-    ports = list(wrapper.input_refs)
-    for n, row in enumerate(rows):
-        wrapper.set_inputs_from_array([float(row[name]) for name in ports])
-        block._handle_event(n * STEP)
-        state = wrapper.get_continuous_states()
-        yield as_row(fmu, dict(zip(wrapper.output_refs, block._get_outputs(
-            state, [float(row[name]) for name in ports], n * STEP), strict=True)))  # fmt: skip
-
-
 def in_libcosim(fmu: Path, rows: Rows) -> Iterator[Row]:
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimManipulator import CosimManipulator
@@ -183,57 +168,28 @@ REPLAYS = (
     Replay("libcosim", "override manipulator", "CS", (2,), in_libcosim),
     Replay("ecos", "fixed-step algorithm", "CS", (2, 3), in_ecos),
     Replay("pathsim_fmi", "co-simulation block", "CS", (2, 3), in_pathsim),
-    Replay("pathsim_fmi", "model exchange block", "ME", (2, 3), in_pathsim_exchange),
 )
 
 # --- coupling ---
 
 
-class Coupling(NamedTuple):
-    """Friction and rotor from time 0: start values of both, the same steps, a constant motor torque."""
-
-    friction: Mapping[str, float]
-    inertia: float  # [kg m2]
-    start_speed: float  # [rad/s]
-    motor_torque: float  # [N.m]
-    steps: int
-
-    def starts(self) -> dict[tuple[str, str], float]:
-        """Start values that are not connected, by owner and name."""
-        found = {("friction", name): value for name, value in self.friction.items()}
-        own = {"inertia": self.inertia, "start_speed": self.start_speed, "motor_torque": self.motor_torque}
-        return found | {("friction", "speed"): self.start_speed} | {("rotor", n): v for n, v in own.items()}
-
-
-OBSERVED = (
-    ("friction", "friction_torque"),
-    ("friction", "power_loss"),
-    ("rotor", "speed"),
-    ("rotor", "angle"),
-)
-
-
 class Pair:
-    """Friction FMU and rotor FMU in a co-simulation loop of its own; use it in a `with` block.
+    """Friction FMU and rotor FMU from time 0 in a co-simulation loop of its own; use it in a `with` block.
 
-    Parameters   friction_first : sequential master, the rotor steps with the torque of the same step; else
-                 both step with the values of the last communication point
+    Parameters   friction, rotor : start values;  friction_first : sequential master, the rotor steps with the torque of
+                 the same step; else both step with the values of the last communication point
     """
 
-    def __init__(self, friction: Path, rotor: Path, coupling: Coupling, friction_first: bool = False):
-        starts = {"friction": {}, "rotor": {}}
-        for (owner, name), value in coupling.starts().items():
-            starts[owner][name] = value
-        self.friction = kind_of(friction)(friction, **starts["friction"])
+    def __init__(self, fmus: tuple[Path, Path], friction: Start, rotor: Start, friction_first: bool = False):
+        self.friction = kind_of(fmus[0])(fmus[0], speed=rotor["start_speed"], **friction)
         self.torque = self.friction.get("friction_torque")
-        self.rotor = FmuInstance(rotor, **starts["rotor"], friction_torque=self.torque)
+        self.rotor = FmuInstance(fmus[1], **rotor, friction_torque=self.torque)
         self._friction_first = friction_first
 
-    def run(self, steps: int, step: float, motor_torque: float | None = None) -> np.ndarray:
-        """OBSERVED at the end of each step, one row per step."""
-        if motor_torque is not None:
-            self.rotor.set(motor_torque=motor_torque)
-        found = np.empty((steps, len(OBSERVED)))
+    def run(self, steps: int, step: float, motor_torque: float) -> np.ndarray:
+        """Friction torque, its power loss, speed and angle of the rotor at the end of each step (steps, 4)."""
+        self.rotor.set(motor_torque=motor_torque)
+        found = np.empty((steps, 4))
         speed = self.rotor.get("speed")
         for n in range(steps):
             assert self.friction.step(step, speed=speed)
@@ -249,34 +205,6 @@ class Pair:
     def __exit__(self, *_: object) -> None:
         self.friction.close()
         self.rotor.close()
-
-
-def coupled_in_container(friction: Path, rotor: Path, coupling: Coupling, folder: Path) -> np.ndarray:
-    """Both in one FMU, made by the FMU manipulation toolbox, with the outputs OBSERVED; in fmpy."""
-    from fmu_manipulation_toolbox.assembly import AssemblyNode
-
-    logging.getLogger("fmu_manipulation_toolbox").setLevel(logging.CRITICAL)
-    names = {"friction": friction.name, "rotor": rotor.name}
-    for fmu in (friction, rotor):
-        (folder / fmu.name).write_bytes(fmu.read_bytes())
-    node = AssemblyNode("container.fmu", STEP, auto_link=False, auto_input=False, auto_output=False)
-    for owner in ("rotor", "friction"):  # the rotor first, so that the friction starts with its speed
-        node.add_fmu(names[owner])
-    node.add_link(names["friction"], "friction_torque", names["rotor"], "friction_torque")
-    node.add_link(names["rotor"], "speed", names["friction"], "speed")
-    for owner, name in OBSERVED:
-        node.add_output(names[owner], name, name)
-    for (owner, name), value in coupling.starts().items():
-        if (owner, name) != ("friction", "speed"):
-            node.add_start_value(names[owner], name, repr(float(value)))
-    node.make_fmu(folder)
-    outputs = [name for _, name in OBSERVED]
-    # no argument `logger`: FMPy keeps the address of the last one and calls it after Python has freed it
-    result = fmpy.simulate_fmu(
-        str(folder / "container.fmu"), stop_time=coupling.steps * STEP, output_interval=STEP, output=outputs,
-        fmi_type="CoSimulation",
-    )  # fmt: skip
-    return np.array([[row[name] for name in outputs] for row in result[1:]])
 
 
 # --- comparison ---
