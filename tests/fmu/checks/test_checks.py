@@ -88,10 +88,11 @@ def test_the_reference_covers_both_directions_standstill_and_the_outside(synthet
     rows = list(reference_input(synthetic_nut_map.header))
     states = [synthetic_nut_map.evaluate(**row) for row in rows]
     speeds = [row["speed"] for row in rows]
-    assert min(speeds) < -320.0 < 0.0 in speeds
-    assert max(speeds) > 320.0
+    assert any(speed < -320.0 for speed in speeds)
+    assert any(speed > 320.0 for speed in speeds)
+    assert 0.0 in speeds
     assert {name for state in states for name in state.clamped} >= {"speed", "temperature"}
-    assert min(row["axial_load"] for row in rows) < 0.0
+    assert any(row["axial_load"] < 0.0 for row in rows)
     for model in NATIVE_MODELS:
         outputs = reference_results(synthetic_nut_map, model)[1]
         assert {one["in_range"] for one in outputs} == {True, False}
