@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 from synthetic_map import LAWS, MECHANISTIC, closed_form
 
-from ballscrew_tehl.friction.torque import preload_from_torque
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.runtime.constants import LEAST_ELASTICITY
-from ballscrew_tehl.runtime.dual import DUALS, Dual
-from ballscrew_tehl.runtime.nut_law import FLOATS, nut_forces
 from ballscrew_tehl.runtime.over_preload import OverPreload
 from ballscrew_tehl.runtime.packed import FrictionParameters
 from ballscrew_tehl.runtime.preload import estimate_preload
@@ -73,31 +70,6 @@ def test_torque_and_derivative_over_preload_are_those_of_the_map(nut_map):
     assert compared > 700
 
 
-def test_duals_are_differences():
-    """Of expressions, and of the forces of the nuts; at 5000 N one nut has separated."""
-    for function in (
-        lambda x: x + 2.0 * x - x * x, lambda x: 3.0 - x / 2.0 + 1.0 / x, lambda x: (x * x + 1.0) / (2.0 + x),
-        lambda x: x**1.5 + x**2 + (1.0 + x) ** (1.0 / 3.0), lambda x: 1.0 - x - (x - 1.0),
-    ):  # fmt: skip
-        for x in (0.3, 1.0, 2.7):
-            found = function(Dual(x, 1.0))
-            assert found.value == pytest.approx(function(x), rel=1e-14)
-            slope = (function(x + 1e-6) - function(x - 1e-6)) / 2e-6
-            assert found.slope == pytest.approx(slope, rel=1e-8, abs=1e-8)
-    assert (Dual(0.0, 1.0) ** 1.5).slope == 0.0
-    for load in (100.0, 5000.0):
-
-        def both(preload, ops, load=load):
-            separation = Dual(0.7, 0.0) if ops is DUALS else 0.7
-            return nut_forces(preload, load, separation, lambda share: 1.0 - share, ops)
-
-        for n, found in enumerate(both(Dual(1000.0, 1.0), DUALS)):
-            assert found.value == pytest.approx(both(1000.0, FLOATS)[n], rel=1e-14)
-            expected = (both(1000.1, FLOATS)[n] - both(999.9, FLOATS)[n]) / 0.2
-            assert found.slope == pytest.approx(expected, rel=1e-7)
-            assert (found.value == 0.0) == (load == 5000.0 and n == 0)
-
-
 @pytest.mark.slow
 def test_the_preload_is_recovered(nut_map):
     in_range = 0
@@ -117,15 +89,6 @@ def test_the_preload_is_recovered(nut_map):
             separated = preload <= model.separation_preload() * (1.0 + 1e-6)
             assert state.clamped or separated, (preload, found)
     assert in_range > 1000
-    for speed in (-3.0, 10.5, 200.0):
-        for target in (0.05, 0.8, 3.0):
-            bracketed = preload_from_torque(
-                lambda preload, speed=speed: abs(float(torque_of(nut_map, preload, speed))), target, 0.0,
-                nut_map.force.hi,
-            )  # fmt: skip
-            assert estimate(nut_map, math.copysign(target, speed), speed).preload == pytest.approx(
-                bracketed, rel=1e-9
-            )
 
 
 def test_torque_outside_the_range_of_the_map(nut_map):

@@ -13,7 +13,6 @@ from ballscrew_tehl.runtime.transmission import (
     TransmissionInputs,
     TransmissionParameters,
     efficiency,
-    mean_contact_force,
     preload_approach,
     transmission_step,
 )
@@ -163,40 +162,6 @@ def test_play_counts_without_preload_only_and_damping_ends_with_the_contact(synt
     for nothing in ({"nut_stiffness": 0.0}, {"stiffness_preload": 0.0}):
         out = at(synthetic_nut_map, PARAMETERS._replace(**nothing), position=-1e-6).outputs
         assert out["nut_force"] == out["friction_torque"] == out["stored_energy"] == 0.0
-
-
-def test_mean_force_is_the_work_over_the_way():
-    def energy(approach):
-        return 0.4 * K * max(approach, 0.0) ** 2.5
-
-    for first, last in (
-        (4e-6, 5e-6),
-        (5e-6, 4e-6),
-        (-1e-6, 2e-6),
-        (2e-6, -3e-6),
-        (-2e-6, -1e-6),
-        (4e-6, 4.004e-6),
-    ):
-        mean = (energy(last) - energy(first)) / (last - first)
-        # rounding of the difference of two energies over a way a thousandth as long
-        assert mean_contact_force(K, first, last) == pytest.approx(mean, rel=1e-11)
-    force = K * 4e-6**1.5
-    assert mean_contact_force(K, 4e-6, 4e-6 * (1.0 + 1e-15)) == pytest.approx(force, rel=1e-13)
-
-
-def test_start_of_the_bristle(synthetic_nut_map):
-    """Without a state it starts from presliding_side, or from the sign of the speed."""
-    for side, speed, share in ((0.0, 0.0, 0.0), (0.5, 0.0, 0.5), (-1.0, 3.0, -1.0), (0.0, -3.0, -1.0)):
-        found = at(
-            synthetic_nut_map,
-            PARAMETERS._replace(presliding_side=side, presliding_stiffness=0.0),
-            speed=speed,
-        )
-        coulomb = found.outputs["hysteresis_torque"] + found.outputs["sliding_torque"]
-        level = synthetic_nut_map.evaluate(2000.0, speed, 303.15).coulomb_torque
-        stiffness = synthetic_nut_map.presliding_stiffness(2000.0, 0.0, 0.0051, 1.0)
-        assert coulomb == pytest.approx(share * level, rel=1e-12)
-        assert found.bristle == pytest.approx((coulomb / stiffness, stiffness), rel=1e-12)
 
 
 def test_names_what_is_beyond_the_map(synthetic_nut_map):

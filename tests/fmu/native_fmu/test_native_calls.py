@@ -166,17 +166,6 @@ def test_impossible_steps_and_experiments(version):
         assert "stop time 0.3 s" in one.last
 
 
-def test_fmi2_step_of_zero_length_is_a_latch():
-    with NativeInstance(2).start(presliding_stiffness=400.0) as one:
-        one.go(1e-3, speed=0.01)
-        wound, time = one.get("presliding_deflection"), doubles(0.0)
-        assert one.set(speed=-20.0) == one.step(one.time, 0.0) == OK
-        assert one.get("presliding_deflection") == wound
-        assert one.get("viscous_torque")[0] < 0.0
-        assert (one.call("GetRealStatus", 2, time), time[0]) == (OK, 1e-3)
-        assert one.call("GetRealStatus", 0, time) == one.call("GetRealStatus", 2, None) == DISCARD
-
-
 @both_versions
 def test_time_of_steps(version):
     """Drift by the rounding of an importer is silent, a jump is warned of in FMI 3, and the importer's time is used."""
@@ -248,27 +237,6 @@ def test_a_bad_value_in_co_simulation_discards_the_step(version):
             assert one.last.startswith(f"{name} = ")
             assert one.set(**{name: good}) == OK
         one.go()
-
-
-@both_versions
-@pytest.mark.parametrize("restored", [False, True])
-def test_the_bristle_begins_as_if_a_good_start_value_had_been_there_at_once(version, restored):
-    with (
-        NativeInstance(version).start(speed=math.nan) as one,
-        NativeInstance(version).start(speed=0.01) as good,
-        NativeInstance(version).start() as default,
-    ):
-        assert one.outputs() == default.outputs()
-        assert one.step(0.0, 1e-3) == DISCARD
-        if restored:
-            content = one.serialize(one.save())
-            one.go(speed=-2.0)
-            assert one.restore(one.deserialize(content)[1]) == OK
-            one.time = 0.0
-        for _ in range(3):
-            assert one.go(speed=0.01) == good.go()
-        coulomb = sum(one.get("hysteresis_torque", "sliding_torque"))
-        assert coulomb * 0.01 <= one.get("power_loss")[0]  # it slides: nothing is stored
 
 
 @both_versions

@@ -47,20 +47,11 @@ class Modes:
         return self.seen != before
 
 
-def begun(**values):
-    """Model exchange in continuous-time mode."""
-    one = NativeInstance(3, ME).start(**values)
-    one.update()
-    one.call("EnterContinuousTimeMode")
-    return one
-
-
-def until_slip(one, begin, end, inputs=None, direction=1.0):
+def until_slip(one, begin, end, direction):
     """Integrate the bristle to the time of the next event or the end; order 8, roots to rounding."""
 
     def at(time, z):
         assert one.call("SetTime", c_double(time)) == OK
-        assert inputs is None or one.set(**inputs(time)) == OK
         assert one.call("SetContinuousStates", doubles(z), c_size_t(1)) == OK
 
     def rate(time, z):
@@ -82,7 +73,9 @@ def until_slip(one, begin, end, inputs=None, direction=1.0):
 def exchange_events(rows):
     """Times of the changes of mode in model exchange."""
     events = []
-    with begun(**BRISTLE, **rows[0]) as one:
+    with NativeInstance(3, ME).start(**BRISTLE, **rows[0]) as one:
+        one.update()
+        one.call("EnterContinuousTimeMode")
         modes = Modes(one)
 
         def event(time):
@@ -155,81 +148,6 @@ def test_events_are_those_of_model_exchange():
         assert np.max(np.abs(np.subtract(events, expected))) <= EVENT_TIME
 
 
-# --- loads that change while the stiffness is that of the screw ---
-
-WINDING = {"presliding_stiffness": 0.0, "presliding_damping": 0.0, "speed": 0.4}  # slips after some 50 ms
-
-
-def rising_loads(time):
-    """Preload and axial load [N], which reach their last values in 20 ms, before the bristle slips."""
-    share = 0.5 - 0.5 * math.cos(math.pi * min(time / 0.02, 1.0))
-    return {"preload": 1500.0 + 1500.0 * share, "axial_load": 900.0 * share}
-
-
-def slip_of_the_law():
-    """Time of the start of slip from the law itself: the energy that the bristle stores follows the motion alone."""
-    net, speed = NUT_MAP.defaults[1::2], WINDING["speed"]
-
-    def at(time, root):
-        """Torque over the Coulomb torque, root of the stiffness; from the root of twice the energy."""
-        loads = rising_loads(time)
-        coulomb = NUT_MAP.evaluate(speed=speed, temperature=303.15, **loads).coulomb_torque
-        stiffness = math.sqrt(NUT_MAP.presliding_stiffness(*loads.values(), *net))
-        return root * stiffness / coulomb, stiffness
-
-    def rate(time, y):
-        share, stiffness = at(time, y[0])
-        return [stiffness * speed * (1.0 - max(share - 0.7, 0.0) / 0.3)]
-
-    def slip(time, y):
-        return BELOW - at(time, y[0])[0]
-
-    slip.terminal = True
-    run = solve_ivp(rate, (0.0, 1.0), [0.0], "DOP853", events=slip, rtol=1e-12, atol=1e-15, max_step=2e-3)
-    return run.t_events[0][0]
-
-
-def test_slip_under_loads_that_change_with_the_stiffness_of_the_screw():
-    """Model exchange slips when the law does; co-simulation holds the loads of a step: first order towards it."""
-    expected, errors = slip_of_the_law(), []
-    assert expected > 0.02
-    with begun(**BRISTLE | WINDING, **rising_loads(0.0)) as one:
-        time, slips = until_slip(one, 0.0, 1.0, rising_loads)
-        assert slips
-        assert time == pytest.approx(expected, abs=1e-7)
-    for step in 5e-4 / 2.0 ** np.arange(4):
-        with started(**WINDING, **rising_loads(0.0)) as one:
-            event, n = False, 0
-            while not event:
-                assert one.set(**rising_loads(n * step)) == OK
-                event, _, time = one.step_to_event(n * step, step)
-                n += 1
-        errors.append(abs(time - expected))
-    assert np.all(np.divide(errors[1:], errors[:-1]) <= 0.6)
-
-
-def test_modes_change_at_events_only():
-    start = {"presliding_stiffness": 400.0, "presliding_side": 1e-9, "speed": 0.5}
-    for version in (2, 3):
-        with NativeInstance(version, ME).start(**start) as one:
-            assert [one.update(), one.update()] == [(OK, True), (OK, False)]  # the deflection of the start
-            for temperature, inside in ((200.0, False), (303.15, True)):  # beyond the map
-                one.call("EnterContinuousTimeMode")
-                assert one.set(temperature=temperature) == OK
-                assert (one.vector("GetEventIndicators", 2)[0] > 0.0) == inside
-                assert one.in_range() != inside
-                one.call("EnterEventMode")
-                assert one.update() == (OK, False)
-                assert one.in_range() == inside
-            one.call("EnterContinuousTimeMode")
-            assert one.call("SetContinuousStates", doubles(1.0), c_size_t(1)) == OK  # far beyond sliding
-            assert one.vector("GetEventIndicators", 2)[1] < 0.0
-            one.call("EnterEventMode")
-            assert one.update() == (OK, True)
-            assert 0.0 < one.vector("GetContinuousStates")[0] < 1e-2
-            assert one.rates() == [0.0]  # slips
-
-
 # --- event mode of co-simulation ---
 
 
@@ -288,21 +206,6 @@ def test_slip_is_at_the_coulomb_torque_until_the_speed_reverses_and_an_event_tha
     for early_return in (True, False):  # an event at the end of a step is no early return
         with started(early_return, presliding_damping=0.0) as one:
             assert one.step_to_event(0.0, time) == (True, False, time)
-
-
-def test_small_motions_to_and_fro_give_no_energy():
-    """A bristle that slips and sticks again is not wound further: the torque turns over with the drift of the shaft."""
-    with started(False, speed=1.0, presliding_stiffness=50.0, presliding_damping=0.0) as one:
-        one.step_to_event(0.0, 0.1)
-        work = 0.0
-        for n in range(6_000):
-            speed = 0.01 if n % 2 else -0.03
-            one.set(speed=speed)
-            one.step_to_event(0.1 + 1e-3 * n, 1e-3)
-            coulomb = sum(one.get("hysteresis_torque", "sliding_torque"))
-            work += coulomb * speed * 1e-3
-        assert coulomb < 0.0  # 60 mrad backwards, more than twice the deflection at which it slides
-        assert work > 0.0  # it gave back no more than it had stored: half the level times that deflection
 
 
 @pytest.mark.parametrize("in_event_mode", [False, True])
@@ -369,24 +272,6 @@ def test_the_warning_of_long_steps_is_not_given_at_rest_nor_for_short_parts():
     with updating(Updates()).start(presliding_side=1e-20, speed=0.1) as one:  # parts of 0.6 ms
         one.step_to_event(0.0, 5e-3)
         assert not one.messages
-
-
-def test_a_value_that_is_not_valid_with_event_mode():
-    """The step is discarded as without event mode; events are those of the last valid values."""
-    with started() as one, started() as other:
-        for fmu in (one, other):
-            assert fmu.step_to_event(0.0, 1e-5) == (False, False, 1e-5)
-        for name in ("speed", "preload", "roughness_height"):
-            good, expected = one.get(name)[0], one.outputs()
-            assert one.set(**{name: math.nan}) == OK
-            assert one.step(1e-5, 1e-5) == DISCARD
-            assert one.outputs() == expected
-            handle(one)
-            assert np.all(np.isfinite(one.outputs()))
-            assert one.set(**{name: good}) == OK
-        handle(other)
-        assert one.step_to_event(1e-5, 1e-5) == other.step_to_event(1e-5, 1e-5) == (False, False, 2e-5)
-        assert one.outputs() == other.outputs()
 
 
 def test_the_monitor_reports_motion_and_range_and_the_transmission_has_no_event_mode():
@@ -495,23 +380,6 @@ def test_the_importer_can_ask_for_an_early_return():
                 names = ("presliding_deflection", "power_loss", "heat")
                 assert one.get(*names) == pytest.approx(plain.get(*names), rel=1e-9, abs=1e-15)
                 assert updates.calls[0][4] == allowed
-
-
-def test_a_reversal_at_an_intermediate_update_is_an_event_there():
-    updates = Updates(lambda time: {"speed": 40.0 if time < 0.7e-3 else -40.0})
-    updates.one = NativeInstance(3, CS, event_mode=True, early_return=True, update=updates)
-    with updates.one.start(speed=40.0, **BRISTLE) as one:
-        one.update()
-        one.call("EnterStepMode")
-        event, early, slips = one.step_to_event(0.0, STEP)
-        assert (event, early, slips < 0.7e-3) == (True, True, True)
-        handle(one)
-        updates.calls.clear()
-        event, early, sticks = one.step_to_event(slips, STEP - slips)
-        assert (event, early) == (True, True)
-        assert sticks == min(call[0] for call in updates.calls if call[0] >= 0.7e-3)
-        # the mean power of the parts that were made, all of them in slip
-        assert one.get("power_loss")[0] == pytest.approx(40.0 * updates.seen[-1][0], rel=1e-3)
 
 
 def test_other_calls_within_an_intermediate_update_are_refused():

@@ -165,24 +165,6 @@ def test_an_fmu_with_its_map_compiled_in_passes_the_checks_of_the_build(syntheti
     assert "no finding" in check(tmp_path / "embedded.fmu", synthetic_nut_map, model)
 
 
-def test_members_that_contradict_each_other_are_found(native_fmus):
-    files, others = read(native_fmus[2]), read(native_fmus[3])
-    for path, before, after in (
-        ("sources/variables.c", b'{"speed"', b'{"velocity"'),
-        ("sources/buildDescription.xml", b'name="map.c"', b'name="maps.c"'),
-        ("terminalsAndIcons/terminalsAndIcons.xml", b'variableName="speed"', b'variableName="w"'),
-        ("documentation/index.html", b'src="plot.png"', b'src="plots.png"'),
-    ):  # fmt: skip
-        assert before in files[path]
-        assert findings(files | {path: files[path].replace(before, after)}) != []
-    linux, arm = (f"binaries/{p}/{NATIVE_NAME}.so" for p in ("x86_64-linux", "aarch64-linux"))
-    for change, found in (
-        ({linux: others[arm]}, "is made for"), ({linux: others[linux] + b"/home/someone"}, "/home/"),
-        ({"sources/fmi3Functions.h": b""}, "is a file of the importer"),
-    ):  # fmt: skip
-        assert any(found in text for text in findings(others | change))
-
-
 # --- errors ---
 
 

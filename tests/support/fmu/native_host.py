@@ -39,6 +39,6 @@ def c_host(nut_map, name: str, *options: str, runtime: bool = True, model: FmuMo
     sources = runtime_sources(nut_map, model)
     if not runtime:
         sources = {file: text for file, text in sources.items() if not file.endswith(".c")}
-    sources |= {MAP_FILE: map_bytes(nut_map), "host.h": (NATIVE_HOSTS / "host.h").read_bytes()}
+    sources |= {MAP_FILE: map_bytes(nut_map)}
     sources[f"{name}.c"] = (NATIVE_HOSTS / f"{name}.c").read_bytes()
     return compile_once(sources, name, *options)

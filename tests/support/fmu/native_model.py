@@ -35,13 +35,6 @@ def compiler() -> list[str]:
     return [found] if found else [sys.executable, "-m", "ziglang", "cc"]
 
 
-def write_sources(folder: Path, nut_map, fmi_version: int = 2, model: FmuModel = FRICTION) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, content in native_sources(nut_map.header, fmi_version, TOKEN, model).items():
-        (folder / name).write_bytes(content)
-    (folder / MAP_FILE).write_bytes(map_bytes(nut_map))
-
-
 def runtime_sources(nut_map, model: FmuModel = FRICTION, token: str = TOKEN) -> dict[str, bytes]:
     """Sources of the runtime with both FMI versions, the FMI headers in fmi/."""
     both = {

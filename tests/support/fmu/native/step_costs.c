@@ -1,23 +1,16 @@
-/* Costs of a step of FMI 2 co-simulation FMUs from a C host, all cases in turn in each repetition:
-   usage step_costs REPETITIONS CALLS  NATIVE_LIBRARY TOKEN RESOURCES_URI  TABLE_LIBRARY  [CASE, for a profiler]
-   Compiled with MONITOR for BallScrewPreloadMonitor, whose first input and output are torque and preload.
-   Prints "case median least" in seconds, one line each; single calls as "case p50 p99 p99.9 largest clock". */
+/* Costs of a step of the FMI 2 co-simulation FMU of the friction from a C host, all cases in turn in each repetition:
+   usage step_costs REPETITIONS CALLS LIBRARY TOKEN RESOURCES_URI. Prints "case median least" in seconds, one line each. */
 #define _POSIX_C_SOURCE 200809L
 #include <dlfcn.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <time.h>
 
 #include "fmi2Functions.h"
 
 enum { PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD, TORQUE };
-#ifdef MONITOR
-#define OUTPUTS 4 /* real ones, from reference 5 on */
-#else
-#define OUTPUTS 12
-#endif
+#define OUTPUTS 12 /* real ones, from reference 5 on */
 #define POINTS 8192
 #define MOST 1001
 
@@ -122,21 +115,20 @@ static int ascending(const void *a, const void *b)
 
 typedef struct {
     const char *name;
-    int fmu, points;
+    int points;
     size_t inputs, outputs;
 } Case;
 
 static const Case cases[] = {
-    {"torque", 0, CYCLE, 3, 1},
-    {"torque_axial", 0, CYCLE, 4, 1},
-    {"all", 0, CYCLE, 3, OUTPUTS},
-    {"all_axial", 0, CYCLE, 4, OUTPUTS},
-    {"torque_speed", 0, SPEED_ONLY, 3, 1},
-    {"torque_scattered", 0, ANYWHERE, 3, 1},
-    {"torque_axial_scattered", 0, ANYWHERE, 4, 1},
-    {"all_scattered", 0, ANYWHERE, 3, OUTPUTS},
-    {"all_axial_scattered", 0, ANYWHERE, 4, OUTPUTS},
-    {"table", 1, CYCLE, 3, 1},
+    {"torque", CYCLE, 3, 1},
+    {"torque_axial", CYCLE, 4, 1},
+    {"all", CYCLE, 3, OUTPUTS},
+    {"all_axial", CYCLE, 4, OUTPUTS},
+    {"torque_speed", SPEED_ONLY, 3, 1},
+    {"torque_scattered", ANYWHERE, 3, 1},
+    {"torque_axial_scattered", ANYWHERE, 4, 1},
+    {"all_scattered", ANYWHERE, 3, OUTPUTS},
+    {"all_axial_scattered", ANYWHERE, 4, OUTPUTS},
 };
 #define CASES (sizeof cases / sizeof cases[0])
 
@@ -145,32 +137,6 @@ static void reset_load(Fmu *fmu)
     const fmi2ValueReference reference = 4;
     const double none = 0.0;
     (void)fmu->set(fmu->instance, &reference, 1, &none);
-}
-
-/* Quantiles of single calls; the median of two clock readings in a row is taken off. */
-static void single_calls(Fmu *fmu, const Case *one, long calls)
-{
-    double *spent = malloc((size_t)calls * sizeof *spent), clock;
-    if (spent == NULL) {
-        exit(2);
-    }
-    for (long n = 0; n < calls; ++n) {
-        const double begin = now();
-        spent[n] = now() - begin;
-    }
-    qsort(spent, (size_t)calls, sizeof *spent, ascending);
-    clock = spent[calls / 2];
-    reset_load(fmu);
-    run(fmu, point[one->points], one->inputs, one->outputs, 1000);
-    for (long n = 0; n < calls; ++n) {
-        const double begin = now();
-        run(fmu, &point[one->points][n & (POINTS - 1)], one->inputs, one->outputs, 1);
-        spent[n] = now() - begin - clock;
-    }
-    qsort(spent, (size_t)calls, sizeof *spent, ascending);
-    (void)printf("single_%s %.4e %.4e %.4e %.4e %.4e\n", one->name, spent[calls / 2], spent[calls / 100 * 99],
-                 spent[calls / 1000 * 999], spent[calls - 1], clock);
-    free(spent);
 }
 
 static double scattered(void)
@@ -194,67 +160,38 @@ static void make_points(void)
         any[SPEED] = 600.0 * scattered() - 300.0;
         any[TEMPERATURE] = 285.0 + 60.0 * scattered();
         any[AXIAL_LOAD] = 8000.0 * scattered() - 4000.0;
-#ifdef MONITOR
-        drive[0] = (0.9 + 0.15 * sin(phase)) * (drive[SPEED] < 0.0 ? -1.0 : 1.0);
-        alone[0] = drive[SPEED] < 0.0 ? -0.9 : 0.9;
-        any[0] = (0.1 + 4.0 * scattered()) * (any[SPEED] < 0.0 ? -1.0 : 1.0);
-#endif
     }
 }
 
 int main(int argc, char **argv)
 {
     static double spent[CASES + 1][MOST];
-    Fmu fmu[2];
-    long repetitions, calls;
+    const long repetitions = argc == 6 ? strtol(argv[1], NULL, 10) : 0, calls = argc == 6 ? strtol(argv[2], NULL, 10) : 0;
+    Fmu fmu;
 
-    if (argc != 7 && argc != 8) {
-        return 2;
-    }
-    repetitions = strtol(argv[1], NULL, 10);
-    calls = strtol(argv[2], NULL, 10);
     if (repetitions < 1 || repetitions > MOST || calls < 1) {
         return 2;
     }
     make_points();
-    load(&fmu[0], argv[3], argv[4], argv[5]);
-    load(&fmu[1], argv[6], "", "");
-    for (size_t i = 0; argc == 8 && i < CASES; ++i) { /* one case only, for a profiler */
-        if (strcmp(argv[7], cases[i].name) == 0) {
-            run(&fmu[cases[i].fmu], point[cases[i].points], cases[i].inputs, cases[i].outputs, calls);
-        }
-    }
-    for (long r = 0; argc == 7 && r < repetitions; ++r) {
+    load(&fmu, argv[3], argv[4], argv[5]);
+    for (long r = 0; r < repetitions; ++r) {
+        double begin;
         for (size_t i = 0; i < CASES; ++i) {
-            Fmu *const one = &fmu[cases[i].fmu];
-            double begin;
-            reset_load(one);
-            run(one, point[cases[i].points], cases[i].inputs, cases[i].outputs, POINTS / 4);
+            reset_load(&fmu);
+            run(&fmu, point[cases[i].points], cases[i].inputs, cases[i].outputs, POINTS / 4);
             begin = now();
-            run(one, point[cases[i].points], cases[i].inputs, cases[i].outputs, calls);
+            run(&fmu, point[cases[i].points], cases[i].inputs, cases[i].outputs, calls);
             spent[i][r] = (now() - begin) / (double)calls;
         }
-        {
-            Fmu fresh;
-            double begin;
-            unload(&fmu[0]);
-            begin = now();
-            load(&fresh, argv[3], argv[4], argv[5]);
-            spent[CASES][r] = now() - begin;
-            fmu[0] = fresh;
-        }
+        unload(&fmu);
+        begin = now();
+        load(&fmu, argv[3], argv[4], argv[5]);
+        spent[CASES][r] = now() - begin;
     }
-    for (size_t i = 0; argc == 7 && i <= CASES; ++i) {
+    for (size_t i = 0; i <= CASES; ++i) {
         qsort(spent[i], (size_t)repetitions, sizeof spent[i][0], ascending);
         (void)printf("%s %.4e %.4e\n", i < CASES ? cases[i].name : "load", spent[i][repetitions / 2], spent[i][0]);
     }
-    if (argc == 7) {
-        single_calls(&fmu[0], &cases[0], 200000);
-        single_calls(&fmu[0], &cases[1], 200000);
-        single_calls(&fmu[0], &cases[3], 200000);
-        single_calls(&fmu[1], &cases[CASES - 1], 200000);
-    }
-    unload(&fmu[0]);
-    unload(&fmu[1]);
+    unload(&fmu);
     return sink == sink ? 0 : 1;
 }

@@ -2,12 +2,48 @@
    threads RESOURCES_1 RESOURCES_2 THREADS ROUNDS. All outputs and states must be those of a serial run to the bit. Meant
    to be run under sanitizers. */
 #include <pthread.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
 
-#include "host.h"
+#include "fmi2Functions.h"
+#include "variables.h"
 
+#define OUTPUTS 12
 #define MAX_THREADS 64
 #define OVERLAP 3 /* instances of a thread that live at the same time */
 #define STEPS 20
+
+#define REQUIRE(condition)                                                            \
+    do {                                                                              \
+        if (!(condition)) {                                                           \
+            (void)printf("%s:%d: not so: %s\n", __FILE__, __LINE__, #condition);      \
+            exit(1);                                                                  \
+        }                                                                             \
+    } while (0)
+
+/* xorshift64 of Marsaglia */
+static uint64_t next_random(uint64_t *state)
+{
+    *state ^= *state << 13;
+    *state ^= *state >> 7;
+    *state ^= *state << 17;
+    return *state;
+}
+
+static double uniform(uint64_t *state, double lo, double hi)
+{
+    return lo + (hi - lo) * (double)(next_random(state) >> 11) / 9007199254740992.0;
+}
+
+static uint64_t hashed(uint64_t sum, const void *bytes, size_t size)
+{
+    const unsigned char *at = bytes;
+    for (size_t i = 0; i < size; ++i) {
+        sum = (sum ^ at[i]) * UINT64_C(1099511628211);
+    }
+    return sum;
+}
 
 typedef struct {
     int number;
@@ -16,41 +52,53 @@ typedef struct {
     uint64_t sum;
 } Job;
 
-static uint64_t life(const Fmu *fmu, uint64_t *seed, uint64_t sum)
+/* An instance, stepped with the bristle or without; a plain path is taken as location too. */
+static fmi2Component begun(const char *resources, uint64_t *seed, uint64_t *sum)
 {
-    double input[INPUTS], output[OUTPUTS];
-    uint64_t state;
+    static const fmi2ValueReference all[] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
+    const fmi2ValueReference presliding = FIRST_REFERENCE + PRESLIDING;
+    const fmi2Boolean on = next_random(seed) % 3 != 0;
+    fmi2Component fmu = fmi2Instantiate("host", fmi2CoSimulation, MODEL_TOKEN, resources, NULL, 0, 0);
+    fmi2FMUstate state = NULL;
+    fmi2Byte *bytes;
+    size_t size = 0;
 
-    REQUIRE(set_parameter(fmu, SWITCH, next_random(seed) % 3 ? SWITCH_ON : SWITCH_OFF) == 0);
+    REQUIRE(fmu != NULL);
+    REQUIRE(fmi2SetupExperiment(fmu, 0, 0.0, 0.0, 0, 0.0) == fmi2OK);
+    REQUIRE(fmi2EnterInitializationMode(fmu) == fmi2OK && fmi2ExitInitializationMode(fmu) == fmi2OK);
+    REQUIRE(fmi2SetBoolean(fmu, &presliding, 1, &on) == fmi2OK);
     for (int n = 0; n < STEPS; ++n) {
-        random_inputs(seed, input);
-        REQUIRE(set_inputs(fmu, input) == 0);
-        REQUIRE(do_step(fmu, 1e-3 * n, 1e-3) == 0);
-        REQUIRE(get_outputs(fmu, output) == 0);
-        sum = hashed(sum, output, sizeof output);
+        const double input[INPUT_COUNT] = {uniform(seed, 0.0, 8000.0), uniform(seed, -250.0, 250.0),
+                                           uniform(seed, 285.0, 350.0), uniform(seed, -6000.0, 6000.0)};
+        double output[OUTPUTS];
+        REQUIRE(fmi2SetReal(fmu, all, INPUT_COUNT, input) == fmi2OK);
+        REQUIRE(fmi2DoStep(fmu, 1e-3 * n, 1e-3, fmi2True) == fmi2OK);
+        REQUIRE(fmi2GetReal(fmu, all + INPUT_COUNT, OUTPUTS, output) == fmi2OK);
+        *sum = hashed(*sum, output, sizeof output);
     }
-    state = state_hash(fmu);
-    return hashed(sum, &state, sizeof state);
+    REQUIRE(fmi2GetFMUstate(fmu, &state) == fmi2OK && fmi2SerializedFMUstateSize(fmu, state, &size) == fmi2OK);
+    bytes = malloc(size);
+    REQUIRE(bytes != NULL && fmi2SerializeFMUstate(fmu, state, bytes, size) == fmi2OK);
+    REQUIRE(fmi2FreeFMUstate(fmu, &state) == fmi2OK);
+    *sum = hashed(*sum, bytes, size);
+    free(bytes);
+    return fmu;
 }
 
 static void *work(void *argument)
 {
     Job *job = argument;
-    uint64_t seed = 88172645463325252u + 7919u * (uint64_t)job->number, sum = (uint64_t)job->number;
-    Fmu fmu[OVERLAP];
+    uint64_t seed = 88172645463325252u + 7919u * (uint64_t)job->number;
+    fmi2Component fmu[OVERLAP] = {NULL};
 
+    job->sum = (uint64_t)job->number;
     for (int round = 0; round < job->rounds; ++round) {
-        const int place = round % OVERLAP;
-        if (round >= OVERLAP) {
-            ended(&fmu[place]);
-        }
-        fmu[place] = started(2 + round % 2, job->resources[next_random(&seed) % 2], 0.0, NULL);
-        sum = life(&fmu[place], &seed, sum);
+        fmi2FreeInstance(fmu[round % OVERLAP]); /* NULL at first: nothing */
+        fmu[round % OVERLAP] = begun(job->resources[next_random(&seed) % 2], &seed, &job->sum);
     }
-    for (int n = 0; n < OVERLAP && n < job->rounds; ++n) {
-        ended(&fmu[n]);
+    for (int n = 0; n < OVERLAP; ++n) {
+        fmi2FreeInstance(fmu[n]);
     }
-    job->sum = sum;
     return NULL;
 }
 
