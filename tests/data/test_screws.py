@@ -19,15 +19,6 @@ FILES = sorted((Path(__file__).parent / "screws").glob("*.toml"))
 ROUNDED = 1.0 / 1.1
 
 
-def test_screws_cover_kinds_sizes_and_oils():
-    screws = [load_parameters(path) for path in FILES]
-    assert len(screws) == 10
-    kinds = {one.screw.preload_kind for one in screws}
-    assert kinds == {"double_nut", "single_nut_offset", "single_nut_oversize_ball"}
-    assert {32, 220} <= {one.lubricant.iso_vg for one in screws}
-    assert sum("grease" in one.lubricant.name for one in screws) == 2
-
-
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_range_follows_from_screw_and_oil_and_holds_its_ball_loads(path):
     assert path.read_text(encoding="utf-8").startswith("# EXAMPLE, not a product: ")

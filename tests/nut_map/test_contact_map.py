@@ -42,8 +42,7 @@ def altered(**scale):
     """A map of the contacts of MAP with values multiplied by quantity."""
     contacts = {
         raceway: SolvedContacts(
-            contacts.points,
-            {name: scale.get(name, 1.0) * column for name, column in contacts.values.items()},
+            contacts.points, {name: scale.get(name, 1.0) * column for name, column in contacts.values.items()}
         )
         for raceway, contacts in MAP.contacts.items()
     }

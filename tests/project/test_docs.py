@@ -170,9 +170,8 @@ def test_every_block_runs_and_prints_what_is_shown(page, clone, executed):
 
 def test_commands_links_and_paths_in_the_prose_exist():
     """Examples have a test, every page is linked from README."""
-    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
-        "optional-dependencies"
-    ]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project["optional-dependencies"]
     tests = "\n".join(test.read_text(encoding="utf-8") for test in (ROOT / "tests").rglob("test_*.py"))
     readme = PAGES[0].read_text(encoding="utf-8")
     for page in PAGES:

@@ -1,4 +1,4 @@
-"""The project's own rules: linter, types, layers, plain ASCII, examples that run, cheap imports."""
+"""The project's own rules: linter, types, layers, plain ASCII, examples that run."""
 
 import ast
 import re
@@ -25,21 +25,6 @@ ORDER = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
 @pytest.mark.parametrize("name", CHECKS)
 def test_checker_finds_nothing(name):
     output(*CHECKS[name])
-
-
-def test_evaluating_a_map_imports_nothing_slow():
-    names = (
-        "parameters.file",
-        "physics.lubricant",
-        "physics.hertz",
-        "physics.kinematics",
-        "physics.load",
-        "physics.film",
-    )
-    code = ";".join(f"import ballscrew_tehl.{name}" for name in names)
-    slow = ["numba", "xarray", "pandas", "matplotlib", "scipy", "rich", "fmpy", "pythonfmu"]
-    code += f";import sys;print(*[name for name in {slow} if name in sys.modules])"
-    assert output("-c", code).split() == []
 
 
 def ordered(node):

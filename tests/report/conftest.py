@@ -13,7 +13,7 @@ from ballscrew_tehl.nut_map.file import save_map
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.report import contact_figures, figures, material, screw_figures
+from ballscrew_tehl.report import material
 
 #: certificate of the map of the other screw, as `map build` writes it
 CERTIFICATE = {
@@ -34,23 +34,18 @@ CERTIFICATE = {
 
 
 def made(folder, *words):
-    """Page, file, text, answer, log lines, numbers and drawn figures of a report."""
-    path, drawn, gathered, out, err = folder / "page.html", [], [], [], []
-    gather, address = material.gather, figures.figure_address
+    """Page, file, text, answer and numbers of a report."""
+    path, gathered, out, gather = folder / "page.html", [], [], material.gather
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(material, "gather", lambda *given: gathered.append(gather(*given)) or gathered[-1])
-        for module in (figures, contact_figures, screw_figures):
-            patch.setattr(
-                module, "figure_address", lambda figure, kind: drawn.append(figure) or address(figure, kind)
-            )
-        for name, texts in (("sys.stdout", out), ("sys.stderr", err)):
-            patch.setattr(name, SimpleNamespace(write=texts.append, flush=lambda: None, isatty=lambda: False))
+        patch.setattr(
+            "sys.stdout", SimpleNamespace(write=out.append, flush=lambda: None, isatty=lambda: False)
+        )
         assert main(["report", *map(str, words), "--output", str(path), "--json"]) == 0
     text = path.read_text(encoding="utf-8")
     return SimpleNamespace(
-        page=Page(text), path=path, text=text, answer=json.loads("".join(out)), numbers=gathered[0], drawn=drawn,
-        certificate=CERTIFICATE, steps=[line.partition(",")[0] for line in "".join(err).splitlines()],
-    )  # fmt: skip
+        page=Page(text), path=path, text=text, answer=json.loads("".join(out)), numbers=gathered[0]
+    )
 
 
 @pytest.fixture(scope="session")

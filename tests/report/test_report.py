@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from command_line import answer, run
+from command_line import answer
 from html_page import Page
 from reference_screw import GD4008
 
@@ -20,26 +20,15 @@ from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.kinematics import surface_speeds
 from ballscrew_tehl.physics.load import double_nut_loads
 from ballscrew_tehl.physics.rating import dynamic_rating
-from ballscrew_tehl.report import (
-    claims,
-    contact_figures,
-    errata,
-    figures,
-    material,
-    paper_tables,
-    screw_figures,
-)
+from ballscrew_tehl.report import claims, errata, figures, material, paper_tables
 from ballscrew_tehl.report.claims import PACKAGED_CLAIMS, RULES, VERDICTS
 from ballscrew_tehl.report.page import element, page, paragraph, table
 
 pytestmark = pytest.mark.slow
-LARGEST = ("mean", "50", "99", "999", "max")
 
 
 @pytest.mark.parametrize(("name", "pictures"), [("of_paper", 26), ("of_own", 22)])
 def test_page_opens_alone_and_its_pictures_are_complete(request, name, pictures):
-    from matplotlib.text import Text
-
     report = request.getfixturevalue(name)
     page, text = report.page, report.text
     assert report.answer["figures"] == len(page.images) == pictures
@@ -51,19 +40,12 @@ def test_page_opens_alone_and_its_pictures_are_complete(request, name, pictures)
     assert not re.search(r"https?:|url\(|@import|//[a-z]|Markup", outside)
     assert all(link.startswith("https://doi.org/") or link[1:] in page.ids for link in page.links)
     assert len(page.ids) == len(set(page.ids))
-    assert [path.name for path in report.path.parent.iterdir()] == [report.path.name]
     for image in page.images:
         kind, data = re.fullmatch(r"data:image/(svg\+xml|png);base64,(.+)", image["src"]).groups()
         content = base64.b64decode(data, validate=True)
         assert content.startswith(b"\x89PNG") if kind == "png" else content.rstrip().endswith(b"</svg>")
         assert len(content) > 5000
         assert image["alt"]
-    # letters of at least 8 pt where a phone of 390 px shows 271 pt; the picture of the map is wider and scrolls
-    for figure in report.drawn:
-        wide = figure.get_size_inches()[0]
-        scale = min(271.0 / (72.0 * wide), 1.0) if wide == figures.WIDTH else 1.0
-        texts = [t for t in figure.findobj(Text) if t.get_visible() and t.get_text().strip()]
-        assert min(t.get_fontsize() for t in texts) * scale >= 8.0
 
 
 def test_answer_identity_and_escaping(of_paper, of_own):
@@ -72,13 +54,11 @@ def test_answer_identity_and_escaping(of_paper, of_own):
     for name, tables in of_paper.numbers.tables.items():
         assert said["deviations"][name] == {t.name: t.deviations[0] for t in tables}
     assert said["map_hash"] == load_map(None, GD4008).header["file_hash"]
-    assert of_paper.steps[-1] == "7 of 7 parts of the page"
     rows = dict(of_own.page.tables["identity"])
     assert (rows["screw"], rows["map"]) == ("a <b> & c", own["map_hash"])
     assert "a &lt;b&gt; &amp; c" in of_own.text  # names of a file are text, not HTML
     assert (own["measured"], own["deviations"], own["claims"]) == (False, {}, {})
     assert not {"table2", "claims", "errata", "section5"} & set(of_own.page.tables)
-    assert "were measured on GD4008-3, not on a <b> & c" in of_own.page.text
     assert element("p", "a<b", element("b", "&"), class_='"') == '<p class="&#34;">a&lt;b<b>&amp;</b></p>'
     made = page(
         "t <x>", [paragraph("&")], [("k", "n", table("i", "c", ("a",), [["<1>"]]))], element("i", "f")
@@ -89,9 +69,8 @@ def test_answer_identity_and_escaping(of_paper, of_own):
 # --- the paper's screw ---
 
 
-def test_validation_and_calibration(of_paper):
+def test_validation(of_paper):
     numbers, tables = of_paper.numbers, of_paper.page.tables
-    assert list(numbers.tables) == ["three_parameter", "two_parameter"]
     for name in ("table2", "table4", "table3"):
         ours, other = (next(t for t in found if t.name == name) for found in numbers.tables.values())
         _, *rows, means = tables[name]
@@ -102,12 +81,6 @@ def test_validation_and_calibration(of_paper):
             assert cells[3:] == [f"{v:.{digits}f}" for v in (row.models[0], two.models[0], *row.models[1:])]
         expected = (ours.deviations[0], other.deviations[0], *ours.deviations[1:])
         assert means[3:] == [f"{100 * value:.2f} %" for value in expected]
-    rows = tables["calibration"][1:]
-    for column, name in enumerate(("three_parameter", "two_parameter"), start=1):
-        entry, cells = load_friction_sets()["published", name], [row[column] for row in rows]
-        assert float(cells[0].split()[0]) == pytest.approx(entry.apparent_viscosity_ratio, rel=1e-3)
-        for value in (entry.errors["leave_one_out_mean"], entry.leave_one_table_out["table4"]["max"]):
-            assert any(f"{100 * value:.2f} %" in cell for cell in cells)
 
 
 def test_lines_and_parts_are_values_of_the_map(of_paper):
@@ -122,9 +95,6 @@ def test_lines_and_parts_are_values_of_the_map(of_paper):
                 state = found.picture.nut_map.evaluate(*map(float, place(lines, lines.x[k], row)))
                 assert lines.torque[i, k] == pytest.approx(sum(state[:3]), rel=1e-9)
                 assert state.in_range
-    row = of_paper.page.tables["torques"][3]
-    torque = found.chosen.torque(4000.0, 500.0 * RPM, found.lines.over_speed.fixed)
-    assert (row[0], row[2]) == ("4000", f"{float(torque):.3f}")
     own = load_parameters(PACKAGED_VG100)
     law = material.Friction(default_friction_set(own), load_map(None, own))
     for one in (found, dataclasses.replace(found, parameters=own, frictions=(law,))):
@@ -155,9 +125,6 @@ def test_ball_loads_and_contacts(of_paper):
         loads = (both.Q_a.min(), both.Q_a.max(), both.Q_b.min(), both.Q_b.max())
         expected = (case.axial_load, both.force_a, both.force_b, *loads)
         assert [float(cell) for cell in cells] == pytest.approx(expected, abs=0.51)
-    assert found.balls.cases[2].loads.force_a == pytest.approx(0.0, abs=1e-3)
-    assert found.balls.forces[1] - found.balls.forces[0] == pytest.approx(found.balls.axial_loads, abs=1e-6)
-    assert found.contact_point == (39.5, pytest.approx(3000.0 * RPM), 303.0)
     rows = tables["solved_contacts"][1:]
     assert len(rows) == 4
     for row, (kinematics, raceway, s) in zip(rows, found.contacts, strict=True):
@@ -185,7 +152,6 @@ def test_statements_against_independent_recomputation(of_paper):
     viscous, _, sliding = parts(1800.0, 1000.0)
     total = parts(1800.0, 1000.0).sum()
     base = 4.83e-5 * math.exp(1045.31 / (303.0 - 183.19))
-    shares = [parts(f, rpm)[1] / parts(f, rpm).sum() for f in loads for rpm in speeds]
     over_speed = [(parts(f, 2500.0).sum() - parts(f, 100.0).sum()) / 2.4 for f in loads]
     over_preload = [(parts(6000.0, rpm).sum() - parts(1000.0, rpm).sum()) / 5.0 for rpm in speeds]
     expected = {
@@ -196,7 +162,6 @@ def test_statements_against_independent_recomputation(of_paper):
         "temperature_trend": [100 * (parts(1800.0, 1000.0, 313.0).sum() / total - 1.0)],
         "slope_speed": [np.mean(over_speed)],
         "slope_preload": [np.mean(over_preload)],
-        "hysteresis_small": [100 * min(shares), 100 * max(shares)],
     }
     for name, values in expected.items():
         assert by_id[name].found[0].values == pytest.approx(values, rel=1e-9), name
@@ -204,12 +169,9 @@ def test_statements_against_independent_recomputation(of_paper):
         (rpm,) = by_id["crossover_speed"].found[k].values
         both = friction.parts(1800.0, rpm * RPM, 303.0)
         assert both[0] == pytest.approx(both[2], rel=1e-4)
-    assert by_id["temperature_trend"].verdicts == ("not reproduced",) * 2
     # by hand from the printed tables
     assert by_id["slope_preload"].measured.values == pytest.approx([(2.224 - 0.409) / 5.0])
     assert by_id["slope_speed"].measured.values == pytest.approx([(0.846 - 0.409) / 2.4])
-    low = by_id["friction_coefficient_low_speed"].measured.values
-    assert low == pytest.approx([0.00667, 0.00604], abs=1e-5)
 
 
 def test_statements_and_section_5_1_have_verdicts_by_one_rule(of_paper):
@@ -223,7 +185,6 @@ def test_statements_and_section_5_1_have_verdicts_by_one_rule(of_paper):
     for row, one in zip(of_paper.page.tables["claims"][1:], statements, strict=True):
         assert row[0] == f"{one['statement']} ({one['where']})"
         assert re.search(r"(?:not )?reproduced$|near$", row[2])[0] == of_paper.answer["claims"][one["id"]]
-        assert all(f"{number:g}" in row[1] for number in claims.numbers(one["value"]))
     by_place = {(row[0].split(" [")[0], row[1]): row[2:] for row in of_paper.page.tables["section5"][1:]}
     nut = 1e6 * of_paper.numbers.contact("published", "nut").h_m
     assert by_place["minimum film", "nut"] == ["0.223", f"{nut:.3f}", claims.verdict_on((0.223,), (nut,))]
@@ -240,14 +201,6 @@ def test_errata_have_their_effect_in_numbers(of_paper):
     """Numbers stored with the errata are those of today's model."""
     rows = of_paper.page.tables["errata"][1:]
     assert rows == [list(one) for one in errata.errata()]
-    assert errata.errata_markdown().count("\n") == 2 + len(rows)
-    effects = " | ".join(f"{row[0]}: {row[3]}" for row in rows)
-    for effect in (
-        "Eq. 4: entrainment 1719 instead of 1542 mm/s, slide-to-roll ratio 1.535 instead of 1.942",
-        "92 % at Pe = 0.1, 35 % at Pe = 0.5", "1.287 as printed, 1.157 as used", "3.2e+07 as printed, 18.5 as used",
-        "79 touching balls", "9.0 times apart", "0.416 and 0.418 N m", "Eq. 18: hysteresis torque -32 %",
-    ):  # fmt: skip
-        assert effect in effects, effect
     chosen = of_paper.numbers.chosen
     viscous, hysteresis, sliding = map(float, chosen.parts(1000.0, 1000.0 * RPM, 303.0))
     total, entry = viscous + hysteresis + sliding, chosen.entry
@@ -296,11 +249,6 @@ def test_tables_of_another_screw_are_those_of_the_commands(of_own, own_words, ca
         said = at("torque", 820, "--speed-rpm", rpm, "--temperature-c", celsius)
         films = [f"{1e9 * said[name]:.1f}" for name in names]
         assert cells == [*films, f"{said['lambda_ratio']:.2f}", f"{said['film_temperature_rise_k']:.2f}"]
-    half = 0.5 * found.balls.separation
-    for rpm, driving, back in tables["efficiency"][1:]:
-        said = at("screw", 820, "--axial-load-n", half, "--speed-rpm", rpm, "--temperature-c", "40")
-        assert driving == f"{100.0 * said['efficiency']:.2f}"
-        assert back == f"{100.0 * said['efficiency_backdriving']:.2f}"
     loads = double_nut_loads(screw, 820.0, 0.0, screw.loaded_ball_count)
     assert found.contact_point == (loads.Q_a.max(), *point[1:])
 
@@ -314,8 +262,6 @@ def test_intervals_and_marks_are_those_of_the_command_torque(of_own, own_words, 
 
     said = at(820, 1000 * RPM, 40)
     assert f"(interval {said['torque_low_nm']:.3f} to {said['torque_high_nm']:.3f})" in of_own.page.text
-    shares = [float(share) for _, share in of_own.page.tables["shares"][1:]]
-    assert sum(shares) == pytest.approx(100.0, abs=1.0)
     band = lines.over_speed.band
     for row, preload in enumerate(lines.over_speed.rows):
         for k in (0, 8):
@@ -329,53 +275,3 @@ def test_intervals_and_marks_are_those_of_the_command_torque(of_own, own_words, 
             marks.add(marked := bool(lines.by_temperature.marked.unphysical[row, k]))
             assert ("unphysical_trend" in said) == marked
     assert marks == {True, False}
-
-
-def test_certificate_and_limits_of_the_map(of_own):
-    tables = of_own.page.tables
-    for row, name in zip(tables["certificate"][1:], ("torque", "film", "temperature_rise"), strict=True):
-        values = [100.0 * of_own.certificate[f"{name}_error_{key}"] for key in LARGEST]
-        assert [float(cell.split()[0]) for cell in row[1:]] == pytest.approx(values, rel=0.06)
-    assert tables["certificate_regions"][1:] == [["preload alone", "7", "1.1 %", "1.2 %", "1.3 %", "1.4 %"]]
-    limits = dict(tables["limits"])
-    assert limits["contacts solved, not solved"].startswith("192, 0;")
-    share = float(np.mean(of_own.numbers.lines.by_temperature.marked.unphysical))
-    assert f"{100.0 * share:.0f} % of those over speed by temperature" in limits["dashed lines of torque"]
-    assert not {"inside the atlas of contacts", "oversize balls under axial load"} & set(limits)
-    assert {row[0]: row[1:3] for row in tables["axes"][1:]}["speed"] == ["100 r/min", "6000 r/min"]
-
-
-@pytest.mark.parametrize("name", list(contact_figures.FIELDS))
-def test_fields_of_a_contact_stay_within_their_values_and_scale(of_own, name):
-    solutions, factor = [found.solution for found in of_own.numbers.contacts], contact_figures.FIELDS[name][2]
-    ranges = [contact_figures.inside_range(s, name) for s in solutions]
-    levels = contact_figures.contour_levels(ranges, name)
-    assert np.all(np.diff(levels) > 0.0)
-    top = factor * max(most for _, most in ranges)
-    assert top <= levels[-1] <= top + levels[1] - levels[0]
-    for solution in solutions:
-        x, y, field = contact_figures.whole_field(solution, name)
-        fine_x, fine_y, fine = contact_figures.fine_field(solution, name)
-        middle = np.interp(fine_x, x, field[np.argmin(np.abs(y))])
-        scale = np.ptp(field[np.abs(y) < 1.0][:, np.abs(x) < 1.0])
-        # straight between the nodes there and between other places here: not the same at a spike of a node or two
-        gap = np.abs(fine[int(np.argmin(np.abs(fine_y)))] - middle)
-        assert np.quantile(gap, 0.95) <= 0.01 * scale
-        assert np.min(field) <= np.min(fine) <= np.max(fine) <= np.max(field)
-
-
-def test_operating_point_by_options(of_own, own_words, tmp_path, capsys, monkeypatch):
-    points, contacts = [], of_own.numbers.contacts
-    monkeypatch.setattr(material, "solved_contacts", lambda *given: points.append(given[2]) or contacts)
-    for module in (figures, contact_figures, screw_figures):
-        monkeypatch.setattr(module, "figure_address", lambda figure, kind: "data:image/png;base64,AAAA")
-    words = ("--preload-n", "1500", "--speed-rpm", "300", "--temperature-c", "30")
-    code, out, _ = run(capsys, "report", *own_words, *words, "--output", tmp_path / "r.htm")
-    assert code == 0
-    screw = of_own.numbers.parameters.screw
-    load = double_nut_loads(screw, 1500.0, 0.0, screw.loaded_ball_count).Q_a.max()
-    assert points == [(load, pytest.approx(300.0 * RPM), pytest.approx(30.0 + CELSIUS))]
-    page = Page((tmp_path / "r.htm").read_text(encoding="utf-8"))
-    assert [row[0] for row in page.tables["torques"][1:]] == ["750", "1500", "3000"]
-    assert "choose another point" not in page.text
-    assert re.search(r"(?m)^figures +22$", out)

@@ -1,7 +1,6 @@
 """The command line, run in this process."""
 
 import json
-import signal
 
 from ballscrew_tehl.cli.main import main
 
@@ -29,8 +28,3 @@ def refused(capsys, *arguments):
     (line,) = [line for line in err.splitlines() if "error" in line]
     assert "Traceback" not in err
     return line
-
-
-def interruptible():
-    """Ctrl-C reaches a child also where the tests themselves run in the background of a script, which ignores it."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -1,11 +1,14 @@
 """Commands in processes of their own."""
 
 import os
+import platform
 import shlex
 import subprocess
 import sys
 
 from paths import ROOT
+
+RUNS_HERE = sys.platform == "linux" and platform.machine() == "x86_64"
 
 
 def output(*arguments, program=sys.executable, folder=ROOT, refused=False, **environment):

@@ -18,11 +18,8 @@ from fmu_checks import findings, unit_findings, variables_of
 from synthetic_map import LAWS
 
 from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
-from ballscrew_fmu.description.fmi2 import model_description
-from ballscrew_fmu.description.native import native_description
-from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, NATIVE_MODELS
-from ballscrew_fmu.variables.friction import band_text
-from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
+from ballscrew_fmu.models import FRICTION, MONITOR, NATIVE_MODELS
+from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 pytestmark = pytest.mark.slow
 
@@ -99,9 +96,8 @@ def test_variables_are_those_of_the_interface(folder_of, model, kind):
     for row, (name, reference, numbers) in zip(expected, variables_of(root), strict=False):
         node = nodes[name]
         keys = ("unit", "displayUnit", "relativeQuantity", "min", "max", "nominal", "start")
-        found = {key: node.get(key) for key in ("causality", "variability")} | {
-            k: numbers.get(k) for k in keys
-        }
+        found = {"causality": node.get("causality"), "variability": node.get("variability")}
+        found |= {key: numbers.get(key) for key in keys}
         wanted = {key: row[key] or None for key in found}
         for key in ("min", "max", "nominal", "start"):  # 0 and 0.0, 1e-7 and 1e-07
             found[key], wanted[key] = _number(found[key]), _number(wanted[key])
@@ -120,9 +116,8 @@ def test_variables_are_those_of_the_interface(folder_of, model, kind):
 
 
 def _number(text):
-    return (
-        {None: None, "true": True, "false": False}[text] if text in (None, "true", "false") else float(text)
-    )
+    words = {None: None, "true": True, "false": False}
+    return words[text] if text in words else float(text)
 
 
 @EACH
@@ -265,29 +260,3 @@ def test_dependencies_are_those_that_a_change_of_a_value_shows(folder_of, model,
 
 
 # --- texts of the description ---
-
-HEADER = synthetic_map.make_map(law=MECHANISTIC).header
-BAND = {
-    "preload": 2e3,
-    "speed": 18.138,
-    "temperature": 303.15,
-    "low": 0.7249,
-    "high": 1.6386,
-    "fitted": False,
-}
-
-
-def test_every_description_states_law_map_and_band():
-    text = (
-        "torque 0.72 to 1.64 times the computed one (about 80 %) at 2000 N, 173 r/min, 30 degC, not fitted to"
-    )
-    for header, end in ((HEADER, ""), ({**HEADER, "mechanistic_interval": BAND}, f"; {text} this screw")):
-        assert band_text(header) == end[2:]
-        described = [model_description(header, "guid", "tool", model) for model in MODELS]
-        described += [
-            native_description(header, 3, "token", "tool", ["all.c"], model) for model in NATIVE_MODELS
-        ]
-        for xml in described:
-            words = ElementTree.fromstring(xml).get("description")
-            assert "mechanistic friction law, published kinematics" in words
-            assert words.endswith(f", map {HEADER['content_hash'][:12]}{end}")

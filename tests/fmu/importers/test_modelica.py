@@ -5,8 +5,6 @@ rumoca has no external functions, and no standard library is installed: stubs re
 
 import math
 import re
-import subprocess
-import sys
 
 import model_exchange
 import modelica_package
@@ -14,7 +12,7 @@ import numpy as np
 import pytest
 from modelica_host import build, call
 from paths import FMU_SUPPORT
-from rotor_fmu import RUNS_HERE
+from processes import RUNS_HERE
 from synthetic_map import LAWS, make_map
 
 pytestmark = [
@@ -85,22 +83,6 @@ def test_functions_are_those_of_the_map_and_rates_their_differences(tmp_path, la
             call(program, file, rows)
 
 
-def test_bad_input_is_one_line_and_exit_code_2():
-    for arguments in (["--wrong"], ["--screw", "missing.toml"], ["--map", __file__]):
-        command = [sys.executable, modelica_package.__file__, *arguments]
-        run = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert (run.returncode, len(run.stderr.strip().splitlines())) == (2, 1)
-
-
-def test_friction_takes_its_torque_out_of_the_flanges():
-    """Flange torques act on the component: their sum times the speed is the power tau*w that it takes up."""
-    (balance,) = re.findall(r"^ *0 = (.*flange_a\.tau.*);$", TEXT, re.MULTILINE)
-    expression = re.sub(r"flange_([ab])\.tau", r"flange_\1", balance)
-    for flange_a, flange_b in ((0.4, 0.0), (0.0, 0.4), (1.4, -1.0)):
-        names = {"flange_a": flange_a, "flange_b": flange_b, "tau": 0.4}
-        assert eval(expression, {}, names) == pytest.approx(0.0)
-
-
 # --- law and axes, compiled and run ---
 
 
@@ -111,21 +93,6 @@ def rumoca():
 
 CHECK = """
 package Check
-  model PlainNuts
-    extends BallScrewFriction.Interfaces.PartialNutFriction;
-  equation
-    coulomb = {level!r}*(forceA + forceB)/4000;
-    viscous = {slope!r}*w;
-  end PlainNuts;
-
-  model TransmissionAxis
-    extends BallScrewFriction.Examples.TransmissionAxis(redeclare model Friction = PlainNuts);
-    Real heat(start=0, fixed=true), work(start=0, fixed=true);
-  equation
-    der(heat) = oil.port.Q_flow;
-    der(work) = motor.tau*screw.w;
-  end TransmissionAxis;
-
   model Plain
     extends BallScrewFriction.Interfaces.PartialScrewFriction;
     parameter Real level = {level!r};
@@ -219,29 +186,3 @@ def test_the_package_has_no_error_and_its_axes_compile_with_the_map(rumoca):
     for name in ("Axis", "TransmissionAxis"):
         compiled = rumoca.Session().loads(source, model=f"BallScrewFriction.Examples.{name}")
         assert compiled.structure().is_balanced
-
-
-def test_the_screw_is_a_transmission(rumoca):
-    """Hertz forces of both nuts, force on the nut, and the balance of the whole axis."""
-    run = simulated(rumoca, "TransmissionAxis", 0.4, 1e-4, level=0.6, slope=0.004)
-    k = (1.388871e9 / 3.0) ** 1.5 / 2000.0**0.5
-    d_0, x = (2000.0 / k) ** (2.0 / 3.0), np.array(run["transmission.x"])
-    assert np.abs(x).max() > 1e-7
-    for nut, way in (("A", d_0 + x), ("B", d_0 - x)):
-        force = np.array(run[f"transmission.friction.force{nut}"])
-        assert np.abs(force - k * way**1.5).max() <= 1e-6 * force.max()
-    stored = (
-        0.5 * 5e-3 * run["screw.w"][-1] ** 2
-        + 150.0 * run["table.v"][-1] ** 2
-        + 5.0 * run["nutBody.v"][-1] ** 2
-    )
-    stored += 0.5 * 1.68e8 * (run["table.s"][-1] - run["nutBody.s"][-1]) ** 2
-    x_end = x[-1]
-    stored += 0.4 * k * ((d_0 + x_end) ** 2.5 + (d_0 - x_end) ** 2.5 - 2.0 * d_0**2.5)
-    time = np.array(run.time)
-    guide = np.trapezoid(400.0 * np.array(run["table.v"]) ** 2, time)
-    spring = np.trapezoid(2e4 * (np.array(run["table.v"]) - np.array(run["nutBody.v"])) ** 2, time)
-    work, heat = run["work"][-1], run["heat"][-1]
-    bristle = 0.5 * 150.0 * run["transmission.friction.z"][-1] ** 2
-    assert work > 1.0
-    assert work == pytest.approx(heat + guide + spring + stored + bristle, abs=2e-3 * work)

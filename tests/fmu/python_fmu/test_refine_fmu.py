@@ -11,9 +11,8 @@ import pytest
 import stub_solver
 
 from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.python_fmu import solver_cache
-from ballscrew_fmu.python_fmu.package import build_fmu, solver_sources
-from ballscrew_fmu.python_fmu.solver_cache import SolverError, installed, load_solver, solver_name, user_cache
+from ballscrew_fmu.python_fmu.package import build_fmu
+from ballscrew_fmu.python_fmu.solver_cache import installed, solver_name
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
 
@@ -113,7 +112,7 @@ def contents(folder):
     return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
-def test_the_solver_is_copied_once_and_a_damaged_copy_is_replaced(tmp_path, monkeypatch):
+def test_the_solver_is_copied_once_and_a_damaged_copy_is_replaced(tmp_path):
     shipped, cache = written(tmp_path / "shipped" / solver_name(FILES), FILES), tmp_path / "new" / "cache"
     first = installed(shipped, cache)
     compiled = written(first, {"part/__pycache__/a.nbc": b"compiled"}) / "part/__pycache__/a.nbc"
@@ -122,28 +121,12 @@ def test_the_solver_is_copied_once_and_a_damaged_copy_is_replaced(tmp_path, monk
     for damage in (lambda path: path.write_text("VALUE = 2\n"), lambda path: path.unlink()):
         damage(first / "part" / "a.py")
         assert contents(installed(shipped, cache)) == FILES
-    original, other = solver_cache.shutil.copytree, tmp_path / "other"
-
-    def slow(source, target, **options):
-        monkeypatch.setattr(solver_cache.shutil, "copytree", original)
-        installed(shipped, other)  # by another process
-        return original(source, target, **options)
-
-    monkeypatch.setattr(solver_cache.shutil, "copytree", slow)
-    assert contents(installed(shipped, other)) == FILES
-    assert [p.name for folder in (cache, other) for p in folder.iterdir()] == [shipped.name] * 2
+    assert [p.name for p in cache.iterdir()] == [shipped.name]
 
 
-def test_the_cache_folder_is_that_of_the_system_and_not_needed(monkeypatch, tmp_path, synthetic_nut_map):
-    for name, value in (("XDG_CACHE_HOME", "xdg"), ("LOCALAPPDATA", "local"), ("HOME", "")):
-        monkeypatch.setenv(name, str(tmp_path / value))
-    with monkeypatch.context() as patch:
-        for platform, root in (("linux", "xdg"), ("win32", "local"), ("darwin", "Library/Caches")):
-            patch.setattr(solver_cache.sys, "platform", platform)
-            assert user_cache() == tmp_path / root / "ballscrew_tehl"
-        patch.setattr(solver_cache.sys, "platform", "linux")
-        patch.delenv("XDG_CACHE_HOME")
-        assert user_cache() == tmp_path / ".cache" / "ballscrew_tehl"
+def test_the_cache_folder_is_not_needed(monkeypatch, tmp_path, synthetic_nut_map):
+    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
+        monkeypatch.setenv(name, str(tmp_path / "xdg"))
     (tmp_path / "xdg").write_text("a file in place of the folder")
     sources = stub_solver.SOURCES | {"nut_map/__init__.py": "# another\n"}
     fmu = build_fmu(synthetic_nut_map, tmp_path / "other.fmu", solver=sources).path
@@ -152,11 +135,6 @@ def test_the_cache_folder_is_that_of_the_system_and_not_needed(monkeypatch, tmp_
         (message,) = of_status(one, WARNING)
         assert message.startswith("refine: compiled code of the solver is not kept")
         assert of_status(one, ERROR) == []
-
-
-def test_a_missing_solver_is_named(tmp_path):
-    with pytest.raises(SolverError, match=r"0 solvers .*; needs one: build the FMU again"):
-        load_solver(tmp_path, tmp_path / "cache")
 
 
 # --- the packaged solver ---
@@ -207,31 +185,3 @@ def test_the_packaged_solver_is_complete_and_its_packages_are_named_when_missing
     assert (remark, has_state) == ("", True)
     assert root.startswith(str(tmp_path / "ballscrew_tehl"))
     assert set(own) <= {"ballscrew_tehl"}  # nothing of the installed solver
-
-
-KERNEL = """
-from ..compiled import kernel
-
-
-@kernel
-def doubled(x):
-    return 2.0 * x
-"""
-
-
-def test_the_second_process_does_not_compile(synthetic_nut_map, tmp_path):
-    """A stub with one kernel, compiled as those of the solver are."""
-    refine = stub_solver.REFINE.replace("        pass", "        doubled(self.nut_map.force.hi)", 1) + KERNEL
-    assert "doubled(self" in refine
-    own = {"compiled.py": solver_sources()["compiled.py"], "refinement/refine.py": refine}
-    sources = stub_solver.SOURCES | own
-    fmu = build_fmu(synthetic_nut_map, tmp_path / "kernel.fmu", solver=sources).path
-    found, kept = [], []
-    for copy in ("a", "b"):  # each process unpacks into another folder
-        folder = fmpy.extract(str(fmu), unzipdir=str(tmp_path / copy))
-        found.append(of_process(REFINED_RUN, tmp_path, folder, ""))
-        kept.append({path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.nbc")})
-    assert len(kept[0]) == 1
-    assert kept[1] == kept[0]
-    assert [any("compiled in" in text for _, text in messages) for *_, messages in found] == [True, False]
-    assert found[0][:2] == found[1][:2]

@@ -52,7 +52,6 @@ def findings(files: dict[str, bytes]) -> list[str]:
         *_identity(root, files, version),
         *_libraries(root, files),
         *_against_the_sources(root, files),
-        *_other_members(root, files),
     ]
 
 
@@ -140,23 +139,11 @@ def machine_of(content: bytes):
 
 
 def _against_the_sources(root, files):
-    """Description and C code agree: variables with kind, start and nominal, log categories, lists of the sources."""
+    """Description and sources agree: their list, the log categories; no file of the importer."""
     text = {
         name.removeprefix("sources/"): c.decode() for name, c in files.items() if name.startswith("sources/")
     }
-    row = re.compile(r'\{"(\w+)", CAUSALITY_(\w+), NEEDS_\w+, (\w+), ([^,]+), ([^,]+), ([^}]+)\}')
-    rows = [found.groups() for found in row.finditer(text["variables.c"])]
-    listed = [(name, node) for name, _, node in variables_of(root) if node.get("causality") != "independent"]
-    found = [] if [r[0] for r in rows] == [name for name, _ in listed] else ["other variables in variables.c"]
-    for (name, node), (_, kind, boolean, start, _, nominal) in zip(listed, rows, strict=False):
-        numbers = {"start": {"true": "1", "false": "0"}.get(node.get("start"), node.get("start"))}
-        numbers["nominal"] = node.get("nominal")
-        same = all(
-            x is None or float(x) == float(y) for x, y in zip(numbers.values(), (start, nominal), strict=True)
-        )
-        same &= (node.tag == "Boolean") == (boolean == "true")
-        if not same or (node.get("derivative") is not None) != (kind == "RATE"):
-            found.append(f"{name}: {node.attrib}, but {kind}, {boolean}, {start}, {nominal} in variables.c")
+    found = []
     if {n.get("name") for n in root.find("LogCategories")} != set(
         re.findall(r'"(log[A-Z]\w+)"', text["importer.c"])
     ):
@@ -170,20 +157,6 @@ def _against_the_sources(root, files):
     return found + [
         f"sources/{name} is a file of the importer" for name in text if FMI_HEADER.fullmatch(name)
     ]
-
-
-def _other_members(root, files):
-    """Terminals name variables, the documentation shows files that are there."""
-    names = {name for name, *_ in variables_of(root)}
-    terminals = ElementTree.fromstring(files["terminalsAndIcons/terminalsAndIcons.xml"])
-    found = [
-        n.get("variableName")
-        for n in terminals.iter("TerminalMemberVariable")
-        if n.get("variableName") not in names
-    ]
-    shown = re.findall(r'src="([^"]+)"', files["documentation/index.html"].decode())
-    places = [n.removeprefix("../") if n.startswith("../") else f"documentation/{n}" for n in shown]
-    return found + [place for place in places if place not in files]
 
 
 def exports(library: Path, names: list[str]) -> list[str]:

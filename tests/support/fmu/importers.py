@@ -1,4 +1,4 @@
-"""Importers that run the FMUs in tests: how each replays rows of inputs, and the coupling of friction and rotor.
+"""Importers that run the FMUs in tests: how each replays rows of inputs.
 
 A replay sets the inputs of row n, steps, and gives the outputs, one row after the other or all at once; model exchange
 reads them at the instant of the row. What is missing here is skipped: python -m pip install -e '.[importers]', or
@@ -18,7 +18,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from ballscrew_fmu.checks.replay import FmuInstance, kind_of
+from ballscrew_fmu.checks.replay import kind_of
 
 STEP = 2.0**-9  # [s]: all communication points are exact, in seconds and in the nanoseconds of libcosim
 Row = dict[str, Any]
@@ -169,43 +169,6 @@ REPLAYS = (
     Replay("ecos", "fixed-step algorithm", "CS", (2, 3), in_ecos),
     Replay("pathsim_fmi", "co-simulation block", "CS", (2, 3), in_pathsim),
 )
-
-# --- coupling ---
-
-
-class Pair:
-    """Friction FMU and rotor FMU from time 0 in a co-simulation loop of its own; use it in a `with` block.
-
-    Parameters   friction, rotor : start values;  friction_first : sequential master, the rotor steps with the torque of
-                 the same step; else both step with the values of the last communication point
-    """
-
-    def __init__(self, fmus: tuple[Path, Path], friction: Start, rotor: Start, friction_first: bool = False):
-        self.friction = kind_of(fmus[0])(fmus[0], speed=rotor["start_speed"], **friction)
-        self.torque = self.friction.get("friction_torque")
-        self.rotor = FmuInstance(fmus[1], **rotor, friction_torque=self.torque)
-        self._friction_first = friction_first
-
-    def run(self, steps: int, step: float, motor_torque: float) -> np.ndarray:
-        """Friction torque, its power loss, speed and angle of the rotor at the end of each step (steps, 4)."""
-        self.rotor.set(motor_torque=motor_torque)
-        found = np.empty((steps, 4))
-        speed = self.rotor.get("speed")
-        for n in range(steps):
-            assert self.friction.step(step, speed=speed)
-            before, (self.torque, power) = self.torque, self.friction.get("friction_torque", "power_loss")
-            assert self.rotor.step(step, friction_torque=self.torque if self._friction_first else before)
-            speed, angle = self.rotor.get("speed", "angle")
-            found[n] = self.torque, power, speed, angle
-        return found
-
-    def __enter__(self) -> "Pair":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.friction.close()
-        self.rotor.close()
-
 
 # --- comparison ---
 
