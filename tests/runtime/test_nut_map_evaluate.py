@@ -250,16 +250,6 @@ def test_oversize_balls_roll_freely_where_the_axial_load_has_freed_two_flanks(sp
     assert both == pytest.approx((free - 1.0) * shear, rel=1e-3)
 
 
-def test_oversize_balls_change_over_without_a_jump_and_alike_for_arrays():
-    separation = 1700.0 * synthetic_map.separation_ratio(1700.0)[0]
-    loads = np.linspace(0.0, 1.2 * separation, 4001)
-    torque = OVERSIZE.evaluate(1700.0, 47.0, 311.0, loads).sliding_torque
-    assert np.max(np.abs(np.diff(torque))) <= 0.01 * torque.max()
-    points = [OVERSIZE.evaluate(1700.0, 47.0, 311.0, float(load)).sliding_torque for load in loads[::200]]
-    assert np.max(np.abs(torque[::200] / points - 1.0)) <= 1e-10
-    assert OVERSIZE.evaluate(0.0, 47.0, 311.0, 0.0).sliding_torque == 0.0
-
-
 # --- refusals, files, splines ---
 
 

@@ -137,12 +137,11 @@ def test_outputs_are_those_of_the_last_step(version):
     for kind in (CS, ME):  # in initialization mode they follow the inputs
         with NativeInstance(version, kind) as one:
             one.initialize()
-            for speed in (10.0, 20.0):
+            for speed in (10.0, 20.0, 7.0):
                 one.set(speed=speed)
+                if speed == 7.0:  # latched when the mode is left, without a get
+                    one.call("ExitInitializationMode")
                 assert one.get("friction_torque")[0] == pytest.approx(expected_torque(speed=speed), rel=1e-12)
-            one.set(speed=7.0)  # latched when the mode is left, without a get
-            one.call("ExitInitializationMode")
-            assert one.get("friction_torque")[0] == pytest.approx(expected_torque(speed=7.0), rel=1e-12)
 
 
 @both_versions
@@ -189,9 +188,6 @@ def test_time_of_steps(version):
             for time, status in ((1.75, OK), (math.nan, DISCARD)):
                 assert one.call("SetTime", c_double(time)) == status
                 assert one.get(TIME_REFERENCE) == [1.75]
-            assert one.set_raw(one.vr(TIME_REFERENCE), reached) == ERROR
-        with NativeInstance(3).start(start=2.0) as one:
-            assert one.step_to_event(2.0, 0.25) == (False, False, 2.25)
 
 
 # --- values ---
@@ -199,7 +195,7 @@ def test_time_of_steps(version):
 
 @both_versions
 def test_a_bad_value_in_co_simulation_discards_the_step(version):
-    """Outputs and time are those of the last good step; each bad value is named until all are replaced."""
+    """Outputs and time are those of the last good step; the bad value is named until it is replaced."""
     for name in (*INPUTS, *REAL_PARAMETERS):
         with (
             NativeInstance(version).start(speed=3.0, start=1.0) as one,
@@ -222,21 +218,10 @@ def test_a_bad_value_in_co_simulation_discards_the_step(version):
             else:
                 flags = [ctypes.c_bool(True) for _ in range(3)]
                 given = c_double(one.time), c_double(0.5), True, *map(byref, flags), time
-                assert (one.call("DoStep", *given), *(f.value for f in flags)) == (
-                    DISCARD,
-                    False,
-                    False,
-                    False,
-                )
+                assert one.call("DoStep", *given) == DISCARD
+                assert not any(flag.value for flag in flags)
             assert time[0] == one.time
             assert one.go(**{name: good}) == other.go()  # nothing else has changed
-    with NativeInstance(version).start() as one:
-        assert one.set(preload=math.nan, temperature=math.inf, roughness_height=-1.0) == OK
-        for name, good in (("preload", 900.0), ("temperature", 300.0), ("roughness_height", 1e-7)):
-            assert one.step(0.0, 1e-3) == DISCARD
-            assert one.last.startswith(f"{name} = ")
-            assert one.set(**{name: good}) == OK
-        one.go()
 
 
 @both_versions
@@ -261,16 +246,14 @@ def test_a_bad_value_in_model_exchange_is_discarded_and_nothing_is_stored(versio
 @both_kinds
 def test_variables_that_cannot_be_set_or_read_are_refused(version, kind):
     room, one_each = ctypes.create_string_buffer(64), c_size_t(1)
-    real, types = (
-        ("Real", ("Integer", "String")) if version == 2 else ("Float64", ("Float32", "UInt64", "String"))
+    real, *types = (
+        ("Real", "Integer", "String") if version == 2 else ("Float64", "Float32", "UInt64", "String")
     )
     cases = [
         (f"Set{real}", ("speed", name), doubles(5.0, 1.0), "")
         for name in (*OUTPUTS, "in_range", "presliding_deflection_rate", "slip_indicator", 999, 0)
     ]
-    cases += [
-        (f"Get{real}", (reference,), doubles(1.0), f"value reference {reference}") for reference in (999, 0)
-    ]
+    cases += [(f"Get{real}", (number,), doubles(1.0), f"value reference {number}") for number in (999, 0)]
     cases += [(f"{way}{kind_}", ("speed",), room, kind_) for kind_ in types for way in ("Get", "Set")]
     cases += [
         (f"{way}Boolean", (name,), room, "")

@@ -7,7 +7,6 @@ import ctypes
 import math
 from collections.abc import Callable, Sequence
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from fmpy.fmi2 import (
@@ -35,13 +34,6 @@ REALS = tuple(v.name for v in VARIABLES if v.unit is not None)
 OUTPUTS = tuple(v.name for v in VARIABLES if v.causality == "output" and v.unit is not None)
 INPUTS = tuple(v.name for v in VARIABLES if v.causality == "input")
 REAL_PARAMETERS = tuple(v.name for v in VARIABLES if v.causality == "parameter" and v.unit is not None)
-
-
-def compiled(
-    fmi_version: int, model: FmuModel = FRICTION, law: str = FILM_SHEAR, sanitize: bool = False
-) -> Path:
-    """Library of the runtime, in the folder of its map: the closed-form one of this law."""
-    return compiled_model(closed_form(law), model, sanitize)
 
 
 def doubles(*values: float) -> Any:
@@ -81,7 +73,7 @@ class NativeInstance:
         model: FmuModel = FRICTION,
         sanitize: bool = False,
     ) -> None:
-        library = compiled(version, model=model, law=law, sanitize=sanitize)
+        library = compiled_model(closed_form(law), model, sanitize)
         variables = model.native_variables(NUT_MAP.header)
         self.names = {v.name: n for n, v in enumerate(variables, FIRST_REFERENCE)}
         self.output = next(v.name for v in variables if v.causality == "output")
@@ -103,15 +95,7 @@ class NativeInstance:
                 make = self.library.fmi3InstantiateCoSimulation
                 wanted = (c_uint * len(intermediate))(*intermediate)
                 self._update = fmi3IntermediateUpdateCallback(update or 0)
-                more = (
-                    event_mode,
-                    early_return,
-                    wanted,
-                    c_size_t(len(intermediate)),
-                    None,
-                    self._log,
-                    self._update,
-                )
+                more = event_mode, early_return, wanted, c_size_t(len(wanted)), None, self._log, self._update
             elif kind == ME:
                 make, more = self.library.fmi3InstantiateModelExchange, (None, self._log)
             else:

@@ -18,13 +18,14 @@ from native_library import (
     DISCARD,
     ERROR,
     ME,
+    NUT_MAP,
     OK,
     WARNING,
     NativeInstance,
-    compiled,
     counting_functions,
     doubles,
 )
+from native_model import compiled_model
 
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
@@ -133,7 +134,7 @@ def one_life(rng: random.Random, version: int, kind: str, event_mode: bool, mode
 
 def damaged_maps(rng: random.Random) -> None:
     """Files of which some are refused with a message, the others evaluated."""
-    path = compiled(2, sanitize=True)
+    path = compiled_model(NUT_MAP, sanitize=True)
     library = ctypes.CDLL(str(path))
     library.map_from_bytes.restype = c_void_p
     library.model_get.restype = ctypes.c_double
