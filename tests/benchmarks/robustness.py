@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import sys
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from pathlib import Path
@@ -22,12 +23,23 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pandas as pd
-from contact_sample import compile_kernels, point_at, sobol_cube
 from rich.progress import track
+from scipy.stats import qmc
 
-from ballscrew_tehl.contact import ContactResult, SolverOptions, solve, solve_moes
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
+from reference_screw import GD4008
 
-QUANTILES = [0.5, 0.9, 0.99]
+from ballscrew_tehl.contact import ContactResult, SolverOptions, ball_conditions, solve, solve_moes
+from ballscrew_tehl.nut_map.grid import MapGrid, contact_range
+from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.physics.hertz import RACEWAYS
+
+QUANTILES, KINEMATICS, RANGE = (
+    [0.5, 0.9, 0.99],
+    ("published", "rolling_frame"),
+    contact_range(GD4008, MapGrid()),
+)
 
 
 def isothermal(u: np.ndarray) -> tuple[str, ContactResult]:
@@ -38,10 +50,16 @@ def isothermal(u: np.ndarray) -> tuple[str, ContactResult]:
 
 
 def thermal(u: np.ndarray, layers: float) -> tuple[str, ContactResult]:
-    """One point of the unit cube as a contact of the packaged screw."""
-    point, options = point_at(u), SolverOptions()
+    """One point of the unit cube as a contact of the packaged screw; load and speed over their logarithms."""
+    ends = np.array([(RANGE.preloaded, RANGE.load[1]), RANGE.speed])
+    load, speed = (ends[:, 0] * (ends[:, 1] / ends[:, 0]) ** u[:2]).tolist()
+    temperature = float(np.interp(u[2], (0.0, 1.0), RANGE.temperature))
+    raceway, kinematics = RACEWAYS[int(u[3] >= 0.5)], KINEMATICS[int(u[4] >= 0.5)]
+    parameters, options = changed(GD4008, friction={"kinematics": kinematics}), SolverOptions()
     options = replace(options, n_z=2 * round(0.5 * layers * options.n_z))
-    return str(point), solve(point.conditions, point.parameters.lubricant, point.parameters.solid, options)
+    conditions = ball_conditions(parameters, raceway, load, speed, temperature)
+    name = f"{kinematics} {raceway} {load:.4g} N {speed / RPM:.4g} r/min {temperature:.2f} K"
+    return name, solve(conditions, parameters.lubricant, parameters.solid, options)
 
 
 def outcome(number: int, u: np.ndarray, heated: bool, layers: float) -> dict[str, Any]:
@@ -80,9 +98,10 @@ def main() -> None:
     args = parser.parse_args()
     first = 0 if args.case is None else args.case
     count = args.points if args.case is None else args.case + 1
-    points = list(enumerate(sobol_cube(count, args.seed)))[first:]
+    cube = qmc.Sobol(5, seed=args.seed).random_base2(math.ceil(math.log2(max(count, 2))))
+    points = list(enumerate(cube[:count]))[first:]
     rows: list[dict[str, Any]] = []
-    with ProcessPoolExecutor(args.workers, initializer=compile_kernels) as pool:
+    with ProcessPoolExecutor(args.workers, initializer=thermal, initargs=(np.full(5, 0.5), 1.0)) as pool:
         jobs = [pool.submit(outcome, *point, args.thermal, args.layers) for point in points]
         try:
             for job in track(as_completed(jobs), "contacts", len(jobs)):

@@ -33,19 +33,6 @@ def test_fits_against_hand_calculation():
     assert round(found.correlations[f"{NET}, {HEIGHT}"], 2) == 0.98
 
 
-def test_soft_l1_has_no_better_neighbour():
-    def cost(values):
-        return float(np.sum(np.sqrt(1.0 + (BASIS.errors(values) / 0.01) ** 2) - 1.0))
-
-    directions = np.random.default_rng(7).normal(size=(300, 3))
-    for count in (2, 3):
-        values = fit_values(BASIS, count, "soft_l1")
-        for step in (1e-2, 1e-3, 1e-4):
-            assert np.min([cost(values * (1.0 + step * d)) for d in directions]) >= cost(values) * (
-                1.0 - 1e-9
-            )
-
-
 def test_intervals_cover_the_truth():
     truth = np.array([8.0, 0.0045, 0.0])
     inside = 0

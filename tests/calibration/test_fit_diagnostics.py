@@ -8,15 +8,13 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize
 from scipy.stats import f
-from section7 import BASIS, MEASURED, RPM, basis_of
+from section7 import BASIS
 
 from ballscrew_tehl.calibration.diagnostics import (
     SPLIT,
     Rival,
-    condition,
     not_identified,
     point_diagnostics,
-    predicts_better,
     profile_limits,
     sliding_share,
 )
@@ -25,24 +23,6 @@ from ballscrew_tehl.calibration.packaged import intervals, left_out_deviations
 from ballscrew_tehl.friction.sets import FITTED
 
 RATIO, NET, HEIGHT = FITTED
-TRUTH = (7.5, 0.005, 24e-9)
-
-
-def noisy(basis, values, noise, seed):
-    """The basis with torques of the model, relative errors normal."""
-    generator = np.random.default_rng(seed)
-    torques = basis.torque(values) * (1.0 + noise * generator.normal(size=len(basis)))
-    points = tuple(replace(m, torque=float(t)) for m, t in zip(basis.measurements, torques, strict=True))
-    return replace(basis, measurements=points)
-
-
-@pytest.fixture(scope="module")
-def wide():
-    """Twenty points over preload, speed and thin to thick films: enough to identify the parameters."""
-    return basis_of([
-        replace(MEASURED[1], preload=preload, speed=rpm * RPM, tables=())
-        for preload in (1000.0, 2000.0, 4000.0, 6000.0) for rpm in (20.0, 100.0, 400.0, 1200.0, 3000.0)
-    ])  # fmt: skip
 
 
 def identified(basis, count, rivals=(), loss="least_squares"):
@@ -101,19 +81,6 @@ def test_a_point_beyond_either_limit_is_an_outlier():
     for share, found in ((inside, []), (outside, [3, 6])):
         assert replace(points, studentised=share * points.limit, robust=0.0 * share).outliers == found
         assert replace(points, studentised=0.0 * share, robust=6.0 * share).outliers == found
-
-
-def test_wide_and_precise_data_identify_everything(wide):
-    basis = noisy(wide, TRUTH, 0.005, 3)
-    smooth = Rival(
-        "smooth",
-        basis,
-        fit_values(basis, 2, "least_squares"),
-        np.abs(left_out_deviations(basis, 2, "least_squares")),
-    )
-    assert predicts_better(np.abs(left_out_deviations(basis, 3, "least_squares")), smooth.left_out)
-    assert identified(basis, 3, [smooth]) == {}
-    assert condition(basis, fit_values(basis, 3, "least_squares"), 3) < 10.0
 
 
 def test_the_tables_identify_neither_height_nor_split():

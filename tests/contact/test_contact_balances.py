@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 from contact_cases import CIRCLE, LONG, OIL, STEEL, conditions, grid_of, moes, options, solved
-from paths import ROOT
 from scipy.integrate import quad, trapezoid
 
-from ballscrew_tehl.contact import reference_oil, solve_ball
+from ballscrew_tehl.contact import reference_oil
 from ballscrew_tehl.contact.problem import ContactProblem, WarmFilm
-from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.physics import lubricant
 
 GIVEN = {"x_in": -4.0, "x_out": 1.5, "y_max": 1.5}  # a domain that is given has P = 0 on its edges
@@ -105,19 +103,6 @@ def test_balances_of_a_hot_contact(name):
     np.testing.assert_array_equal(solution.temperature[:-1, 0, 1:-1], at.temperature)
 
 
-@pytest.mark.slow
-def test_oil_far_from_the_contact_keeps_its_temperature():
-    """In gaps of hundreds of films lines lie far apart and oil flows across: no slope may heat or cool it."""
-    screw = load_parameters(ROOT / "tests/data/screws/example_20x20.toml")
-    solution = solve_ball(screw, "nut", 20.0, 100.0, 293.15, thermal=True)
-    assert abs(solution.heat_balance.defect) <= 1e-3
-    rise = solution.temperature - solution.conditions.temperature
-    far = solution.film > 100.0 * solution.h_c
-    assert far.sum() >= 100
-    assert rise.max() >= 2.0
-    assert np.max(np.abs(rise[far])) <= 0.5
-
-
 def test_isothermal_traction_is_viscosity_times_shear_rate():
     """One viscosity through the film: mid-film stress eta (u_b - u_a)/h, by the oil's own law."""
     at = conditions(load=3.0, srr=0.1)
@@ -127,18 +112,3 @@ def test_isothermal_traction_is_viscosity_times_shear_rate():
     force = float(np.sum(grid_of(solution).weights * eta / solution.film * slip))
     assert solution.traction_force == pytest.approx(force, rel=1e-4)
     assert solution.sliding_heat == pytest.approx(force * slip, rel=1e-4)
-
-
-def test_rolling_resistance_is_the_dissipation_of_the_pressure_flow():
-    """Green's theorem on the grid, incompressible: flux times pressure drop over all faces, both ways."""
-    solution = moes(1e3, 10.0, LONG, "barus", n_x=129, tolerance=1e-6).result
-    oil = reference_oil("barus")
-    problem = ContactProblem(solution.conditions, oil, STEEL, options(thermal=False), solution.choice)
-    linear = problem.geometry.linearise(solution.state, problem.isothermal_film, problem.film_scale)
-    grid, p = solution.grid, np.maximum(solution.state.p, 0.0)
-    along = (linear.faces.c_x[:, :, 0] * np.diff(p, axis=1) ** 2).sum(axis=1)
-    across = linear.faces.c_y[:, :, 0] * np.diff(p, axis=0) ** 2 * grid.width_x
-    dissipated = along[0] + 2.0 * along[1:].sum() + 2.0 * problem.geometry.kappa_h * across.sum()
-    hertz = solution.hertz
-    dissipated *= grid.h_y * hertz.a * hertz.p_max * problem.scales.h_unit
-    assert abs((solution.rolling_resistance - solution.resistance_beyond) / dissipated - 1.0) <= 2e-3

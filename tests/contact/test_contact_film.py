@@ -218,16 +218,6 @@ def test_sheared_film_warms_by_its_closed_form(u_a, u_b):
             assert channel.walls.q_b[line, at] == pytest.approx(0.5 * heat, rel=1e-9)
 
 
-def test_pressure_flow_heats_by_exactly_its_power():
-    power = 3e5
-    for gradient in (-2e10, 2e10):
-        channel = Channel(gradient=gradient, power=power)
-        for _ in range(8):
-            channel.sweep()
-        heat = (channel.walls.q_a + channel.walls.q_b)[:2, channel.x.size - 2]
-        np.testing.assert_allclose(heat, COOL.viscosity * 1.0**2 / 1e-6 + power, rtol=1e-9)
-
-
 def test_convection_and_conduction_are_of_second_order():
     """T0 + sin(pi z/h) exp(-x/l), l = rho c u h^2/(pi^2 k), in a plug flow that cools down."""
     sizes, errors = np.array([16, 32, 64, 128]), []

@@ -7,9 +7,7 @@ import pytest
 from contact_cases import conditions, solved
 from scipy.integrate import dblquad
 
-from ballscrew_tehl.contact import reference_oil, solve_moes
 from ballscrew_tehl.contact.integrals import pressure_core, resistance_beyond, resistance_of_cells
-from ballscrew_tehl.physics.lubricant import viscosity
 
 
 def test_rolling_resistance_of_a_linear_wedge_is_exact():
@@ -68,21 +66,3 @@ def test_core_of_a_hertz_pressure_is_the_ellipse():
     largest, core = pressure_core(x, np.maximum(pressure, 1e7), area)
     assert largest == pytest.approx(8e8, rel=1e-3)
     assert core == pytest.approx(math.pi, rel=3e-3)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("M", "L"), [(200.0, 20.0), (110.0, 45.0)])
-def test_core_shears_the_film_as_the_whole_contact_does(M, L):
-    """Eyring oil limited at 5 % of the pressure that slips at 3 % of the rolling speed."""
-    solution, oil = solve_moes(M, L, 0.06, "roelands").result, reference_oil("roelands")
-    found, hertz, grid = solution, solution.hertz, solution.grid
-
-    def force(area, pressure, film):
-        rate = 0.03 * solution.conditions.u_e / film
-        eta = viscosity(oil, pressure, np.full(pressure.shape, solution.conditions.temperature))
-        return float(np.sum(area * np.minimum(5e6 * np.arcsinh(eta * rate / 5e6), 0.05 * pressure)))
-
-    whole = force(grid.weights * float(hertz.a * hertz.b), np.maximum(solution.pressure, 0.0), solution.film)
-    rings = (np.arange(400) + 0.5) / 400
-    core = force(found.core_area / 400, found.core_pressure * np.sqrt(1.0 - rings), solution.h_c)
-    assert core == pytest.approx(whole, rel=0.06)

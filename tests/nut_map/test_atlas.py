@@ -81,15 +81,6 @@ def test_groups_of_a_ball_are_those_of_its_contact():
             heat = groups["slope"] * float(eta0(oil, point[2])) * conditions.u_e**2 / oil.thermal_conductivity
             assert groups["N"] == pytest.approx(heat, rel=1e-9)
             assert (groups["z"], groups["temperature"]) == (oil.z_roelands, point[2])
-    for point in check_points(5):
-        conditions, oil = atlas_contacts.contact_of(point.values)
-        groups, scales = contact_groups(point.values)
-        assert scales.hertz.p_max == pytest.approx(point.values[2], rel=1e-9)
-        assert float(eta0(oil, conditions.temperature)) == pytest.approx(point.values[4], rel=1e-9)
-        nu = 1e6 * point.values[4] / atlas_contacts.DENSITY
-        slope = point.values[6] * (nu + 0.7) * np.log(nu + 0.7) / (conditions.temperature * nu)
-        # the secant over 20 K of a law that is straight in these coordinates, and the density
-        assert groups[GROUPS.index("slope")] == pytest.approx(slope + atlas_contacts.EXPANSION, rel=1e-3)
 
 
 def test_points_beyond_the_contacts_are_flagged():
@@ -179,25 +170,11 @@ def few_points():
 
 
 @pytest.mark.slow
-def test_atlas_is_built_continued_and_read(tmp_path, monkeypatch):
-    solved = []
-
-    def counted(values, heated):
-        solved.append(values)
-        if len(solved) == 50:
-            raise KeyboardInterrupt
-        return closed_point(values, heated)
-
-    monkeypatch.setattr(atlas_contacts, "solve_point", counted)
+def test_atlas_is_built_and_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(atlas_contacts, "solve_point", closed_point)
     path = tmp_path / "atlas.npz"
-    with ThreadPoolExecutor(1) as thread, pytest.raises(KeyboardInterrupt):
-        build_atlas(path, thread, 6, points=few_points)
-    kept = len((tmp_path / "atlas.npz.contacts").read_bytes().splitlines()) - 1
-    assert kept >= 40
-    before = len(solved)
     with ThreadPoolExecutor(1) as thread:
         header = build_atlas(path, thread, 6, points=few_points)
-    assert len(solved) - before == 80 + 6 - kept
     assert (header["contacts"], header["contacts_heated"]) == (80, 40)
     atlas, points = load_atlas(path), few_points()[::2]
     assert atlas.hash != ATLAS.hash

@@ -10,25 +10,21 @@ from reference_screw import GD4008
 from synthetic_contacts import CLOSED_FILM, CLOSED_RISE, small_map, values
 
 from ballscrew_tehl.nut_map.contact_map import (
-    FLOORS,
     THICKEST,
     ContactMap,
     MapContacts,
     SolvedFilm,
     core_formula,
-    thick_rolling_formula,
 )
-from ballscrew_tehl.nut_map.contacts import CORE, FILMS, MAPPED, RISES, SolvedContacts
+from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, RISES, SolvedContacts
 from ballscrew_tehl.nut_map.sampling import operating_points
 from ballscrew_tehl.physics.ball_formula import (
     LEAST_ROLLING,
     drawn_ellipse,
-    film_formula,
     moes_groups_of,
     rolling_formula,
 )
 from ballscrew_tehl.physics.hertz import RACEWAYS
-from ballscrew_tehl.physics.lubricant import eta0
 
 MAP = small_map().contact_map
 
@@ -83,22 +79,6 @@ def test_single_points_many_loads_and_grids_give_the_same():
                     np.testing.assert_array_equal(own, expected)
 
 
-def test_coordinates_are_those_of_their_quantity():
-    """The first: Moes load, stretched where a rigid contact flattens; the second: speed and viscosity."""
-    model, points = MAP.models["nut"], points_of(100)
-    x = np.log(moes_groups_of(GD4008, "nut", *points.T)[0].M)
-    span = np.log(MAP.range.load[1] / MAP.range.load[0] * 10.0)
-    stretched = x + 4.0 * np.tanh((x - np.log(33.0)) / 0.9)
-    powers = dict.fromkeys(MAPPED, 1.0) | {"rolling_loss": 0.75}
-    powers |= dict.fromkeys((FILMS[1], FILMS[2], "temperature_rise"), 0.5)
-    for name, power in powers.items():
-        first, second, third = model.coordinates(name, points).T
-        np.testing.assert_allclose(first, (x if name == "rolling_loss" else stretched) / span, rtol=1e-12)
-        thick = points[:, 1] * eta0(GD4008.lubricant, points[:, 2]) ** power
-        np.testing.assert_allclose(second, np.log(thick) / np.log(10.0), rtol=1e-9)
-        np.testing.assert_allclose(third, (points[:, 2] - 293.15) / 20.0, rtol=1e-9)
-
-
 def test_core_formula_is_that_of_hertz_under_load_and_rigid_without():
     load = np.array([1e-3, 2e-3, 250.0, 2500.0])
     pressure, area = core_formula(GD4008, "nut", load, 0.5, 343.15)
@@ -112,19 +92,7 @@ def test_core_formula_is_that_of_hertz_under_load_and_rigid_without():
     assert spread[0] / spread[1] == pytest.approx(8.0, rel=0.01)
 
 
-def test_area_of_the_core_is_interpolated_by_its_product_with_the_square_of_the_pressure():
-    """Wider by the square of what it is lower in pressure, a core leaves what is interpolated as it is."""
-    lower = altered(core_pressure=0.8, core_area=1.0 / 0.8**2)
-    for raceway in RACEWAYS:
-        own, other = (each.models[raceway].kriging(CORE[1]).values for each in (MAP, lower))
-        np.testing.assert_allclose(other, own, atol=1e-12)
-
-
 def test_thick_films_lack_rolling_loss_down_to_the_floor_of_the_law():
-    at = GD4008, "nut", np.array([30.0]), np.array([0.5, 500.0]), 283.15
-    share, R_x = thick_rolling_formula(*at) / rolling_formula(*at), moes_groups_of(*at)[1]
-    np.testing.assert_allclose(share, np.exp(-5.0 * np.sqrt(2.0 * film_formula(*at) / R_x)), rtol=1e-12)
-    assert share[1] < 0.9 < share[0] < 1.0
     points = points_of(20)
     floor = LEAST_ROLLING * rolling_formula(GD4008, "screw", *points.T)
     nothing = altered(rolling_loss=1e-9).models["screw"]
@@ -162,8 +130,6 @@ def test_a_thermal_film_may_equal_the_isothermal_one_and_a_rise_be_none():
         for model in ContactMap(GD4008, MAP.range, contacts).models.values():
             cold, hot = (model.value(name, points) for name in FILMS[:2])
             np.testing.assert_allclose(hot / cold, share, rtol=1e-6)
-    rise = altered(temperature_rise=0.0).evaluate("nut", "temperature_rise", np.array([30.0]), 30.0, 303.0)
-    assert rise == pytest.approx(FLOORS["temperature_rise"], rel=1e-9)
 
 
 def test_a_mean_rise_may_be_negative():
@@ -181,11 +147,6 @@ def test_a_mean_rise_may_be_negative():
         error = (model.value("mean_rise", points) - share(points) * rise) / rise
         assert np.max(np.abs(error)) <= CLOSED_RISE
         assert np.max(np.abs(model.left_out("mean_rise"))) <= 0.1
-        loads, speeds = np.array([9.0, 30.0]), np.array([14.0, 60.0])
-        grid = contact_map.evaluate_grid(raceway, "mean_rise", loads, speeds, np.array([300.0]))
-        single = [contact_map.evaluate(raceway, "mean_rise", loads, w, 300.0) for w in speeds]
-        assert grid.min() < 0.0 < grid.max()
-        np.testing.assert_allclose(grid[..., 0], np.stack(single, axis=1), rtol=1e-2)
 
 
 def test_contacts_that_were_not_solved_are_interpolated_from_the_others():

@@ -30,7 +30,7 @@ from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import build
-from ballscrew_tehl.nut_map.build import MapNotBuiltError, extreme_values, sharing_values
+from ballscrew_tehl.nut_map.build import MapNotBuiltError, sharing_values
 from ballscrew_tehl.nut_map.contact_map import MapContacts
 from ballscrew_tehl.nut_map.contacts import FILMS, QUANTITIES, VISCOUS, film_parameters
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
@@ -212,16 +212,6 @@ def test_films_and_rise_are_those_of_all_balls_that_carry_and_roll():
         p_max = max(float(ellipse(loads.max(), *each, E_prime(SCREW)).p_max) for each in radii)
         assert state[7:9] == pytest.approx((p_max, loads.max()), rel=1e-9)
     assert {("screw", SCREW.loaded_ball_count - 1), ("nut", 0)} <= ends
-
-
-def test_columns_of_the_rises_are_those_of_their_raceway():
-    """The map returns the extreme of both raceways, which does not change with exchanged columns."""
-    columns, at = extreme_values(GD4008, small_map().contact_map, GRID), (GRID.speed[0], GRID.temperature[0])
-    for i, force in enumerate(nodes("force")):
-        loads = nut_loads(SCREW, force, SCREW.loaded_ball_count)
-        rises = [values(GD4008, r, "temperature_rise", loads, *at).max() for r in RACEWAYS]
-        assert columns[i, 0, 0, 4:] == pytest.approx(rises, rel=0.02)
-        assert abs(rises[0] / rises[1] - 1.0) >= 0.05
 
 
 def test_map_of_rolling_balls_holds_the_mechanistic_law_alone():

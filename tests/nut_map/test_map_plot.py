@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from command_line import run
 from reference_screw import GD4008
-from synthetic_contacts import FEW, GRID, LAW, closed_build, closed_contact, small_map
+from synthetic_contacts import GRID, small_map
 
-from ballscrew_tehl.nut_map import build, certificate
+from ballscrew_tehl.nut_map import certificate
 from ballscrew_tehl.nut_map.certificate import Deviation, deviation_from_direct
 from ballscrew_tehl.nut_map.file import load_contact_map, load_map, save_map
-from ballscrew_tehl.nut_map.plot import ERROR_SPAN, ERRORS, caption, map_figure, map_picture
+from ballscrew_tehl.nut_map.plot import ERROR_SPAN, ERRORS, map_figure, map_picture
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.runtime.packed import POINT
@@ -80,34 +80,6 @@ def test_lines_are_the_values_of_the_map_and_points_those_of_the_certificate(pat
             assert (np.diff(points.get_sizes()[np.argsort(shown)]) >= 0.0).all()
     with pytest.raises(ValueError, match="error = 'pressure'; allowed: torque, film, temperature_rise"):
         map_figure(picture, "pressure")
-
-
-@pytest.mark.slow
-def test_samples_are_marked_as_asymptotic_or_not_solved(tmp_path, monkeypatch):
-    monkeypatch.setattr(build, "UNCERTAIN", np.inf)
-
-    def solve(parameters, raceway, load, speed, temperature):
-        found = closed_contact(parameters, raceway, load, speed, temperature) | {"asymptotic": 0.0}
-        if raceway == "nut" and load > 100.0:
-            found = dict.fromkeys(found, np.nan) if speed < 20.0 else found | {"asymptotic": 1.0}
-        return found
-
-    save_map(tmp_path / "x.nc", closed_build(LAW, FEW, solve=solve), {})
-    picture = picture_of(tmp_path / "x.nc", LAW)
-    figure = map_figure(picture)
-    load, speed, _ = picture.contact_map.contacts["nut"].points.T
-    heavy, slow = load > 100.0, speed < 20.0
-    masks = ~(heavy & slow), heavy & ~slow, heavy & slow
-    for (x, y), mask in zip(lines(figure, "nut"), masks, strict=True):
-        assert mask.sum() >= 2
-        np.testing.assert_allclose([x * RPM, y], [speed[mask], load[mask]])
-    assert len(lines(figure, "screw")) == 1
-    text, lost = caption(picture).replace("\n", " "), int(masks[2].sum())
-    assert f"{FEW.contact_first - lost} on the nut raceway" in text
-    assert f"; {lost} not solved." in text
-    # without a certificate no points
-    assert "The map has no certificate." in text
-    assert "<colorbar>" not in [axes.get_label() for axes in figure.axes]
 
 
 @pytest.mark.slow

@@ -9,18 +9,15 @@ import pytest
 from reference_screw import GD4008
 from synthetic_contacts import GRID, small_map
 
-from ballscrew_tehl.friction.mechanistic import ball_ball_coefficient, supply_factor
 from ballscrew_tehl.nut_map import grid as limits
 from ballscrew_tehl.nut_map import sampling
 from ballscrew_tehl.nut_map.contact_map import ContactModel
 from ballscrew_tehl.nut_map.contacts import (
-    FILM_FLOOR,
     FILMS,
     QUANTITIES,
     ContactRange,
     SolvedContacts,
     film_parameters,
-    film_weight,
 )
 from ballscrew_tehl.nut_map.grid import MapGrid, contact_range, force_at_pressure, map_grid, narrowed
 from ballscrew_tehl.nut_map.sampling import LIGHT, MIN_FILM, left_out_errors, next_points, operating_points
@@ -28,7 +25,6 @@ from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.ball_formula import film_formula
 from ballscrew_tehl.physics.hertz import RACEWAYS
-from ballscrew_tehl.physics.kinematics import entrainment_speed
 from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.physics.lubricant import eta0
 from ballscrew_tehl.physics.rating import ball_pressure
@@ -74,11 +70,6 @@ def test_range_follows_from_pressure_diameter_and_oil():
         assert 0.95 * preloaded < range_.preloaded < preloaded
     for name in ("force", "speed", "temperature", "preload"):
         assert getattr(map_grid(GD4008), name) == pytest.approx(getattr(MapGrid(), name), rel=1e-12)
-    given = map_grid(GD4008, (300.0, 3000.0), (1.0, 20.0), (300.0, 320.0), GRID)
-    assert (given.preload[:2], given.force[:2]) == ((300.0, 3000.0), (3.0, 3000.0))
-    assert (given.speed[:2], given.temperature[:2]) == ((1.0, 20.0), (300.0, 320.0))
-    # an axial load relieves one nut, of the lowest preload too
-    assert map_grid(GD4008, (5.0, 3000.0)).force[0] == 0.5
 
 
 def test_temperatures_end_where_the_oil_is_too_thick_or_too_thin():
@@ -129,8 +120,6 @@ def test_range_is_cut_past_every_contact_at_the_end_that_leaves_most_of_it():
         same = {other for other in ("preload", "speed", "temperature") if other != name}
         assert all(getattr(found, other) == getattr(WHOLE, other) for other in same)
         assert (after[1 - end], found.force[1]) == (before[1 - end], found.preload[1])
-    many = np.array([contact_at(force, 12.0 + force / 4000.0, 303.0) for force in (500.0, 4000.0, 9000.0)])
-    assert many[:, 1].max() < narrowed(GD4008, WHOLE, many)[0].speed[0] < 1.3 * many[:, 1].max()
     ends = [contact_at(*(getattr(WHOLE, n)[k] for n in ("force", "speed", "temperature"))) for k in (0, 1)]
     with pytest.raises(ArithmeticError, match="lie throughout the range: give a narrower one"):
         narrowed(GD4008, WHOLE, np.array(ends))
@@ -170,18 +159,6 @@ def test_no_contact_of_a_film_below_the_limit_is_solved():
         solved |= {name: 0.8**k * film_formula(GD4008, raceway, *points.T) for k, name in enumerate(FILMS)}
         model = ContactModel(GD4008, raceway, slow, SolvedContacts(points, solved))
         assert np.min(film_formula(GD4008, raceway, *next_points(model, 400, 0).T)) >= MIN_FILM
-
-
-def test_weights_are_the_part_in_the_friction():
-    load = np.array([10.0, 200.0, 1.25, 1.25, 200.0])
-    film = FILM_FLOOR * np.array([1.0, 5.0, 3.0, 0.5, 0.25])
-    np.testing.assert_allclose(film_weight(WIDE, load, film), [1.0, 1.0, 0.25, 0.125, 0.25], rtol=1e-12)
-    # the loss of both raceways over that and what the balls push each other with, 2 mu_b Lambda kappa Q u_e
-    points = np.array([[200.0, 50.0, 303.0], [1.25, 50.0, 303.0], [200.0, 50.0, 303.0]])
-    neighbours = ball_ball_coefficient(GD4008.friction) * points[:, 0] * entrainment_speed(GD4008.screw, 50.0)
-    loss = neighbours * np.array([1.0, 1.0, 0.0]) / (2.0 * float(supply_factor(GD4008, 50.0, 303.0)))
-    weights = sampling.rolling_weight(GD4008, WIDE, points, loss)
-    np.testing.assert_allclose(weights, [0.5, 0.125, 0.0], rtol=1e-12)
 
 
 def test_next_points_are_where_what_counts_is_uncertain():

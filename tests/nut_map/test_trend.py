@@ -42,8 +42,6 @@ def test_trends_of_a_power_law():
         for speed, temperature in ((29.0, 310.0), (1001.0, 310.0), (100.0, 351.0), (100.0, 279.0)):
             assert unphysical_trend(law, 1000.0, speed, temperature).text == ""
         assert unphysical_trend(PowerLaw(a, b, MECHANISTIC), 1000.0, 100.0, 310.0).text == ""
-        many = unphysical_trend(law, np.array([[500.0], [2000.0]]), np.array([29.0, 31.0, 900.0]), 310.0)
-        assert many.unphysical.tolist() == [[False, bool(text), bool(text)]] * 2
 
 
 def test_trends_by_the_supply_of_oil():
@@ -68,8 +66,6 @@ def test_trends_by_the_supply_of_oil():
         law = PowerLaw(a, b, MECHANISTIC)
         found = unphysical_trend(law, 1000.0, 100.0, 310.0, 0.0, supply).text
         assert found == (f"{text} of oil decides" if text else "")
-        many = unphysical_trend(law, 1000.0, np.array([29.0, 100.0]), 310.0, 0.0, supply)
-        assert many.unphysical.tolist() == [False, bool(text)]
 
 
 def test_films_that_are_none_and_nearly_free_flanks_are_named():

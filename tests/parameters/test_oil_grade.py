@@ -88,10 +88,6 @@ def test_given_values_take_precedence():
         assert getattr(oil, name) == value
     assert oil.viscosity == pytest.approx(46e-6 * 900.0, rel=1e-12)
     assert pressure_viscosity(oil, 313.15) == pytest.approx(2e-8, rel=1e-12)
-    cooler = LubricantParameters(name="mine", iso_vg=46, viscosity_index=100, reference_temperature=293.15)
-    as_such = graded_oil(46, 100.0)
-    assert cooler.viscosity == pytest.approx(eta0(as_such, 293.15), rel=1e-3)
-    assert cooler.z_roelands == pytest.approx(as_such.z_roelands, rel=1e-12)
 
 
 REFUSED = """

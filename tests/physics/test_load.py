@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_screw import GD4008
 
-from ballscrew_tehl.physics.ball_chain import ball_pitch
 from ballscrew_tehl.physics.ball_law import (
     contact_angle_at_ball_load,
     contact_compliance,
@@ -50,28 +49,6 @@ def test_distribution_under_preload():
         assert extremes(Q) == pytest.approx((most, least), abs=0.5e-4)
         # heaviest next to the spacer, falling steadily to the outer ball
         assert np.all(np.diff(Q) > 0.0)
-
-
-def marched(Q_first, force, end_slope, count):
-    """The recurrence ball by ball from the outer one: loads and their axial sum."""
-    dz, modulus = ball_pitch(SCREW, count), SCREW.youngs_modulus
-    c = contact_compliance(SCREW, BETA)
-    d, screw_force, nut_force, Q = c * Q_first ** (2 / 3) / SB, 0.0, end_slope, []
-    for _ in range(count):
-        Q.append((SB * max(d, 0.0) / c) ** 1.5)
-        screw_force += SB * Q[-1]
-        nut_force -= SB * Q[-1]
-        d += dz * (
-            screw_force / (modulus * SCREW.screw_section_area)
-            - nut_force / (modulus * SCREW.nut_section_area)
-        )
-    return np.array(Q)
-
-
-def test_the_solved_chain_obeys_the_recurrence():
-    for nut_tension in [0.0, 6000.0]:
-        Q = nut_loads(SCREW, 6000.0, 86, BETA, outer_nut_force=nut_tension)
-        assert marched(Q[0], 6000.0, nut_tension, 86) == pytest.approx(Q, rel=1e-8)
 
 
 def test_the_relieved_nut_separates_at_the_separation_load():

@@ -59,14 +59,6 @@ def test_slopes_by_temperature_and_pressure_are_the_derivatives(law):
             assert pressure_viscosity(other, T) == pytest.approx(by_difference, rel=1e-4)
 
 
-def test_roelands_of_the_model():
-    lub = oil("section_2_3")
-    p, T = 1.0e9, 320.0
-    level = math.log(eta0(lub, T)) + 9.67
-    expected = eta0(lub, T) * math.exp(level * ((1 + 5.1e-9 * p) ** 0.58 - 1))
-    assert viscosity(lub, p, T) == pytest.approx(expected, rel=1e-12)
-
-
 def test_dowson_higginson_both_printed_forms():
     p = np.array([0.0, 1e7, 1e9, 4e9])
     # the two forms in use are rounded differently: 0.9 % apart at 4 GPa
