@@ -1,4 +1,4 @@
-"""Fits, losses, intervals, leave-one-out: hand-checked numbers, synthetic data, refusals."""
+"""Fits, intervals, leave-one-out: hand-checked numbers, synthetic data, refusals."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Profile limits, outliers, parameters not identified: against brute force, known cases, repeated noise."""
+"""Profile limits, outliers, parameters not identified: against brute force and known cases."""
 
 import math
 from dataclasses import replace

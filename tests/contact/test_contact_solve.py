@@ -9,16 +9,19 @@ import numpy as np
 import pytest
 import threadpoolctl
 from contact_cases import LONG, OIL, STEEL, conditions, moes, options, solved
+from reference_screw import GD4008
 
 from ballscrew_tehl import compiled
 from ballscrew_tehl.contact import (
     ContactConditions,
     SolverOptions,
+    ball_conditions,
     one_thread,
     solve,
     solve_moes,
     solver,
 )
+from ballscrew_tehl.contact.continuation import thermal_reduction_continued
 from ballscrew_tehl.physics.film import nijenbanning_venner_moes
 
 COARSE = options()
@@ -123,7 +126,7 @@ def test_asymptotic_branch_continues_the_resolved_one():
 
 @pytest.mark.slow
 def test_contacts_that_once_failed_are_solved():
-    """A film thicker than the flattening: the load follows from the approach; one that no grid solves."""
+    """A film thicker than the flattening: the load follows from the approach."""
     result = solve_moes(0.05, 32.85, 0.03017, "barus", SolverOptions(thermal=False, n_x=97)).result
     assert result.converged, result.reason
     assert (result.branch, result.x.size) == ("resolved", 97)
@@ -147,6 +150,25 @@ def test_a_cold_start_that_fails_is_continued_from_lower_speeds(monkeypatch):
     # both within ten times the tolerance of a solve
     assert found.grid_film == pytest.approx(expected.grid_film, rel=20.0 * options().tolerance)
     assert found.traction_force == pytest.approx(expected.traction_force, rel=0.01)
+
+
+@pytest.mark.slow
+def test_extrapolated_thermal_reduction_lies_near_the_solved_one():
+    """Continuation that ends at 50 % of the load, where the solution is known; forces and heat go with the film."""
+    at = ball_conditions(GD4008, "nut", 124.3, 2.0, 283.15)
+
+    def solved_at(c, thermal=True):
+        return solve(c, GD4008.lubricant, GD4008.solid, SolverOptions(n_x=97, thermal=thermal))
+
+    known, half = solved_at(at), solved_at(replace(at, load=0.5 * at.load))
+    failed = replace(known, converged=False)
+    found = thermal_reduction_continued(failed, [half], lambda c: solved_at(c, thermal=False), solved_at)
+    assert (found.converged, found.branch, found.conditions) == (True, "asymptotic", at)
+    assert found.reason == "thermal reduction continued from 62.15 N"
+    for name in ("h_c", "temperature_rise", "traction_force", "sliding_heat", "rolling_loss", "shear_heat"):
+        assert getattr(found, name) == pytest.approx(getattr(known, name), rel=0.13), name
+    rises = [s.mean_temperature - at.temperature for s in (found, known)]
+    assert rises[0] == pytest.approx(rises[1], rel=0.13)
 
 
 # --- compiled code and threads ---------------------------------------------------------------------------------------

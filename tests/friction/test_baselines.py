@@ -1,4 +1,4 @@
-"""NSK and Zhou against their stated slopes and the printed torques; mean deviations of all published models."""
+"""The law of Jungnickel against a hand calculation; validate tests those of Zhou and NSK."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The journal of solved contacts after interrupts, kills and a full disk; the processes of a build."""
+"""The journal of solved contacts after interrupts, kills and damage."""
 
 import math
 import subprocess

@@ -1,13 +1,10 @@
 """An oil by its grade: the standard's own examples, inverses, limits, bad input, the command."""
 
 import itertools
-import math
 
 import numpy as np
 import pytest
 from command_line import run
-from hypothesis import given
-from hypothesis import strategies as st
 
 from ballscrew_tehl.parameters import mineral_oil as oil_grade
 from ballscrew_tehl.parameters.file import graded_oil
@@ -31,12 +28,6 @@ def test_examples_of_astm_d2270():
         index = viscosity_index(1e-6 * U, 1e-6 * Y)
         assert round(index) == round(stated)
         assert index == pytest.approx(stated, abs=0.31)  # L and H by its equations instead of its table
-
-
-@given(nu=st.floats(6e-6, 3e-3), vgc=st.floats(0.78, 0.95))
-def test_density_has_its_viscosity_gravity_constant(nu, vgc):
-    G, lg = 1e-3 * density_15c(nu, vgc), math.log10(1e6 * nu - 5.5)
-    assert (G - 0.0664 - 0.1154 * lg) / (0.94 - 0.109 * lg) == pytest.approx(vgc, rel=1e-12)
 
 
 def test_density_falls_by_its_slope():

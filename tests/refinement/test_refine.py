@@ -221,6 +221,11 @@ def test_a_failed_contact_keeps_the_map_and_is_not_solved_again(wrong, monkeypat
         assert len(tried) == count
     assert len(refinement) == 0
     assert "not solved, uncorrected map used: contact not solved: any" in caplog.text
+    # nor does one whose film is no number
+    monkeypatch.setattr(direct, "solve_ball", lambda *at, **_: closed_ball(*at[:4], math.nan, True))
+    refinement = Refinement(wrong)
+    assert refinement.evaluate(*POINT) == wrong.evaluate(*POINT)
+    assert all(solve.failure for solve in refinement.solves)
 
 
 def test_what_cannot_be_refined_is_refused(wrong):

@@ -118,17 +118,16 @@ def partly_failed_contact(parameters, raceway, load, speed, temperature):
 
 
 def closed_build(
-    parameters=GD4008, grid=GRID, progress=None, solve=closed_contact, executor=None, workers=None, journal=None
+    parameters=GD4008, grid=GRID, progress=None, solve=closed_contact, executor=None, journal=None
 ) -> BuiltMap:  # fmt: skip
-    """build_map with closed contacts, in one thread unless an executor or a number of workers is given.
+    """build_map with closed contacts, in one thread unless an executor is given.
 
     journal: path of the file of contacts
     """
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as thread, ExitStack() as stack:
         patch.setattr(build, "_solve_contact", solve)
         record = None if journal is None else stack.enter_context(map_journal(journal, parameters))
-        own = None if workers is not None else executor or thread
-        return build_map(parameters, workers, progress, grid, own, record)
+        return build_map(parameters, None, progress, grid, executor or thread, record)
 
 
 @cache
