@@ -125,7 +125,7 @@ def shown(notebook):
         [kind for kind, _ in groupby((o.output_type, sorted(o.get("data", {}))) for o in cell.outputs)]
         for cell in cells
     ]
-    return kinds, "\n".join(o.get("text", "") for cell in cells for o in cell.outputs)
+    return kinds, "\n".join("".join(o.get("text", "") for o in cell.outputs) for cell in cells)
 
 
 def close(stored: str, new: str) -> bool:

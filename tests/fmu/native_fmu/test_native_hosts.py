@@ -16,7 +16,7 @@ from native_host import c_host
 from native_library import NativeInstance
 from native_model import FLAGS, compiled_model, compiler
 from native_walk import sealed_map
-from paths import FMU_SUPPORT, SUPPORT
+from paths import FMU_SUPPORT, ROOT, SUPPORT
 from synthetic_map import closed_form, make_map
 
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
@@ -54,6 +54,20 @@ def test_random_calls_under_sanitizers():
         "PYTHONPATH": os.pathsep.join(map(str, (FMU_SUPPORT, SUPPORT))),
     }
     assert int(run(sys.executable, FMU_SUPPORT / "native_walk.py", 5, env=environment)) > 5_000
+
+
+def test_memory_is_taken_for_maps_and_by_the_allocator_of_the_importer_alone():
+    """No step can allocate: instances, saved states and paths are what `allocate` serves, in three functions."""
+    native = ROOT / "fmu_src/ballscrew_fmu/native"
+    taken = {
+        (path.relative_to(native).as_posix(), *re.findall(r"\b(\w*alloc\w*|strn?dup)\(", path.read_text()))
+        for folder in ("core", "models", "runtime")
+        for path in (native / folder).rglob("*.[ch]")
+    }
+    once = {(f"runtime/{name}.c", "allocate") for name in ("saved_state", "resources", "instance")}
+    assert {names for names in taken if len(names) > 1} == once | {
+        ("core/map.c", "calloc", "calloc", "malloc")
+    }
 
 
 LOCKS = {  # of lock.h; on which the sanitizer must find a race
