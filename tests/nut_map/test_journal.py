@@ -1,14 +1,17 @@
-"""The journal of solved contacts after interrupts, kills and damage."""
+"""The journal of solved contacts after interrupts, kills and a full disk; the processes of a build."""
 
 import math
+import os
 import subprocess
 import sys
+import time
 
 import pytest
 from paths import SUPPORT
 from synthetic_contacts import FEW, LAW, closed_build, closed_contact, same_map
 
 from ballscrew_tehl.nut_map.journal import JOURNAL_FORMAT, Journal
+from ballscrew_tehl.nut_map.workers import worker_pool
 
 CONTACT = {"film": math.pi / 3.0, "rise": 1e-300}
 LOST = dict.fromkeys(CONTACT, math.nan)
@@ -81,6 +84,28 @@ def test_file_of_another_identity_is_refused_unchanged(tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["x.contacts"]
 
 
+def test_full_disk_is_an_error_that_names_the_file_and_keeps_what_is_written(tmp_path):
+    """The limit of the size of a file stands for a full disk: in both a write ends in the middle of a line."""
+    resource = pytest.importorskip("resource")
+    path, before = tmp_path / "x.contacts", resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def add_on_full_disk(size):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+        try:
+            with pytest.raises(OSError, match=r"x\.contacts"):
+                filled(path, "b")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+    for size in (0, 20):
+        add_on_full_disk(size)
+        assert list(tmp_path.iterdir()) == []
+    filled(path, "a")
+    add_on_full_disk(path.stat().st_size + 20)
+    assert not path.read_bytes().endswith(b"\n")
+    assert filled(path) == ["a"]
+
+
 @pytest.mark.slow
 def test_killed_build_loses_no_finished_contact_and_continues(tmp_path):
     """The map is that of a build in one go; contacts of the journal are not solved again."""
@@ -109,3 +134,37 @@ closed_build(LAW, FEW, slow, journal=Path({str(journal)!r}))
     whole = closed_build(LAW, FEW)
     same_map(closed_build(LAW, FEW, solve=counted, journal=journal), whole)
     assert 2 * (len(solved) + done) == whole.header["contacts"]
+
+
+@pytest.mark.slow
+def test_workers_have_one_thread_each_and_stop_with_a_killed_build():
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in names}
+    with worker_pool(1) as pool:
+        assert list(pool.map(os.getenv, names)) == ["1", "1", "1"]
+    assert {name: os.environ.get(name) for name in names} == before
+    script = """
+import os, time
+from ballscrew_tehl.nut_map.workers import worker_pool
+if __name__ == "__main__":
+    with worker_pool(1) as pool:
+        print(pool.submit(os.getpid).result(), flush=True)
+        pool.submit(time.sleep, 60).result()
+"""
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as process:
+        worker = int(process.stdout.readline())
+        process.kill()
+
+    def running() -> bool:
+        try:
+            with open(f"/proc/{worker}/stat") as status:
+                # a stopped worker stays a zombie until the new parent process reaps it
+                return status.read().split()[2] != "Z"
+        except OSError:
+            return False
+
+    for _ in range(100):
+        if not running():
+            return
+        time.sleep(0.1)
+    pytest.fail("the worker is still running")
