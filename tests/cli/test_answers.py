@@ -166,6 +166,9 @@ def test_screw_agrees_with_itself_the_loads_and_torque(capsys):
     both = sum(life ** (-10.0 / 9.0) for life in ratings) ** -0.9  # ISO 3408-5
     assert found["life_turns"] == pytest.approx(both, rel=1e-9)
     assert found["life_hours"] == pytest.approx(found["life_turns"] / 60e3, rel=1e-12)
+    pulled, _ = answer(capsys, "screw", "--preload-n", "2000", "--axial-load-n", "-1500")
+    largest = max(pulled["nut_force_a_n"], pulled["nut_force_b_n"])
+    assert pulled["static_safety"] == pytest.approx(pulled["static_load_rating_n"] / largest, rel=1e-12)
     near, _ = answer(capsys, "screw", "--preload-n", "2000", "--axial-load-n", "1501")
     slope = 1.0 / (near["axial_deflection_m"] - found["axial_deflection_m"])
     assert slope == pytest.approx(found["axial_stiffness_n_per_m"], rel=1e-3)

@@ -157,6 +157,7 @@ POINTS = (
     ("preload,speed_rpm\n1,2\n", "is preload_n meant?"),
     ("preload_n,speed_rpm,axial_load\n1,2,3\n", "column axial_load; allowed: preload_n"),
     ("preload_n,speed_rpm,preload_n\n1,2,3\n", "columns given twice: preload_n"),
+    ("preload [kN],preload_n,speed_rpm\n2,100,3\n", "columns given twice: preload_n, also as preload_n"),
     ("preload_n;speed_rpm;temperature_c\n1.500;2,5;3\n", "no point (thousands or decimal?)"),
     ("moes,radius_ratio,lore\n20 5,1,barus\n", "row 1: lore: unknown"),
 )

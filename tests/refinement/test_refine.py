@@ -197,7 +197,7 @@ def test_the_store_interpolates_its_points_and_gives_nothing_far_away():
     assert 0.0 < near.deviation < far.deviation < 0.03
     assert near.distance < 0.31 < 38.0 < far.distance
     with pytest.raises(ValueError, match="needs finite"):
-        store.insert(np.zeros(3), np.full(5, math.nan))
+        store.insert(np.zeros(3), np.array([0.1, 0.2, math.nan, 0.3, 0.4]))
 
 
 # --- failures and refusals ---

@@ -6,6 +6,7 @@ import difflib
 import math
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from ...calibration.csv_table import read_rows
 from ...calibration.measurement_units import Column, column_of
@@ -31,7 +32,7 @@ def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[st
                     f"{quantity.option} (missing); allowed: {quantity.allowed}, or --points FILE.csv"
                 )
         return [{q.name: common.get(q.name, _default(q)) for q in quantities}]
-    rows = [_by_option(row, quantities) for row in read_rows(args.points)]
+    rows = [_by_option(args.points, row, quantities) for row in read_rows(args.points)]
     _check_columns(args.points, rows[0], quantities)
     points = []
     for index, row in enumerate(rows, start=1):
@@ -61,10 +62,10 @@ _OPTIONS = {
 }
 
 
-def _by_option(row: Mapping[str, str], quantities: Sequence[Quantity]) -> dict[str, str]:
+def _by_option(path: Path, row: Mapping[str, str], quantities: Sequence[Quantity]) -> dict[str, str]:
     """Fields by name of their option: columns named like an option, or as calibrate reads them, `preload [kN]`."""
     known = [quantity.name for quantity in quantities]
-    found = {}
+    found: dict[str, str] = {}
     for heading, text in row.items():
         name, value = heading.lower(), text
         if name not in known and (column := _with_unit(heading)) is not None:
@@ -75,6 +76,8 @@ def _by_option(row: Mapping[str, str], quantities: Sequence[Quantity]) -> dict[s
                     value = repr(column.si(float(text)) / factor - offset)
                 except ValueError:
                     value = text
+        if name in found:
+            raise ValueError(f"{path}: columns given twice: {name}, also as {heading}; remedy: remove one")
         found[name] = value
     return found
 
