@@ -17,6 +17,7 @@ from rich.table import Table
 
 from ballscrew_tehl.cli.main import INTERRUPTED
 from ballscrew_tehl.cli.shared.extras import missing_extra
+from ballscrew_tehl.cli.shared.files import new_folder
 
 DESCRIPTION = """\
 Build the FMUs of a screw from its map (friction and preload monitor, for Python hosts and native; the screw as a
@@ -167,14 +168,15 @@ def _build(args: argparse.Namespace) -> int:
         except (ValueError, OSError) as error:
             return _print_error(args, str(error))
         try:
-            paths, text = build.build(
-                parameters,
-                nut_map,
-                args.output,
-                lambda text: progress.update(task, description=text, advance=1),
-                args.python_only,
-                args.embed_map,
-            )
+            with new_folder(args.output):
+                paths, text = build.build(
+                    parameters,
+                    nut_map,
+                    args.output,
+                    lambda text: progress.update(task, description=text, advance=1),
+                    args.python_only,
+                    args.embed_map,
+                )
         except OSError as error:
             reason = error.strerror or error
             return _print_error(args, f"--output {args.output}: {reason}; needs a folder that can be written")

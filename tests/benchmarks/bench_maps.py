@@ -62,7 +62,9 @@ def main() -> None:
     parser.add_argument("--screws", type=Path, default=SCREWS, metavar="FOLDER", help="screw files *.toml")
     parser.add_argument("--only", nargs="+", metavar="NAME", help="these screws alone")
     parser.add_argument("--quick", action="store_true", help="few contacts")
-    parser.add_argument("--count", type=int, default=200, metavar="N", help="points of each certificate")
+    parser.add_argument(
+        "--count", type=int, default=48, metavar="N", help="points of each certificate; packaged: 1000"
+    )
     parser.add_argument("--workers", type=int, nargs="+", metavar="W", default=[os.cpu_count() or 1])
     parser.add_argument("--maps", type=Path, metavar="FOLDER", help="keep the maps, and continue them")
     parser.add_argument("--output", type=Path, metavar="FILE.csv", help="figures of finished maps")
@@ -76,7 +78,8 @@ def main() -> None:
             for workers in args.workers:
                 kept = args.maps is not None and len(args.workers) == 1
                 path = (args.maps if kept else Path(scratch)) / f"{screw.stem}{'' if kept else workers}.nc"
-                options = ["--count", str(args.count), "--workers", str(workers), *["--quick"] * args.quick]
+                count = 1000 if screw.parent == PACKAGED_DATA else args.count
+                options = ["--count", str(count), "--workers", str(workers), *["--quick"] * args.quick]
                 rows.append({"workers": workers, **built(screw, path, options)})
                 files.append(path.read_bytes() if path.exists() else b"")
                 if args.output:

@@ -157,7 +157,6 @@ def test_few_points_and_bad_options_are_one_line(capsys, tmp_path, measured):
             (),
             "3 usable rows at 3 operating points; the 3 parameters of three_parameter need at least 4",
         ),
-        ([1, 3, 7], (*set_2, "--output", "nowhere/f.toml"), "nowhere/f.toml: no such folder"),
         ([1, 3, 7], (*set_2, "--temperature-c", "-300"), "--temperature-c = -300; allowed: -73.15 to 200"),
         ([1, 3, 7], ("--set", "mechanistic", "--screw", PUBLISHED_FILE), "allowed with kinematics published"),
     ):

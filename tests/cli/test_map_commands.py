@@ -15,7 +15,7 @@ from synthetic_contacts import closed_contact
 from ballscrew_tehl.cli.commands import map_build
 from ballscrew_tehl.cli.main import INTERRUPTED
 from ballscrew_tehl.nut_map import build, certificate
-from ballscrew_tehl.nut_map.certificate import BELOW_SPEED, Deviation, operating_points
+from ballscrew_tehl.nut_map.certificate import BELOW_SPEED, WHOLE, Deviation, region_points
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.nut_map.grid import MapGrid, map_grid
 from ballscrew_tehl.parameters.identity import map_parameters_json
@@ -169,7 +169,8 @@ def test_family_gets_a_map_for_every_screw_that_converges(solved, tmp_path, caps
 def test_certificate_is_the_statistics_of_its_points(solved, tmp_path, capsys):
     """Mean, quantiles, largest; one point below the lowest speed."""
     narrow_map, _ = built(capsys, tmp_path / "map.nc", *NARROW, "--count", "7")
-    stored, points = narrow_map.header["certificate"], operating_points(narrow_map, 7).tolist()
+    regions, stored = region_points(narrow_map, GD4008, 7), narrow_map.header["certificate"]
+    points = [point for name in WHOLE for point in regions[name].tolist()]
     for k, name in enumerate(Deviation._fields):
         column = [deviation(None, None, point)[k] for point in points]
         expected = np.mean(column), *np.quantile(column, (0.5, 0.99, 0.999)), np.max(column)

@@ -27,7 +27,7 @@ LOSS_NAMES = ("least_squares", "soft_l1")
 RHEOLOGIES = ("newtonian", "eyring", "carreau", "limiting_shear_stress")
 LAWS = ("barus", "roelands")
 #: points of a certificate: of a build, of a quick one, of a check
-POINTS, QUICK_POINTS, CHECK_POINTS = 200, 8, 4
+POINTS, QUICK_POINTS, CHECK_POINTS = 48, 8, 4
 
 #: flag or name of an argument, settings of argparse
 Option = tuple[str, dict[str, Any]]
@@ -89,7 +89,7 @@ WORKERS = (
     _numbers("--workers", "processes; default: one per core", kind=int),
     _option("--dask", "solve on a Dask cluster: tcp://HOST:PORT of its scheduler", "ADDRESS"),
 )
-COUNT = "random operating points to compare with direct solves (default "
+COUNT = "operating points to compare with direct solves (default "
 MAP_ACTIONS = {
     "build": Command("solve the contacts and write the map of a screw", "map_build.run_map_build", (
         _option("--output", "where to write the map", "FILE"),

@@ -109,6 +109,8 @@ def load_friction_sets(
     file = PACKAGED_SETS if path is None else Path(path)
     try:
         content = tomllib.loads(file.read_text(encoding="utf-8"))
+        if "screw" in content:
+            raise ValueError(f"{file}: a screw file, no friction sets; {remedy}")
         sets = {}
         for kinematics, named in content.items():
             for name, table in named.items():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import Executor, as_completed
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,43 +22,27 @@ if TYPE_CHECKING:
     from .workers import Progress
 
 
-def operating_points(nut_map: NutMap, count: int, seed: int = 1) -> np.ndarray:
-    """Random points inside a map (count, 4): preload [N], speed [rad/s], temperature [K], axial load [N].
-
-    Every second point has an axial load, up to 1.5 times the preload either way, both nuts within the map.
-    """
-    generator = np.random.default_rng(seed)
-    axes = nut_map.header["axes"]
-    u = generator.random((count, 4))
-    lowest, highest = (
-        max(axes[name][0] for name in ("force", "preload")),
-        min(axes["force"][1], axes["preload"][1]),
-    )
-    preload = lowest * (highest / lowest) ** u[:, 0]
-    speed = axes["speed"][0] * (axes["speed"][1] / axes["speed"][0]) ** u[:, 1]
-    temperature = axes["temperature"][0] + (axes["temperature"][1] - axes["temperature"][0]) * u[:, 2]
-    reach = np.minimum(1.5 * preload, axes["force"][1] - preload)
-    axial = np.where(np.arange(count) % 2 == 1, (2.0 * u[:, 3] - 1.0) * reach, 0.0)
-    return np.stack([preload, speed, temperature, axial], axis=1)
-
-
-def slow_points(nut_map: NutMap, count: int, seed: int = 2) -> np.ndarray:
-    """Random points as operating_points without axial load, below the lowest speed of a map down to SLOW of it."""
-    points = operating_points(nut_map, count, seed)
-    lowest = nut_map.header["axes"]["speed"][0]
-    points[:, 1] = lowest * SLOW ** np.random.default_rng(seed).random(count)
-    points[:, 3] = 0.0
-    return points
-
-
-#: lowest speed of slow_points over that of the map; one of them for so many operating points
-SLOW, PER_SLOW_POINT = 0.5, 20
-#: points drawn for each one of a certificate, of which some have too thin a film
-SPARE = 2
-#: parts of a certificate
+#: what the progress of a certificate is called
+STAGE = "certificate: points solved"
+#: regions of a certificate; those of the whole, and one beyond it
 PRELOAD_ALONE, AXIAL_LOAD, BELOW_SPEED = "preload alone", "axial load", "below the lowest speed"
+WHOLE = (PRELOAD_ALONE, AXIAL_LOAD)
+#: lowest speed of points below that of the map, over it; one of them for so many points of the whole
+SLOW, PER_SLOW_POINT = 0.5, 20
+#: points drawn for each one of a certificate and at least in each region, of which some have too thin a film
+SPARE, LEAST_DRAWN = 4, 32
+#: preloads between whose heaviest balls others are interpolated, to find the films that are too thin
+PRELOADS = 33
+#: seed of the points of a certificate
+SEED = 1
+#: central film [m] of about the contacts that take least time; thicker and thinner ones take more
+QUICKEST_FILM = 40e-9
+#: points that are solved last, those that take least time
+LAST = 8
 #: quantiles of a certificate by the ends of their keys
 QUANTILES = {0.5: "50", 0.99: "99", 0.999: "999"}
+#: how sure a claim is
+CONFIDENCE = 0.95
 
 
 class Deviation(NamedTuple):
@@ -70,6 +54,60 @@ class Deviation(NamedTuple):
 
 
 NOT_SOLVED = Deviation(math.nan, math.nan, math.nan)
+
+
+def points_of(count: int) -> int:
+    """Points that a certificate of so many solves: further ones below the lowest speed."""
+    return count + math.ceil(count / PER_SLOW_POINT)
+
+
+def region_points(nut_map: NutMap, parameters: Parameters, count: int) -> dict[str, np.ndarray]:
+    """Operating points (n, 4) of a certificate by region: preload [N], speed [rad/s], temperature [K], axial load [N].
+
+    Half of count without axial load; half with one up to 1.5 times the preload either way, both nuts within the map;
+    and further ones without below the lowest speed of the map, down to SLOW of it. Films of balls under the preload
+    above MIN_FILM. Each region has a Sobol sequence of its own, so that fewer points are the first ones of more.
+    """
+    from scipy.stats import qmc
+
+    sizes = count - count // 2, count // 2, points_of(count) - count
+    points = {}
+    for number, (region, size) in enumerate(zip((*WHOLE, BELOW_SPEED), sizes, strict=True)):
+        power = math.ceil(math.log2(max(SPARE * size, LEAST_DRAWN)))
+        unit = qmc.Sobol(4, seed=SEED + number).random_base2(power)
+        at = _operating_points(nut_map, unit, region)
+        points[region] = at[_least_films(parameters, at) >= MIN_FILM][:size]
+    return points
+
+
+def _operating_points(nut_map: NutMap, unit: np.ndarray, region: str) -> np.ndarray:
+    """Points of a region (n, 4) from those of the unit cube."""
+    axes = nut_map.header["axes"]
+    lowest, highest = (
+        max(axes[name][0] for name in ("force", "preload")),
+        min(axes["force"][1], axes["preload"][1]),
+    )
+    preload = lowest * (highest / lowest) ** unit[:, 0]
+    slow, fast = axes["speed"][:2]
+    if region == BELOW_SPEED:
+        slow, fast = SLOW * slow, slow
+    speed = slow * (fast / slow) ** unit[:, 1]
+    temperature = axes["temperature"][0] + (axes["temperature"][1] - axes["temperature"][0]) * unit[:, 2]
+    reach = np.minimum(1.5 * preload, axes["force"][1] - preload) if region == AXIAL_LOAD else 0.0
+    return np.stack([preload, speed, temperature, (2.0 * unit[:, 3] - 1.0) * reach], axis=1)
+
+
+def claim(points: int) -> str:
+    """What the largest error of so many points says of all others, in one sentence.
+
+    Source       order statistics: the largest of n random points bounds the share q of all with the confidence 1 - q^n;
+                 with as many points in each of strata of equal shares, no less
+    """
+    share = (1.0 - CONFIDENCE) ** (1.0 / points)
+    return (
+        f"Of {points} points, spread evenly over the map and over both kinds of load, the largest error bounds "
+        f"{100.0 * share:.3g} % of the map with {100.0 * CONFIDENCE:.0f} % confidence; nothing is claimed of the rest."
+    )
 
 
 def deviation_at(nut_map: NutMap, parameters: Parameters, point: tuple[float, ...]) -> Deviation:
@@ -106,7 +144,7 @@ def deviation_from_direct(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Relative deviations of a map from direct per-ball solves at random points.
+    """Relative deviations of a map from direct per-ball solves at the points of region_points.
 
     Parameters   executor: of the concurrent.futures interface, None = in this process
     Returns      points; mean, median, 99 and 99.9 % quantile, largest deviation of torque, film and temperature rise;
@@ -116,12 +154,13 @@ def deviation_from_direct(
                  each: the points [N, rad/s, K, N] and the deviations there by column, rounded to six and three digits
     Raises       ArithmeticError: no contact converged
     """
-    slow = _with_films(parameters, slow_points(nut_map, math.ceil(count / PER_SLOW_POINT)))
-    whole = _with_films(parameters, operating_points(nut_map, SPARE * count))[:count]
-    places = np.concatenate([whole, slow])
+    regions = region_points(nut_map, parameters, count)
+    places = np.concatenate(list(regions.values()))
     points = [tuple(point) for point in places.tolist()]
-    # thick films take longest: one of them alone at the end would leave the other workers idle
-    order = np.argsort(-_least_films(parameters, places), kind="stable").tolist()
+    # in an order without trend, for the time left; a long one alone at the end would leave the other workers idle
+    quickest = np.argsort(np.abs(np.log(_least_films(parameters, places) / QUICKEST_FILM)), kind="stable")
+    last = quickest[:LAST].tolist()
+    order = [k for k in np.random.default_rng(SEED).permutation(len(points)).tolist() if k not in last] + last
     results: Iterator[tuple[int, Deviation]]
     if executor is None:
         results = ((k, deviation_at(nut_map, parameters, points[k])) for k in order)
@@ -130,54 +169,43 @@ def deviation_from_direct(
         results = ((jobs[job], job.result()) for job in as_completed(jobs))
     if progress is not None:
         # the time of the first one counts
-        progress(0, len(points), "points of the certificate")
-    found: dict[int, Deviation] = {}
-    for k, deviation in results:
+        progress(0, len(points), STAGE)
+    found = np.empty((len(points), len(Deviation._fields)))
+    for done, (k, deviation) in enumerate(results, 1):
         found[k] = deviation
         if progress is not None:
-            progress(len(found), len(points), "points of the certificate")
-    return certificate_of(points, [found[k] for k in range(len(points))], len(slow))
-
-
-def _with_films(parameters: Parameters, points: np.ndarray) -> np.ndarray:
-    """Those of some points where the balls of a nut under the preload have films above MIN_FILM."""
-    return np.asarray(points[_least_films(parameters, points) >= MIN_FILM])
+            progress(done, len(points), STAGE)
+    ends = np.cumsum([len(at) for at in regions.values()])[:-1]
+    return _certificate(regions, dict(zip(regions, np.split(found, ends), strict=True)))
 
 
 def _least_films(parameters: Parameters, points: np.ndarray) -> np.ndarray:
     """Least film [m] of the heaviest ball of a nut under the preload at points (n, 4), by the closed formula."""
     screw = parameters.screw
-    load = np.array([nut_loads(screw, float(f), screw.loaded_ball_count).max() for f in points[:, 0]])
+    preloads = np.geomspace(points[:, 0].min(), points[:, 0].max(), PRELOADS)
+    heaviest = [nut_loads(screw, float(force), screw.loaded_ball_count).max() for force in preloads]
+    load = np.exp(np.interp(np.log(points[:, 0]), np.log(preloads), np.log(heaviest)))
     films = [film_formula(parameters, raceway, load, points[:, 1], points[:, 2]) for raceway in RACEWAYS]
     return np.asarray(np.min(films, axis=0))
 
 
-def certificate_of(
-    points: Sequence[tuple[float, ...]], found: Sequence[Deviation], slow: int = 0
-) -> dict[str, Any]:
-    """Certificate of the deviations at some points, NaN where no direct solution was found.
+def _certificate(points: Mapping[str, np.ndarray], errors: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """Certificate of the deviations (n, 3) at the points (n, 4) of each region, NaN where there is no direct solution.
 
-    slow: how many of the points, the last ones, lie below the lowest speed of the map
-    Raises       ArithmeticError: no point has a direct solution
+    Raises       ArithmeticError: no point of the whole has one
     """
-    errors, places = np.array(found), np.array(points)
-    known = np.isfinite(errors).all(axis=1)
-    whole = np.arange(len(points)) < len(points) - slow
-    if not known[whole].any():
-        raise ArithmeticError(f"none of {whole.sum()} points of the certificate has a direct solution")
-    held = places[known & whole]
-    each = {name: _rounded(column, 6) for name, column in zip(POINT, held.T, strict=True)}
-    for name, column in zip(Deviation._fields, errors[known & whole].T, strict=True):
+    good = {region: np.isfinite(found).all(axis=1) for region, found in errors.items()}
+    places, held = (np.concatenate([of[r][good[r]] for r in WHOLE]) for of in (points, errors))
+    total = sum(len(good[region]) for region in WHOLE)
+    if not len(held):
+        raise ArithmeticError(f"none of {total} points of the certificate has a direct solution")
+    each = {name: _rounded(column, 6) for name, column in zip(POINT, places.T, strict=True)}
+    for name, column in zip(Deviation._fields, held.T, strict=True):
         each[f"{name}_error"] = _rounded(column, 3)
-    regions = {
-        PRELOAD_ALONE: whole & (places[:, 3] == 0.0), AXIAL_LOAD: whole & (places[:, 3] != 0.0), BELOW_SPEED: ~whole
-    }  # fmt: skip
     return {
-        **_totals(errors[known & whole]),
-        "points_not_solved": int(np.sum(~known & whole)),
-        "regions": {
-            name: _totals(errors[known & mask]) for name, mask in regions.items() if (known & mask).any()
-        },
+        **_totals(held),
+        "points_not_solved": total - len(held),
+        "regions": {region: _totals(errors[region][known]) for region, known in good.items() if known.any()},
         "each": each,
     }
 

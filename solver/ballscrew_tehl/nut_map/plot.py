@@ -175,7 +175,7 @@ def caption(picture: MapPicture) -> str:
         if totals:
             parts.append(f"{words} {', '.join(totals)}")
     if parts:
-        lines.append(f"Errors at {certificate['points']} random points: {'; '.join(parts)}.")
+        lines.append(f"Errors at {certificate['points']} points: {'; '.join(parts)}.")
         if picture.certificate is None:
             lines[-1] += " The file does not hold the points."
     else:

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, wait
 from contextlib import contextmanager
+from importlib import import_module
 
+from ..compiled import KERNELS, stored_kernels
+
+#: stage of a build before its first contact, and how often its progress is looked at [s]
+COMPILATION, POLL = "compiling the contact solver (once per machine)", 0.5
 #: called with (finished, total, what) while a build runs
 Progress = Callable[[int, int, str], None]
 
@@ -64,9 +70,10 @@ def worker_pool(workers: int | None) -> Iterator[Executor]:
         pool = ProcessPoolExecutor(count, spawn, _leave_with_parent)
         try:
             with interrupt_held(ignored=True):
-                # all start here: Ctrl-C would kill them before _leave_with_parent, with a traceback
+                # all start here: Ctrl-C would kill them before _leave_with_parent, with a traceback. They import what
+                # they need while this process prepares the first contacts
                 for _ in range(count):
-                    pool.submit(os.getpid)
+                    pool.submit(import_module, "ballscrew_tehl.nut_map.build")
             yield pool
         finally:
             # a second Ctrl-C would leave the pool half shut down, and the command waiting for it without end
@@ -83,6 +90,34 @@ def worker_pool(workers: int | None) -> Iterator[Executor]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+def compile_kernels(executor: Executor, progress: Progress | None = None) -> None:
+    """Compile in one process what a map needs, unless an earlier command has; the others then read its machine code."""
+    # all kernels of a map are counted
+    for module in ("contact", "friction.ball_equilibrium"):
+        import_module(f"ballscrew_tehl.{module}")
+    if stored_kernels() == len(KERNELS):
+        return
+    job, done = executor.submit(_compile), False
+    while not done:
+        done = bool(wait([job], POLL).done)
+        if progress is not None:
+            progress(len(KERNELS) if done else stored_kernels(), len(KERNELS), COMPILATION)
+    job.result()
+
+
+def _compile() -> None:
+    """Solve a contact of each raceway and the equilibrium of its ball."""
+    from ..friction.sets import default_friction_set
+    from ..parameters.file import load_parameters
+    from ..parameters.packaged_data import PACKAGED_VG100
+    from ..refinement.direct import mean_ball_state
+
+    # it says that it compiles
+    logging.getLogger("ballscrew_tehl.contact").setLevel(logging.ERROR)
+    parameters = load_parameters(PACKAGED_VG100)
+    mean_ball_state(parameters, default_friction_set(parameters), 2000.0, 50.0, 303.15)
 
 
 @contextmanager

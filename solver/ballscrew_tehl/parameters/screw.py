@@ -33,7 +33,9 @@ class ScrewParameters(Table):
     )
     nominal_radius: float = quantity("length", "radius of the ball centre helix", gt=0, le=1)
     ball_diameter: float = quantity("length", "diameter of a ball", gt=0, le=0.5)
-    contact_angle: float = quantity("angle", "contact angle without load", gt=0, lt=math.pi / 2)
+    contact_angle: float = quantity(
+        "angle", "contact angle without load", ge=math.radians(10.0), le=math.radians(80.0)
+    )
     screw_raceway_radius: float = quantity(
         "length", "groove radius of the screw, above the ball's", gt=0, le=0.5
     )

@@ -244,17 +244,21 @@ def mean_ball_state(
     axial_load: float = 0.0,
     films: Parameters | None = None,
 ) -> DirectState:
-    """Torque and extremes from two balls per raceway and nut: the mean one and the heaviest load-carrying one.
+    """Torque and extremes from one ball per raceway and nut, the mean one.
 
-    The mean ball gives the friction of all (see mean_load). The film of the others by the closed formula, which leaves
-    an error of second order in the torque; the loads of the load-carrying balls of one nut differ by a few percent.
+    It gives the friction of all (see mean_load). The film of the others by the closed formula, which leaves an error of
+    second order in the torque; the rise is that of the mean ball, below the load of the heaviest by 3 to 13 %. Where
+    that was solved as well, films differed by 0.05 % in the mean and 0.25 % at most, rises by 0.9 and 13 %, as much as
+    the solves themselves scatter: two screws, 30 points each, whose certificates stated film errors of 0.15 and 0.10 %
+    by it, 0.14 and 0.12 % without.
 
     Parameters   preload [N] > 0, speed [rad/s] > 0, temperature [K], axial_load [N]
-                 films : of the heaviest balls, whose films and rise are shown; None = the parameters
+                 films : of the balls whose films and rise are shown; None = the parameters
     Raises       UnconvergedContactError; ValueError: out of range
     """
     screw, at = parameters.screw, (speed, temperature)
     mechanistic, thermal = friction_set.film_model == MECHANISTIC, friction_set.film_model != "solved"
+    shared = thermal and films in (None, parameters)
     torque, rise = 0.0, 0.0
     means: dict[str, list[ContactResult]] = {name: [] for name in RACEWAYS}
     thinnest = dict.fromkeys(RACEWAYS, math.inf)
@@ -262,15 +266,16 @@ def mean_ball_state(
     for force, times in Counter(force for force in forces if force > 0.0).items():
         carrying = _ball_loads(screw, force, screw.loaded_ball_count)
         loads = carrying if mechanistic else _ball_loads(screw, force, screw.ball_count)
-        ends, mean = np.array([carrying.min(), carrying.max()]), mean_load(loads)
-        wide, slopes = math.log(ends[1] / ends[0]), {}
+        mean = mean_load(loads)
+        balls = np.array([carrying.min(), mean, carrying.max()])
+        wide, slopes = math.log(balls[2] / balls[0]), {}
         for raceway in RACEWAYS:
-            hot = solve_ball(films or parameters, raceway, float(ends[1]), *at, thermal=True)
             own = solve_ball(parameters, raceway, mean, *at, thermal)
-            light, heavy = film_formula(parameters, raceway, ends, *at)
+            hot = own if shared else solve_ball(films or parameters, raceway, mean, *at, thermal=True)
+            light, middle, heavy = film_formula(parameters, raceway, balls, *at)
             means[raceway].append(own)
             slopes[raceway] = own.h_c, math.log(heavy / light) / wide if wide > EQUAL_LOADS else 0.0
-            thinnest[raceway] = min(thinnest[raceway], hot.h_c, hot.h_c * float(light / heavy))
+            thinnest[raceway] = min(thinnest[raceway], hot.h_c * float(min(light, heavy) / middle))
             rise = max(rise, hot.temperature_rise_mean)
         if not mechanistic:
             sums = nut_sums(parameters, loads, *at, _PowerFilm(mean, slopes))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ..nut_map.certificate import claim
 from ..nut_map.plot import ERRORS, TOTALS, percent
 from ..parameters.units import RPM
 from ..validation.tables import MODELS, ValidationTable
@@ -54,12 +55,18 @@ def certificate_table(certificate: Mapping[str, Any]) -> Html:
     for name, quantity in ERRORS.items():
         errors = (certificate.get(f"{name}_error_{key}") for key in COLUMNS)
         rows.append([quantity, *("-" if error is None else percent(error) for error in errors)])
+    for name, quantity in ERRORS.items():
+        left_out = {key: certificate.get(f"{name}_left_out_{key}") for key in COLUMNS}
+        if any(left_out.values()):
+            cells = ("-" if error is None else percent(error) for error in left_out.values())
+            rows.append([f"{quantity}, solved contacts left out", *cells])
     caption = (
-        f"Certificate: error of the map at {certificate['points']} random points that were not used to build "
+        f"Certificate: error of the map at {certificate['points']} points that were not used to build "
         "it, compared with direct solves of the balls"
     )
     if certificate.get("points_not_solved"):
         caption += f"; {certificate['points_not_solved']} more were not solved"
+    caption += f". {claim(certificate['points'])}"
     return table("certificate", caption, ["", *COLUMNS.values()], rows)
 
 

@@ -13,7 +13,7 @@ from ...parameters.file import Parameters
 from ...parameters.packaged_data import PACKAGED_VG100
 from ...parameters.units import CELSIUS, RPM
 from ..shared.chosen import screw_hint, screw_of
-from ..shared.files import check_output, written
+from ..shared.files import check_output, new_folder, written
 from ..shared.progress import QUIET, progress_bar
 from ..shared.quantities import TEMPERATURE
 from ..shared.results import print_results, say
@@ -166,7 +166,8 @@ def _packaged(args: Namespace, parameters: Parameters) -> int:
     def film_model(variant: Parameters, name: str) -> FilmModel | ContactValues:
         return _solved(FILM_OF_SET[name], variant)
 
-    sets = calibrate_packaged(film_model, parameters, output, say, args.set)
+    with new_folder(Path(output).parent):
+        sets = calibrate_packaged(film_model, parameters, output, say, args.set)
     say(f"written: {output}")
     if args.json:
         entries = {f"{kinematics}.{name}": vars(entry) for (kinematics, name), entry in sets.items()}

@@ -11,7 +11,7 @@ import numpy as np
 
 from ... import __version__
 from ...friction.sets import default_friction_set
-from ...nut_map.certificate import deviation_from_direct
+from ...nut_map.certificate import STAGE, claim, deviation_from_direct, points_of
 from ...parameters.units import CELSIUS, RPM, SHOWN
 from ...runtime.packed import certificate_totals
 from ..shared.chosen import EXTREMES, screw_hint, screw_of
@@ -45,8 +45,12 @@ UNITS = {
     "screw.stiffness_preload": "N",
 }
 QUANTITIES = ("torque_error", "film_error", "temperature_rise_error")
+LEFT_OUT = ("torque_left_out", "film_left_out", "temperature_rise_left_out")
 COLUMNS = ("mean", "50", "99", "999", "max")
-CERTIFICATE = "certificate: relative errors against direct solves, mean, quantiles, largest"
+CERTIFICATE = (
+    "certificate: relative errors against direct solves, and of contacts left out (points: how many), mean, quantiles, "
+    "largest"
+)
 
 
 def run_map_info(args: Namespace) -> int:
@@ -93,11 +97,13 @@ def _certificate_text(certificate: Mapping[str, Any]) -> str:
     for region, errors in {"": certificate, **certificate.get("regions", {})}.items():
         if region:
             lines.append([region, *[""] * (1 + len(COLUMNS))])
-        for name in QUANTITIES:
+        known = "" if region else str(errors.get("left_out_contacts", ""))
+        for name in (*QUANTITIES, *(LEFT_OUT if known else ())):
             values = (errors.get(f"{name}_{column}") for column in COLUMNS)
             cells = ["-" if value is None else f"{value:.2g}" for value in values]
-            lines.append([f"  {name}" if region else name, str(errors.get("points", "-")), *cells])
-    return table(lines)
+            points = known if name in LEFT_OUT else str(errors.get("points", "-"))
+            lines.append([f"  {name}" if region else name, points, *cells])
+    return table(lines) + (f"\n{claim(certificate['points'])}" if "points" in certificate else "")
 
 
 def run_map_check(args: Namespace) -> int:
@@ -113,7 +119,7 @@ def run_map_check(args: Namespace) -> int:
         nut_map = load_map(args.file, parameters)
     with progress_bar() as progress:
         # the first point may take as long as compiling the solver
-        progress(0, args.count, "points of the certificate")
+        progress(0, points_of(args.count), STAGE)
         deviation = deviation_from_direct(nut_map, parameters, args.count, progress=progress)
     result = certificate_totals(deviation)
     allowed = float(nut_map.header["certificate"].get("torque_error_max", 0.0))

@@ -7,7 +7,7 @@ import os
 import re
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 OTHER_FOLDER = "give a path in a folder that can be written"
@@ -31,13 +31,11 @@ def os_error_text(error: OSError) -> str:
     return f"{error.filename}: {error.strerror}; remedy: {remedy}"
 
 
-def check_output(
-    option: str, given: Path | str, kind: str, create: bool = False, inputs: Sequence[str | None] = ()
-) -> Path:
-    """Refuse a file that could not be written, by trying its folder; nothing is left behind.
+def check_output(option: str, given: Path | str, kind: str, inputs: Sequence[str | None] = ()) -> Path:
+    """Refuse a file that could not be written, by trying its folder or where that is created; nothing is left behind.
 
     Parameters   option : name of the option, for the message;  kind : allowed files, "a file *.png"
-                 create : the command creates missing folders;  inputs : files that the command reads, None = none
+                 inputs : files that the command reads, None = none
     Raises       ValueError
     """
     path = Path(given)
@@ -50,10 +48,7 @@ def check_output(
     for read in inputs:
         if read and path.exists() and Path(read).exists() and path.samefile(read):
             raise ValueError(f"{where}: is a file that this command reads; allowed: another file")
-    folder = path.parent
-    if not create and not folder.exists():
-        raise ValueError(f"{where}: no such folder; allowed: {kind} in a folder that exists")
-    try_folder(where, folder, path.name)
+    try_folder(where, path.parent, path.name)
     return path
 
 
@@ -80,13 +75,27 @@ def try_folder(where: str, folder: Path, name: str = "file") -> None:
 
 
 @contextmanager
+def new_folder(folder: Path) -> Iterator[None]:
+    """Create a folder, with those above it, and remove at the end what is empty of them."""
+    new = [above for above in (folder, *folder.parents) if not above.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    finally:
+        with suppress(OSError):
+            for above in new:
+                above.rmdir()
+
+
+@contextmanager
 def written(option: str, path: Path | str) -> Iterator[None]:
-    """Name option and path where writing fails nevertheless.
+    """Create the folder of a file that is written in the block; name option and path where that fails nevertheless.
 
     Raises       ValueError in place of OSError
     """
     try:
-        yield
+        with new_folder(Path(path).parent):
+            yield
     except OSError as error:
         reason = error.strerror or str(error)
         remedy = REMEDIES.get(error.errno or 0, OTHER_FOLDER)

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from datetime import timedelta
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ BETWEEN = 0.5
 
 @contextmanager
 def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
-    """A bar with rate and time left on a terminal, else a line per twentieth of the work.
+    """A bar with the time left for each stage on a terminal, else a line per twentieth of the work.
 
     Parameters   quiet : seconds from the beginning in which nothing is shown, nor anything imported for it
     """
@@ -59,10 +60,6 @@ def _display() -> Iterator[Progress]:
         yield progress
 
 
-def _rate(per_second: float) -> str:
-    return f"{per_second:.1f}/s" if per_second >= 1.0 else f"{per_second:.2g}/s"
-
-
 def _lines() -> Progress:
     begun, doing = time.monotonic(), ""
     printed, before, whole = -1, 0, 0
@@ -74,37 +71,46 @@ def _lines() -> Progress:
             begun, printed, before, doing, whole = time.monotonic(), -1, finished, what, total
         if 20 * (finished - before) >= (printed + 1) * (total - before):
             printed = 20 * (finished - before) // max(total - before, 1)
-            rate = (finished - before) / max(time.monotonic() - begun, 1e-9)
-            left = f", {_rate(rate)}, {(total - finished) / rate:.0f} s left" if rate > 0.0 else ""
-            print(f"{finished} of {total} {what}{left}", file=sys.stderr, flush=True)
+            seconds = time.monotonic() - begun
+            left = seconds * (total - finished) / max(finished - before, 1)
+            clock = f", {_clock(left)} left" if before < finished < total else ""
+            clock = f" in {_clock(seconds)}" if finished == total else clock
+            print(f"{what}: {finished} of {total}{clock}", file=sys.stderr, flush=True)
 
     return line
 
 
+def _clock(seconds: float) -> str:
+    return str(timedelta(seconds=round(seconds)))
+
+
 @contextmanager
 def _bar(console: Console) -> Iterator[Progress]:
+    """A bar for each stage; those of work that begins anew take the place of the others."""
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
         Progress,
+        TaskID,
         TextColumn,
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
 
     columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
-        TimeElapsedColumn(), TimeRemainingColumn(),
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
+        TextColumn("left"), TimeRemainingColumn(),
     )  # fmt: skip
     with Progress(*columns, console=console) as bar:
-        task, doing = bar.add_task("starting", total=None, rate=""), ""
+        stages: dict[str, TaskID] = {}
 
         def progress(finished: int, total: int, what: str) -> None:
-            nonlocal doing
-            if what != doing:
-                doing = what
-                bar.reset(task, total=total, description=what)
-            speed = bar.tasks[0].speed
-            bar.update(task, completed=finished, total=total, rate=_rate(speed) if speed else "")
+            if what in stages and what != next(reversed(stages)):
+                for task in stages.values():
+                    bar.remove_task(task)
+                stages.clear()
+            if what not in stages:
+                stages[what] = bar.add_task(what, total=total)
+            bar.update(stages[what], completed=finished, total=total)
 
         yield progress

@@ -58,10 +58,12 @@ class Quantity(NamedTuple):
         return number
 
 
+#: beyond any axial load of a screw [N]; larger ones overflow where balls are loaded
+MOST_FORCE = 1e7
 PRELOAD = Quantity("preload_n", "preload of the nut [N]", 0.0)
 SPEED = Quantity("speed_rpm", "screw speed [r/min]")
 TEMPERATURE = Quantity("temperature_c", "oil temperature [C]", -73.15, 200.0)
-AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", default=0.0)
+AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", -MOST_FORCE, MOST_FORCE, 0.0)
 TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", 0.0)
 
 TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
