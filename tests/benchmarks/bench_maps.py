@@ -1,6 +1,6 @@
 """Cost and certificate of the maps of many screws.
 
-`python tests/benchmarks/bench_maps.py [--screws FOLDER] [--only NAME ...] [--quick] [--count N] [--workers W]
+`python tests/benchmarks/bench_maps.py [--screws FOLDER] [--only NAME ...] [--count N] [--workers W]
 [--maps FOLDER] [--output FILE.csv]` builds the map of every screw file of a folder (default: tests/data/screws) and the
 packaged ones by the command `map build`, and prints for each: contacts, seconds, core-seconds, contacts not solved,
 share of asymptotic ones and the errors of the certificate in percent. Maps that --maps holds are read, not built again;
@@ -61,7 +61,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--screws", type=Path, default=SCREWS, metavar="FOLDER", help="screw files *.toml")
     parser.add_argument("--only", nargs="+", metavar="NAME", help="these screws alone")
-    parser.add_argument("--quick", action="store_true", help="few contacts")
     parser.add_argument(
         "--count", type=int, default=48, metavar="N", help="points of each certificate; packaged: 1000"
     )
@@ -79,7 +78,7 @@ def main() -> None:
                 kept = args.maps is not None and len(args.workers) == 1
                 path = (args.maps if kept else Path(scratch)) / f"{screw.stem}{'' if kept else workers}.nc"
                 count = 1000 if screw.parent == PACKAGED_DATA else args.count
-                options = ["--count", str(count), "--workers", str(workers), *["--quick"] * args.quick]
+                options = ["--count", str(count), "--workers", str(workers)]
                 rows.append({"workers": workers, **built(screw, path, options)})
                 files.append(path.read_bytes() if path.exists() else b"")
                 if args.output:

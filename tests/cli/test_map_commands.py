@@ -1,6 +1,5 @@
 """The command `map build`: its range, its plan, a family of screws, an interrupt, its certificate."""
 
-import dataclasses
 import itertools
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -26,9 +25,8 @@ SCREW = (PACKAGED_DATA / "gd4008.toml").read_text(encoding="utf-8")
 #: few nodes and contacts; the range is that of the command
 SMALL = MapGrid(
     force=(1.0, 2.0, 9), speed=(1.0, 2.0, 9), temperature=(300.0, 310.0, 7), preload=(1.0, 2.0, 7),
-    contact_first=28, contact_batch=8, contact_max=44, atlas=False,
+    contact_first=28, contact_batch=8, contact_max=44, contact_largest=100.0, atlas=False,
 )  # fmt: skip
-QUICK = dataclasses.replace(SMALL, contact_first=12, contact_max=12)
 NARROW = ("--preload-n", "500", "4000", "--speed-rpm", "100", "1000", "--temperature-c", "20", "40")
 WORST = ("--tolerance", "0.1", "--count", "1")
 
@@ -57,7 +55,6 @@ def solved(monkeypatch):
 
     monkeypatch.setattr(build, "_solve_contact", solve)
     monkeypatch.setattr(map_build, "MapGrid", lambda: SMALL)
-    monkeypatch.setattr(map_build, "QUICK", QUICK)
     monkeypatch.setattr(map_build, "build_executor", thread)
     monkeypatch.setattr(certificate, "deviation_at", deviation)
     return found
@@ -75,9 +72,9 @@ def ends(nut_map, name):
 
 @pytest.mark.slow
 def test_range_of_the_screw_its_table_and_the_options(solved, tmp_path, capsys):
-    """--quick and --tolerance choose the number of contacts, the latter here the largest."""
-    whole, _ = built(capsys, tmp_path / "whole.nc", "--quick")
-    assert whole.header["contacts"] == 8 * 12
+    """--tolerance chooses the number of contacts, here the least and the largest."""
+    whole, _ = built(capsys, tmp_path / "whole.nc")
+    assert whole.header["contacts"] == 8 * 28
     grid = map_grid(GD4008)
     for name in ("preload", "speed", "temperature"):
         assert getattr(grid, name)[:2] == ends(whole, name), name

@@ -82,7 +82,7 @@ REFUSALS = {
         (("--family", "empty"), "allowed: a folder with screw files"),
         (("--family", ".", "--screw", "x.toml"), "--family and --screw"),
         *(((*BUILD[2:], *words), line) for words, line in (
-            (("--quik",), "; is --quick meant?"),
+            (("--tolernce",), "; is --tolerance meant?"),
             (("--count", "0"), "--count = 0; allowed: a whole number >= 1"),
             (("--tolerance", "nan"), "--tolerance = nan; allowed: 1e-5 to 0.1"),
             (("--preload-n", "500"), "--preload-n: expected 2 arguments"),
@@ -198,7 +198,7 @@ def test_bad_tables_of_a_screw_file_are_named(folder, capsys):
 #: arguments with {} for the file, option or name of the argument, suffix of the file
 OUTPUTS = {
     "init": (("init", "{}"), "FILE.toml", ".toml"),
-    "map build": (("map", "build", "--quick", "--output", "{}"), "--output", ".nc"),
+    "map build": (("map", "build", "--output", "{}"), "--output", ".nc"),
     "map atlas": (("map", "atlas", "--output", "{}"), "--output", ".npz"),
     "map plot": (("map", "plot", "--output", "{}"), "--output", ".png"),
     "calibrate": (("calibrate", "measured.csv", "--output", "{}"), "--output", ".toml"),

@@ -26,8 +26,8 @@ LUBRICANTS = ("oil", "grease")
 LOSS_NAMES = ("least_squares", "soft_l1")
 RHEOLOGIES = ("newtonian", "eyring", "carreau", "limiting_shear_stress")
 LAWS = ("barus", "roelands")
-#: points of a certificate: of a build, of a quick one, of a check
-POINTS, QUICK_POINTS, CHECK_POINTS = 48, 8, 4
+#: points of a certificate: of a build, of a check
+POINTS, CHECK_POINTS = 48, 4
 
 #: flag or name of an argument, settings of argparse
 Option = tuple[str, dict[str, Any]]
@@ -96,12 +96,11 @@ MAP_ACTIONS = {
         *(_numbers(f"--{name}", f"range in {unit}; default: table [map] of the screw file, else what the screw and its "
                    "oil allow", ("LO", "HI"), nargs=2)
           for name, unit in (("preload-n", "N"), ("speed-rpm", "r/min"), ("temperature-c", "degrees Celsius"))),
-        _switch("--quick", "few contacts, for a first look at a screw"),
         _numbers("--tolerance", "mean error of a film when its contact is left out, at which no more contacts are "
                  "solved; default: 0.0015", "E"),
         *WORKERS,
         _option("--family", "a map for every screw file *.toml there; --output: folder of the maps", "FOLDER"),
-        _numbers("--count", f"{COUNT}{POINTS}, with --quick {QUICK_POINTS})", kind=int),
+        _numbers("--count", f"{COUNT}%(default)s)", kind=int, default=POINTS),
         *OF_SCREW,
     )),
     "atlas": Command("solve the contacts of the atlas that maps begin with", "map_build.run_map_atlas", (

@@ -188,7 +188,7 @@ def least_potential(motion, nodes, axes, traction, ball, speed, q, smooth, conve
 
 @kernel(nogil=True)
 def equilibria(motion, speeds, axes, traction, radius, weight, first):
-    """Power, motion and steps of every ball, from the motion `first` (4,) per screw speed."""
+    """Power, motion and steps of every ball, from the motion of the ball before, or `first` (4,), per screw speed."""
     count, contacts = traction.pressure.shape
     around = 2.0 * math.pi * (np.arange(AROUND) + 0.5) / AROUND
     nodes = Nodes(radius, weight, np.cos(around), np.sin(around))
@@ -198,7 +198,8 @@ def equilibria(motion, speeds, axes, traction, radius, weight, first):
     for i in range(count):
         rolling = abs(speeds[i]) * abs(motion.matrix[0, 0, 0])
         for attempt in range(2):
-            q = first * speeds[i]
+            near = attempt == 0 and i > 0 and steps[i - 1] >= 0
+            q = (found[i - 1] / speeds[i - 1] if near else first) * speeds[i]
             least = len(SMOOTHED) - 1
             begin, most = (least, QUICK_STEPS) if attempt == 0 else (0, MOST_STEPS)
             for stage in range(begin, least + 1):

@@ -116,12 +116,13 @@ def build_contact_map(
             r: ContactModel(parameters, r, range_, contacts[r], hyper.get(r), atlases.get(r))
             for r in RACEWAYS
         }
-        open_ = [r for r in RACEWAYS if len(points[r]) < most and not _well_known(models[r], grid)]
+        open_ = [r for r in RACEWAYS if len(points[r]) < most and not _well_known(models[r], first, grid)]
         if not open_:
             _fit_models(models)
             return ContactMap(parameters, range_, contacts, {r: models[r].hyper for r in RACEWAYS}, atlas)
         for raceway in open_:
-            count = min(grid.contact_batch, most - len(points[raceway]))
+            known = len(points[raceway])
+            count = min(grid.contact_batch, known, most - known)
             more = sampling.next_points(models[raceway], count, round_)
             points[raceway] = np.concatenate([points[raceway], more])
         round_ += 1
@@ -141,13 +142,16 @@ def _fit_models(models: Mapping[str, ContactModel]) -> None:
 def contact_counts(parameters: Parameters, grid: MapGrid) -> tuple[int, int]:
     """Contacts of each raceway that a map begins with, and the most that it takes."""
     if grid.atlas and FILMS[1] in atlas_quantities(parameters):
-        return grid.contact_first_atlas, grid.contact_max_atlas
+        return grid.contact_check, grid.contact_first
     return grid.contact_first, grid.contact_max
 
 
-def _well_known(model: ContactModel, grid: MapGrid) -> bool:
-    """Whether what is left out is predicted well enough: in the mean, and the worst of it (sampling.refined)."""
-    errors = sampling.left_out_errors(model)
+def _well_known(model: ContactModel, first: int, grid: MapGrid) -> bool:
+    """Whether what is left out is predicted well enough: in the mean, and the worst of it (sampling.refined).
+
+    Of the first contacts, spread over the range: those that follow lie where the solver scatters most.
+    """
+    errors = sampling.left_out_errors(model)[: np.count_nonzero(model.contacts.good[:first])]
     return bool(errors.mean() <= grid.contact_tolerance and errors.max() <= grid.contact_largest)
 
 
@@ -411,7 +415,6 @@ def build_map(
         },
         "kinematics": parameters.friction.kinematics,
         "film_kinematics": films.friction.kinematics,
-        "quick": grid.quick,
         "version": __version__,
         "contacts": 2 * sum(map(len, solved)),
         "contacts_not_solved": sum(int(np.sum(~c.good)) for c in solved),

@@ -55,11 +55,10 @@ class MapGrid:
 
     force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; the force goes lower than
     the preload, for an axial load relieves one nut; share: nodes of the axial load from 0 to the separation load.
-    Contacts of each raceway: contact_first, then contact_batch at a time until the mean error of a film that is left
-    out is below contact_tolerance and the largest, weighted, below contact_largest, at most contact_max (sampling.py).
-    Where the packaged atlas holds the thermal films of the screw: contact_first_atlas, contact_max_atlas instead, the
-    difference from it being what is interpolated, and none of them at the borders of the range. atlas: whether it is
-    used; quick: stated in the header.
+    Contacts of each raceway: where the packaged atlas holds the thermal films of the screw, the difference from it is
+    interpolated, from contact_check to contact_first of them, else from contact_first to contact_max. As many again
+    follow, at most contact_batch at a time, until the mean weighted error of what is left out is below
+    contact_tolerance and the largest below contact_largest (sampling.py). atlas: whether it is used.
     """
 
     force: tuple[float, float, int] = (12.0, 12000.0, 31)
@@ -67,15 +66,13 @@ class MapGrid:
     temperature: tuple[float, float, int] = (283.15, 353.15, 21)
     preload: tuple[float, float, int] = (120.0, 12000.0, 13)
     share_nodes: int = 21
+    contact_check: int = 32
     contact_first: int = 128
     contact_batch: int = 32
     contact_max: int = 256
     contact_tolerance: float = 1.5e-3
     contact_largest: float = 0.02
     atlas: bool = True
-    contact_first_atlas: int = 96
-    contact_max_atlas: int = 160
-    quick: bool = False
 
 
 def largest_pressure(screw: ScrewParameters, force: float) -> float:

@@ -52,10 +52,6 @@ def limits(material: Material) -> Html:
                      "the atlas is extrapolated and corrected by the solved ones"))  # fmt: skip
     if header.get("range_cut"):
         rows.append(("range cut", str(header["range_cut"])))
-    if header.get("quick"):
-        rows.append(
-            ("quick map", "few contacts, for a first look: build the map without --quick for final numbers")
-        )
     rows += _marks(material)
     if material.parameters.screw.preload_kind == FOUR_POINT and material.chosen.nut_map.law == MECHANISTIC:
         rows.append(

@@ -21,7 +21,6 @@ from ...nut_map.workers import build_executor, compile_kernels
 from ...parameters.file import Parameters
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import certificate_totals
-from ..parser import POINTS, QUICK_POINTS
 from ..shared.chosen import screw_of
 from ..shared.files import check_output, new_folder, try_folder, written
 from ..shared.progress import progress_bar
@@ -32,10 +31,6 @@ if TYPE_CHECKING:
     from ...nut_map.workers import Progress
 
 
-#: contacts of `map build --quick`, for a first look: its certificate says how good it is
-QUICK = MapGrid(
-    contact_first=48, contact_max=48, contact_batch=16, contact_first_atlas=8, contact_max_atlas=8, quick=True
-)
 #: 99 % errors of a map above which a build says so: three times those of the packaged maps
 POOR = {"torque": 0.02, "film": 0.05, "temperature_rise": 0.45}
 
@@ -99,7 +94,7 @@ def _build_one(wanted: _Wanted, args: Namespace, executor: Executor, progress: P
 
 def _grid(parameters: Parameters, args: Namespace) -> MapGrid:
     """Range and contacts of a build: by options, else the table [map] of the screw file, else what the screw allows."""
-    base = QUICK if args.quick else MapGrid()
+    base = MapGrid()
     if args.tolerance is not None:
         base = dataclasses.replace(base, contact_tolerance=args.tolerance)
     given = parameters.map
@@ -150,8 +145,6 @@ def _ends(least: int, most: int) -> str:
 
 def run_map_build(args: Namespace) -> int:
     """Solve the contacts of a screw, or of every screw file of a folder, and write the maps with their certificates."""
-    if args.count is None:
-        args.count = QUICK_POINTS if args.quick else POINTS
     whole_number("--workers", args.workers)
     whole_number("--count", args.count)
     if args.tolerance is not None and not 1e-5 <= args.tolerance <= 0.1:
