@@ -147,7 +147,8 @@ def compared(rows: pd.DataFrame) -> pd.Series:
         cpu, moved = rows.cpu_other, (rows.h_c / rows.h_c_other - 1.0).abs()
         found |= {"other_median_ms": 1e3 * cpu.median(), "ratio_median": cpu.median() / rows.cpu.median(),
                   "ratio_sum": cpu.sum() / rows.cpu.sum(), "other_unsolved": (rows.converged_other != 1).sum(),
-                  "film_99": moved.quantile(0.99), "film_over_estimate": (moved / rows.error_estimate).max()}  # fmt: skip
+                  "film_99": moved.quantile(0.99), "film_over_estimate": (moved / rows.error_estimate).max(),
+                  }  # fmt: skip
     return pd.Series(found)
 
 
