@@ -41,6 +41,8 @@ def test_result_is_complete_and_repeats_to_the_bit():
     assert result.grid_film == pytest.approx(np.interp(0.0, result.x, result.film[0]), rel=1e-3)
     assert result.h_c == pytest.approx(result.grid_film * (1.0 + result.extrapolation[0]), rel=1e-12)
     assert result.temperature_rise == pytest.approx(result.temperature.max() - 303.15, rel=1e-9)
+    walls = result.temperature[0, np.abs(result.x) < 1.0]
+    assert walls[:, 0].mean() < walls[:, -1].mean()  # the faster body stays cooler
     assert 0.0 < result.temperature_rise_mean < result.temperature_rise_smooth <= result.temperature_rise
     assert 303.15 < result.mean_temperature < result.temperature.max()
     assert min(result.seconds, result.iterations, result.newton_steps, result.deflections) > 0

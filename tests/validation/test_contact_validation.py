@@ -5,6 +5,7 @@ import pytest
 from reference_screw import GD4008, published_rows
 
 from ballscrew_tehl.validation import section5 as contact_validation
+from ballscrew_tehl.validation.circle import circle_rows
 from ballscrew_tehl.validation.section5 import (
     LAWS,
     REFINEMENT,
@@ -45,3 +46,15 @@ def test_solved_contact_of_the_nut_has_the_printed_speeds(monkeypatch):
     # the ball drags the raceway along
     assert row.traction_force * row.slide_roll_ratio > 0.0
     assert f"{1e6 * row.minimum_film:.4f}" in section5_text([row])
+
+
+@pytest.mark.slow
+def test_films_of_a_circle_are_those_of_a_public_multigrid():
+    """Bounds of the film references. A domain of the default length has the thicker film: here by 1 %."""
+    theirs, same, default = circle_rows()
+    for row in (same, default):
+        assert row["converged"]
+        assert row["central_film"] == pytest.approx(theirs["central_film"], rel=0.01)
+        assert row["minimum_film"] == pytest.approx(theirs["minimum_film"], rel=0.025)
+    assert [same[name] for name in ("x_in", "x_out", "y_max")] == pytest.approx([-4.0, 2.0, 3.0], rel=1e-12)
+    assert 1.005 <= default["central_film"] / same["central_film"] <= 1.015

@@ -178,8 +178,8 @@ COMMANDS = {
        "temperature, axial_load, torque_uncertainty or weight, table, comment. Prints errors, errors of left-out "
        "points, 95 % intervals, correlations, outliers and what the data do not identify."),
     "validate": Command("compare the model with measured torques and published models", "validate.run_validate", (
-        _switch("--contacts", "solve instead the contact of section 5.1 of the paper with both kinematics; shows the "
-                "printed values"),
+        _switch("--contacts", "solve instead the contact of section 5.1 of the paper with both kinematics and a circle "
+                "of a public multigrid; shows the published values"),
         _option("--plot", "draw which part of the mechanistic law carries what share of the torque", "FILE.png"),
         *OF_MAP,
     )),

@@ -73,14 +73,17 @@ def run_validate(args: Namespace) -> int:
     from ...validation.tables import table_text, validation_tables
 
     if args.contacts:
+        from ...validation.circle import circle_rows
         from ...validation.section5 import section5_contacts, section5_text
 
         with progress_bar(QUIET) as progress:
             contacts = section5_contacts(screw_of(args), progress)
+        circle = circle_rows()
         if args.json:
-            print_results([row._asdict() for row in contacts], True, True)
+            print_results([{"section5": [row._asdict() for row in contacts], "circle": circle}], True, False)
         else:
-            print(section5_text(contacts))
+            print(section5_text(contacts) + "\n\nRolling circle: published multigrid, this solver [m, s]")
+            print_results(circle, False, True)
         return 0
     if args.plot:
         check_output("--plot", args.plot, "a file *.png")
