@@ -12,7 +12,7 @@ import numpy as np
 from ..parameters.file import LubricantParameters
 from ..physics import film as film_formulas
 from ..physics.hertz import HertzContact, ellipse
-from .film.reynolds import GridChoice
+from .film.reynolds import THICK_FILM, GridChoice
 from .half_space.grid import INLET_SHAPE, Array
 
 #: unit, least and largest of what a contact is given by: wider than any machine, so that no number overflows
@@ -225,33 +225,50 @@ def scales_of(c: ContactConditions, oil: LubricantParameters) -> Scales:
     )
 
 
+#: steps of a doubled film in which grids differ: neighbouring points share one
+FILM_STEPS = 4.0
+#: least inlet, outlet [b] and side [a] of the domain, and where the wedges of inlet and outlet begin [b]
+LEAST_DOMAIN, WEDGES_FROM = (2.5, 1.5, 1.25), (1.5, 1.25)
+#: wedges to inlet, outlet and side of a thin film, and more per film [b^2/R_x] up to THICK_FILM (to the side up to 1),
+#: to the inlet with a part over b/a: 250 on a long ellipse, 110 on a circle
+INLET_WEDGES, OUTLET_WEDGES, SIDE_WEDGES = (12.0, 40.0, 9.0), (1.0, 2.5), (4.0, 2.0)
+#: lines per half-width: without side lobes and more with them, which narrow with b/a over film and are those of an
+#: ellipse rounder than ROUND; per wedge across, and more of round contacts in thin films
+LINES, LOBES, ROUND, LINES_PER_WEDGE, THIN = (11.0, 49.0), (0.1, 1.3), 0.3, (3.6, 14.0), 0.3
+FEWEST_LINES = 17
+
+
 def choose_grid(options: SolverOptions, film: float, curvature_y: float, kappa: float) -> GridChoice:
     """Domain and refinement for an expected film [b^2/R_x]; rounded, so that neighbouring points share a grid.
 
     wedge: distance over which the undeformed gap opens by one film. A film formed by the flattened contact feels the
     inlet over a dozen of them (a gap of 150 films). A film thicker than the flattening is carried by the wedge alone:
     pressure falls with the third power of the distance, its load with the first, and the film with twice that. So the
-    inlet goes to 250 wedges on a long ellipse, 110 on a circle (beyond, GMRES needs too many iterations), and the
-    outlet past the cavitation line, which is inclined. Across, the side is open and four to six wedges are enough; a
-    given domain has P = 0 on its edges. Line spacing: the Hertz edge lies on a line; side lobes of a wide ellipse are
-    narrower the thinner the film; thick films need about two lines per wedge.
+    inlet goes farther (beyond, GMRES needs too many iterations), and the outlet past the cavitation line, which is
+    inclined. Across, the side is open and four to six wedges are enough; a given domain has P = 0 on its edges. Line
+    spacing: the Hertz edge lies on a line; side lobes of a wide ellipse are narrower the thinner the film; thick films
+    need about two lines per wedge.
     """
     extent = options.extent
-    film = 2.0 ** (math.ceil(4.0 * math.log2(film)) / 4.0)
-    wedge, wedge_y = math.sqrt(2.0 * film), math.sqrt(2.0 * film / curvature_y)
-    x_in = options.x_in or -extent * max(2.5, 1.5 + (12.0 + (40.0 + 9.0 / kappa) * min(film, 2.0)) * wedge)
-    x_out = options.x_out or extent * max(1.5, 1.25 + (1.0 + 2.5 * min(film, 2.0)) * wedge)
-    lobes = min(1.0, 0.1 * kappa / film) ** 1.3 * min(1.0, (kappa / 0.3) ** 2)
-    per_half_width = min(11.0 + 49.0 * lobes, (3.6 + 14.0 * kappa**1.5 * min(1.0, 0.3 / film) ** 2) / wedge_y)
+    film = 2.0 ** (math.ceil(FILM_STEPS * math.log2(film)) / FILM_STEPS)
+    wedge, wedge_y, thick = math.sqrt(2.0 * film), math.sqrt(2.0 * film / curvature_y), min(film, THICK_FILM)
+    inlet = INLET_WEDGES[0] + (INLET_WEDGES[1] + INLET_WEDGES[2] / kappa) * thick
+    outlet = OUTLET_WEDGES[0] + OUTLET_WEDGES[1] * thick
+    side = (SIDE_WEDGES[0] + SIDE_WEDGES[1] * min(film, 1.0)) * wedge_y
+    x_in = options.x_in or -extent * max(LEAST_DOMAIN[0], WEDGES_FROM[0] + inlet * wedge)
+    x_out = options.x_out or extent * max(LEAST_DOMAIN[1], WEDGES_FROM[1] + outlet * wedge)
+    lobes = min(1.0, LOBES[0] * kappa / film) ** LOBES[1] * min(1.0, (kappa / ROUND) ** 2)
+    round_ = LINES_PER_WEDGE[1] * kappa**1.5 * min(1.0, THIN / film) ** 2
+    per_half_width = min(LINES[0] + LINES[1] * lobes, (LINES_PER_WEDGE[0] + round_) / wedge_y)
     if per_half_width > 2.0:
         per_half_width = float(round(per_half_width))
     y_max, lines = options.y_max, options.n_y
     if y_max is None:
-        y_max = extent * max(1.25, math.sqrt(1.0 + (4.0 + 2.0 * min(film, 1.0)) ** 2 * wedge_y**2))
+        y_max = extent * max(LEAST_DOMAIN[2], math.sqrt(1.0 + side**2))
         y_max = 2.0 * math.ceil(0.5 * y_max * per_half_width - 1e-9) / per_half_width
     if lines is None:
         # an odd number, so that every other line makes the coarse grid
-        lines = max(17, 1 + 2 * round(0.5 * y_max * per_half_width))
+        lines = max(FEWEST_LINES, 1 + 2 * round(0.5 * y_max * per_half_width))
         lines = 1 + 2 * round(0.5 * options.density * (lines - 1))
     return GridChoice(x_in, x_out, y_max, options.n_x, lines, inlet_length(film), options.y_max is None)
 

@@ -1,11 +1,9 @@
-"""One contact on one grid: from other solutions, or from the dry contact by way of half the nodes."""
+"""One contact on one grid: from the dry contact by way of half the nodes."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
-
-import numpy as np
 
 from .conditions import SolverOptions
 from .coupled import solve_coupled
@@ -13,7 +11,7 @@ from .film.reynolds import ReynoldsState
 from .half_space.grid import Array
 from .problem import ContactProblem, Iteration
 from .solution import ContactSolution, least_film, solution_of
-from .starts import Starts, carried, prolonged
+from .starts import prolonged
 
 #: tolerance on the grid of half the nodes, where a cold solve begins: bounds the error of the extrapolation
 COARSE_TOLERANCE = 3e-5
@@ -24,9 +22,6 @@ REMAINDER = 0.25
 #: share of the change by half the layers and half the extent of the energy equation that counts as their error: a third
 #: for second order (layers), all of it for first order (extent)
 REST_SHARE = 0.5
-#: Moes load above which what diverges or stalls is continued in load, below in speed; a solve that diverges on half the
-#: nodes ends above it: all four of 700 random thermal contacts diverged on all of them, too
-HIGH_LOAD = 3e4
 #: fewest layers of a coarse solution
 LEAST_LAYERS = 4
 #: tolerance and most Newton steps of the isothermal solve that a coupled solve begins with
@@ -36,29 +31,6 @@ UNDAMPED_ITERATIONS = 60
 #: most iterations with damping: those that converge take 15 to 60, one of 4000 took 109; a hot inlet whose
 #: recirculation jumps from node to node, and the pressure spike with it, never settles
 DAMPED_ITERATIONS = 150
-#: most iterations of a coupled solve from other solutions: 4 to 8 in the median on lines of 21 contacts
-NEAR_ITERATIONS = 25
-
-
-def solve_near(problem: ContactProblem, starts: Starts, limit: int) -> ContactSolution:
-    """From other solutions with their weights; the shares of the error are interpolated."""
-    state, temperature = carried(starts, problem)
-    options = problem.options
-    it = problem.start(state)
-    if problem.plain:
-        it = problem.solve_isothermal(it, options.tolerance, options.max_newton)
-    else:
-        it = solve_coupled(problem, it, temperature, options.tolerance, min(limit, NEAR_ITERATIONS))
-    # a share depends on how the grid holds the inlet: beyond the neighbours it counts in full as its own error
-    shares = np.array([s.extrapolation for _, s in starts])
-    between = len(starts) > 1 and max(abs(weight) for weight, _ in starts) <= 1.0
-    grid = max(s.error_parts[0] for _, s in starts) if between else float(np.max(np.abs(shares[:, 0])))
-    weights = np.array([weight for weight, _ in starts])
-    # within the range of the neighbours: a quadratic beyond them would amplify their scatter from contact to contact
-    centre, least = (float(v) for v in np.clip(weights @ shares, shares.min(axis=0), shares.max(axis=0)))
-    rests = [s.error_parts[1] for _, s in starts]
-    rest = min(max(float(weights @ rests), min(rests)), max(rests))
-    return solution_of(problem, it, (centre, least), (grid, rest))
 
 
 def solve_cold(problem: ContactProblem) -> ContactSolution:
@@ -69,12 +41,9 @@ def solve_cold(problem: ContactProblem) -> ContactSolution:
         return solution_of(problem, solve_from(problem, None, None, options.tolerance), (math.nan, math.nan))
     coarse = ContactProblem(problem.given, problem.oil, problem.solid, options, coarse_choice)
     first, rest = _solve_coarse(coarse)
-    if _diverged(first) and problem.scales.M > HIGH_LOAD:
-        # so it would on more nodes: lower loads are the cheaper way
-        return solution_of(coarse, first, (math.nan, math.nan))
     if first.converged:
         it = solve_from(problem, *prolonged(coarse, first, problem), options.tolerance, first.damped)
-    # what never settles with damping would not from the dry contact: lower speeds are the cheaper way
+    # what never settles with damping would not from the dry contact
     if not first.converged or not (it.converged or it.damped):
         it = solve_from(problem, None, None, options.tolerance)
     extrapolation = own = math.nan
@@ -84,7 +53,7 @@ def solve_cold(problem: ContactProblem) -> ContactSolution:
         # side lobes are about as narrow as the line spacing: no order of convergence, they get the share of the centre
         (h_coarse, at_coarse), (h_fine, at_fine) = least_film(coarse, first), least_film(problem, it)
         own = (1.0 - h_coarse / h_fine) / 3.0 if at_coarse == at_fine == 0 else extrapolation
-    return solution_of(problem, it, (extrapolation, own), (REMAINDER * abs(extrapolation), rest))
+    return solution_of(problem, it, (extrapolation, own), REMAINDER * abs(extrapolation) + rest)
 
 
 def _solve_coarse(coarse: ContactProblem) -> tuple[Iteration, float]:
@@ -102,10 +71,6 @@ def _solve_coarse(coarse: ContactProblem) -> tuple[Iteration, float]:
                 change = rough.central_film(before) / coarse.central_film(first) - 1.0
                 return first, REST_SHARE * abs(change)
     return solve_from(coarse, None, None, COARSE_TOLERANCE), 0.0
-
-
-def _diverged(it: Iteration) -> bool:
-    return not it.converged and (not it.history.finite or not np.isfinite(it.temperature_history[-1:]).all())
 
 
 def _half(options: SolverOptions) -> SolverOptions:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,17 +25,13 @@ TOUCHING = "the bodies touch: film thinner than the grid resolves"
 
 @dataclass(frozen=True, kw_only=True)
 class ContactSolution(ContactResult):
-    """A result with what continuation goes on from.
+    """A result with its state and grid.
 
     h_c, h_m are extrapolated from the grid and the one of half the nodes by the two shares `extrapolation`;
-    error_estimate is NaN without a coarse grid, one that starts from others has the shares interpolated between them;
-    error_parts: of the grid, of layers and extent of the energy equation. Of the asymptotic branch of a contact that
-    did not converge, integrals, forces and heat are extrapolated over the load; fields and shares are those of the load
-    that did, error_estimate is NaN.
+    error_estimate is NaN without a coarse grid.
     """
 
     extrapolation: tuple[float, float]
-    error_parts: tuple[float, float]
     state: ReynoldsState = field(repr=False)
     choice: GridChoice = field(repr=False)
 
@@ -47,28 +42,15 @@ class ContactSolution(ContactResult):
 
     @property
     def usable(self) -> bool:
-        """Whether others may be extrapolated from it."""
+        """Whether the grid holds it."""
         return self.converged and self.branch == "resolved"
-
-    def moved_to(self, other: ContactSolution, **extrapolated: Any) -> ContactSolution:
-        """This solution under the conditions of another one, with extrapolated values: the asymptotic branch."""
-        return replace(
-            self,
-            conditions=other.conditions,
-            hertz=other.hertz,
-            M=other.M,
-            L=other.L,
-            branch="asymptotic",
-            error_estimate=math.nan,
-            **extrapolated,
-        )
 
 
 def solution_of(
     problem: ContactProblem,
     it: Iteration,
     extrapolation: tuple[float, float],
-    errors: tuple[float, float] = (math.nan, 0.0),
+    error: float = math.nan,
 ) -> ContactSolution:
     """What a solve has found; its time is left at zero."""
     grid, scales = problem.geometry.grid, problem.scales
@@ -100,8 +82,7 @@ def solution_of(
         L=scales.L,
         branch=_branch(problem, it),
         extrapolation=extrapolation,
-        error_estimate=sum(errors) + CONVERGED_AT * problem.options.tolerance,
-        error_parts=errors,
+        error_estimate=error + CONVERGED_AT * problem.options.tolerance,
         grid_film=problem.central_film(it) * scales.h_unit,
         heat_balance=None if it.heat_flows is None else HeatBalance(*it.heat_flows),
         **contact_integrals(problem, it, sign * traction.force)._asdict(),

@@ -1,26 +1,16 @@
-"""Starts of a solve: a coarse solution on a finer grid, and solutions at lower loads or speeds, extrapolated."""
+"""Start of a solve: a coarse solution on a finer grid."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-
 import numpy as np
 
-from .conditions import scales_of
 from .film.reynolds import LEAST_PRESSURE, TARGET_LOAD, ReynoldsState
 from .half_space.grid import Array, Grid
 from .problem import ContactProblem, Iteration
-from .solution import ContactSolution
 
-#: pressure [p_max] above which temperatures are extrapolated through the neighbours; below, they are the nearest's
-LOADED = 1e-2
 #: pressure of nodes that were cavitated on another grid, as a share of the deepest that is allowed: they begin
 #: cavitated, for the edge of cavitation moves by one node per Newton step
 CAVITATED = 1e-3
-
-#: solutions to start from with their weights
-Starts = Sequence[tuple[float, ContactSolution]]
 
 
 def _weights(at: Array, nodes: Array) -> Array:
@@ -54,60 +44,19 @@ def _layered(temperature: Array, n_z: int) -> Array:
     return temperature @ _weights(at, nodes).T
 
 
-def _on_grid(
-    fields: Sequence[tuple[Grid, Array, Array, Array | None]],
-    weights: Sequence[float],
-    problem: ContactProblem,
+def prolonged(
+    coarse: ContactProblem, it: Iteration, problem: ContactProblem
 ) -> tuple[ReynoldsState, Array | None]:
-    """Weighted pressures, gaps and temperatures of other grids as a state of a problem."""
-    grid, geometry = problem.geometry.grid, problem.geometry
-    p, wanted = np.zeros_like(geometry.undeformed), np.zeros_like(geometry.undeformed)
-    temperature: Array | None = None
-    main = int(np.argmax(np.abs(weights)))
-    loaded = resample(fields[main][1], fields[main][0], grid) > LOADED
-    for k, ((source, pressure, gap, warm), weight) in enumerate(zip(fields, weights, strict=True)):
-        p += weight * resample(np.maximum(pressure, 0.0), source, grid)
-        wanted += weight * resample(gap, source, grid)
-        if warm is not None:
-            # what circulates in the inlet settles slowly: its error would grow from prediction to prediction
-            shares = np.where(loaded, weight, 1.0 if k == main else 0.0)
-            part = shares[..., None] * _layered(resample(warm, source, grid), problem.options.n_z)
-            temperature = part if temperature is None else temperature + part
+    """A coarse solution on the grid of a finer problem: state and temperatures."""
+    source, grid, geometry = coarse.geometry.grid, problem.geometry.grid, problem.geometry
+    p = resample(np.maximum(it.state.p, 0.0), source, grid)
     p = geometry.embed(np.where(p <= 0.0, -CAVITATED * LEAST_PRESSURE, p)[grid.inner])
     p *= TARGET_LOAD / float(np.sum(geometry.weights * p))
     # the approach that leaves the gap of the contact as it was
     shape = geometry.gap(p, 0.0)
     middle = p > 0.5 * p.max()
-    h_0 = float(np.mean((wanted - shape)[middle]))
-    return ReynoldsState(p, h_0, shape + h_0), temperature
-
-
-def prolonged(
-    coarse: ContactProblem, it: Iteration, problem: ContactProblem
-) -> tuple[ReynoldsState, Array | None]:
-    """A coarse solution on the grid of a finer problem."""
-    field_ = coarse.geometry.grid, it.state.p, it.state.gap, it.temperature
-    return _on_grid([field_], [1.0], problem)
-
-
-def weighted(at: float, line: Sequence[tuple[float, ContactSolution]]) -> Starts:
-    """Solutions at ratios of a load or speed with their Lagrange weights at another ratio, in logarithms."""
-    along = np.log([ratio / at for ratio, _ in line])
-    weights = [math.prod(-t / (s - t) for t in np.delete(along, k)) for k, s in enumerate(along)]
-    return [(float(weight), solution) for weight, (_, solution) in zip(weights, line, strict=True)]
-
-
-def carried(starts: Starts, problem: ContactProblem) -> tuple[ReynoldsState, Array | None]:
-    """Solutions with their weights: pressures in Hertz units, gaps by their share of the expected film."""
-    c, scales = problem.conditions, problem.scales
-    fields: list[tuple[Grid, Array, Array, Array | None]] = []
-    for _, start in starts:
-        own = scales_of(start.conditions, problem.oil)
-        share = scales.film_estimate / own.film_estimate
-        temperature = start.temperature
-        if temperature is not None:
-            # colder than the inlet behind the spike, where the oil expands
-            temperature = temperature + (c.temperature - start.conditions.temperature)
-        gap = start.state.gap + start.h_c / own.h_unit * (share - 1.0)
-        fields.append((start.grid, start.state.p, gap, temperature))
-    return _on_grid(fields, [weight for weight, _ in starts], problem)
+    h_0 = float(np.mean((resample(it.state.gap, source, grid) - shape)[middle]))
+    warm = it.temperature
+    if warm is not None:
+        warm = _layered(resample(warm, source, grid), problem.options.n_z)
+    return ReynoldsState(p, h_0, shape + h_0), warm

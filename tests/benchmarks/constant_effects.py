@@ -1,0 +1,186 @@
+"""What every number that steers the contact solver does, at a fixed sample of contacts.
+
+`python tests/benchmarks/constant_effects.py [--only TEXT] [--every K] [--count] [--output FILE.csv]` finds the named
+numbers in the modules of `contact`, moves one after the other to half and to twice its value, solves the sample and
+prints for each: contacts that are not solved, films that move by more than their error estimate, median and largest
+change of the film, ratio of linear solves and of CPU time. Numbers in compiled kernels cannot be moved: they are named.
+`--count` prints only how many there are and how the sample is solved. One pass of the sample takes about a minute.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import pkgutil
+import re
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+import pandas as pd
+from rich.progress import track
+from scipy.stats import qmc
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
+from paths import ROOT
+from robustness import isothermal, thermal
+
+from ballscrew_tehl import contact
+from ballscrew_tehl.contact import ball_conditions, solve_for_map
+from ballscrew_tehl.contact.film import reynolds
+from ballscrew_tehl.nut_map.atlas import STEEL
+from ballscrew_tehl.nut_map.atlas_contacts import atlas_points, contact_of
+from ballscrew_tehl.nut_map.grid import contact_range, map_grid
+from ballscrew_tehl.parameters.file import load_parameters
+
+#: units, physics, ranges that are refused, tables and quadratures: they steer nothing
+MODULES_ASIDE = ("moes", "film.oil", "half_space.line_table", "half_space.walls", "one_thread", "result")
+NAMES_ASIDE = (
+    "TINY", "INLET_SHAPE", "TARGET_LOAD", "FASTEST", "MOST_NODES", "LEAST_FACTOR", "MOST_FACTOR", "RANGES",
+    "SMOOTHED_OVER", "SMOOTHED_HERTZ", "THICKEST",
+)  # fmt: skip
+#: points of robustness.py without and with heat, and of the atlas: some at random, and those of 700 that took damping,
+#: pseudo time, held approaches, cold starts on the whole grid, doubled nodes, or most steps
+ISOTHERMAL = (15, 17, 23, 47, 59, 68, 79, 87, 96, 121, 159, 184)
+THERMAL = (0, 5, 21, 22, 30, 44, 60, 77, 90, 93, 122, 125)
+ATLAS = (
+    "all 100", "all 500", "fast 100", "hot 200", "hot 871", "hot 553", "all 625", "hot 287", "all 984",
+    "transition 1456", "transition 360", "transition 854", "hot 413", "fast 294", "transition 302",
+)  # fmt: skip
+
+
+def modules() -> dict[str, ModuleType]:
+    """Modules of the room that hold numbers which steer, by name."""
+    found = pkgutil.walk_packages(contact.__path__, contact.__name__ + ".")
+    names = [item.name.removeprefix(contact.__name__ + ".") for item in found if not item.ispkg]
+    return {n: importlib.import_module(f"{contact.__name__}.{n}") for n in names if n not in MODULES_ASIDE}
+
+
+def numbers(value: Any) -> list[float]:
+    """The numbers of a constant."""
+    if isinstance(value, dict | tuple):
+        parts = value.values() if isinstance(value, dict) else value
+        return [number for part in parts for number in numbers(part)]
+    return [value] if isinstance(value, int | float) and not isinstance(value, bool) else []
+
+
+def constants() -> dict[tuple[str, str], Any]:
+    """Values by module and name, where they are assigned."""
+    found = {}
+    for name, module in modules().items():
+        text = Path(str(module.__file__)).read_text(encoding="utf-8")
+        assigned = re.findall(r"^([A-Z][A-Z_0-9]*(?:, [A-Z_0-9]+)*) = ", text, re.M)
+        for each in (part for names in assigned for part in names.split(", ")):
+            if each not in NAMES_ASIDE and numbers(getattr(module, each)):
+                found[name, each] = getattr(module, each)
+    return found
+
+
+def compiled(module: ModuleType, name: str) -> bool:
+    """Whether a kernel of its module takes a constant: it is frozen when that is compiled."""
+    kernels = [each.py_func for each in vars(module).values() if hasattr(each, "py_func")]
+    return any(name in kernel.__code__.co_names for kernel in kernels)
+
+
+def moved(value: Any, factor: float) -> Any:
+    """A constant with all its numbers times a factor; whole numbers stay whole."""
+    if isinstance(value, dict):
+        return {key: moved(part, factor) for key, part in value.items()}
+    if isinstance(value, tuple):
+        return tuple(moved(part, factor) for part in value)
+    return max(round(factor * value), 1) if isinstance(value, int) else factor * value
+
+
+def solved(every: int) -> tuple[list[Any], int, float]:
+    """Results of every k-th contact of the sample, products of GMRES and CPU seconds of all."""
+    cube = qmc.Sobol(5, seed=1).random_base2(11)
+    jobs: list[Any] = [lambda k=k: isothermal(cube[k])[1] for k in ISOTHERMAL]
+    jobs += [lambda k=k: thermal(cube[k], 1.0)[1] for k in THERMAL]
+    jobs += [
+        lambda p=p: solve_for_map(*contact_of(p.values), STEEL, True)
+        for p in atlas_points()
+        if p.name in ATLAS
+    ]
+    for file in sorted((ROOT / "tests/data/screws").glob("*.toml")):
+        own = load_parameters(file)
+        range_ = contact_range(own, map_grid(own))
+        third = range_.load[1] / 3.0, range_.speed[1] / 3.0, sum(range_.temperature) / 2.0
+        at = ball_conditions(own, "nut", *third)
+        jobs.append(lambda at=at, own=own: solve_for_map(at, own.lubricant, own.solid, True))
+    products, linear_step = 0, reynolds._linear_step
+
+    def counted(*args: Any) -> Any:
+        nonlocal products
+        found = linear_step(*args)
+        products += args[3].krylov[-1]
+        return found
+
+    reynolds.contact_geometry.cache_clear()
+    reynolds._linear_step, begun = counted, time.process_time()
+    results = [job() for job in jobs[::every]]
+    reynolds._linear_step = linear_step
+    return results, products, time.process_time() - begun
+
+
+def effect(before: tuple[list[Any], int, float], now: tuple[list[Any], int, float]) -> dict[str, float]:
+    """What has changed between two passes."""
+    pairs = [(a, b) for a, b in zip(before[0], now[0], strict=True) if a.converged and b.converged]
+    change = [abs(b.h_c / a.h_c - 1.0) for a, b in pairs]
+    beyond = sum(c > a.error_estimate + b.error_estimate for c, (a, b) in zip(change, pairs, strict=True))
+    return {
+        "unsolved": sum(not r.converged for r in now[0]), "beyond": beyond, "median": float(np.median(change)),
+        "largest": max(change), "products": now[1] / before[1], "time": now[2] / before[2],
+    }  # fmt: skip
+
+
+def with_moved(name: str, value: Any, every: int) -> tuple[list[Any], int, float]:
+    """The sample with another value of a constant, in all modules that have taken it over."""
+    holders = [(module, getattr(module, name)) for module in modules().values() if hasattr(module, name)]
+    for module, _ in holders:
+        setattr(module, name, value)
+    try:
+        return solved(every)
+    finally:
+        for module, own in holders:
+            setattr(module, name, own)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", default="", help="part of module.NAME")
+    parser.add_argument("--every", type=int, default=1, help="take every k-th contact of the sample")
+    parser.add_argument("--count", action="store_true", help="count only")
+    parser.add_argument("--output", type=Path, help="CSV file of the table")
+    args = parser.parse_args()
+    found = constants()
+    print(f"{len(found)} constants of {sum(len(numbers(v)) for v in found.values())} numbers")
+    before = solved(args.every)
+    print(Counter(re.sub(r"[\d.e+-]*\d", "#", f"{r.branch}: {r.reason}") for r in before[0]))
+    rows = []
+    wanted = [] if args.count else [key for key in found if args.only in ".".join(key)]
+    for module, name in track(wanted, "constants"):
+        value = found[module, name]
+        if compiled(modules()[module], name):
+            rows.append({"constant": f"{module}.{name}", "value": value, "moved": "compiled"})
+            continue
+        for factor in (0.5, 2.0):
+            try:
+                now = effect(before, with_moved(name, moved(value, factor), args.every))
+            except (ArithmeticError, ValueError, IndexError) as error:
+                now = {"error": str(error)}
+            rows.append({"constant": f"{module}.{name}", "value": value, "moved": factor, **now})
+    table = pd.DataFrame(rows)
+    if args.output:
+        table.to_csv(args.output, index=False)
+    print(table.to_string(index=False, float_format="{:.3g}".format))
+
+
+if __name__ == "__main__":
+    main()
