@@ -39,14 +39,6 @@ def test_basis_is_the_torque_of_two_nuts():
         assert found == pytest.approx(2.0 * nut.torque(1.3, K), rel=1e-12)
 
 
-def test_axial_load_gives_each_nut_its_force():
-    loaded = torque_basis(VG100, CONTACTS, [replace(MEASURED[1], axial_load=500.0), MEASURED[1]])
-    more, alone = loaded.torque((1.0, K, 0.0))
-    assert loaded.viscous.shape == (2, 4)
-    assert more != alone
-    assert alone == pytest.approx(float(BASIS.torque((1.0, K, 0.0))[1]), rel=1e-12)
-
-
 def test_one_number_is_the_weighted_mean_of_the_rest():
     basis = synthetic((1.0, K, 0.0), 0.05)
     rest = basis.measured - basis.torque((1.0, 0.0, 0.0))

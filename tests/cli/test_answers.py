@@ -16,7 +16,7 @@ from reference_screw import GD4008
 from ballscrew_tehl.cli import parser
 from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
 from ballscrew_tehl.nut_map import trend
-from ballscrew_tehl.nut_map.file import load_contact_map, load_map, packaged_map
+from ballscrew_tehl.nut_map.file import load_contact_map, load_map
 from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
@@ -222,30 +222,6 @@ def test_direct_solve_agrees_with_the_map(capsys, friction):
             assert direct[key] == pytest.approx(by_map[key], rel=error), key
     if friction == "mechanistic":
         assert direct["torque_low_nm"] == pytest.approx(by_map["torque_low_nm"], rel=0.02)
-
-
-# --- calibrate, contact, init ---
-
-
-def test_calibrate_gives_back_the_numbers_that_made_the_torques(capsys, tmp_path):
-    """With the films of the packaged map; --output and --plot write files."""
-    nut_map, numbers = load_map(None, GD4008), (8.0, 0.004, 20e-9)
-    lines = ["preload [kN];speed [r/min];temperature [degC];torque [N.cm]"]
-    for preload in (1000.0, 2000.0, 4000.0, 6000.0):
-        for rpm in (50.0, 300.0, 1500.0):
-            torque = float(nut_map.evaluate(preload, rpm * RPM, SI[2], 0.0, *numbers).friction_torque)
-            lines.append(f"{preload / 1000};{rpm};30;{100.0 * torque!r}")
-    path, output, picture = (tmp_path / name for name in ("measured.csv", "fit.toml", "fit.png"))
-    path.write_text("\n".join(lines))
-    words = "calibrate", path, "--map", packaged_map("published")
-    found, _ = answer(capsys, *words, "--output", output, "--plot", picture)
-    entry = found["published.three_parameter"]
-    names = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
-    assert [entry[name] for name in names] == pytest.approx(numbers, rel=1e-3)
-    assert picture.read_bytes().startswith(b"\x89PNG")
-    with_file, _ = answer(capsys, "torque", *POINT, "--friction", output)
-    expected = float(nut_map.evaluate(*SI, 0.0, *numbers).friction_torque)
-    assert with_file["friction_torque_nm"] == pytest.approx(expected, rel=1e-4)
 
 
 # --- text ---

@@ -53,18 +53,6 @@ def test_bad_input_is_named():
             double_nut_torque(GD4008, SET, film, **(good | {name: value}))
 
 
-def test_preload_and_torque_are_inverse():
-    film = HamrockDowsonFilm(GD4008)
-    torque = double_nut_torque(GD4008, SET, film, 2345.0, 10.472, 303.0).total
-    found = preload_from_torque(
-        lambda preload: double_nut_torque(GD4008, SET, film, preload, 10.472, 303.0).total,
-        torque,
-        0.0,
-        12000.0,
-    )
-    assert found == pytest.approx(2345.0, rel=1e-9)
-
-
 def test_error_for_an_unreachable_torque_names_the_range():
     with pytest.raises(ValueError, match=r"torque = 5 N.m; allowed .* 0 to 2 N.m"):
         preload_from_torque(lambda preload: 2e-3 * preload, 5.0, 0.0, 1000.0)

@@ -8,7 +8,6 @@ import pytest
 from ballscrew_tehl.parameters.file import FOUR_POINT, load_parameters
 from ballscrew_tehl.physics.axial_stiffness import (
     axial_deflection,
-    axial_stiffness,
     contact_stiffness,
     lost_motion,
     nut_forces,
@@ -43,16 +42,6 @@ def test_oversize_balls_have_the_same_law():
     chain = double_nut_loads(four, 2000.0, 3000.0, count, contact_angle=BETA)
     both = nut_forces(K, 2000.0, axial_deflection(K, 2000.0, 3000.0))
     np.testing.assert_allclose(both, (chain.force_a, chain.force_b), rtol=1e-6)
-
-
-def test_stiffness_is_the_slope_of_the_load():
-    for load in (0.0, 1000.0, 5000.0, 9000.0):
-        h = 1e-4 * preload_approach(K, 2000.0)
-        x = axial_deflection(K, 2000.0, load) + np.array([-h, h])
-        force_a, force_b = nut_forces(K, 2000.0, x)
-        assert axial_stiffness(K, 2000.0, x.mean()) == pytest.approx(
-            np.diff(force_b - force_a)[0] / (2.0 * h), rel=1e-6
-        )
 
 
 def test_lost_motion_is_twice_the_deflection_and_play_counts_without_preload_only():

@@ -40,8 +40,6 @@ def test_ellipse_of_the_paper():
     for raceway, force, a, b, p_max, digits in [
         ("screw", 2000.0, 353.40e-6, 41.23e-6, 1.0799e9, (0.005e-6, 0.005e-6, 0.00005e9)),
         ("nut", 2000.0, 348.78e-6, 45.10e-6, 1.0003e9, (0.005e-6, 0.005e-6, 0.00005e9)),
-        ("screw", 1000.0, 0.2805e-3, 0.0327e-3, 0.857e9, (0.05e-6, 0.05e-6, 0.0005e9)),
-        ("nut", 1000.0, 0.2768e-3, 0.0358e-3, 0.794e9, (0.05e-6, 0.05e-6, 0.0005e9)),
     ]:
         c = contact(GD4008, raceway, load_over_86(force))
         assert c.a == pytest.approx(a, abs=digits[0])
@@ -49,17 +47,7 @@ def test_ellipse_of_the_paper():
         assert c.p_max == pytest.approx(p_max, abs=digits[2])
 
 
-def test_circle_is_the_sphere_solution():
-    R, modulus, load = 5e-3, 226e9, 100.0
-    c = ellipse(load, R, R, modulus)
-    # Johnson 1985, Eqs. 4.22-4.24 with E* = modulus/2
-    a = (3.0 * load * R / (4.0 * modulus / 2.0)) ** (1 / 3)
-    assert (c.a, c.b) == (pytest.approx(a, rel=1e-12), pytest.approx(a, rel=1e-12))
-    assert c.delta == pytest.approx(a**2 / R, rel=1e-12)
-    assert c.p_max == pytest.approx(1.5 * load / (math.pi * a**2), rel=1e-12)
-
-
-@pytest.mark.parametrize("ratio", [0.5, 0.035, 1e-4])
+@pytest.mark.parametrize("ratio", [1.0, 0.5, 0.035, 1e-4])
 def test_deflection_reproduces_the_undeformed_paraboloid(ratio):
     """Hertz pressure deflects by delta - x^2/(2 R_x) - y^2/(2 R_y) inside the ellipse: Johnson Eq. 3.64."""
     R_x, modulus, load = 3e-3, 226e9, 40.0
