@@ -53,7 +53,6 @@ def built(screw: Path, path: Path, options: list[str]) -> dict[str, Any]:
     certificate = header["certificate"]
     row |= {name: header[name] for name in ("contacts", "contacts_not_solved", "range_cut")}
     row |= {name: certificate[name] for name in ("points", "points_not_solved")}
-    row["asymptotic_share"] = 100.0 * header["asymptotic_share"]
     return row | {name: 100.0 * certificate[name] for name in ERRORS}
 
 

@@ -17,10 +17,11 @@ from typing import Any
 import pandas as pd
 
 from ballscrew_tehl.friction.baselines import nsk_torque
-from ballscrew_tehl.friction.interval import torque_interval, zero_fitted
+from ballscrew_tehl.friction.interval import torque_interval
+from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.friction.torque import nut_forces
 from ballscrew_tehl.mechanics import CATALOGUE_SHARE
-from ballscrew_tehl.parameters.file import Parameters, graded_oil, load_parameters
+from ballscrew_tehl.parameters.file import Parameters, changed, graded_oil, load_parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.rating import dynamic_rating
 from ballscrew_tehl.refinement.direct import DirectContacts
@@ -35,7 +36,7 @@ def catalogue_row(parameters: Parameters, share: float) -> tuple[Any, ...]:
     oiled = parameters.model_copy(update={"lubricant": graded_oil(*OIL)})
     preload = share * dynamic_rating(oiled.screw)
     at = nut_forces(oiled, preload, 0.0), DirectContacts(oiled), SPEED * RPM, TEMPERATURE + CELSIUS
-    found = torque_interval(oiled, *at, zero_fitted(oiled))
+    found = torque_interval(oiled, *at, default_friction_set(changed(oiled, friction={"ball_thrust": 1.0})))
     kind, catalogue = oiled.screw.preload_kind, float(nsk_torque(oiled.screw, preload))
     return parameters.name, kind, preload, found.torque, found.low, found.high, catalogue
 

@@ -16,9 +16,9 @@ from ballscrew_tehl.friction.interval import (
     torque_of_constants,
     uniform_moments,
     unknown_constants,
-    zero_fitted,
 )
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
+from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.parameters.file import changed, load_parameters
 from ballscrew_tehl.parameters.friction_constants import BOUNDED
 from ballscrew_tehl.parameters.identity import parameters_hash
@@ -26,7 +26,7 @@ from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import RPM
 
 LAW = load_parameters(PACKAGED_DATA / "gd4008_vg100.toml")
-FREE = zero_fitted(LAW)
+FREE = default_friction_set(changed(LAW, friction={"ball_thrust": BOUNDED["ball_thrust"].value}))
 FITTED = dataclasses.replace(
     FREE, net_sliding_coefficient=0.0116, parameters_hash=parameters_hash(LAW),
     intervals={"net_sliding_coefficient": 0.0004}, errors={"leave_one_out_mean": 0.03},

@@ -7,7 +7,6 @@ import pytest
 from reference_screw import GD4008
 
 from ballscrew_tehl.parameters.file import changed, load_parameters
-from ballscrew_tehl.parameters.screw import FrictionParameters
 from ballscrew_tehl.parameters.template import example_parameters
 from ballscrew_tehl.parameters.toml import ParameterError
 
@@ -62,7 +61,6 @@ def test_packaged_screw_is_table_1_in_si():
         "thermal_conductivity": 46.0,
     }
     assert (GD4008.friction.hysteresis_coefficient, GD4008.friction.sliding_coefficient) == (0.01, 0.15)
-    assert GD4008.friction.spin_split == FrictionParameters().spin_split == 0.5
     assert GD4008.published_speeds.reference_speed == pytest.approx(100 * math.pi, rel=1e-15)
     assert GD4008.published_speeds.screw == (5.7561, 2.9926)
     assert GD4008.published_speeds.nut == (0.0447, 3.0386)
@@ -126,7 +124,8 @@ viscosity_Pas = 0.033 => viscosity_Pas = 0.033@astm_viscosity_1_cSt = 100 => lub
 ^astm_viscosity_1_mm2_s => viscosity_Pas = 0.1@astm_viscosity_1_mm2_s => lubricant.viscosity_Pas = 0.1; no entry
 viscosity_Pas = 0.033 =>  => lubricant.viscosity_Pas = (missing)
 kinematics = "published" => kinematics = "rolling_frame" => friction.set = 'three_parameter'; mechanistic with
-spin_split = 0.5  => spin_split = 1.5  => friction.spin_split = 1.5; <= 1; share of the spin at the screw contact
+sliding_coefficient = 0.15  => sliding_coefficient = 1.5  => friction.sliding_coefficient = 1.5; <= 1; mu_s as printed
+sliding_coefficient = 0.15  => spin_split = 0.5  => friction.spin_split = 0.5; nearest:
 +iso_vg = 69 => => lubricant.iso_vg = 69; 46, 68, 100
 +viscosity_index = None => => lubricant.viscosity_index = (missing); iso_vg needs it
 +iso_vg = None => => lubricant.iso_vg = (missing); viscosity_index needs it
@@ -134,7 +133,7 @@ spin_split = 0.5  => spin_split = 1.5  => friction.spin_split = 1.5; <= 1; share
 density_kg_m3 = 970.0 => density_kg_m3 = 970.0@density_15c_kg_m3 = 980 => density_15c_kg_m3 = 980; no entry without
 loaded_ball_count = 72  => return_ball_count = 85  => screw.return_ball_count = 85; at most 84
 loaded_ball_count = 72  => return_ball_count = 10@loaded_ball_count = 72  => loaded_ball_count = 72; 76, or no entry
-spin_split = 0.5  => raceway_rq_um = 0.05@spin_split = 0.5  => friction.ball_rq_um = (missing); raceway_rq needs it
+sliding_coefficient = 0.15  => raceway_rq_um = 0.05  => friction.ball_rq_um = (missing); raceway_rq needs it
 """
 
 
@@ -175,7 +174,7 @@ def test_balls_in_the_returns_carry_no_load(read):
 
 
 def test_roughness_height_is_the_composite_of_both_surfaces(read):
-    text = edited("spin_split = 0.5 ", "raceway_rq_um = 0.04\nball_rq_nm = 0\nspin_split = 0.5 ")
+    text = edited("sliding_coefficient = 0.15 ", "raceway_rq_um = 0.04\nball_rq_nm = 0 ")
     with pytest.raises(ParameterError, match="bad unit"):
         read(text)
     found = read(text.replace("ball_rq_nm = 0", "ball_rq_um = 0.03")).friction

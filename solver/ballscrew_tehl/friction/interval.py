@@ -32,7 +32,6 @@ from ..parameters.file import Parameters, load_parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_VG100
-from ..runtime.packed import MECHANISTIC
 from .mechanistic import ContactValues, ball_ball_coefficient, law_constants, nuts_powers
 from .sets import FrictionSet, load_friction_sets
 
@@ -117,13 +116,6 @@ def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
         value = friction_set.net_sliding_coefficient
         return Fit(max(value - half, 0.0), value + half, left_out)
     return None
-
-
-def zero_fitted(parameters: Parameters) -> FrictionSet:
-    """Set of the mechanistic law without a measured torque: kappa of the screw file, or that of BOUNDED."""
-    friction = parameters.friction
-    k = ball_ball_coefficient(friction, friction.ball_thrust)
-    return FrictionSet(MECHANISTIC, friction.kinematics, MECHANISTIC, 1.0, k, provenance="kappa, not fitted")
 
 
 def torque_of_constants(

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..parameters.file import FOUR_POINT, FrictionParameters, Parameters, ScrewParameters
+from ..parameters.file import FOUR_POINT, FrictionParameters, Parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.units import RPM
 from ..physics.asperity import Roughness, film_asperity_share, typical_roughness
@@ -37,8 +37,7 @@ from ..physics.kinematics import entrainment_speed
 from ..physics.load import contact_angle_at_ball_load, nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
 from ..physics.rolling_resistance import replenishment_factor, starvation_factor
-from .parts import hysteresis_force
-from .torque import TorqueParts, check_motion
+from .torque import TorqueParts, check_motion, hysteresis_sum
 
 Array = NDArray[np.float64]
 
@@ -202,7 +201,7 @@ def nut_powers(
         float(part[0, 0]) if single else part
         for part in (rolling["screw"], rolling["nut"], shear, thrust, share)
     )
-    hysteresis, ball_ball = u * _hysteresis(screw, friction, loads), u * float(loads.sum())
+    hysteresis, ball_ball = u * hysteresis_sum(parameters, loads), u * float(loads.sum())
     return NutPowers(screw_side, nut_side, sheared, raised, hysteresis, ball_ball, on_asperities)
 
 
@@ -217,17 +216,6 @@ def rolling_torque(
     """Rolling torque of one raceway of a nut (s, t) [N.m]; loads (n,) > 0; speed, temperature (s, t)."""
     lost = contacts.value(raceway, "rolling_loss", loads, speed[:, :1], temperature[0]).sum(axis=0)
     return np.asarray(supply_factor(parameters, speed, temperature) * lost / speed)
-
-
-def _hysteresis(screw: ScrewParameters, friction: FrictionParameters, loads: Array) -> float:
-    """Force of the hysteresis of all balls and both raceways at the rolling speed [N]."""
-    angle = float(contact_angle_at_ball_load(screw, loads.mean()))
-    total = 0.0
-    for raceway in RACEWAYS:
-        b = ellipse(loads, *reduced_radii(screw, angle, raceway), E_prime(screw)).b
-        forces = hysteresis_force(loads, b, 0.5 * screw.ball_diameter, friction.hysteresis_coefficient)
-        total += float(np.sum(forces))
-    return total
 
 
 def core_half_width(of_area: Array, R_x: float) -> Array:

@@ -53,28 +53,14 @@ def hysteresis_force(load: Any, b: Any, ball_radius: float, coefficient: float) 
     return 3.0 * coefficient * np.asarray(load) * b / (16.0 * ball_radius)
 
 
-def net_sliding_share(no_slip_position: Any) -> Any:
-    """Net Coulomb force over mu Q on a Hertz line load that slips forward outside and backward inside +-c.
-
-    Parameters   no_slip_position : c, the lines without slip as a fraction of the semi-axis, 0 <= c <= 1
-    Returns      1 - 3c + c^3; 0 for free rolling, c = 2 cos(4 pi/9)
-    Source       Zhao 2023, Eq. (21); errata: the printed c = a^2/(6 d_b) is a length, c must be a fraction;
-                 the middle integral is printed with the opposite sign and half the weight of the stated
-                 result
-    Example
-                 >>> float(np.round(0.15 * net_sliding_share(0.3380), 4))
-                 0.0037
-    """
-    c = np.asarray(no_slip_position)
-    return 1.0 - 3.0 * c + c**3
-
-
 def no_slip_position(net_share: Any) -> Any:
-    """Inverse of net_sliding_share: where the lines without slip lie.
+    """Lines without slip on a Hertz line load that slips forward outside and backward inside of them.
 
-    Parameters   net_share : net sliding coefficient over Coulomb coefficient, -1..1
-    Returns      c, 0..1
-    Source       c = 2 cos(theta) turns c^3 - 3c = net_share - 1 into 2 cos(3 theta) = net_share - 1
+    Parameters   net_share : net sliding coefficient over Coulomb coefficient, 1 - 3c + c^3, -1..1
+    Returns      c as a fraction of the semi-axis, 0..1; 2 cos(4 pi/9) in free rolling
+    Source       Zhao 2023, Eq. (21); errata: the printed c = a^2/(6 d_b) is a length, c must be a fraction; the middle
+                 integral is printed with the opposite sign and half the weight of the stated result.
+                 c = 2 cos(theta) turns c^3 - 3c = net_share - 1 into 2 cos(3 theta) = net_share - 1
     Example
                  >>> float(np.round(no_slip_position(0.0037 / 0.15), 4))
                  0.338
@@ -87,7 +73,7 @@ def sliding_force(load: Any, net_coefficient: Any) -> Any:
 
     Parameters   load : Q [N], >= 0;  net_coefficient : mu_s (1 - 3c + c^3) [1], fitted as one number
     Returns      net_coefficient Q [N]
-    Source       Zhao 2023, Eqs. (20)-(21), with the product mu_s (1 - 3c + c^3) as net_sliding_share gives it
+    Source       Zhao 2023, Eqs. (20)-(21), c by no_slip_position
     """
     return np.asarray(load) * net_coefficient
 

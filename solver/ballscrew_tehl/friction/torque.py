@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..parameters.file import FOUR_POINT, Parameters
+from ..parameters.file import FOUR_POINT, Parameters, ScrewParameters
 from ..physics.ball_law import check_force
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import four_point_spin_share, surface_speeds
@@ -109,24 +109,52 @@ def nut_sums(
     if loads.size == 0:
         return UNLOADED
     screw = parameters.screw
-    beta = float(contact_angle_at_ball_load(screw, loads.mean())) if contact_angle is None else contact_angle
-    r_b = 0.5 * screw.ball_diameter
-    arm = (screw.nominal_radius + r_b * math.cos(beta)) * math.cos(screw.lead_angle)
+    beta = _contact_angle(screw, loads, contact_angle)
+    arm = _arm(screw, beta)
     viscosity = eta0(parameters.lubricant, temperature)
     by_ball = (slice(None), *(None,) * np.broadcast(speed, temperature).ndim)
-    viscous, film, hysteresis = {}, {}, 0.0
+    viscous, film = {}, {}
     for raceway in RACEWAYS:
         contact = ellipse(loads, *reduced_radii(screw, beta, raceway), E_prime(screw))
         h = film_model.central_film(raceway, loads, speed, temperature)
-        slip = surface_speeds(parameters, raceway, speed).friction_slip
-        force = viscous_force(contact.a[by_ball], contact.b[by_ball], viscosity, slip, h)
+        speeds = surface_speeds(parameters, raceway, speed)
+        force = viscous_force(contact.a[by_ball], contact.b[by_ball], viscosity, speeds.u_1 - speeds.u_2, h)
         total = force.sum(axis=0)
         viscous[raceway] = _plain(arm * total)
         film[raceway] = _plain(np.sqrt(total / np.sum(force / h**2, axis=0)))
-        losses = hysteresis_force(loads, contact.b, r_b, parameters.friction.hysteresis_coefficient)
-        hysteresis += arm * float(losses.sum())
+    alone = load_torques(parameters, loads, contact_angle)
+    return NutSums(viscous["screw"], viscous["nut"], film["screw"], film["nut"], *alone)
+
+
+def load_torques(
+    parameters: Parameters, loads: np.ndarray, contact_angle: float | None = None
+) -> tuple[float, float]:
+    """Hysteresis torque, and sliding torque at coefficient 1 [N.m], of a nut; arguments as nut_sums, loads > 0."""
+    screw = parameters.screw
+    arm = _arm(screw, _contact_angle(screw, loads, contact_angle))
     sliding = arm * float(sliding_force(loads, 1.0).sum())
-    return NutSums(viscous["screw"], viscous["nut"], film["screw"], film["nut"], hysteresis, sliding)
+    return arm * hysteresis_sum(parameters, loads, contact_angle), sliding
+
+
+def hysteresis_sum(parameters: Parameters, loads: np.ndarray, contact_angle: float | None = None) -> float:
+    """Force of the hysteresis of all balls on both raceways [N]; arguments as nut_sums, loads > 0."""
+    screw, total = parameters.screw, 0.0
+    beta = _contact_angle(screw, loads, contact_angle)
+    for raceway in RACEWAYS:
+        b = ellipse(loads, *reduced_radii(screw, beta, raceway), E_prime(screw)).b
+        losses = hysteresis_force(
+            loads, b, 0.5 * screw.ball_diameter, parameters.friction.hysteresis_coefficient
+        )
+        total += float(losses.sum())
+    return total
+
+
+def _contact_angle(screw: ScrewParameters, loads: np.ndarray, given: float | None) -> float:
+    return float(contact_angle_at_ball_load(screw, loads.mean())) if given is None else given
+
+
+def _arm(screw: ScrewParameters, beta: float) -> float:
+    return (screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(beta)) * math.cos(screw.lead_angle)
 
 
 def _plain(value: Any) -> Any:

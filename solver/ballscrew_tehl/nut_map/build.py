@@ -17,7 +17,7 @@ from .. import __version__
 from ..contact import UnconvergedContactError, solve_ball
 from ..friction.mechanistic import law_constants, nut_powers
 from ..friction.sets import default_friction_set
-from ..friction.torque import nut_sums
+from ..friction.torque import load_torques, nut_sums
 from ..parameters.file import FOUR_POINT, Parameters
 from ..parameters.identity import parameters_hash
 from ..parameters.units import CELSIUS, RPM
@@ -202,17 +202,6 @@ def atlas_share(contact_map: ContactMap) -> float:
     return float(np.concatenate(inside).mean())
 
 
-def left_out_errors(contact_map: ContactMap) -> dict[str, dict[str, dict[str, float]]]:
-    """Mean and largest relative error of each interpolated quantity when its contact is left out, by raceway."""
-    found: dict[str, dict[str, dict[str, float]]] = {}
-    for raceway, model in contact_map.models.items():
-        errors = {name: np.abs(model.left_out(name)) for name in MAPPED}
-        found[raceway] = {
-            name: {"mean": float(e.mean()), "max": float(e.max())} for name, e in errors.items()
-        }
-    return found
-
-
 def sampling_errors(contact_map: ContactMap) -> dict[str, float]:
     """Mean error of a film when its contact is left out, by raceway; FILM_FLOOR as sampling counts it."""
     return {
@@ -272,15 +261,12 @@ class _GridFilm:
 def force_values(parameters: Parameters, grid: MapGrid) -> Array:
     """Quantities of the force of a nut alone (n_force, 5), columns as packed.FORCE_CURVES names them."""
     screw = parameters.screw
-    film = _AnyFilm()
     values = np.empty((grid.force[2], len(FORCE_CURVES)))
     for i, force in enumerate(_nodes(grid)[0]):
-        sums = nut_sums(
-            parameters, nut_loads(screw, float(force), screw.ball_count), 1.0, grid.temperature[0], film
-        )
+        alone = load_torques(parameters, nut_loads(screw, float(force), screw.ball_count))
         heaviest = float(nut_loads(screw, float(force), screw.loaded_ball_count).max())
         p_max = largest_pressure(screw, float(force))
-        values[i] = sums.hysteresis, sums.sliding, 1.0, p_max, heaviest
+        values[i] = *alone, 1.0, p_max, heaviest
     return values
 
 
@@ -325,15 +311,6 @@ def mechanistic_coefficients(
     force, speed, temperature = (tuple(header["axes"][name]) for name in ("force", "speed", "temperature"))
     surfaces, alone = mechanistic_values(parameters, contact_map, MapGrid(force, speed, temperature))
     return fit(np.log(surfaces), (0, 1, 2)), fit(np.log(alone), (0,))
-
-
-class _AnyFilm:
-    """A film for sums that do not depend on it."""
-
-    name = "none"
-
-    def central_film(self, raceway: str, load: Array, speed: float, temperature: float) -> Array:
-        return np.full(load.shape, 1e-7)
 
 
 def sharing_values(parameters: Parameters, grid: MapGrid) -> tuple[Array, Array]:
@@ -420,10 +397,8 @@ def build_map(
         "contacts_not_solved": sum(int(np.sum(~c.good)) for c in solved),
         "range_cut": cut,
         "sampling_errors": sampling_errors(contact_map),
-        "left_out_errors": left_out_errors(contact_map),
         "atlas": contact_map.atlas,
         "atlas_share": atlas_share(contact_map),
-        "asymptotic_share": float(np.mean([np.mean(c.values["asymptotic"][c.good]) for c in solved])),
     }
     arrays, forces = {}, force_values(parameters, grid)
     if sampling.has_mechanistic(parameters):

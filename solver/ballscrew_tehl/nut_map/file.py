@@ -22,7 +22,7 @@ from ..friction.origin import carried_over, refuse_other_fit
 from ..friction.presliding import presliding_angle
 from ..friction.sets import FrictionSet, default_friction_set
 from ..parameters.file import Parameters, ScrewParameters
-from ..parameters.identity import map_parameters_json, parameters_hash
+from ..parameters.identity import map_parameters_json, parameters_hash, without_names
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.axial_stiffness import axial_stiffness, contact_stiffness
 from ..physics.ball_law import loaded_contact_angle
@@ -52,7 +52,7 @@ Array = NDArray[np.float64]
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
 #: another one also if the coordinates and formulas change that the kriging of a header holds for (contact_map)
-FILE_FORMAT = 6
+FILE_FORMAT = 7
 #: first bytes of a netCDF file that scipy writes
 MAGIC = b"CDF"
 #: name of the packaged map of the mechanistic set
@@ -240,7 +240,7 @@ def _refuse_other_parameters(
 
     Raises       OtherParametersError
     """
-    ours, theirs = json.loads(map_parameters_json(parameters)), json.loads(header["parameters_json"])
+    ours, theirs = map(without_names, (map_parameters_json(parameters), header["parameters_json"]))
     for table in sorted(set(ours) | set(theirs)):
         a, b = theirs.get(table), ours.get(table)
         if _same(a, b):

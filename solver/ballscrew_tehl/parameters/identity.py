@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from typing import Any
 
 from .file import Parameters, parameters_json
 
@@ -20,7 +21,6 @@ RHEOLOGY = (
 NOT_IN_MAP = (
     "set",
     "sliding_coefficient",
-    "spin_split",  # until contacts are solved with spin
     "apparent_viscosity_ratio",
     "net_sliding_coefficient",
     "roughness_height",
@@ -45,7 +45,7 @@ LATER = {"screw": {"preload_kind": "double_nut"}}
 
 
 def map_parameters_json(parameters: Parameters) -> str:
-    """Canonical text of the parameters that a map depends on.
+    """Canonical text of the parameters that a map depends on, and of the names of its screw and oil.
 
     A field of LATER enters only where it differs from the value that all earlier screws had, a field of GIVEN_BY never.
     So every map stays valid for its screw.
@@ -65,9 +65,22 @@ def map_parameters_json(parameters: Parameters) -> str:
     if content["lubricant"]["rheology"] == "newtonian":
         for name in RHEOLOGY:
             content["lubricant"].pop(name, None)
-    return json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return _canonical(content)
+
+
+def without_names(text: str) -> dict[str, Any]:
+    """The text of map_parameters_json as tables, without the names: a renamed screw or oil is the same."""
+    content: dict[str, Any] = json.loads(text)
+    for table in (content, content.get("lubricant", {})):
+        table.pop("name", None)
+    return content
 
 
 def parameters_hash(parameters: Parameters) -> str:
-    """Start of the SHA-256 of the parameters that a map, and a fit to its films, depends on."""
-    return hashlib.sha256(map_parameters_json(parameters).encode()).hexdigest()[:12]
+    """Start of the SHA-256 of the parameters that a map, and a fit to its films, depends on; names are none of them."""
+    text = _canonical(without_names(map_parameters_json(parameters)))
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def _canonical(content: dict[str, Any]) -> str:
+    return json.dumps(content, sort_keys=True, separators=(",", ":"))

@@ -157,15 +157,6 @@ class FrictionParameters(Table):
     sliding_coefficient: float = Field(
         default=0.15, ge=0, le=1, description="mu_s as printed, before the share of c"
     )
-    reference_slip: float = Field(
-        default=0.02, gt=0, le=2, description="slip over entrainment, rolling_frame only"
-    )
-    spin_split: float = Field(
-        default=0.5,
-        ge=0,
-        le=1,
-        description="share of the spin at the screw contact, rolling_frame only: 0.5 equal, 0 or 1 raceway control",
-    )
     kinematics: Literal["published", "rolling_frame"] = Field(
         default="rolling_frame", description="surface speeds, and with them the friction law"
     )

@@ -18,16 +18,12 @@ from .hertz import raceway_sign
 
 
 class SurfaceSpeeds(NamedTuple):
-    """Speeds of one contact [m/s]: u_1 raceway, u_2 ball, u_e their mean; srr = (u_1-u_2)/u_e.
-
-    friction_slip is the sliding speed of the viscous friction formula, >= 0.
-    """
+    """Speeds of one contact [m/s]: u_1 raceway, u_2 ball, u_e their mean; srr = (u_1-u_2)/u_e."""
 
     u_1: Any
     u_2: Any
     u_e: Any
     srr: Any
-    friction_slip: Any
 
 
 def _published(parameters: Parameters, raceway: str, speed: Any) -> SurfaceSpeeds:
@@ -38,13 +34,13 @@ def _published(parameters: Parameters, raceway: str, speed: Any) -> SurfaceSpeed
     scale = speed / table.reference_speed
     u_1, u_2 = at_reference[0] * scale, at_reference[1] * scale
     srr = 2.0 * (at_reference[0] - at_reference[1]) / (at_reference[0] + at_reference[1])
-    return SurfaceSpeeds(u_1, u_2, 0.5 * (u_1 + u_2), srr + 0.0 * scale, np.abs(u_1 - u_2))
+    return SurfaceSpeeds(u_1, u_2, 0.5 * (u_1 + u_2), srr + 0.0 * scale)
 
 
 def _rolling_frame(parameters: Parameters, raceway: str, speed: Any) -> SurfaceSpeeds:
     raceway_sign(raceway)
     u_e = entrainment_speed(parameters.screw, speed)
-    return SurfaceSpeeds(u_e, u_e, u_e, 0.0 * u_e, parameters.friction.reference_slip * np.abs(u_e))
+    return SurfaceSpeeds(u_e, u_e, u_e, 0.0 * u_e)
 
 
 KINEMATICS: dict[str, Callable[[Parameters, str, Any], SurfaceSpeeds]] = {
@@ -60,14 +56,14 @@ def surface_speeds(
 
     Parameters   raceway : "screw" or "nut";  speed : float or array [rad/s], screw against nut, any sign
                  kinematics : "published", "rolling_frame" or None = what the parameters name
-    Returns      SurfaceSpeeds, shaped like speed; all odd in speed but srr and friction_slip
+    Returns      SurfaceSpeeds, shaped like speed; all odd in speed but srr
     Raises       ValueError: unknown name, speed not finite, published without its table
     Source       published: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Eqs. 1-4;
                  differs from paper: the ball's own rotation is not printed, so the pairs that the printed
                  entrainment speeds and slide-to-roll ratios imply are scaled with the screw speed
                  errata: Eq. 3 must read r_b^2 sin^2; Eq. 4 gives 399.7 mm/s on the nut, which no ball speed
                  reconciles with both printed nut values; the printed 1.94203 there is the magnitude
-                 rolling_frame: pure rolling on the mean line, friction_slip = reference_slip * u_e
+                 rolling_frame: pure rolling on the mean line
     """
     name = parameters.friction.kinematics if kinematics is None else kinematics
     if name not in KINEMATICS:

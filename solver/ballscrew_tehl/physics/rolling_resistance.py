@@ -42,22 +42,6 @@ def rolling_power(force: Any, u_e: Any) -> Any:
     return 2.0 * np.asarray(u_e) * force
 
 
-def _point_groups(
-    load: Any, u_e: Any, R_x: float, R_y: float, E_prime: float, eta0: Any
-) -> tuple[Any, Any, Any, Any, Any, Any]:
-    """U with the factor 2, W, kappa = b/a, beta = b E'/(pi p_max R_x), 2a/R_x and M of part 2, Eq. (14)."""
-    needs_positive(load=load, u_e=u_e, eta0=eta0)
-    contact = ellipse(load, R_x, R_y, E_prime)
-    U, W = 2.0 * np.asarray(eta0) * u_e / (E_prime * R_x), np.asarray(load) / (E_prime * R_x**2)
-    kappa, beta = contact.b / contact.a, contact.b * E_prime / (np.pi * contact.p_max * R_x)
-    return U, W, kappa, beta, 2.0 * contact.a / R_x, beta**0.25 * kappa * W * U**-0.75
-
-
-def _transition(rigid: Any, elastic: Any, M: Any, scale: float) -> RollingForce:
-    force = (rigid - elastic) / (1.0 + M / _TRANSITION) + elastic
-    return RollingForce(scale * force, scale * rigid, scale * elastic, M)
-
-
 def biboulet_houpert_point(
     load: Any, u_e: Any, R_x: float, R_y: float, E_prime: float, eta0: Any
 ) -> RollingForce:
@@ -78,46 +62,15 @@ def biboulet_houpert_point(
         >>> round(float(force.force), 4), round(float(force.M), 1)
         (0.0625, 40.7)
     """
-    U, _, kappa, beta, length, M = _point_groups(load, u_e, R_x, R_y, E_prime, eta0)
-    rigid = 0.77 * beta ** (-1.0 / 3.0) * kappa**0.12 * length * U ** (2.0 / 3.0)
-    elastic = 1.8 * beta**-0.25 * length * U**0.75
-    return _transition(rigid, elastic, M, E_prime * R_x**2)
-
-
-def houpert_point(
-    load: Any, u_e: Any, R_x: float, R_y: float, E_prime: float, eta0: Any, alpha_pv: float
-) -> RollingForce:
-    """Rolling resistance of an elliptical contact after Houpert 1987, moderately starved.
-
-    Parameters   as biboulet_houpert_point;  alpha_pv : float [1/Pa], > 0
-    Returns      RollingForce on one surface [N], broadcast
-    Raises       ValueError: not finite or not positive, R_x > R_y
-    Validity     R_y/R_x > 10 (rigid).  Inlet at x = -0.3 R_x (rigid) and -3 b (elastic), after Balan et al. 2015, who
-                 found it to fit balls with two drops of oil, joined by the transition of Biboulet & Houpert as here
-    Source       Houpert, J Tribol 109 (1987) 363, as given by Biboulet & Houpert 2010 part 2, Eqs. (28), (29) [read].
-                 differs from paper: 0.78 for 0.835 in the copy of Eq. (28), whose next line (0.34 with 2a/R_x) and
-                 the 1987 form 1.213 (R_y/R_x)^0.358 U^0.636 W^0.364 [memory] both give 0.78
-    """
-    needs_positive(alpha_pv=alpha_pv)
-    U, W, kappa, beta, _, M = _point_groups(load, u_e, R_x, R_y, E_prime, eta0)
-    rigid = 0.78 * (R_x / R_y) ** -0.358 * U**0.636 * W**0.364
-    elastic = (
-        1.544 * beta ** (1.0 / 3.0) * kappa**-0.577 * U**0.656 * W**0.466 * (alpha_pv * E_prime) ** 0.022
-    )
-    return _transition(rigid, elastic, M, E_prime * R_x**2)
-
-
-def inlet_heating_factor(N: Any) -> Any:
-    """Reduction of the rolling resistance by shear heating in the inlet, 1/(1 + 0.29 N^0.78).
-
-    Parameters   N : float or array, >= 0, eta0 beta u_e^2/k_oil, see film.thermal_load_parameter
-    Returns      factor, 0 to 1
-    Raises       ValueError: not finite or negative
-    Validity     pure rolling, line contact; fitted to Goksem & Hargreaves for N up to several tens
-    Source       Aihara, J Tribol 109 (1987) 471, Eq. (21) [read]; the same constants in an open ball screw program
-    """
-    needs_not_negative(N=N)
-    return 1.0 / (1.0 + 0.29 * np.asarray(N, dtype=float) ** 0.78)
+    needs_positive(load=load, u_e=u_e, eta0=eta0)
+    contact = ellipse(load, R_x, R_y, E_prime)
+    U, W = 2.0 * np.asarray(eta0) * u_e / (E_prime * R_x), np.asarray(load) / (E_prime * R_x**2)
+    kappa, beta = contact.b / contact.a, contact.b * E_prime / (np.pi * contact.p_max * R_x)
+    M, length = beta**0.25 * kappa * W * U**-0.75, 2.0 * contact.a / R_x
+    scale = E_prime * R_x**2
+    rigid = 0.77 * scale * beta ** (-1.0 / 3.0) * kappa**0.12 * length * U ** (2.0 / 3.0)
+    elastic = 1.8 * scale * beta**-0.25 * length * U**0.75
+    return RollingForce((rigid - elastic) / (1.0 + M / _TRANSITION) + elastic, rigid, elastic, M)
 
 
 def starvation_factor(inlet_ratio: Any) -> Any:
