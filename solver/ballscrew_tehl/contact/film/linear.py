@@ -197,7 +197,7 @@ def solve_columns(s, columns, v, work, left, out):
     """Pressures out (n_y, n_x) by the flow across of a scaled residual v, by its share; what they leave of v.
 
     The deflection by them is left out. Far upstream of a circle, where lines lie closer than nodes, lines alone take
-    dozens of iterations. Not with temperatures that follow: thin films of long ellipses took more Newton steps.
+    dozens of iterations. Not with temperatures that follow: no gain there.
     """
     ny, nx = s.gap.shape
     lower, pivot, upper, share = columns[0], columns[1], columns[2], columns[3]
