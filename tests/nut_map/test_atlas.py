@@ -152,6 +152,13 @@ def test_few_contacts_correct_the_table_of_a_screw_which_agrees_with_the_atlas()
     model = ContactModel(ROLLING, "nut", RANGE, SolvedContacts(few, values), None, table)
     np.testing.assert_allclose(model.value(FILMS[0], points), film(points), rtol=1e-5)
     assert np.max(np.abs(model.left_out(FILMS[0]))) <= 1e-5
+    # thermal contacts alone: the isothermal film is that of the atlas
+    share = unmodelled(FILMS[1], table(FILMS[1], points))
+    values |= {FILMS[0]: np.full(8, np.nan), FILMS[1]: share[:8] * film(few)}
+    model = ContactModel(ROLLING, "nut", RANGE, SolvedContacts(few, values), None, table)
+    np.testing.assert_allclose(model.value(FILMS[1], points), share * film(points), rtol=1e-5)
+    np.testing.assert_allclose(model.value(FILMS[0], points), film(points) / 1.02, rtol=1e-12)
+    assert np.max(np.abs([model.left_out(name) for name in FILMS[:2]])) <= 1e-5
     with pytest.raises(AtlasError, match="map build"):
         screw_atlases(ROLLING, RANGE, "0" * 64)
     assert screw_atlases(ROLLING, RANGE, "") == {}

@@ -164,12 +164,12 @@ def test_no_contact_of_a_film_below_the_limit_is_solved():
 def test_next_points_are_where_what_counts_is_uncertain():
     """The rolling loss counts where the map has the law that takes it; points go to the part with the errors."""
     rolling, model = film_parameters(GD4008), small_map().contact_map.models["nut"]
-    assert sampling.refined(GD4008) == FILMS[:2]
-    assert sampling.refined(rolling) == (*FILMS[:2], "rolling_loss")
+    assert sampling.refined(model) == FILMS[:2]
     fast = model.points[:, 1] > 40.0
     scatter = np.where(fast, np.where(np.arange(len(fast)) % 2, 1.2, 0.8), 1.0)
     rough = dict(model.contacts.values) | {"rolling_loss": scatter * model.contacts.values["rolling_loss"]}
     rough_model = ContactModel(rolling, "nut", model.range, SolvedContacts(model.contacts.points, rough))
+    assert sampling.refined(rough_model) == (*FILMS[:2], "rolling_loss")
     films, both = left_out_errors(rough_model, FILMS[:2]), left_out_errors(rough_model)
     assert (both >= films).all()
     assert both.mean() >= 5.0 * films.mean()

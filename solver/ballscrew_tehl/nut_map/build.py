@@ -7,6 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,6 @@ from .atlas import atlas_quantities, load_atlas
 from .contact_map import ContactMap, ContactModel, MapContacts, screw_atlases
 from .contacts import (
     FILMS,
-    MAPPED,
     QUANTITIES,
     VISCOUS,
     Array,
@@ -54,17 +54,17 @@ class MapNotBuiltError(ArithmeticError):
 
 
 def _solve_contact(
-    parameters: Parameters, raceway: str, load: float, speed: float, temperature: float
+    parameters: Parameters, raceway: str, load: float, speed: float, temperature: float, heated: bool = False
 ) -> Contact:
-    """Isothermal and thermal contact of one ball; one that does not converge is NaN."""
+    """Isothermal (NaN if heated) and thermal contact of one ball; one that does not converge is NaN."""
     point = raceway, load, speed, temperature
     try:
-        cold = solve_ball(parameters, *point, thermal=False)
+        cold = None if heated else solve_ball(parameters, *point, thermal=False)
         hot = solve_ball(parameters, *point, thermal=True)
     except UnconvergedContactError:
         return dict.fromkeys(QUANTITIES, math.nan)
     return {
-        "isothermal_central_film": float(cold.h_c),
+        "isothermal_central_film": math.nan if cold is None else float(cold.h_c),
         "thermal_central_film": float(hot.h_c),
         "thermal_minimum_film": float(hot.h_m),
         "temperature_rise": float(hot.temperature_rise_mean),
@@ -72,7 +72,7 @@ def _solve_contact(
         "core_pressure": float(hot.core_pressure),
         "core_area": float(hot.core_area),
         "mean_rise": float(hot.mean_temperature - temperature),
-        "asymptotic": float("asymptotic" in (cold.branch, hot.branch)),
+        "asymptotic": float(any(each is not None and each.branch == "asymptotic" for each in (cold, hot))),
     }
 
 
@@ -88,7 +88,7 @@ def build_contact_map(
     progress: Progress | None = None,
     journal: Journal | None = None,
 ) -> ContactMap:
-    """Solve contacts, isothermal and thermal, on an executor until films left out are predicted well enough.
+    """Solve contacts on an executor until films left out are predicted well enough: isothermal, unless heated, thermal.
 
     Parameters   journal: contacts solved before, and where those solved now are written at once
     Raises       MapNotBuiltError: fewer than MIN_SOLVED of the contacts converged
@@ -98,15 +98,15 @@ def build_contact_map(
     first, most = contact_counts(parameters, grid)
     atlas = load_atlas().hash if grid.atlas and atlas_quantities(parameters) else ""
     atlases = screw_atlases(parameters, range_, atlas)
-    whole = FILMS[1] in atlas_quantities(parameters)
+    whole = heated(parameters, grid)
     points = {
-        r: sampling.first_contacts(parameters, r, range_, first, atlases.get(r) if whole else None)
+        r: sampling.first_contacts(parameters, r, range_, first, atlases[r] if whole else None)
         for r in RACEWAYS
     }
     models: dict[str, ContactModel] = {}
     round_ = 0
     while True:
-        _solve_missing(parameters, points, journal, executor, progress)
+        _solve_missing(parameters, points, journal, executor, progress, whole)
         contacts = {
             raceway: _contacts_at(parameters, raceway, points[raceway], journal) for raceway in RACEWAYS
         }
@@ -136,12 +136,17 @@ def _contacts_at(parameters: Parameters, raceway: str, points: Array, journal: J
 def _fit_models(models: Mapping[str, ContactModel]) -> None:
     """Fit what all quantities are interpolated by, raceways side by side; most of it reads the atlas."""
     with ThreadPoolExecutor(len(models)) as threads:
-        list(threads.map(lambda model: [model.kriging(name) for name in MAPPED], models.values()))
+        list(threads.map(lambda model: [model.kriging(name) for name in model.interpolated], models.values()))
+
+
+def heated(parameters: Parameters, grid: MapGrid) -> bool:
+    """Whether the atlas holds the films of a map, of which only thermal contacts are then solved."""
+    return grid.atlas and FILMS[1] in atlas_quantities(parameters)
 
 
 def contact_counts(parameters: Parameters, grid: MapGrid) -> tuple[int, int]:
     """Contacts of each raceway that a map begins with, and the most that it takes."""
-    if grid.atlas and FILMS[1] in atlas_quantities(parameters):
+    if heated(parameters, grid):
         return grid.contact_check, grid.contact_first
     return grid.contact_first, grid.contact_max
 
@@ -172,21 +177,23 @@ def _solve_missing(
     journal: Journal,
     executor: Executor,
     progress: Progress | None,
+    only_heated: bool,
 ) -> None:
     """Solve the points of each raceway that are not solved yet; every finished contact is stored at once."""
     jobs = {}
+    solve = partial(_solve_contact, heated=True) if only_heated else _solve_contact
     for raceway, at in points.items():
         for point in at.tolist():
             key = _key(parameters, raceway, point)
             if key not in journal:
-                jobs[executor.submit(_solve_contact, parameters, raceway, *point)] = key
+                jobs[executor.submit(solve, parameters, raceway, *point)] = key
     # grows as points are added
-    total = 2 * (len(journal) + len(jobs))
+    total = len(journal) + len(jobs)
     try:
         for job in as_completed(jobs):
             journal.add(jobs[job], job.result())
             if progress is not None:
-                progress(2 * len(journal), total, "contacts solved")
+                progress(len(journal), total, "contacts solved")
     except BaseException:
         for job in jobs:
             job.cancel()
@@ -393,7 +400,7 @@ def build_map(
         "kinematics": parameters.friction.kinematics,
         "film_kinematics": films.friction.kinematics,
         "version": __version__,
-        "contacts": 2 * sum(map(len, solved)),
+        "contacts": sum(map(len, solved)),
         "contacts_not_solved": sum(int(np.sum(~c.good)) for c in solved),
         "range_cut": cut,
         "sampling_errors": sampling_errors(contact_map),

@@ -7,7 +7,8 @@ ln(speed) + ln(viscosity)/2. Viscosity: of the oil at ambient pressure. Third co
 loss: over its closed formula, less what a film that is not thin against the radius lacks of it. Core: its pressure, and
 its area times the square of the pressure, which scatters a quarter as much with the nodes as the area; a rigid contact
 changes to a Hertzian one at about M L^0.4 = 85. Mean rise: its share of that of the hottest level, which may be
-negative. With an atlas, what is interpolated is the difference from it.
+negative. With an atlas, what is interpolated is the difference from it; where no isothermal film was solved, that of
+the atlas is taken, and the thermal one is interpolated over the closed formula.
 """
 
 from __future__ import annotations
@@ -100,10 +101,14 @@ class ContactModel:
         self.parameters, self.raceway, self.range, self.atlas = parameters, raceway, range_, atlas
         self.contacts, self._hyper = contacts, hyper or {}
         self.points = contacts.points[contacts.good]
+        #: whether thermal contacts alone were solved
+        self.heated = not np.isfinite(contacts.values[FILMS[0]][contacts.good]).all()
         self._models: dict[str, Kriging] = {}
 
     def solved(self, name: str) -> Array:
-        """A quantity of the contacts that were solved."""
+        """A quantity of the contacts that were solved; the isothermal film of the atlas, if they were not."""
+        if name == FILMS[0] and self.heated:
+            return self.film(name, self.points)
         return self.contacts.values[name][self.contacts.good]
 
     def coordinates(self, name: str, points: Array) -> Array:
@@ -122,10 +127,21 @@ class ContactModel:
             axis=1,
         )
 
+    @property
+    def interpolated(self) -> tuple[str, ...]:
+        """Quantities that the solved contacts have, not only the atlas."""
+        return MAPPED[1:] if self.heated else MAPPED
+
+    def _form(self, name: str) -> str:
+        """Quantity in whose form one is interpolated: the thermal film is no share of an isothermal one if heated."""
+        return FILMS[0] if self.heated and name == FILMS[1] else name
+
     def kriging(self, name: str) -> Kriging:
         """Model of a quantity, of what `modelled` makes of it."""
         if name not in self._models:
-            values = modelled(name, self.solved(name) / self._below(name, self.points, self.solved))
+            values = modelled(
+                self._form(name), self.solved(name) / self._below(name, self.points, self.solved)
+            )
             rest = values - self._from_atlas(name, self.points)
             at, hyper, known = self.coordinates(name, self.points), self._hyper.get(name), self._known(name)
             # what the atlas leaves has hardly a trend
@@ -150,9 +166,13 @@ class ContactModel:
         if self.atlas is None or not self._in_atlas(name):
             return np.zeros(len(points))
         values = self.atlas(name, points)
+        if self._form(name) != name:
+            return np.asarray(np.log(unmodelled(name, values)) + self.atlas(FILMS[0], points))
         return np.maximum(values, np.log(FLOORS[name])) if name == RISE else values
 
     def _interpolated(self, name: str, points: Array) -> Array:
+        if name not in self.interpolated:
+            return self._from_atlas(name, points)
         return self.kriging(name)(self.coordinates(name, points)) + self._from_atlas(name, points)
 
     @property
@@ -164,39 +184,43 @@ class ContactModel:
         """What a quantity is interpolated over at points: another quantity, or a closed formula."""
         if name == RISE:
             return np.ones(len(points))
+        name = self._form(name)
         others = {"rolling_loss": thick_rolling_formula, **dict.fromkeys(CORE, core_formula)}
         closed = others.get(name, film_formula)
         return interpolated_over(name, quantity, lambda: closed(self.parameters, self.raceway, *points.T))
 
     def film(self, name: str, points: Array) -> Array:
         """A film [m] at operating points (n, 3), or another quantity."""
-        ratio = unmodelled(name, self._interpolated(name, points))
+        ratio = unmodelled(self._form(name), self._interpolated(name, points))
         return np.asarray(ratio * self._below(name, points, lambda over: self.film(over, points)))
 
     def covariance(self, name: str, points: Array) -> Array:
         """Covariance (m, m) of the relative errors of a film over what it is interpolated over."""
         at = self.coordinates(name, points)
         model = self.kriging(name)
-        slope = _slope(name, self._interpolated(name, points))
+        slope = _slope(self._form(name), self._interpolated(name, points))
         return np.asarray(model.covariance(at) * slope[:, None] * slope)
 
     def deviation(self, name: str, points: Array) -> Array:
         """Standard deviation (m,) of these relative errors."""
         at = self.coordinates(name, points)
         model = self.kriging(name)
-        return np.asarray(model.deviation(at) * _slope(name, self._interpolated(name, points)))
+        return np.asarray(model.deviation(at) * _slope(self._form(name), self._interpolated(name, points)))
 
     def left_out(self, name: str) -> Array:
         """Relative error (n,) of a quantity, over what it is interpolated over, at each contact when it is left out.
 
-        0 at contacts that it is not interpolated from; of the mean rise, which may be none, the error of its share.
+        0 at contacts that it is not interpolated from, and of a film of the atlas; of the mean rise, which may be none,
+        the error of its share.
         """
-        model, known = self.kriging(name), self._known(name)
-        solved = model.values + self._from_atlas(name, self.points[known])
-        predicted = unmodelled(name, solved - model.left_out)
         errors = np.zeros(len(self.points))
+        if name not in self.interpolated:
+            return errors
+        model, known, form = self.kriging(name), self._known(name), self._form(name)
+        solved = model.values + self._from_atlas(name, self.points[known])
+        predicted = unmodelled(form, solved - model.left_out)
         errors[known] = (
-            predicted - solved if name == MEAN_RISE else predicted / unmodelled(name, solved) - 1.0
+            predicted - solved if name == MEAN_RISE else predicted / unmodelled(form, solved) - 1.0
         )
         return errors
 
@@ -344,7 +368,8 @@ class ContactMap:
         for raceway, contacts in self.contacts.items():
             points, model = contacts.points[~contacts.good], self.models[raceway]
             if len(points):
-                deviation = np.hypot(*(model.deviation(name, points) for name in FILMS[:2]))
+                films = [name for name in FILMS[:2] if name in model.interpolated]
+                deviation = np.linalg.norm([model.deviation(name, points) for name in films], axis=0)
                 weight = film_weight(self.range, points[:, 0], model.film(FILMS[1], points))
                 found.append(points[weight * deviation > least])
         return np.concatenate(found) if found else np.empty((0, 3))

@@ -85,7 +85,7 @@ class ContactRange:
 class SolvedContacts:
     """Contacts of one raceway: points (n, 3) of load [N], speed [rad/s], temperature [K]; values (n,) by quantity.
 
-    A contact that was not solved has the film NaN.
+    A contact that was not solved has the thermal film NaN; the isothermal one is NaN where the atlas is taken for it.
     """
 
     points: Array
@@ -94,7 +94,7 @@ class SolvedContacts:
     @property
     def good(self) -> NDArray[np.bool_]:
         """Which of them were solved (n,)."""
-        return np.isfinite(self.values[FILMS[1]]) & np.isfinite(self.values[FILMS[0]])
+        return np.isfinite(self.values[FILMS[1]])
 
     def __len__(self) -> int:
         return len(self.points)

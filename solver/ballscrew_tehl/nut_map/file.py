@@ -40,7 +40,7 @@ from ..runtime.packed import (
     sealed,
 )
 from ..whole_file import whole_file
-from .contacts import MAPPED, POINTS, QUANTITIES, ROLLING_FRAME, VISCOUS, ContactRange, SolvedContacts
+from .contacts import POINTS, QUANTITIES, ROLLING_FRAME, VISCOUS, ContactRange, SolvedContacts
 from .interval import BAND, BAND_PRELOAD, band, band_numbers, band_point, nearest
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def _header(built: BuiltMap, certificate: Mapping[str, Any]) -> dict[str, Any]:
         contact_range=asdict(contact_map.range),
         contact_cell=list(contact_map.cell),
         kriging={
-            raceway: {name: model.kriging(name).hyper.tolist() for name in MAPPED}
+            raceway: {name: model.kriging(name).hyper.tolist() for name in model.interpolated}
             for raceway, model in contact_map.models.items()
         },
         parameters_json=map_parameters_json(parameters),

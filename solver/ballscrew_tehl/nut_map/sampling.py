@@ -87,9 +87,10 @@ def has_mechanistic(parameters: Parameters) -> bool:
     return parameters.friction.kinematics == "rolling_frame"
 
 
-def refined(parameters: Parameters) -> tuple[str, ...]:
+def refined(model: ContactModel) -> tuple[str, ...]:
     """Quantities whose errors call for more contacts: of the films, and of the law if the map has it."""
-    return (*REFINED, ROLLING) if has_mechanistic(parameters) else REFINED
+    names = (*REFINED, ROLLING) if has_mechanistic(model.parameters) else REFINED
+    return tuple(name for name in names if name in model.interpolated)
 
 
 def rolling_weight(parameters: Parameters, range_: ContactRange, points: Array, loss: Array) -> Array:
@@ -118,7 +119,7 @@ def left_out_errors(model: ContactModel, names: tuple[str, ...] | None = None) -
     film, loss = model.solved(FILMS[1]), model.solved(ROLLING)
     errors = [
         _weight(model, name, model.points, film, loss) * np.abs(model.left_out(name))
-        for name in (refined(model.parameters) if names is None else names)
+        for name in (refined(model) if names is None else names)
     ]
     return np.asarray(np.max(errors, axis=0))
 
@@ -134,7 +135,7 @@ def next_points(model: ContactModel, count: int, round_: int) -> Array:
     known = errors[nearest] + errors.mean()
     film, loss = model.film(FILMS[1], places), model.value(ROLLING, places)
     covariance = np.zeros((len(places), len(places)))
-    for name in refined(model.parameters):
+    for name in refined(model):
         weight = _weight(model, name, places, film, loss) * known
         covariance += model.covariance(name, places) * weight[:, None] * weight
     chosen = []

@@ -125,11 +125,7 @@ def _plan(parameters: Parameters, grid: MapGrid, points: int) -> str:
         contact_counts(each, grid) for each in ([parameters] if films is parameters else [parameters, films])
     ]
     first, last = (sum(ends) for ends in zip(*counts, strict=True))
-    # as progress and map info count them
-    least, most = 4 * first, 4 * last
-    contacts = (
-        f"{_ends(least, most)} contacts ({_ends(first, last)} points of each raceway, isothermal and thermal)"
-    )
+    contacts = f"{_ends(2 * first, 2 * last)} contacts ({_ends(first, last)} of each raceway)"
     pressure = largest_pressure(parameters.screw, grid.preload[1])
     return (
         f"{parameters.name}, kinematics {parameters.friction.kinematics}: preload {grid.preload[0]:g} to "

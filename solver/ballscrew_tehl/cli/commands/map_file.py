@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 #: unit of a row, if it has one
 UNITS = {
-    "contacts": "both raceways, isothermal and thermal",
+    "contacts": "both raceways",
     "contact_range.load": "N",
     "contact_range.preloaded": "N",
     "contact_range.speed": "rad/s",
