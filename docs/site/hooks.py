@@ -24,7 +24,7 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 from reference import ROOT, room_page, rooms, start_page
 
-from ballscrew_tehl.report.errata import errata_markdown
+from ballscrew_tehl.report.errata import Erratum, errata
 
 DOCS = ROOT / "docs"
 #: results of commands that take minutes, by what they depend on
@@ -72,6 +72,12 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, **_: Any) 
     if page.file.src_uri.startswith("notebooks/"):
         return markdown
     return NOTEBOOK_LINK.sub(r"](\1.md)", markdown)
+
+
+def errata_markdown() -> str:
+    """Table of the errata."""
+    rows = [Erratum._fields, ("---",) * len(Erratum._fields), *errata()]
+    return "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 
 def moved(text: str) -> str:

@@ -10,8 +10,9 @@ import pytest
 from ballscrew_tehl.nut_map.grid import COLDEST, HOTTEST, contact_range, map_grid
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ballscrew_tehl.physics.load import contact_angle_at_ball_load, nut_loads
+from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.physics.lubricant import eta0
 
 FILES = sorted((Path(__file__).parent / "screws").glob("*.toml"))

@@ -14,9 +14,10 @@ from ballscrew_tehl.friction.mechanistic import (
 from ballscrew_tehl.friction.parts import hysteresis_force
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed
 from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ballscrew_tehl.physics.kinematics import entrainment_speed
-from ballscrew_tehl.physics.load import contact_angle_at_ball_load, nut_loads
+from ballscrew_tehl.physics.load import nut_loads
 
 SCREW, FRICTION = VG100.screw, VG100.friction
 FLOODED = changed(VG100, friction={"replenishment_constant": 0.0})

@@ -33,13 +33,9 @@ from ballscrew_tehl.nut_map import build
 from ballscrew_tehl.nut_map.build import MapNotBuiltError, sharing_values
 from ballscrew_tehl.nut_map.contact_map import MapContacts
 from ballscrew_tehl.nut_map.contacts import FILMS, QUANTITIES, VISCOUS, film_parameters
+from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ballscrew_tehl.physics.load import (
-    contact_angle_at_ball_load,
-    double_nut_loads,
-    nut_loads,
-    separation_load,
-)
+from ballscrew_tehl.physics.load import double_nut_loads, nut_loads, separation_load
 
 SCREW, ROLLING = GD4008.screw, film_parameters(GD4008)
 FRICTION = FrictionSet("test", "published", "solved", 7.0, 0.005, 3e-8)

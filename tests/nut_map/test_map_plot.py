@@ -83,7 +83,7 @@ def test_lines_are_the_values_of_the_map_and_points_those_of_the_certificate(pat
 
 
 @pytest.mark.slow
-def test_command_writes_the_same_picture_and_its_extremes(path, tmp_path, capsys):
+def test_command_writes_the_same_picture(path, tmp_path, capsys):
     picture, found = picture_of(path), []
     for name in ("a.png", "b.png"):
         code, out, err = run(capsys, "map", "plot", path, "--output", tmp_path / name, "--json")
@@ -92,12 +92,5 @@ def test_command_writes_the_same_picture_and_its_extremes(path, tmp_path, capsys
     content = (tmp_path / "a.png").read_bytes()
     assert content == (tmp_path / "b.png").read_bytes()
     assert f"map {picture.nut_map.header['file_hash']}".encode() in content
-    states = picture.by_preload, picture.by_temperature
-    torques = np.concatenate([np.ravel(state.friction_torque) for state in states])
-    assert found[0]["friction_torque_nm"] == pytest.approx([torques.min(), torques.max()], rel=1e-12)
-    assert found[0]["speed_rpm"] == pytest.approx([100.0, 1000.0])
-    assert found[0]["samples"] == len(RACEWAYS) * GRID.contact_first
-    errors = picture.nut_map.header["certificate"]["each"]["film_error"]
-    assert found[0]["film_error"] == [min(errors), max(errors)]
     # the points of a certificate stay out of tables
     assert "each" not in run(capsys, "map", "info", path)[1]

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
 from ballscrew_tehl.physics.film import FilmGroups, film_groups
 from ballscrew_tehl.physics.hertz import E_prime, reduced_radii
 from ballscrew_tehl.physics.kinematics import surface_speeds
-from ballscrew_tehl.physics.load import contact_angle_at_ball_load
 from ballscrew_tehl.physics.lubricant import eta0, pressure_viscosity
 
 

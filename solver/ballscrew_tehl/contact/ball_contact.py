@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from ..parameters.file import LubricantParameters, Parameters, SolidParameters
+from ..physics.ball_law import contact_angle_at_ball_load
 from ..physics.hertz import E_prime, reduced_radii
 from ..physics.kinematics import surface_speeds
-from ..physics.load import contact_angle_at_ball_load
 from .conditions import ContactConditions, SolverOptions, number, scales_of
 from .result import ContactResult
 from .solver import solve

@@ -32,7 +32,7 @@ def nsk_slope(screw: ScrewParameters) -> float:
     return 0.05 * screw.lead / (2.0 * math.pi * math.sqrt(math.tan(screw.lead_angle)))
 
 
-def zhou_slope(screw: ScrewParameters, coefficient: float = ZHOU_COEFFICIENT) -> float:
+def zhou_slope(screw: ScrewParameters) -> float:
     """Drag torque per newton of preload after Zhou.
 
     Returns      2 mu (r_m + r_b cos(beta))/sin(beta) [N.m/N]; 0.3987 N.m per kN for the GD4008-3
@@ -40,12 +40,8 @@ def zhou_slope(screw: ScrewParameters, coefficient: float = ZHOU_COEFFICIENT) ->
                  2 at 4 to 6 kN to all digits; the formula itself is not printed there
     """
     beta = screw.contact_angle
-    return (
-        2.0
-        * coefficient
-        * (screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(beta))
-        / math.sin(beta)
-    )
+    arm = screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(beta)
+    return 2.0 * ZHOU_COEFFICIENT * arm / math.sin(beta)
 
 
 def nsk_torque(screw: ScrewParameters, preload: Any) -> np.ndarray:

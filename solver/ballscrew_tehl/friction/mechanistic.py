@@ -31,10 +31,11 @@ from ..parameters.file import FOUR_POINT, FrictionParameters, Parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.units import RPM
 from ..physics.asperity import Roughness, film_asperity_share, typical_roughness
+from ..physics.ball_law import contact_angle_at_ball_load
 from ..physics.ball_motion import contact_motion
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import entrainment_speed
-from ..physics.load import contact_angle_at_ball_load, nut_loads
+from ..physics.load import nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
 from ..physics.rolling_resistance import replenishment_factor, starvation_factor
 from .torque import TorqueParts, check_motion, hysteresis_sum

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..parameters.file import FOUR_POINT, Parameters, ScrewParameters
-from ..physics.ball_law import check_force
+from ..physics.ball_law import check_force, contact_angle_at_ball_load
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import four_point_spin_share, surface_speeds
-from ..physics.load import contact_angle_at_ball_load, double_nut_loads, nut_loads
+from ..physics.load import double_nut_loads, nut_loads
 from ..physics.lubricant import eta0
 from .parts import hysteresis_force, roughness_share, sliding_force, spin_moment, viscous_force
 from .sets import FrictionSet

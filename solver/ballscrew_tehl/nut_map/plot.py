@@ -84,11 +84,6 @@ class MapPicture:
         return [row for row, temperature in enumerate(self.temperatures) if temperature in chosen]
 
 
-def friction_torque(state: DoubleNutState) -> Array:
-    """Sum of the parts [N.m]."""
-    return np.asarray(state.friction_torque)
-
-
 def map_picture(nut_map: NutMap, contact_map: ContactMap) -> MapPicture:
     """The numbers to draw, over the whole range of speed of the map and with its own friction parameters."""
     axes = nut_map.header["axes"]
@@ -205,7 +200,7 @@ def map_figure(picture: MapPicture, error: str = "torque") -> Figure:
         axes.set(xlabel="screw speed [r/min]", xscale="log")
         axes.grid(alpha=0.3)
     by_temperature = picture.by_temperature
-    torque, rise = friction_torque(by_temperature), by_temperature.film_temperature_rise
+    torque, rise = by_temperature.friction_torque, by_temperature.film_temperature_rise
     right, rises = panels["torque_by_temperature"], panels["rise"]
     _draw_torque(panels["torque_by_preload"], picture)
     _draw_by_temperature(
@@ -232,11 +227,11 @@ def map_figure(picture: MapPicture, error: str = "torque") -> Figure:
     return figure
 
 
-def _scale(name: str, count: int) -> list[Any]:
+def scale(name: str, count: int) -> list[Any]:
     """Colours from dark to light, none too light for a line on white."""
     from matplotlib import colormaps
 
-    return [colormaps[name](x) for x in np.linspace(0.0, 0.85, count)]
+    return [colormaps[name](x) for x in np.linspace(0.0, 0.82, count)]
 
 
 def _force(force: float) -> str:
@@ -249,7 +244,7 @@ def _degrees(temperature: float) -> str:
 
 def _draw_torque(axes: Axes, picture: MapPicture) -> None:
     rpm = picture.speed / RPM
-    torques, colours = friction_torque(picture.by_preload), _scale(PRELOAD_COLOURS, len(picture.preloads))
+    torques, colours = picture.by_preload.friction_torque, scale(PRELOAD_COLOURS, len(picture.preloads))
     for preload, torque, colour in zip(picture.preloads, torques, colours, strict=True):
         axes.plot(rpm, torque, color=colour, label=_force(preload))
         axes.annotate(
@@ -261,7 +256,7 @@ def _draw_torque(axes: Axes, picture: MapPicture) -> None:
 
 
 def _draw_by_temperature(axes: Axes, picture: MapPicture, values: Array, title: str, label: str) -> None:
-    colours = _scale(TEMPERATURE_COLOURS, len(picture.temperatures))
+    colours = scale(TEMPERATURE_COLOURS, len(picture.temperatures))
     for temperature, value, colour in zip(picture.temperatures, values, colours, strict=True):
         axes.plot(picture.speed / RPM, value, color=colour, label=_degrees(temperature))
     axes.set(title=f"{title}, preload {_force(picture.preload)}", ylabel=label)
@@ -271,7 +266,7 @@ def _draw_by_temperature(axes: Axes, picture: MapPicture, values: Array, title: 
 
 def _draw_film(axes: Axes, picture: MapPicture) -> None:
     rpm = picture.speed / RPM
-    colours = _scale(TEMPERATURE_COLOURS, len(picture.temperatures))
+    colours = scale(TEMPERATURE_COLOURS, len(picture.temperatures))
     for name, (label, style) in FILM_LINES.items():
         films = 1e9 * getattr(picture.by_temperature, name)
         for row in picture.film_rows:

@@ -46,9 +46,7 @@ class BallChain:
         self.n = int(ball_count)
         self.law = loaded_angle_law(screw) if contact_angle is None else fixed_angle_law(screw, contact_angle)
         dz, modulus = ball_pitch(screw, self.n), screw.youngs_modulus
-        self.screw_stretch = dz / (modulus * screw.screw_section_area)
-        self.nut_stretch = dz / (modulus * screw.nut_section_area)
-        self.K = self.screw_stretch + self.nut_stretch
+        self.K = dz / modulus * (1.0 / screw.screw_section_area + 1.0 / screw.nut_section_area)
         areas = 1.0 / screw.screw_section_area + 1.0 / screw.spacer_section_area
         self.spacer_stretch = screw.spacer_length / modulus * areas
 

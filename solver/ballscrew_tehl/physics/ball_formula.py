@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..parameters.file import Parameters
+from .ball_law import contact_angle_at_ball_load
 from .film import central_film_estimate, moes_groups
 from .hertz import E_prime, HertzContact, ellipse, reduced_radii
 from .kinematics import surface_speeds
-from .load import contact_angle_at_ball_load
 from .lubricant import eta0
 from .rolling_resistance import biboulet_houpert_point, rolling_power
 

@@ -30,34 +30,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..parameters.file import FOUR_POINT, ScrewParameters
-from .ball_chain import BallChain, FourPointChain, ball_oversize, ball_pitch
-from .ball_law import (
-    Array,
-    axial_approach,
-    check_force,
-    contact_angle_at_ball_load,
-    contact_compliance,
-    flank_travel,
-    groove_distance,
-    loaded_contact_angle,
-    preload_ball_load,
-)
-
-__all__ = [
-    "DoubleNutLoads",
-    "axial_approach",
-    "ball_oversize",
-    "ball_pitch",
-    "contact_angle_at_ball_load",
-    "contact_compliance",
-    "double_nut_loads",
-    "groove_distance",
-    "load_nodes",
-    "loaded_contact_angle",
-    "nut_loads",
-    "separation_load",
-]
-
+from .ball_chain import BallChain, FourPointChain, ball_oversize
+from .ball_law import Array, check_force, flank_travel, preload_ball_load
 
 #: Chebyshev nodes over the loads of one nut: three leave an error of the film below 1e-6; more per unit of ln(load);
 #: range of ln(load) below which all loads are one
@@ -69,14 +43,13 @@ class DoubleNutLoads(NamedTuple):
 
     Q_a, Q_b : (n,) of the left nut (spacer at its right end) and of the right nut (spacer at its left end);
     force_b = force_a + axial load; the spacer carries force_a. With oversize balls: of the same balls on the flanks
-    that an axial load > 0 relieves and loads; no spacer, its force is 0.
+    that an axial load > 0 relieves and loads; no spacer.
     """
 
     Q_a: Array
     Q_b: Array
     force_a: float
     force_b: float
-    spacer_force: float
 
 
 @lru_cache(maxsize=64)
@@ -109,7 +82,7 @@ def _four_point_loads(
     loaded, relieved = (Q_on, float(f_on.sum())), (Q_off, float(f_off.sum()))
     # a load to the left acts on the other flanks; the order of the balls is the same
     a, b = (relieved, loaded) if axial_load >= 0.0 else (loaded, relieved)
-    return DoubleNutLoads(a[0], b[0], a[1], b[1], 0.0)
+    return DoubleNutLoads(a[0], b[0], a[1], b[1])
 
 
 def nut_loads(
@@ -117,38 +90,25 @@ def nut_loads(
     force: float,
     ball_count: int,
     contact_angle: float | None = None,
-    outer_nut_force: float = 0.0,
-    outer_screw_force: float = 0.0,
 ) -> Array:
     """Normal loads of the balls of one nut.
 
     Parameters   force : float [N], >= 0, axial force between this nut and the screw
                  ball_count : balls that share it, >= 2
                  contact_angle : float [rad] for all balls, or None = every ball at its own loaded angle
-                 outer_nut_force, outer_screw_force : float [N], tension in the bodies at the outer face of
-                 the nut; 0, 0 = preload only; outer_nut_force = force: bodies loaded at opposite ends
-    Returns      Q : (n,) [N], outer ball first, the ball next to the spacer last (heaviest under preload
-                 only); sum of Q sin(beta) cos(lambda) = force. Oversize balls: one set of flanks, equal loads
-    Raises       ValueError: not finite or negative, an outer force with oversize balls
+    Returns      Q : (n,) [N], outer ball first, the ball next to the spacer last (heaviest); sum of
+                 Q sin(beta) cos(lambda) = force. Oversize balls: one set of flanks, equal loads
+    Raises       ValueError: not finite or negative
                  ArithmeticError: not converged
     Source       module docstring; Hertz ball law, bodies as rods of the section areas of the parameters
     """
     check_force("force", force)
-    check_force(
-        "outer_nut_force, outer_screw_force", [outer_nut_force, outer_screw_force], allow_negative=True
-    )
     if screw.preload_kind == FOUR_POINT:
-        if outer_nut_force or outer_screw_force:
-            raise ValueError(
-                f"outer_nut_force, outer_screw_force = {outer_nut_force:g}, {outer_screw_force:g} N; allowed: 0 with "
-                f"{FOUR_POINT}: double_nut_loads gives the loads under an axial load"
-            )
         return np.full(int(ball_count), preload_ball_load(screw, float(force), ball_count, contact_angle))
     chain = _chain(screw, ball_count, contact_angle)
     if force == 0.0:
         return np.zeros(chain.n)
-    end_slope = outer_screw_force * chain.screw_stretch - outer_nut_force * chain.nut_stretch
-    return chain.law(chain.nut(float(force), end_slope))[2]
+    return chain.law(chain.nut(float(force)))[2]
 
 
 def double_nut_loads(
@@ -177,15 +137,14 @@ def double_nut_loads(
     chain = _chain(screw, ball_count, contact_angle)
     if preload == 0.0 and axial_load == 0.0:
         nothing = np.zeros(chain.n)
-        return DoubleNutLoads(nothing, nothing, 0.0, 0.0, 0.0)
+        return DoubleNutLoads(nothing, nothing, 0.0, 0.0)
     gap = _preload_gap(screw, preload, ball_count, contact_angle) if preload > 0.0 else 0.0
     forces = np.array([preload - 0.5 * axial_load, preload + 0.5 * axial_load])
     # start: half of the load on each nut, or all of it on one
     forces = np.where(forces > 0.0, forces, 0.0) + np.where(forces[::-1] < 0.0, -forces[::-1], 0.0)
     d = chain.double_nut(gap, axial_load, (chain.rigid_approach(forces[0]), chain.rigid_approach(forces[1])))
     f, _, Q = chain.law(d)
-    force_a = float(f[: chain.n].sum())
-    return DoubleNutLoads(Q[: chain.n], Q[chain.n :], force_a, float(f[chain.n :].sum()), force_a)
+    return DoubleNutLoads(Q[: chain.n], Q[chain.n :], float(f[: chain.n].sum()), float(f[chain.n :].sum()))
 
 
 def separation_load(

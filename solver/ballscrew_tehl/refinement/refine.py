@@ -32,7 +32,8 @@ from .direct import NutContacts
 if TYPE_CHECKING:
     from ..runtime.evaluate import DoubleNutState, NutMap
 
-#: contacts that are stored, both raceways together: a look-up takes time with its square
+#: contacts that are stored, both raceways together, least recently used ones dropped: a look-up takes time with its
+#: square
 CAPACITY = 256
 #: distance [cells] beyond which a solved point is not used: larger, fewer solves and larger errors between points
 REACH = 1.0
@@ -104,10 +105,9 @@ class Refinement:
     Parameters   nut_map : of film model solved or solved_thermal
                  parameters : None = those of the map's header
                  tolerance : relative error of the friction torque, > 0
-                 capacity : contacts that are stored; the least recently used one is dropped
                  report : called with every Solve; None = logging, a failure as a warning
     Attributes   solves : the last of them
-    Raises       ValueError: a map of another law or other films, without parameters, or a bad tolerance or capacity
+    Raises       ValueError: a map of another law or other films, without parameters, or a bad tolerance
     Validity     within the axes of the map. Beyond them, where values are clamped, known corrections apply and nothing
                  is solved; below the least speed and force the correction is that of the end of the axis. Torque
                  follows direct per-ball solves within the tolerance (in 95 of 100 cases, the rest up to three times
@@ -122,7 +122,6 @@ class Refinement:
         nut_map: NutMap,
         parameters: Parameters | None = None,
         tolerance: float = 1e-3,
-        capacity: int = CAPACITY,
         report: Callable[[Solve], None] | None = None,
     ) -> None:
         film = nut_map.header["film_model"]
@@ -130,16 +129,14 @@ class Refinement:
             raise ValueError(
                 f"film model of the map = {film}; refinement needs solved, solved_thermal or {MECHANISTIC}"
             )
-        if not capacity >= 4:
-            raise ValueError(f"capacity = {capacity}; needs a whole number >= 4")
         self.nut_map = nut_map
         self.tolerance = tolerance
-        self.solves: deque[Solve] = deque(maxlen=capacity)
+        self.solves: deque[Solve] = deque(maxlen=CAPACITY)
         self._contacts = NutContacts(parameters or map_parameters(nut_map.header), film)
         self._report = report or _logged
         self._cell = np.array(nut_map.header["contact_cell"], dtype=float)
         expected = _expected_correction(nut_map.header)
-        self._known = [CorrectionStore(capacity // 2, expected) for _ in RACEWAYS]
+        self._known = [CorrectionStore(CAPACITY // 2, expected) for _ in RACEWAYS]
 
     @property
     def tolerance(self) -> float:

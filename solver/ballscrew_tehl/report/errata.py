@@ -25,9 +25,3 @@ class Erratum(NamedTuple):
 def errata() -> list[Erratum]:
     """All of them, in the order of the paper's equations."""
     return [Erratum(**row) for row in read_rows(PACKAGED_ERRATA)]
-
-
-def errata_markdown() -> str:
-    """The table for the documentation."""
-    rows = [Erratum._fields, ("---",) * len(Erratum._fields), *errata()]
-    return "".join(f"| {' | '.join(row)} |\n" for row in rows)

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..calibration.measurements import packaged_measurements
 from ..friction.baselines import nsk_torque, zhou_torque
-from ..nut_map.plot import map_figure
+from ..nut_map.plot import map_figure, scale
 from ..nut_map.trend import THICK
 from ..parameters.units import CELSIUS, RPM
 from ..runtime.packed import MECHANISTIC
@@ -72,13 +72,6 @@ def new_figure(height: float = 3.4, rows: int = 1) -> tuple[Figure, Any]:
 
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     return figure, figure.subplots(rows, 1)
-
-
-def scale(name: str, count: int) -> list[Any]:
-    """Colours from dark to light, none too light for a line on white."""
-    from matplotlib import colormaps
-
-    return [colormaps[name](x) for x in np.linspace(0.0, 0.82, count)]
 
 
 def finish(axes: Axes, xlabel: str, ylabel: str, title: str = "") -> None:

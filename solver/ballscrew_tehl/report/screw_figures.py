@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..nut_map.plot import scale
 from ..parameters.units import RPM
 from ..physics.axial_stiffness import separation_deflection_load
 from ..physics.rating import STATIC_PRESSURE
-from .figures import LINE, figure_address, finish, new_figure, scale
+from .figures import LINE, figure_address, finish, new_figure
 from .screw_numbers import ScrewNumbers
 
 if TYPE_CHECKING:

@@ -66,9 +66,9 @@ def evaluated_row(name: str, numbers: int, evaluate: Evaluate) -> LawRow:
     return LawRow(name, numbers, torques, sum(missed) / len(missed), max(missed))
 
 
-def set_row(entry: FrictionSet, evaluate: Evaluate, name: str | None = None) -> LawRow:
+def set_row(entry: FrictionSet, evaluate: Evaluate) -> LawRow:
     """A friction set, with the figures of its fit if they are known."""
-    row = evaluated_row(name or entry.name, len(SETS.get(entry.name, ())), evaluate)
+    row = evaluated_row(entry.name, len(SETS.get(entry.name, ())), evaluate)
     rest = {table: found["mean"] for table, found in entry.leave_one_table_out.items() if table in TABLES}
     left_out = None
     if "leave_one_out_mean" in entry.errors:

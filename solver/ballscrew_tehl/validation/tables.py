@@ -46,7 +46,6 @@ def mean_deviations(rows: Sequence[ValidationRow]) -> tuple[float, ...]:
 
 def validation_tables(
     evaluate: Evaluate,
-    temperature: float = ASSUMED_TEMPERATURE,
     preload_range: tuple[float, float] = (100.0, 12000.0),
 ) -> list[ValidationTable]:
     """Tables 2, 4 and 3 with this model and the printed columns.
@@ -68,13 +67,15 @@ def validation_tables(
             if line["table"] == name:
                 preload, speed = float(line["preload_N"]), float(line["speed_rpm"]) * RPM
                 others = tuple(float(line[key]) for key in ("zhao_Nm", "zhou_Nm", "nsk_Nm"))
-                ours = float(evaluate(preload, speed, temperature))
+                ours = float(evaluate(preload, speed, ASSUMED_TEMPERATURE))
                 rows.append(ValidationRow(preload, speed, float(line["measured_Nm"]), (ours, *others)))
         tables.append(ValidationTable(name, title, "N.m", tuple(rows), mean_deviations(rows)))
     rows, speed = [], 100.0 * RPM
     for line in read_rows(PACKAGED_PRELOAD):
         torque = float(line["torque_Nm"])
-        ours = preload_from_torque(lambda force: evaluate(force, speed, temperature), torque, *preload_range)
+        ours = preload_from_torque(
+            lambda force: evaluate(force, speed, ASSUMED_TEMPERATURE), torque, *preload_range
+        )
         others = tuple(float(line[key]) for key in ("zhao_N", "zhou_N", "nsk_N"))
         rows.append(ValidationRow(float(line["preload_N"]), speed, float(line["preload_N"]), (ours, *others)))
     title = "Table 3: preload recovered from the measured torque at 100 r/min"

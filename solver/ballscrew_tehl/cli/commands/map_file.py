@@ -5,24 +5,18 @@ from __future__ import annotations
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import Any
 
 from ... import __version__
 from ...friction.sets import default_friction_set
 from ...nut_map.certificate import STAGE, claim, deviation_from_direct, points_of
-from ...parameters.units import CELSIUS, RPM, SHOWN
+from ...parameters.units import SHOWN
 from ...runtime.packed import certificate_totals
-from ..shared.chosen import EXTREMES, screw_hint, screw_of
+from ..shared.chosen import screw_hint, screw_of
 from ..shared.files import check_output, written
 from ..shared.progress import progress_bar
 from ..shared.quantities import whole_number
 from ..shared.results import listing, print_results, say, table
-
-if TYPE_CHECKING:
-    from ...nut_map.plot import MapPicture
-
 
 #: unit of a row, if it has one
 UNITS = {
@@ -152,7 +146,6 @@ def run_map_plot(args: Namespace) -> int:
     friction_set = default_friction_set(parameters)
     result = {
         "file": str(path),
-        **_plotted_extremes(picture),
         "screw": parameters.name,
         "kinematics": friction_set.kinematics,
         "friction_set": friction_set.name,
@@ -161,30 +154,3 @@ def run_map_plot(args: Namespace) -> int:
     }
     print_results([result], args.json, False)
     return 0
-
-
-def _plotted_extremes(picture: MapPicture) -> dict[str, Any]:
-    """Lowest and highest value of all that is drawn, by the keys of the command line; None if not in the file."""
-    from ...nut_map.plot import ERRORS, FILM_LINES, friction_torque
-
-    def ends(*values: Any) -> list[float]:
-        return [float(min(np.min(v) for v in values)), float(max(np.max(v) for v in values))]
-
-    found: dict[str, Any] = {
-        "speed_rpm": ends(picture.speed / RPM),
-        "preload_n": ends(picture.preloads),
-        "temperature_c": ends(picture.temperatures - CELSIUS),
-        "friction_torque_nm": ends(*map(friction_torque, (picture.by_preload, picture.by_temperature))),
-    }
-    for name in FILM_LINES:
-        found[EXTREMES[name]] = ends(getattr(picture.by_temperature, name)[picture.film_rows])
-    found["film_temperature_rise_k"] = ends(picture.by_temperature.film_temperature_rise)
-    found |= {
-        "ball_load_n": list(picture.contact_map.range.load),
-        "samples": sum(map(len, picture.contact_map.contacts.values())),
-    }
-    found |= {f"sampling_error_{name}": error for name, error in picture.sampling_errors.items()}
-    points = picture.certificate
-    found["certificate_points"] = 0 if points is None else points.speed.size
-    errors = {} if points is None else points.errors
-    return found | {f"{name}_error": ends(errors[name]) if name in errors else None for name in ERRORS}
