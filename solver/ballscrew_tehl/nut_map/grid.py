@@ -56,7 +56,7 @@ class MapGrid:
     force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; the force goes lower than
     the preload, for an axial load relieves one nut; share: nodes of the axial load from 0 to the separation load.
     Contacts of each raceway: where the packaged atlas holds the thermal films of the screw, the difference from it is
-    interpolated, from contact_check to contact_first of them, else from contact_first to contact_max. As many again
+    interpolated, of contact_check to twice as many of them, else from contact_first to contact_max. As many again
     follow, at most contact_batch at a time, until the mean weighted error of what is left out is below
     contact_tolerance and the largest below contact_largest (sampling.py). atlas: whether it is used.
     """
