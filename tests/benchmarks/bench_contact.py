@@ -1,12 +1,10 @@
-"""Time of a contact, and whether its error estimate holds.
+"""Time of a contact, beside that of another version.
 
 `python tests/benchmarks/bench_contact.py [--against CHECKOUT] [--contacts N] [--only CLASS ...] [--output FILE.csv]`
 solves contacts of the packaged screw over the range of its map, of the own screws (tests/data/screws) and two circles,
 each cold with grids and operators in the caches, and prints for each class the medians of the processor time and the
 sums; with --against in turn with the code of another checkout, in a process of its own, with the ratios, the largest
-difference of the films over the error estimate, and the contacts that either did not solve. `--coverage` solves each
-contact again with nodes, lines, layers, domain and tolerance refined by 2 and prints the share of contacts whose film
-moves by no more than error_estimate.
+difference of the films over the error estimate, and the contacts that either did not solve.
 """
 
 from __future__ import annotations
@@ -31,7 +29,6 @@ import pandas as pd
 from scipy.stats import qmc
 
 from ballscrew_tehl.contact import (
-    MAP_NODES,
     ContactConditions,
     SolverOptions,
     ball_conditions,
@@ -100,19 +97,6 @@ def timed(request: Request) -> Figures:
     return {name: getattr(found, name) for name in names} | {"cpu": seconds}
 
 
-def covered(request: Request) -> Figures:
-    """A contact with the nodes of a map or of the default, and refined."""
-    heated = request["law"] is None
-    options = SolverOptions(n_x=MAP_NODES) if heated else SolverOptions(thermal=False)
-    plain, fine = (solve(*materials(request), each) for each in (options, options.refined(2.0)))
-    difference = abs(plain.h_c / fine.h_c - 1.0) if plain.converged and fine.converged else np.nan
-    return {
-        "M": plain.M, "L": plain.L, "branch": plain.branch, "estimate": plain.error_estimate,
-        "difference": difference, "covered": difference <= plain.error_estimate,
-        "heat_balance": np.nan if plain.heat_balance is None else abs(plain.heat_balance.defect),
-    }  # fmt: skip
-
-
 def other(checkout: Path) -> Callable[[Request], Figures]:
     """Contacts solved by the code of another checkout, in a process of its own."""
     process = subprocess.Popen(
@@ -155,7 +139,6 @@ def compared(rows: pd.DataFrame) -> pd.Series:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--against", type=Path, metavar="CHECKOUT", help="solve in turn with its code")
-    parser.add_argument("--coverage", action="store_true", help="compare the estimate with refined solves")
     parser.add_argument("--contacts", type=int, default=100, metavar="N", help="of each class (circles: 5)")
     parser.add_argument("--only", nargs="+", metavar="CLASS", help="these classes alone")
     parser.add_argument("--seed", type=int, default=1)
@@ -167,8 +150,8 @@ def main() -> None:
     wanted = {
         k: v for k, v in requests(args.contacts, args.seed).items() if args.only is None or k in args.only
     }
-    solvers = {"": covered if args.coverage else timed}
-    if args.against and not args.coverage:
+    solvers = {"": timed}
+    if args.against:
         solvers["_other"] = other(args.against)
     rows: list[Figures] = []
     for name, contacts in wanted.items():
@@ -180,15 +163,8 @@ def main() -> None:
             if args.output:
                 pd.DataFrame(rows).to_csv(args.output, index=False)
     found = pd.DataFrame(rows)
-    if args.coverage:
-        print(found[~found.covered].to_string(index=False))
-        print(
-            found[["estimate", "difference", "heat_balance"]].describe(percentiles=[0.5, 0.99]).T.to_string()
-        )
-        print(f"{len(found)} contacts, covered {100.0 * found.covered.mean():.1f} %")
-    else:
-        table = found.groupby("class", sort=False)[list(found.columns)].apply(compared)
-        print(table.T.to_string(float_format="{:.4g}".format))
+    table = found.groupby("class", sort=False)[list(found.columns)].apply(compared)
+    print(table.T.to_string(float_format="{:.4g}".format))
 
 
 if __name__ == "__main__":
