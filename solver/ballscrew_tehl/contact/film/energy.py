@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import kernel
-from ..half_space.deflection import LineConvolution, convolve
 from ..half_space.grid import Array
+from ..half_space.walls import LineConvolution
 from .kernels import line_flux
 from .krylov import gmres
 from .oil import ln_viscosity, pressure_factor
@@ -214,10 +214,10 @@ def across(h_y, t, t_in, flow_y, j, i, k):
 
 
 @kernel
-def sideways(x, width, h_y, t, t_in, flow_x, flow_y, j, i, k):
+def sideways(mesh, t, t_in, flow_x, flow_y, j, i, k):
     """Heat that the side faces of a cell bring in, as rest - diag*T [W/m2 per unit z/h]; returns diag, rest."""
-    own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
-    diag, rest = across(h_y, t, t_in, flow_y, j, i, k)
+    own, up_1, up_2, down = along(mesh.x, mesh.width, flow_x, j, i, k)
+    diag, rest = across(mesh.h_y, t, t_in, flow_y, j, i, k)
     rest += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
     if up_2 != 0.0:
         rest += up_2 * t[j, i - 2, k]
@@ -297,8 +297,6 @@ def sweep(mesh, h, conductivity, t_in, flow, face, t_at, damped, forward, whole,
             known, stiff, slid = stress_changes(t_at, t, f_rate, f_soft, f_stiff, j, i)
             wall_a = 0.5 * f_rate[j, i, 0] * f_soft[j, i, 0]
             wall_b = 0.5 * f_rate[j, i, nz] * f_soft[j, i, nz]
-            below = flow_z[j, i, 0] / cond
-            rising = bernoulli(below)
             for r in range(n):
                 k = r + 1
                 own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
@@ -308,11 +306,8 @@ def sweep(mesh, h, conductivity, t_in, flow, face, t_at, damped, forward, whole,
                 if up_2 != 0.0:
                     b += up_2 * t[j, i - 2, k]
                 h_up_1[j, i, r], h_up_2[j, i, r] = up_1, up_2
-                # B(-x) = B(x) + x: one exponential a face
-                above = flow_z[j, i, k] / cond
-                lo = cond / dz * (rising + below)
-                below, rising = above, bernoulli(above)
-                hi = cond / dz * rising
+                below, above = flow_z[j, i, k - 1] / cond, flow_z[j, i, k] / cond
+                lo, hi = cond / dz * bernoulli(-below), cond / dz * bernoulli(above)
                 s, sigma = f_sliding[j, i, k], f_soft[j, i, k]
                 growth = -abs(s) * sigma if damped else s * sigma
                 d += lo + hi - growth
@@ -368,8 +363,6 @@ def wall_heat(mesh, h, conductivity, t_in, flow, face, t, walls):
 
     The response of the walls is made from that of the levels next to them, which the sweep has left there.
     """
-    # arrays by name: see sweep
-    x, width, h_y = mesh.x, mesh.width, mesh.h_y
     flow_x, flow_y, flow_z, start, end = face.x, face.y, face.z, face.start, face.end
     shear, compression = flow.shear, flow.compression
     q_a, q_b, response = walls.q_a, walls.q_b, walls.response
@@ -380,8 +373,8 @@ def wall_heat(mesh, h, conductivity, t_in, flow, face, t, walls):
             cond = conductivity / (h[j, i] * dz)
             b_a = cond * bernoulli(flow_z[j, i, 0] / cond)
             b_b = cond * bernoulli(-flow_z[j, i, nz - 1] / cond)
-            d_a, r_a = sideways(x, width, h_y, t, t_in, flow_x, flow_y, j, i, 0)
-            d_b, r_b = sideways(x, width, h_y, t, t_in, flow_x, flow_y, j, i, nz)
+            d_a, r_a = sideways(mesh, t, t_in, flow_x, flow_y, j, i, 0)
+            d_b, r_b = sideways(mesh, t, t_in, flow_x, flow_y, j, i, nz)
             t_a, t_b = t[j, i, 0], t[j, i, nz]
             q_a[j, i] = b_a * (t[j, i, 1] - t_a) + 0.5 * dz * (
                 shear[j, i, 0] + compression[j, i, 0] * t_a + r_a - d_a * t_a
@@ -432,23 +425,6 @@ def sheared_films(oil, p, h, conductivity, slip, t_a, t_b, t, q):
                 _, slope, _ = ln_viscosity(oil, factor, middle)
 
 
-@kernel
-def walls_times(single_a, single_b, response, change, work, out):
-    """Changes (2, n_y, n_x) of both wall temperatures less those by the heat that they turn away, into out.
-
-    single_a, single_b: operators in single precision (LineConvolution.single), for increments; work: of out's shape.
-    """
-    ny, nx = change.shape[1:]
-    for j in range(ny):
-        for i in range(nx):
-            a, b = change[0, j, i], change[1, j, i]
-            work[0, j, i] = response[j, i, 0] * a - response[j, i, 1] * b
-            work[1, j, i] = response[j, i, 3] * b - response[j, i, 2] * a
-    convolve(*single_a, work[0], out[0])
-    convolve(*single_b, work[1], out[1])
-    out += change
-
-
 def update_walls(
     operators: tuple[LineConvolution, LineConvolution], t: Array, walls: WallHeat, t_in: float
 ) -> None:
@@ -456,14 +432,16 @@ def update_walls(
 
     Both walls at once: a thin film couples them more strongly than either is coupled to its own body.
     """
+    shape, response = (2, *walls.q_a.shape), walls.response
     wall_a, wall_b = operators
     missing = np.stack([t_in + wall_a(walls.q_a) - t[:, :, 0], t_in + wall_b(walls.q_b) - t[:, :, -1]])
-    shape, work = missing.shape, np.empty(missing.shape, dtype=np.float32)
 
     def apply(v: Array) -> Array:
-        out = np.empty(shape)
-        walls_times(wall_a.single, wall_b.single, walls.response, v.reshape(shape), work, out)
-        return out.ravel()
+        d_a, d_b = v.reshape(shape)
+        return np.stack([
+            d_a + wall_a.rough(response[:, :, 0] * d_a - response[:, :, 1] * d_b),
+            d_b + wall_b.rough(response[:, :, 3] * d_b - response[:, :, 2] * d_a),
+        ]).ravel()  # fmt: skip
 
     step, _, _ = gmres(apply, lambda v: v, missing.ravel(), WALL_TOLERANCE, MOST_WALL_STEPS)
     t[:, :, 0] += step.reshape(shape)[0]
@@ -476,7 +454,7 @@ def heat_flows(mesh, t, t_in, flow, face, walls):
     # arrays by name: see sweep
     flow_x, flow_y, start, end = face.x, face.y, face.start, face.end
     shear, compression = flow.shear, flow.compression
-    x, width, h_y, q_a, q_b = mesh.x, mesh.width, mesh.h_y, walls.q_a, walls.q_b
+    width, h_y, q_a, q_b = mesh.width, mesh.h_y, walls.q_a, walls.q_b
     nz = t.shape[2] - 1
     generated = conducted = convected = 0.0
     for j in range(t.shape[0] - 1):
@@ -488,7 +466,7 @@ def heat_flows(mesh, t, t_in, flow, face, walls):
                 w = area * (0.5 if k == 0 or k == nz else 1.0) / nz
                 rise = t[j, i, k] - t_in
                 generated += w * (shear[j, i, k] + compression[j, i, k] * t[j, i, k])
-                diag, rest = sideways(x, width, h_y, t, t_in, flow_x, flow_y, j, i, k)
+                diag, rest = sideways(mesh, t, t_in, flow_x, flow_y, j, i, k)
                 out = (flow_x[j, i, k] - flow_x[j, i - 1, k]) / width[i]
                 if j == 0:
                     out += 2.0 * flow_y[0, i, k] / h_y

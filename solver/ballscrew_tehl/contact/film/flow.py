@@ -91,33 +91,30 @@ def cumulative(f, dz, out):
 
 
 @kernel
-def cumulative_adjoint(f, dz, out):
-    """Derivatives of the sum of f times the integrals of `cumulative` to the nodal values integrated."""
-    n = f.size - 1
-    c = dz / 24.0
-    out[:] = 0.0
-    beyond = c * f[n]
-    out[n], out[n - 1], out[n - 2], out[n - 3] = 9.0 * beyond, 19.0 * beyond, -5.0 * beyond, beyond
-    for k in range(n - 2, 0, -1):
-        beyond += c * f[k + 1]
-        out[k - 1] -= beyond
-        out[k] += 13.0 * beyond
-        out[k + 1] += 13.0 * beyond
-        out[k + 2] -= beyond
-    beyond += c * f[1]
-    out[0] += 9.0 * beyond
-    out[1] += 19.0 * beyond
-    out[2] -= 5.0 * beyond
-    out[3] += beyond
+def layer_weights(n):
+    """Weights (n+1,) of the integral from 0 to 1 that `cumulative` ends with; all positive."""
+    w = np.empty(n + 1)
+    unit, out = np.zeros(n + 1), np.empty(n + 1)
+    for k in range(n + 1):
+        unit[k] = 1.0
+        cumulative(unit, 1.0 / n, out)
+        w[k] = out[n]
+        unit[k] = 0.0
+    return w
 
 
 @kernel
-def layer_weights(n):
-    """Weights (n+1,) of the integral from 0 to 1 that `cumulative` ends with; all positive."""
-    last, weights = np.zeros(n + 1), np.empty(n + 1)
-    last[n] = 1.0
-    cumulative_adjoint(last, 1.0 / n, weights)
-    return weights
+def cumulative_matrix(n):
+    """Matrix (n+1, n+1) of `cumulative` on the unit interval; its last row is layer_weights."""
+    out = np.empty((n + 1, n + 1))
+    unit = np.zeros(n + 1)
+    column = np.empty(n + 1)
+    for m in range(n + 1):
+        unit[m] = 1.0
+        cumulative(unit, 1.0 / n, column)
+        out[:, m] = column
+        unit[m] = 0.0
+    return out
 
 
 @kernel
@@ -134,8 +131,9 @@ def film_coefficients(oil, p_max, p, t, flow, speeds, u_e, scale, ln_phi, dln_ph
     u_a, du = speeds.u_a / u_e, (speeds.u_b - speeds.u_a) / u_e
     ny, nx = p.shape
     n = t.shape[2] - 1
-    weights, dz = layer_weights(n), 1.0 / n
-    f, f_t, f_p, f_z, rest, below, carried, carried_z = np.empty((8, n + 1))
+    integral = cumulative_matrix(n)
+    weights = integral[n]
+    f, f_t, f_p, rest, carried, carried_z = np.empty((6, n + 1))
     for j in range(ny):
         for i in range(nx):
             factor, d_factor = pressure_factor(oil, p[j, i] * p_max)
@@ -152,14 +150,18 @@ def film_coefficients(oil, p_max, p, t, flow, speeds, u_e, scale, ln_phi, dln_ph
                 f_p[k] = -f[k] * share[j, i, k] * slope * d_factor
                 rest[k] = rho_p - oil.beta_t * (t[j, i, k] - oil.t_ref)
                 r0 += weights[k] * rest[k]
-                f_z[k] = k * dz * f[k]
-            # below: mass up to each node; carried: sum over the nodes of f times the integral up to them, by node
-            cumulative(rest, dz, below)
-            cumulative_adjoint(f, dz, carried)
-            cumulative_adjoint(f_z, dz, carried_z)
+                carried[k] = carried_z[k] = 0.0
+            # rest: mass above each node; carried: sum over the nodes of f times the integral up to them, by node
             inv0 = inv1 = r1 = r2 = d_inv0 = d_inv1 = d_r1 = d_r2 = 0.0
             for k in range(n + 1):
-                z, w = k * dz, r0 - below[k]
+                z = k / n
+                below = 0.0
+                for m in range(n + 1):
+                    c = integral[k, m]
+                    below += c * rest[m]
+                    carried[m] += c * f[k]
+                    carried_z[m] += c * z * f[k]
+                w = r0 - below
                 d_w = rho_slope * (1.0 - z)
                 inv0 += f[k]
                 inv1 += z * f[k]
@@ -178,7 +180,11 @@ def film_coefficients(oil, p_max, p, t, flow, speeds, u_e, scale, ln_phi, dln_ph
             g[j, i] = u_a * r0 + du * mean
             dg[j, i] = u_a * p_max * rho_slope + du * d_mean
             for k in range(n + 1):
-                z, w = k * dz, r0 - below[k]
+                z = k / n
+                below = 0.0
+                for m in range(n + 1):
+                    below += integral[k, m] * rest[m]
+                w = r0 - below
                 by_r1 = f_t[k] * w - oil.beta_t * (weights[k] * inv0 - carried[k])
                 by_r2 = z * f_t[k] * w - oil.beta_t * (weights[k] * inv1 - carried_z[k])
                 by_c = (z - c) * f_t[k] / inv0

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf
 
 from ...compiled import kernel
-from ..half_space.deflection import convolve
 from ..half_space.grid import Array
 from . import kernels
 from .krylov import SUMS, orthogonalise, rotate, solution
@@ -116,6 +115,19 @@ def lu_solve(a, pivots, b):
         at = pivots[k]
         if at != k:
             b[k], b[at] = b[at], b[k]
+
+
+@kernel
+def convolve(forward, modes, backward, field, out):
+    """Deflection of a field (n_y, n_x) in the precision of the modes: see half_space.deflection."""
+    rows = np.dot(forward, field)
+    number = modes.shape[0]
+    each = rows.shape[0] // number
+    bent = np.empty_like(rows)
+    for m in range(number):
+        for r in range(each):
+            bent[each * m + r] = np.dot(modes[m], rows[each * m + r])
+    out[:, :] = np.dot(backward, bent)
 
 
 @kernel

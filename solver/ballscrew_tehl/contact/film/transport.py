@@ -13,7 +13,6 @@ import numpy as np
 
 from ...compiled import kernel
 from ..half_space.grid import Array
-from .krylov import SUMS
 
 
 class HeatTransport(NamedTuple):
@@ -175,7 +174,7 @@ def line_response(heat, j, g, dg, by_t, unit, unit_h, same_line, columns, far_ph
                 wedge[k] += f * now[r, k]
 
 
-@kernel(fastmath=SUMS)
+@kernel
 def film_change(by_t, dt, j, out):
     """Changes of ln phi and g (2, n_x) of line j with the temperature changes dt."""
     nx, n = dt.shape[1], dt.shape[2]
