@@ -142,7 +142,10 @@ class ContactProblem:
             )  # fmt: skip
             return out
 
-        return Film(coefficients, shape, self.scales.hertz.p_max)
+        film = Film(coefficients, shape, self.scales.hertz.p_max)
+        # the start of a thermal solve is left at a looser tolerance, where columns lead elsewhere within it
+        film.across = self.plain
+        return film
 
     def start(self, state: ReynoldsState | None = None) -> Iteration:
         """An iteration at its beginning: from a state, or from the dry contact opened by the expected film."""

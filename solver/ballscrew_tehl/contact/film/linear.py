@@ -27,7 +27,8 @@ class LinearSystem(NamedTuple):
     time, 0 = steady; scale: size of the diagonal, load its last; weights: of the load; free: whether the approach
     follows from the load, else it is held;
     forward, modes, backward: deflection in single precision, same_line (n_x, n_x): that of a line by itself;
-    heat, unit [Pa], unit_h [m]: temperatures that follow the pressure, warm: whether they do.
+    heat, unit [Pa], unit_h [m]: temperatures that follow the pressure, warm: whether they do; across: whether columns
+    precondition too.
     """
 
     width: Array
@@ -54,6 +55,7 @@ class LinearSystem(NamedTuple):
     unit: float
     unit_h: float
     warm: bool
+    across: bool
 
 
 class LineFactors(NamedTuple):
@@ -197,7 +199,7 @@ def solve_columns(s, columns, v, work, left, out):
     """Pressures out (n_y, n_x) by the flow across of a scaled residual v, by its share; what they leave of v.
 
     The deflection by them is left out. Far upstream of a circle, where lines lie closer than nodes, lines alone take
-    dozens of iterations. Not with temperatures that follow: no gain there.
+    dozens of iterations. Not with temperatures that follow, where nothing is gained.
     """
     ny, nx = s.gap.shape
     lower, pivot, upper, share = columns[0], columns[1], columns[2], columns[3]
@@ -231,7 +233,7 @@ def precondition(s, factors, columns, v, work, left, out):
     line = np.empty(nx - 2)
     out[:] = 0.0
     left[:] = v
-    if not s.warm:
+    if s.across:
         solve_columns(s, columns, v, work, left, out[: ny * nx].reshape((ny, nx)))
     load = 0.0
     for j in range(factors.lu.shape[0]):
@@ -291,7 +293,7 @@ def gmres(s, factors, rhs, tolerance, most, out):
     basis, hessenberg = np.empty((most + 1, n)), np.zeros((most + 1, most))
     cs, sn, e = np.zeros(most), np.zeros(most), np.zeros(most + 1)
     z, w, left_over = np.empty(n), np.empty(n), np.empty(n)
-    columns = column_factors(s)
+    columns = column_factors(s) if s.across else np.zeros((4, 1, 1))
     dt = np.zeros((ny, nx, s.heat.up_1.shape[2] + 2 if s.warm else 0))
     work = np.zeros((4, ny, nx))
     beta = np.sqrt(np.sum(rhs * rhs))

@@ -126,6 +126,9 @@ class GridChoice:
 class Film:
     """Film coefficients over the pressure; an oil of one temperature and viscosity per pressure unless overridden."""
 
+    #: whether columns across precondition the line solves
+    across = False
+
     def __init__(
         self, coefficients: Callable[[Array], tuple[Array, ...]], shape: tuple[int, int], unit: float = 1.0
     ) -> None:
@@ -222,7 +225,7 @@ class _Linearisation:
         self.system = LinearSystem(
             grid.width_x, geometry.kappa_h, gap, g, dln_phi, dg, film.by_t, penalty, c_x, self.faces.c_y,
             self.faces.wedge, squeeze, scale, TARGET_LOAD, geometry.weights, free, forward, modes, backward,
-            geometry.deflection.same_line, film.heat, film.unit, film.unit_h, film.warm,
+            geometry.deflection.same_line, film.heat, film.unit, film.unit_h, film.warm, film.across,
         )  # fmt: skip
 
     def update(self, d_p: Array) -> Array:
