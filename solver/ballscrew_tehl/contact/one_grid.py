@@ -26,11 +26,6 @@ REST_SHARE = 0.5
 LEAST_LAYERS = 4
 #: tolerance and most Newton steps of the isothermal solve that a coupled solve begins with
 START_TOLERANCE, START_STEPS = 1e-2, 30
-#: iterations after which a coupled solve begins again with damping
-UNDAMPED_ITERATIONS = 60
-#: most iterations with damping: those that converge take 15 to 60, one of 4000 took 109; a hot inlet whose
-#: recirculation jumps from node to node, and the pressure spike with it, never settles
-DAMPED_ITERATIONS = 150
 
 
 def solve_cold(problem: ContactProblem) -> ContactSolution:
@@ -99,12 +94,11 @@ def solve_from(
         it = problem.solve_isothermal(it, START_TOLERANCE, START_STEPS)
     near, limit, used = it.state, options.max_thermal, 0
     if not damped:
-        it = solve_coupled(problem, it, temperature, tolerance, min(limit, UNDAMPED_ITERATIONS))
+        it = solve_coupled(problem, it, temperature, tolerance, limit)
         used = it.iterations
         if it.converged or used >= limit:
             return it
     # a hot inlet of a thick film
-    most = min(limit - used, DAMPED_ITERATIONS)
-    it = solve_coupled(problem, problem.start(near), temperature, tolerance, most, damped=True)
+    it = solve_coupled(problem, problem.start(near), temperature, tolerance, limit - used, damped=True)
     it.iterations += used
     return it

@@ -50,27 +50,13 @@ KEEP_BELOW = 12
 RENEW_ABOVE = 0.05
 #: iterations with factors that leave out the heat carried along the lines, after which it is put in
 MOST_KRYLOV_STILL = 24
-#: largest change of the approach of one Newton step, relative to film and flattening; moved to 0.1 or 2: no
-#: effect
-APPROACH_LIMIT = 0.5
-#: Newton steps without progress after which the steps are halved, moved to 3: 4 % more Newton steps, to 12: no effect;
-#: and their least share by this rule, moved to 0.5: no effect
-STALL_AFTER = 6
-MIN_SHARE = 0.125
-#: reduction of the changes over STALL_AFTER steps that counts as progress; moved to 0.9: no effect
-STALL_REDUCTION = 0.5
 #: a step turns back if its projection on the last one is below -TURN of it; steps alternate if two of the last four
 #: turned back and the last is above ALTERNATING times the least of three; TURN moved to 0.9: 5 % more Newton steps,
 #: ALTERNATING moved to 0.2 or 0.9: no effect
 TURN, ALTERNATING = 0.5, 0.5
-#: share of the steps below which the tolerance is no longer reduced with them: a smaller one would never be reached
-SHARE_IN_TOLERANCE = 0.1
 #: smallest share of its fluidity that a node keeps in one Newton step; moved to 0.3: 4 % more Newton steps, to 0.01: no
 #: effect
 LEAST_FLUIDITY = 0.05
-#: least d ln(viscosity)/dP for a step in fluidity: below, fluidity and pressure are linear in each other;
-#: moved to 1e-4 or 0.1: no effect
-LEAST_THICKENING = 1e-3
 #: the edge of cavitation is settled at nodes below this pressure, relative to the largest, and above this share of the
 #: flow in the diagonal of the node; sweeps for it. Moved to 0.004 or 0.1, and to 20 sweeps: no effect
 EDGE_PRESSURE, EDGE_FLOW_SHARE, EDGE_SWEEPS = 0.02, 0.9, 100
@@ -79,8 +65,8 @@ EDGE_PRESSURE, EDGE_FLOW_SHARE, EDGE_SWEEPS = 0.02, 0.9, 100
 FLOOR_SHARE = 0.2
 #: Newton steps after which a patient solve goes over to pseudo time
 NEWTON_STEPS = 30
-#: pseudo time steps [b/u_e]: the first, the least and the largest, and the one beyond which a solution is steady
-FIRST_PSEUDO_STEP, LEAST_PSEUDO_STEP, LARGEST_PSEUDO_STEP, LONG_PSEUDO_STEP = 0.1, 1e-3, 1e6, 10.0
+#: pseudo time steps [b/u_e]: the first, and the one beyond which a solution is steady
+FIRST_PSEUDO_STEP, LONG_PSEUDO_STEP = 0.1, 10.0
 #: change of pressure [p_max] that the pseudo time step aims at
 PSEUDO_CHANGE = 0.3
 #: film [b^2/R_x] above which the approach is held and corrected with the load
@@ -234,8 +220,8 @@ class _Linearisation:
         Where pressure flow dominates, the equation is linear in the fluidity rather than in the pressure: the step is
         taken in the fluidity there, with whose logarithm the pressure rises in few steps.
         """
-        thickening = np.maximum(self.thickening, LEAST_THICKENING)
-        in_fluidity = -np.log(np.maximum(1.0 - thickening * d_p, LEAST_FLUIDITY)) / thickening
+        thickening = np.maximum(self.thickening, TINY)
+        in_fluidity = -np.log1p(np.maximum(-thickening * d_p, LEAST_FLUIDITY - 1.0)) / thickening
         return d_p + self.flow_share * (in_fluidity - d_p)
 
     def right_hand_side(self, load_error: float) -> Array:
@@ -357,21 +343,18 @@ class ContactGeometry:
                 # the long steps of a wedge that carries the load alone would overshoot its edge
                 self._settle_edge(linear, p_new, size)
             p_new = _bounded(p_new)
-            # a film thicker than the flattening must not be overshot
-            approach = APPROACH_LIMIT * (1.0 + max(float(gap[0].min()), 0.0))
-            h_0 += length.share * min(max(float(delta[-1]), -approach), approach)
+            h_0 += length.share * float(delta[-1])
             gap = self._taken(linear, film, p, p_new, h_0, history)
             p, change = p_new, history.change[-1]
             if not history.finite:
                 break
             balanced = abs(load_error) <= LOAD_TOLERANCE * TARGET_LOAD
-            close = change <= length.tolerance_share * tolerance * min(1.0, float(p.max()))
+            close = change <= length.share * tolerance * min(1.0, float(p.max()))
             if close and balanced and size <= limit and (steady or pseudo_step > LONG_PSEUDO_STEP):
                 history.converged, history.reason = True, "pressure change below tolerance"
                 break
             if not steady:
                 pseudo_step *= min(max(PSEUDO_CHANGE / max(size, TINY), 0.5), 2.0)
-                pseudo_step = min(max(pseudo_step, LEAST_PSEUDO_STEP), LARGEST_PSEUDO_STEP)
         return ReynoldsState(p, h_0, gap), history, factors
 
     def _solve_thick(
@@ -485,7 +468,7 @@ def _linear_step(
 
 
 class _StepLength:
-    """Share of the Newton steps to take: halved where they alternate or do not shrink, doubled where they do."""
+    """Share of the Newton steps to take: halved where they alternate, doubled where they shrink again."""
 
     def __init__(self, p: Array) -> None:
         self.share = self._most = 1.0
@@ -493,11 +476,6 @@ class _StepLength:
         self.sizes: list[float] = []
         self._turned: list[bool] = []
         self._last = np.zeros_like(p)
-
-    @property
-    def tolerance_share(self) -> float:
-        """Share of the tolerance that a shortened step must meet."""
-        return 1.0 if self._most < SHARE_IN_TOLERANCE else self.share
 
     def adapt(self, d_p: Array) -> None:
         """Choose the share of a full step."""
@@ -508,8 +486,6 @@ class _StepLength:
             # a node at the edge of cavitation alternates; half steps bring it to rest there
             self.share *= 0.5
             self._most = self.share
-        elif stalled(self.sizes, STALL_AFTER):
-            self.share = max(0.5 * self.share, MIN_SHARE)
         elif self.share < 1.0 and not turned and _shrinking(self.sizes, 1.0 - 0.5 * self.share):
             self.share = min(2.0 * self.share, self._most)
         self._last = d_p
@@ -518,13 +494,6 @@ class _StepLength:
 def _shrinking(steps: list[float], factor: float) -> bool:
     """Whether each of the last two steps is smaller than the one before by a factor."""
     return len(steps) > 2 and steps[-1] < factor * steps[-2] < factor * factor * steps[-3]
-
-
-def stalled(changes: list[float], after: int) -> bool:
-    """Whether the last `after` changes are no smaller than the ones before; True once per `after` at most."""
-    if len(changes) % after or len(changes) < 2 * after:
-        return False
-    return not min(changes[-after:]) < STALL_REDUCTION * min(changes[-2 * after : -after])
 
 
 def _hertz_factor(kappa: float) -> float:
