@@ -7,8 +7,9 @@ ln(speed) + ln(viscosity)/2. Viscosity: of the oil at ambient pressure. Third co
 loss: over its closed formula, less what a film that is not thin against the radius lacks of it. Core: its pressure, and
 its area times the square of the pressure, which scatters a quarter as much with the nodes as the area; a rigid contact
 changes to a Hertzian one at about M L^0.4 = 85. Mean rise: its share of that of the hottest level, which may be
-negative. With an atlas, what is interpolated is the difference from it; where no isothermal film was solved, that of
-the atlas is taken, and the thermal one is interpolated over the closed formula.
+negative. With an atlas, what is interpolated is the difference from it: where it holds all solved contacts, that of
+the films alone. Where no isothermal film was solved, that of the atlas is taken, and the thermal one is interpolated
+over the closed formula.
 """
 
 from __future__ import annotations
@@ -129,8 +130,17 @@ class ContactModel:
 
     @property
     def interpolated(self) -> tuple[str, ...]:
-        """Quantities that the solved contacts have, not only the atlas."""
-        return MAPPED[1:] if self.heated else MAPPED
+        """Quantities that are interpolated from the solved contacts; the others are those of the atlas.
+
+        Inside the atlas the films alone: of five screws with 48 points each, the mean error of the torque is then 0.04
+        to 0.11 %, if all are corrected 0.07 to 0.14 %. A map that was built with others keeps them.
+        """
+        solved = MAPPED[1:] if self.heated else MAPPED
+        return tuple(
+            name
+            for name in solved
+            if name in FILMS or name in self._hyper or not (self._inside and self._in_atlas(name))
+        )
 
     def _form(self, name: str) -> str:
         """Quantity in whose form one is interpolated: the thermal film is no share of an isothermal one if heated."""
@@ -139,15 +149,17 @@ class ContactModel:
     def kriging(self, name: str) -> Kriging:
         """Model of a quantity, of what `modelled` makes of it."""
         if name not in self._models:
-            values = modelled(
-                self._form(name), self.solved(name) / self._below(name, self.points, self.solved)
-            )
-            rest = values - self._from_atlas(name, self.points)
-            at, hyper, known = self.coordinates(name, self.points), self._hyper.get(name), self._known(name)
+            known = self._known(name)
+            at, rest = self.coordinates(name, self.points)[known], self._beyond_atlas(name)[known]
             # what the atlas leaves has hardly a trend
             degree = ATLAS_DEGREE if self._in_atlas(name) else CORE_DEGREE if name in CORE else None
-            self._models[name] = Kriging(at[known], rest[known], hyper, degree)
+            self._models[name] = Kriging(at, rest, self._hyper.get(name), degree)
         return self._models[name]
+
+    def _beyond_atlas(self, name: str) -> Array:
+        """What is interpolated of a quantity at the solved contacts (n,), less what the atlas holds of it."""
+        ratio = self.solved(name) / self._below(name, self.points, self.solved)
+        return modelled(self._form(name), ratio) - self._from_atlas(name, self.points)
 
     def _known(self, name: str) -> NDArray[np.bool_]:
         """Which of the solved contacts (n,) a quantity is interpolated from."""
@@ -160,6 +172,13 @@ class ContactModel:
 
     def _in_atlas(self, name: str) -> bool:
         return self.atlas is not None and name in self.atlas.quantities
+
+    @cached_property
+    def _inside(self) -> bool:
+        """Whether the atlas holds every solved contact whose film is not too thick for a rolling loss."""
+        if self.atlas is None:
+            return False
+        return bool(self.atlas.inside(self.points[self._known("rolling_loss")]).all())
 
     def _from_atlas(self, name: str, points: Array) -> Array:
         """What the atlas holds of what is interpolated of a quantity; without it 0."""
@@ -210,15 +229,16 @@ class ContactModel:
     def left_out(self, name: str) -> Array:
         """Relative error (n,) of a quantity, over what it is interpolated over, at each contact when it is left out.
 
-        0 at contacts that it is not interpolated from, and of a film of the atlas; of the mean rise, which may be none,
-        the error of its share.
+        0 at contacts that it is not interpolated from, and of a film that was not solved; of what is taken from the
+        atlas, the error of that; of the mean rise, which may be none, the error of its share.
         """
         errors = np.zeros(len(self.points))
-        if name not in self.interpolated:
+        if name == FILMS[0] and self.heated:
             return errors
-        model, known, form = self.kriging(name), self._known(name), self._form(name)
-        solved = model.values + self._from_atlas(name, self.points[known])
-        predicted = unmodelled(form, solved - model.left_out)
+        known, form, rest = self._known(name), self._form(name), self._beyond_atlas(name)
+        solved = (rest + self._from_atlas(name, self.points))[known]
+        missed = self.kriging(name).left_out if name in self.interpolated else rest[known]
+        predicted = unmodelled(form, solved - missed)
         errors[known] = (
             predicted - solved if name == MEAN_RISE else predicted / unmodelled(form, solved) - 1.0
         )
