@@ -2,14 +2,14 @@
 
 import hashlib
 import io
-import os
-import tempfile
 import uuid
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
+
+from ballscrew_tehl.whole_file import whole_file
 
 NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "https://fmi-standard.org/ballscrew-tehl")
 _EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -46,17 +46,10 @@ def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> None:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file by a temporary name, so that it is never there in part; its folder is created.
+    """Write a file that is never there in part; its folder is created.
 
     Raises       OSError: the folder cannot be written
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with whole_file(path) as temporary:
+        temporary.write_bytes(content)

@@ -43,6 +43,12 @@ class FmuModel(NamedTuple):
         return f"{self.name}Native" if self.slave else self.name
 
 
+HEAT = Terminal(
+    "heat",
+    "heat",
+    "Heat port: temperature of the oil in, dissipated power out",
+    (("temperature", "T", "signal"), ("power_loss", "Q_flow", "outflow")),
+)
 FRICTION = FmuModel(
     "BallScrewFriction",
     "Friction torque of a preloaded double-nut ball screw",
@@ -59,12 +65,7 @@ FRICTION = FmuModel(
             "With a speed instead of an angle, so not a Modelica flange",
             (("speed", "w", "signal"), ("friction_torque", "tau", "inflow")),
         ),
-        Terminal(
-            "heat",
-            "heat",
-            "Heat port: temperature of the oil in, dissipated power out",
-            (("temperature", "T", "signal"), ("power_loss", "Q_flow", "outflow")),
-        ),
+        HEAT,
     ),
 )
 MONITOR = FmuModel(
@@ -117,12 +118,7 @@ TRANSMISSION = FmuModel(
             "With a velocity beside the position, so not a Modelica flange",
             (("position", "s", "signal"), ("velocity", "v", "signal"), ("nut_force", "f", "outflow")),
         ),
-        Terminal(
-            "heat",
-            "heat",
-            "Heat port: temperature of the oil in, dissipated power out",
-            (("temperature", "T", "signal"), ("power_loss", "Q_flow", "outflow")),
-        ),
+        HEAT,
     ),
     borrowed=(
         "friction/friction_law.h",

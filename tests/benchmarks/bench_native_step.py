@@ -1,4 +1,4 @@
-"""Costs of the native FMU from a C host, compared with the Python FMU in one run.
+"""Costs of the native FMU from a C host.
 
 `python tests/benchmarks/bench_native_step.py` builds the library as it is delivered and the C host
 native/step_costs.c with -O2 and prints medians of many short runs, so that other work on the machine does not
@@ -6,12 +6,9 @@ count. `--law mechanistic`: a map of that friction law in closed form.
 """
 
 import argparse
-import statistics
 import subprocess
 import sys
 import tempfile
-import time
-from ctypes import c_double, c_size_t, c_uint
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
@@ -20,18 +17,15 @@ from native_host import c_host
 from native_model import TOKEN
 from synthetic_map import LAWS, make_map
 
-from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.native_fmu.compile import build_libraries
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
 from ballscrew_fmu.native_fmu.sources import native_sources
-from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 REPETITIONS, CALLS = 1001, 300
-PYTHON = "python"
 TARGETS = {  # [s]
     "torque": 0.12e-6, "torque_axial": 0.3e-6, "all": 1e-6, "all_axial": 1e-6, "load": 3e-3,
 }  # fmt: skip
@@ -40,13 +34,7 @@ CASES = {
     "torque_axial": "4 inputs, torque; axial load varies",
     "all": "3 inputs, all outputs",
     "all_axial": "4 inputs, all outputs",
-    "torque_speed": "3 inputs, torque; only speed varies",
-    "torque_scattered": "3 inputs, torque; anywhere in the map",
-    "torque_axial_scattered": "4 inputs, torque; anywhere",
-    "all_scattered": "3 inputs, all outputs; anywhere",
-    "all_axial_scattered": "4 inputs, all outputs; anywhere",
     "load": "load library and map, instantiate, initialize",
-    PYTHON: "Python FMU: 3 inputs, torque, raw ctypes",
 }
 
 
@@ -68,24 +56,6 @@ def measure(command: list[str], repetitions: int = REPETITIONS, calls: int = CAL
     return {name: [float(x) for x in numbers] for name, *numbers in map(str.split, run.stdout.splitlines())}
 
 
-def python_step(fmu: Path, repetitions: int = 501, steps: int = 10) -> list[float]:
-    """Median and least [s] of a step of the Python FMU through its C functions."""
-    with FmuInstance(fmu) as one:
-        library, handle = one.slave.dll, one.slave.component
-        inputs, torque = (c_uint * 3)(0, 1, 2), (c_uint * 1)(4)
-        values, found = (c_double * 3)(), (c_double * 1)()
-        three, single, step, spent = c_size_t(3), c_size_t(1), c_double(1e-4), []
-        for _ in range(repetitions):
-            begin = time.perf_counter()
-            for n in range(steps):
-                values[:] = 2000.0 * (1.0 + 5e-4 * n), 2.0 + 0.01 * n, 303.15 + 0.01 * n
-                library.fmi2SetReal(handle, inputs, three, values)
-                library.fmi2DoStep(handle, c_double(1e-4 * n), step, 1)
-                library.fmi2GetReal(handle, torque, single, found)
-            spent.append((time.perf_counter() - begin) / steps)
-        return [statistics.median(spent), min(spent)]
-
-
 def text_of(seconds: float) -> str:
     return f"{1e3 * seconds:.2f} ms" if seconds >= 1e-3 else f"{1e6 * seconds:.3f} us"
 
@@ -95,7 +65,6 @@ def table(figures: dict[str, list[float]]) -> str:
     for name, title in CASES.items():
         target = text_of(TARGETS[name]) if name in TARGETS else ""
         lines.append(f"{title:47s} {' '.join(f'{text_of(x):>9s}' for x in figures[name])}  {target}")
-    lines.append(f"\nPython FMU over native FMU: {figures[PYTHON][0] / figures['torque'][0]:.0f}")
     return "\n".join(lines)
 
 
@@ -106,7 +75,6 @@ def main() -> None:
     nut_map = load_map(None, load_parameters()) if law == FILM_SHEAR else make_map(law=law)
     with tempfile.TemporaryDirectory() as scratch:
         figures = measure(host_command(Path(scratch), nut_map))
-        figures[PYTHON] = python_step(build_fmu(nut_map, Path(scratch) / f"{FRICTION.name}.fmu").path)
     print(table(figures))
 
 

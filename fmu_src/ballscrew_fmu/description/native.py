@@ -132,7 +132,7 @@ def described(
     parts = any(claimed.get("providesIntermediateUpdate") == "true" for claimed in interfaces.values())
     _variables(SubElement(root, "ModelVariables"), listed, fmi_version, parts)
     _structure(SubElement(root, "ModelStructure"), variables, fmi_version)
-    return _serialized(root)
+    return serialized(root)
 
 
 def build_description(sources: Sequence[str], model: FmuModel = FRICTION) -> bytes:
@@ -142,7 +142,7 @@ def build_description(sources: Sequence[str], model: FmuModel = FRICTION) -> byt
     files = SubElement(configuration, "SourceFileSet", language="C99")
     for name in sources:
         SubElement(files, "SourceFile", name=name)
-    return _serialized(root)
+    return serialized(root)
 
 
 def terminals(model: FmuModel = FRICTION) -> bytes:
@@ -159,7 +159,8 @@ def terminals(model: FmuModel = FRICTION) -> bytes:
     return TERMINALS.format(terminals=f"  <Terminals>\n{shown}  </Terminals>\n" if shown else "").encode()
 
 
-def _serialized(root: Element) -> bytes:
+def serialized(root: Element) -> bytes:
+    """The XML in UTF-8, indented."""
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
 

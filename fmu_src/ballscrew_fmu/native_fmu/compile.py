@@ -12,7 +12,7 @@ import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
@@ -100,12 +100,10 @@ def build_libraries(
     sources: Mapping[str, bytes],
     name: str,
     platforms: Sequence[str] = tuple(PLATFORMS),
-    advance: Callable[[str], None] = lambda platform: None,
 ) -> dict[str, bytes]:
     """Shared libraries by platform tuple.
 
     Parameters   sources : C files and headers by name;  name : of the library, without suffix
-                 advance : called with each platform that is finished
     Raises       BuildError: there is no compiler for a platform, or its first error
     """
     compiler = find_compiler()
@@ -113,17 +111,13 @@ def build_libraries(
         raise BuildError(
             f"{compiler.name} does not compile for {', '.join(missing)}: python -m pip install ziglang, which does"
         )
-    libraries = {}
     with ThreadPoolExecutor(max_workers=min(2, os.cpu_count() or 1)) as pool:
         running = {platform: pool.submit(_build, compiler, sources, name, platform) for platform in platforms}
         try:
-            for platform, future in running.items():
-                libraries[platform] = future.result()
-                advance(platform)
+            return {platform: future.result() for platform, future in running.items()}
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
-    return libraries
 
 
 def universal_library(slices: Sequence[bytes]) -> bytes:

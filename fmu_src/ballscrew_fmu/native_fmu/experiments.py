@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+from ballscrew_fmu.description.native import serialized
 from ballscrew_fmu.models import FRICTION, FmuModel
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
@@ -79,7 +80,7 @@ def _manifest(related: Mapping[str, tuple[str, str, str, bytes]]) -> bytes:
             root, "Related", type=kind, source=file, role=role, description=description,
             checksum=hashlib.sha3_256(content).hexdigest(), checksumType="SHA3-256",
         )  # fmt: skip
-    return _text(root)
+    return serialized(root)
 
 
 def _experiment(model: str, kind: str, description: str, reference: Reference, steps: int) -> bytes:
@@ -94,7 +95,7 @@ def _experiment(model: str, kind: str, description: str, reference: Reference, s
         SubElement(experiment, "Parameters", source=f"{model}.ssv")
     SubElement(experiment, "Stimuli", type="text/csv", source=f"{name}_in.csv")
     SubElement(experiment, "References", type="text/csv", source=f"{name}_out.csv")
-    return _text(root)
+    return serialized(root)
 
 
 def _parameter_set(name: str, parameters: Mapping[str, float]) -> bytes:
@@ -107,7 +108,7 @@ def _parameter_set(name: str, parameters: Mapping[str, float]) -> bytes:
             SubElement(node, f"{{{SSV_NAMESPACE}}}Boolean", value=str(value).lower())
         else:
             SubElement(node, f"{{{SSV_NAMESPACE}}}Real", value=repr(float(value)))
-    return _text(root)
+    return serialized(root)
 
 
 def _table(rows: Sequence[Mapping[str, Any]], step: float, shift: int) -> bytes:
@@ -120,8 +121,3 @@ def _table(rows: Sequence[Mapping[str, Any]], step: float, shift: int) -> bytes:
             [repr(time)] + [str(int(v)) if isinstance(v, bool) else repr(float(v)) for v in row.values()]
         )
     return out.getvalue().encode()
-
-
-def _text(root: Element) -> bytes:
-    ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"

@@ -5,7 +5,7 @@ and of the sources and options that the libraries are compiled from.
 """
 
 import uuid
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, built
@@ -42,14 +42,12 @@ def native_files(
     reference: Reference | None = None,
     validation: Validation = NOT_VALIDATED,
     platforms: Sequence[str] = tuple(PLATFORMS),
-    advance: Callable[[str], None] = lambda platform: None,
     model: FmuModel = FRICTION,
     embed_map: bool = False,
 ) -> dict[str, bytes]:
     """Files of one native FMU by path, with its token.
 
     Parameters   fmi_version : 2 or 3;  platforms : names from compile.PLATFORMS
-                 advance : called with each platform that is finished
                  embed_map : compile the map into the libraries, which then open no file
     Raises       BuildError or SourceError, with a message of one line
     """
@@ -83,7 +81,7 @@ def native_files(
     recipe = {"recipe": " ".join((compiler.name, *COMPILER_OPTIONS, *platforms)).encode()}
     token = str(uuid.uuid5(NAMESPACE, digest({**files, **shown, **sources, **recipe})))
     sources, shown = complete(token)
-    libraries = build_libraries(sources, model.native_name, platforms, advance)
+    libraries = build_libraries(sources, model.native_name, platforms)
     return {**files, **shown, **_binaries(libraries, fmi_version, model.native_name)}
 
 
@@ -112,10 +110,9 @@ def build_native_fmu(
     reference: Reference | None = None,
     validation: Validation = NOT_VALIDATED,
     platforms: Sequence[str] = tuple(PLATFORMS),
-    advance: Callable[[str], None] = lambda platform: None,
     model: FmuModel = FRICTION,
     embed_map: bool = False,
 ) -> BuiltFmu:
     """Build one native FMU of a map, written to path. Other arguments as in native_files."""
-    files = native_files(nut_map, fmi_version, reference, validation, platforms, advance, model, embed_map)
+    files = native_files(nut_map, fmi_version, reference, validation, platforms, model, embed_map)
     return built(path, files)

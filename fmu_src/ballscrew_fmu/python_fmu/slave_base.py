@@ -16,6 +16,7 @@ import operator
 import os
 import sys
 from collections.abc import Callable, Mapping
+from copy import copy
 from typing import Any
 
 from pythonfmu.enums import Fmi2Status
@@ -28,6 +29,7 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 
 MAP_FILE = "nut_map.npz"
 INITIALIZING, STEPPING, TERMINATED, UNUSABLE = range(4)
+SAVED = ("values", "phase", "stale", "started", "warned")  # of a slave, in a saved state
 
 
 class MapSlave(Fmi2Slave):
@@ -146,11 +148,7 @@ class MapSlave(Fmi2Slave):
         return {
             "code": __name__,
             "map": self._map.header["content_hash"],
-            "values": list(self._values),
-            "phase": self._phase,
-            "stale": self._stale,
-            "started": self._started,
-            "warned": list(self._warned),
+            **{name: copy(getattr(self, f"_{name}")) for name in SAVED},
             **self._memory(),
         }
 
@@ -163,11 +161,8 @@ class MapSlave(Fmi2Slave):
                 Fmi2Status.error,
             )
             return
-        self._values = list(state["values"])
-        self._phase = state["phase"]
-        self._stale = state["stale"]
-        self._started = state["started"]
-        self._warned = list(state["warned"])
+        for name in SAVED:
+            setattr(self, f"_{name}", copy(state[name]))
         self._restore_memory(state)
 
     @staticmethod

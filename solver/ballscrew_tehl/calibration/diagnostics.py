@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize_scalar, nnls
+from scipy.optimize import brentq, minimize_scalar
 from scipy.stats import t as student_t
 from scipy.stats import wilcoxon
 
-from ..friction.parts import roughness_share
 from ..friction.sets import FITTED
-from .fit import HEIGHT, TorqueBasis, Values, fit_values
+from .fit import HEIGHT, TorqueBasis, Values, fit_values, linear_fit
 
 Array = NDArray[np.float64]
 
@@ -44,53 +43,23 @@ def condition(basis: TorqueBasis, values: Values, count: int) -> float:
     return float(np.linalg.cond(J / norm)) if np.all(norm > 0.0) else math.inf
 
 
-class _Profile:
-    """Least sum of squared errors with one parameter fixed, the others free and not negative."""
+def _profile(basis: TorqueBasis, count: int, parameter: int, value: float) -> float:
+    """Least sum of squared errors with one of the fitted parameters fixed, the others free and not negative."""
+    names = tuple(name for name in basis.names[:count] if name != FITTED[parameter])
+    held = tuple(value if i == parameter else other for i, other in enumerate(basis.held))
+    rest = replace(basis, names=names, held=held)
 
-    def __init__(self, basis: TorqueBasis, count: int) -> None:
-        self.basis = basis
-        self.free = basis.fitted(count)
-        heights = np.r_[0.0, np.geomspace(0.03, 30.0, 50)]
-        self.heights = float(basis.film.min()) * heights if HEIGHT in self.free else np.zeros(1)
-        self.factor = basis.weights / basis.measured
-        self.rest = basis.errors([0.0 if i in self.free else held for i, held in enumerate(basis.held)])
+    def cost(height: float) -> float:
+        return float(np.sum(rest.errors(linear_fit(rest, height, len(names))) ** 2))
 
-    def _viscous(self, heights: Array) -> Array:
-        """Weighted viscous torque at ratio 1 (heights, n)."""
-        share = roughness_share(self.basis.film, heights[:, None, None])
-        return np.asarray(np.sum(self.basis.viscous * share, axis=2) * self.factor)
-
-    def at_height(self, height: float) -> float:
-        """Both coefficients free."""
-        viscous, sliding = self._viscous(np.array([height]))[0], self.basis.sliding * self.factor
-        columns = np.stack([viscous, sliding], axis=1)
-        scale = 1.0 / np.linalg.norm(columns, axis=0)
-        return float(nnls(columns * scale, -self.rest)[1]) ** 2
-
-    def at(self, parameter: int, value: float) -> float:
-        """Ratio (0), net sliding coefficient (1) or roughness height (2) fixed."""
-        if parameter == HEIGHT:
-            return self.at_height(value)
-        sliding = self.basis.sliding * self.factor
-        if self.free == [parameter]:
-            own = sliding if parameter else self._viscous(self.heights)[0]
-            return float(np.sum((self.rest + value * own) ** 2))
-
-        def costs(heights: Array) -> Array:
-            viscous = self._viscous(heights)
-            held, free = (viscous, sliding[None]) if parameter == 0 else (sliding[None], viscous)
-            error = self.rest + value * held
-            best = np.maximum(-np.sum(error * free, axis=1) / np.sum(free * free, axis=1), 0.0)
-            return np.asarray(np.sum((error + best[:, None] * free) ** 2, axis=1))
-
-        found = costs(self.heights)
-        i = int(np.argmin(found))
-        if HEIGHT not in self.free:
-            return float(found[0])
-        around = (self.heights[max(i - 1, 0)], self.heights[min(i + 1, len(self.heights) - 1)])
-        refined = minimize_scalar(lambda h: float(costs(np.array([h]))[0]), bounds=around, method="bounded",
-                                  options={"xatol": 1e-6 * self.heights[-1]})  # fmt: skip
-        return float(min(found[i], refined.fun))
+    if FITTED[HEIGHT] not in names:
+        return cost(held[HEIGHT])
+    heights = float(basis.film.min()) * np.r_[0.0, np.geomspace(0.03, 30.0, 50)]
+    costs = [cost(height) for height in heights]
+    i = int(np.argmin(costs))
+    around = (heights[max(i - 1, 0)], heights[min(i + 1, len(heights) - 1)])
+    refined = minimize_scalar(cost, bounds=around, method="bounded", options={"xatol": 1e-6 * heights[-1]})
+    return float(min(costs[i], refined.fun))
 
 
 def profile_limits(basis: TorqueBasis, count: int) -> dict[str, dict[str, float]]:
@@ -109,14 +78,13 @@ def profile_limits(basis: TorqueBasis, count: int) -> dict[str, dict[str, float]
     least = float(np.sum(basis.errors(values) ** 2))
     # rounding errors are not a spread
     allowed = max(least, 1e-24 * len(basis)) * (1.0 + student_t.ppf(0.975, freedom) ** 2 / freedom)
-    profile = _Profile(basis, count)
     jacobian = basis.jacobian((1.0, 1.0, 0.0))[:, :2]
     sizes = (*(1.0 / np.abs(jacobian).mean(axis=0)), float(basis.film.min()))
     found = {}
     for i in basis.fitted(count):
 
         def excess(value: float, i: int = i) -> float:
-            return profile.at(i, value) - allowed
+            return _profile(basis, count, i, value) - allowed
 
         best, low, high = float(values[i]), 0.0, math.inf
         if best > 0.0 and excess(0.0) > 0.0:

@@ -54,7 +54,7 @@ class TorqueBasis:
     hysteresis: np.ndarray
     sliding: np.ndarray
     names: tuple[str, ...] = FITTED
-    held: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    held: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @classmethod
     def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutSums]]) -> TorqueBasis:
@@ -144,15 +144,15 @@ class TorqueBasis:
         return {name: np.array(rows) for name, rows in found.items()}
 
 
-def _linear_fit(basis: TorqueBasis, height: float, count: int = 2) -> np.ndarray:
+def linear_fit(basis: TorqueBasis, height: float, count: int = 2) -> np.ndarray:
     """Least squares in the fitted parameters but the roughness height, none negative, for a given height."""
     free = [i for i in basis.fitted(count) if i != HEIGHT]
     values = np.array([*basis.held[:HEIGHT], height])
     values[free] = 0.0
-    matrix = np.take(basis.jacobian((1.0, 1.0, height)), free, axis=1)
-    scale = 1.0 / np.linalg.norm(matrix, axis=0)
-    solution, _ = nnls(matrix * scale, -basis.errors(values))
-    values[free] = solution * scale
+    if free:
+        matrix = np.take(basis.jacobian((1.0, 1.0, height)), free, axis=1)
+        scale = 1.0 / np.linalg.norm(matrix, axis=0)
+        values[free] = nnls(matrix * scale, -basis.errors(values))[0] * scale
     return values
 
 
@@ -167,7 +167,7 @@ def _smallest(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
     free = basis.fitted(count)
     rough = HEIGHT in free
     if not rough and loss == "linear":
-        return _linear_fit(basis, 0.0, count)
+        return linear_fit(basis, 0.0, count)
     best, lowest, scale, thinnest = None, np.inf, _scale(basis, free), basis.film.min()
     root = np.array([i == HEIGHT for i in free])
 
@@ -184,7 +184,7 @@ def _smallest(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
     # the loss may have several minima in the roughness height
     for share in (0.3, 1.0, 3.0) if rough else (0.0,):
         height = share * thinnest if rough else 0.0
-        start = np.maximum(_linear_fit(basis, height, count)[free] / scale, 1e-3)
+        start = np.maximum(linear_fit(basis, height, count)[free] / scale, 1e-3)
         start[root] = share**2
         found = least_squares(
             lambda x: basis.errors(values(x)),

@@ -219,20 +219,17 @@ class Refinement:
                 asked.append(_LookUp(raceway, force, viscous, found.deviation, found.distance))
             return corrected
 
-        # after as many solves every correction is known
-        for _ in range(MAX_SOLVES):
+        # after MAX_SOLVES every correction is known
+        for solves in range(MAX_SOLVES + 1):
             asked.clear()
             state = self.nut_map.evaluate_point(
                 preload, speed, temperature, axial_load, ratio, net, roughness, breakaway, correction
             )
-            wanted = self._wanted(state, asked) if state.in_range else None
+            wanted = self._wanted(state, asked) if state.in_range and solves < MAX_SOLVES else None
             if wanted is None:
-                return state
+                break
             self._solve(*wanted, *point)
-        asked.clear()
-        return self.nut_map.evaluate_point(
-            preload, speed, temperature, axial_load, ratio, net, roughness, breakaway, correction
-        )
+        return state
 
     def _wanted(self, state: DoubleNutState, asked: list[_LookUp]) -> tuple[int, float, str] | None:
         """Raceway, force and reason of the contact to solve next, if any."""

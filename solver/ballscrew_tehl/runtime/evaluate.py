@@ -78,15 +78,14 @@ class NutMap:
         self.temperature = Axis(axes["temperature"], logarithmic=False)
         self.preload = Axis(axes["preload"], logarithmic=True)
         self.share = Axis(axes["share"], logarithmic=False)
-        # speed and temperature first: a (4, 4) block of them contracts in one product
-        self._surfaces = np.ascontiguousarray(arrays["coefficients"].transpose(1, 2, 0, 3))
-        self._curves = arrays["force_coefficients"]
+        #: coefficients (speed, temperature, force, column): a (4, 4) block of the first two contracts in one product
+        self.blocks = np.ascontiguousarray(arrays["coefficients"].transpose(1, 2, 0, 3))
+        self.curves = arrays["force_coefficients"]
         self._separation = arrays["separation_coefficients"]
         self._sharing = arrays["sharing_coefficients"]
-        # lists are faster than arrays for the few numbers of one point
-        self._separation_lists = self._separation.T.tolist()
-        self._sharing_lists = self._sharing.transpose(2, 0, 1).tolist()
-        self._columns = self._surfaces.shape[-1]
+        # the same by the side of the axial load, > 0 first; lists are faster for the few numbers of one point
+        self.separation_lists = self._separation.T.tolist()
+        self.sharing_lists = self._sharing.transpose(2, 0, 1).tolist()
 
     @classmethod
     def from_arrays(cls, header: Mapping[str, Any], arrays: Mapping[str, Array]) -> "NutMap":
@@ -161,22 +160,6 @@ class NutMap:
         )
         found = self._splines_array(force.ravel(), speed.ravel(), temperature.ravel(), False)[0]
         return found.reshape(-1, *force.shape)
-
-    def surface_block(self, j: int, k: int) -> Array:
-        """Coefficients of the surfaces at four neighbours over speed and temperature: (4, 4, force, column)."""
-        return self._surfaces[j : j + 4, k : k + 4]
-
-    def force_curves(self, cell: int) -> Array:
-        """Coefficients of the force curves at four neighbours over force: (4, column)."""
-        return self._curves[cell : cell + 4]
-
-    def separation_row(self, side: int) -> list[float]:
-        """Coefficients of ln(separation load over preload) over preload; side 0: axial load > 0, 1: < 0."""
-        return self._separation_lists[side]
-
-    def sharing_rows(self, side: int) -> list[list[float]]:
-        """Coefficients of (force of the relieved nut over preload)^(2/3) over preload and share; side as above."""
-        return self._sharing_lists[side]
 
     def evaluate_point(
         self,
@@ -276,7 +259,7 @@ class NutMap:
         i, t = self.force.place(force)
         w = cubic_weights(t)
         hysteresis, sliding = (
-            math.exp(sum(a * row[column] for a, row in zip(w, self._curves[i : i + 4], strict=True)))
+            math.exp(sum(a * row[column] for a, row in zip(w, self.curves[i : i + 4], strict=True)))
             for column in (0, 1)
         )
         f = force / self.force.lo if force < self.force.lo else 1.0
@@ -312,10 +295,10 @@ class NutMap:
     ) -> tuple[Numbers, Numbers]:
         i, ti = self.force.place(force)
         w_i = np.array(cubic_weights(ti))
-        contracted = weights.dot(self._surfaces[j : j + 4, k : k + 4, i : i + 4].reshape(16, -1))
+        contracted = weights.dot(self.blocks[j : j + 4, k : k + 4, i : i + 4].reshape(16, -1))
         # dot takes less time than @ on arrays of this size, for the same digits
         values = [w_i.dot(row.reshape(4, -1)).tolist() for row in contracted]
-        curves = w_i.dot(self._curves[i : i + 4]).tolist()
+        curves = w_i.dot(self.curves[i : i + 4]).tolist()
         if correction is not None:
             values[0] = correction(force, values[0])
         f = force / self.force.lo if force < self.force.lo else 1.0
@@ -335,9 +318,9 @@ class NutMap:
         def sharing(share: float) -> float:
             q, tq = self.share.place(share)
             w_q = cubic_weights(tq)
-            return weighted(w_p, [weighted(w_q, row, q) for row in self._sharing_lists[side][p : p + 4]], 0)
+            return weighted(w_p, [weighted(w_q, row, q) for row in self.sharing_lists[side][p : p + 4]], 0)
 
-        return nut_forces(preload, load, weighted(w_p, self._separation_lists[side], p), sharing, FLOATS)
+        return nut_forces(preload, load, weighted(w_p, self.separation_lists[side], p), sharing, FLOATS)
 
     def _evaluate_array(self, *arguments: Array) -> DoubleNutState:
         """evaluate() for arrays of one shape, piece by piece: a piece stays in the cache of the processor."""
@@ -389,8 +372,8 @@ class NutMap:
     @cached_property
     def _runs(self) -> Array:
         """Coefficients of four neighbours along force side by side, one row per first neighbour."""
-        columns = self._surfaces.shape[-1]
-        windows = np.lib.stride_tricks.sliding_window_view(self._surfaces.reshape(-1), 4 * columns)
+        columns = self.blocks.shape[-1]
+        windows = np.lib.stride_tricks.sliding_window_view(self.blocks.reshape(-1), 4 * columns)
         return np.ascontiguousarray(windows[::columns])
 
     def _splines_array(
@@ -406,7 +389,7 @@ class NutMap:
             along_speed.append(self.speed.scale * np.stack(cubic_slopes(tj), axis=-1))
         weights = np.stack(along_speed, axis=1)[..., None] * w_k[:, None, None, :]
         weights = weights.reshape(len(force), len(along_speed), 16)
-        _, n_k, n_i, columns = self._surfaces.shape
+        _, n_k, n_i, columns = self.blocks.shape
         start = (j * n_k + k) * n_i + i
         neighbours = n_i * np.add.outer(n_k * np.arange(4), np.arange(4)).ravel()
         blocks = np.empty((GATHERED, 16, 4 * columns))
@@ -419,9 +402,9 @@ class NutMap:
             np.matmul(weights[here], block, out=lines[here])
         found = np.matmul(w_i[:, None, None], lines.reshape(*lines.shape[:2], 4, columns))[:, :, 0]
         values = np.ascontiguousarray(np.moveaxis(found, 0, -1))
-        curves = np.zeros((len(force), self._curves.shape[1]))
+        curves = np.zeros((len(force), self.curves.shape[1]))
         for a in range(4):
-            curves += w_i[:, a, None] * self._curves[i + a]
+            curves += w_i[:, a, None] * self.curves[i + a]
         return values[0], values[1] if with_slopes else None, np.moveaxis(curves, -1, 0)
 
     def _forces_array(self, preload: Array, axial_load: Array) -> tuple[Array, Array]:

@@ -55,7 +55,7 @@ class OverPreload:
         if self._s < 1.0:
             rows.append([a * nut_map.speed.scale * b for a in cubic_slopes(t_j) for b in w_k])
         self._weights = np.array(rows)
-        self._block = nut_map.surface_block(j, k)[..., :TORQUE_SURFACES]
+        self._block = nut_map.blocks[j : j + 4, k : k + 4, :, :TORQUE_SURFACES]
         self._columns: dict[int, list[list[list[float]]]] = {}
 
     def torque(self, preload: float) -> TorqueOverPreload:
@@ -96,7 +96,7 @@ class OverPreload:
         """Columns at four neighbours over force: surfaces, below the axis of speed their slopes, curves."""
         flat = self._block[:, :, cell : cell + 4].reshape(16, -1)
         surfaces = (self._weights @ flat).reshape(-1, 4, TORQUE_SURFACES).transpose(0, 2, 1).tolist()
-        return [*surfaces, self._map.force_curves(cell)[:, :TORQUE_CURVES].T.tolist()]
+        return [*surfaces, self._map.curves[cell : cell + 4, :TORQUE_CURVES].T.tolist()]
 
     def _forces(self, preload: float) -> tuple[Dual, Dual]:
         """Forces of the relieved and of the loaded nut over the preload."""
@@ -104,7 +104,7 @@ class OverPreload:
             return Dual(0.0, 0.0), Dual(self._load, 0.0)
         nut_map = self._map
         p, w_p, d_p = self._along_preload(preload)
-        rows = nut_map.sharing_rows(self._side)[p : p + 4]
+        rows = nut_map.sharing_lists[self._side][p : p + 4]
 
         def sharing(share: Dual) -> Dual:
             q, t_q = nut_map.share.place(share.value)
@@ -121,7 +121,7 @@ class OverPreload:
     def _separation(self, preload: float) -> Dual:
         """ln(separation load over preload), over the logarithm of the preload."""
         p, w, w_d = self._along_preload(preload)
-        row = self._map.separation_row(self._side)
+        row = self._map.separation_lists[self._side]
         return Dual(weighted(w, row, p), weighted(w_d, row, p))
 
     def _along_preload(self, preload: float) -> tuple[int, Weights, Weights]:

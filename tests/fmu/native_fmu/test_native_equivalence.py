@@ -1,4 +1,4 @@
-"""The three native models against their Python twins: values over random steps, derivatives, dependencies, modes."""
+"""The three native models against their Python twins: values over random steps, derivatives."""
 
 import math
 
@@ -243,7 +243,7 @@ WIDTHS = {  # [unit] of a difference quotient; None: a share of the value
 @pytest.mark.parametrize("continuous", [False, True])
 @pytest.mark.parametrize("model", WIDTHS, ids=lambda model: model.layer)
 def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):
-    """Against central differences of two widths, whose difference is allowed; values of both C programs agree."""
+    """Against central differences of two widths, whose difference is allowed; linear in the direction."""
     one, rng, start = (
         NativeModel(nut_map, continuous, model),
         np.random.default_rng(3),
@@ -276,14 +276,6 @@ def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):
         if model is MONITOR and abs(base["speed"]) > base["speed_min"] and not one.get("in_range"):
             continue  # where the torque does not determine the preload, it counts as constant
         full = np.maximum(np.abs(values), 1e-9 * np.abs(values).max())
-        if model is not MONITOR:
-            twins = one.values_with_derivatives()
-            allowed = 1e-9 * full + 1e-11 * np.abs(values[:7]).max()
-            twin = np.array([twins[name] for name in outputs])
-            wrong = (
-                np.abs(values - twin)[: None if continuous else -1] > allowed[: None if continuous else -1]
-            )
-            assert not wrong.any(), (n, [outputs[i] for i in np.flatnonzero(wrong)])
         for name, absolute in WIDTHS[model].items():
             if base[name] == 0.0 and name not in ("angle", "presliding_damping"):
                 continue  # a kink
@@ -312,35 +304,3 @@ def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):
         slack = (1e-4 if model is MONITOR else 1e-9) * np.sum(np.abs(alone), axis=0) + 1e-12 * full.max()
         assert (np.abs(together - np.sum(alone, axis=0)) <= slack).all(), n
     assert sharp > 0.4 * tried
-
-
-@pytest.mark.parametrize("continuous", [False, True])
-@pytest.mark.parametrize("model", WIDTHS, ids=lambda model: model.layer)
-def test_whatever_changes_an_output_is_declared_for_it(model, nut_map, continuous):
-    """Importers skip what is not declared as a dependency."""
-    table = {v.name: v for v in model.native_variables(nut_map.header)}
-    names = [v.name for v in table.values() if v.causality == "output" or v.derivative_of or v.indicates]
-    knowns = [v.name for v in table.values() if v.causality in ("input", "parameter")]
-    one, rng = NativeModel(nut_map, continuous, model), np.random.default_rng(8)
-
-    def values(base):
-        one.reset(continuous)
-        if continuous:
-            one.latch(**base)
-        else:
-            one.step(1e-4, **base)
-        return [one.get(name) for name in names]
-
-    for n in range(60):
-        base = {FRICTION: loads, TRANSMISSION: motion, MONITOR: measured}[model](rng, n)
-        base |= {k: v for k, v in standstill(rng, n).items() if k in table}
-        before = values(base)
-        for known in knowns:
-            start = base.get(known, table[known].start or 0.0)
-            after = values(base | {known: 1.0 - start if table[known].unit is None else 1.01 * start + 1e-7})
-            for name, old, new in zip(names, before, after, strict=True):
-                row = table["power_loss" if name == "heat" else name]
-                declared = {*row.depends_on, *row.initially_depends_on}
-                if table[name].indicates and name != "in_range_indicator":
-                    declared |= {"presliding_damping", "presliding_side", "regularization_speed"}
-                assert old == new or known in declared, (name, known)

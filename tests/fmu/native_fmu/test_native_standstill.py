@@ -195,31 +195,11 @@ def cycle(time):
 
 
 @LAW
-def test_power_balance_of_co_simulation(nut_map):
-    """Shaft - nut - heat = stored over a cycle with reversal, presliding on and switched off on the way."""
-    step, one, at = 1e-4, NativeModel(nut_map, model=TRANSMISSION), cycle(0.0)
-    one.latch(**at)
-    first, sums, throughput = one.get("stored_energy"), np.zeros(3), 0.0
-    angle, position = at["angle"], at["position"]
-    for n in range(4000):
-        ahead = cycle((n + 1) * step)
-        speed, velocity = (ahead["angle"] - angle) / step, (ahead["position"] - position) / step
-        one.step(
-            step, angle=angle, speed=speed, position=position, velocity=velocity, presliding=float(n != 2100)
-        )
-        angle, position = angle + speed * step, position + velocity * step
-        powers = np.array([one.get(name) for name in POWERS])
-        assert powers[2] >= -1e-12  # heat is a difference of energies: to their rounding
-        sums += step * powers
-        throughput += step * abs(powers[0])
-    assert throughput > 5.0
-    assert one.get("heat") == pytest.approx(sums[2], rel=1e-9)
-    assert abs(sums[0] - sums[1] - sums[2] - (one.get("stored_energy") - first)) <= 1e-9 * throughput
-
-
-@LAW
 def test_power_balance_of_model_exchange(nut_map):
-    """The same with the bristle integrated by a solver and events located by it."""
+    """Shaft - nut - heat = stored over a cycle with reversal: bristle integrated and events located by a solver.
+
+    Of co-simulation: that of Python (tests/runtime), whose steps are the same (test_native_equivalence).
+    """
     one = begun(nut_map, TRANSMISSION, **cycle(0.0))
     first, end, events, time = one.get("stored_energy"), 0.4, 0, 0.0
     state = np.array([one.get("presliding_deflection"), 0.0, 0.0, 0.0, 0.0])

@@ -90,17 +90,25 @@ class NativeInstance:
             address = None if self._functions == "NULL" else byref(self._functions)
             self.handle = make(name, KINDS.get(kind, 7), key, place, address, 0, int(logging))
         else:
-            self._log = fmi3LogMessageCallback(self._log3) if logger else fmi3LogMessageCallback()
+            self._logger = fmi3LogMessageCallback(self._log) if logger else fmi3LogMessageCallback()
             if kind == CS:
                 make = self.library.fmi3InstantiateCoSimulation
                 wanted = (c_uint * len(intermediate))(*intermediate)
                 self._update = fmi3IntermediateUpdateCallback(update or 0)
-                more = event_mode, early_return, wanted, c_size_t(len(wanted)), None, self._log, self._update
+                more = (
+                    event_mode,
+                    early_return,
+                    wanted,
+                    c_size_t(len(wanted)),
+                    None,
+                    self._logger,
+                    self._update,
+                )
             elif kind == ME:
-                make, more = self.library.fmi3InstantiateModelExchange, (None, self._log)
+                make, more = self.library.fmi3InstantiateModelExchange, (None, self._logger)
             else:
                 make = self.library.fmi3InstantiateScheduledExecution
-                more = (None, self._log, None, None, None)
+                more = (None, self._logger, None, None, None)
             make.restype = c_void_p
             self.handle = make(name, key, place, False, logging, *more)
         self.opening = list(self.messages)
@@ -110,13 +118,12 @@ class NativeInstance:
     def _callbacks(self, logger: bool) -> fmi2CallbackFunctions:
         functions = fmi2CallbackFunctions()
         if logger:
-            functions.logger = fmi2CallbackLoggerTYPE(self._log2)
+            functions.logger = fmi2CallbackLoggerTYPE(self._log)
         return functions
 
-    def _log2(self, _environment: Any, name: bytes, status: int, category: bytes, message: bytes) -> None:
-        self.messages.append(Message(status, category.decode(), message.decode()))
-
-    def _log3(self, _environment: Any, status: int, category: bytes, message: bytes) -> None:
+    def _log(self, *given: Any) -> None:
+        """Of FMI 2 and 3: environment, in FMI 2 the name, status, category, message."""
+        status, category, message = given[-3:]
         self.messages.append(Message(status, category.decode(), message.decode()))
 
     def __enter__(self) -> "NativeInstance":

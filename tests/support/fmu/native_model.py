@@ -156,18 +156,7 @@ class NativeModel:
         return self._library.model_event(self._model)
 
     def derivative(self, unknowns: Iterable[str], **seeds: float) -> list[float]:
-        unknowns = list(unknowns)
-        wanted = (ctypes.c_int * len(unknowns))(*(self._place[name] for name in unknowns))
-        knowns = (ctypes.c_int * len(seeds))(*(self._place[name] for name in seeds))
-        seed = (ctypes.c_double * len(seeds))(*seeds.values())
-        found = (ctypes.c_double * len(unknowns))()
-        counts = ctypes.c_size_t(len(unknowns)), ctypes.c_size_t(len(seeds))
-        self._library.model_directional_derivative(
-            self._model, wanted, counts[0], knowns, counts[1], seed, found
-        )
-        return list(found)
-
-    def values_with_derivatives(self) -> dict[str, float]:
-        found = (ctypes.c_double * len(self.names))()
-        self._library.model_values_with_derivatives(self._model, found)
-        return dict(zip(self.names, found, strict=True))
+        vector = ctypes.c_double * len(self.names)
+        direction, slopes = vector(*(seeds.get(name, 0.0) for name in self.names)), vector()
+        self._library.model_derivatives(self._model, direction, slopes)
+        return [slopes[self._place[name]] for name in unknowns]

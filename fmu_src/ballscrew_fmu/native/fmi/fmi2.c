@@ -21,66 +21,21 @@
 #define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
 #define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)
 #define STATUS_STATES (STEP_MODE | TERMINATED)
-#define CALLS(X)                                                                                                   \
-    X(SetDebugLogging, BOTH_KINDS, ANY_STATE)                                                                      \
-    X(SetupExperiment, BOTH_KINDS, INSTANTIATED)                                                                   \
-    X(EnterInitializationMode, BOTH_KINDS, INSTANTIATED)                                                           \
-    X(ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE)                                                     \
-    X(Terminate, BOTH_KINDS, RUNNING)                                                                              \
-    X(Reset, BOTH_KINDS, ANY_STATE)                                                                                \
-    X(GetReal, BOTH_KINDS, EVALUATED)                                                                              \
-    X(GetInteger, BOTH_KINDS, EVALUATED)                                                                           \
-    X(GetBoolean, BOTH_KINDS, EVALUATED)                                                                           \
-    X(GetString, BOTH_KINDS, EVALUATED)                                                                            \
-    X(SetReal, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE)                                                        \
-    X(SetInteger, BOTH_KINDS, SETTABLE)                                                                            \
-    X(SetBoolean, BOTH_KINDS, SETTABLE)                                                                            \
-    X(SetString, BOTH_KINDS, SETTABLE)                                                                             \
-    X(GetFMUstate, BOTH_KINDS, ANY_STATE)                                                                          \
-    X(SetFMUstate, BOTH_KINDS, ANY_STATE)                                                                          \
-    X(FreeFMUstate, BOTH_KINDS, ANY_STATE)                                                                         \
-    X(SerializedFMUstateSize, BOTH_KINDS, ANY_STATE)                                                               \
-    X(SerializeFMUstate, BOTH_KINDS, ANY_STATE)                                                                    \
-    X(DeSerializeFMUstate, BOTH_KINDS, ANY_STATE)                                                                  \
-    X(GetDirectionalDerivative, BOTH_KINDS, EVALUATED)                                                             \
-    X(EnterEventMode, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE)                                           \
-    X(NewDiscreteStates, MODEL_EXCHANGE, EVENT_MODE)                                                               \
-    X(EnterContinuousTimeMode, MODEL_EXCHANGE, EVENT_MODE)                                                         \
-    X(CompletedIntegratorStep, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)                                               \
-    X(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE)                                                  \
-    X(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)                                                   \
-    X(GetDerivatives, MODEL_EXCHANGE, EVALUATED)                                                                   \
-    X(GetEventIndicators, MODEL_EXCHANGE, EVALUATED)                                                               \
-    X(GetContinuousStates, MODEL_EXCHANGE, EVALUATED)                                                              \
-    X(GetNominalsOfContinuousStates, MODEL_EXCHANGE, INSTANTIATED | EVALUATED)                                     \
-    X(SetRealInputDerivatives, CO_SIMULATION, INSTANTIATED | INITIALIZATION_MODE | STEP_MODE)                      \
-    X(GetRealOutputDerivatives, CO_SIMULATION, STEP_MODE | TERMINATED | FAILED)                                    \
-    X(DoStep, CO_SIMULATION, STEP_MODE)                                                                            \
-    X(CancelStep, CO_SIMULATION, 0U) /* steps never run in the background */                                       \
-    X(GetStatus, CO_SIMULATION, STATUS_STATES)                                                                     \
-    X(GetRealStatus, CO_SIMULATION, STATUS_STATES)                                                                 \
-    X(GetIntegerStatus, CO_SIMULATION, STATUS_STATES)                                                              \
-    X(GetBooleanStatus, CO_SIMULATION, STATUS_STATES)                                                              \
-    X(GetStringStatus, CO_SIMULATION, STATUS_STATES)
 
-#define AS_NUMBER(name, kinds, states) CALL_##name,
-#define AS_ENTRY(name, kinds, states) {"fmi2" #name, kinds, states},
-enum { CALLS(AS_NUMBER) CALL_COUNT };
-static const Call calls[CALL_COUNT] = {CALLS(AS_ENTRY)};
-
-#define BEGIN(name)                                                  \
-    Instance *const instance = instance_begin(c, &calls[CALL_##name]); \
-    if (instance == NULL) {                                          \
-        return fmi2Error;                                            \
+#define BEGIN(name, kinds, states)                             \
+    static const Call legal = {"fmi2" #name, kinds, states};   \
+    Instance *const instance = instance_begin(c, &legal);      \
+    if (instance == NULL) {                                    \
+        return fmi2Error;                                      \
     }
 #define RETURN(status) return (fmi2Status)(status)
 
 /* A function with one call. */
-#define FORWARD(name, arguments, call) \
-    fmi2Status fmi2##name arguments    \
-    {                                  \
-        BEGIN(name)                    \
-        RETURN(call);                  \
+#define FORWARD(name, kinds, states, arguments, call) \
+    fmi2Status fmi2##name arguments                   \
+    {                                                 \
+        BEGIN(name, kinds, states)                    \
+        RETURN(call);                                 \
     }
 
 /* --- importer ---------------------------------------------------------------------------------------------------- */
@@ -142,30 +97,35 @@ void fmi2FreeInstance(fmi2Component c)
     instance_free(c);
 }
 
-FORWARD(SetDebugLogging, (fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[]),
+FORWARD(SetDebugLogging, BOTH_KINDS, ANY_STATE,
+        (fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[]),
         instance_set_logging(instance, loggingOn != fmi2False, nCategories, categories))
 
 /* --- life cycle -------------------------------------------------------------------------------------------------- */
 
-FORWARD(SetupExperiment, (fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
-                          fmi2Boolean stopTimeDefined, fmi2Real stopTime),
+FORWARD(SetupExperiment, BOTH_KINDS, INSTANTIATED,
+        (fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
+         fmi2Boolean stopTimeDefined, fmi2Real stopTime),
         ((void)toleranceDefined, (void)tolerance,
          instance_setup(instance, startTime, stopTimeDefined != fmi2False, stopTime)))
-FORWARD(EnterInitializationMode, (fmi2Component c), instance_enter(instance, INITIALIZATION_MODE))
-FORWARD(ExitInitializationMode, (fmi2Component c), instance_exit_initialization(instance))
-FORWARD(Terminate, (fmi2Component c), instance_enter(instance, TERMINATED))
-FORWARD(Reset, (fmi2Component c), instance_reset(instance))
+FORWARD(EnterInitializationMode, BOTH_KINDS, INSTANTIATED, (fmi2Component c),
+        instance_enter(instance, INITIALIZATION_MODE))
+FORWARD(ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE, (fmi2Component c),
+        instance_exit_initialization(instance))
+FORWARD(Terminate, BOTH_KINDS, RUNNING, (fmi2Component c), instance_enter(instance, TERMINATED))
+FORWARD(Reset, BOTH_KINDS, ANY_STATE, (fmi2Component c), instance_reset(instance))
 
 /* --- values ------------------------------------------------------------------------------------------------------ */
 
-FORWARD(GetReal, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[]),
+FORWARD(GetReal, BOTH_KINDS, EVALUATED, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[]),
         instance_get_reals(instance, vr, nvr, value))
-FORWARD(SetReal, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]),
+FORWARD(SetReal, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE,
+        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]),
         instance_set_reals(instance, vr, nvr, value))
 
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
 {
-    BEGIN(GetBoolean)
+    BEGIN(GetBoolean, BOTH_KINDS, EVALUATED)
     if (nvr > 0 && (vr == NULL || value == NULL)) {
         RETURN(instance_missing_array(instance));
     }
@@ -184,7 +144,7 @@ fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
 {
     Status status = STATUS_OK;
 
-    BEGIN(SetBoolean)
+    BEGIN(SetBoolean, BOTH_KINDS, SETTABLE)
     if (nvr > 0 && (vr == NULL || value == NULL)) {
         RETURN(instance_missing_array(instance));
     }
@@ -194,41 +154,51 @@ fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
     RETURN(status);
 }
 
-FORWARD(GetInteger, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[]),
+FORWARD(GetInteger, BOTH_KINDS, EVALUATED,
+        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[]),
         ((void)value, instance_no_variables(instance, "Integer", vr, nvr)))
-FORWARD(SetInteger, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[]),
+FORWARD(SetInteger, BOTH_KINDS, SETTABLE,
+        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[]),
         ((void)value, instance_no_variables(instance, "Integer", vr, nvr)))
-FORWARD(GetString, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[]),
+FORWARD(GetString, BOTH_KINDS, EVALUATED,
+        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[]),
         ((void)value, instance_no_variables(instance, "String", vr, nvr)))
-FORWARD(SetString, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[]),
+FORWARD(SetString, BOTH_KINDS, SETTABLE,
+        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[]),
         ((void)value, instance_no_variables(instance, "String", vr, nvr)))
-FORWARD(GetDirectionalDerivative, (fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
-                                   const fmi2ValueReference vKnown_ref[], size_t nKnown, const fmi2Real dvKnown[],
-                                   fmi2Real dvUnknown[]),
+FORWARD(GetDirectionalDerivative, BOTH_KINDS, EVALUATED,
+        (fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
+         const fmi2ValueReference vKnown_ref[], size_t nKnown, const fmi2Real dvKnown[], fmi2Real dvUnknown[]),
         instance_derivative(instance, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, dvUnknown, false))
 
 /* --- saved states ------------------------------------------------------------------------------------------------ */
 
-FORWARD(GetFMUstate, (fmi2Component c, fmi2FMUstate *FMUstate), instance_save(instance, FMUstate))
-FORWARD(SetFMUstate, (fmi2Component c, fmi2FMUstate FMUstate), instance_restore(instance, FMUstate))
-FORWARD(FreeFMUstate, (fmi2Component c, fmi2FMUstate *FMUstate), instance_free_state(instance, FMUstate))
-FORWARD(SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate FMUstate, size_t *size),
+FORWARD(GetFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component c, fmi2FMUstate *FMUstate),
+        instance_save(instance, FMUstate))
+FORWARD(SetFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component c, fmi2FMUstate FMUstate),
+        instance_restore(instance, FMUstate))
+FORWARD(FreeFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component c, fmi2FMUstate *FMUstate),
+        instance_free_state(instance, FMUstate))
+FORWARD(SerializedFMUstateSize, BOTH_KINDS, ANY_STATE, (fmi2Component c, fmi2FMUstate FMUstate, size_t *size),
         instance_serialized_size(instance, FMUstate, size))
-FORWARD(SerializeFMUstate, (fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size),
+FORWARD(SerializeFMUstate, BOTH_KINDS, ANY_STATE,
+        (fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size),
         instance_serialize(instance, FMUstate, (unsigned char *)serializedState, size))
-FORWARD(DeSerializeFMUstate, (fmi2Component c, const fmi2Byte serializedState[], size_t size, fmi2FMUstate *FMUstate),
+FORWARD(DeSerializeFMUstate, BOTH_KINDS, ANY_STATE,
+        (fmi2Component c, const fmi2Byte serializedState[], size_t size, fmi2FMUstate *FMUstate),
         instance_deserialize(instance, (const unsigned char *)serializedState, size, FMUstate))
 
 /* --- model exchange ---------------------------------------------------------------------------------------------- */
 
-FORWARD(EnterEventMode, (fmi2Component c), instance_enter(instance, EVENT_MODE))
+FORWARD(EnterEventMode, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi2Component c),
+        instance_enter(instance, EVENT_MODE))
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo)
 {
     bool changed = false;
     Status status;
 
-    BEGIN(NewDiscreteStates)
+    BEGIN(NewDiscreteStates, MODEL_EXCHANGE, EVENT_MODE)
     if (eventInfo == NULL) {
         RETURN(instance_fail(instance, "event info is a NULL pointer"));
     }
@@ -242,12 +212,13 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo)
     RETURN(status);
 }
 
-FORWARD(EnterContinuousTimeMode, (fmi2Component c), instance_enter(instance, CONTINUOUS_TIME_MODE))
+FORWARD(EnterContinuousTimeMode, MODEL_EXCHANGE, EVENT_MODE, (fmi2Component c),
+        instance_enter(instance, CONTINUOUS_TIME_MODE))
 
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation)
 {
-    BEGIN(CompletedIntegratorStep)
+    BEGIN(CompletedIntegratorStep, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)
     (void)noSetFMUStatePriorToCurrentPoint;
     if (enterEventMode != NULL) {
         *enterEventMode = fmi2False;
@@ -258,36 +229,40 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
     return fmi2OK;
 }
 
-FORWARD(SetTime, (fmi2Component c, fmi2Real time), instance_set_time(instance, time))
-FORWARD(SetContinuousStates, (fmi2Component c, const fmi2Real x[], size_t nx), instance_set_states(instance, x, nx))
-FORWARD(GetDerivatives, (fmi2Component c, fmi2Real derivatives[], size_t nx),
+FORWARD(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi2Component c, fmi2Real time),
+        instance_set_time(instance, time))
+FORWARD(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE, (fmi2Component c, const fmi2Real x[], size_t nx),
+        instance_set_states(instance, x, nx))
+FORWARD(GetDerivatives, MODEL_EXCHANGE, EVALUATED, (fmi2Component c, fmi2Real derivatives[], size_t nx),
         instance_get_rates(instance, derivatives, nx))
-FORWARD(GetEventIndicators, (fmi2Component c, fmi2Real eventIndicators[], size_t ni),
+FORWARD(GetEventIndicators, MODEL_EXCHANGE, EVALUATED, (fmi2Component c, fmi2Real eventIndicators[], size_t ni),
         instance_get_indicators(instance, eventIndicators, ni))
-FORWARD(GetContinuousStates, (fmi2Component c, fmi2Real x[], size_t nx), instance_get_states(instance, x, nx))
-FORWARD(GetNominalsOfContinuousStates, (fmi2Component c, fmi2Real x_nominal[], size_t nx),
-        instance_get_nominals(instance, x_nominal, nx))
+FORWARD(GetContinuousStates, MODEL_EXCHANGE, EVALUATED, (fmi2Component c, fmi2Real x[], size_t nx),
+        instance_get_states(instance, x, nx))
+FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, INSTANTIATED | EVALUATED,
+        (fmi2Component c, fmi2Real x_nominal[], size_t nx), instance_get_nominals(instance, x_nominal, nx))
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint)
 {
-    BEGIN(DoStep)
+    BEGIN(DoStep, CO_SIMULATION, STEP_MODE)
     (void)noSetFMUStatePriorToCurrentPoint;
     /* the standard requires step sizes > 0, but importers use 0 to detect feedthrough */
     RETURN(instance_step(instance, currentCommunicationPoint, communicationStepSize, true, false));
 }
 
-FORWARD(CancelStep, (fmi2Component c), STATUS_ERROR)
-FORWARD(SetRealInputDerivatives, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
-                                  const fmi2Real value[]),
+/* steps never run in the background */
+FORWARD(CancelStep, CO_SIMULATION, 0U, (fmi2Component c), STATUS_ERROR)
+FORWARD(SetRealInputDerivatives, CO_SIMULATION, INSTANTIATED | INITIALIZATION_MODE | STEP_MODE,
+        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
+         const fmi2Real value[]),
         ((void)vr, (void)nvr, (void)order, (void)value,
          instance_fail(instance, "no derivatives of inputs: inputs are constant over a step")))
-FORWARD(GetRealOutputDerivatives, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                   const fmi2Integer order[], fmi2Real value[]),
-        ((void)vr, (void)nvr, (void)order, (void)value,
-         instance_fail(instance, "no derivatives of outputs over time")))
+FORWARD(GetRealOutputDerivatives, CO_SIMULATION, STEP_MODE | TERMINATED | FAILED,
+        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[], fmi2Real value[]),
+        ((void)vr, (void)nvr, (void)order, (void)value, instance_fail(instance, "no derivatives of outputs over time")))
 
 /* Other status kinds are for asynchronous steps. */
 static Status no_status(Instance *instance, fmi2StatusKind kind)
@@ -295,11 +270,12 @@ static Status no_status(Instance *instance, fmi2StatusKind kind)
     return instance_discard(instance, "status %d of a step is not available", (int)kind);
 }
 
-FORWARD(GetStatus, (fmi2Component c, const fmi2StatusKind s, fmi2Status *value), ((void)value, no_status(instance, s)))
+FORWARD(GetStatus, CO_SIMULATION, STATUS_STATES, (fmi2Component c, const fmi2StatusKind s, fmi2Status *value),
+        ((void)value, no_status(instance, s)))
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value)
 {
-    BEGIN(GetRealStatus)
+    BEGIN(GetRealStatus, CO_SIMULATION, STATUS_STATES)
     if (s != fmi2LastSuccessfulTime || value == NULL) {
         RETURN(no_status(instance, s));
     }
@@ -307,9 +283,9 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *
     return fmi2OK;
 }
 
-FORWARD(GetIntegerStatus, (fmi2Component c, const fmi2StatusKind s, fmi2Integer *value),
+FORWARD(GetIntegerStatus, CO_SIMULATION, STATUS_STATES, (fmi2Component c, const fmi2StatusKind s, fmi2Integer *value),
         ((void)value, no_status(instance, s)))
-FORWARD(GetBooleanStatus, (fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value),
+FORWARD(GetBooleanStatus, CO_SIMULATION, STATUS_STATES, (fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value),
         ((void)value, no_status(instance, s)))
-FORWARD(GetStringStatus, (fmi2Component c, const fmi2StatusKind s, fmi2String *value),
+FORWARD(GetStringStatus, CO_SIMULATION, STATUS_STATES, (fmi2Component c, const fmi2StatusKind s, fmi2String *value),
         ((void)value, no_status(instance, s)))

@@ -21,96 +21,20 @@
 #define READABLE (EVALUATED | INTERMEDIATE_UPDATE_MODE)
 #define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)
 #define AT_EVENTS (INITIALIZATION_MODE | EVENT_MODE)
-#define CALLS(X)                                                                \
-    X(SetDebugLogging, BOTH_KINDS, ANY_STATE)                                   \
-    X(EnterInitializationMode, BOTH_KINDS, INSTANTIATED)                        \
-    X(ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE)                  \
-    X(EnterEventMode, BOTH_KINDS, CONTINUOUS_TIME_MODE | STEP_MODE)             \
-    X(Terminate, BOTH_KINDS, RUNNING)                                           \
-    X(Reset, BOTH_KINDS, ANY_STATE)                                             \
-    X(GetFloat32, BOTH_KINDS, EVALUATED)                                        \
-    X(GetFloat64, BOTH_KINDS, READABLE)                                         \
-    X(GetInt8, BOTH_KINDS, EVALUATED)                                           \
-    X(GetUInt8, BOTH_KINDS, EVALUATED)                                          \
-    X(GetInt16, BOTH_KINDS, EVALUATED)                                          \
-    X(GetUInt16, BOTH_KINDS, EVALUATED)                                         \
-    X(GetInt32, BOTH_KINDS, EVALUATED)                                          \
-    X(GetUInt32, BOTH_KINDS, EVALUATED)                                         \
-    X(GetInt64, BOTH_KINDS, EVALUATED)                                          \
-    X(GetUInt64, BOTH_KINDS, EVALUATED)                                         \
-    X(GetBoolean, BOTH_KINDS, READABLE)                                         \
-    X(GetString, BOTH_KINDS, EVALUATED)                                         \
-    X(GetBinary, BOTH_KINDS, EVALUATED)                                         \
-    X(GetClock, BOTH_KINDS, AT_EVENTS)                                          \
-    X(SetFloat32, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE)                  \
-    X(SetFloat64, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE | INTERMEDIATE_UPDATE_MODE) \
-    X(SetInt8, BOTH_KINDS, SETTABLE)                                            \
-    X(SetUInt8, BOTH_KINDS, SETTABLE)                                           \
-    X(SetInt16, BOTH_KINDS, SETTABLE)                                           \
-    X(SetUInt16, BOTH_KINDS, SETTABLE)                                          \
-    X(SetInt32, BOTH_KINDS, SETTABLE)                                           \
-    X(SetUInt32, BOTH_KINDS, SETTABLE)                                          \
-    X(SetInt64, BOTH_KINDS, SETTABLE)                                           \
-    X(SetUInt64, BOTH_KINDS, SETTABLE)                                          \
-    X(SetBoolean, BOTH_KINDS, SETTABLE)                                         \
-    X(SetString, BOTH_KINDS, SETTABLE)                                          \
-    X(SetBinary, BOTH_KINDS, SETTABLE)                                          \
-    X(SetClock, BOTH_KINDS, AT_EVENTS)                                          \
-    X(GetNumberOfVariableDependencies, BOTH_KINDS, ANY_STATE)                   \
-    X(GetVariableDependencies, BOTH_KINDS, ANY_STATE)                           \
-    X(GetFMUState, BOTH_KINDS, ANY_STATE)                                       \
-    X(SetFMUState, BOTH_KINDS, ANY_STATE)                                       \
-    X(FreeFMUState, BOTH_KINDS, ANY_STATE)                                      \
-    X(SerializedFMUStateSize, BOTH_KINDS, ANY_STATE)                            \
-    X(SerializeFMUState, BOTH_KINDS, ANY_STATE)                                 \
-    X(DeserializeFMUState, BOTH_KINDS, ANY_STATE)                               \
-    X(GetDirectionalDerivative, BOTH_KINDS, EVALUATED)                          \
-    X(GetAdjointDerivative, BOTH_KINDS, EVALUATED)                              \
-    X(EnterConfigurationMode, BOTH_KINDS, INSTANTIATED | STEP_MODE | EVENT_MODE) \
-    X(ExitConfigurationMode, BOTH_KINDS, 0U) /* is never entered */             \
-    X(GetIntervalDecimal, BOTH_KINDS, AT_EVENTS)                                \
-    X(GetIntervalFraction, BOTH_KINDS, AT_EVENTS)                               \
-    X(GetShiftDecimal, BOTH_KINDS, AT_EVENTS)                                   \
-    X(GetShiftFraction, BOTH_KINDS, AT_EVENTS)                                  \
-    X(SetIntervalDecimal, BOTH_KINDS, AT_EVENTS)                                \
-    X(SetIntervalFraction, BOTH_KINDS, AT_EVENTS)                               \
-    X(SetShiftDecimal, BOTH_KINDS, AT_EVENTS)                                   \
-    X(SetShiftFraction, BOTH_KINDS, AT_EVENTS)                                  \
-    X(EvaluateDiscreteStates, BOTH_KINDS, AT_EVENTS)                            \
-    X(UpdateDiscreteStates, BOTH_KINDS, EVENT_MODE)                             \
-    X(EnterContinuousTimeMode, MODEL_EXCHANGE, EVENT_MODE)                      \
-    X(CompletedIntegratorStep, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)            \
-    X(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE)               \
-    X(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)                \
-    X(GetContinuousStateDerivatives, MODEL_EXCHANGE, EVALUATED)                 \
-    X(GetEventIndicators, MODEL_EXCHANGE, EVALUATED)                            \
-    X(GetContinuousStates, MODEL_EXCHANGE, EVALUATED)                           \
-    X(GetNominalsOfContinuousStates, MODEL_EXCHANGE, EVALUATED)                 \
-    X(GetNumberOfEventIndicators, MODEL_EXCHANGE, ANY_STATE)                    \
-    X(GetNumberOfContinuousStates, MODEL_EXCHANGE, ANY_STATE)                   \
-    X(EnterStepMode, CO_SIMULATION, EVENT_MODE)                                 \
-    X(GetOutputDerivatives, CO_SIMULATION, STEP_MODE | TERMINATED | FAILED)     \
-    X(DoStep, CO_SIMULATION, STEP_MODE)                                         \
-    X(ActivateModelPartition, BOTH_KINDS, 0U)
-
-#define AS_NUMBER(name, kinds, states) CALL_##name,
-#define AS_ENTRY(name, kinds, states) {"fmi3" #name, kinds, states},
-enum { CALLS(AS_NUMBER) CALL_COUNT };
-static const Call calls[CALL_COUNT] = {CALLS(AS_ENTRY)};
-
-#define BEGIN(name)                                                           \
-    Instance *const self = instance_begin(instance, &calls[CALL_##name]); \
-    if (self == NULL) {                                                       \
-        return fmi3Error;                                                     \
+#define BEGIN(name, kinds, states)                             \
+    static const Call legal = {"fmi3" #name, kinds, states};   \
+    Instance *const self = instance_begin(instance, &legal);   \
+    if (self == NULL) {                                        \
+        return fmi3Error;                                      \
     }
 #define RETURN(status) return (fmi3Status)(status)
 
 /* A function with one call. */
-#define FORWARD(name, arguments, call) \
-    fmi3Status fmi3##name arguments  \
-    {                                  \
-        BEGIN(name)                    \
-        RETURN(call);                  \
+#define FORWARD(name, kinds, states, arguments, call) \
+    fmi3Status fmi3##name arguments                   \
+    {                                                 \
+        BEGIN(name, kinds, states)                    \
+        RETURN(call);                                 \
     }
 
 /* Parameters of a call about variables; the parameters named here are not used. */
@@ -247,8 +171,8 @@ void fmi3FreeInstance(fmi3Instance instance)
     instance_free(instance);
 }
 
-FORWARD(SetDebugLogging, (fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories,
-                          const fmi3String categories[]),
+FORWARD(SetDebugLogging, BOTH_KINDS, ANY_STATE,
+        (fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories, const fmi3String categories[]),
         instance_set_logging(self, loggingOn, nCategories, categories))
 
 /* --- life cycle -------------------------------------------------------------------------------------------------- */
@@ -258,24 +182,26 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
 {
     Status status;
 
-    BEGIN(EnterInitializationMode)
+    BEGIN(EnterInitializationMode, BOTH_KINDS, INSTANTIATED)
     (void)toleranceDefined;
     (void)tolerance;
     status = instance_setup(self, startTime, stopTimeDefined, stopTime);
     RETURN(status == STATUS_OK ? instance_enter(self, INITIALIZATION_MODE) : status);
 }
 
-FORWARD(ExitInitializationMode, (fmi3Instance instance), instance_exit_initialization(self))
-FORWARD(Terminate, (fmi3Instance instance), instance_enter(self, TERMINATED))
-FORWARD(Reset, (fmi3Instance instance), instance_reset(self))
+FORWARD(ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE, (fmi3Instance instance),
+        instance_exit_initialization(self))
+FORWARD(Terminate, BOTH_KINDS, RUNNING, (fmi3Instance instance), instance_enter(self, TERMINATED))
+FORWARD(Reset, BOTH_KINDS, ANY_STATE, (fmi3Instance instance), instance_reset(self))
 
 static Status no_structure(Instance *self)
 {
     return instance_fail(self, "no configuration mode: there are no structural parameters");
 }
 
-FORWARD(EnterConfigurationMode, (fmi3Instance instance), no_structure(self))
-FORWARD(ExitConfigurationMode, (fmi3Instance instance), no_structure(self))
+FORWARD(EnterConfigurationMode, BOTH_KINDS, INSTANTIATED | STEP_MODE | EVENT_MODE, (fmi3Instance instance),
+        no_structure(self))
+FORWARD(ExitConfigurationMode, BOTH_KINDS, 0U, (fmi3Instance instance), no_structure(self))
 
 /* --- values ------------------------------------------------------------------------------------------------------ */
 
@@ -287,11 +213,12 @@ static Status check_counts(Instance *self, size_t references, size_t values)
                                                 (unsigned long)references);
 }
 
-FORWARD(GetFloat64, (VARIABLES, fmi3Float64 values[], size_t nValues),
+FORWARD(GetFloat64, BOTH_KINDS, READABLE, (VARIABLES, fmi3Float64 values[], size_t nValues),
         check_counts(self, nValueReferences, nValues) == STATUS_OK
             ? instance_get_reals(self, valueReferences, nValueReferences, values)
             : STATUS_ERROR)
-FORWARD(SetFloat64, (VARIABLES, const fmi3Float64 values[], size_t nValues),
+FORWARD(SetFloat64, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE | INTERMEDIATE_UPDATE_MODE,
+        (VARIABLES, const fmi3Float64 values[], size_t nValues),
         check_counts(self, nValueReferences, nValues) == STATUS_OK
             ? instance_set_reals(self, valueReferences, nValueReferences, values)
             : STATUS_ERROR)
@@ -301,7 +228,7 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueR
 {
     Status status;
 
-    BEGIN(GetBoolean)
+    BEGIN(GetBoolean, BOTH_KINDS, READABLE)
     status = check_counts(self, nValueReferences, nValues);
     if (status == STATUS_OK && nValues > 0 && (valueReferences == NULL || values == NULL)) {
         status = instance_missing_array(self);
@@ -317,7 +244,7 @@ fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueR
 {
     Status status;
 
-    BEGIN(SetBoolean)
+    BEGIN(SetBoolean, BOTH_KINDS, SETTABLE)
     status = check_counts(self, nValueReferences, nValues);
     if (status == STATUS_OK && nValues > 0 && (valueReferences == NULL || values == NULL)) {
         status = instance_missing_array(self);
@@ -329,43 +256,35 @@ fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueR
 }
 
 /* Types without variables. */
-#define NO_GET(type) \
-    FORWARD(Get##type, (VARIABLES, fmi3##type values[], size_t nValues), NONE_OF(#type, ((void)values, (void)nValues)))
-#define NO_SET(type, named)                                                    \
-    FORWARD(Set##type, (VARIABLES, const fmi3##type values[], size_t nValues), \
-            NONE_OF(named, ((void)values, (void)nValues)))
+#define NO_TYPE(type, settable)                                                                     \
+    FORWARD(Get##type, BOTH_KINDS, EVALUATED, (VARIABLES, fmi3##type values[], size_t nValues),       \
+            NONE_OF(#type, ((void)values, (void)nValues)))                                          \
+    FORWARD(Set##type, BOTH_KINDS, settable, (VARIABLES, const fmi3##type values[], size_t nValues),  \
+            NONE_OF(#type, ((void)values, (void)nValues)))
 
-NO_GET(Float32)
-NO_GET(Int8)
-NO_GET(UInt8)
-NO_GET(Int16)
-NO_GET(UInt16)
-NO_GET(Int32)
-NO_GET(UInt32)
-NO_GET(Int64)
-NO_GET(UInt64)
-NO_GET(String)
-NO_SET(Float32, "Float32")
-NO_SET(Int8, "Int8")
-NO_SET(UInt8, "UInt8")
-NO_SET(Int16, "Int16")
-NO_SET(UInt16, "UInt16")
-NO_SET(Int32, "Int32")
-NO_SET(UInt32, "UInt32")
-NO_SET(Int64, "Int64")
-NO_SET(UInt64, "UInt64")
-NO_SET(String, "String")
+NO_TYPE(Float32, SETTABLE | CONTINUOUS_TIME_MODE)
+NO_TYPE(Int8, SETTABLE)
+NO_TYPE(UInt8, SETTABLE)
+NO_TYPE(Int16, SETTABLE)
+NO_TYPE(UInt16, SETTABLE)
+NO_TYPE(Int32, SETTABLE)
+NO_TYPE(UInt32, SETTABLE)
+NO_TYPE(Int64, SETTABLE)
+NO_TYPE(UInt64, SETTABLE)
+NO_TYPE(String, SETTABLE)
 
-FORWARD(GetBinary, (VARIABLES, size_t valueSizes[], fmi3Binary values[], size_t nValues),
+FORWARD(GetBinary, BOTH_KINDS, EVALUATED, (VARIABLES, size_t valueSizes[], fmi3Binary values[], size_t nValues),
         NONE_OF("Binary", ((void)valueSizes, (void)values, (void)nValues)))
-FORWARD(SetBinary, (VARIABLES, const size_t valueSizes[], const fmi3Binary values[], size_t nValues),
+FORWARD(SetBinary, BOTH_KINDS, SETTABLE,
+        (VARIABLES, const size_t valueSizes[], const fmi3Binary values[], size_t nValues),
         NONE_OF("Binary", ((void)valueSizes, (void)values, (void)nValues)))
 
 /* --- clocks (not supported) -------------------------------------------------------------------------------------- */
 
-#define NO_CLOCK(name, values) FORWARD(name, (VARIABLES, values), NONE_OF("Clock", (void)first))
+#define NO_CLOCK(name, values) \
+    FORWARD(name, BOTH_KINDS, AT_EVENTS, (VARIABLES, values), NONE_OF("Clock", (void)first))
 #define NO_CLOCK_2(name, values, more) \
-    FORWARD(name, (VARIABLES, values, more), NONE_OF("Clock", ((void)first, (void)second)))
+    FORWARD(name, BOTH_KINDS, AT_EVENTS, (VARIABLES, values, more), NONE_OF("Clock", ((void)first, (void)second)))
 
 NO_CLOCK(GetClock, fmi3Clock first[])
 NO_CLOCK(SetClock, const fmi3Clock first[])
@@ -377,10 +296,11 @@ NO_CLOCK_2(SetIntervalFraction, const fmi3UInt64 first[], const fmi3UInt64 secon
 NO_CLOCK(SetShiftDecimal, const fmi3Float64 first[])
 NO_CLOCK_2(SetShiftFraction, const fmi3UInt64 first[], const fmi3UInt64 second[])
 
-FORWARD(GetIntervalFraction,
+FORWARD(GetIntervalFraction, BOTH_KINDS, AT_EVENTS,
         (VARIABLES, fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[]),
         NONE_OF("Clock", ((void)counters, (void)resolutions, (void)qualifiers)))
-FORWARD(ActivateModelPartition, (fmi3Instance instance, fmi3ValueReference clockReference, fmi3Float64 activationTime),
+FORWARD(ActivateModelPartition, BOTH_KINDS, 0U,
+        (fmi3Instance instance, fmi3ValueReference clockReference, fmi3Float64 activationTime),
         ((void)activationTime, instance_no_variables(self, "Clock", &clockReference, 1)))
 
 /* --- structure and derivatives ----------------------------------------------------------------------------------- */
@@ -391,13 +311,13 @@ static Status no_elements(Instance *self)
                                "description");
 }
 
-FORWARD(GetNumberOfVariableDependencies, (fmi3Instance instance, fmi3ValueReference valueReference,
-                                          size_t *nDependencies),
+FORWARD(GetNumberOfVariableDependencies, BOTH_KINDS, ANY_STATE,
+        (fmi3Instance instance, fmi3ValueReference valueReference, size_t *nDependencies),
         ((void)valueReference, (void)nDependencies, no_elements(self)))
-FORWARD(GetVariableDependencies, (fmi3Instance instance, fmi3ValueReference dependent,
-                                  size_t elementIndicesOfDependent[], fmi3ValueReference independents[],
-                                  size_t elementIndicesOfIndependents[], fmi3DependencyKind dependencyKinds[],
-                                  size_t nDependencies),
+FORWARD(GetVariableDependencies, BOTH_KINDS, ANY_STATE,
+        (fmi3Instance instance, fmi3ValueReference dependent, size_t elementIndicesOfDependent[],
+         fmi3ValueReference independents[], size_t elementIndicesOfIndependents[],
+         fmi3DependencyKind dependencyKinds[], size_t nDependencies),
         ((void)dependent, (void)elementIndicesOfDependent, (void)independents, (void)elementIndicesOfIndependents,
          (void)dependencyKinds, (void)nDependencies, no_elements(self)))
 
@@ -405,26 +325,30 @@ FORWARD(GetVariableDependencies, (fmi3Instance instance, fmi3ValueReference depe
     fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns, const fmi3ValueReference knowns[], \
         size_t nKnowns, const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity
 
-FORWARD(GetDirectionalDerivative, (SENSITIVITIES),
+FORWARD(GetDirectionalDerivative, BOTH_KINDS, EVALUATED, (SENSITIVITIES),
         check_counts(self, nKnowns, nSeed) == STATUS_OK && check_counts(self, nUnknowns, nSensitivity) == STATUS_OK
             ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, false)
             : STATUS_ERROR)
-FORWARD(GetAdjointDerivative, (SENSITIVITIES),
+FORWARD(GetAdjointDerivative, BOTH_KINDS, EVALUATED, (SENSITIVITIES),
         check_counts(self, nUnknowns, nSeed) == STATUS_OK && check_counts(self, nKnowns, nSensitivity) == STATUS_OK
             ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, true)
             : STATUS_ERROR)
 
 /* --- saved states ------------------------------------------------------------------------------------------------ */
 
-FORWARD(GetFMUState, (fmi3Instance instance, fmi3FMUState *FMUState), instance_save(self, FMUState))
-FORWARD(SetFMUState, (fmi3Instance instance, fmi3FMUState FMUState), instance_restore(self, FMUState))
-FORWARD(FreeFMUState, (fmi3Instance instance, fmi3FMUState *FMUState), instance_free_state(self, FMUState))
-FORWARD(SerializedFMUStateSize, (fmi3Instance instance, fmi3FMUState FMUState, size_t *size),
+FORWARD(GetFMUState, BOTH_KINDS, ANY_STATE, (fmi3Instance instance, fmi3FMUState *FMUState),
+        instance_save(self, FMUState))
+FORWARD(SetFMUState, BOTH_KINDS, ANY_STATE, (fmi3Instance instance, fmi3FMUState FMUState),
+        instance_restore(self, FMUState))
+FORWARD(FreeFMUState, BOTH_KINDS, ANY_STATE, (fmi3Instance instance, fmi3FMUState *FMUState),
+        instance_free_state(self, FMUState))
+FORWARD(SerializedFMUStateSize, BOTH_KINDS, ANY_STATE, (fmi3Instance instance, fmi3FMUState FMUState, size_t *size),
         instance_serialized_size(self, FMUState, size))
-FORWARD(SerializeFMUState, (fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size),
+FORWARD(SerializeFMUState, BOTH_KINDS, ANY_STATE,
+        (fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size),
         instance_serialize(self, FMUState, serializedState, size))
-FORWARD(DeserializeFMUState, (fmi3Instance instance, const fmi3Byte serializedState[], size_t size,
-                              fmi3FMUState *FMUState),
+FORWARD(DeserializeFMUState, BOTH_KINDS, ANY_STATE,
+        (fmi3Instance instance, const fmi3Byte serializedState[], size_t size, fmi3FMUState *FMUState),
         instance_deserialize(self, serializedState, size, FMUState))
 
 /* --- events ------------------------------------------------------------------------------------------------------ */
@@ -437,8 +361,10 @@ static void put_bool(fmi3Boolean *to, bool value)
     }
 }
 
-FORWARD(EnterEventMode, (fmi3Instance instance), instance_enter_event_mode(self))
-FORWARD(EvaluateDiscreteStates, (fmi3Instance instance), instance_fail(self, "providesEvaluateDiscreteStates is false"))
+FORWARD(EnterEventMode, BOTH_KINDS, CONTINUOUS_TIME_MODE | STEP_MODE, (fmi3Instance instance),
+        instance_enter_event_mode(self))
+FORWARD(EvaluateDiscreteStates, BOTH_KINDS, AT_EVENTS, (fmi3Instance instance),
+        instance_fail(self, "providesEvaluateDiscreteStates is false"))
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
                                     fmi3Boolean *terminateSimulation, fmi3Boolean *nominalsOfContinuousStatesChanged,
@@ -448,7 +374,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
     bool changed = false;
     Status status;
 
-    BEGIN(UpdateDiscreteStates)
+    BEGIN(UpdateDiscreteStates, BOTH_KINDS, EVENT_MODE)
     status = instance_event(self, &changed);
     put_bool(discreteStatesNeedUpdate, false);
     put_bool(terminateSimulation, false);
@@ -463,28 +389,35 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
 
 /* --- model exchange ---------------------------------------------------------------------------------------------- */
 
-FORWARD(EnterContinuousTimeMode, (fmi3Instance instance), instance_enter(self, CONTINUOUS_TIME_MODE))
+FORWARD(EnterContinuousTimeMode, MODEL_EXCHANGE, EVENT_MODE, (fmi3Instance instance),
+        instance_enter(self, CONTINUOUS_TIME_MODE))
 
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation)
 {
-    BEGIN(CompletedIntegratorStep)
+    BEGIN(CompletedIntegratorStep, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)
     (void)noSetFMUStatePriorToCurrentPoint;
     put_bool(enterEventMode, false);
     put_bool(terminateSimulation, false);
     return fmi3OK;
 }
 
-FORWARD(SetTime, (fmi3Instance instance, fmi3Float64 time), instance_set_time(self, time))
-FORWARD(SetContinuousStates, (fmi3Instance instance, const fmi3Float64 continuousStates[], size_t nContinuousStates),
+FORWARD(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi3Instance instance, fmi3Float64 time),
+        instance_set_time(self, time))
+FORWARD(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE,
+        (fmi3Instance instance, const fmi3Float64 continuousStates[], size_t nContinuousStates),
         instance_set_states(self, continuousStates, nContinuousStates))
-FORWARD(GetContinuousStateDerivatives, (fmi3Instance instance, fmi3Float64 derivatives[], size_t nContinuousStates),
+FORWARD(GetContinuousStateDerivatives, MODEL_EXCHANGE, EVALUATED,
+        (fmi3Instance instance, fmi3Float64 derivatives[], size_t nContinuousStates),
         instance_get_rates(self, derivatives, nContinuousStates))
-FORWARD(GetEventIndicators, (fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators),
+FORWARD(GetEventIndicators, MODEL_EXCHANGE, EVALUATED,
+        (fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators),
         instance_get_indicators(self, eventIndicators, nEventIndicators))
-FORWARD(GetContinuousStates, (fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates),
+FORWARD(GetContinuousStates, MODEL_EXCHANGE, EVALUATED,
+        (fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates),
         instance_get_states(self, continuousStates, nContinuousStates))
-FORWARD(GetNominalsOfContinuousStates, (fmi3Instance instance, fmi3Float64 nominals[], size_t nContinuousStates),
+FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, EVALUATED,
+        (fmi3Instance instance, fmi3Float64 nominals[], size_t nContinuousStates),
         instance_get_nominals(self, nominals, nContinuousStates))
 
 static Status put_number(Instance *self, size_t *to, size_t number)
@@ -496,15 +429,16 @@ static Status put_number(Instance *self, size_t *to, size_t number)
     return STATUS_OK;
 }
 
-FORWARD(GetNumberOfEventIndicators, (fmi3Instance instance, size_t *nEventIndicators),
+FORWARD(GetNumberOfEventIndicators, MODEL_EXCHANGE, ANY_STATE, (fmi3Instance instance, size_t *nEventIndicators),
         put_number(self, nEventIndicators, instance_count(CAUSALITY_INDICATOR)))
-FORWARD(GetNumberOfContinuousStates, (fmi3Instance instance, size_t *nContinuousStates),
+FORWARD(GetNumberOfContinuousStates, MODEL_EXCHANGE, ANY_STATE, (fmi3Instance instance, size_t *nContinuousStates),
         put_number(self, nContinuousStates, instance_count(CAUSALITY_STATE)))
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
-FORWARD(EnterStepMode, (fmi3Instance instance), instance_enter(self, STEP_MODE))
-FORWARD(GetOutputDerivatives, (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues),
+FORWARD(EnterStepMode, CO_SIMULATION, EVENT_MODE, (fmi3Instance instance), instance_enter(self, STEP_MODE))
+FORWARD(GetOutputDerivatives, CO_SIMULATION, STEP_MODE | TERMINATED | FAILED,
+        (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues),
         ((void)valueReferences, (void)nValueReferences, (void)orders, (void)values, (void)nValues,
          instance_fail(self, "no derivatives of outputs over time")))
 
@@ -515,7 +449,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     StepEnd end = {false, false};
     Status status;
 
-    BEGIN(DoStep)
+    BEGIN(DoStep, CO_SIMULATION, STEP_MODE)
     (void)noSetFMUStatePriorToCurrentPoint;
     if (self->event_mode || self->update != NULL) {
         status = instance_step_in_parts(self, currentCommunicationPoint, communicationStepSize, &end);

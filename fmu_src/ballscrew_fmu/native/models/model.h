@@ -65,13 +65,8 @@ void model_initial_event(Model *model);
 bool model_event(Model *model);
 void model_indicators(Model *model);
 
-/* Directional derivative of outputs and rates at the latched point and step: sensitivity[i] of unknowns[i] for seed[k]
-   of knowns[k], which are inputs, parameters or continuous states. 0 where the unknown does not change smoothly. Not in
-   every model. */
-void model_directional_derivative(Model *model, const int unknowns[], size_t unknown_count, const int knowns[],
-                                  size_t known_count, const double seed[], double sensitivity[]);
-
-/* Outputs computed with the derivative, for tests: equal to model_get. */
-void model_values_with_derivatives(const Model *model, double values[VARIABLE_COUNT]);
+/* Derivatives of outputs and rates at the latched point and step, along a direction of inputs, parameters and continuous
+   states. 0 where an output does not change smoothly. */
+void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], double slopes[VARIABLE_COUNT]);
 
 #endif

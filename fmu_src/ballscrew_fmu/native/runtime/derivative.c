@@ -1,39 +1,5 @@
-/* Directional and adjoint derivatives from the directional derivative of the model. */
+/* Directional and adjoint derivatives from the derivatives of the model along a direction. */
 #include "instance.h"
-
-/* One entry per variable, even if the importer gives it repeatedly, so that the size is bounded. */
-typedef struct {
-    int indices[VARIABLE_COUNT];
-    double seeds[VARIABLE_COUNT];
-    size_t count;
-} Seeded;
-
-static void add_seed(Seeded *seeded, int index, double seed)
-{
-    size_t i = 0;
-
-    while (i < seeded->count && seeded->indices[i] != index) {
-        ++i;
-    }
-    if (i == seeded->count) {
-        seeded->indices[seeded->count++] = index;
-        seeded->seeds[i] = 0.0;
-    }
-    seeded->seeds[i] += seed;
-}
-
-/* Sum over the unknowns: seed times derivative along one known. */
-static double along(Model *model, const Seeded *seeded, int known)
-{
-    const double one = 1.0;
-    double slopes[VARIABLE_COUNT], sum = 0.0;
-
-    model_directional_derivative(model, seeded->indices, seeded->count, &known, 1, &one, slopes);
-    for (size_t i = 0; i < seeded->count; ++i) {
-        sum += seeded->seeds[i] * slopes[i];
-    }
-    return sum;
-}
 
 static bool is_known(const Instance *instance, unsigned reference)
 {
@@ -61,7 +27,8 @@ Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t
                            const unsigned knowns[], size_t known_count, const double seed[], double sensitivity[],
                            bool adjoint)
 {
-    Seeded seeded;
+    Model *model = &instance->now.model;
+    double direction[VARIABLE_COUNT] = {0.0}, slopes[VARIABLE_COUNT];
 
     if ((unknown_count > 0 && unknowns == NULL) || (known_count > 0 && knowns == NULL)
         || ((adjoint ? unknown_count : known_count) > 0 && seed == NULL)
@@ -74,34 +41,30 @@ Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t
                                  "derivatives of states", unknowns[i]);
         }
     }
-    for (size_t i = 0; i < known_count; ++i) {
-        if (!is_known(instance, knowns[i])) {
+    for (size_t k = 0; k < known_count; ++k) {
+        if (!is_known(instance, knowns[k])) {
             return instance_fail(instance, "no derivatives along value reference %u; knowns are inputs and states",
-                                 knowns[i]);
+                                 knowns[k]);
         }
     }
     instance_follow(instance);
-    seeded.count = 0;
-    if (adjoint) {
+    for (size_t k = 0; adjoint && k < known_count; ++k) {
+        const unsigned along = instance_index(knowns[k]);
+        direction[along] = 1.0;
+        model_derivatives(model, direction, slopes);
+        direction[along] = sensitivity[k] = 0.0;
         for (size_t i = 0; i < unknown_count; ++i) {
-            add_seed(&seeded, (int)instance_index(unknowns[i]), seed[i]);
+            sensitivity[k] += seed[i] * slopes[instance_index(unknowns[i])];
         }
-        for (size_t i = 0; i < known_count; ++i) {
-            sensitivity[i] = along(&instance->now.model, &seeded, (int)instance_index(knowns[i]));
-        }
-        return STATUS_OK;
     }
-    for (size_t i = 0; i < known_count; ++i) {
-        add_seed(&seeded, (int)instance_index(knowns[i]), seed[i]);
+    for (size_t k = 0; !adjoint && k < known_count; ++k) {
+        direction[instance_index(knowns[k])] += seed[k];
     }
-    for (size_t first = 0; first < unknown_count; first += VARIABLE_COUNT) {
-        int indices[VARIABLE_COUNT];
-        size_t count = 0;
-        for (; count < VARIABLE_COUNT && first + count < unknown_count; ++count) {
-            indices[count] = (int)instance_index(unknowns[first + count]);
+    if (!adjoint) {
+        model_derivatives(model, direction, slopes);
+        for (size_t i = 0; i < unknown_count; ++i) {
+            sensitivity[i] = slopes[instance_index(unknowns[i])];
         }
-        model_directional_derivative(&instance->now.model, indices, count, seeded.indices, seeded.count,
-                                     seeded.seeds, sensitivity + first);
     }
     return STATUS_OK;
 }

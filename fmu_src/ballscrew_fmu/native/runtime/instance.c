@@ -7,11 +7,11 @@
 /* --- create and free --------------------------------------------------------------------------------------------- */
 
 /* Which map the results are from: that in the resources can be replaced. */
-static void report_map(const Instance *instance)
+static void report_map(Instance *instance)
 {
     const char *found = instance->map->identity.content_hash;
 
-    instance_inform(instance, "map %s, %s friction law", found, map_law_name(instance->map->law));
+    (void)instance_log(instance, STATUS_OK, "map %s, %s friction law", found, map_law_name(instance->map->law));
     if (strcmp(found, MODEL_MAP) != 0) {
         instance_warn(instance, "map %.12s replaces map %.12s, which the start values of the model description belong to",
              found, MODEL_MAP);

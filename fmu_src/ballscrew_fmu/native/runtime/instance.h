@@ -44,10 +44,10 @@ void instance_free(Instance *instance);
 Instance *instance_begin(void *handle, const Call *call);
 
 /* Messages (messages.c). Log and return: STATUS_ERROR, the instance has failed; or STATUS_DISCARD, nothing has changed. */
-Status instance_fail(Instance *instance, const char *format, ...);
-Status instance_discard(Instance *instance, const char *format, ...);
-void instance_warn(const Instance *instance, const char *format, ...);
-void instance_inform(const Instance *instance, const char *format, ...);
+Status instance_log(Instance *instance, Status status, const char *format, ...);
+#define instance_fail(instance, ...) instance_log(instance, STATUS_ERROR, __VA_ARGS__)
+#define instance_discard(instance, ...) instance_log(instance, STATUS_DISCARD, __VA_ARGS__)
+#define instance_warn(instance, ...) (void)instance_log(instance, STATUS_WARNING, __VA_ARGS__)
 bool instance_logs(const Instance *instance, Status status);
 #define ALL_CATEGORIES ((1U << CATEGORIES) - 1U)
 Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const categories[]);

@@ -14,54 +14,25 @@ bool instance_logs(const Instance *instance, Status status)
     return instance->logging && instance->importer.logger != NULL && (instance->categories >> status & 1U) != 0U;
 }
 
-static void log_message(const Instance *instance, Status status, const char *format, va_list arguments)
+Status instance_log(Instance *instance, Status status, const char *format, ...)
 {
     char message[MESSAGE_SIZE];
-    int used;
+    va_list arguments;
 
-    if (!instance_logs(instance, status)) {
-        return;
+    if (instance_logs(instance, status)) {
+        int used;
+        va_start(arguments, format);
+        used = vsnprintf(message, sizeof message, format, arguments);
+        va_end(arguments);
+        if (status > STATUS_WARNING && used >= 0 && (size_t)used < sizeof message) {
+            (void)snprintf(message + used, sizeof message - (size_t)used, " (%s)", instance->call);
+        }
+        instance->importer.emit(&instance->importer, instance->name, status, log_categories[status], message);
     }
-    used = vsnprintf(message, sizeof message, format, arguments);
-    if (status > STATUS_WARNING && used >= 0 && (size_t)used < sizeof message) {
-        (void)snprintf(message + used, sizeof message - (size_t)used, " (%s)", instance->call);
+    if (status == STATUS_ERROR) {
+        instance->now.state = FAILED;
     }
-    instance->importer.emit(&instance->importer, instance->name, status, log_categories[status], message);
-}
-
-Status instance_fail(Instance *instance, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    log_message(instance, STATUS_ERROR, format, arguments);
-    va_end(arguments);
-    instance->now.state = FAILED;
-    return STATUS_ERROR;
-}
-
-Status instance_discard(Instance *instance, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    log_message(instance, STATUS_DISCARD, format, arguments);
-    va_end(arguments);
-    return STATUS_DISCARD;
-}
-
-void instance_inform(const Instance *instance, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    log_message(instance, STATUS_OK, format, arguments);
-    va_end(arguments);
-}
-
-void instance_warn(const Instance *instance, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    log_message(instance, STATUS_WARNING, format, arguments);
-    va_end(arguments);
+    return status;
 }
 
 Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const wanted[])

@@ -92,18 +92,28 @@ double ballScrewMap_coulomb(void *map, double preload, double w, double T, doubl
     return model_get(model, HYSTERESIS_TORQUE) + model_get(model, SLIDING_TORQUE);
 }
 
+/* Slopes of all outputs along the rates of the inputs of a point. */
+static void derive(Model *model, double der_preload, double der_w, double der_T, double der_axialLoad,
+                   double slopes[VARIABLE_COUNT])
+{
+    double direction[VARIABLE_COUNT] = {0.0};
+
+    direction[PRELOAD] = der_preload;
+    direction[SPEED] = der_w;
+    direction[TEMPERATURE] = der_T;
+    direction[AXIAL_LOAD] = der_axialLoad;
+    model_derivatives(model, direction, slopes);
+}
+
 double ballScrewMap_coulombRate(void *map, double preload, double w, double T, double axialLoad,
                                 double netSlidingCoefficient, double breakawayFactor, double der_preload, double der_w,
                                 double der_T, double der_axialLoad)
 {
-    static const int parts[] = {HYSTERESIS_TORQUE, SLIDING_TORQUE};
-    static const int inputs[] = {PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD};
-    const double seed[] = {der_preload, w < 0.0 ? -der_w : der_w, der_T, der_axialLoad};
-    double rate[2];
+    double slopes[VARIABLE_COUNT];
 
-    model_directional_derivative(at_coulomb(map, preload, w, T, axialLoad, netSlidingCoefficient, breakawayFactor),
-                                 parts, 2, inputs, 4, seed, rate);
-    return rate[0] + rate[1];
+    derive(at_coulomb(map, preload, w, T, axialLoad, netSlidingCoefficient, breakawayFactor), der_preload,
+           w < 0.0 ? -der_w : der_w, der_T, der_axialLoad, slopes);
+    return slopes[HYSTERESIS_TORQUE] + slopes[SLIDING_TORQUE];
 }
 
 static Model *at_point(void *map, double preload, double w, double T, double axialLoad)
@@ -135,13 +145,11 @@ double ballScrewMap_viscousRate(void *map, double preload, double w, double T, d
                                 double apparentViscosityRatio, double roughnessHeight, double der_preload,
                                 double der_w, double der_T, double der_axialLoad)
 {
-    static const int viscous[] = {VISCOUS_TORQUE}, inputs[] = {PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD};
-    const double seed[] = {der_preload, der_w, der_T, der_axialLoad};
-    double rate;
+    double slopes[VARIABLE_COUNT];
 
-    model_directional_derivative(at_viscous(map, preload, w, T, axialLoad, apparentViscosityRatio, roughnessHeight),
-                                 viscous, 1, inputs, 4, seed, &rate);
-    return rate;
+    derive(at_viscous(map, preload, w, T, axialLoad, apparentViscosityRatio, roughnessHeight), der_preload, der_w,
+           der_T, der_axialLoad, slopes);
+    return slopes[VISCOUS_TORQUE];
 }
 
 double ballScrewMap_covered(void *map, double preload, double w, double T, double axialLoad)

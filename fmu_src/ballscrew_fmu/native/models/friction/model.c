@@ -454,35 +454,12 @@ void model_set_mean_power(Model *model, double mean)
 /* --- derivatives --- */
 
 /* A step is a function of the deflection at its start. */
-static void derive(const Model *model, const double direction[VARIABLE_COUNT], double values[VARIABLE_COUNT],
-                   double slopes[VARIABLE_COUNT])
+void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
     const Moment moment = moment_of(model);
     double at[VARIABLE_COUNT];
 
     memcpy(at, model->latched, sizeof at);
     at[PRESLIDING_DEFLECTION] = model->deflection_before;
-    outputs_along(model->map, at, direction, &moment, values, slopes);
-}
-
-void model_directional_derivative(Model *model, const int unknowns[], size_t unknown_count, const int knowns[],
-                                  size_t known_count, const double seed[], double sensitivity[])
-{
-    double direction[VARIABLE_COUNT] = {0.0}, values[VARIABLE_COUNT], slopes[VARIABLE_COUNT];
-
-    for (size_t k = 0; k < known_count; ++k) {
-        direction[knowns[k]] += seed[k];
-    }
-    derive(model, direction, values, slopes);
-    for (size_t i = 0; i < unknown_count; ++i) {
-        sensitivity[i] = slopes[unknowns[i]];
-    }
-}
-
-void model_values_with_derivatives(const Model *model, double values[VARIABLE_COUNT])
-{
-    const double direction[VARIABLE_COUNT] = {0.0};
-    double slopes[VARIABLE_COUNT];
-
-    derive(model, direction, values, slopes);
+    slopes_along(model->map, at, direction, &moment, slopes);
 }

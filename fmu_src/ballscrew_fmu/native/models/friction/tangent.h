@@ -1,4 +1,4 @@
-/* Outputs and rate of the friction FMU with their derivatives along one direction. */
+/* Derivatives of outputs and rate of the friction FMU along one direction. */
 #ifndef BALLSCREW_TANGENT_H
 #define BALLSCREW_TANGENT_H
 
@@ -20,7 +20,7 @@ typedef struct {
 } Moment;
 
 /* at: inputs, parameters and the bristle at the start of the step */
-void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
-                   const Moment *moment, double values[VARIABLE_COUNT], double slopes[VARIABLE_COUNT]);
+void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+                  const Moment *moment, double slopes[VARIABLE_COUNT]);
 
 #endif

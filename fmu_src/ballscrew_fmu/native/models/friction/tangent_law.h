@@ -1,13 +1,13 @@
-/* Outputs of a screw with friction in dual numbers, at a Point of the file that includes this. Tests compare the values
-   with model.c and the derivatives with differences. */
+/* Outputs of a screw with friction in dual numbers, at a Point of the file that includes this. Tests compare the
+   derivatives with differences of model.c. */
 #ifndef BALLSCREW_TANGENT_LAW_H
 #define BALLSCREW_TANGENT_LAW_H
 
 #include "nut_law.h"
 #include "tangent.h"
 
-void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
-                   const Moment *moment, double values[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
+void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+                  const Moment *moment, double slopes[VARIABLE_COUNT])
 {
     Number in[VARIABLE_COUNT], out[VARIABLE_COUNT], stiffness;
     Point point = {0};
@@ -42,7 +42,6 @@ void outputs_along(const Map *map, const double at[VARIABLE_COUNT], const double
     out[RANGE_MARGIN] = point_margin(map, &point, in);
     out[PRESLIDING_DEFLECTION_RATE] = bristle.rate;
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
-        values[i] = value_of(out[i]);
         slopes[i] = slope_of(out[i]);
     }
 }

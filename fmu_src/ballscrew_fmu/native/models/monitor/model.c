@@ -334,17 +334,13 @@ static double sensitivity_slope(const Model *model, const double direction[VARIA
     return (sensitivity[1] - sensitivity[0]) / (2.0 * h);
 }
 
-void model_directional_derivative(Model *model, const int unknowns[], size_t unknown_count, const int knowns[],
-                                  size_t known_count, const double seed[], double sensitivity[])
+void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
-    double direction[VARIABLE_COUNT] = {0.0}, slopes[VARIABLE_COUNT] = {0.0};
     const double *at = model->latched;
     Along speed, preload;
     double steep;
 
-    for (size_t k = 0; k < known_count; ++k) {
-        direction[knowns[k]] += seed[k];
-    }
+    memset(slopes, 0, VARIABLE_COUNT * sizeof *slopes);
     compute(model);
     speed = motion_along(model, direction);
     preload = preload_along(model, direction, speed);
@@ -356,7 +352,4 @@ void model_directional_derivative(Model *model, const int unknowns[], size_t unk
             (direction[TORQUE_UNCERTAINTY] - model->value[PRELOAD_HALF_WIDTH] * slopes[TORQUE_SENSITIVITY]) / steep;
     }
     slopes[LAMBDA_RATIO] = lambda_ratio_along(model->map, at, direction, preload).slope;
-    for (size_t i = 0; i < unknown_count; ++i) {
-        sensitivity[i] = slopes[unknowns[i]];
-    }
 }
