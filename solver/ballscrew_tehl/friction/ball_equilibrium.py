@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics.ball_motion import ContactMotion
+from ..physics.ball_motion import ContactMotion, rolling_motion
 from .equilibrium_kernels import AROUND, MOST_STEPS, RADIAL, Motion, equilibria
 
 Array = NDArray[np.float64]
@@ -63,7 +63,7 @@ def ball_equilibrium(motion: ContactMotion, speed: Array, axes: Array, traction:
                  axes : semi-axes of the pressure across and along rolling (n, c, 2) [m]
     Raises       ArithmeticError: a ball whose equilibrium was not found
     """
-    first = np.linalg.lstsq(motion.matrix.reshape(-1, 4), -motion.offset.reshape(-1), rcond=None)[0]
+    first = rolling_motion(motion)
     radius, weight = radial_nodes()
     moved = Motion(motion.matrix, motion.offset, motion.differential)
     power, q, steps = equilibria(moved, np.asarray(speed, dtype=float), axes, traction, radius, weight, first)

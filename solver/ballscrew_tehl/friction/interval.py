@@ -14,8 +14,8 @@ Zero fitted: kappa of the ball-ball part is one of the constants. Fitted: the co
 fit, mu_b, Lambda and kappa do not count as far as they enter through k, and the mean error of a point left out of the
 fit counts as the scatter of a normal quantity.
 
-A constant that the screw file states counts as known. The supply of the oil counts by K_rs, from that of grease to that
-of an oil bath; a flooded nut (0) is outside. Not in the interval: viscosity of the oil, the solver's error, seals; and
+A constant that the screw file states counts as known. The supply of the oil counts by the length of its inlet, from 3
+half-widths to flooded, uniform in 1/length. Not in the interval: viscosity of the oil, the solver's error, seals; and
 what a fit at other constants would take up of their effect, so that a fitted interval is rather too wide.
 """
 
@@ -83,8 +83,8 @@ def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
         stated = stated | {"roughness_height"}
     if friction.net_sliding_coefficient is not None:
         stated = stated | {"ball_thrust"}
-    if friction.inlet_films is not None:
-        stated = stated | {"replenishment_constant"}
+    if friction.replenishment_constant > 0.0:
+        stated = stated | {"supply_length"}
     return tuple(name for name in BOUNDED if name not in stated)
 
 
@@ -185,8 +185,7 @@ def torque_interval(
         value = bound.value
         if name == "ball_thrust":
             value = implied_thrust(friction_set.net_sliding_coefficient, parameters)
-        place = (value - bound.low) / (bound.high - bound.low)
-        moments[name] = uniform_moments(math.log(low / at), math.log(high / at), place)
+        moments[name] = uniform_moments(math.log(low / at), math.log(high / at), bound.place(value))
     if fit is not None:
         low, high = ends[FITTED_COEFFICIENT] = (
             torque({FITTED_COEFFICIENT: fit.low}), torque({FITTED_COEFFICIENT: fit.high})

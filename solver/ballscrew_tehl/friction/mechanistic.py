@@ -2,15 +2,14 @@
 
 T w = sum over balls and raceways (P_roll + P_shear + P_hysteresis) + sum over balls P_ball_ball, every part >= 0.
 
-P_roll        loss of the contact in pure rolling (contact.ContactResult.rolling_loss), times the factor of starvation
+P_roll        loss of the contact in pure rolling (contact.ContactResult.rolling_loss), times the factor of oil supply
 P_shear       spin, differential and helix slip with the shear stress of an Eyring oil limited at Lambda p, and of the
               asperities: the equilibrium of the ball gives its motion (ball_equilibrium)
 P_hysteresis  3/16 mu_hs Q b/r_b times the rolling speed (Zhao 2023, Eq. 18)
-P_ball_ball   neighbours slide on each other with twice the rolling speed and have no entrainment, so that no film parts
-              them: mu_b N 2 u_e. N is what a raceway can push a ball with: kappa ((1-f) Lambda + f mu_b) Q
+P_ball_ball   neighbours slide on each other with twice the speed of their surfaces (physics.ball_motion) and have no
+              entrainment, so that no film parts them: mu_b N times that speed. N = kappa Lambda Q times thrust_factor
 
-Fitted: kappa, as the one number 2 mu_b Lambda kappa that multiplies Q u_e (net_sliding_coefficient of the set). The
-share f of the asperities raises it at slow speed; over the value of a full film: thrust factor 1 + f (mu_b/Lambda - 1).
+Fitted: kappa, as the one number 2 mu_b Lambda kappa that multiplies Q u_e (net_sliding_coefficient of the set).
 
 Assumptions: only the load-carrying balls cost power, not those in the returns; balls touch each other without spacers;
 seals, grease churning and the returns are not modelled. The shear stress acts on the core of the pressure
@@ -30,14 +29,15 @@ from numpy.typing import NDArray
 from ..parameters.file import FOUR_POINT, FrictionParameters, Parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.units import RPM
-from ..physics.asperity import Roughness, film_asperity_share, typical_roughness
+from ..physics.asperity import asperity_share
 from ..physics.ball_law import contact_angle_at_ball_load
-from ..physics.ball_motion import contact_motion
+from ..physics.ball_motion import ContactMotion, contact_motion, neighbour_sliding
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import entrainment_speed
 from ..physics.load import nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
-from ..physics.rolling_resistance import replenishment_factor, starvation_factor
+from ..physics.rolling_resistance import replenishment_factor
+from ..physics.supply import supply_factor
 from .torque import TorqueParts, check_motion, hysteresis_sum
 
 Array = NDArray[np.float64]
@@ -89,13 +89,10 @@ class NutPowers(NamedTuple):
 UNLOADED_POWERS = NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
-def roughness_of(friction: FrictionParameters) -> Roughness:
-    """Roughness of the law: the height of the screw file, or that of BOUNDED."""
+def roughness_of(friction: FrictionParameters) -> float:
+    """Composite rms roughness [m] of the law: the height of the screw file, or that of BOUNDED."""
     height = friction.roughness_height
-    sigma = BOUNDED["roughness_height"].value if height is None else height
-    if sigma == 0.0:
-        return Roughness(0.0, 1.0, 1.0)
-    return typical_roughness(sigma, friction.asperity_product, friction.asperity_slenderness)
+    return BOUNDED["roughness_height"].value if height is None else height
 
 
 def ball_ball_coefficient(friction: FrictionParameters, thrust: float | None = None) -> float:
@@ -104,42 +101,63 @@ def ball_ball_coefficient(friction: FrictionParameters, thrust: float | None = N
     return 2.0 * friction.boundary_friction * friction.limiting_shear_coefficient * kappa
 
 
-def breakaway_factor(friction: FrictionParameters) -> float:
-    """Thrust factor where asperities carry all of the load, mu_b/Lambda, at least 1."""
-    return max(friction.boundary_friction / friction.limiting_shear_coefficient, 1.0)
+def thrust_factor(friction: FrictionParameters, share: Any) -> Any:
+    """Thrust of a ball on its neighbours with a share f of the load on asperities, over that in a full film.
 
+    Balls whose contact angles differ would run at different speeds. Their neighbours hold them, and both contacts creep:
+    elastically, sliding over a part of the contact. The creep is what it is; where the contact can transmit more, less of
+    it slides. So the thrust hardly rises with friction: 1.10 times where asperities carry all.
 
-def supply_factor(parameters: Parameters, speed: Any, temperature: Any) -> Any:
-    """Share of the flooded rolling loss that the oil supply leaves, by the replenishment or the meniscus of the file.
-
-    Source       replenishment: d, D of the angular contact bearing with this ball and pitch diameter, whose section
-                 D - d is the ball diameter over 0.3 (assumption: geometry of bearings, none for screws is known)
+    Parameters   share : f, float or array, 0 to 1
+    Returns      (2 - x Lambda/mu)/(2 - x), mu = (1-f) Lambda + f mu_b, x the creep over that at which a contact slides
+                 as a whole at Lambda: two contacts transmit 2 Lambda Q x (2 - x) = kappa Lambda Q
+    Source       Carter, Proc Roy Soc A 112 (1926) 151; Johnson, Contact Mechanics (1985), Eq. 8.48: of a creep xi a
+                 contact transmits mu Q y (2 - y), y = xi R/(mu b), up to 1. kappa: ball_thrust, or its value in BOUNDED
     """
-    friction, screw = parameters.friction, parameters.screw
-    if friction.inlet_films is not None:
-        return starvation_factor(friction.inlet_films)
-    if friction.replenishment_constant == 0.0:
-        return 1.0
-    oil = parameters.lubricant
-    nu = eta0(oil, temperature) / ambient_density(oil, temperature)
-    pitch, section = 2e3 * screw.nominal_radius, 1e3 * screw.ball_diameter / BALL_OVER_SECTION
-    return replenishment_factor(
-        friction.replenishment_constant, K_Z, np.asarray(speed) / RPM, 1e6 * nu, pitch - 0.5 * section,
-        pitch + 0.5 * section,
-    )  # fmt: skip
+    limit, kappa = friction.limiting_shear_coefficient, friction.ball_thrust
+    x = 1.0 - math.sqrt(max(1.0 - 0.5 * (BOUNDED["ball_thrust"].value if kappa is None else kappa), 0.0))
+    mu = limit + share * (friction.boundary_friction - limit)
+    return (2.0 - np.minimum(x * limit / mu, 1.0)) / (2.0 - x)
+
+
+def breakaway_factor(friction: FrictionParameters) -> float:
+    """thrust_factor where asperities carry all of the load, at least 1."""
+    return max(float(thrust_factor(friction, 1.0)), 1.0)
+
+
+def _supplied(
+    parameters: Parameters, raceway: str, load: float, speed: Array, temperature: Array, film: Array, loss: Array
+) -> Any:
+    """Rolling loss of a ball with the oil supply of the file over the flooded one; all but load (s, t).
+
+    Source       physics.supply, or SKF's replenishment: d, D of the angular contact bearing with this ball and pitch
+                 diameter, whose section D - d is the ball diameter over 0.3 (assumption: geometry of bearings)
+    """
+    friction, screw, oil = parameters.friction, parameters.screw, parameters.lubricant
+    viscosity = eta0(oil, temperature)
+    if friction.replenishment_constant > 0.0:
+        nu = viscosity / ambient_density(oil, temperature)
+        pitch, section = 2e3 * screw.nominal_radius, 1e3 * screw.ball_diameter / BALL_OVER_SECTION
+        return replenishment_factor(
+            friction.replenishment_constant, K_Z, speed / RPM, 1e6 * nu, pitch - 0.5 * section, pitch + 0.5 * section
+        )
+    R_x, R_y = reduced_radii(screw, float(contact_angle_at_ball_load(screw, load)), raceway)
+    b = ellipse(load, R_x, R_y, E_prime(screw)).b
+    u_e = entrainment_speed(screw, speed)
+    return supply_factor(friction.supply_length, loss, u_e, viscosity, film, b, R_x, R_y)
 
 
 def law_constants(parameters: Parameters) -> dict[str, float | None]:
     """Everything but screw and contacts that the arrays of a map depend on, by name."""
-    friction, rough = parameters.friction, roughness_of(parameters.friction)
+    friction = parameters.friction
     return {
-        "roughness_height": rough.sigma,
+        "roughness_height": roughness_of(friction),
         "eyring_stress": parameters.lubricant.eyring_stress,
         **{
             name: getattr(friction, name)
             for name in (
-                "limiting_shear_coefficient", "boundary_friction", "asperity_product", "asperity_slenderness",
-                "hysteresis_coefficient", "replenishment_constant", "inlet_films",
+                "limiting_shear_coefficient", "boundary_friction", "asperity_film_ratio", "hysteresis_coefficient",
+                "ball_thrust", "supply_length", "replenishment_constant",
             )
         },
     }  # fmt: skip
@@ -171,7 +189,7 @@ def nut_powers(
     Returns      NutPowers with parts (s, t), floats for a single point
     Raises       ValueError: load or speed out of range;  ArithmeticError: equilibrium of a ball not found
     Source       head of this module; the shear of the mean ball stands for all, with the power 4/3 of the load: the
-                 loads of one nut differ by some percent. Oversize balls: a ball has one motion between all its flanks,
+                 loads of one nut differ by some percent; so does the supply of its oil. Oversize balls: a ball has one motion between all its flanks,
                  and of its shear those of this nut count
     """
     loads = np.asarray(loads, dtype=float)
@@ -188,35 +206,26 @@ def nut_powers(
     means = [mean]
     if screw.preload_kind == FOUR_POINT and np.any(others > 0.0):
         means.append(mean_load(others[others > 0.0]))
+    columns = [_columns(parameters, load, speed, temperature, contacts) for load in means]
     rolling = {
-        raceway: rolling_torque(parameters, raceway, loads, speed, temperature, contacts)
+        raceway: columns[0][raceway]["supplied"].reshape(speed.shape)
+        * contacts.value(raceway, "rolling_loss", loads, speed[:, :1], temperature[0]).sum(axis=0)
+        / speed
         for raceway in RACEWAYS
     }
-    columns = [_columns(parameters, load, speed, temperature, contacts) for load in means]
-    shear = _shear(parameters, means, speed, columns) * np.sum((loads / mean) ** SHEAR_EXPONENT) / speed
+    motion = contact_motion(screw, [float(contact_angle_at_ball_load(screw, load)) for load in means])
+    shear = _shear(parameters, motion, speed, columns) * np.sum((loads / mean) ** SHEAR_EXPONENT) / speed
     share = np.mean([columns[0][raceway]["share"] for raceway in RACEWAYS], axis=0).reshape(speed.shape)
-    thrust = 1.0 + share * (breakaway_factor(friction) - 1.0)
+    thrust = thrust_factor(friction, share)
     u = float(entrainment_speed(screw, 1.0))
     single = speed.size == 1
     screw_side, nut_side, sheared, raised, on_asperities = (
         float(part[0, 0]) if single else part
         for part in (rolling["screw"], rolling["nut"], shear, thrust, share)
     )
-    hysteresis, ball_ball = u * hysteresis_sum(parameters, loads), u * float(loads.sum())
+    hysteresis = u * hysteresis_sum(parameters, loads)
+    ball_ball = u * neighbour_sliding(screw, motion) * float(loads.sum())
     return NutPowers(screw_side, nut_side, sheared, raised, hysteresis, ball_ball, on_asperities)
-
-
-def rolling_torque(
-    parameters: Parameters,
-    raceway: str,
-    loads: Array,
-    speed: Array,
-    temperature: Array,
-    contacts: ContactValues,
-) -> Array:
-    """Rolling torque of one raceway of a nut (s, t) [N.m]; loads (n,) > 0; speed, temperature (s, t)."""
-    lost = contacts.value(raceway, "rolling_loss", loads, speed[:, :1], temperature[0]).sum(axis=0)
-    return np.asarray(supply_factor(parameters, speed, temperature) * lost / speed)
 
 
 def core_half_width(of_area: Array, R_x: float) -> Array:
@@ -231,20 +240,20 @@ def core_half_width(of_area: Array, R_x: float) -> Array:
 def _columns(
     parameters: Parameters, load: float, speed: Array, temperature: Array, contacts: ContactValues
 ) -> dict[str, dict[str, Array]]:
-    """What the shear of both raceways follows from at one ball load, by raceway; points of (s, t) in one column."""
+    """What shear and oil supply of both raceways follow from at one ball load, by raceway; (s, t) in one column."""
     # imports numba, which what only reads a map does without
     from .ball_equilibrium import radial_nodes
 
     screw, oil = parameters.screw, parameters.lubricant
     angle = float(contact_angle_at_ball_load(screw, load))
-    rough, radius = roughness_of(parameters.friction), radial_nodes()[0]
+    friction, radius = parameters.friction, radial_nodes()[0]
     columns: dict[str, dict[str, Array]] = {}
     for raceway in RACEWAYS:
         found = {
             name: np.broadcast_to(
                 contacts.value(raceway, name, np.array([load]), speed[:, :1], temperature[0])[0], speed.shape
             ).ravel()
-            for name in QUANTITIES[1:]
+            for name in QUANTITIES
         }
         pressure, film = found["core_pressure"], found["thermal_central_film"]
         # as long across rolling as the Hertz ellipse, the core loses its width in front
@@ -252,10 +261,12 @@ def _columns(
         a = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
         b = core_half_width(found["core_area"] / (math.pi * a), R_x)
         warm = temperature.ravel() + found["mean_rise"]
+        at = load, speed.ravel(), temperature.ravel(), film, found["rolling_loss"]
         columns[raceway] = {
             "pressure": pressure,
             "film": film,
-            "share": film_asperity_share(rough, E_prime(screw), film, 2.0 / 3.0 * pressure),
+            "share": asperity_share(film, roughness_of(friction), friction.asperity_film_ratio),
+            "supplied": np.broadcast_to(_supplied(parameters, raceway, *at), film.shape),
             "viscosity": viscosity(oil, pressure[:, None] * np.sqrt(1.0 - radius**2), warm[:, None]),
             "axes": np.stack([np.full(b.size, a), b], axis=-1),
         }
@@ -264,18 +275,17 @@ def _columns(
 
 def _shear(
     parameters: Parameters,
-    means: Sequence[float],
+    motion: ContactMotion,
     speed: Array,
     columns: Sequence[Mapping[str, Mapping[str, Array]]],
 ) -> Array:
     """Shear power (s, t) [W] of the mean ball in the contacts of the first of its loaded diagonals.
 
-    Parameters   means : ball load of each of the diagonals, one or two [N];  columns : of each, see _columns
+    Parameters   motion : of the contacts;  columns : of each of the diagonals, one or two, see _columns
     """
     from .ball_equilibrium import Traction, ball_equilibrium
 
-    screw, friction = parameters.screw, parameters.friction
-    motion = contact_motion(screw, [float(contact_angle_at_ball_load(screw, load)) for load in means])
+    friction = parameters.friction
     contacts = [diagonal[raceway] for raceway in RACEWAYS for diagonal in columns]
     column = {name: np.stack([one[name] for one in contacts], axis=1) for name in contacts[0]}
     traction = Traction(
@@ -283,7 +293,7 @@ def _shear(
         friction.limiting_shear_coefficient, friction.boundary_friction,
     )  # fmt: skip
     balls = ball_equilibrium(motion, speed.ravel(), column["axes"], traction)
-    return np.asarray(balls.power[:, :: len(means)].sum(axis=1).reshape(speed.shape))
+    return np.asarray(balls.power[:, :: len(columns)].sum(axis=1).reshape(speed.shape))
 
 
 def nuts_powers(

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial import KDTree
 from scipy.stats import qmc
 
-from ..friction.mechanistic import ball_ball_coefficient, supply_factor
+from ..friction.mechanistic import ball_ball_coefficient
 from ..parameters.file import Parameters
 from ..physics.ball_formula import film_formula
 from ..physics.kinematics import entrainment_speed
@@ -97,10 +97,10 @@ def rolling_weight(parameters: Parameters, range_: ContactRange, points: Array, 
     """Weight of the relative error of the rolling loss (n,) [W] at points (n, 3): at most its part in the friction.
 
     The friction of a ball is taken as the rolling of both raceways and what it pushes its neighbours with; shear and
-    hysteresis lower the part.
+    hysteresis lower the part, and so does a supply that is not flooded.
     """
-    load, speed, temperature = points.T
-    rolling = 2.0 * supply_factor(parameters, speed, temperature) * loss
+    load, speed, _ = points.T
+    rolling = 2.0 * loss
     neighbours = (
         ball_ball_coefficient(parameters.friction) * load * entrainment_speed(parameters.screw, speed)
     )

@@ -29,11 +29,10 @@ NOT_IN_MAP = (
     # of the mechanistic law: the map is summed anew where they differ from its header
     "limiting_shear_coefficient",
     "boundary_friction",
-    "asperity_product",
-    "asperity_slenderness",
+    "asperity_film_ratio",
     "ball_thrust",
+    "supply_length",
     "replenishment_constant",
-    "inlet_films",
 )
 #: other ways to give parameters; the values that follow from them are part of the identity instead
 GIVEN_BY = {

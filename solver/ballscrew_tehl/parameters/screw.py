@@ -176,8 +176,7 @@ class FrictionParameters(Table):
     ball_rq: float | None = quantity("length", "rms roughness of the balls", default=None, ge=0, le=1e-4)
     limiting_shear_coefficient: float = bounded("limiting_shear_coefficient", ge=1e-3, le=0.5)
     boundary_friction: float = bounded("boundary_friction", ge=1e-3, le=1)
-    asperity_product: float = bounded("asperity_product", ge=1e-3, le=1)
-    asperity_slenderness: float = bounded("asperity_slenderness", ge=1e-6, le=1)
+    asperity_film_ratio: float = bounded("asperity_film_ratio", ge=0.05, le=5)
     ball_thrust: float | None = Field(
         default=None,
         ge=0,
@@ -185,13 +184,11 @@ class FrictionParameters(Table):
         description="instead of net_sliding_coefficient, which is 2 boundary_friction limiting_shear_coefficient times "
         "it, mechanistic only: " + BOUNDED["ball_thrust"].meaning,
     )
-    replenishment_constant: float = bounded("replenishment_constant", ge=0, le=1e-6)
-    inlet_films: float | None = Field(
-        default=None,
-        ge=2,
-        le=1e6,
-        description="gap at the meniscus of a starved inlet over the film, in place of replenishment_constant",
-    )
+    supply_length: float = bounded("supply_length", ge=2)
+    replenishment_constant: float = Field(
+        default=0.0, ge=0, le=1e-6,
+        description="K_rs of SKF, 6e-8 grease or oil-air, 3e-8 low oil bath, in place of supply_length, mechanistic only",
+    )  # fmt: skip
     roughness_height: float | None = quantity(
         "length", "override of the set; default: composite of raceway_rq and ball_rq, if given",
         default_factory=lambda d: _composite_roughness(d), ge=0, le=1e-4,
@@ -205,10 +202,9 @@ class FrictionParameters(Table):
         return self
 
     @model_validator(mode="after")
-    def _one_law_of_starvation(self) -> FrictionParameters:
-        given = "replenishment_constant" in self.model_fields_set and self.replenishment_constant > 0.0
-        if given and self.inlet_films is not None:
-            raise FieldError("inlet_films", "no entry with replenishment_constant", "choose one of both")
+    def _one_supply(self) -> FrictionParameters:
+        if self.replenishment_constant > 0.0 and "supply_length" in self.model_fields_set:
+            raise FieldError("replenishment_constant", "no entry with supply_length", "choose one of both")
         return self
 
     @model_validator(mode="after")

@@ -73,23 +73,6 @@ def biboulet_houpert_point(
     return RollingForce((rigid - elastic) / (1.0 + M / _TRANSITION) + elastic, rigid, elastic, M)
 
 
-def starvation_factor(inlet_ratio: Any) -> Any:
-    """Reduction of the rolling resistance by an inlet that ends at a meniscus.
-
-    Parameters   inlet_ratio : S, float or array, >= 2, gap at the meniscus over the flooded minimum film
-    Returns      F_R/F_R flooded, 0.2 to 1
-    Raises       ValueError: below 2 or not finite
-    Validity     one curve for rigid and elastic line contacts; 0.01 to 0.1 off the direct integration of the rigid one
-    Source       Biboulet & Houpert, Proc IMechE J 224 (2010) 765, Eq. (44) [read, one source]
-    Example
-        >>> round(float(starvation_factor(12.0)), 3)
-        0.564
-    """
-    S = np.asarray(inlet_ratio, dtype=float)
-    needs((S >= 2.0) & np.isfinite(S), "inlet_ratio", inlet_ratio, ">= 2")
-    return (S * S + 162.8 * S) / (S * S + 193.1 * S + 1257.0)
-
-
 def replenishment_factor(
     K_rs: float, K_z: float, speed_rpm: Any, viscosity_mm2_s: Any, bore_mm: float, outer_mm: float
 ) -> Any:

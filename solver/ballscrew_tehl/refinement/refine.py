@@ -92,8 +92,8 @@ def map_parameters(header: Mapping[str, Any]) -> Parameters:
         friction["set"] = (
             MECHANISTIC if header.get("law") == MECHANISTIC else friction.get("set", "three_parameter")
         )
-        if friction["inlet_films"] is not None:
-            del friction["replenishment_constant"]
+        if friction["replenishment_constant"] > 0.0:
+            del friction["supply_length"]
     if oil.get("viscosity_law") == "astm_d341":
         del oil["viscosity"]  # follows from the two points
     return Parameters.model_validate_json(json.dumps(content))

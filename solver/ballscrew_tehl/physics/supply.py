@@ -1,0 +1,73 @@
+"""Oil supply by geometry: what a rolling contact loses where oil begins a stated length before it.
+
+The flooded loss is that of oil as far as R_x before the contact. Lengths along rolling are in Hertz half-widths b.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .bounds import needs
+
+Array = NDArray[np.float64]
+
+#: supply length of a flooded contact
+FLOODED = np.inf
+#: Gauss nodes along and across rolling of the inlet that holds no oil: 2e-4 of its loss
+NODES_ALONG, NODES_ACROSS = 5, 8
+#: least factor: maps store logarithms
+LEAST_FACTOR = 1e-4
+
+
+def hertz_gap(length: Any, b: Any, R_x: Any) -> Any:
+    """Gap of the flattened bodies [m] a length [b] >= 1 before the middle of a Hertz contact, across from it.
+
+    Source       line contact, Johnson, Contact Mechanics (1985), Eq. 4.44 with 4.22: within 2 % of the exact one of
+                 ellipses with a >= 4 b
+    """
+    root = np.sqrt(length**2 - 1.0)
+    return 0.5 * b**2 / R_x * (length * root - np.log(length + root))
+
+
+def missing_loss(length: float, u_e: Any, eta0: Any, film: Any, b: Any, R_x: Any, R_y: Any) -> Array:
+    """Loss [W] of the oil that a flooded contact has between R_x and the supply length before it, without heat.
+
+    Parameters   length [b];  u_e [m/s], eta0 [Pa s], film: central [m], b, R_x, R_y [m]: broadcast, > 0
+    Source       derived: with the pressure p = c |x|/h^2 of a wide inlet, c = 12 eta0 u_e/(3 + 2 R_x/R_y)
+                 (contact.integrals.resistance_beyond), u_e int h dp/dx dA over X < -x < R_x, |y| < R_x. Gap h: parabolas
+                 above the flattened bodies at X
+    """
+    t, along = (0.5 * v for v in np.polynomial.legendre.leggauss(NODES_ALONG))
+    s, across = (0.5 * v for v in np.polynomial.legendre.leggauss(NODES_ACROSS))
+    u_e, eta0, film, b, R_x, R_y = (np.asarray(v, float)[..., None, None] for v in (u_e, eta0, film, b, R_x, R_y))
+    X = np.minimum(length * b, R_x)
+    t, s = (t + 0.5)[:, None], s + 0.5
+    x, y = X * (R_x / X) ** t, R_x * s**2
+    h = 0.5 * (x**2 - X**2) / R_x + 0.5 * y**2 / R_y + film + hertz_gap(X / b, b, R_x)
+    area = along[:, None] * x * np.log(R_x / X) * across * 4.0 * R_x * s
+    c = 12.0 * eta0 * u_e / (3.0 + 2.0 * R_x / R_y)
+    return np.asarray((u_e * c * (2.0 * x**2 / (R_x * h**2) - 1.0 / h) * area).sum(axis=(-2, -1)))
+
+
+def supply_factor(
+    length: float, loss: Any, u_e: Any, eta0: Any, film: Any, b: Any, R_x: Any, R_y: Any
+) -> Any:
+    """Rolling loss with oil from a supply length on, over the flooded one.
+
+    Parameters   length: [b], >= 2; FLOODED and lengths beyond R_x: 1;  loss: flooded, with heat [W];  others as
+                 missing_loss, u_e, eta0 and film of the inlet
+    Returns      (1 - q/3)^3 with q = missing_loss/loss, at least LEAST_FACTOR; broadcast
+    Raises       ValueError: length below 2
+    Validity     M >= 50. 19 thermal solves with that inlet, M 53 to 24,000: mean and largest error of the loss 0 and
+                 13 % at 6 b, -1 and 6 % at 10 b, +10 and 61 % at 3 b (light hot contacts). The film is that of the
+                 flooded contact: the starved one is thinner by h_c/(2 (h_c + hertz_gap)), 5 % at most at 6 b
+    Source       the cube is an assumption of form: powers 2, 3, 4 and the exponential were compared with these solves
+    """
+    needs(length >= 2.0, "supply_length", length, ">= 2 half-widths")
+    if length == FLOODED:
+        return np.ones(np.broadcast(loss, u_e, eta0, film, b, R_x, R_y).shape)[()]
+    share = 1.0 - missing_loss(length, u_e, eta0, film, b, R_x, R_y) / (3.0 * np.asarray(loss))
+    return np.maximum(share, LEAST_FACTOR ** (1.0 / 3.0)) ** 3
