@@ -63,9 +63,9 @@ BOUNDED: dict[str, BoundedConstant] = {
         "Zhao 2023, Table 1 [read]; rolling of bearing steel 0.005 to 0.012 [code, memory]",
     ),
     "ball_thrust": BoundedConstant(
-        1.0, 0.17, 1.5, "1", "thrust between neighbouring balls over the traction limit Lambda Q of one contact, kappa",
-        "assumption: what pushes a ball is at most the traction of its contacts, 2 Lambda Q; contact angles that run out "
-        "by 0.5 deg: 0.17 to 0.68 (own estimate); no published value found",
+        1.0, 0.34, 1.5, "1", "thrust between neighbouring balls over the traction limit Lambda Q of one contact, kappa",
+        "assumption: what pushes a ball is at most the traction of its contacts, 2 Lambda Q. Low end: middle of an own "
+        "estimate, 0.17 to 0.68, from contact angles that run out by 0.5 deg; no published value found",
     ),
 }  # fmt: skip
 
