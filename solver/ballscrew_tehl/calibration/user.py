@@ -232,7 +232,7 @@ def _number_notes(found: FrictionSet, parameters: Parameters) -> list[str]:
     if not found.net_sliding_coefficient > 0.0:
         notes.append(
             "net_sliding_coefficient = 0: the computed rolling loss and shear alone exceed the measured torque: check "
-            "unit and sign of the torque, preload, oil (viscosity, temperature) and its supply (replenishment_constant)"
+            "unit and sign of the torque, preload, oil (viscosity, temperature) and its supply (supply_length)"
         )
     return notes
 

@@ -196,8 +196,8 @@ COMMANDS = {
         _option("file", "a new file", "FILE.toml"),
         _choice("--oil", OILS, "how the oil is given: by two viscosities or by ISO grade and viscosity index (default "
                 "%(default)s)", default=OILS[0]),
-        _choice("--lubricant", LUBRICANTS, "grease: base oil by grade, NLGI grade and the replenishment of a grease "
-                "(default %(default)s)", default=LUBRICANTS[0]),
+        _choice("--lubricant", LUBRICANTS, "grease: base oil by grade, NLGI grade (default %(default)s)",
+                default=LUBRICANTS[0]),
         JSON,
     )),
     "oil": Command("viscosity, density and pressure-viscosity coefficient of an oil", "oil.run_oil", (

@@ -37,7 +37,7 @@ from ..physics.kinematics import entrainment_speed
 from ..physics.load import nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
 from ..physics.rolling_resistance import replenishment_factor
-from ..physics.supply import supply_factor
+from ..physics.supply import FLOODED, supply_factor
 from .torque import TorqueParts, check_motion, hysteresis_sum
 
 Array = NDArray[np.float64]
@@ -104,20 +104,21 @@ def ball_ball_coefficient(friction: FrictionParameters, thrust: float | None = N
 def thrust_factor(friction: FrictionParameters, share: Any) -> Any:
     """Thrust of a ball on its neighbours with a share f of the load on asperities, over that in a full film.
 
-    Balls whose contact angles differ would run at different speeds. Their neighbours hold them, and both contacts creep:
-    elastically, sliding over a part of the contact. The creep is what it is; where the contact can transmit more, less of
-    it slides. So the thrust hardly rises with friction: 1.10 times where asperities carry all.
+    Balls whose contact angles differ would run at different speeds. Their neighbours hold them, and both contacts
+    creep: elastically, sliding over a part of the contact. The creep is given by the angles; where the contact can
+    transmit more, less of it slides. So the thrust hardly rises with friction: 1.10 times where asperities carry all.
 
     Parameters   share : f, float or array, 0 to 1
-    Returns      (2 - x Lambda/mu)/(2 - x), mu = (1-f) Lambda + f mu_b, x the creep over that at which a contact slides
-                 as a whole at Lambda: two contacts transmit 2 Lambda Q x (2 - x) = kappa Lambda Q
+    Returns      (2 - y)/(2 - x) with y = x Lambda/mu up to 1, mu = (1-f) Lambda + f mu_b, x the creep over that at
+                 which a contact slides as a whole at Lambda: two contacts transmit 2 Lambda Q x (2 - x) = kappa Lambda
+                 Q. Beyond y = 1 all slides: mu/(Lambda x (2 - x))
     Source       Carter, Proc Roy Soc A 112 (1926) 151; Johnson, Contact Mechanics (1985), Eq. 8.48: of a creep xi a
                  contact transmits mu Q y (2 - y), y = xi R/(mu b), up to 1. kappa: ball_thrust, or its value in BOUNDED
     """
     limit, kappa = friction.limiting_shear_coefficient, friction.ball_thrust
     x = 1.0 - math.sqrt(max(1.0 - 0.5 * (BOUNDED["ball_thrust"].value if kappa is None else kappa), 0.0))
-    mu = limit + share * (friction.boundary_friction - limit)
-    return (2.0 - np.minimum(x * limit / mu, 1.0)) / (2.0 - x)
+    y = x * limit / (limit + share * (friction.boundary_friction - limit))
+    return (2.0 - np.minimum(y, 1.0)) / ((2.0 - x) * np.maximum(y, 1.0))
 
 
 def breakaway_factor(friction: FrictionParameters) -> float:
@@ -126,31 +127,45 @@ def breakaway_factor(friction: FrictionParameters) -> float:
 
 
 def _supplied(
-    parameters: Parameters, raceway: str, load: float, speed: Array, temperature: Array, film: Array, loss: Array
+    parameters: Parameters,
+    raceway: str,
+    load: float,
+    speed: Array,
+    temperature: Array,
+    contacts: ContactValues,
 ) -> Any:
-    """Rolling loss of a ball with the oil supply of the file over the flooded one; all but load (s, t).
+    """Rolling loss of a ball with the oil supply of the file over the flooded one (s, t).
 
     Source       physics.supply, or SKF's replenishment: d, D of the angular contact bearing with this ball and pitch
                  diameter, whose section D - d is the ball diameter over 0.3 (assumption: geometry of bearings)
     """
     friction, screw, oil = parameters.friction, parameters.screw, parameters.lubricant
-    viscosity = eta0(oil, temperature)
+    inlet = eta0(oil, temperature)
     if friction.replenishment_constant > 0.0:
-        nu = viscosity / ambient_density(oil, temperature)
+        nu = inlet / ambient_density(oil, temperature)
         pitch, section = 2e3 * screw.nominal_radius, 1e3 * screw.ball_diameter / BALL_OVER_SECTION
         return replenishment_factor(
-            friction.replenishment_constant, K_Z, speed / RPM, 1e6 * nu, pitch - 0.5 * section, pitch + 0.5 * section
+            friction.replenishment_constant,
+            K_Z,
+            speed / RPM,
+            1e6 * nu,
+            pitch - 0.5 * section,
+            pitch + 0.5 * section,
         )
     R_x, R_y = reduced_radii(screw, float(contact_angle_at_ball_load(screw, load)), raceway)
     b = ellipse(load, R_x, R_y, E_prime(screw)).b
+    loss, film = (
+        contacts.value(raceway, name, np.array([load]), speed[:, :1], temperature[0])[0]
+        for name in ("rolling_loss", "thermal_central_film")
+    )
     u_e = entrainment_speed(screw, speed)
-    return supply_factor(friction.supply_length, loss, u_e, viscosity, film, b, R_x, R_y)
+    return supply_factor(friction.supply_length, loss, u_e, inlet, film, b, R_x, R_y)
 
 
 def law_constants(parameters: Parameters) -> dict[str, float | None]:
-    """Everything but screw and contacts that the arrays of a map depend on, by name."""
+    """Everything but screw and contacts that the arrays of a map depend on, by name; None: flooded, as in JSON."""
     friction = parameters.friction
-    return {
+    constants = {
         "roughness_height": roughness_of(friction),
         "eyring_stress": parameters.lubricant.eyring_stress,
         **{
@@ -161,6 +176,7 @@ def law_constants(parameters: Parameters) -> dict[str, float | None]:
             )
         },
     }  # fmt: skip
+    return {name: None if value == FLOODED else value for name, value in constants.items()}
 
 
 def mean_load(loads: Array) -> float:
@@ -188,9 +204,9 @@ def nut_powers(
                  opposed : oversize balls: (n,) on the other flanks [N], >= 0; None: as on these
     Returns      NutPowers with parts (s, t), floats for a single point
     Raises       ValueError: load or speed out of range;  ArithmeticError: equilibrium of a ball not found
-    Source       head of this module; the shear of the mean ball stands for all, with the power 4/3 of the load: the
-                 loads of one nut differ by some percent; so does the supply of its oil. Oversize balls: a ball has one motion between all its flanks,
-                 and of its shear those of this nut count
+    Source       head of this module; the shear of the mean ball stands for all, with the power 4/3 of the load, and so
+                 does its oil supply: the loads of one nut differ by some percent. Oversize balls: a ball has one motion
+                 between all its flanks, and of its shear those of this nut count
     """
     loads = np.asarray(loads, dtype=float)
     others = loads if opposed is None else np.asarray(opposed, dtype=float)
@@ -206,13 +222,11 @@ def nut_powers(
     means = [mean]
     if screw.preload_kind == FOUR_POINT and np.any(others > 0.0):
         means.append(mean_load(others[others > 0.0]))
-    columns = [_columns(parameters, load, speed, temperature, contacts) for load in means]
     rolling = {
-        raceway: columns[0][raceway]["supplied"].reshape(speed.shape)
-        * contacts.value(raceway, "rolling_loss", loads, speed[:, :1], temperature[0]).sum(axis=0)
-        / speed
+        raceway: rolling_torque(parameters, raceway, loads, speed, temperature, contacts)
         for raceway in RACEWAYS
     }
+    columns = [_columns(parameters, load, speed, temperature, contacts) for load in means]
     motion = contact_motion(screw, [float(contact_angle_at_ball_load(screw, load)) for load in means])
     shear = _shear(parameters, motion, speed, columns) * np.sum((loads / mean) ** SHEAR_EXPONENT) / speed
     share = np.mean([columns[0][raceway]["share"] for raceway in RACEWAYS], axis=0).reshape(speed.shape)
@@ -228,6 +242,20 @@ def nut_powers(
     return NutPowers(screw_side, nut_side, sheared, raised, hysteresis, ball_ball, on_asperities)
 
 
+def rolling_torque(
+    parameters: Parameters,
+    raceway: str,
+    loads: Array,
+    speed: Array,
+    temperature: Array,
+    contacts: ContactValues,
+) -> Array:
+    """Rolling torque of one raceway of a nut (s, t) [N.m]; loads (n,) > 0; speed, temperature (s, t)."""
+    lost = contacts.value(raceway, "rolling_loss", loads, speed[:, :1], temperature[0]).sum(axis=0)
+    supplied = _supplied(parameters, raceway, mean_load(loads), speed, temperature, contacts)
+    return np.asarray(supplied * lost / speed)
+
+
 def core_half_width(of_area: Array, R_x: float) -> Array:
     """Half-width along rolling of the core [m], below R_x: of_area as its area gives it [m].
 
@@ -240,7 +268,7 @@ def core_half_width(of_area: Array, R_x: float) -> Array:
 def _columns(
     parameters: Parameters, load: float, speed: Array, temperature: Array, contacts: ContactValues
 ) -> dict[str, dict[str, Array]]:
-    """What shear and oil supply of both raceways follow from at one ball load, by raceway; (s, t) in one column."""
+    """What the shear of both raceways follows from at one ball load, by raceway; points of (s, t) in one column."""
     # imports numba, which what only reads a map does without
     from .ball_equilibrium import radial_nodes
 
@@ -253,7 +281,7 @@ def _columns(
             name: np.broadcast_to(
                 contacts.value(raceway, name, np.array([load]), speed[:, :1], temperature[0])[0], speed.shape
             ).ravel()
-            for name in QUANTITIES
+            for name in QUANTITIES[1:]
         }
         pressure, film = found["core_pressure"], found["thermal_central_film"]
         # as long across rolling as the Hertz ellipse, the core loses its width in front
@@ -261,12 +289,10 @@ def _columns(
         a = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
         b = core_half_width(found["core_area"] / (math.pi * a), R_x)
         warm = temperature.ravel() + found["mean_rise"]
-        at = load, speed.ravel(), temperature.ravel(), film, found["rolling_loss"]
         columns[raceway] = {
             "pressure": pressure,
             "film": film,
             "share": asperity_share(film, roughness_of(friction), friction.asperity_film_ratio),
-            "supplied": np.broadcast_to(_supplied(parameters, raceway, *at), film.shape),
             "viscosity": viscosity(oil, pressure[:, None] * np.sqrt(1.0 - radius**2), warm[:, None]),
             "axes": np.stack([np.full(b.size, a), b], axis=-1),
         }

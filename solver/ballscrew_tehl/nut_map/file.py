@@ -52,7 +52,7 @@ Array = NDArray[np.float64]
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
 #: another one also if the coordinates and formulas change that the kriging of a header holds for (contact_map)
-FILE_FORMAT = 7
+FILE_FORMAT = 8
 #: first bytes of a netCDF file that scipy writes
 MAGIC = b"CDF"
 #: name of the packaged map of the mechanistic set
@@ -344,7 +344,7 @@ def _defaults(friction: FrictionSet, parameters: Parameters) -> tuple[float, ...
     if friction.film_model != MECHANISTIC:
         return (*friction.values, 1.0)
     ratio, net, _ = friction.values
-    return ratio, net, roughness_of(parameters.friction).sigma, breakaway_factor(parameters.friction)
+    return ratio, net, roughness_of(parameters.friction), breakaway_factor(parameters.friction)
 
 
 def _sum_for_constants(header: dict[str, Any], variables: dict[str, Array], parameters: Parameters) -> None:

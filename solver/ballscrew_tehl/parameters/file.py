@@ -187,7 +187,5 @@ def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:
 
 
 def parameters_json(parameters: Parameters) -> str:
-    """Canonical text of all values, defaults included: equal text means equal parameters, to the last bit."""
-    return json.dumps(
-        parameters.model_dump(mode="json"), sort_keys=True, separators=(",", ":"), allow_nan=False
-    )
+    """Text of all values with defaults: equal text means equal parameters, to the last bit. Flooded is Infinity."""
+    return json.dumps(parameters.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))

@@ -50,11 +50,11 @@ BOUNDED: dict[str, BoundedConstant] = {
     ),
     "asperity_film_ratio": BoundedConstant(
         0.5, 0.27, 0.85, "1", "film over roughness where asperities carry 1/e of the load, L_0",
-        "share of the load at h/sigma = 0.5: 0.03 Greenwood & Tripp [code], 0.33 Balan 2015 Eq. A2, 0.39 SKF catalogue; "
-        "0.65 the latter over eight bearings",
+        "share of the load at h/sigma = 0.5: 0.03 Greenwood & Tripp [code], 0.33 Balan 2015 Eq. A2, 0.39 SKF "
+        "catalogue; 0.65 the latter over eight bearings",
     ),
     "supply_length": BoundedConstant(
-        6.0, 3.0, math.inf, "1", "half-widths of the contact before its middle from which on there is oil; inf = flooded",
+        6.0, 3.0, math.inf, "1", "half-widths before the middle of the contact where its oil begins; inf = flooded",
         "bearings (SKF's friction model): 4 to 8 b [read]; 3 b elastic inlet of Houpert 1987; flooded: open grooves of "
         "Balan 2015 [read]; uniform in 1/length",
     ),

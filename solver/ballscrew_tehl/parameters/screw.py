@@ -184,10 +184,10 @@ class FrictionParameters(Table):
         description="instead of net_sliding_coefficient, which is 2 boundary_friction limiting_shear_coefficient times "
         "it, mechanistic only: " + BOUNDED["ball_thrust"].meaning,
     )
-    supply_length: float = bounded("supply_length", ge=2)
+    supply_length: float = bounded("supply_length", ge=2, allow_inf_nan=True)
     replenishment_constant: float = Field(
         default=0.0, ge=0, le=1e-6,
-        description="K_rs of SKF, 6e-8 grease or oil-air, 3e-8 low oil bath, in place of supply_length, mechanistic only",
+        description="K_rs of SKF in place of supply_length, 6e-8 grease or oil-air, 3e-8 oil bath, mechanistic only",
     )  # fmt: skip
     roughness_height: float | None = quantity(
         "length", "override of the set; default: composite of raceway_rq and ball_rq, if given",

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from .file import TABLES, LubricantParameters, Parameters, graded_oil, load_parameters
-from .friction_constants import BOUNDED
 from .packaged_data import PACKAGED_DATA
 from .toml import UNITS
 
@@ -47,8 +46,7 @@ NOTES = {
     ),
     "grease": (
         "A grease: enter the numbers of its base oil (data sheet: ISO VG or viscosity at 40 degC, viscosity index).",
-        "The film is that of the base oil. At speed the inlet runs short of oil, more than with an oil bath:",
-        "replenishment_constant below. Churning and thickener are not modelled: run the grease in, then calibrate.",
+        "The film is that of the base oil. Churning and thickener are not modelled: run the grease in, then calibrate.",
     ),
     "friction": (
         "Roughness: rms of raceways and balls make the composite height; without them that of the fitted set is taken.",
@@ -77,32 +75,27 @@ def example_parameters(oil: str = "viscosities", lubricant: str = "oil") -> Para
     """The packaged example that the template takes its values from.
 
     Parameters   oil : "viscosities" = laws and numbers, "iso_vg" = grade and viscosity index
-                 lubricant : "oil", or "grease" = its base oil by grade, NLGI grade, replenishment of a grease
+                 lubricant : "oil", or "grease" = its base oil by grade, NLGI grade
     Raises       ValueError: another word
     """
+    example = load_parameters(PACKAGED_DATA / EXAMPLE)
     if lubricant not in LUBRICANTS:
         raise ValueError(f"lubricant = {lubricant!r}; allowed: {', '.join(LUBRICANTS)}")
     if lubricant == "grease":
-        return _greased(load_parameters(PACKAGED_DATA / EXAMPLE))
+        return example.model_copy(update={"lubricant": _base_oil()})
     if oil not in ("viscosities", "iso_vg"):
         raise ValueError(f"oil = {oil!r}; allowed: viscosities, iso_vg")
-    example = load_parameters(PACKAGED_DATA / EXAMPLE)
     return (
         example.model_copy(update={"lubricant": graded_oil(*EXAMPLE_GRADE)}) if oil == "iso_vg" else example
     )
 
 
-def _greased(example: Parameters) -> Parameters:
+def _base_oil() -> LubricantParameters:
     grade, index = EXAMPLE_GRADE
-    base = LubricantParameters(
+    return LubricantParameters(
         name=f"grease NLGI {EXAMPLE_NLGI}, base oil ISO VG {grade}", iso_vg=grade, viscosity_index=index,
         nlgi=EXAMPLE_NLGI,
     )  # fmt: skip
-    values = {name: getattr(example.friction, name) for name in example.friction.model_fields_set}
-    friction = type(example.friction)(
-        **{**values, "replenishment_constant": BOUNDED["replenishment_constant"].high}
-    )
-    return example.model_copy(update={"lubricant": base, "friction": friction})
 
 
 def screw_template(parameters: Parameters) -> str:

@@ -84,7 +84,9 @@ def contact_motion(screw: ScrewParameters, contact_angle: float | Sequence[float
 
 def rolling_motion(motion: ContactMotion) -> Array:
     """Motion (4,) per screw speed that slides least at the middle of the contacts, in the sense of least squares."""
-    return np.linalg.lstsq(motion.matrix.reshape(-1, 4), -motion.offset.reshape(-1), rcond=None)[0]
+    return np.asarray(
+        np.linalg.lstsq(motion.matrix.reshape(-1, 4), -motion.offset.reshape(-1), rcond=None)[0]
+    )
 
 
 def neighbour_sliding(screw: ScrewParameters, motion: ContactMotion) -> float:

@@ -8,9 +8,7 @@ import numpy as np
 
 #: unit and remedy by name of an argument; others are dimensionless groups
 _UNITS = {
-    "sigma": ("m", "check the roughness measurement; a smooth contact is Roughness(0, eta, beta)"),
-    "asperity_density": ("1/m2", "check the roughness measurement"),
-    "asperity_radius": ("m", "check the roughness measurement"),
+    "sigma": ("m", "check the roughness measurement; 0 is a smooth contact"),
     "E_prime": ("Pa", "2/sum((1-nu^2)/E), 226e9 for steel"),
     "load": ("N", "check preload"),
     "u_e": ("m/s", "mean speed of both surfaces relative to the contact"),
@@ -27,12 +25,6 @@ def needs(valid: Any, name: str, value: Any, allowed: str) -> None:
     if not np.all(valid):
         unit, remedy = _UNITS.get(name, ("", "check the quantities that form it"))
         raise ValueError(f"{name} = {value}{' ' * bool(unit)}{unit}; needs finite, {allowed}: {remedy}")
-
-
-def needs_finite(**values: Any) -> None:
-    """Raise a ValueError for the first argument that is not finite."""
-    for name, value in values.items():
-        needs(np.isfinite(value), name, value, "any sign")
 
 
 def needs_not_negative(**values: Any) -> None:

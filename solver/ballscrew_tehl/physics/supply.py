@@ -37,12 +37,14 @@ def missing_loss(length: float, u_e: Any, eta0: Any, film: Any, b: Any, R_x: Any
 
     Parameters   length [b];  u_e [m/s], eta0 [Pa s], film: central [m], b, R_x, R_y [m]: broadcast, > 0
     Source       derived: with the pressure p = c |x|/h^2 of a wide inlet, c = 12 eta0 u_e/(3 + 2 R_x/R_y)
-                 (contact.integrals.resistance_beyond), u_e int h dp/dx dA over X < -x < R_x, |y| < R_x. Gap h: parabolas
-                 above the flattened bodies at X
+                 (contact.integrals.resistance_beyond), u_e int h dp/dx dA over X < -x < R_x, |y| < R_x. Gap h:
+                 parabolas above the flattened bodies at X
     """
     t, along = (0.5 * v for v in np.polynomial.legendre.leggauss(NODES_ALONG))
     s, across = (0.5 * v for v in np.polynomial.legendre.leggauss(NODES_ACROSS))
-    u_e, eta0, film, b, R_x, R_y = (np.asarray(v, float)[..., None, None] for v in (u_e, eta0, film, b, R_x, R_y))
+    u_e, eta0, film, b, R_x, R_y = (
+        np.asarray(v, float)[..., None, None] for v in (u_e, eta0, film, b, R_x, R_y)
+    )
     X = np.minimum(length * b, R_x)
     t, s = (t + 0.5)[:, None], s + 0.5
     x, y = X * (R_x / X) ** t, R_x * s**2

@@ -25,6 +25,7 @@ import numpy as np
 
 from ..parameters.file import Parameters
 from ..physics.hertz import RACEWAYS
+from ..physics.supply import FLOODED
 from ..runtime.packed import MECHANISTIC
 from .corrections import Array, CorrectionStore
 from .direct import NutContacts
@@ -94,6 +95,8 @@ def map_parameters(header: Mapping[str, Any]) -> Parameters:
         )
         if friction["replenishment_constant"] > 0.0:
             del friction["supply_length"]
+        elif friction["supply_length"] is None:
+            friction["supply_length"] = FLOODED
     if oil.get("viscosity_law") == "astm_d341":
         del oil["viscosity"]  # follows from the two points
     return Parameters.model_validate_json(json.dumps(content))

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..friction.interval import DEVIATIONS, SCATTER_DEVIATION
 from ..friction.interval import MEANING as OF_CONSTANTS
-from ..friction.mechanistic import supply_factor
 from ..friction.sets import FrictionSet
 from ..mechanics import CATALOGUE_SHARE
 from ..nut_map.contact_map import Array, ContactMap
@@ -190,14 +188,14 @@ def torque_lines(
     speed = np.geomspace(slowest, top, POINTS)
     force = np.linspace(max(axes["preload"][0], axes["force"][0]), preloads[-1], POINTS)
     preload = point.preload
-    trend = partial(_trend, parameters, friction.nut_map)
     interval = _Intervals(parameters, friction, contact_map, measured, progress)
     interval.expect(len(preloads) + len(temperatures))
 
     def lines(x: Array, rows: Array, fixed: float, at: Any, with_interval: bool) -> Lines:
         places = at(x, rows[:, None])
         band = interval.band(x, rows, at) if with_interval else None
-        return Lines(x, rows, friction.torque(*places), fixed, trend(places), band)
+        trend = unphysical_trend(friction.nut_map, *places)
+        return Lines(x, rows, friction.torque(*places), fixed, trend, band)
 
     temperature = point.temperature
     return TorqueLines(
@@ -297,11 +295,6 @@ def _band_of_fit(
 def _is_measured_line(preload: float, speed: float) -> bool:
     """Whether Tables 2 and 4 of the paper lie on a line: at 1000 N, or at 100 r/min; what varies on it is NaN."""
     return preload == MEASURED_PRELOADS[0] or math.isclose(speed, LINE_SPEEDS[0])
-
-
-def _trend(parameters: Parameters, nut_map: NutMap, places: tuple[Any, Any, Any]) -> Trend:
-    supply = partial(supply_factor, parameters) if nut_map.law == MECHANISTIC else None
-    return unphysical_trend(nut_map, *places, supply=supply)
 
 
 def _films(friction: Friction, speed: Array, temperatures: Array, preload: float) -> FilmLines:

@@ -138,7 +138,7 @@ def roughness_height(material: Material) -> float:
     """Height [m] that lambda is over."""
     nut_map = material.chosen.nut_map
     if nut_map.law == MECHANISTIC:
-        return roughness_of(material.parameters.friction).sigma
+        return roughness_of(material.parameters.friction)
     return float(nut_map.header["defaults"]["roughness_height"])
 
 

@@ -13,7 +13,6 @@ from ..friction.origin import carried_over
 from ..friction.sets import FITTED, SETS
 from ..nut_map.trend import THICK
 from ..parameters.units import CELSIUS, RPM
-from ..runtime.packed import MECHANISTIC
 from .lines import Lines
 from .material import Material
 from .page import Html, element, table
@@ -178,12 +177,7 @@ def trend_note(material: Material) -> str:
         f"on {shares['speed']} of those over speed",
     )
     end = "Such parts of the lines are dashed. The command torque reports such points as out of range; an FMU does not."
-    if material.chosen.nut_map.law != MECHANISTIC:
-        return (
-            f"Not physical: in thick films (lambda above {THICK:g}) the torque of this fitted set rises with "
-            f"temperature {places[0]} and falls with speed {places[1]}. {end}"
-        )
     return (
-        f"Supply of oil: in thick films (lambda above {THICK:g}) the replenishment factor makes the torque rise with "
-        f"temperature {places[0]} and fall with speed {places[1]}. It is that of bearings, for moderate speeds. {end}"
+        f"Not physical: in thick films (lambda above {THICK:g}) the torque rises with temperature {places[0]} and "
+        f"falls with speed {places[1]}. {end}"
     )

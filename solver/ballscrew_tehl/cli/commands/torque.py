@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from argparse import Namespace
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ... import __version__
@@ -148,14 +147,12 @@ def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
 
 def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]) -> list[dict[str, Any]]:
     nut_map = chosen.nut_map(args)
-    contact_map = supply = None
+    contact_map = None
     if nut_map.law == MECHANISTIC:
-        from ...friction.mechanistic import supply_factor
         from ...nut_map.file import load_contact_map
 
-        supply = partial(supply_factor, chosen.parameters)
         contact_map = load_contact_map(args.map, chosen.parameters)
-    read = _MapAnswer(chosen, nut_map, contact_map, supply)
+    read = _MapAnswer(chosen, nut_map, contact_map)
     results = []
     with progress_bar(QUIET) as progress:
         for number, point in enumerate(points):
@@ -167,12 +164,11 @@ def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]
 
 
 class _MapAnswer(NamedTuple):
-    """A map that answers operating points; contact_map, supply: of the mechanistic law, for its interval."""
+    """A map that answers operating points; contact_map: of the mechanistic law, for its interval."""
 
     chosen: Chosen
     nut_map: NutMap
     contact_map: ContactMap | None
-    supply: Callable[[Any, Any], Any] | None
 
     def at(self, point: dict[str, float]) -> dict[str, Any]:
         """Keys of the answer at a point."""
@@ -186,7 +182,7 @@ class _MapAnswer(NamedTuple):
         further: dict[str, Any] = {}
         if speed == 0.0:
             further[BREAKAWAY] = float(state.friction_torque)
-        if trend := unphysical_trend(nut_map, *at, self.supply).text:
+        if trend := unphysical_trend(nut_map, *at).text:
             further[UNPHYSICAL] = trend
         extremes = {key: float(getattr(state, name)) for name, key in EXTREMES.items()}
         films = _odd_films(self.chosen, extremes)
@@ -231,7 +227,7 @@ def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict
     if friction_set.film_model == MECHANISTIC:
         from ...friction.mechanistic import roughness_of
 
-        height = roughness_of(parameters.friction).sigma
+        height = roughness_of(parameters.friction)
     # speeds of the published kinematics are not physical: its films are not shown, as by the map
     rolling = film_parameters(parameters)
     results = []
