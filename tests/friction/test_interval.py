@@ -66,13 +66,13 @@ def test_moments_are_those_of_the_parabola():
         assert abs(variance - (weights @ y**2 - (weights @ y) ** 2)) <= 1e-12
 
 
-def test_ends_of_the_thrust_move_the_ball_ball_part_alone():
-    found = interval(SLOW)
-    low, high = found.ends["ball_thrust"]
-    bound, kappa = BOUNDED["ball_thrust"], BOUNDED["ball_thrust"].value
-    ball_ball = (high - low) / (bound.high - bound.low) * kappa
-    rest = double_nut_parts(LAW, SLOW[0], ClosedContacts(), *SLOW[1:], 1.0, 0.0)[:3]
-    assert found.torque - ball_ball == pytest.approx(sum(rest), rel=1e-12)
+def test_ends_of_the_thrust_are_torques_of_screws_that_state_it():
+    bound = BOUNDED["ball_thrust"]
+    for torque, kappa in zip(interval(SLOW).ends["ball_thrust"], (bound.low, bound.high), strict=True):
+        other = changed(LAW, friction={"ball_thrust": kappa})
+        coefficient = default_friction_set(other).net_sliding_coefficient
+        parts = double_nut_parts(other, SLOW[0], ClosedContacts(), *SLOW[1:], 1.0, coefficient)
+        assert torque == pytest.approx(parts.total, rel=1e-12)
 
 
 @pytest.mark.slow
@@ -83,7 +83,11 @@ def test_interval_holds_about_80_percent_of_a_latin_hypercube():
         found, names = interval(point), list(BOUNDED)
         torque = torque_of_constants(LAW, forces, ClosedContacts(), *at, FREE)
         low, high = (np.array([getattr(BOUNDED[name], end) for name in names]) for end in ("low", "high"))
-        sample = low + (high - low) * qmc.LatinHypercube(len(names), seed=3).random(300)
+        x = qmc.LatinHypercube(len(names), seed=3).random(300)
+        # a length without a longest one is uniform in 1/length
+        sample = np.where(
+            np.isinf(high), low / (1.0 - x), low + np.where(np.isinf(high), 0.0, high - low) * x
+        )
         torques = np.array([torque(dict(zip(names, row, strict=True))) for row in sample])
         held = np.mean((torques >= found.low) & (torques <= found.high))
         assert 0.69 <= held <= 0.86
@@ -122,4 +126,4 @@ def test_fitted_interval_is_that_of_the_coefficient():
         deviation**2 / (0.5 * math.pi * 0.03**2), rel=1e-9
     )
     assert found.low < found.torque < found.high
-    assert found.high / found.low < 1.2 < interval(FAST).high / interval(FAST).low
+    assert found.high / found.low < 1.25 < interval(FAST).high / interval(FAST).low

@@ -42,6 +42,7 @@ from ballscrew_tehl.nut_map.left_out import left_out_deviations
 from ballscrew_tehl.parameters import identity
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.refinement import direct
+from ballscrew_tehl.refinement.refine import map_parameters
 from ballscrew_tehl.runtime.packed import POINT, MapError
 
 CERTIFICATE = {"points": 3, "torque_error_max": 5e-4}
@@ -348,8 +349,9 @@ def test_band_is_the_interval_at_its_point_and_follows_the_constants(law, monkey
     assert tuple(band[name] for name in ("preload", "speed", "temperature")) == point
     found = map_interval(LAW, contacts, axes, friction, *point)
     assert (band["low"], band["high"]) == pytest.approx(found.relative, rel=1e-12)
-    own = changed(LAW, friction={"boundary_friction": 0.1, "replenishment_constant": 0.0})
+    own = changed(LAW, friction={"boundary_friction": 0.1, "supply_length": math.inf})
     other = load_map(law, own)
+    assert map_parameters(other.header).friction.supply_length == math.inf
     flooded, starved = (each.evaluate(2000.0, 50.0, 303.15).viscous_torque for each in (other, nut_map))
     assert flooded >= 1.005 * starved
     # torque within the error of the spline through the nodes of this small map, also with the constants of the screw

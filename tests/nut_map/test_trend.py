@@ -8,7 +8,6 @@ from reference_screw import GD4008
 from ballscrew_tehl.friction.torque import nut_forces
 from ballscrew_tehl.nut_map.trend import too_thick, too_thin, unlike_flanks, unphysical_trend
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed
-from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 THICK = " in a thick film (lambda > 3)"
 
@@ -16,14 +15,14 @@ THICK = " in a thick film (lambda > 3)"
 class PowerLaw:
     """Stands for a map: torque speed^a exp(b (T - 300 K)); film ratio 1 at 10 rad/s, proportional to the speed."""
 
-    def __init__(self, a, b, law=FILM_SHEAR):
-        self.a, self.b, self.law = a, b, law
+    def __init__(self, a, b):
+        self.a, self.b = a, b
         self.header = {"axes": {"speed": [1.0, 1000.0, 4], "temperature": [280.0, 350.0, 4]}}
 
     def evaluate(self, preload, speed, temperature, axial_load):
         torque = preload * speed**self.a * np.exp(self.b * (temperature - 300.0)) + 0.0 * axial_load
         ratio = 0.1 * speed + 0.0 * torque
-        return SimpleNamespace(friction_torque=torque, viscous_torque=0.5 * torque, lambda_ratio=ratio)
+        return SimpleNamespace(friction_torque=torque, lambda_ratio=ratio)
 
 
 def test_trends_of_a_power_law():
@@ -41,31 +40,6 @@ def test_trends_of_a_power_law():
             assert unphysical_trend(law, 1000.0, speed, temperature).text == text
         for speed, temperature in ((29.0, 310.0), (1001.0, 310.0), (100.0, 351.0), (100.0, 279.0)):
             assert unphysical_trend(law, 1000.0, speed, temperature).text == ""
-        assert unphysical_trend(PowerLaw(a, b, MECHANISTIC), 1000.0, 100.0, 310.0).text == ""
-
-
-def test_trends_by_the_supply_of_oil():
-    """Half of the torque is rolling loss: the supply explains an exponent of -0.3 from -0.6 on."""
-    for a, b, w, t, text in (
-        (-0.3, -0.01, -0.7, 0.0, f"torque falls with speed{THICK}: replenishment factor 0.04, the supply"),
-        (-0.3, -0.01, -0.5, 0.0, ""),
-        (
-            0.3,
-            0.01,
-            0.0,
-            0.021,
-            f"torque rises with temperature{THICK}: replenishment factor 1.2, the supply",
-        ),
-        (0.3, 0.01, 0.0, 0.019, ""),
-        (0.3, -0.01, -0.7, 0.03, ""),
-    ):
-
-        def supply(speed, temperature, w=w, t=t):
-            return speed**w * np.exp(t * (temperature - 300.0))
-
-        law = PowerLaw(a, b, MECHANISTIC)
-        found = unphysical_trend(law, 1000.0, 100.0, 310.0, 0.0, supply).text
-        assert found == (f"{text} of oil decides" if text else "")
 
 
 def test_films_that_are_none_and_nearly_free_flanks_are_named():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_parameters
-from ballscrew_tehl.physics.ball_motion import contact_motion
+from ballscrew_tehl.physics.ball_motion import contact_motion, neighbour_sliding
 from ballscrew_tehl.physics.hertz import ellipse, reduced_radii
 from ballscrew_tehl.physics.kinematics import cage_speed, entrainment_speed
 
@@ -70,3 +70,12 @@ def test_oversize_ball_has_four_contacts_in_mirrored_pairs():
     q = np.linalg.lstsq(motion.matrix[:, :2].reshape(-1, 4), -motion.offset[:, :2].reshape(-1), rcond=None)[0]
     left = motion.matrix @ q + motion.offset
     assert np.max(np.abs(left[:, 2])) >= 0.5
+
+
+def test_neighbours_slide_with_the_speed_of_their_surfaces():
+    """Over 2 u_e: 1/cos(beta) of oversize balls, which turn about an axis parallel to that of the screw."""
+    angle = SCREW.contact_angle
+    oversize = changed(ROLLING, screw={"preload_kind": FOUR_POINT}).screw
+    for screw, expected, tolerance in ((SCREW, 1.0, 0.02), (oversize, 1.0 / math.cos(angle), 0.015)):
+        found = neighbour_sliding(screw, contact_motion(screw, angle))
+        assert abs(found / expected - 1.0) <= tolerance

@@ -7,11 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from ballscrew_tehl.physics.hertz import ellipse
-from ballscrew_tehl.physics.rolling_resistance import (
-    biboulet_houpert_point,
-    replenishment_factor,
-    starvation_factor,
-)
+from ballscrew_tehl.physics.rolling_resistance import biboulet_houpert_point, replenishment_factor
 
 E_PRIME = 226e9
 
@@ -54,8 +50,3 @@ def test_replenishment_falls_with_speed_and_viscosity_and_is_one_when_flooded():
     assert np.all(replenishment_factor(0.0, 4.4, speeds, 100.0, 32.0, 48.0) == 1.0)
     # d + D = 80 mm, D - d = 16 mm: exp(-6e-8 100 1000 80 sqrt(4.4/32))
     assert factor[2] == pytest.approx(math.exp(-6e-3 * 80.0 * math.sqrt(4.4 / 32.0)), rel=1e-12)
-    assert starvation_factor(12.0) == pytest.approx(
-        (144.0 + 162.8 * 12.0) / (144.0 + 193.1 * 12.0 + 1257.0), rel=1e-12
-    )
-    with pytest.raises(ValueError, match="inlet_ratio"):
-        starvation_factor(1.9)

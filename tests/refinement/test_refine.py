@@ -252,7 +252,7 @@ def test_refined_torque_is_that_of_contacts_solved_directly():
         assert map_parameters_json(found) == nut_map.header["parameters_json"]
         # not in the identity, but of the law
         assert found.friction.set == parameters.friction.set
-    assert found.friction.replenishment_constant == LAW.friction.replenishment_constant
+    assert found.friction.supply_length == LAW.friction.supply_length
     assert found.lubricant.eyring_stress == LAW.lubricant.eyring_stress
     at = 1700.0, 73.3, 311.0
     refinement, rolling = Refinement(nut_map, tolerance=1e-4), rolling_torque(*at)

@@ -83,10 +83,12 @@ def contact_motion(screw: ScrewParameters, contact_angle: float | Sequence[float
 
 
 def rolling_motion(motion: ContactMotion) -> Array:
-    """Motion (4,) per screw speed that slides least at the middle of the contacts, in the sense of least squares."""
-    return np.asarray(
-        np.linalg.lstsq(motion.matrix.reshape(-1, 4), -motion.offset.reshape(-1), rcond=None)[0]
-    )
+    """Motion (4,) per screw speed that slides least at the middle of the contacts, in the sense of least squares.
+
+    Spin is left free: it would outweigh the slip. Of the spins of a ball between two contacts, that with the least w_b.
+    """
+    slip = motion.matrix[:, :2].reshape(-1, 4), -motion.offset[:, :2].reshape(-1)
+    return np.asarray(np.linalg.lstsq(*slip, rcond=None)[0])
 
 
 def neighbour_sliding(screw: ScrewParameters, motion: ContactMotion) -> float:
@@ -95,8 +97,8 @@ def neighbour_sliding(screw: ScrewParameters, motion: ContactMotion) -> float:
     Both turn alike and touch along the helix, so that they slide with twice the speed of a ball's surface there. Two
     contacts: 1 but for the helix. Oversize balls turn about an axis parallel to that of the screw: 1/cos(beta).
 
-    Validity     rolling_motion stands for the equilibrium with traction: they differ by 0.6 % at most over the maps of
-                 ten screws
+    Validity     rolling_motion stands for the equilibrium with traction. GD4008-3, 300 N to 6 kN, 10 to 2500 r/min, 12
+                 to 77 C: they differ by 0.4 %, oversize balls by 2 %, but 10 % in the thickest film of a light load
     """
     _, w_r, _, w_b = rolling_motion(motion)
     return float(0.5 * screw.ball_diameter * math.hypot(w_r, w_b) / entrainment_speed(screw, 1.0))
