@@ -56,7 +56,7 @@ def test_torque_times_speed_is_the_power_of_the_parts():
                     float(found[name][k, 0, 0]) for name in ("rolling_loss", "thermal_central_film")
                 )
                 power += loss * float(
-                    supply_factor(FRICTION.supply_length, loss, u_e, viscosity, film, b, R_x, R_y)
+                    supply_factor(FRICTION.supply_length, load, loss, u_e, viscosity, film, b, R_x, R_y)
                 )
                 force_of_ball = hysteresis_force(
                     load, b, 0.5 * SCREW.ball_diameter, FRICTION.hysteresis_coefficient

@@ -42,17 +42,25 @@ def test_missing_loss_is_the_power_of_the_wedge_that_is_not_there(contact):
 
 
 def test_more_supply_is_more_loss_up_to_the_flooded_one():
-    loss = 2.0 * float(missing_loss(6.0, *HEAVY))
-    factors = [
-        float(supply_factor(length, loss, *HEAVY)) for length in (2.0, 3.0, 6.0, 12.0, 2.6e-3 / 1.5e-4)
-    ]
+    load, loss, beyond = 100.0, 2.0 * float(missing_loss(6.0, *HEAVY)), HEAVY[4] / HEAVY[3]
+    factors = [float(supply_factor(length, load, loss, *HEAVY)) for length in (2.0, 3.0, 6.0, 12.0, beyond)]
     assert factors[0] > 0.0
     assert np.all(np.diff(factors) > 0.0)
-    for length in (2.6e-3 / 1.5e-4, 1e3, FLOODED):
-        assert abs(float(supply_factor(length, loss, *HEAVY)) - 1.0) <= 1e-12
+    for length, error in ((beyond, 1e-3), (1e3, 1e-3), (FLOODED, 0.0)):
+        assert abs(float(supply_factor(length, load, loss, *HEAVY)) - 1.0) <= error
     for bad in (1.9, math.nan):
         with pytest.raises(ValueError, match="supply_length"):
-            supply_factor(bad, loss, *HEAVY)
+            supply_factor(bad, load, loss, *HEAVY)
+
+
+def test_in_thick_films_the_load_acts_within_a_third_of_the_supply():
+    """Film up to the radius, far above the gap where oil begins; a flooded loss that grows with it."""
+    u_e, viscosity, film, b, R_x, R_y = LIGHT
+    film = film * np.geomspace(1.0, 2e3, 60)
+    loss = float(missing_loss(3.0, *LIGHT)) * film / film[0]
+    offset = supply_factor(6.0, 1.0, loss, u_e, viscosity, film, b, R_x, R_y) * loss * R_x / u_e
+    assert np.max(offset) <= 6.0 * b / 3.0
+    assert offset[-1] >= 0.9 * 6.0 * b / 3.0
 
 
 @pytest.mark.slow
@@ -69,6 +77,6 @@ def test_factor_is_that_of_contacts_solved_with_the_short_inlet(load):
         assert short.converged
         assert abs(short.heat_balance.defect) <= 1e-3
         factor = supply_factor(
-            length, flooded.rolling_loss, at.u_e, viscosity, flooded.h_c, hertz.b, at.R_x, at.R_y
+            length, load, flooded.rolling_loss, at.u_e, viscosity, flooded.h_c, hertz.b, at.R_x, at.R_y
         )
         assert abs(math.log(float(factor) * flooded.rolling_loss / short.rolling_loss)) <= 0.05

@@ -159,7 +159,7 @@ def _supplied(
         for name in ("rolling_loss", "thermal_central_film")
     )
     u_e = entrainment_speed(screw, speed)
-    return supply_factor(friction.supply_length, loss, u_e, inlet, film, b, R_x, R_y)
+    return supply_factor(friction.supply_length, load, loss, u_e, inlet, film, b, R_x, R_y)
 
 
 def law_constants(parameters: Parameters) -> dict[str, float | None]:
