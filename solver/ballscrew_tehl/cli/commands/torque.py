@@ -68,6 +68,8 @@ def run_torque(args: Namespace) -> int:
     _say_at_rest(results)
     if args.points and not args.json:
         _say_reservations(results)
+        for key, note in chosen.catalogue_note.items():
+            say(f"{key}: {note}")
     print_results(
         [{**result, **_catalogue(chosen, result), **common} for result in results],
         args.json,
@@ -121,9 +123,12 @@ def _odd_films(chosen: Chosen, extremes: Mapping[str, float]) -> dict[str, str]:
 
 
 def _catalogue(chosen: Chosen, point: dict[str, Any]) -> dict[str, Any]:
-    """Catalogue torque; of a single nut its kind, and with a fitted set the spin of oversize balls, which it omits."""
+    """Catalogue torque and why the law differs.
+
+    Of a single nut its kind, and with a fitted set the spin of oversize balls, which it omits.
+    """
     screw, preload = chosen.parameters.screw, point["preload_n"]
-    found = {"catalogue_torque_nm": float(nsk_torque(screw, preload))}
+    found = {"catalogue_torque_nm": float(nsk_torque(screw, preload)), **chosen.catalogue_note}
     if screw.preload_kind == "double_nut":
         return found
     kind = {"preload_kind": screw.preload_kind}
