@@ -142,12 +142,9 @@ def _catalogue(chosen: Chosen, point: dict[str, Any]) -> dict[str, Any]:
 
 def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
     """Keys of an interval: its ends over its own torque, applied to that of the answer."""
-    from ...friction.interval import MEANING
-
     low, high = sorted(share * torque for share in found.relative)
-    shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:2])
     # at rest the torque is that of the drive
-    meaning = f"{MEANING}: {shares}" if torque else "none at rest"
+    meaning = found.meaning if torque else "none at rest"
     return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": meaning}
 
 
