@@ -25,8 +25,8 @@ ONE_POINT = (
     "one point identifies the level of the torque only: no left-out error, no limits of the coefficient"
 )
 HELD = (
-    "the interval of the torque is narrow at this point and wider away from it: at other values of the bounded constants "
-    "the coefficient is fitted to this torque again; scatter as of the packaged fit"
+    "the interval of the torque is narrow at this point and wider away from it: at other values of the bounded "
+    "constants the coefficient is fitted to this torque again; scatter as of the packaged fit"
 )
 
 

@@ -10,10 +10,9 @@ import numpy as np
 from .. import __version__
 from ..friction.baselines import nsk_torque
 from ..friction.origin import CATALOGUE_DIFFERS, carried_over
-from ..friction.sets import FITTED, SETS
+from ..friction.sets import FITTED, MECHANISTIC, SETS
 from ..nut_map.trend import THICK
 from ..parameters.units import CELSIUS, RPM
-from ..runtime.packed import MECHANISTIC
 from .lines import Lines
 from .material import Material
 from .page import Html, element, table
