@@ -16,7 +16,7 @@ from reference_screw import GD4008
 from ballscrew_tehl.cli import parser
 from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
 from ballscrew_tehl.nut_map import trend
-from ballscrew_tehl.nut_map.file import load_contact_map, load_map
+from ballscrew_tehl.nut_map.file import VG100, load_contact_map, load_map, packaged_map
 from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
@@ -135,6 +135,29 @@ def test_preload_inverts_torque(capsys):
     below, _ = answer(capsys, "preload", "--torque-nm", low, *place)
     assert 0.0 < below["preload_n"] < lowest
     assert below["in_range"] is False
+
+
+def test_one_torque_calibrates_and_the_preload_behind_it_has_an_interval(capsys, tmp_path):
+    """Ends of the preload: there the interval of the torque ends at the measured one; calibrated at it: narrower."""
+    place, path = ("--speed-rpm", "100", "--temperature-c", "30"), tmp_path / "friction.toml"
+    words = "calibrate", "--torque-nm", "0.9", "--preload-n", "2000", *place
+    assert run(capsys, *words, "--map", packaged_map(VG100), "--output", path)[0] == 0
+    widths = []
+    for friction in (MECHANISTIC, ("--friction", path)):
+        found, _ = answer(capsys, "preload", "--torque-nm", "0.9", *place, *friction)
+        low, high = found["preload_low_n"], found["preload_high_n"]
+        assert low < found["preload_n"] < high
+        widths.append(high / low)
+        for preload, key in ((low, "torque_high_nm"), (high, "torque_low_nm")):
+            torque, _ = answer(capsys, "torque", "--preload-n", preload, *place, *friction)
+            assert torque[key] == pytest.approx(0.9, rel=2e-3)
+    # contacts by the map of contacts and by the map of the nut: its errors
+    assert found["preload_n"] == pytest.approx(2000.0, rel=1e-3)
+    assert widths[1] < widths[0]
+    cut, err = answer(capsys, "preload", "--torque-nm", "4.7", *place, *MECHANISTIC)
+    highest = load_map(None, LAW).header["axes"]["preload"][1]
+    assert (cut["preload_high_n"], cut["preload_at_edge"]) == (highest, ["high"])
+    assert "preload_at_edge: preload_high_n at 100 r/min and 30 C" in err
 
 
 def test_points_may_have_units_decimal_commas_and_gaps_that_options_fill(capsys, tmp_path):

@@ -96,7 +96,17 @@ REFUSALS = {
         )),
     ],
     "calibrate": [
-        ((), "either MEASUREMENTS.csv or --packaged"),
+        ((), "either MEASUREMENTS.csv, --torque-nm with its point, or --packaged"),
+        (("measured.csv", "--torque-nm", "1", *POINT), "either MEASUREMENTS.csv, --torque-nm with its point, or "),
+        (("--packaged", *POINT), "either MEASUREMENTS.csv, --torque-nm with its point, or --packaged"),
+        (POINT, "--torque-nm (missing); allowed: --torque-nm, --preload-n, --speed-rpm, --temperature-c together"),
+        (("--torque-nm", "1", *POINT[:4]), "--temperature-c (missing)"),
+        (("--torque-nm", "0", *POINT), "--torque-nm = 0; allowed: a finite number >= 0, not 0"),
+        (("--torque-nm", "1", *POINT, "--plot", "x.png"), "--plot with --torque-nm; allowed: with MEASUREMENTS.csv"),
+        (("--torque-nm", "1", *POINT, "--set", "two_parameter"), "allowed with --torque-nm: mechanistic"),
+        (("--torque-nm", "1", *POINT, "--screw", "{published}"), "allowed with kinematics published"),
+        (("--torque-nm", "1", *POINT, "--map", "{vg100}", "--preload-n", "99999"), "outside the map: force of a nut"),
+        (("--torque-nm", "80", *POINT, "--map", "{vg100}", "--output", "fit.toml"), "is 80 N.cm = 0.8 N.m meant?"),
         (("none.csv",), "none.csv: cannot be read"),
         (("measured.csv", "--drop", "outlier"), "; is outliers meant?"),
         (("--packaged", "--plot", "x.png"), "--plot with --packaged"),
@@ -137,7 +147,7 @@ def folder(tmp_path, monkeypatch):
 
 def named(word):
     return word.format(vg100=packaged_map(VG100), screw=PACKAGED_VG100, example=PACKAGED_DATA / "example_25x10.toml",
-                       fit="fit.toml")  # fmt: skip
+                       published=PACKAGED_DATA / "gd4008.toml", fit="fit.toml")  # fmt: skip
 
 
 @pytest.mark.parametrize("command", REFUSALS, ids=lambda name: name or "none")

@@ -197,7 +197,7 @@ def calibrate_file(
     unknown = not_identified(basis, found.values, count, found.limits, found.correlations, missed, rivals)
     diagnostics = point_diagnostics(basis, found.values, count)
     notes += [
-        *_number_notes(found, parameters),
+        *number_notes(found, parameters),
         *(
             f"the fit {rival.name} predicts left-out points better: {100.0 * rival.left_out.mean():.1f} % instead of "
             f"{100.0 * missed.mean():.1f} %"
@@ -220,7 +220,7 @@ def _provenance(file: MeasurementFile, basis: TorqueBasis, dropped: list[RowProb
     )
 
 
-def _number_notes(found: FrictionSet, parameters: Parameters) -> list[str]:
+def number_notes(found: FrictionSet, parameters: Parameters) -> list[str]:
     """What the fitted number of the mechanistic law is in terms of the other keys of the screw file."""
     if found.name != MECHANISTIC:
         return []

@@ -15,7 +15,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
 
 from .. import __version__
-from .shared.quantities import PRELOAD_POINT, REPORT_POINT, SCREW_POINT, TORQUE_POINT, Quantity
+from .shared.quantities import (
+    CALIBRATION_POINT,
+    PRELOAD_POINT,
+    REPORT_POINT,
+    SCREW_POINT,
+    TORQUE_POINT,
+    Quantity,
+)
 
 KINEMATICS = ("published", "rolling_frame")
 SET_NAMES = ("two_parameter", "three_parameter", "mechanistic")
@@ -161,6 +168,8 @@ COMMANDS = {
     "map": Command("build, check, describe or draw a map", actions=MAP_ACTIONS),
     "calibrate": Command("fit the friction parameters to measured torques", "calibrate.run_calibrate", (
         _option("measurements", "measured torques", "MEASUREMENTS.csv", nargs="?"),
+        *(_option(quantity.option, f"instead of a file, one point: {quantity.help}", quantity.metavar)
+          for quantity in CALIBRATION_POINT[:3]),
         _switch("--packaged", "refit the packaged sets to the paper's tables"),
         _option("--output", "where to write the sets, for build_fmu.py --friction (--packaged: data of the package)",
                 "FILE.toml"),
@@ -168,7 +177,8 @@ COMMANDS = {
         _choice("--set", SET_NAMES, "parameters to fit: mechanistic with kinematics rolling_frame, the others with "
                 "published; default: as in the screw file, --packaged: all"),
         _choice("--loss", LOSS_NAMES, "default: least_squares; --packaged: that of the set"),
-        _option("--temperature-c", "oil temperature of rows without one; default: reference of the oil", "C"),
+        _option("--temperature-c", "oil temperature of the one point, or of rows without one; default: reference "
+                "of the oil", "C"),
         _choice("--drop", DROP_KINDS, "leave out impossible rows, rows outside the map, outliers (may be repeated); "
                 "dropped rows are listed", action="append", default=[]),
         _option("--map", "take the films from this map of the screw; default: solve every point", "FILE"),
@@ -176,7 +186,8 @@ COMMANDS = {
     ), "Fit the friction parameters to measured torques. Headings of the file name the units, for example "
        "preload [N], speed [r/min], temperature [degC], torque [N.m], or preload_n, speed_rpm, ...; optional: "
        "temperature, axial_load, torque_uncertainty or weight, table, comment. Prints errors, errors of left-out "
-       "points, 95 % intervals, correlations, outliers and what the data do not identify."),
+       "points, 95 % intervals, correlations, outliers and what the data do not identify. One torque, measured or of a "
+       "catalogue (--torque-nm with --preload-n, --speed-rpm, --temperature-c), fits the number of mechanistic to it."),
     "validate": Command("compare the model with measured torques and published models", "validate.run_validate", (
         _switch("--contacts", "solve instead the contact of section 5.1 of the paper with both kinematics and a circle "
                 "of a public multigrid; shows the published values"),

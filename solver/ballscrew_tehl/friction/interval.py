@@ -14,6 +14,9 @@ Zero fitted: kappa of the ball-ball part is one of the constants. Fitted: the co
 fit, mu_b, Lambda and kappa do not count as far as they enter through k, and the mean error of a point left out of the
 fit counts as the scatter of a normal quantity.
 
+Calibrated on one torque: with every constant moved, the coefficient is fitted again to the torque at that point, so
+that constants count for what they do elsewhere; the scatter is that of the packaged fit, for want of an own one.
+
 A constant that the screw file states counts as known. The supply of the oil counts by the length of its inlet, from 3
 half-widths to flooded, uniform in 1/length. Not in the interval: viscosity of the oil, the solver's error, seals; and
 what a fit at other constants would take up of their effect, so that a fitted interval is rather too wide.
@@ -32,8 +35,9 @@ from ..parameters.file import Parameters, load_parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_VG100
-from .mechanistic import ContactValues, ball_ball_coefficient, law_constants, nuts_powers
-from .sets import FrictionSet, load_friction_sets
+from .mechanistic import ContactValues, ball_ball_coefficient, law_constants, torque_line
+from .sets import CALIBRATED_AT, FrictionSet, load_friction_sets
+from .torque import nut_forces
 
 Array = NDArray[np.float64]
 
@@ -48,7 +52,10 @@ MEANING = "about 80 %, from bounded constants"
 
 
 class Fit(NamedTuple):
-    """95 % limits of the coefficient fitted to a screw, and mean absolute error of a point left out of the fit."""
+    """95 % limits of the coefficient fitted to a screw, and mean absolute error of a point left out of the fit.
+
+    Calibrated on one torque: the coefficient without limits, and that error of the packaged fit.
+    """
 
     low: float
     high: float
@@ -72,6 +79,12 @@ class TorqueInterval(NamedTuple):
     def relative(self) -> tuple[float, float]:
         """Ends over the torque."""
         return self.low / self.torque, self.high / self.torque
+
+    @property
+    def meaning(self) -> str:
+        """What it is, with the two constants that contribute most."""
+        shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(self.shares.items())[:2])
+        return f"{MEANING}: {shares}"
 
 
 def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
@@ -105,7 +118,10 @@ def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
     if friction_set.parameters_hash != parameters_hash(parameters):
         return None
     packaged = load_friction_sets().get((friction_set.kinematics, friction_set.name))
-    ours = packaged is not None and packaged.net_sliding_coefficient == friction_set.net_sliding_coefficient
+    value = friction_set.net_sliding_coefficient
+    if friction_set.calibrated_at and packaged is not None:
+        return Fit(value, value, packaged.errors["leave_one_out_mean"])
+    ours = packaged is not None and packaged.net_sliding_coefficient == value
     if ours and law_constants(parameters) != law_constants(load_parameters(PACKAGED_VG100)):
         return None
     limits, half = friction_set.limits.get(FITTED_COEFFICIENT), friction_set.intervals.get(FITTED_COEFFICIENT)
@@ -113,7 +129,6 @@ def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
     if limits is not None and math.isfinite(limits["high"]):
         return Fit(limits["low"], limits["high"], left_out)
     if half is not None:
-        value = friction_set.net_sliding_coefficient
         return Fit(max(value - half, 0.0), value + half, left_out)
     return None
 
@@ -130,26 +145,47 @@ def torque_of_constants(
 
     Parameters   forces : of the nuts [N];  contacts : of the balls, found once;  speed [rad/s] > 0, temperature [K]
                  friction_set : its coefficient k is that of the constants in the parameters. It varies with them unless
-                 it was fitted to this screw or the screw file states it
+                 it was fitted to this screw or the screw file states it.
+                 Calibrated on one torque: it is fitted to that torque again
     """
     ratio, coefficient, _ = friction_set.values
     friction = parameters.friction
-    held = fit_of(friction_set, parameters) is not None or friction.net_sliding_coefficient is not None
+    fitted = fit_of(friction_set, parameters) is not None
+    held = fitted or friction.net_sliding_coefficient is not None
     remembered = _Remembered(contacts)
+    again = (
+        _fitted_again(parameters, contacts, friction_set) if fitted and friction_set.calibrated_at else None
+    )
     kappa = implied_thrust(coefficient, parameters)
 
     def torque(values: Mapping[str, float]) -> float:
         changed = with_constants(parameters, values)
         k = coefficient
-        if not held:
+        if again is not None:
+            k = again(changed)
+        elif not held:
             k = ball_ball_coefficient(changed.friction, values.get("ball_thrust", kappa))
-        k = values.get(FITTED_COEFFICIENT, k)
-        return sum(
-            times * float(nut.torque(ratio, k))
-            for times, nut in nuts_powers(changed, forces, remembered, speed, temperature)
-        )
+        rest, slope = torque_line(changed, forces, remembered, speed, temperature, ratio)
+        return rest + values.get(FITTED_COEFFICIENT, k) * slope
 
     return torque
+
+
+def _fitted_again(
+    parameters: Parameters, contacts: ContactValues, friction_set: FrictionSet
+) -> Callable[[Parameters], float]:
+    """Coefficient, at least 0, over parameters, with which the torque at the point of the calibration stays."""
+    ratio, coefficient, _ = friction_set.values
+    preload, speed, temperature = (friction_set.calibrated_at[name] for name in CALIBRATED_AT)
+    at = nut_forces(parameters, preload, 0.0), _Remembered(contacts), speed, temperature, ratio
+    rest, slope = torque_line(parameters, *at)
+    torque = rest + coefficient * slope
+
+    def fitted(changed: Parameters) -> float:
+        rest, slope = torque_line(changed, *at)
+        return max((torque - rest) / slope, 0.0)
+
+    return fitted
 
 
 def implied_thrust(coefficient: float, parameters: Parameters) -> float:

@@ -339,6 +339,25 @@ def nuts_powers(
     return found
 
 
+def torque_line(
+    parameters: Parameters,
+    forces: Sequence[float],
+    contacts: ContactValues,
+    speed: float,
+    temperature: float,
+    ratio: float = 1.0,
+) -> tuple[float, float]:
+    """Torque of the nuts without ball on ball, and what it rises by per coefficient 2 mu_b Lambda kappa [N.m].
+
+    Arguments as double_nut_parts.
+    """
+    nuts = nuts_powers(parameters, forces, contacts, speed, temperature)
+    return (
+        sum(times * float(nut.torque(ratio, 0.0)) for times, nut in nuts),
+        sum(times * float(nut.thrust_factor) * nut.ball_ball for times, nut in nuts),
+    )
+
+
 def double_nut_parts(
     parameters: Parameters,
     forces: Sequence[float],

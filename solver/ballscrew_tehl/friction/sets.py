@@ -32,8 +32,13 @@ SETS: dict[str, tuple[str, ...]] = {
     "three_parameter": FITTED,
     MECHANISTIC: FITTED[1:2],
 }
+#: operating point of a calibration on one torque: preload [N], screw speed [rad/s], oil temperature [K]
+CALIBRATED_AT = ("preload", "speed", "temperature")
 #: unit that the keys of the file carry
-_SUFFIX = {"roughness_height": "roughness_height_m"}
+_SUFFIX = {
+    "roughness_height": "roughness_height_m",
+    **dict(zip(CALIBRATED_AT, ("preload_N", "speed_rad_s", "temperature_K"), strict=True)),
+}
 
 #: what the measured torques say of the parts of the torque
 NO_SPLIT = "Only the total torque is identified by these data, not its split into viscous and sliding part."
@@ -57,6 +62,7 @@ class FrictionSet:
     limits                    fitted parameter -> {"low", "high"}, 95 % limits by profile (SI), of the least squares fit
     not_identified            what the data do not identify -> why; None: not examined
     screw, parameters_hash    screw of the fit, its name and the hash of all that the films depend on; "" if not known
+    calibrated_at             of a calibration on one torque: its point, names CALIBRATED_AT; the set gives that torque
     """
 
     name: str
@@ -76,6 +82,7 @@ class FrictionSet:
     not_identified: Mapping[str, str] | None = None
     screw: str = ""
     parameters_hash: str = ""
+    calibrated_at: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for key in FITTED:
@@ -89,6 +96,13 @@ class FrictionSet:
                     f"friction set {self.name}: limits of {key} = {low} to {high}; allowed: 0 <= low <= high, "
                     "low finite"
                 )
+        at = self.calibrated_at
+        if at and not (
+            set(at) == set(CALIBRATED_AT) and all(0.0 < value < math.inf for value in at.values())
+        ):
+            raise ValueError(
+                f"friction set {self.name}: calibrated_at = {dict(at)}; allowed: {', '.join(CALIBRATED_AT)}, each > 0"
+            )
 
     @property
     def values(self) -> tuple[float, float, float]:
@@ -122,6 +136,8 @@ def load_friction_sets(
                 }
                 limits = table.get("limits", {}).items()
                 table["limits"] = {fields.get(key, key): dict(ends) for key, ends in limits}
+                at = table.get("calibrated_at", {}).items()
+                table["calibrated_at"] = {fields.get(key, key): float(value) for key, value in at}
                 sets[kinematics, name] = FrictionSet(name=name, kinematics=kinematics, **values, **table)
     except OSError as err:
         raise ValueError(f"{file}: cannot be read ({err.strerror}); {remedy}") from err
@@ -147,6 +163,15 @@ def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSe
             f"{' or '.join(LAW_SETS[chosen.kinematics])}: calibrate with it, or choose the other kinematics"
         )
     entry = fitting[chosen.set] if chosen.set in fitting else next(iter(fitting.values()))
+    check_usable(entry, parameters, f"{path}", "calibrate again")
+    return entry
+
+
+def check_usable(entry: FrictionSet, parameters: Parameters, where: str, remedy: str) -> None:
+    """Refuse numbers that a screw file may not have.
+
+    Raises       ValueError
+    """
     # with the mechanistic law the height of the screw file is that of its surfaces
     own = FITTED[:2] if entry.name == MECHANISTIC else FITTED
     try:
@@ -154,10 +179,7 @@ def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSe
     except ValidationError as err:
         first = err.errors()[0]
         allowed = first["msg"].replace("Input should be", "allowed:")
-        raise ValueError(
-            f"{path}: {first['loc'][-1]} = {first['input']}; {allowed}: calibrate again"
-        ) from err
-    return entry
+        raise ValueError(f"{where}: {first['loc'][-1]} = {first['input']}; {allowed}: {remedy}") from err
 
 
 def default_friction_set(parameters: Parameters) -> FrictionSet:
@@ -241,6 +263,8 @@ def write_friction_sets(
                 lines += _table(f"{prefix}.{part}.{key}", entries)
         for key, entries in entry.limits.items():
             lines += _table(f"{prefix}.limits.{_SUFFIX.get(key, key)}", entries)
+        if entry.calibrated_at:
+            lines += _table(f"{prefix}.calibrated_at", entry.calibrated_at)
         if entry.not_identified is not None:
             lines.append(f"[{prefix}.not_identified]")
             lines += [f"{_quoted(key)} = {_quoted(text)}" for key, text in entry.not_identified.items()]

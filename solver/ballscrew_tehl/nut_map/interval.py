@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..friction.interval import TorqueInterval, fit_of, torque_interval, unknown_constants
 from ..friction.mechanistic import law_constants
 from ..friction.sets import FrictionSet
-from ..friction.torque import nut_forces
+from ..friction.torque import nut_forces, preload_from_torque
 from ..parameters.file import Parameters
 from ..runtime.packed import POINT
 
 if TYPE_CHECKING:
+    from ..runtime.evaluate import NutMap
     from .contact_map import ContactMap
 
 #: key of a header
@@ -34,20 +36,78 @@ def map_interval(
 ) -> TorqueInterval:
     """Interval at an operating point, at the nearest one of the map where that lies beyond its axes.
 
+    So is the point of a calibration on one torque.
+
     Parameters   axes : of the header;  preload [N] > 0, speed [rad/s], temperature [K], axial_load [N]
     Raises       ArithmeticError: equilibrium of a ball not found
     """
     from .contact_map import MapContacts
 
     forces = nut_forces(parameters, nearest(axes, "force", preload), axial_load)
+    at = {name: nearest(axes, name, value) for name, value in friction_set.calibrated_at.items()}
     return torque_interval(
         parameters,
         [nearest(axes, "force", force) if force > 0.0 else 0.0 for force in forces],
         MapContacts(contact_map),
         nearest(axes, "speed", abs(speed)),
         nearest(axes, "temperature", temperature),
-        friction_set,
+        replace(friction_set, calibrated_at=at),
     )
+
+
+#: relative accuracy of the ends of a preload
+PRELOAD_ACCURACY = 1e-3
+
+
+class PreloadInterval(NamedTuple):
+    """Preloads [N] whose intervals of the torque end at a measured torque.
+
+    meaning : of the interval of the torque at the preload itself;  at_edge : ends that the map cuts off
+    """
+
+    low: float
+    high: float
+    meaning: str
+    at_edge: tuple[str, ...]
+
+
+def preload_interval(
+    parameters: Parameters,
+    contact_map: ContactMap,
+    nut_map: NutMap,
+    friction_set: FrictionSet,
+    torque: float,
+    preload: float,
+    speed: float,
+    temperature: float,
+) -> PreloadInterval:
+    """Interval of the preload behind a measured torque.
+
+    Parameters   torque : measured [N.m], >= 0;  preload : found by it [N];  speed [rad/s], temperature [K]
+    Returns      low, whose interval of the torque has the measured one as its high end, and high, as its low end;
+                 where the map does not reach so far, its end
+    Raises       ArithmeticError as map_interval
+    """
+    axes, at = nut_map.header["axes"], (speed, temperature)
+    lowest, highest = axes["preload"][0], min(axes["force"][1], axes["preload"][1])
+
+    def interval(preload: float) -> TorqueInterval:
+        return map_interval(parameters, contact_map, axes, friction_set, preload, *at)
+
+    def end(preload: float, which: int) -> float:
+        return interval(preload).relative[which] * float(nut_map.evaluate(preload, *at).friction_torque)
+
+    low, high, at_edge = lowest, highest, []
+    if end(lowest, 1) < torque:
+        low = preload_from_torque(lambda x: end(x, 1), torque, lowest, highest, PRELOAD_ACCURACY)
+    else:
+        at_edge.append("low")
+    if end(highest, 0) > torque:
+        high = preload_from_torque(lambda x: end(x, 0), torque, 0.0, highest, PRELOAD_ACCURACY)
+    else:
+        at_edge.append("high")
+    # an extrapolated preload is below the map
+    return PreloadInterval(min(low, preload), max(high, preload), interval(preload).meaning, tuple(at_edge))
 
 
 def nearest(axes: Mapping[str, Any], axis: str, value: float) -> float:

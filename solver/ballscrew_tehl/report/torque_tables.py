@@ -9,8 +9,8 @@ import numpy as np
 
 from .. import __version__
 from ..friction.baselines import nsk_torque
-from ..friction.origin import carried_over
-from ..friction.sets import FITTED, SETS
+from ..friction.origin import CATALOGUE_DIFFERS, carried_over
+from ..friction.sets import FITTED, MECHANISTIC, SETS
 from ..nut_map.trend import THICK
 from ..parameters.units import CELSIUS, RPM
 from .lines import Lines
@@ -137,6 +137,12 @@ def torques(material: Material) -> Html:
         ["preload [N]", *(f"{w / RPM:.0f} r/min" for w in speeds), "catalogue"],
         rows,
     )
+
+
+def catalogue_note(material: Material) -> str:
+    """Why the torques of the mechanistic law differ from those of the catalogue; "" for the other law."""
+    law = material.chosen.nut_map.law == MECHANISTIC
+    return f"{CATALOGUE_DIFFERS[0].upper()}{CATALOGUE_DIFFERS[1:]}." if law else ""
 
 
 def intervals(lines: Lines) -> Html:

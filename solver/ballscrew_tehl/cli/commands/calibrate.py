@@ -5,17 +5,18 @@ from __future__ import annotations
 from argparse import Namespace
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from ...calibration.measurements import Measurement
-from ...friction.sets import MECHANISTIC, PACKAGED_SETS, FrictionSet, write_friction_sets
+from ...friction.origin import with_set
+from ...friction.sets import MECHANISTIC, PACKAGED_SETS, FrictionSet, check_usable, write_friction_sets
 from ...parameters.file import Parameters
 from ...parameters.packaged_data import PACKAGED_VG100
 from ...parameters.units import CELSIUS, RPM
 from ..shared.chosen import screw_hint, screw_of
 from ..shared.files import check_output, new_folder, written
 from ..shared.progress import QUIET, progress_bar
-from ..shared.quantities import TEMPERATURE
+from ..shared.quantities import CALIBRATION_POINT, TEMPERATURE
 from ..shared.results import print_results, say
 
 if TYPE_CHECKING:
@@ -28,11 +29,13 @@ if TYPE_CHECKING:
 
 
 def run_calibrate(args: Namespace) -> int:
-    """Fit to the user's measurements, or refit the packaged sets."""
-    if args.packaged == bool(args.measurements):
-        raise ValueError("calibrate needs either MEASUREMENTS.csv or --packaged")
+    """Fit to the user's measurements or to one torque, or refit the packaged sets."""
+    one = any(getattr(args, quantity.name) is not None for quantity in CALIBRATION_POINT[:3])
+    if args.packaged + bool(args.measurements) + one != 1:
+        raise ValueError("calibrate needs either MEASUREMENTS.csv, --torque-nm with its point, or --packaged")
+    point = _point(args) if one else None
     # as torque --friction mechanistic does
-    law = args.set == MECHANISTIC and args.screw is None and not args.packaged
+    law = (one or args.set == MECHANISTIC) and args.screw is None and not args.packaged
     parameters = screw_of(args, PACKAGED_VG100 if law else None)
     if law:
         say(f"no --screw: {parameters.name} with {parameters.lubricant.name} ({PACKAGED_VG100.name})")
@@ -42,8 +45,8 @@ def run_calibrate(args: Namespace) -> int:
     for option, given, kind in outputs:
         if given:
             check_output(option, given, kind, inputs=(args.measurements, args.screw))
-    result = _calibration(args, parameters)
-    found = result.friction_set
+    fitted = _of_file(args, parameters) if point is None else _of_point(args, parameters, point)
+    found = fitted.friction_set
     if args.output:
         with written("--output", args.output):
             write_friction_sets(
@@ -52,6 +55,59 @@ def run_calibrate(args: Namespace) -> int:
                 "Fitted by python -m ballscrew_tehl calibrate",
             )
         say(f"written: {args.output}")
+    if args.json:
+        entry = vars(found) | {"calibration": fitted.data}
+        print_results([{f"{found.kinematics}.{found.name}": entry}], True, False)
+        return 0
+    print(fitted.text)
+    print("For the screw file:\n" + "\n".join(_screw_file_lines(found)))
+    return 0
+
+
+class _Fitted(NamedTuple):
+    """A fitted set, what --json adds to it, the same as text."""
+
+    friction_set: FrictionSet
+    data: dict[str, Any]
+    text: str
+
+
+def _point(args: Namespace) -> Measurement:
+    """The one point of the options."""
+    unused = {"--plot": args.plot, "--drop": args.drop, "--loss": args.loss}
+    for option, value in unused.items():
+        if value:
+            raise ValueError(f"{option} with --torque-nm; allowed: with MEASUREMENTS.csv only")
+    if args.set not in (None, MECHANISTIC):
+        raise ValueError(f"--set = {args.set}; allowed with --torque-nm: {MECHANISTIC}, which has one number")
+    values = []
+    for quantity in CALIBRATION_POINT:
+        given = getattr(args, quantity.name)
+        if given is None:
+            names = ", ".join(quantity.option for quantity in CALIBRATION_POINT)
+            raise ValueError(f"{quantity.option} (missing); allowed: {names} together")
+        values.append(quantity.checked(quantity.option, given))
+    torque, preload, speed, temperature = values
+    return Measurement(preload, abs(speed) * RPM, temperature + CELSIUS, torque)
+
+
+def _of_point(args: Namespace, parameters: Parameters, point: Measurement) -> _Fitted:
+    from ...calibration.one_point import calibrate_point, point_data, point_text
+
+    with_set(parameters, MECHANISTIC)
+    films, outside = _films(args, parameters)
+    if reason := outside(point):
+        raise ValueError(f"outside the map: {reason}; remedy: a larger map, or none")
+    result = calibrate_point(point, parameters, cast("ContactValues", films(MECHANISTIC)))
+    return _Fitted(result.friction_set, point_data(result), point_text(result))
+
+
+def _of_file(args: Namespace, parameters: Parameters) -> _Fitted:
+    """Fit to a file, with its picture if that is wanted."""
+    from ...calibration.user import calibration_data, calibration_text
+
+    result = _calibration(args, parameters)
+    check_usable(result.friction_set, parameters, args.measurements, "check the units of torque and preload")
     if args.plot:
         from ...calibration.plot import calibration_figure, save_figure
 
@@ -59,17 +115,7 @@ def run_calibrate(args: Namespace) -> int:
         with written("--plot", args.plot):
             save_figure(figure, Path(args.plot))
         say(f"written: {args.plot}")
-    if args.json:
-        from ...calibration.user import calibration_data
-
-        entry = vars(found) | {"calibration": calibration_data(result)}
-        print_results([{f"{found.kinematics}.{found.name}": entry}], True, False)
-        return 0
-    from ...calibration.user import calibration_text
-
-    print(calibration_text(result))
-    print("For the screw file:\n" + "\n".join(_screw_file_lines(found)))
-    return 0
+    return _Fitted(result.friction_set, calibration_data(result), calibration_text(result))
 
 
 def _screw_file_lines(found: FrictionSet) -> list[str]:

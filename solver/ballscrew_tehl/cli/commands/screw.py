@@ -61,7 +61,10 @@ def run_screw(args: Namespace) -> int:
             result |= {"speed_rpm": speed, "temperature_c": temperature, "friction_torque_nm": torque}
             if (both := efficiency(screw, point["axial_load_n"], torque)) is not None:
                 result |= {"efficiency": both.driving, "efficiency_backdriving": both.backdriving}
-            result |= {"in_range": bool(state.in_range), "clamped": list(state.clamped)}
+            result |= {
+                "in_range": bool(state.in_range),
+                "clamped": list(state.clamped),
+            } | chosen.catalogue_note
             if speed:
                 result["life_hours"] = result["life_turns"] / (60.0 * abs(speed))
         if speed == 0.0:

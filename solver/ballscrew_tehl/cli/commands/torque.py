@@ -67,6 +67,8 @@ def run_torque(args: Namespace) -> int:
     _say_at_rest(results)
     if args.points and not args.json:
         _say_reservations(results)
+        for key, note in chosen.catalogue_note.items():
+            say(f"{key}: {note}")
     print_results(
         [{**result, **_catalogue(chosen, result), **common} for result in results],
         args.json,
@@ -120,9 +122,12 @@ def _odd_films(chosen: Chosen, extremes: Mapping[str, float]) -> dict[str, str]:
 
 
 def _catalogue(chosen: Chosen, point: dict[str, Any]) -> dict[str, Any]:
-    """Catalogue torque; of a single nut its kind, and with a fitted set the spin of oversize balls, which it omits."""
+    """Catalogue torque and why the law differs.
+
+    Of a single nut its kind, and with a fitted set the spin of oversize balls, which it omits.
+    """
     screw, preload = chosen.parameters.screw, point["preload_n"]
-    found = {"catalogue_torque_nm": float(nsk_torque(screw, preload))}
+    found = {"catalogue_torque_nm": float(nsk_torque(screw, preload)), **chosen.catalogue_note}
     if screw.preload_kind == "double_nut":
         return found
     kind = {"preload_kind": screw.preload_kind}
@@ -136,12 +141,9 @@ def _catalogue(chosen: Chosen, point: dict[str, Any]) -> dict[str, Any]:
 
 def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
     """Keys of an interval: its ends over its own torque, applied to that of the answer."""
-    from ...friction.interval import MEANING
-
     low, high = sorted(share * torque for share in found.relative)
-    shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(found.shares.items())[:2])
     # at rest the torque is that of the drive
-    meaning = f"{MEANING}: {shares}" if torque else "none at rest"
+    meaning = found.meaning if torque else "none at rest"
     return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": meaning}
 
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...friction.origin import refuse_other_fit, with_set, without_overrides
+from ...friction.origin import CATALOGUE_DIFFERS, refuse_other_fit, with_set, without_overrides
 from ...friction.sets import FrictionSet, default_friction_set, friction_set_of_file, load_friction_sets
 from ...parameters.file import Parameters, changed, load_parameters
 from ...parameters.packaged_data import PACKAGED_VG100
@@ -77,6 +77,12 @@ class Chosen(NamedTuple):
             "friction_set": self.friction_set.name,
             "friction_screw": self.friction_set.screw,
         }
+
+    @property
+    def catalogue_note(self) -> dict[str, str]:
+        """Key that says why a torque of the mechanistic law differs from that of the catalogue."""
+        law = self.friction_set.film_model == MECHANISTIC
+        return {"catalogue_note": CATALOGUE_DIFFERS} if law else {}
 
 
 def chosen_of(args: Namespace) -> Chosen:

@@ -69,6 +69,9 @@ TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", 0.0)
 TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
 SCREW_POINT = (PRELOAD, AXIAL_LOAD)
 PRELOAD_POINT = (TORQUE, SPEED._replace(not_zero=True), TEMPERATURE)
+CALIBRATION_POINT = (
+    TORQUE._replace(not_zero=True), PRELOAD._replace(not_zero=True), SPEED._replace(not_zero=True), TEMPERATURE,
+)  # fmt: skip
 REPORT_POINT = (PRELOAD, SPEED, TEMPERATURE)
 
 

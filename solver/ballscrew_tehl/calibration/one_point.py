@@ -1,0 +1,122 @@
+"""Calibration of the mechanistic law on one torque, measured or of a catalogue: its one number, exactly."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from .. import __version__
+from ..friction.baselines import nsk_torque
+from ..friction.interval import TorqueInterval, torque_interval
+from ..friction.mechanistic import ContactValues, ball_ball_coefficient, torque_line
+from ..friction.origin import CATALOGUE, CATALOGUE_DIFFERS, without_overrides
+from ..friction.sets import CALIBRATED_AT, MECHANISTIC, FrictionSet
+from ..friction.torque import nut_forces
+from ..parameters.file import Parameters
+from ..parameters.identity import parameters_hash
+from ..parameters.units import CELSIUS, RPM
+from .diagnostics import SPLIT
+from .measurement_units import TORQUE
+from .measurements import Measurement
+from .user import TRANSFER, number_notes
+
+#: most that a torque may be above the interval of the law, or below it, as a factor
+MOST_FACTOR = 3.0
+ONE_POINT = (
+    "one point identifies the level of the torque only: no left-out error, no limits of the coefficient"
+)
+HELD = (
+    "the interval of the torque is narrow at this point and wider away from it: at other values of the bounded "
+    "constants the coefficient is fitted to this torque again; scatter as of the packaged fit"
+)
+
+
+class OnePoint(NamedTuple):
+    """The set that gives a torque, the torque, without ball on ball [N.m], and the law's interval there without it."""
+
+    friction_set: FrictionSet
+    measurement: Measurement
+    rest: float
+    law: TorqueInterval
+    notes: list[str]
+
+
+def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactValues) -> OnePoint:
+    """Coefficient with which the mechanistic law gives a torque.
+
+    Parameters   m : no axial load;  contacts : of the balls
+    Raises       ValueError: a torque that no coefficient >= 0 gives, or beyond MOST_FACTOR
+                 times the interval of the law
+    """
+    own = without_overrides(parameters, MECHANISTIC)
+    kinematics, kappa = own.friction.kinematics, own.friction.ball_thrust
+    at = own, nut_forces(own, m.preload, 0.0), contacts, m.speed, m.temperature
+    unfitted = FrictionSet(
+        MECHANISTIC, kinematics, contacts.name, 1.0, ball_ball_coefficient(own.friction, kappa)
+    )
+    law = torque_interval(*at, unfitted)
+    rest, slope = torque_line(*at)
+    if problem := _refusal(m, rest, law):
+        raise ValueError(problem)
+    where = f"{m.preload:g} N, {m.speed / RPM:g} r/min, {m.temperature - CELSIUS:g} C"
+    found = FrictionSet(
+        MECHANISTIC, kinematics, contacts.name, 1.0, (m.torque - rest) / slope,
+        provenance=f"one torque, {m.torque:g} N.m at {where}, ballscrew_tehl {__version__}",
+        not_identified={SPLIT: ONE_POINT},
+        screw=parameters.name, parameters_hash=parameters_hash(parameters),
+        calibrated_at={name: getattr(m, name) for name in CALIBRATED_AT},
+    )  # fmt: skip
+    catalogue = float(nsk_torque(own.screw, m.preload))
+    notes = [
+        ONE_POINT, HELD, f"catalogue torque ({CATALOGUE}) {catalogue:.3g} N.m: {CATALOGUE_DIFFERS}", TRANSFER,
+        *number_notes(found, parameters),
+    ]  # fmt: skip
+    return OnePoint(found, m, rest, law, notes)
+
+
+def _refusal(m: Measurement, rest: float, law: TorqueInterval) -> str:
+    """One line if the law cannot give the torque, or hardly does; else ""."""
+    low, high = max(rest, law.low / MOST_FACTOR), MOST_FACTOR * law.high
+    if low <= m.torque <= high:
+        return ""
+    # the unit that brings it nearest to the law
+    meant = {unit: m.torque * factor for unit, (factor, _) in TORQUE.items()}
+    unit = min(meant, key=lambda unit: max(meant[unit] / law.torque, law.torque / meant[unit]))
+    remedy = "check unit, preload, oil (viscosity, temperature), its supply and what was subtracted from the torque"
+    if law.low <= meant[unit] <= law.high:
+        remedy = f"is {m.torque:.6g} {unit} = {meant[unit]:.4g} N.m meant?"
+    return (
+        f"torque = {m.torque:.6g} N.m, {m.torque / law.torque:.3g} times that of the law; allowed: {low:.4g} to "
+        f"{high:.4g} N.m. Its interval is {law.low:.4g} to {law.high:.4g} N.m there, without friction between balls "
+        f"{rest:.4g} N.m: {remedy}"
+    )
+
+
+def point_data(result: OnePoint) -> dict[str, Any]:
+    """What --json adds to the friction set."""
+    m = result.measurement
+    return {
+        "points": [{
+            "preload_n": m.preload,
+            "speed_rpm": m.speed / RPM,
+            "temperature_k": m.temperature,
+            "axial_load_n": m.axial_load,
+            "measured_nm": m.torque,
+            "without_ball_ball_nm": result.rest,
+            "law_low_nm": result.law.low,
+            "law_high_nm": result.law.high,
+        }],
+        "notes": result.notes,
+        "not_identified": result.friction_set.not_identified,
+    }  # fmt: skip
+
+
+def point_text(result: OnePoint) -> str:
+    """The result as text."""
+    found, law = result.friction_set, result.law
+    return "\n".join([
+        f"Fitted to {found.provenance}",
+        f"    {'net_sliding_coefficient':<26}{found.net_sliding_coefficient:.4g}",
+        f"    of the torque without friction between balls {result.rest:.4g} N.m",
+        f"    the law without this point {law.torque:.4g} N.m, interval {law.low:.4g} to {law.high:.4g} N.m",
+        *(f"note: {note}" for note in result.notes),
+    ])  # fmt: skip
