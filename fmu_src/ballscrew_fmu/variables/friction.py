@@ -127,6 +127,12 @@ def band_text(header: Header) -> str:
     )
 
 
+def band_half_width(header: Header) -> float:
+    """Half-width of the same interval over the torque [1]; 0 without one."""
+    band = header.get("mechanistic_interval")
+    return 0.0 if band is None else 0.5 * float(band["high"] - band["low"])
+
+
 def origin_text(header: Header) -> str:
     """What an instance says once: that its friction numbers are those of another screw; "" if they are not."""
     found = header.get("friction", {})

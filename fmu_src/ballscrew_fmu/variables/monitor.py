@@ -1,6 +1,6 @@
 """Table of the variables of BallScrewPreloadMonitor. Its friction parameters are those of BallScrewFriction."""
 
-from ballscrew_fmu.variables.friction import INPUTS, PARAMETERS, Header, Variable, highest, of_map
+from ballscrew_fmu.variables.friction import INPUTS, PARAMETERS, Header, Variable, band_half_width, highest, of_map
 from ballscrew_tehl.runtime.packed import DEFAULTS
 
 _ALL = ("torque", "speed", "temperature", "axial_load")
@@ -24,9 +24,9 @@ ROWS = (
     ),
     Variable(
         "preload_half_width", "output",
-        "Half-width of the preload interval: torque_uncertainty/torque_sensitivity, at most the end of the map",
+        "Half-width of the preload interval: both uncertainties over torque_sensitivity, at most the end of the map",
         "N", minimum=0.0, nominal=100.0, quantity="Force", depends_on=_ALL,
-        initially_depends_on=(*_PRELOAD, "torque_uncertainty"), of_map={"maximum": highest("force")},
+        initially_depends_on=(*_PRELOAD, "torque_uncertainty", "law_uncertainty"), of_map={"maximum": highest("force")},
     ),
     Variable(
         "torque_sensitivity", "output",
@@ -55,6 +55,11 @@ ROWS = (
     Variable(
         "initial_preload", "parameter", "Preload reported before the first valid estimate", "N", minimum=0.0,
         nominal=1000.0, quantity="Force", of_map=_ROWS["preload"].of_map,
+    ),
+    Variable(
+        "law_uncertainty", "parameter",
+        "Half-width of the interval of the law's torque over it; 0: changes since a calibration",
+        "1", minimum=0.0, nominal=0.1, of_map={"start": band_half_width},
     ),
 )  # fmt: skip
 INDICATORS = (  # native FMUs only

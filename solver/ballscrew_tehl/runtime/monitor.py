@@ -3,6 +3,7 @@
 Standard library only besides the modules of the map: this module travels inside the FMU. Twin: native/monitor/model.c.
 """
 
+import math
 from typing import Any, NamedTuple
 
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -31,6 +32,7 @@ class MonitorParameters(NamedTuple):
     speed_min: float  # [rad/s] below it the torque does not determine the preload
     torque_uncertainty: float  # [N.m]
     initial_preload: float  # [N]
+    law_uncertainty: float  # [1] half-width of the interval of the law over its torque
 
 
 class MonitorStep(NamedTuple):
@@ -52,7 +54,7 @@ def monitor_step(
     given, speed, slowest = parameters, inputs.speed, parameters.speed_min
     friction = FrictionParameters(*(getattr(given, name) for name in DEFAULTS))
     point, highest = (inputs.temperature, inputs.axial_load, friction), nut_map.force.hi
-    uncertainty = given.torque_uncertainty
+    uncertainty = math.hypot(given.torque_uncertainty, given.law_uncertainty * inputs.torque)
     moving = abs(speed) >= slowest and speed != 0.0
     if moving:
         found = estimate_preload(nut_map, inputs.torque, speed, *point, given.regularization_speed)

@@ -57,7 +57,7 @@ def test_outputs_are_those_of_the_map_and_the_preload_is_recovered(folder_of, ki
     nut_map = make_map(law=law)
     friction = dict(zip(DEFAULTS, (3.0, 0.008, 60e-9, 2.5), strict=True))
     rows, preloads = friction_rows(nut_map, 300, **friction)
-    given = {**friction, "speed_min": 0.02, "torque_uncertainty": 0.05}
+    given = {**friction, "speed_min": 0.02, "torque_uncertainty": 0.05, "law_uncertainty": 0.1}
     expected = monitor_outputs(nut_map, rows, **given)
     found = replay(folder_of(MONITOR, kind, law), [{**rows[0], **given}, *rows[1:]])
     for one, wanted in zip(found, expected, strict=True):
@@ -86,6 +86,8 @@ def test_sensitivity_and_half_width(opened):
         slope = 0.002 / (preloads[1] - preloads[0])
         assert one.get("torque_sensitivity") == pytest.approx(slope, rel=1e-5)
         assert one.get("preload_half_width") == pytest.approx(0.01 / slope, rel=1e-5)
+        one.step(law_uncertainty=0.03)
+        assert one.get("preload_half_width") == pytest.approx(math.hypot(0.01, 0.024) / slope, rel=1e-5)
         one.step(torque_uncertainty=1e6)
         assert one.get("preload_half_width") == 12000.0
 

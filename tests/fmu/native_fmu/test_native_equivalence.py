@@ -182,6 +182,7 @@ def test_random_steps_of_the_monitor_are_those_of_python(nut_map):
         given |= {
             "speed_min": (0.0, 1.0)[n % 2],
             "torque_uncertainty": (0.01, 0.3)[n % 2],
+            "law_uncertainty": (0.0, 0.2, 0.6)[n % 3],
             "initial_preload": 900.0,
         }
         step = 0.0 if n % 13 == 12 else 1e-3
@@ -236,6 +237,7 @@ WIDTHS = {  # [unit] of a difference quotient; None: a share of the value
         "torque": 1e-4, "speed": 1e-3, "temperature": 1e-2, "axial_load": 0.1, "apparent_viscosity_ratio": 1e-4,
         "net_sliding_coefficient": 1e-7, "roughness_height": 1e-12, "breakaway_factor": 1e-4,
         "regularization_speed": 1e-3, "speed_min": 1e-4, "torque_uncertainty": 1e-5, "initial_preload": 0.1,
+        "law_uncertainty": 1e-5,
     },
 }  # fmt: skip
 

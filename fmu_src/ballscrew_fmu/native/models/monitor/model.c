@@ -52,12 +52,18 @@ static void estimate(Model *model, Estimate *found)
     }
 }
 
+/* Half-width of the interval of the torque [N.m], of the measured one and of the law */
+static double uncertainty(const double *at)
+{
+    return hypot(at[TORQUE_UNCERTAINTY], at[LAW_UNCERTAINTY] * at[TORQUE]);
+}
+
 /* All outputs except those of the films. */
 static void compute(Model *model)
 {
     const bool rests = at_rest(model);
     const double *at = model->latched;
-    double *out = model->value, slope;
+    double *out = model->value, slope, wide;
     Estimate found;
 
     if (model->solved) {
@@ -76,8 +82,8 @@ static void compute(Model *model)
     }
     slope = greater(found.slope, 0.0);
     out[TORQUE_SENSITIVITY] = slope;
-    out[PRELOAD_HALF_WIDTH] =
-        at[TORQUE_UNCERTAINTY] < slope * model->map->force.hi ? at[TORQUE_UNCERTAINTY] / slope : model->map->force.hi;
+    wide = uncertainty(at);
+    out[PRELOAD_HALF_WIDTH] = wide < slope * model->map->force.hi ? wide / slope : model->map->force.hi;
     model->solved = true;
 }
 
@@ -338,7 +344,7 @@ void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], dou
 {
     const double *at = model->latched;
     Along speed, preload;
-    double steep;
+    double steep, wide;
 
     memset(slopes, 0, VARIABLE_COUNT * sizeof *slopes);
     compute(model);
@@ -347,9 +353,13 @@ void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], dou
     steep = model->value[TORQUE_SENSITIVITY];
     slopes[PRELOAD] = preload.slope;
     slopes[TORQUE_SENSITIVITY] = steep > 0.0 ? sensitivity_slope(model, direction, speed, preload) : 0.0;
-    if (at[TORQUE_UNCERTAINTY] < steep * model->map->force.hi) {
-        slopes[PRELOAD_HALF_WIDTH] =
-            (direction[TORQUE_UNCERTAINTY] - model->value[PRELOAD_HALF_WIDTH] * slopes[TORQUE_SENSITIVITY]) / steep;
+    wide = uncertainty(at);
+    if (wide < steep * model->map->force.hi) {
+        const double law = at[LAW_UNCERTAINTY] * at[TORQUE];
+        const double change = at[TORQUE_UNCERTAINTY] * direction[TORQUE_UNCERTAINTY]
+                            + law * (direction[LAW_UNCERTAINTY] * at[TORQUE] + at[LAW_UNCERTAINTY] * direction[TORQUE]);
+        slopes[PRELOAD_HALF_WIDTH] = (change / greater(wide, SMOOTH)
+                                      - model->value[PRELOAD_HALF_WIDTH] * slopes[TORQUE_SENSITIVITY]) / steep;
     }
     slopes[LAMBDA_RATIO] = lambda_ratio_along(model->map, at, direction, preload).slope;
 }
