@@ -1,6 +1,14 @@
 """Table of the variables of BallScrewPreloadMonitor. Its friction parameters are those of BallScrewFriction."""
 
-from ballscrew_fmu.variables.friction import INPUTS, PARAMETERS, Header, Variable, band_half_width, highest, of_map
+from ballscrew_fmu.variables.friction import (
+    INPUTS,
+    PARAMETERS,
+    Header,
+    Variable,
+    band_half_width,
+    highest,
+    of_map,
+)
 from ballscrew_tehl.runtime.packed import DEFAULTS
 
 _ALL = ("torque", "speed", "temperature", "axial_load")
