@@ -21,7 +21,7 @@ NODES_ALONG, NODES_ACROSS = 5, 8
 #: least factor: maps store logarithms
 LEAST_FACTOR = 1e-4
 #: film over the gap where oil begins at which the missing loss fades: its wedge is there no longer. At 1 the torque of
-#: the packaged screw falls with preload in cold fast oil, from 5 on films above the gap are 5 % worse than at 3
+#: the packaged screw falls with preload in cold fast oil; chosen on the seven solves below, where 2 to 5 differ little
 FADES = 3.0
 
 
@@ -66,13 +66,13 @@ def supply_factor(
                  eta0 and film of the inlet
     Returns      (1 - q/3)^3, at least LEAST_FACTOR, with q = missing_loss/loss/(1 + (film/(FADES hertz_gap))^2); joined
                  by a fourth power with its limit in films above the gap where oil begins, X before the middle: there
-                 the load acts at most X/3 before the middle, load u_e X/(3 R_x). Broadcast
+                 the load acts about X/3 before the middle, load u_e X/(3 R_x). Broadcast
     Raises       ValueError: length below 2
     Validity     19 thermal solves with that inlet, M 53 to 24,000: mean and largest error of the loss 0 and 13 % at
                  6 b, -1 and 6 % at 10 b, +10 and 61 % at 3 b (light hot contacts). Seven, M 2.8 to 37: -8 to 14 % at
                  6 b, -28 to 4 % at 10 b. The film is that of the flooded contact
     Source       the cube is an assumption of form: powers 2, 3, 4 and the exponential were compared with these solves,
-                 so is the join. Limit: solved 0.29 to 0.36 X below M 11
+                 so is the join. Limit: solved 0.27 to 0.36 X below M 11
     """
     needs(length >= 2.0, "supply_length", length, ">= 2 half-widths")
     if length == FLOODED:
