@@ -8,6 +8,8 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
+
 from ..parameters.file import LubricantParameters, SolidParameters
 from .asymptotic import anchored, expected_resolved
 from .conditions import DEFAULT_OPTIONS, ContactConditions, SolverOptions, scales_of
@@ -54,7 +56,8 @@ def solve(
         _warn_of_thick(conditions, oil)
     announce_compilation()
     begun = time.perf_counter()
-    with one_thread():
+    # a diverging iterate is detected by values that are not finite
+    with one_thread(), np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         solution = _solved(conditions, oil, solid, options)
     return replace(solution, seconds=time.perf_counter() - begun)
 

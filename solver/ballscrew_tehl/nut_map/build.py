@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Executor, ThreadPoolExecutor, wait
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -31,6 +31,7 @@ from .atlas import atlas_quantities, load_atlas
 from .contact_map import ContactMap, ContactModel, MapContacts, screw_atlases
 from .contacts import (
     FILMS,
+    MIN_FILM,
     QUANTITIES,
     VISCOUS,
     Array,
@@ -45,6 +46,8 @@ from .workers import Progress, interrupt_held, worker_pool
 
 #: share of its friction by which a contact that did not converge may be uncertain; above, the range is cut before it
 UNCERTAIN = 0.02
+#: seconds after which progress is shown again, for a contact may take a minute
+ALIVE = 20.0
 #: share of the contacts that must be solved for a map
 MIN_SOLVED = 0.5
 #: every third temperature, at which the shear of balls on two flanks is summed; its mean changes by 1.6e-3 at most
@@ -164,6 +167,11 @@ def _well_known(model: ContactModel, first: int, grid: MapGrid) -> bool:
 
 def _refuse_unsolved(contacts: Mapping[str, SolvedContacts], range_: ContactRange) -> None:
     good, total = sum(int(c.good.sum()) for c in contacts.values()), sum(map(len, contacts.values()))
+    if not total:
+        raise MapNotBuiltError(
+            f"no contact of the range has a film above {1e9 * MIN_FILM:g} nm, below which none is solved: give a higher "
+            "speed by --speed-rpm, a lower temperature by --temperature-c, or a thicker oil"
+        )
     if not good >= MIN_SOLVED * total:
         raise MapNotBuiltError(
             f"{total - good} of {total} contacts of the range did not converge (ball load {range_.load[0]:.3g} to "
@@ -191,9 +199,13 @@ def _solve_missing(
                 jobs[executor.submit(solve, parameters, raceway, *point)] = key
     # grows as points are added
     total = len(journal) + len(jobs)
+    pending = set(jobs)
     try:
-        for job in as_completed(jobs):
-            journal.add(jobs[job], job.result())
+        while pending:
+            done, pending = wait(pending, ALIVE, FIRST_COMPLETED)
+            # what is solved is kept before an interrupt ends the loop
+            for job in sorted(done, key=lambda one: one.exception() is not None):
+                journal.add(jobs[job], job.result())
             if progress is not None:
                 progress(len(journal), total, "contacts solved")
     except BaseException:

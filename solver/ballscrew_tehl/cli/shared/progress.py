@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 #: seconds before the first word of a command that may be done sooner
 QUIET = 2.0
-#: seconds between two words of such a command
-BETWEEN = 0.5
+#: seconds between two words of such a command, and after which a line is written again
+BETWEEN, AGAIN = 0.5, 20.0
 
 
 @contextmanager
 def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
-    """A bar with the time left for each stage on a terminal, else a line per twentieth of the work.
+    """A bar with the time left for each stage on a terminal, else a line per twentieth of the work or 20 s.
 
     Parameters   quiet : seconds from the beginning in which nothing is shown, nor anything imported for it
     """
@@ -61,15 +61,18 @@ def _display() -> Iterator[Progress]:
 
 
 def _lines() -> Progress:
-    begun, doing = time.monotonic(), ""
+    begun = said = time.monotonic()
+    doing = ""
     printed, before, whole = -1, 0, 0
 
     def line(finished: int, total: int, what: str) -> None:
-        nonlocal printed, before, begun, doing, whole
+        nonlocal printed, before, begun, said, doing, whole
         if what != doing or total != whole:
             # a refining build adds work stage by stage
             begun, printed, before, doing, whole = time.monotonic(), -1, finished, what, total
-        if 20 * (finished - before) >= (printed + 1) * (total - before):
+        due = time.monotonic() >= said + AGAIN
+        if due or 20 * (finished - before) >= (printed + 1) * (total - before):
+            said = time.monotonic()
             printed = 20 * (finished - before) // max(total - before, 1)
             seconds = time.monotonic() - begun
             left = seconds * (total - finished) / max(finished - before, 1)
