@@ -169,8 +169,8 @@ def _refuse_unsolved(contacts: Mapping[str, SolvedContacts], range_: ContactRang
     good, total = sum(int(c.good.sum()) for c in contacts.values()), sum(map(len, contacts.values()))
     if not total:
         raise MapNotBuiltError(
-            f"no contact of the range has a film above {1e9 * MIN_FILM:g} nm, below which none is solved: give a higher "
-            "speed by --speed-rpm, a lower temperature by --temperature-c, or a thicker oil"
+            f"no contact of the range has a film above {1e9 * MIN_FILM:g} nm, below which none is solved: give a "
+            "higher speed by --speed-rpm, a lower temperature by --temperature-c, or a thicker oil"
         )
     if not good >= MIN_SOLVED * total:
         raise MapNotBuiltError(
