@@ -107,7 +107,7 @@ def thrust_factor(friction: FrictionParameters, share: Any) -> Any:
     Balls whose contact angles differ would run at different speeds. Their neighbours hold them, and both contacts
     creep: elastically, sliding over a part of the contact. The creep is given by the angles; where the contact can
     transmit more, less of it slides. So the thrust hardly rises with friction: 1.10 times where asperities carry all.
-    Assumption: spin and slip of the same contacts are left out; with them it rises as the friction does (docs/theory.md).
+    Assumption: spin and slip of the same contacts are left out; with them it would rise more (docs/theory.md).
 
     Parameters   share : f, float or array, 0 to 1
     Returns      (2 - y)/(2 - x) with y = x Lambda/mu up to 1, mu = (1-f) Lambda + f mu_b, x the creep over that at
