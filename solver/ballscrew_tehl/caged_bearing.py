@@ -30,8 +30,8 @@ from .refinement.direct import DirectContacts
 from .runtime.packed import MECHANISTIC
 
 #: what a screw needs and a bearing has not, so small that it does not count: lead over ball diameter, and section of
-#: the bodies between two balls over its square. The loads of the balls then differ by less than 1e-3; without any stretch
-#: of the bodies they would be lost in rounding
+#: the bodies between two balls over its square. The loads of the balls then differ by less than 1e-3; they would be
+#: lost in rounding without any stretch of the bodies
 LEAD, SECTION = 1e-6, 1e-3
 #: contact angle [rad] that stands for a right angle, at which a contact has no radius of its own
 STEEPEST = math.radians(89.99)
