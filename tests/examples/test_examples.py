@@ -35,6 +35,7 @@ def results(native_fmu, synthetic_nut_map, tmp_path_factory):
 
     given = {
         "circular_test": lambda: ((native_fmu,), {"feeds": (0.01, 0.02)}),
+        "bearing_friction": lambda: (((1000.0, 5000.0), (50.0, 5000.0)), {}),
         "kinematics_comparison": lambda: (((200.0, 2000.0),), {}),
         "preload_monitoring": lambda: ((synthetic_nut_map,), {"lives": 4}),
         "servo_axis_ssp": lambda: ((native_fmu, folder / "servo_axis.ssp"), {}),
@@ -58,7 +59,7 @@ WITH_FMU = ("circular_test", "model_exchange", "preload_monitoring", "servo_axis
 
 
 @pytest.mark.parametrize(
-    "name", [*WITH_FMU, "kinematics_comparison", "thermal_reduction", "torque_over_speed"]
+    "name", [*WITH_FMU, "bearing_friction", "kinematics_comparison", "thermal_reduction", "torque_over_speed"]
 )
 def test_picture_and_command_line(name, results, native_fmu, tmp_path, monkeypatch, capsys):
     module, result, picture = importlib.import_module(name), results(name), tmp_path / "a.png"

@@ -191,7 +191,10 @@ COMMANDS = {
     "validate": Command("compare the model with measured torques and published models", "validate.run_validate", (
         _switch("--contacts", "solve instead the contact of section 5.1 of the paper with both kinematics and a circle "
                 "of a public multigrid; shows the published values"),
-        _option("--plot", "draw which part of the mechanistic law carries what share of the torque", "FILE.png"),
+        _switch("--machines", "compare instead the mechanistic law with bearings, balls in open grooves and two ball "
+                "screws of others (a minute)"),
+        _option("--plot", "draw which part of the mechanistic law carries what share of the torque; with --machines "
+                "law over measurements", "FILE.png"),
         *OF_MAP,
     )),
     "report": Command("one HTML page: the screw, torques with intervals, films, a contact, the map; without --screw "

@@ -149,6 +149,14 @@ class Atlas:
         flattened = 1.0 / (1.0 + (FLATTENED_M / columns["M"]) ** 2)
         return np.asarray(values + flattened * (core_of_flattened(name, columns) - values))
 
+    def of_ball(self, name: str, groups: Array) -> Array:
+        """What a map interpolates of a quantity at groups (n, 8): the rise in kelvin, the others as modelled."""
+        values = self.modelled(name, groups)
+        if name != "temperature_rise":
+            return values
+        columns = dict(zip(GROUPS, groups.T, strict=True))
+        return np.asarray(values + np.log(columns["N"] / columns["slope"]))
+
     def inside(self, groups: Array) -> Array:
         """Which of some groups (n, 8) lie within those of the contacts of the atlas (n,)."""
         return np.asarray(
@@ -238,11 +246,7 @@ class ScrewAtlas:
             places[:, 1] -= np.log(eta0(self.parameters.lubricant, places[:, 2]))
             places[:, :2] = np.exp(places[:, :2])
             groups = ball_groups(self.parameters, self.raceway, places)
-            table = self.atlas.modelled(name, groups)
-            if name == "temperature_rise":
-                columns = dict(zip(GROUPS, groups.T, strict=True))
-                table = table + np.log(columns["N"] / columns["slope"])
-            table = table.reshape(TABLE_NODES)
+            table = self.atlas.of_ball(name, groups).reshape(TABLE_NODES)
             knots = []
             for axis, nodes in enumerate(self._nodes):
                 spline = make_interp_spline(nodes, table, axis=axis)

@@ -72,6 +72,10 @@ def run_validate(args: Namespace) -> int:
     from ...friction.sets import friction_set_text
     from ...validation.tables import table_text, validation_tables
 
+    if args.plot:
+        check_output("--plot", args.plot, "a file *.png")
+    if args.machines:
+        return _machines(args)
     if args.contacts:
         from ...validation.circle import circle_rows
         from ...validation.section5 import section5_contacts, section5_text
@@ -85,8 +89,6 @@ def run_validate(args: Namespace) -> int:
             print(section5_text(contacts) + "\n\nRolling circle: published multigrid, this solver [m, s]")
             print_results(circle, False, True)
         return 0
-    if args.plot:
-        check_output("--plot", args.plot, "a file *.png")
     from ...validation.laws import baseline_rows, laws_text, set_row, unfitted_row
 
     chosen = chosen_of(args)
@@ -117,6 +119,27 @@ def run_validate(args: Namespace) -> int:
             print(table_text(one) + "\n")
     print(laws_text(compared) + "\n")
     print(friction_set_text([law.entry for law in laws]))
+    return 0
+
+
+def _machines(args: Namespace) -> int:
+    """Compare the mechanistic law with bearings, open grooves and foreign screws."""
+    from ...validation.machines import machines
+    from ...validation.machines_text import machines_json, machines_text
+
+    with progress_bar(QUIET) as progress:
+        found = machines(progress)
+    if args.plot:
+        from ...calibration.plot import save_figure
+        from ...validation.machines_figure import machines_figure
+
+        with written("--plot", args.plot):
+            save_figure(machines_figure(found), Path(args.plot))
+        say(f"written: {args.plot}")
+    if args.json:
+        print_results([machines_json(found) | {"version": __version__}], True, False)
+    else:
+        print(machines_text(found))
     return 0
 
 
