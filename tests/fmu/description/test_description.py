@@ -235,7 +235,7 @@ def test_dependencies_are_those_that_a_change_of_a_value_shows(folder_of, model,
     probe = Probe(folder, kind)
     # nothing is declared in vain, where draws reach it: the tables of the others are the same
     exact = law == FILM_SHEAR and (model, kind) in ((FRICTION, "python"), (FRICTION, 3), (MONITOR, 3))
-    for _ in range(600 if exact and kind == 3 else 60 if law == FILM_SHEAR else 15):
+    for _ in range(2000 if exact and kind == 3 else 60 if law == FILM_SHEAR else 15):
         base = close_motion({name: drawn(rng, name, rows[name]) for name in settable})
         before = probe.values(base, names)
         for changed in settable:
