@@ -1,5 +1,5 @@
 /* Costs of a step of the FMI 2 co-simulation FMU of the friction from a C host, all cases in turn in each repetition:
-   usage step_costs REPETITIONS CALLS LIBRARY TOKEN RESOURCES_URI. Prints "case median least" in seconds, one line each. */
+   usage step_costs REPETITIONS CALLS LIBRARY TOKEN RESOURCES_URI. Prints the seconds of all cases, a line each time. */
 #define _POSIX_C_SOURCE 200809L
 #include <dlfcn.h>
 #include <math.h>
@@ -12,24 +12,16 @@
 enum { PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD };
 #define OUTPUTS 12 /* real ones, from reference 5 on */
 #define POINTS 8192
-#define MOST 1001
+#define FUNCTIONS(X)                                                               \
+    X(Instantiate) X(FreeInstance) X(SetupExperiment) X(EnterInitializationMode)   \
+    X(ExitInitializationMode) X(SetReal) X(GetReal) X(DoStep)
+#define DECLARE(name) static fmi2##name##TYPE *name;
+#define BIND(name) check((*(void **)&name = dlsym(library, "fmi2" #name)) != NULL, #name);
 
-typedef struct {
-    void *library;
-    fmi2InstantiateTYPE *instantiate;
-    fmi2FreeInstanceTYPE *release;
-    fmi2SetupExperimentTYPE *setup;
-    fmi2EnterInitializationModeTYPE *enter;
-    fmi2ExitInitializationModeTYPE *leave;
-    fmi2SetRealTYPE *set;
-    fmi2GetRealTYPE *get;
-    fmi2DoStepTYPE *step;
-    fmi2Component instance;
-    double time;
-} Fmu;
-
-static double point[POINTS][4]; /* a drive cycle */
-static double sink;
+FUNCTIONS(DECLARE)
+static void *library;
+static fmi2Component instance;
+static double reached, sink, point[POINTS][4]; /* a drive cycle */
 
 static double now(void)
 {
@@ -38,140 +30,79 @@ static double now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static void *function(void *library, const char *name)
+static void check(int good, const char *what)
 {
-    void *found = dlsym(library, name);
-    if (found == NULL) {
-        (void)fprintf(stderr, "%s\n", dlerror());
-        exit(2);
-    }
-    return found;
-}
-
-static const fmi2CallbackFunctions callbacks = {NULL, calloc, free, NULL, NULL};
-
-#define BIND(member, name) *(void **)&fmu->member = function(fmu->library, name)
-
-static void load(Fmu *fmu, const char *path, const char *token, const char *resources)
-{
-    fmu->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    if (fmu->library == NULL) {
-        (void)fprintf(stderr, "%s\n", dlerror());
-        exit(2);
-    }
-    BIND(instantiate, "fmi2Instantiate");
-    BIND(release, "fmi2FreeInstance");
-    BIND(setup, "fmi2SetupExperiment");
-    BIND(enter, "fmi2EnterInitializationMode");
-    BIND(leave, "fmi2ExitInitializationMode");
-    BIND(set, "fmi2SetReal");
-    BIND(get, "fmi2GetReal");
-    BIND(step, "fmi2DoStep");
-    fmu->time = 0.0;
-    fmu->instance = fmu->instantiate("bench", fmi2CoSimulation, token, resources, &callbacks, 0, 0);
-    if (fmu->instance == NULL || fmu->setup(fmu->instance, 0, 0.0, 0.0, 0, 0.0) != fmi2OK
-        || fmu->enter(fmu->instance) != fmi2OK || fmu->leave(fmu->instance) != fmi2OK) {
-        (void)fprintf(stderr, "%s cannot be initialized\n", path);
+    if (!good) {
+        (void)fprintf(stderr, "%s fails\n", what);
         exit(2);
     }
 }
 
-static void unload(Fmu *fmu)
+static void load(char **argv)
 {
-    fmu->release(fmu->instance);
-    (void)dlclose(fmu->library);
+    static const fmi2CallbackFunctions callbacks = {NULL, calloc, free, NULL, NULL};
+
+    check((library = dlopen(argv[3], RTLD_NOW | RTLD_LOCAL)) != NULL, argv[3]);
+    FUNCTIONS(BIND)
+    reached = 0.0;
+    check((instance = Instantiate("bench", fmi2CoSimulation, argv[4], argv[5], &callbacks, 0, 0)) != NULL, "an instance");
+    check(SetupExperiment(instance, 0, 0.0, 0.0, 0, 0.0) == fmi2OK && EnterInitializationMode(instance) == fmi2OK
+          && ExitInitializationMode(instance) == fmi2OK, "initialization");
 }
 
-/* As a master does: inputs in one call, a step, outputs in one call. */
-static void run(Fmu *fmu, size_t inputs, size_t outputs, long calls)
+static void unload(void)
+{
+    FreeInstance(instance);
+    (void)dlclose(library);
+}
+
+/* Seconds of a call as a master does it: inputs, a step, outputs. */
+static double run(size_t inputs, size_t outputs, long calls)
 {
     static const fmi2ValueReference known[] = {1, 2, 3, 4};
     static const fmi2ValueReference references[] = {5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
+    const double begin = now();
     double values[OUTPUTS];
-    fmi2Status worst = fmi2OK, status;
+    int bad = 0;
+
     for (long n = 0; n < calls; ++n) {
-        status = fmu->set(fmu->instance, known, inputs, point[n & (POINTS - 1)]);
-        worst = status > worst ? status : worst;
-        status = fmu->step(fmu->instance, fmu->time, 1e-4, fmi2True);
-        worst = status > worst ? status : worst;
-        status = fmu->get(fmu->instance, references, outputs, values);
-        worst = status > worst ? status : worst;
-        fmu->time += 1e-4;
+        bad |= SetReal(instance, known, inputs, point[n & (POINTS - 1)]) > fmi2Warning;
+        bad |= DoStep(instance, reached, 1e-4, fmi2True) > fmi2Warning;
+        bad |= GetReal(instance, references, outputs, values) > fmi2Warning;
+        reached += 1e-4;
         sink += values[0];
     }
-    if (worst > fmi2Warning) {
-        (void)fprintf(stderr, "a call fails\n");
-        exit(2);
-    }
-}
-
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
-}
-
-typedef struct {
-    const char *name;
-    size_t inputs, outputs;
-} Case;
-
-static const Case cases[] = {
-    {"torque", 3, 1},
-    {"torque_axial", 4, 1},
-    {"all", 3, OUTPUTS},
-    {"all_axial", 4, OUTPUTS},
-};
-#define CASES (sizeof cases / sizeof cases[0])
-
-static void reset_load(Fmu *fmu)
-{
-    const fmi2ValueReference reference = 4;
-    const double none = 0.0;
-    (void)fmu->set(fmu->instance, &reference, 1, &none);
-}
-
-static void make_points(void)
-{
-    for (int n = 0; n < POINTS; ++n) {
-        const double phase = 6.283185307179586 * n / POINTS;
-        double *drive = point[n];
-        drive[PRELOAD] = 2000.0 + 300.0 * sin(phase);
-        drive[SPEED] = 150.0 * sin(4.0 * phase + 0.3);
-        drive[TEMPERATURE] = 303.15 + 10.0 * sin(phase);
-        drive[AXIAL_LOAD] = 900.0 * sin(7.0 * phase + 0.1);
-    }
+    check(!bad, "a call");
+    return (now() - begin) / (double)calls;
 }
 
 int main(int argc, char **argv)
 {
-    static double spent[CASES + 1][MOST];
-    const long repetitions = argc == 6 ? strtol(argv[1], NULL, 10) : 0, calls = argc == 6 ? strtol(argv[2], NULL, 10) : 0;
-    Fmu fmu;
+    static const size_t inputs[] = {3, 4, 3, 4}, outputs[] = {1, 1, OUTPUTS, OUTPUTS};
+    static const fmi2ValueReference axial_load = 4;
+    static const double none = 0.0;
 
-    if (repetitions < 1 || repetitions > MOST || calls < 1) {
-        return 2;
+    check(argc == 6, "usage");
+    for (int n = 0; n < POINTS; ++n) {
+        const double phase = 6.283185307179586 * n / POINTS;
+        point[n][PRELOAD] = 2000.0 + 300.0 * sin(phase);
+        point[n][SPEED] = 150.0 * sin(4.0 * phase + 0.3);
+        point[n][TEMPERATURE] = 303.15 + 10.0 * sin(phase);
+        point[n][AXIAL_LOAD] = 900.0 * sin(7.0 * phase + 0.1);
     }
-    make_points();
-    load(&fmu, argv[3], argv[4], argv[5]);
-    for (long r = 0; r < repetitions; ++r) {
+    load(argv);
+    for (long repetitions = strtol(argv[1], NULL, 10); repetitions > 0; --repetitions) {
         double begin;
-        for (size_t i = 0; i < CASES; ++i) {
-            reset_load(&fmu);
-            run(&fmu, cases[i].inputs, cases[i].outputs, POINTS / 4);
-            begin = now();
-            run(&fmu, cases[i].inputs, cases[i].outputs, calls);
-            spent[i][r] = (now() - begin) / (double)calls;
+        for (int i = 0; i < 4; ++i) {
+            (void)SetReal(instance, &axial_load, 1, &none);
+            (void)run(inputs[i], outputs[i], POINTS / 4);
+            (void)printf("%.4e ", run(inputs[i], outputs[i], strtol(argv[2], NULL, 10)));
         }
-        unload(&fmu);
+        unload();
         begin = now();
-        load(&fmu, argv[3], argv[4], argv[5]);
-        spent[CASES][r] = now() - begin;
+        load(argv);
+        (void)printf("%.4e\n", now() - begin);
     }
-    for (size_t i = 0; i <= CASES; ++i) {
-        qsort(spent[i], (size_t)repetitions, sizeof spent[i][0], ascending);
-        (void)printf("%s %.4e %.4e\n", i < CASES ? cases[i].name : "load", spent[i][repetitions / 2], spent[i][0]);
-    }
-    unload(&fmu);
+    unload();
     return sink == sink ? 0 : 1;
 }
