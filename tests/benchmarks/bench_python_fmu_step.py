@@ -46,10 +46,8 @@ NAMES = ("preload", "speed", "temperature", "axial_load", "friction_torque")
 
 def seconds_per_step(instance: FmuInstance, steps: int, axial_load: float) -> float:
     """Set the inputs, step, get the torque, as a master does."""
-    slave, references = (
-        instance.slave,
-        {v.name: v.valueReference for v in instance.description.modelVariables},
-    )
+    slave = instance.slave
+    references = {v.name: v.valueReference for v in instance.description.modelVariables}
     *inputs, output = (references[name] for name in NAMES)
     begin = time.perf_counter()
     for n in range(steps):

@@ -36,11 +36,9 @@ from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
-QUANTILES, KINEMATICS, RANGE = (
-    [0.5, 0.9, 0.99],
-    ("published", "rolling_frame"),
-    contact_range(GD4008, MapGrid()),
-)
+QUANTILES = [0.5, 0.9, 0.99]
+KINEMATICS = ("published", "rolling_frame")
+RANGE = contact_range(GD4008, MapGrid())
 
 
 def isothermal(u: np.ndarray, refine: float = 1.0) -> tuple[str, ContactResult]:

@@ -58,10 +58,8 @@ class State:
         self.h_0 = 0.6 - float(geometry.gap(np.maximum(self.p, 0.0), 0.0).min())
         self.t = 303.15 + 30.0 * rng.random((*shape, N_Z + 1))
         self.table, self.flow = oil_table(OIL, 303.15), film_flow.FilmFlow.empty(*shape, N_Z)
-        self.flow.thinning[:], self.flow.stress_share[:] = (
-            1.0 + rng.random(self.t.shape),
-            rng.random(self.t.shape),
-        )
+        self.flow.thinning[:] = 1.0 + rng.random(self.t.shape)
+        self.flow.stress_share[:] = rng.random(self.t.shape)
         self.flow.ln_eta[:] = np.log(0.1) + 8.0 * (np.maximum(self.p, 0.0) + 0.01)[..., None]
         heat = self.heat = transport.HeatTransport.empty(shape[0], grid.x, N_Z)
         inner = heat.source.shape

@@ -11,13 +11,7 @@ import threadpoolctl
 from contact_cases import LONG, OIL, STEEL, conditions, moes, options, solved
 
 from ballscrew_tehl import compiled
-from ballscrew_tehl.contact import (
-    ContactConditions,
-    SolverOptions,
-    one_thread,
-    solve,
-    solve_moes,
-)
+from ballscrew_tehl.contact import ContactConditions, SolverOptions, one_thread, solve, solve_moes
 from ballscrew_tehl.physics.film import nijenbanning_venner_moes
 
 COARSE = options()

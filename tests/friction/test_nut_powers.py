@@ -42,10 +42,8 @@ def test_torque_times_speed_is_the_power_of_the_parts():
         contacts, loads, speed = ClosedContacts(), loads_at(force), rpm * RPM
         nut = at(force, rpm, contacts)
         u_e = float(entrainment_speed(SCREW, speed))
-        angle, viscosity = (
-            float(contact_angle_at_ball_load(SCREW, loads.mean())),
-            eta0(VG100.lubricant, 303.0),
-        )
+        angle = float(contact_angle_at_ball_load(SCREW, loads.mean()))
+        viscosity = eta0(VG100.lubricant, 303.0)
         power = nut.shear * speed
         for raceway in RACEWAYS:
             found = contacts.values(raceway, loads, np.array([[speed]]), np.array([303.0]))

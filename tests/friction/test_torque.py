@@ -43,10 +43,8 @@ def test_axial_load_adds_to_one_nut_and_relieves_the_other():
 
 
 def test_bad_input_is_named():
-    good, film = (
-        {"preload": 1000.0, "speed": 10.0, "temperature": 303.0, "axial_load": 0.0},
-        HamrockDowsonFilm(GD4008),
-    )
+    good = {"preload": 1000.0, "speed": 10.0, "temperature": 303.0, "axial_load": 0.0}
+    film = HamrockDowsonFilm(GD4008)
     for name, value in (("preload", -1.0), ("preload", math.nan), ("speed", 0.0), ("temperature", 20.0),
                         ("axial_load", math.nan)):  # fmt: skip
         with pytest.raises(ValueError, match=f"{name} = {value}"):

@@ -9,21 +9,10 @@ import pytest
 from reference_screw import GD4008
 from synthetic_contacts import CLOSED_FILM, CLOSED_RISE, small_map, values
 
-from ballscrew_tehl.nut_map.contact_map import (
-    THICKEST,
-    ContactMap,
-    MapContacts,
-    SolvedFilm,
-    core_formula,
-)
+from ballscrew_tehl.nut_map.contact_map import THICKEST, ContactMap, MapContacts, SolvedFilm, core_formula
 from ballscrew_tehl.nut_map.contacts import FILMS, MAPPED, RISES, SolvedContacts
 from ballscrew_tehl.nut_map.sampling import operating_points
-from ballscrew_tehl.physics.ball_formula import (
-    LEAST_ROLLING,
-    drawn_ellipse,
-    moes_groups_of,
-    rolling_formula,
-)
+from ballscrew_tehl.physics.ball_formula import LEAST_ROLLING, drawn_ellipse, moes_groups_of, rolling_formula
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
 MAP = small_map().contact_map

@@ -12,13 +12,7 @@ from synthetic_contacts import GRID, small_map
 from ballscrew_tehl.nut_map import grid as limits
 from ballscrew_tehl.nut_map import sampling
 from ballscrew_tehl.nut_map.contact_map import ContactModel
-from ballscrew_tehl.nut_map.contacts import (
-    FILMS,
-    QUANTITIES,
-    ContactRange,
-    SolvedContacts,
-    film_parameters,
-)
+from ballscrew_tehl.nut_map.contacts import FILMS, QUANTITIES, ContactRange, SolvedContacts, film_parameters
 from ballscrew_tehl.nut_map.grid import MapGrid, contact_range, force_at_pressure, map_grid, narrowed
 from ballscrew_tehl.nut_map.sampling import LIGHT, MIN_FILM, left_out_errors, next_points, operating_points
 from ballscrew_tehl.parameters.file import changed

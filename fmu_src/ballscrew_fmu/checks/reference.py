@@ -14,12 +14,7 @@ from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, mon
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS
-from ballscrew_tehl.runtime.standstill import (
-    Bristle,
-    CoulombFriction,
-    bristle_friction,
-    regularised_friction,
-)
+from ballscrew_tehl.runtime.standstill import Bristle, CoulombFriction, bristle_friction, regularised_friction
 from ballscrew_tehl.runtime.transmission import TransmissionInputs, TransmissionParameters, transmission_step
 
 STEP = 1e-3  # [s] communication step of the replay

@@ -97,9 +97,7 @@ def this_platform() -> str:
 
 
 def build_libraries(
-    sources: Mapping[str, bytes],
-    name: str,
-    platforms: Sequence[str] = tuple(PLATFORMS),
+    sources: Mapping[str, bytes], name: str, platforms: Sequence[str] = tuple(PLATFORMS)
 ) -> dict[str, bytes]:
     """Shared libraries by platform tuple.
 

@@ -51,10 +51,7 @@ def map_nodes(conditions: ContactConditions, oil: LubricantParameters) -> int:
 
 
 def solve_for_map(
-    conditions: ContactConditions,
-    oil: LubricantParameters,
-    solid: SolidParameters,
-    thermal: bool,
+    conditions: ContactConditions, oil: LubricantParameters, solid: SolidParameters, thermal: bool
 ) -> ContactResult:
     """Solve a contact of a map, on SPIKE_NODES where it does not converge on fewer; the last solve."""
     for n_x in sorted({map_nodes(conditions, oil), SPIKE_NODES}):

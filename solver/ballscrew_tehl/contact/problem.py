@@ -14,14 +14,7 @@ from .film import flow as film_flow
 from .film import kernels, transport
 from .film.linear import LinearSystem, LineFactors
 from .film.oil import oil_table
-from .film.reynolds import (
-    FLOOR_SHARE,
-    Film,
-    GridChoice,
-    NewtonHistory,
-    ReynoldsState,
-    contact_geometry,
-)
+from .film.reynolds import FLOOR_SHARE, Film, GridChoice, NewtonHistory, ReynoldsState, contact_geometry
 from .film.transport import HeatTransport
 from .half_space.grid import Array
 

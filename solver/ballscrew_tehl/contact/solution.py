@@ -47,10 +47,7 @@ class ContactSolution(ContactResult):
 
 
 def solution_of(
-    problem: ContactProblem,
-    it: Iteration,
-    extrapolation: tuple[float, float],
-    error: float = math.nan,
+    problem: ContactProblem, it: Iteration, extrapolation: tuple[float, float], error: float = math.nan
 ) -> ContactSolution:
     """What a solve has found; its time is left at zero."""
     grid, scales = problem.geometry.grid, problem.scales

@@ -83,10 +83,8 @@ def region_points(nut_map: NutMap, parameters: Parameters, count: int) -> dict[s
 def _operating_points(nut_map: NutMap, unit: np.ndarray, region: str) -> np.ndarray:
     """Points of a region (n, 4) from those of the unit cube."""
     axes = nut_map.header["axes"]
-    lowest, highest = (
-        max(axes[name][0] for name in ("force", "preload")),
-        min(axes["force"][1], axes["preload"][1]),
-    )
+    lowest = max(axes[name][0] for name in ("force", "preload"))
+    highest = min(axes["force"][1], axes["preload"][1])
     preload = lowest * (highest / lowest) ** unit[:, 0]
     slow, fast = axes["speed"][:2]
     if region == BELOW_SPEED:

@@ -286,9 +286,7 @@ def _provenance(friction: FrictionSet, parameters: Parameters, axes: Mapping[str
 
 
 def load_map(
-    path: Path | str | None,
-    parameters: Parameters,
-    friction_set: FrictionSet | None = None,
+    path: Path | str | None, parameters: Parameters, friction_set: FrictionSet | None = None
 ) -> NutMap:
     """Nut map of a screw, with the film model and the default friction parameters of its friction set.
 
@@ -365,10 +363,7 @@ def _sum_for_constants(header: dict[str, Any], variables: dict[str, Array], para
 
 
 def _band(
-    header: Mapping[str, Any],
-    variables: Mapping[str, Array],
-    parameters: Parameters,
-    friction: FrictionSet,
+    header: Mapping[str, Any], variables: Mapping[str, Array], parameters: Parameters, friction: FrictionSet
 ) -> dict[str, Any]:
     """Band of the torque at the point of the header: of the file if it is for these numbers, or anew (0.1 s)."""
     stored = header[BAND]

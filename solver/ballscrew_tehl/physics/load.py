@@ -86,10 +86,7 @@ def _four_point_loads(
 
 
 def nut_loads(
-    screw: ScrewParameters,
-    force: float,
-    ball_count: int,
-    contact_angle: float | None = None,
+    screw: ScrewParameters, force: float, ball_count: int, contact_angle: float | None = None
 ) -> Array:
     """Normal loads of the balls of one nut.
 

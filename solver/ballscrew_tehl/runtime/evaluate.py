@@ -39,13 +39,7 @@ from ballscrew_tehl.runtime.nut_law import (
     nut_extremes,
     nut_forces,
 )
-from ballscrew_tehl.runtime.packed import (
-    DEFAULTS,
-    FrictionParameters,
-    check,
-    npz_bytes,
-    read_npz,
-)
+from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters, check, npz_bytes, read_npz
 
 PIECE = 2048  # points of an array that are evaluated at a time
 GATHERED = 256  # points whose coefficients are collected at a time
@@ -193,12 +187,7 @@ class NutMap:
         return self._at_forces(forces, speed, temperature, friction, (*clamped, *outside), correction)
 
     def evaluate_forces(
-        self,
-        relieved: float,
-        loaded: float,
-        speed: float,
-        temperature: float,
-        friction: FrictionParameters,
+        self, relieved: float, loaded: float, speed: float, temperature: float, friction: FrictionParameters
     ) -> DoubleNutState:
         """State of both nuts at given forces, relieved <= loaded <= end of the axis [N], checked by the caller.
 
@@ -337,12 +326,7 @@ class NutMap:
         return DoubleNutState(*columns)
 
     def _evaluate_piece(
-        self,
-        preload: Array,
-        speed: Array,
-        temperature: Array,
-        axial_load: Array,
-        *friction: Array,
+        self, preload: Array, speed: Array, temperature: Array, axial_load: Array, *friction: Array
     ) -> tuple[tuple[Any, ...], dict[str, NDArray[np.bool_]]]:
         """State without the names of what is clamped, and where each of _CLAMPED is."""
         outside = {"preload": (preload < self.preload.lo) | (preload > self.force.hi)}

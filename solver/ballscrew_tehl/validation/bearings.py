@@ -125,10 +125,8 @@ def bearing_points(progress: Progress, points: Sequence[Point] = ()) -> list[Bea
         for supply in OTHER_SUPPLIES:
             other = built(name, supply)
             ((_, nut),) = nuts_powers(other.parameters, [load], other.contacts, speed, BEARING_TEMPERATURE)
-            rolling[supply], total[supply] = (
-                nut.rolling_screw + nut.rolling_nut,
-                nut.torque(*CAGED.values[:2]),
-            )
+            rolling[supply] = nut.rolling_screw + nut.rolling_nut
+            total[supply] = nut.torque(*CAGED.values[:2])
         rolling["houpert"] = houpert_rolling(law.parameters, load, speed, BEARING_TEMPERATURE)
         for oil in ("mist", "bath"):
             total[f"palmgren_{oil}"] = palmgren_torque(law.parameters, of.kind, oil, load, n, VISCOSITY_GRADE)

@@ -45,8 +45,7 @@ def mean_deviations(rows: Sequence[ValidationRow]) -> tuple[float, ...]:
 
 
 def validation_tables(
-    evaluate: Evaluate,
-    preload_range: tuple[float, float] = (100.0, 12000.0),
+    evaluate: Evaluate, preload_range: tuple[float, float] = (100.0, 12000.0)
 ) -> list[ValidationTable]:
     """Tables 2, 4 and 3 with this model and the printed columns.
 

@@ -246,11 +246,9 @@ WIDTHS = {  # [unit] of a difference quotient; None: a share of the value
 @pytest.mark.parametrize("model", WIDTHS, ids=lambda model: model.layer)
 def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):
     """Against central differences of two widths, whose difference is allowed; linear in the direction."""
-    one, rng, start = (
-        NativeModel(nut_map, continuous, model),
-        np.random.default_rng(3),
-        starts(model, nut_map),
-    )
+    one = NativeModel(nut_map, continuous, model)
+    rng = np.random.default_rng(3)
+    start = starts(model, nut_map)
     outputs = [name for name in outputs_of(model, nut_map) if name != "in_range"]
     outputs += ["presliding_deflection_rate"] if model is not MONITOR else []
     sharp = tried = 0

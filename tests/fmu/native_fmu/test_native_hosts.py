@@ -118,10 +118,8 @@ def test_a_thousand_instances_share_one_map_and_leave_nothing():
 def test_fmus_of_two_screws_and_the_monitor_fit_into_one_program(tmp_path, embed):
     """All external names differ; with the maps compiled in no file is opened."""
     nm = shutil.which("nm") or pytest.skip("no nm")
-    fmus, names = (
-        (("one", FRICTION, 2, NUT_MAP), ("two", FRICTION, 3, OTHER), ("three", MONITOR, 2, NUT_MAP)),
-        set(),
-    )
+    fmus = (("one", FRICTION, 2, NUT_MAP), ("two", FRICTION, 3, OTHER), ("three", MONITOR, 2, NUT_MAP))
+    names = set()
     for name, model, version, nut_map in fmus:
         place = tmp_path / name
         (place / "fmi").mkdir(parents=True)

@@ -75,10 +75,7 @@ class LineFactors(NamedTuple):
     def empty(cls, ny: int, nx: int) -> LineFactors:
         lines, n = ny - 1, nx - 2
         return cls(
-            np.empty((lines, n, n)),
-            np.empty((lines, n), dtype=np.int32),
-            np.zeros((ny, nx)),
-            np.zeros(1),
+            np.empty((lines, n, n)), np.empty((lines, n), dtype=np.int32), np.zeros((ny, nx)), np.zeros(1)
         )
 
 

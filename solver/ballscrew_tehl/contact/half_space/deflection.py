@@ -96,13 +96,7 @@ def _convolve(
     return backward @ np.matmul(rows, hat.transpose(0, 2, 1)).reshape(-1, nx)
 
 
-def mode_operator(
-    grid: Grid,
-    sign: float,
-    breaks: Array,
-    density: Array,
-    own: Array,
-) -> LineConvolution:
+def mode_operator(grid: Grid, sign: float, breaks: Array, density: Array, own: Array) -> LineConvolution:
     """Operator of densities (panels, points, distances) at panel_nodes(breaks) for distances 1, 2, ...
 
     Distances beyond those are zero. sign = -1 reverses s; own: the influence of a line on itself.

@@ -99,13 +99,7 @@ def _nodes(fine: Array, density: Array, n: int) -> Array:
 
 
 def graded_grid(
-    x_in: float,
-    x_out: float,
-    y_max: float,
-    n_x: int,
-    n_y: int,
-    inlet: float = 0.1,
-    open_side: bool = False,
+    x_in: float, x_out: float, y_max: float, n_x: int, n_y: int, inlet: float = 0.1, open_side: bool = False
 ) -> Grid:
     """Grid refined where the film forms and where it leaves.
 

@@ -108,12 +108,7 @@ def wall_strips(length: float, h_y: float, n_distance: int, beta: float) -> tupl
 
 
 def wall_operator(
-    grid: Grid,
-    kappa: float,
-    semi_axis: float,
-    speed: float,
-    conductivity: float,
-    diffusivity: float,
+    grid: Grid, kappa: float, semi_axis: float, speed: float, conductivity: float, diffusivity: float
 ) -> LineConvolution:
     """Operator from heat flux [W/m2] on the grid to surface temperature rise [K].
 
