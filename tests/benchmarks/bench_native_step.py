@@ -30,12 +30,10 @@ from ballscrew_tehl.runtime.packed import FILM_SHEAR
 REPETITIONS, CALLS = 1001, 300
 #: what the host measures, in its order, and what it may cost [s]
 CASES = {
-    "3 inputs, torque; a drive cycle": 0.12e-6,
-    "4 inputs, torque; axial load varies": 0.3e-6,
-    "3 inputs, all outputs": 1e-6,
-    "4 inputs, all outputs": 1e-6,
+    "3 inputs, torque; a drive cycle": 0.12e-6, "4 inputs, torque; axial load varies": 0.3e-6,
+    "3 inputs, all outputs": 1e-6, "4 inputs, all outputs": 1e-6,
     "load library and map, instantiate, initialize": 3e-3,
-}
+}  # fmt: skip
 
 
 def host_command(folder: Path, nut_map) -> list[str]:

@@ -66,11 +66,9 @@ def measure(folder: Path, repeats: int = 25, steps: int = 400) -> dict[str, floa
         FmuInstance(fmu, presliding_stiffness=400.0) as bristle,
     ):
         cases = {
-            "empty slave": (empty, 0.0),
-            "map": (map_step, 0.0),
-            "map with axial load": (map_step, 800.0),
+            "empty slave": (empty, 0.0), "map": (map_step, 0.0), "map with axial load": (map_step, 800.0),
             "map with bristle": (bristle, 0.0),
-        }
+        }  # fmt: skip
         least = dict.fromkeys(cases, float("inf"))
         for _ in range(repeats):
             for name, (instance, axial_load) in cases.items():

@@ -80,13 +80,8 @@ def test_torque_below_the_rolling_loss_is_said(tmp_path, capsys):
     path = tmp_path / "low.csv"
     text = "preload_n,speed_rpm,torque_nm,temperature_c\n1000,500,{},30\n4000,500,{},30\n"
     given = [
-        "calibrate",
-        str(path),
-        "--set",
-        "mechanistic",
-        "--map",
-        str(PACKAGED_DATA / "map_gd4008_vg100.nc"),
-    ]
+        "calibrate", str(path), "--set", "mechanistic", "--map", str(PACKAGED_DATA / "map_gd4008_vg100.nc"),
+    ]  # fmt: skip
     for torques, screw, low in (
         ((0.02, 0.06), [], True),
         ((0.6, 1.7), ["--screw", str(PACKAGED_VG100)], False),

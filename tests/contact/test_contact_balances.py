@@ -17,12 +17,9 @@ ISOTHERMAL_CASES = {
 }
 #: points at which the balances must close, easy and hard ones
 HOT_CASES = {
-    "rolling": conditions(srr=0.0),
-    "much sliding": conditions(srr=1.5),
-    "wall at rest": conditions(srr=-2.0),
-    "thick film, sliding": conditions(load=1.0, u_e=5.0, srr=1.0),
-    "backwards": conditions(u_e=-2.0, srr=0.5),
-}
+    "rolling": conditions(srr=0.0), "much sliding": conditions(srr=1.5), "wall at rest": conditions(srr=-2.0),
+    "thick film, sliding": conditions(load=1.0, u_e=5.0, srr=1.0), "backwards": conditions(u_e=-2.0, srr=0.5),
+}  # fmt: skip
 
 
 def carried(solution):

@@ -146,11 +146,9 @@ def test_supply_only_takes_from_the_rolling_part():
 
 def test_bad_input_is_refused():
     for loads, speed, message in [
-        ([-1.0], 10.0, "load of a ball"),
-        ([np.nan], 10.0, "load of a ball"),
-        ([1.0], 0.0, "speed = "),
+        ([-1.0], 10.0, "load of a ball"), ([np.nan], 10.0, "load of a ball"), ([1.0], 0.0, "speed = "),
         ([1.0], np.nan, "speed = "),
-    ]:
+    ]:  # fmt: skip
         with pytest.raises(ValueError, match=message):
             nut_powers(VG100, np.array(loads), speed, 303.0, ClosedContacts())
 

@@ -98,11 +98,9 @@ def test_what_the_atlas_holds_of_a_screw():
     assert atlas_quantities(ROLLING) == HELD
     assert atlas_quantities(GD4008) == FILMS[:1]
     laws = {
-        "rheology": "eyring",
-        "pressure_law": "barus",
-        "density_law": "incompressible",
+        "rheology": "eyring", "pressure_law": "barus", "density_law": "incompressible",
         "roelands_pressure": 1e8,
-    }
+    }  # fmt: skip
     for other in (
         *({"lubricant": {key: law}} for key, law in laws.items()),
         {"screw": {"youngs_modulus": 320e9}},

@@ -199,12 +199,10 @@ def test_flipped_bits_are_refused_or_change_nothing(saved, tmp_path):
 def test_map_of_another_screw_is_refused_and_that_of_the_same_one_is_not(saved, law):
     """Nor is a double nut a single one; rounding, the range of a map and names are no other screw."""
     for table, key, value in (
-        ("screw", "ball_diameter", 4.764e-3),
-        ("solid", "density", 7800.0),
-        ("lubricant", "viscosity", 0.033 * (1.0 + 1e-11)),
-        ("friction", "hysteresis_coefficient", 0.011),
+        ("screw", "ball_diameter", 4.764e-3), ("solid", "density", 7800.0),
+        ("lubricant", "viscosity", 0.033 * (1.0 + 1e-11)), ("friction", "hysteresis_coefficient", 0.011),
         ("published_speeds", "reference_speed", 300.0),
-    ):
+    ):  # fmt: skip
         found, other = getattr(getattr(GD4008, table), key), changed(GD4008, **{table: {key: value}})
         for load in (load_map, load_contact_map):
             assert refusal(saved, other, load) == (

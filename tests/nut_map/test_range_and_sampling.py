@@ -99,12 +99,10 @@ def contact_at(force, speed, temperature):
 
 def test_range_is_cut_past_every_contact_at_the_end_that_leaves_most_of_it():
     for point, name, end in (
-        ((3000.0, 15.0, 303.0), "speed", 0),
-        ((8000.0, 100.0, 303.0), "speed", 1),
-        ((11000.0, 40.0, 303.15), "preload", 1),
-        ((3000.0, 40.0, 294.0), "temperature", 0),
+        ((3000.0, 15.0, 303.0), "speed", 0), ((8000.0, 100.0, 303.0), "speed", 1),
+        ((11000.0, 40.0, 303.15), "preload", 1), ((3000.0, 40.0, 294.0), "temperature", 0),
         ((3000.0, 40.0, 312.5), "temperature", 1),
-    ):
+    ):  # fmt: skip
         found, what = narrowed(GD4008, WHOLE, np.array([contact_at(*point)]))
         before, after = getattr(WHOLE, name), getattr(found, name)
         value = dict(zip(("preload", "speed", "temperature"), point, strict=True))[name]

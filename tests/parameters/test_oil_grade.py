@@ -69,11 +69,8 @@ def check_oil(grade, index, oil):
 
 def test_given_values_take_precedence():
     given = {
-        "density": 900.0,
-        "specific_heat": 2000.0,
-        "thermal_conductivity": 0.15,
-        "pressure_viscosity": 2e-8,
-    }
+        "density": 900.0, "specific_heat": 2000.0, "thermal_conductivity": 0.15, "pressure_viscosity": 2e-8,
+    }  # fmt: skip
     oil = LubricantParameters(name="mine", iso_vg=46, viscosity_index=100, **given)
     for name, value in given.items():
         assert getattr(oil, name) == value

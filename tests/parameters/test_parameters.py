@@ -56,10 +56,8 @@ def test_packaged_screw_is_table_1_in_si():
     assert lub.roelands_pressure == 1 / 5.1e-9
     assert (lub.specific_heat, lub.thermal_conductivity) == (1910.0, 0.14)
     assert GD4008.solid.model_dump() == {
-        "density": 7870.0,
-        "specific_heat": 450.0,
-        "thermal_conductivity": 46.0,
-    }
+        "density": 7870.0, "specific_heat": 450.0, "thermal_conductivity": 46.0,
+    }  # fmt: skip
     assert (GD4008.friction.hysteresis_coefficient, GD4008.friction.sliding_coefficient) == (0.01, 0.15)
     assert GD4008.published_speeds.reference_speed == pytest.approx(100 * math.pi, rel=1e-15)
     assert GD4008.published_speeds.screw == (5.7561, 2.9926)

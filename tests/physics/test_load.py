@@ -26,11 +26,8 @@ def extremes(Q):
 
 def test_loaded_contact_angle():
     for force, count, degrees in [
-        (1000, 86, 45.515),
-        (2000, 86, 45.809),
-        (6000, 86, 46.630),
-        (2000, 72, 45.907),
-    ]:
+        (1000, 86, 45.515), (2000, 86, 45.809), (6000, 86, 46.630), (2000, 72, 45.907),
+    ]:  # fmt: skip
         beta = loaded_contact_angle(SCREW, force, count)
         assert math.degrees(beta) == pytest.approx(degrees, abs=0.0005)
         Q = force / (count * math.sin(beta) * math.cos(SCREW.lead_angle))
@@ -39,12 +36,9 @@ def test_loaded_contact_angle():
 
 def test_distribution_under_preload():
     for force, count, most, least in [
-        (1000, 86, 1.0396, 0.9801),
-        (2000, 86, 1.0499, 0.9750),
-        (6000, 86, 1.0719, 0.9642),
-        (1000, 72, 1.0329, 0.9834),
-        (6000, 72, 1.0596, 0.9701),
-    ]:
+        (1000, 86, 1.0396, 0.9801), (2000, 86, 1.0499, 0.9750), (6000, 86, 1.0719, 0.9642),
+        (1000, 72, 1.0329, 0.9834), (6000, 72, 1.0596, 0.9701),
+    ]:  # fmt: skip
         Q = nut_loads(SCREW, force, count, BETA)
         assert extremes(Q) == pytest.approx((most, least), abs=0.5e-4)
         # heaviest next to the spacer, falling steadily to the outer ball

@@ -20,10 +20,8 @@ def test_life_of_one_nut_and_of_two():
     """1e6 turns at the rating, with the cube of the load; two nuts last less than one, by 2^-0.9."""
     rating = dynamic_rating(SCREW)
     for forces, turns in (
-        ((rating, 0.0), 1e6),
-        ((0.0, 0.5 * rating), 8e6),
-        ((rating, rating), 1e6 * 2.0**-0.9),
-    ):
+        ((rating, 0.0), 1e6), ((0.0, 0.5 * rating), 8e6), ((rating, rating), 1e6 * 2.0**-0.9),
+    ):  # fmt: skip
         assert abs(life(SCREW, *forces) / turns - 1.0) <= 1e-12
     assert life(SCREW, 0.0, 0.0) == math.inf
 

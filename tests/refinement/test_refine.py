@@ -235,10 +235,8 @@ def test_what_cannot_be_refined_is_refused(wrong):
     with pytest.raises(ValueError, match="film model of the map = synthetic; refinement needs solved"):
         Refinement(make_map())
     for point in (
-        (math.nan, 1.0, 300.0),
-        (1e3, np.array([1.0, math.inf]), 300.0),
-        (1e3, 1.0, 300.0, 0.0, -1.0),
-    ):
+        (math.nan, 1.0, 300.0), (1e3, np.array([1.0, math.inf]), 300.0), (1e3, 1.0, 300.0, 0.0, -1.0),
+    ):  # fmt: skip
         with pytest.raises(ValueError, match="needs a finite number"):
             Refinement(wrong).evaluate(*point)
 

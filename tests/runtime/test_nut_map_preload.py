@@ -102,10 +102,8 @@ def test_torque_outside_the_range_of_the_map(nut_map):
     assert found.preload == pytest.approx(0.3 * lowest, rel=1e-9)
     assert found.clamped == ("torque",)
     for name, at in (
-        ("speed", (500.0,)),
-        ("temperature", (3.0, 400.0)),
-        ("axial_load", (30.0, 303.15, 6000.0)),
-    ):
+        ("speed", (500.0,)), ("temperature", (3.0, 400.0)), ("axial_load", (30.0, 303.15, 6000.0)),
+    ):  # fmt: skip
         preload = 9e3 if name == "axial_load" else 2e3
         assert name in estimate(nut_map, float(torque_of(nut_map, preload, *at)), *at).clamped
 

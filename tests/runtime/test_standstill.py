@@ -103,22 +103,15 @@ def test_a_change_of_stiffness_keeps_the_energy_and_what_is_switched_off_becomes
     ):
         assert off == (0.0, pytest.approx(bristle.energy / 1e-3), (0.0, 0.0))
     for speed, width, sign in (
-        (0.1, 0.1, math.tanh(1.0)),
-        (-3.0, 0.0, -1.0),
-        (0.0, 0.0, 0.0),
-        (1e30, 1e-300, 1.0),
-    ):
+        (0.1, 0.1, math.tanh(1.0)), (-3.0, 0.0, -1.0), (0.0, 0.0, 0.0), (1e30, 1e-300, 1.0),
+    ):  # fmt: skip
         assert regularised_sign(speed, width) == pytest.approx(sign)
 
 
 def test_side_of_the_bristle_at_the_start():
     for side, speed, share in (
-        (0.0, 2.0, 1.0),
-        (0.0, -2.0, -1.0),
-        (0.0, 0.0, 0.0),
-        (0.3, -2.0, 0.3),
-        (-5.0, 2.0, -1.0),
-    ):
+        (0.0, 2.0, 1.0), (0.0, -2.0, -1.0), (0.0, 0.0, 0.0), (0.3, -2.0, 0.3), (-5.0, 2.0, -1.0),
+    ):  # fmt: skip
         assert initial_bristle(side, speed, TC, S0) == (pytest.approx(share * Z_S), S0)
         assert initial_bristle(side, speed, 0.0, 0.0) == (0.0, 0.0)
 

@@ -14,12 +14,9 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import AXES, FILM_SHEAR, MECHANISTIC, sealed
 
 AXIS = {
-    "force": (50.0, 12000.0, 7),
-    "speed": (0.5, 320.0, 8),
-    "temperature": (283.15, 353.15, 5),
-    "preload": (50.0, 12000.0, 6),
-    "share": (0.0, 1.0, 5),
-}
+    "force": (50.0, 12000.0, 7), "speed": (0.5, 320.0, 8), "temperature": (283.15, 353.15, 5),
+    "preload": (50.0, 12000.0, 6), "share": (0.0, 1.0, 5),
+}  # fmt: skip
 DEFAULTS = {
     "apparent_viscosity_ratio": 7.6, "net_sliding_coefficient": 0.0051, "roughness_height": 24e-9,
     "breakaway_factor": 1.0,
@@ -64,14 +61,12 @@ def force_curves(force, free=None):
     force = np.asarray(force, dtype=float)
     return np.stack(
         [
-            2.4e-3 * (force / 1000.0) ** (4 / 3),
-            3.067e-2 * force,
+            2.4e-3 * (force / 1000.0) ** (4 / 3), 3.067e-2 * force,
             np.ones_like(force) if free is None else free * (force / 1000.0) ** -0.05,
-            0.857e9 * (force / 1000.0) ** (1 / 3),
-            0.0197 * force,
+            0.857e9 * (force / 1000.0) ** (1 / 3), 0.0197 * force,
         ],
         axis=-1,
-    )
+    )  # fmt: skip
 
 
 def separation_ratio(preload):
@@ -112,18 +107,11 @@ def make_map(
         relieved_share(preload[:, None], share[None, :]),
     )
     header = {
-        "axes": {name: list(AXIS[name]) for name in AXES},
-        "parameters_json": "{}",
-        "parameters_hash": "0" * 64,
-        "law": law,
-        "kinematics": "published",
-        "film_model": "synthetic",
-        "defaults": DEFAULTS if law == FILM_SHEAR else MECHANISTIC_DEFAULTS,
-        "screw": SCREW,
-        "presliding_angle": PRESLIDING_ANGLE,
-        "certificate": {},
-        "version": "0.1.0",
-    }
+        "axes": {name: list(AXIS[name]) for name in AXES}, "parameters_json": "{}",
+        "parameters_hash": "0" * 64, "law": law, "kinematics": "published", "film_model": "synthetic",
+        "defaults": DEFAULTS if law == FILM_SHEAR else MECHANISTIC_DEFAULTS, "screw": SCREW,
+        "presliding_angle": PRESLIDING_ANGLE, "certificate": {}, "version": "0.1.0",
+    }  # fmt: skip
     return NutMap.from_arrays(sealed(header, arrays), arrays)
 
 

@@ -88,11 +88,8 @@ def measured(rng, n):
     speed = math.copysign(10.0 ** rng.uniform(-2.0, 2.6), torque if n % 11 else -torque)
     axial_load = rng.normal() * 3000.0 * (n % 4 > 0)
     return {
-        "torque": torque,
-        "speed": speed,
-        "temperature": rng.uniform(280.0, 356.0),
-        "axial_load": axial_load,
-    }
+        "torque": torque, "speed": speed, "temperature": rng.uniform(280.0, 356.0), "axial_load": axial_load,
+    }  # fmt: skip
 
 
 # --- values ---
@@ -180,11 +177,9 @@ def test_random_steps_of_the_monitor_are_those_of_python(nut_map):
         inputs, numbers = measured(rng, n), standstill(rng, n)
         given = start | {name: value for name, value in numbers.items() if name in start}
         given |= {
-            "speed_min": (0.0, 1.0)[n % 2],
-            "torque_uncertainty": (0.01, 0.3)[n % 2],
-            "law_uncertainty": (0.0, 0.2, 0.6)[n % 3],
-            "initial_preload": 900.0,
-        }
+            "speed_min": (0.0, 1.0)[n % 2], "torque_uncertainty": (0.01, 0.3)[n % 2],
+            "law_uncertainty": (0.0, 0.2, 0.6)[n % 3], "initial_preload": 900.0,
+        }  # fmt: skip
         step = 0.0 if n % 13 == 12 else 1e-3
         one.step(step, **inputs, **given)
         parameters = MonitorParameters(**{k: given[k] for k in MonitorParameters._fields})

@@ -362,12 +362,8 @@ def test_inputs_of_intermediate_updates_are_those_of_shorter_steps():
 def test_the_importer_can_ask_for_an_early_return():
     """Deflection, mean power and heat are those of the time that is reached."""
     for until, reached in (
-        (0.6e-3, 0.6e-3),
-        (0.0, 0.5e-3),
-        (math.nan, 0.5e-3),
-        (0.5e-3, 0.5e-3),
-        (2.0, STEP),
-    ):
+        (0.6e-3, 0.6e-3), (0.0, 0.5e-3), (math.nan, 0.5e-3), (0.5e-3, 0.5e-3), (2.0, STEP),
+    ):  # fmt: skip
         for speed, allowed in ((0.1, True), (3.0, True), (0.1, False)):  # elastic, sliding
             end = reached if allowed else STEP
             updates = Updates(until=until, ask_from=0.45e-3)

@@ -127,14 +127,9 @@ def test_fmus_of_two_screws_and_the_monitor_fit_into_one_program(tmp_path, embed
         for file, content in sources.items():
             (place / ("fmi" if is_fmi_header(file) else ".") / file).write_bytes(content)
         options = (
-            "-std=c99",
-            "-Wall",
-            "-Werror",
-            *FLAGS,
-            f"-DFMI{version}_FUNCTION_PREFIX={name}_",
-            "-isystem",
+            "-std=c99", "-Wall", "-Werror", *FLAGS, f"-DFMI{version}_FUNCTION_PREFIX={name}_", "-isystem",
             "fmi",
-        )
+        )  # fmt: skip
         units = sorted(file for file in sources if file.endswith(".c"))
         run(*compiler(), *options, "-c", *units, cwd=place)
         units = [place / unit.replace(".c", ".o") for unit in units]

@@ -30,14 +30,10 @@ def begun(nut_map, model=FRICTION, **values):
 INSIDE = {
     FRICTION: {"preload": 3000.0, "speed": 20.0, "temperature": 310.0, "axial_load": 0.0},
     TRANSMISSION: {
-        "preload": 2000.0,
-        "position": -2e-6,
-        "speed": 20.0,
-        "velocity": 20.0 * RATIO,
-        "temperature": 310.0,
+        "preload": 2000.0, "position": -2e-6, "speed": 20.0, "velocity": 20.0 * RATIO, "temperature": 310.0,
     },
     MONITOR: {"torque": 0.8, "speed": 30.0, "temperature": 303.15, "axial_load": 0.0},
-}
+}  # fmt: skip
 BEYOND = [
     *((FRICTION, {name: value}) for name, value in (
         ("axial_load", 2e4), ("axial_load", -2e4), ("preload", 2e4), ("preload", 40.0), ("speed", -321.0),
@@ -73,10 +69,8 @@ def test_in_range_changes_at_events_with_hysteresis():
     fastest = MAPS[FILM_SHEAR].speed.hi
     one = begun(MAPS[FILM_SHEAR], speed=0.5 * fastest)
     for speed, sign in (
-        (fastest * (1.0 + 1e-9), 1.0),
-        (fastest * 1.001, -1.0),
-        (fastest * (1.0 - 1e-9), -1.0),
-    ):
+        (fastest * (1.0 + 1e-9), 1.0), (fastest * 1.001, -1.0), (fastest * (1.0 - 1e-9), -1.0),
+    ):  # fmt: skip
         one.latch(speed=speed)
         assert sign * one.get("in_range_indicator") > 0.0
         one.event()

@@ -47,12 +47,9 @@ def findings(files: dict[str, bytes]) -> list[str]:
     root = ElementTree.parse(io.BytesIO(files["modelDescription.xml"])).getroot()
     version = int(root.get("fmiVersion")[0])
     return [
-        *_schemas(files),
-        *unit_findings(root),
-        *_identity(root, files, version),
-        *_libraries(root, files),
+        *_schemas(files), *unit_findings(root), *_identity(root, files, version), *_libraries(root, files),
         *_against_the_sources(root, files),
-    ]
+    ]  # fmt: skip
 
 
 def _schemas(files):

@@ -96,14 +96,8 @@ class NativeInstance:
                 wanted = (c_uint * len(intermediate))(*intermediate)
                 self._update = fmi3IntermediateUpdateCallback(update or 0)
                 more = (
-                    event_mode,
-                    early_return,
-                    wanted,
-                    c_size_t(len(wanted)),
-                    None,
-                    self._logger,
-                    self._update,
-                )
+                    event_mode, early_return, wanted, c_size_t(len(wanted)), None, self._logger, self._update,
+                )  # fmt: skip
             elif kind == ME:
                 make, more = self.library.fmi3InstantiateModelExchange, (None, self._logger)
             else:

@@ -50,18 +50,8 @@ def compile_once(sources: Mapping[str, bytes], name: str, *options: str) -> Path
     """
     units = sorted(file for file in sources if file.endswith(".c"))
     command = [
-        *compiler(),
-        "-std=c99",
-        *WARNINGS,
-        *options,
-        *FLAGS,
-        "-I.",
-        "-isystem",
-        "fmi",
-        "-o",
-        name,
-        *units,
-    ]
+        *compiler(), "-std=c99", *WARNINGS, *options, *FLAGS, "-I.", "-isystem", "fmi", "-o", name, *units,
+    ]  # fmt: skip
     command += ["-lm", "-lpthread", "-ldl"]
     content = hashlib.sha256("\0".join(command).encode())
     for file, text in sorted(sources.items()):
