@@ -64,30 +64,19 @@ REFUSED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", REFUSED)
-def test_refused_geometry(name):
-    with pytest.raises(ValueError, match=name) as found:
-        bearing(**{**ANGULAR, name: REFUSED[name]})
-    assert "\n" not in str(found.value)
-
-
-@pytest.mark.parametrize(
-    ("name", "point"),
-    [("axial_load", (0.0, 1.0, WARM)), ("speed", (1.0, math.nan, WARM)), ("temperature", (1.0, 1.0, 40.0))],
-)
-def test_refused_point(name, point):
-    with pytest.raises(ValueError, match=f"{name} = "):
-        bearing(**ANGULAR).torque(*point)
-
-
-@pytest.mark.parametrize("name", ["net_sliding_coefficient", "supply"])
-def test_refused_constant(name):
-    with pytest.raises(ValueError, match=f"friction = {name}; "):
-        bearing(**ANGULAR, friction={name: 0.01})
-
-
-def test_a_groove_flatter_than_the_raceway_is_refused():
-    """The ellipse would be longer along rolling, which no formula of the law covers."""
+def test_refused_geometry_constants_and_points():
+    """A groove flatter than the raceway: the ellipse would be longer along rolling, which no formula covers."""
+    for name, value in REFUSED.items():
+        with pytest.raises(ValueError, match=name) as found:
+            bearing(**{**ANGULAR, name: value})
+        assert "\n" not in str(found.value)
+    for name in ("net_sliding_coefficient", "supply"):
+        with pytest.raises(ValueError, match=f"friction = {name}; "):
+            bearing(**ANGULAR, friction={name: 0.01})
+    points = {"axial_load": (0.0, 1.0, WARM), "speed": (1.0, math.nan, WARM), "temperature": (1.0, 1.0, 40.0)}
+    for name, point in points.items():
+        with pytest.raises(ValueError, match=f"{name} = "):
+            bearing(**ANGULAR).torque(*point)
     wide = ANGULAR | {"contact_angle": 0.1, "inner_conformity": 2.0, "outer_conformity": 2.0}
     with pytest.raises(ValueError, match="outer_conformity = 2"):
         bearing(**wide | {"ball_diameter": 25e-3, "balls": 6})

@@ -8,14 +8,7 @@ from command_line import answer, run
 from ballscrew_tehl.validation import machines as compared
 from ballscrew_tehl.validation.bearing_formulas import skf_torque
 from ballscrew_tehl.validation.bearings import BEARINGS, bearing_points, operating_points, rows_of
-from ballscrew_tehl.validation.machines import (
-    Machines,
-    exponents,
-    groove_points,
-    rig_torques,
-    screw_points,
-    spread,
-)
+from ballscrew_tehl.validation.machines import Machines, groove_points, rig_torques, screw_points, spread
 from ballscrew_tehl.validation.machines_text import (
     USUAL_NU_N,
     machines_text,
@@ -106,17 +99,5 @@ def test_command_prints_tables_and_draws(found, capsys, tmp_path, monkeypatch):
     assert out.strip() == machines_text(found)
 
 
-def test_spread_and_exponents_of_a_power_law():
+def test_spread_is_geometric():
     assert spread([0.5, 2.0])[1:3] == pytest.approx((1.0, 2.0))
-    points = [
-        (name, load, nu_n)
-        for name in ("7208 B", "51108")
-        for load, nu_n in ((1.0, 1.0), (2.0, 1.0), (3.0, 5.0))
-    ]
-
-    class At:
-        def __init__(self, bearing, axial_load, nu_n):
-            self.bearing, self.axial_load, self.nu_n = bearing, axial_load, nu_n
-
-    powers = exponents([At(*p) for p in points], lambda p: len(p.bearing) * p.axial_load**0.3 * p.nu_n**0.7)
-    assert powers == pytest.approx((0.3, 0.7))

@@ -21,9 +21,7 @@ MAPS = {
     MECHANISTIC: closed_form(MECHANISTIC),
     "oversize": closed_form(MECHANISTIC, 0.3),
 }
-AGREEMENT = (
-    1e-9  # of a value, or of the largest part that it is the sum of: libm and the order of sums differ
-)
+AGREEMENT = 1e-9  # of a value, or the largest part that it is the sum of: libm and the order of sums differ
 RATIO = 8e-3 / (2.0 * math.pi)  # [m/rad] of the closed-form map
 WAY = 4.4e-6  # [m] about that at which a nut comes free at 2 kN
 TORQUES = ("friction_torque", "viscous_torque", "hysteresis_torque", "sliding_torque", "friction_torque_nut_a",
