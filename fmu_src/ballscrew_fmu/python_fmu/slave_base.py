@@ -45,9 +45,7 @@ class MapSlave(Fmi2Slave):
         reset_at_exit(self.resources)
         self._map = NutMap.from_npz(os.path.join(self.resources, MAP_FILE))
         table_of_map = table(self._map.header)
-        inputs, outputs, parameters = (
-            places(table_of_map, causality) for causality in ("input", "output", "parameter")
-        )
+        inputs, outputs, parameters = (places(table_of_map, of) for of in ("input", "output", "parameter"))
         self._table = dict(enumerate(table_of_map, FIRST_REFERENCE))  # by value reference
         self._outputs = slice(outputs[0], outputs[-1] + 1)
         self._named = operator.itemgetter(*(self._table[place].name for place in outputs))

@@ -82,10 +82,10 @@ def _intact(folder: Path) -> bool:
     return bool(files) and solver_name(files) == folder.name
 
 
-def load_solver(package: Path, cache: Path | None = None) -> tuple[ModuleType, str]:
+def load_solver(package: Path) -> tuple[ModuleType, str]:
     """Module `refinement.refine` of the solver, and a remark: the reason if its compiled code is not kept, else empty.
 
-    Parameters   package : folder of this FMU's code;  cache : None = user_cache()
+    Parameters   package : folder of this FMU's code
     Raises       SolverError: the FMU has no solver, or the host lacks a package that it needs
     """
     folders = sorted(package.joinpath(SOLVER_FOLDER).glob("_ballscrew_solver_*"))
@@ -94,7 +94,7 @@ def load_solver(package: Path, cache: Path | None = None) -> tuple[ModuleType, s
     name, remark = folders[0].name, ""
     if name not in sys.modules:
         try:
-            folder = installed(folders[0], user_cache() if cache is None else cache)
+            folder = installed(folders[0], user_cache())
         except (OSError, RuntimeError) as error:  # RuntimeError: no home folder
             folder = folders[0]
             remark = f"compiled code of the solver is not kept: {error}; set XDG_CACHE_HOME to another folder"

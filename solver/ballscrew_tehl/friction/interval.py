@@ -153,9 +153,8 @@ def torque_of_constants(
     fitted = fit_of(friction_set, parameters) is not None
     held = fitted or friction.net_sliding_coefficient is not None
     remembered = _Remembered(contacts)
-    again = (
-        _fitted_again(parameters, contacts, friction_set) if fitted and friction_set.calibrated_at else None
-    )
+    calibrated = fitted and friction_set.calibrated_at
+    again = _fitted_again(parameters, contacts, friction_set) if calibrated else None
     kappa = implied_thrust(coefficient, parameters)
 
     def torque(values: Mapping[str, float]) -> float:

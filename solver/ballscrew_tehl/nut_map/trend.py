@@ -54,9 +54,8 @@ def unphysical_trend(
     Returns      Trend of booleans, arrays for arrays; False everywhere below the lowest speed of the map and outside
                  the map
     """
-    preload, speed, temperature, axial_load = (
-        np.asarray(a, dtype=float) for a in (preload, speed, temperature, axial_load)
-    )
+    point = preload, speed, temperature, axial_load
+    preload, speed, temperature, axial_load = (np.asarray(a, dtype=float) for a in point)
     speed = np.abs(speed)
     axes = nut_map.header["axes"]
     slow, fast = axes["speed"][:2]

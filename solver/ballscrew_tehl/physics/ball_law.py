@@ -89,18 +89,6 @@ def loaded_contact_angle(screw: ScrewParameters, force: Any, ball_count: int) ->
     return beta[()]
 
 
-def axial_approach(screw: ScrewParameters, force: Any, ball_count: int) -> Any:
-    """Axial displacement of screw against nut at the balls, equal loads [m].
-
-    Parameters   force : float or array [N], >= 0;  ball_count : balls that share it
-    Source       (A0 + dn) sin(beta) - A0 sin(beta0), dn = C Q^(2/3)
-    """
-    beta = loaded_contact_angle(screw, force, ball_count)
-    a_0, beta_0 = groove_distance(screw), screw.contact_angle
-    # (A0 + dn) cos(beta) = A0 cos(beta0)
-    return a_0 * (math.cos(beta_0) * np.tan(beta) - math.sin(beta_0))
-
-
 def fixed_angle_law(screw: ScrewParameters, angle: float) -> BallLaw:
     """f = sb Q, Q = (sb max(d, 0)/C)^(3/2), sb = sin(beta) cos(lambda)."""
     sb = math.sin(angle) * math.cos(screw.lead_angle)

@@ -92,9 +92,7 @@ def direct_extremes(
 class RacewayValues(NamedTuple):
     """One raceway of one nut from the contact of its mean ball."""
 
-    viscous_torque: (
-        float  # [N.m] at apparent viscosity ratio 1 and full viscous share; mechanistic: rolling torque
-    )
+    viscous_torque: float  # [N.m] at viscosity ratio 1 and full viscous share; mechanistic: rolling torque
     effective_film: float  # [m] for the viscous share at a roughness height; mechanistic: of the mean ball
     minimum_film: float  # [m] thermal, of the mean ball
     central_film: float  # [m] thermal, of the mean ball

@@ -90,9 +90,8 @@ def map_parameters(header: Mapping[str, Any]) -> Parameters:
     if constants:
         oil["eyring_stress"] = constants.pop("eyring_stress")
         friction |= constants
-        friction["set"] = (
-            MECHANISTIC if header.get("law") == MECHANISTIC else friction.get("set", "three_parameter")
-        )
+        stated = friction.get("set", "three_parameter")
+        friction["set"] = MECHANISTIC if header.get("law") == MECHANISTIC else stated
         if friction["replenishment_constant"] > 0.0:
             del friction["supply_length"]
         elif friction["supply_length"] is None:

@@ -13,17 +13,11 @@ LEAST_RISE = 1e-30  # of the Coulomb part towards rest; avoids a division by zer
 LAMBDA_RATIO_MAX = 1000.0  # reported for a smooth surface
 SMOOTH = 1e-30  # [m] roughness height below which a surface counts as smooth
 FREE_PUSH = 0.097  # friction of a relieved pair of flanks on a ball free to roll, per load and rolling speed
-FREE_SHARPNESS = (
-    7.0  # of the change from held by four flanks to free; both fitted to solved balls of ten screws
-)
-SPEED_EXPONENT_MAX = (
-    3.0  # of the viscous torque at the slowest node; above it the law towards rest is not monotone
-)
+FREE_SHARPNESS = 7.0  # of the change from held by four flanks to free; both fitted to balls of ten screws
+SPEED_EXPONENT_MAX = 3.0  # of the viscous torque at the slowest node; above it no monotone law towards rest
 
 # bristle (standstill.py)
-ELASTIC_SHARE = (
-    0.7  # elastic limit over sliding deflection; 0 (Dahl): the bristle creeps under a swinging load
-)
+ELASTIC_SHARE = 0.7  # elastic limit over sliding deflection; 0 (Dahl): it creeps under a swinging load
 DAMPING_TIME = 4e-3  # [s] damping over stiffness by default; explicit coupling needs steps below it
 SLIDING_FROM = 0.999  # of the sliding deflection, which the bristle reaches after infinite travel only
 
@@ -32,9 +26,7 @@ LEAST_ELASTICITY = 0.01  # (preload/torque) d torque/d preload; below it 1 % of 
 ACCURACY = 1e-11  # relative, of the last step in preload
 JUMP = 1e-9  # relative; torques this near that of an unloaded nut do not determine the preload: it may jump there
 SEPARATION_STEPS = 6  # of Newton; load over preload at separation hardly changes with preload, 3 suffice
-LONGEST_STEP = (
-    50.0  # of ln preload; keeps the exponential of a step finite, any larger one leaves the bracket
-)
+LONGEST_STEP = 50.0  # of ln preload; keeps the exponential finite, any larger step leaves the bracket
 ROUNDING = 4e-16  # relative width of a bracket that cannot shrink any more
 MOST_ITERATIONS = 200  # each halves the error in torque or the bracket: it takes 3 to 10, and cannot take all
 

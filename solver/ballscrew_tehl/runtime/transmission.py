@@ -68,9 +68,7 @@ class TransmissionParameters(NamedTuple):
     presliding: bool
     presliding_stiffness: float  # [N.m/rad] 0: from the screw
     presliding_damping: float  # [N.m.s/rad] 0: from the stiffness
-    presliding_side: (
-        float  # deflection of the bristle at the start over that at which it slides; 0: from the speed
-    )
+    presliding_side: float  # deflection of the bristle at the start over that of sliding; 0: from the speed
 
 
 class TransmissionStep(NamedTuple):

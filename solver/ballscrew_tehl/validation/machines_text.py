@@ -32,24 +32,12 @@ TOTALS: dict[str, Torque] = {
     "Palmgren, oil mist": lambda p: p.total["palmgren_mist"],
     "Palmgren, oil bath": lambda p: p.total["palmgren_bath"],
 }
-
-
-def _in_data(p: BearingPoint) -> bool:
-    return p.in_data
-
-
-def _usual(p: BearingPoint) -> bool:
-    return p.in_data and p.nu_n <= USUAL_NU_N
-
-
-def _others(p: BearingPoint) -> bool:
-    return not p.in_data
-
-
 #: sets of points by name
 POINTS: dict[str, Callable[[BearingPoint], bool]] = {
-    f"data, nu n <= {USUAL_NU_N:g}": _usual, "data, all": _in_data, "five other bearings": _others
-}  # fmt: skip
+    f"data, nu n <= {USUAL_NU_N:g}": lambda p: p.in_data and p.nu_n <= USUAL_NU_N,
+    "data, all": lambda p: p.in_data,
+    "five other bearings": lambda p: not p.in_data,
+}
 
 
 def rolling_spreads(found: Machines) -> dict[str, dict[str, Spread]]:
@@ -82,7 +70,7 @@ def total_spreads(found: Machines) -> dict[str, dict[str, Spread]]:
     return {
         name: {
             f"{of}, {regime}": spread([torque(p) / p.skf for p in found.bearings if chosen(p) and within(p)])
-            for of, chosen in (("data", _in_data), ("others", _others))
+            for of, chosen in (("data", POINTS["data, all"]), ("others", POINTS["five other bearings"]))
             for regime, within in regimes.items()
         }
         for name, torque in TOTALS.items()
