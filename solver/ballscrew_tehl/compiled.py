@@ -24,12 +24,9 @@ import numba
 PACKAGE = Path(__file__).parent
 #: modules with kernels and with constants that kernels take from elsewhere, below the package
 SOURCES = (
-    "compiled.py",
-    "contact/film",
-    "contact/half_space",
-    "friction/equilibrium_kernels.py",
+    "compiled.py", "contact/film", "contact/half_space", "friction/equilibrium_kernels.py",
     "parameters/oil.py",
-)
+)  # fmt: skip
 KEPT_DAYS = 30.0
 #: of the modules that are imported
 KERNELS: list[Any] = []

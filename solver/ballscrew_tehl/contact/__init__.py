@@ -17,22 +17,7 @@ from .result import ContactResult, HeatBalance
 from .solver import announce_compilation, solve
 
 __all__ = [
-    "MAP_NODES",
-    "ContactConditions",
-    "ContactResult",
-    "HeatBalance",
-    "MoesFilm",
-    "Scales",
-    "SolverOptions",
-    "UnconvergedContactError",
-    "announce_compilation",
-    "ball_conditions",
-    "map_nodes",
-    "moes_conditions",
-    "reference_oil",
-    "scales_of",
-    "solve",
-    "solve_ball",
-    "solve_for_map",
-    "solve_moes",
-]
+    "MAP_NODES", "ContactConditions", "ContactResult", "HeatBalance", "MoesFilm", "Scales", "SolverOptions",
+    "UnconvergedContactError", "announce_compilation", "ball_conditions", "map_nodes", "moes_conditions",
+    "reference_oil", "scales_of", "solve", "solve_ball", "solve_for_map", "solve_moes",
+]  # fmt: skip

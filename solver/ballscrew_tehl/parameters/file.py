@@ -27,20 +27,10 @@ from .screw import (
 from .toml import Entry, ParameterError, check_tables, key_forms, message, read_table, read_toml
 
 __all__ = [
-    "FOUR_POINT",
-    "FrictionParameters",
-    "LubricantParameters",
-    "ParameterError",
-    "Parameters",
-    "PublishedSpeeds",
-    "ScrewParameters",
-    "SolidParameters",
-    "changed",
-    "graded_oil",
-    "kinematic_viscosity_d341",
-    "load_parameters",
-    "parameters_json",
-]
+    "FOUR_POINT", "FrictionParameters", "LubricantParameters", "ParameterError", "Parameters",
+    "PublishedSpeeds", "ScrewParameters", "SolidParameters", "changed", "graded_oil",
+    "kinematic_viscosity_d341", "load_parameters", "parameters_json",
+]  # fmt: skip
 
 #: file of the default screw, in the package's data
 PACKAGED = "gd4008.toml"

@@ -10,13 +10,9 @@ from .file import Parameters, parameters_json
 
 #: oil parameters that a map of a Newtonian oil does not depend on
 RHEOLOGY = (
-    "rheology",
-    "eyring_stress",
-    "carreau_modulus",
-    "carreau_exponent",
-    "limiting_stress_ambient",
+    "rheology", "eyring_stress", "carreau_modulus", "carreau_exponent", "limiting_stress_ambient",
     "limiting_stress_slope",
-)
+)  # fmt: skip
 #: friction parameters that the map does not depend on
 NOT_IN_MAP = (
     "set",

@@ -15,13 +15,9 @@ from .checked_table import FieldError, MissingFieldError, Table, quantity
 ROELANDS_PRESSURE, ROELANDS_LN = 1 / 5.1e-9, 9.67
 #: fields of an oil that the file must give unless it gives a grade
 _BY_GRADE = (
-    "viscosity_law",
-    "density",
-    "reference_temperature",
-    "specific_heat",
-    "thermal_conductivity",
+    "viscosity_law", "density", "reference_temperature", "specific_heat", "thermal_conductivity",
     "pressure_viscosity",
-)
+)  # fmt: skip
 
 
 def _of_grade(

@@ -68,12 +68,8 @@ def oil(material: Material) -> Html:
         cells = (1e3 * eta, 1e6 * eta / rho, rho, alpha)
         rows.append([f"{T - CELSIUS:.1f}", *(f"{value:.4g}" for value in cells)])
     head = [
-        "temperature [C]",
-        "viscosity [mPa s]",
-        "[mm2/s]",
-        "density [kg/m3]",
-        "pressure coefficient [1/GPa]",
-    ]
+        "temperature [C]", "viscosity [mPa s]", "[mm2/s]", "density [kg/m3]", "pressure coefficient [1/GPa]",
+    ]  # fmt: skip
     return table("oil", f"The oil: {of.name}", head, rows)
 
 

@@ -71,12 +71,8 @@ class MapError(ValueError):
 
 #: totals of the regions of a certificate that are shown
 REGION_TOTALS = (
-    "points",
-    "torque_error_99",
-    "torque_error_max",
-    "film_error_99",
-    "temperature_rise_error_99",
-)
+    "points", "torque_error_99", "torque_error_max", "film_error_99", "temperature_rise_error_99",
+)  # fmt: skip
 
 
 def certificate_totals(certificate: Mapping[str, Any]) -> dict[str, Any]:

@@ -29,11 +29,8 @@ if TYPE_CHECKING:
 BREAKAWAY = "breakaway_torque_nm"
 #: what is said of a film beyond lubrication theory, of a torque that goes the wrong way, of oversize balls
 TOO_THICK, TOO_THIN, UNPHYSICAL, UNLIKE = RESERVATIONS = (
-    "too_thick_film",
-    "too_thin_film",
-    "unphysical_trend",
-    "unlike_flanks",
-)
+    "too_thick_film", "too_thin_film", "unphysical_trend", "unlike_flanks",
+)  # fmt: skip
 #: loads of balls under an axial load
 OF_A_NUT = "nut loaded as by preload alone"
 
