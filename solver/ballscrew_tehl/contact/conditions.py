@@ -214,15 +214,9 @@ def scales_of(c: ContactConditions, oil: LubricantParameters) -> Scales:
     # the formula reduces thin films too much: half of it, in the logarithm
     left = math.sqrt(float(film_formulas.wilson_sheu(N, abs(c.u_1 - c.u_2) / u_e)))
     return Scales(
-        hertz,
-        h_unit,
-        12.0 * u_e * c.R_x**2 / (b**3 * p_max),
-        groups.M,
-        groups.L,
-        h_c / h_unit,
-        left * h_c / h_unit,
-        inlet_length(h_c / h_unit),
-    )
+        hertz, h_unit, 12.0 * u_e * c.R_x**2 / (b**3 * p_max), groups.M, groups.L, h_c / h_unit,
+        left * h_c / h_unit, inlet_length(h_c / h_unit),
+    )  # fmt: skip
 
 
 #: steps of a doubled film in which grids differ: neighbouring points share one

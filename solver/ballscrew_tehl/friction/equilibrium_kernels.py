@@ -160,18 +160,9 @@ def least_potential(motion, nodes, axes, traction, ball, speed, q, smooth, conve
                 return step
             new = q - length * change
             other = potential_sums(
-                motion,
-                nodes,
-                axes,
-                traction,
-                ball,
-                speed,
-                new,
-                smooth,
-                other_gradient,
-                other_hessian,
+                motion, nodes, axes, traction, ball, speed, new, smooth, other_gradient, other_hessian,
                 other_power,
-            )
+            )  # fmt: skip
             if other <= value - LEAST_GAIN * length * decrement:
                 break
             # secant of the slope along the step

@@ -146,13 +146,9 @@ def _supplied(
         nu = inlet / ambient_density(oil, temperature)
         pitch, section = 2e3 * screw.nominal_radius, 1e3 * screw.ball_diameter / BALL_OVER_SECTION
         return replenishment_factor(
-            friction.replenishment_constant,
-            K_Z,
-            speed / RPM,
-            1e6 * nu,
-            pitch - 0.5 * section,
+            friction.replenishment_constant, K_Z, speed / RPM, 1e6 * nu, pitch - 0.5 * section,
             pitch + 0.5 * section,
-        )
+        )  # fmt: skip
     R_x, R_y = reduced_radii(screw, float(contact_angle_at_ball_load(screw, load)), raceway)
     b = ellipse(load, R_x, R_y, E_prime(screw)).b
     loss, film = (

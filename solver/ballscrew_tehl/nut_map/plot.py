@@ -98,18 +98,11 @@ def map_picture(nut_map: NutMap, contact_map: ContactMap) -> MapPicture:
     temperature = float(np.clip(reference, cold, hot))
     temperatures = np.unique([cold, temperature, 0.5 * (temperature + hot), hot])
     return MapPicture(
-        nut_map,
-        contact_map,
-        speed,
-        preloads,
-        temperatures,
-        preload,
-        temperature,
+        nut_map, contact_map, speed, preloads, temperatures, preload, temperature,
         nut_map.evaluate(preloads[:, None], speed, temperature),
-        nut_map.evaluate(preload, speed, temperatures[:, None]),
-        _certificate_points(nut_map),
+        nut_map.evaluate(preload, speed, temperatures[:, None]), _certificate_points(nut_map),
         {name: float(error) for name, error in nut_map.header["sampling_errors"].items()},
-    )
+    )  # fmt: skip
 
 
 def round_preloads(lowest: float, highest: float) -> Array:

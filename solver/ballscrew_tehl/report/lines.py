@@ -300,11 +300,6 @@ def _is_measured_line(preload: float, speed: float) -> bool:
 def _films(friction: Friction, speed: Array, temperatures: Array, preload: float) -> FilmLines:
     state = friction.nut_map.evaluate(preload, speed, temperatures[:, None])
     return FilmLines(
-        speed,
-        temperatures,
-        preload,
-        state.film_thickness_central_screw,
-        state.film_thickness_central_nut,
-        state.film_thickness_min,
-        state.lambda_ratio,
-    )
+        speed, temperatures, preload, state.film_thickness_central_screw, state.film_thickness_central_nut,
+        state.film_thickness_min, state.lambda_ratio,
+    )  # fmt: skip

@@ -161,18 +161,11 @@ def gather(
         heaviest = float(max(balls.cases[0].loads.Q_a.max(), balls.cases[0].loads.Q_b.max()))
         contact_point = heaviest, point.speed, point.temperature
     return Material(
-        parameters,
-        frictions,
-        picture,
-        measured,
-        given,
-        tables,
-        lines,
+        parameters, frictions, picture, measured, given, tables, lines,
         screw_numbers(parameters, chosen.nut_map, point, lines.over_speed.rows, lines.over_preload.rows),
-        balls,
-        contact_point,
+        balls, contact_point,
         solved_contacts(parameters, shown_kinematics(parameters, measured), contact_point, progress),
-    )
+    )  # fmt: skip
 
 
 def friction_sets(

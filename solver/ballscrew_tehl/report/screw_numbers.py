@@ -70,17 +70,9 @@ def screw_numbers(
     force = np.linspace(0.0, PRELOAD_END * float(preloads[-1]), PRELOADS)
     driving, backdriving = _efficiencies(parameters, nut_map, point, axial_loads, speeds)
     return ScrewNumbers(
-        point,
-        constants,
-        preloads,
-        axial_loads,
-        lines,
-        table,
-        (force, axial_stiffness(constants.stiffness, force)),
-        speeds,
-        driving,
-        backdriving,
-    )
+        point, constants, preloads, axial_loads, lines, table,
+        (force, axial_stiffness(constants.stiffness, force)), speeds, driving, backdriving,
+    )  # fmt: skip
 
 
 def efficiency_at(

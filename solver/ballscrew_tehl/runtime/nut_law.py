@@ -286,21 +286,11 @@ def double_nut(
     if spin is not None and spin_2 is not None:
         relieved = relieved + freed * relieved_share(spin, spin_2, ops)
     return DoubleNutState(
-        viscous + viscous_2,
-        hysteresis + hysteresis_2,
-        sliding + sliding_2 + freed,
-        film,
-        least(screw, screw_2),
-        least(nut, nut_2),
-        most(rise, rise_2),
-        most(pressure, pressure_2),
-        most(load, load_2),
-        least(film / most(roughness, SMOOTH), LAMBDA_RATIO_MAX),
-        viscous,
-        relieved,
-        in_range,
-        clamped,
-    )
+        viscous + viscous_2, hysteresis + hysteresis_2, sliding + sliding_2 + freed, film,
+        least(screw, screw_2), least(nut, nut_2), most(rise, rise_2), most(pressure, pressure_2),
+        most(load, load_2), least(film / most(roughness, SMOOTH), LAMBDA_RATIO_MAX), viscous, relieved,
+        in_range, clamped,
+    )  # fmt: skip
 
 
 def nut_forces(

@@ -95,14 +95,10 @@ def fitted_row(name: str, basis: TorqueBasis, numbers: int) -> LawRow:
     left_out = np.abs(left_out_deviations(fitted, numbers, loss))
     rest = leave_one_table_out(fitted, numbers, loss)
     return LawRow(
-        name.format(a=values[0], k=values[1]),
-        numbers,
-        tuple(float(t) for t in basis.torque(values)),
-        float(missed.mean()),
-        float(missed.max()),
-        {table: found["mean"] for table, found in rest.items()},
+        name.format(a=values[0], k=values[1]), numbers, tuple(float(t) for t in basis.torque(values)),
+        float(missed.mean()), float(missed.max()), {table: found["mean"] for table, found in rest.items()},
         (float(left_out.mean()), float(left_out.max())),
-    )
+    )  # fmt: skip
 
 
 def baseline_rows(parameters: Parameters) -> list[LawRow]:

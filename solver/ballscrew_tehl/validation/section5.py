@@ -115,21 +115,10 @@ def _row(kinematics: str, law: str, raceway: str, solutions: list[ContactResult]
     fine = solutions[-1]
     c = fine.conditions
     return ContactRow(
-        kinematics,
-        law,
-        raceway,
-        c.u_e,
-        (c.u_1 - c.u_2) / c.u_e,
-        fine.h_c,
-        fine.h_m,
-        fine.temperature_rise,
-        fine.traction_force,
-        all(s.converged for s in solutions),
-        (to_middle, to_fine),
-        (rise_to_middle, rise_to_fine),
-        extrapolated(*(s.grid_film for s in solutions)),
-        extrapolated(*rise),
-    )
+        kinematics, law, raceway, c.u_e, (c.u_1 - c.u_2) / c.u_e, fine.h_c, fine.h_m, fine.temperature_rise,
+        fine.traction_force, all(s.converged for s in solutions), (to_middle, to_fine),
+        (rise_to_middle, rise_to_fine), extrapolated(*(s.grid_film for s in solutions)), extrapolated(*rise),
+    )  # fmt: skip
 
 
 def section5_text(rows: list[ContactRow]) -> str:

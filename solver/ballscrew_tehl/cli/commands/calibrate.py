@@ -139,15 +139,9 @@ def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
     film_model, outside = _films(args, parameters)
     with progress_bar(QUIET) as progress:
         return calibrate_file(
-            file,
-            parameters,
-            film_model,
-            args.set or parameters.friction.set,
-            args.loss or "least_squares",
-            args.drop,
-            outside,
-            progress,
-        )
+            file, parameters, film_model, args.set or parameters.friction.set, args.loss or "least_squares",
+            args.drop, outside, progress,
+        )  # fmt: skip
 
 
 def _films(args: Namespace, parameters: Parameters) -> tuple[Films, Callable[[Measurement], str]]:

@@ -70,13 +70,9 @@ class FaceFlow(NamedTuple):
     def empty(cls, start: NDArray[np.int64], end: NDArray[np.int64], nx: int, nz: int) -> FaceFlow:
         ny = start.size
         return cls(
-            np.zeros((ny, nx - 1, nz + 1)),
-            np.zeros((ny - 1, nx, nz + 1)),
-            np.zeros((ny, nx, nz)),
-            start,
-            end,
-            np.zeros(ny, dtype=np.int64),
-        )
+            np.zeros((ny, nx - 1, nz + 1)), np.zeros((ny - 1, nx, nz + 1)), np.zeros((ny, nx, nz)), start,
+            end, np.zeros(ny, dtype=np.int64),
+        )  # fmt: skip
 
 
 @kernel
