@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from numbers import Integral
 from typing import Any, NamedTuple
 
 from pydantic import ValidationError
@@ -39,6 +40,13 @@ STEEPEST = math.radians(89.99)
 FLATTEST, WIDEST_GROOVE = math.radians(1.0), 2.0
 #: least and highest temperature [K] of an oil with a viscosity
 TEMPERATURES = (200.0, 500.0)
+#: least speed [rad/s]: films of fractions of a nanometre, sheared by boundary friction; below, it does not change
+SLOWEST = 0.01
+#: constants of the law that a bearing has, by their names in the table friction of a screw file
+CONSTANTS = (
+    "supply_length", "replenishment_constant", "roughness_height", "asperity_film_ratio", "boundary_friction",
+    "limiting_shear_coefficient", "hysteresis_coefficient",
+)  # fmt: skip
 #: Young's modulus [Pa] and Poisson's ratio of rings and balls, and their walls
 MODULUS, POISSON = 206e9, 0.3
 WALLS = SolidParameters(density=7800.0, specific_heat=460.0, thermal_conductivity=46.0)
@@ -69,13 +77,22 @@ class Bearing(NamedTuple):
     def torque(self, axial_load: float, speed: float, temperature: float) -> BearingTorque:
         """Friction torque of the inner ring against the outer one.
 
-        Parameters   axial_load [N], speed of one ring against the other [rad/s] : > 0;  temperature : of the oil [K]
+        Parameters   axial_load [N] : > 0;  speed : of one ring against the other [rad/s], >= SLOWEST
+                     temperature : of the oil [K]
         Returns      BearingTorque
         Raises       ValueError: out of range;  ArithmeticError: a contact or the equilibrium of a ball not found
         Source       friction.mechanistic; the interval: friction.interval, without the thrust between balls
         """
-        for name, value, unit in (("axial_load", axial_load, "N"), ("speed", speed, "rad/s")):
-            _needs(0.0 < value < math.inf, name, value, unit, "> 0", "there is no torque by this law at rest")
+        _needs(
+            0.0 < axial_load < math.inf,
+            "axial_load",
+            axial_load,
+            "N",
+            "> 0",
+            "no load, no friction of the law",
+        )
+        slow = f">= {SLOWEST:g}", "below it the torque no longer depends on speed"
+        _needs(SLOWEST <= speed < math.inf, "speed", speed, "rad/s", *slow)
         low, high = TEMPERATURES
         valid = low <= temperature <= high
         _needs(valid, "temperature", temperature, "K", f"{low:g} to {high:g}", "is it in kelvin?")
@@ -122,7 +139,7 @@ def bearing(
     _needs(0.0 < D <= 2.0, "pitch_diameter", D, "m", "> 0, up to 2 m", "is it in metres?")
     _needs(0.0 < d < D, "ball_diameter", d, "m", f"> 0, < pitch_diameter {D} m", "check both diameters")
     most = int(math.pi / math.asin(d / D))
-    valid = 2 <= balls <= most and int(balls) == balls
+    valid = isinstance(balls, Integral) and 2 <= balls <= most
     _needs(valid, "balls", balls, "", f"2 to {most}, whole", "more do not fit the pitch circle")
     valid, allowed = FLATTEST <= contact_angle <= 0.5 * math.pi, f"{FLATTEST:.4f} to pi/2 rad"
     _needs(valid, "contact_angle", contact_angle, "rad", allowed, "is it in radians?")
@@ -146,14 +163,15 @@ def bearing(
         _needs(R_x <= R_y, name, grooves[name], "", allowed, "take a narrower groove")
     given = dict(friction or {})
     for name in given:
-        known = name in FrictionParameters.model_fields and name != "net_sliding_coefficient"
-        _needs(known, "friction", name, "", "names of the table friction", "the cage leaves no ball on ball")
+        _needs(
+            name in CONSTANTS, "friction", name, "", ", ".join(CONSTANTS), "a bearing has no other constant"
+        )
     try:
         law = FrictionParameters(**given, net_sliding_coefficient=0.0)
     except ValidationError as err:
         first = err.errors()[0]
-        text = f"friction: {first['loc'][0] if first['loc'] else ''} = {first['input']}; {first['msg']}: check its unit"
-        raise ValueError(text) from None
+        where = ".".join(map(str, ("friction", *first["loc"])))
+        raise ValueError(f"{where} = {first['input'] if first['loc'] else given}; {first['msg']}") from None
     parameters = Parameters(
         name=f"bearing {1e3 * D:g} mm, {balls} balls of {1e3 * d:g} mm", screw=screw, solid=WALLS,
         lubricant=graded_oil(iso_vg, viscosity_index) if oil is None else oil, friction=law,

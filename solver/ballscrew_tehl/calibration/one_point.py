@@ -59,7 +59,7 @@ def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactVal
         raise ValueError(problem)
     where = f"{m.preload:g} N, {m.speed / RPM:g} r/min, {m.temperature - CELSIUS:g} C"
     found = FrictionSet(
-        MECHANISTIC, kinematics, contacts.name, 1.0, (m.torque - rest) / slope,
+        MECHANISTIC, kinematics, contacts.name, 1.0, (m.torque - rest) / slope, loss="solved",
         provenance=f"one torque, {m.torque:g} N.m at {where}, ballscrew_tehl {__version__}",
         not_identified={SPLIT: ONE_POINT},
         screw=parameters.name, parameters_hash=parameters_hash(parameters),
@@ -117,6 +117,6 @@ def point_text(result: OnePoint) -> str:
         f"Fitted to {found.provenance}",
         f"    {'net_sliding_coefficient':<26}{found.net_sliding_coefficient:.4g}",
         f"    of the torque without friction between balls {result.rest:.4g} N.m",
-        f"    the law without this point {law.torque:.4g} N.m, interval {law.low:.4g} to {law.high:.4g} N.m",
+        f"    the law without any fit {law.torque:.4g} N.m, interval {law.low:.4g} to {law.high:.4g} N.m",
         *(f"note: {note}" for note in result.notes),
     ])  # fmt: skip

@@ -16,6 +16,7 @@ from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
 from ..runtime.packed import POINT
 from .contacts import MIN_FILM, film_parameters
+from .trend import unphysical_trend
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
@@ -95,16 +96,18 @@ def _operating_points(nut_map: NutMap, unit: np.ndarray, region: str) -> np.ndar
     return np.stack([preload, speed, temperature, (2.0 * unit[:, 3] - 1.0) * reach], axis=1)
 
 
-def claim(points: int) -> str:
-    """What the largest error of so many points says of all others, in one sentence.
+def claim(points: int, unphysical: int = 0) -> str:
+    """What the largest error of so many points says of all others, in one sentence; one on unphysical trends.
 
     Source       order statistics: the largest of n random points bounds the share q of all with the confidence 1 - q^n;
                  with as many points in each of strata of equal shares, no less
     """
     share = (1.0 - CONFIDENCE) ** (1.0 / points)
+    trend = f" At {unphysical} of them the torque falls with speed or rises with temperature in a thick film."
     return (
         f"Of {points} points, spread evenly over the map and over both kinds of load, the largest error bounds "
         f"{100.0 * share:.3g} % of the map with {100.0 * CONFIDENCE:.0f} % confidence; nothing is claimed of the rest."
+        + (trend if unphysical else "")
     )
 
 
@@ -146,6 +149,7 @@ def deviation_from_direct(
 
     Parameters   executor: of the concurrent.futures interface, None = in this process
     Returns      points; mean, median, 99 and 99.9 % quantile, largest deviation of torque, film and temperature rise;
+                 unphysical_trend_points: see trend.unphysical_trend
                  points_not_solved: those that count nowhere because a contact did not converge; regions: the same for
                  the points with preload alone, those with an axial load, and further ones below the lowest speed of the
                  map, which do not count in the whole; all points have films above MIN_FILM;
@@ -174,7 +178,10 @@ def deviation_from_direct(
         if progress is not None:
             progress(done, len(points), STAGE)
     ends = np.cumsum([len(at) for at in regions.values()])[:-1]
-    return _certificate(regions, dict(zip(regions, np.split(found, ends), strict=True)))
+    trends = [unphysical_trend(nut_map, *regions[region].T).unphysical.sum() for region in WHOLE]
+    return _certificate(regions, dict(zip(regions, np.split(found, ends), strict=True))) | {
+        "unphysical_trend_points": int(sum(trends))
+    }
 
 
 def _least_films(parameters: Parameters, points: np.ndarray) -> np.ndarray:

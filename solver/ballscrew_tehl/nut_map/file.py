@@ -197,7 +197,8 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
         ) from error
     if found != FILE_FORMAT:
         raise MapError(
-            f"{path}: map file format {found}; expected {FILE_FORMAT}: build it with python -m ballscrew_tehl map build"
+            f"{path}: map file format {found}; expected {FILE_FORMAT}: build it with python -m "
+            f"ballscrew_tehl map build --screw FILE --output {path}"
         )
     actual = _file_hash(text, variables)
     if actual != digest:

@@ -66,7 +66,7 @@ def certificate_table(certificate: Mapping[str, Any]) -> Html:
     )
     if certificate.get("points_not_solved"):
         caption += f"; {certificate['points_not_solved']} more were not solved"
-    caption += f". {claim(certificate['points'])}"
+    caption += f". {claim(certificate['points'], certificate.get('unphysical_trend_points', 0))}"
     return table("certificate", caption, ["", *COLUMNS.values()], rows)
 
 

@@ -82,6 +82,11 @@ class BearingPoint(NamedTuple):
     total: Mapping[str, float]  # by supply, and palmgren with oil mist and with an oil bath
 
     @property
+    def share(self) -> float:
+        """Axial load over dynamic rating."""
+        return round(self.axial_load / BEARINGS[self.bearing].rating, 6)
+
+    @property
     def skf(self) -> float:
         """Total of SKF without drag [N.m]."""
         return self.skf_rolling + self.skf_sliding
@@ -106,6 +111,27 @@ def operating_points() -> Iterator[Point]:
             if not of.in_data and n <= of.limiting_speed:
                 skf = skf_torque(of.kind, of.pitch_diameter, share * of.rating, n, VISCOSITY_GRADE)
                 yield name, share, nu_n, skf
+
+
+#: groove radii over ball diameter that the bearings may have as well; load over rating and nu n of the comparison
+CONFORMITIES = {"7208 B": (0.515, 0.52, 0.53), "51108": (0.52, 0.53, 0.54)}
+CONFORMITY_SHARE, CONFORMITY_NU_N = 0.1, NU_N[:4]
+
+
+def conformity_ratios() -> dict[str, dict[str, list[float]]]:
+    """Total of the law over that of SKF at CONFORMITY_NU_N by bearing and groove radius over ball diameter."""
+    found: dict[str, dict[str, list[float]]] = {}
+    for name, conformities in CONFORMITIES.items():
+        found[name], load = {}, CONFORMITY_SHARE * BEARINGS[name].rating
+        for conformity in conformities:
+            of = BEARINGS[name]._replace(conformities=(conformity, conformity))
+            ratios, built = [], of.built()
+            for nu_n in CONFORMITY_NU_N:
+                n = nu_n / VISCOSITY_GRADE
+                law = built.torque(load, n * RPM, BEARING_TEMPERATURE).total
+                ratios.append(law / sum(skf_torque(of.kind, of.pitch_diameter, load, n, VISCOSITY_GRADE)))
+            found[name][f"{conformity:g}"] = ratios
+    return found
 
 
 def bearing_points(progress: Progress, points: Sequence[Point] = ()) -> list[BearingPoint]:

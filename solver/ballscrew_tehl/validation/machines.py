@@ -29,7 +29,7 @@ from ..parameters.packaged_data import PACKAGED_VG100
 from ..parameters.units import CELSIUS, RPM
 from ..physics.lubricant import eta0
 from ..physics.supply import FLOODED
-from .bearings import BearingPoint, bearing_points, rows_of
+from .bearings import BearingPoint, bearing_points, conformity_ratios, rows_of
 
 
 class GroovePoint(NamedTuple):
@@ -135,13 +135,16 @@ class Machines(NamedTuple):
     """All comparisons."""
 
     bearings: list[BearingPoint]
+    conformities: dict[str, dict[str, list[float]]]
     grooves: list[GroovePoint]
     screws: list[ScrewPoint]
 
 
 def machines(progress: Progress) -> Machines:
-    """Compute all comparisons: about half a minute."""
-    return Machines(bearing_points(progress), groove_points(progress), screw_points(progress))
+    """Compute all comparisons: about a minute."""
+    return Machines(
+        bearing_points(progress), conformity_ratios(), groove_points(progress), screw_points(progress)
+    )
 
 
 class Spread(NamedTuple):

@@ -41,15 +41,11 @@ def machines_figure(found: Machines) -> Figure:
     return figure
 
 
-def _share(point: BearingPoint) -> float:
-    return round(point.axial_load / BEARINGS[point.bearing].rating, 3)
-
-
 def _bearings(left: Axes, middle: Axes, every: list[BearingPoint]) -> None:
     part = ROLLING["law, film and hysteresis"]
-    for place, (share, colour) in enumerate(zip(sorted(set(map(_share, every))), COLOURS, strict=True)):
+    for place, (share, colour) in enumerate(zip(sorted({p.share for p in every}), COLOURS, strict=True)):
         for kind, marker in MARKERS.items():
-            points = [p for p in every if BEARINGS[p.bearing].kind == kind and _share(p) == share]
+            points = [p for p in every if BEARINGS[p.bearing].kind == kind and p.share == share]
             # side by side at the same nu n
             x = np.array([p.nu_n for p in points]) * 1.12 ** (place - 2)
             style: dict[str, Any] = {

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .bearings import BEARINGS, NU_N, BearingPoint
+from .bearings import BEARINGS, CONFORMITY_NU_N, CONFORMITY_SHARE, NU_N, SHARES, BearingPoint
 from .machines import Machines, Spread, exponents, rig_torques, spread
 
 Torque = Callable[[BearingPoint], float]
@@ -77,6 +77,18 @@ def total_spreads(found: Machines) -> dict[str, dict[str, Spread]]:
     }
 
 
+def total_by_load(found: Machines) -> dict[str, dict[str, tuple[float, float]]]:
+    """Least and largest total of the law over that of SKF, by nu n and load over rating; all bearings."""
+    return {
+        f"{nu_n:g}": {
+            f"{share:g} C": (min(ratios), max(ratios))
+            for share in SHARES
+            if (ratios := [p.law.total / p.skf for p in found.bearings if (p.nu_n, p.share) == (nu_n, share)])
+        }
+        for nu_n in NU_N
+    }
+
+
 def inside_interval(found: Machines) -> dict[str, tuple[int, int]]:
     """Points whose torque by SKF is inside the interval of the law, and all, by set of points."""
     return {
@@ -129,7 +141,8 @@ def machines_json(found: Machines) -> dict[str, Any]:
     tables = {
         "rolling_over_skf": rolling_spreads(found), "rolling_exponents": rolling_exponents(found),
         "sliding_over_skf": sliding_spreads(found), "total_over_skf": total_spreads(found),
-        "inside_interval": inside_interval(found), "open_grooves": groove_spreads(found),
+        "total_by_load": total_by_load(found), "inside_interval": inside_interval(found),
+        "conformities": found.conformities, "open_grooves": groove_spreads(found),
         "rig_screws": screw_summary(found) | {"measured": rig_torques()},
     }  # fmt: skip
     return {name: plain(table) for name, table in tables.items()} | {
@@ -174,9 +187,25 @@ def machines_text(found: Machines) -> str:
         columns = [key for key in next(iter(total.values())) if key.startswith(of + ",")]
         lines += [f"{'':36}" + "".join(f"{key:>{width}}" for key in columns), heads]
         lines += [_line(name, [by[key] for key in columns]) for name, by in total.items()]
+    by_load = total_by_load(found)
     lines += [
+        "",
+        "Total of the law over SKF's by nu n and load over dynamic rating, all bearings",
+        f"  {'nu n':8}" + "".join(f"{of:>16}" for of in by_load[f"{NU_N[0]:g}"]),
+        *(
+            f"  {nu_n:8}" + "".join(f"{low:8.2f} to {high:4.2f}" for low, high in by.values())
+            for nu_n, by in by_load.items()
+        ),
         "  SKF's total inside the interval of the law: "
         + ", ".join(f"{of} {hits} of {count}" for of, (hits, count) in inside.items()),
+        "",
+        f"Groove radius over ball diameter is no catalogue number: total over SKF's at {CONFORMITY_SHARE:g} C by nu n",
+        f"  {'':14}" + "".join(f"{nu_n:>8g}" for nu_n in CONFORMITY_NU_N),
+        *(
+            f"  {name:8}{conformity:6}" + "".join(f"{ratio:8.2f}" for ratio in ratios)
+            for name, by in found.conformities.items()
+            for conformity, ratios in by.items()
+        ),
         "",
         "Three balls between open grooves (Balan et al. 2015): rolling torque, flooded, over the measured one",
         f"  {'ball':34}{'mean':>8}{'scat.':>6}{'range':>14}",

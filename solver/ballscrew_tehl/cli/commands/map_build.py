@@ -76,7 +76,7 @@ def _build_one(wanted: _Wanted, args: Namespace, executor: Executor, progress: P
     finally:
         trial.unlink(missing_ok=True)
     file_hash = save_map(path, built, certificate)
-    say(claim(certificate["points"]))
+    say(claim(certificate["points"], certificate["unphysical_trend_points"]))
     poor = [
         f"{name.replace('_', ' ')} {100.0 * certificate[f'{name}_error_99']:.2g} % (99 %), "
         f"{100.0 * certificate[f'{name}_error_max']:.2g} % at worst"

@@ -97,7 +97,9 @@ def _certificate_text(certificate: Mapping[str, Any]) -> str:
             cells = ["-" if value is None else f"{value:.2g}" for value in values]
             points = known if name in LEFT_OUT else str(errors.get("points", "-"))
             lines.append([f"  {name}" if region else name, points, *cells])
-    return table(lines) + (f"\n{claim(certificate['points'])}" if "points" in certificate else "")
+    if "points" not in certificate:
+        return table(lines)
+    return f"{table(lines)}\n{claim(certificate['points'], certificate.get('unphysical_trend_points', 0))}"
 
 
 def run_map_check(args: Namespace) -> int:
