@@ -186,11 +186,8 @@ def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int,
     for v in variables:
         about = {"name": v.name, "valueReference": reference[v.name], "description": v.description}
         about |= {"causality": v.causality, "variability": v.variability}
-        if (
-            v.causality == "parameter"
-            or v.name in _states(variables)
-            or (v.causality == "input" and fmi_version == 3)
-        ):
+        # inputs: exact is what they are by default, and CasADi refuses it
+        if v.causality == "parameter" or v.name in _states(variables):
             about["initial"] = "exact"
         elif v.causality not in ("input", "independent"):
             about["initial"] = "calculated"

@@ -363,11 +363,12 @@ def test_derivatives_through_fmi(version, kind):
         assert twice == pytest.approx([*matrix[KNOWNS.index("speed")]] * 5)
         assert derivative(one, [], KNOWNS, seed) == []
         assert derivative(one, ["friction_torque"], [], []) == [0.0]
+        assert derivative(one, ["in_range"], ["speed"], [1.0]) == [0.0]
         if version == 3:
             seed = [(-1.0) ** i * (i + 1.0) for i in range(len(UNKNOWNS))]
             assert derivative(one, UNKNOWNS, KNOWNS, seed, adjoint=True) == pytest.approx(matrix @ seed)
     for unknown, known in (
-        ("speed", "speed"), ("in_range", "speed"), ("friction_torque", "viscous_torque"), (999, "speed"),
+        ("speed", "speed"), ("friction_torque", "viscous_torque"), (999, "speed"),
         ("friction_torque", 999), ("friction_torque", "presliding_stiffness"), ("slip_indicator", "speed"),
         ("friction_torque", "in_range"), ("friction_torque", TIME_REFERENCE),
     ):  # fmt: skip

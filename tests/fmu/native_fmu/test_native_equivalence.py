@@ -235,6 +235,23 @@ WIDTHS = {  # [unit] of a difference quotient; None: a share of the value
 }  # fmt: skip
 
 
+@pytest.mark.parametrize(("model", "name"), [(FRICTION, "friction_torque"), (MONITOR, "preload")])
+def test_derivative_along_the_axial_load_at_its_start(model, name, nut_map):
+    one, at = NativeModel(nut_map, model=model), {"speed": 30.0, "temperature": 303.15}
+    at |= {"torque": 0.8} if model is MONITOR else {"preload": 2000.0}
+
+    def value(load):
+        one.latch(**at, axial_load=load)
+        return one.get(name)
+
+    # of a positive load: the sides of this map are not alike
+    difference = (4.0 * value(1.0) - value(2.0) - 3.0 * value(0.0)) / 2.0
+    (found,) = one.derivative([name], axial_load=1.0)
+    assert abs(found - difference) <= 1e-4 * abs(difference)
+    assert one.derivative([name], axial_load=-2.0) == [-2.0 * found]
+    assert abs(difference) > 0.0
+
+
 @pytest.mark.parametrize("continuous", [False, True])
 @pytest.mark.parametrize("model", WIDTHS, ids=lambda model: model.layer)
 def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):

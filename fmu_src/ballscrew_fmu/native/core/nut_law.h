@@ -131,7 +131,7 @@ static inline void over_force(const Number w[4], const Row *sums, int columns, N
 NUT_FUNCTION void nut_forces(const Map *map, Number preload, Number axial_load, Number force[2])
 {
     const Number load = absolute(axial_load);
-    const int side = value_of(axial_load) > 0.0 ? 0 : 1;
+    const int side = value_of(axial_load) >= 0.0 ? 0 : 1;
     const ptrdiff_t n_p = axis_coefficients(&map->preload), n_q = axis_coefficients(&map->share);
     Number share, y, w_p[4], w_q[4], rows[4];
     int p, q;
@@ -197,7 +197,7 @@ NUT_FUNCTION void nut_loads(const Map *map, Number preload, Number axial_load, L
     /* derivatives: one-sided at the end of the map, 0 at preload 0, where that of the viscous part is infinite */
     force[0] = force[1] =
         value_of(preload) > map->force.hi ? constant(map->force.hi) : greater(preload, constant(0.0));
-    if (value_of(axial_load) != 0.0) {
+    if (value_of(axial_load) != 0.0 || slope_of(axial_load) != 0.0) {
         nuts = 2;
         nut_forces(map, force[0], axial_load, force);
         loads->axial_load_clamped = value_of(force[1]) > map->force.hi;

@@ -14,11 +14,12 @@ static bool is_known(const Instance *instance, unsigned reference)
            || (causality == CAUSALITY_PARAMETER && instance->now.state == INITIALIZATION_MODE);
 }
 
+/* Of a Boolean output the derivative is 0: some importers ask for those of all outputs. */
 static bool is_unknown(unsigned reference)
 {
     const unsigned index = instance_index(reference);
 
-    return index < (unsigned)VARIABLE_COUNT && !model_variables[index].boolean
+    return index < (unsigned)VARIABLE_COUNT
            && (model_variables[index].causality == CAUSALITY_OUTPUT
                || model_variables[index].causality == CAUSALITY_RATE);
 }
@@ -28,7 +29,7 @@ Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t
                            bool adjoint)
 {
     Model *model = &instance->now.model;
-    double direction[VARIABLE_COUNT] = {0.0}, slopes[VARIABLE_COUNT];
+    double direction[VARIABLE_COUNT] = {0.0}, slopes[VARIABLE_COUNT] = {0.0};
 
     if ((unknown_count > 0 && unknowns == NULL) || (known_count > 0 && knowns == NULL)
         || ((adjoint ? unknown_count : known_count) > 0 && seed == NULL)
@@ -37,7 +38,7 @@ Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t
     }
     for (size_t i = 0; i < unknown_count; ++i) {
         if (!is_unknown(unknowns[i])) {
-            return instance_fail(instance, "value reference %u has no derivatives; unknowns are Real outputs and "
+            return instance_fail(instance, "value reference %u has no derivatives; unknowns are outputs and "
                                  "derivatives of states", unknowns[i]);
         }
     }
