@@ -146,7 +146,7 @@ def build_description(sources: Sequence[str], model: FmuModel = FRICTION) -> byt
 
 
 def terminals(model: FmuModel = FRICTION) -> bytes:
-    """terminalsAndIcons/terminalsAndIcons.xml of FMI 3.0, used in FMI 2.0 too (from 2.0.4 on)."""
+    """terminalsAndIcons/terminalsAndIcons.xml of FMI 3.0."""
     shown = "".join(
         TERMINAL.format(
             name=terminal.name,

@@ -56,7 +56,8 @@ def native_files(
     tool = f"ballscrew-tehl {__version__} with {compiler.name}"
     files = {
         **({} if embed_map else {f"resources/{MAP_FILE}": map_bytes(nut_map)}),
-        "terminalsAndIcons/terminalsAndIcons.xml": terminals(model),
+        # FMILibrary refuses the file of FMI 3.0 in an FMI 2.0 FMU
+        **({"terminalsAndIcons/terminalsAndIcons.xml": terminals(model)} if fmi_version == 3 else {}),
         "terminalsAndIcons/icon.svg": icon("svg"),
         "terminalsAndIcons/icon.png": icon("png"),
     }

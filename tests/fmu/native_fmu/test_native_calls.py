@@ -325,7 +325,9 @@ def test_model_exchange_follows_inputs_and_state_at_once(version):
     ):  # fmt: skip
         for array, wrong in ((doubles(0.0, 0.0, 0.0), 0), (doubles(0.0, 0.0, 0.0), 3), (None, size)):
             with NativeInstance(version, ME).go_to("c") as one:
-                assert one.call(name, array, c_size_t(wrong)) == ERROR
+                # fmi4c asks for nominals without an array
+                asked = array is None and "Nominals" in name
+                assert one.call(name, array, c_size_t(wrong)) == (OK if asked else ERROR)
     if version == 3:
         with NativeInstance(3, ME) as one:
             for name, size in (("GetNumberOfContinuousStates", 1), ("GetNumberOfEventIndicators", 2)):

@@ -231,8 +231,12 @@ Status instance_get_rates(Instance *instance, double rates[], size_t length)
 
 Status instance_get_nominals(Instance *instance, double nominals[], size_t length)
 {
-    const Status status = check_length(instance, nominals, length, instance_count(CAUSALITY_STATE));
+    Status status;
 
+    if (nominals == NULL) {
+        return STATUS_OK; /* fmi4c asks like this, and ends if it is refused */
+    }
+    status = check_length(instance, nominals, length, instance_count(CAUSALITY_STATE));
     for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
         if (model_variables[i].causality == CAUSALITY_STATE) {
             *nominals++ = model_variables[i].nominal;
