@@ -16,10 +16,12 @@ FREE_PUSH = 0.097  # friction of a relieved pair of flanks on a ball free to rol
 FREE_SHARPNESS = 7.0  # of the change from held by four flanks to free; both fitted to balls of ten screws
 SPEED_EXPONENT_MAX = 3.0  # of the viscous torque at the slowest node; above it no monotone law towards rest
 
-# bristle (standstill.py)
+# presliding (standstill.py)
+ELEMENTS = 6  # elasto-slip elements; energy of a loop over amplitude: exponent 2.81 to 2.94, with 20 2.90 to 2.99
 ELASTIC_SHARE = 0.7  # elastic limit over sliding deflection; 0 (Dahl): it creeps under a swinging load
-DAMPING_TIME = 4e-3  # [s] damping over stiffness by default; explicit coupling needs steps below it
 SLIDING_FROM = 0.999  # of the sliding deflection, which the bristle reaches after infinite travel only
+DAMPING_TIME = 4e-3  # [s] damping over stiffness by default; explicit coupling needs steps below it
+LEAST_STIFFNESS = 1e-6  # [N.m/rad] of the elements; a smaller one that is set counts as 0, from the screw
 
 # preload from torque (preload.py)
 LEAST_ELASTICITY = 0.01  # (preload/torque) d torque/d preload; below it 1 % of torque is all of the preload
@@ -29,9 +31,6 @@ SEPARATION_STEPS = 6  # of Newton; load over preload at separation hardly change
 LONGEST_STEP = 50.0  # of ln preload; keeps the exponential finite, any larger step leaves the bracket
 ROUNDING = 4e-16  # relative width of a bracket that cannot shrink any more
 MOST_ITERATIONS = 200  # each halves the error in torque or the bracket: it takes 3 to 10, and cannot take all
-
-# standstill (standstill.py)
-LEAST_STIFFNESS = 1e-6  # [N.m/rad] of the bristle; a smaller one that is set counts as 0, from the screw
 
 # transmission (transmission.py)
 FORCE_ROUNDING = 1e-12  # relative, of a force computed from a preload at the end of the map

@@ -1,0 +1,172 @@
+/* Friction at and near standstill: elasto-slip elements in parallel (Maxwell-slip). Twin of runtime/standstill.py, where
+   the law is derived. Numbers: number.h.
+   Source: Al-Bender, Swevers, IEEE Control Syst. Mag. 28 (2008) 64; Iwan, J. Appl. Mech. 33 (1966) 893. */
+#ifndef BALLSCREW_PRESLIDING_LAW_H
+#define BALLSCREW_PRESLIDING_LAW_H
+
+#include "constants.h"
+#include "number.h"
+
+/* Level of all elements at a moment. */
+typedef struct {
+    Number coulomb; /* [N.m] torque of sliding */
+    Number root;    /* [sqrt(N.m/rad)] of the stiffness of one element */
+    Number damping; /* [N.m.s/rad] of all elements */
+} PreslidingLevel;
+
+/* The state of an element is its deflection times the root of its stiffness [rad at 1 N.m/rad]: its energy is half the
+   square of that. So the energy stays while the stiffness follows preload and axial load. */
+typedef struct {
+    Number element[ELEMENTS]; /* at the end of the step */
+    Number rate[ELEMENTS];    /* per second */
+    Number torque;            /* [N.m] at the end of the step, at most the Coulomb torque */
+    Number power;             /* [W] dissipated, mean of the step */
+    Number supply;            /* [W] of the motion, mean of the step: power and rate of the stored energy */
+} Presliding;
+
+/* Smoothed sign of the speed. Regularization speed 0: the sign itself. */
+static inline Number regularised_sign(Number speed, Number regularization_speed)
+{
+    Number ratio;
+    double sign;
+
+    if (!(value_of(regularization_speed) > 0.0)) {
+        return constant(value_of(speed) > 0.0 ? 1.0 : value_of(speed) < 0.0 ? -1.0 : 0.0);
+    }
+    ratio = divide(speed, regularization_speed);
+    sign = tanh(value_of(ratio));
+    return function(ratio, sign, 1.0 - sign * sign);
+}
+
+/* stiffness: of all elements at rest [N.m/rad]; 0: none, which has no Coulomb torque either */
+static inline PreslidingLevel presliding_level(Number coulomb, Number stiffness, Number damping)
+{
+    const PreslidingLevel out = {coulomb, root(over(stiffness, ELEMENTS)), damping};
+
+    return out;
+}
+
+/* State at which the first element slides. Element i slides at 2 i + 1 times it: yield travels are spread evenly. */
+static inline Number first_limit(const PreslidingLevel *level)
+{
+    if (!(value_of(level->root) > 0.0 && value_of(level->coulomb) > 0.0)) {
+        return constant(0.0);
+    }
+    return divide(level->coulomb, times((double)ELEMENTS * ELEMENTS, level->root));
+}
+
+static inline Number element_within(Number element, Number limit)
+{
+    return lesser(greater(element, negative(limit)), limit);
+}
+
+static inline Number energy_of_elements(const Number element[ELEMENTS])
+{
+    Number sum = constant(0.0);
+
+    for (int i = 0; i < ELEMENTS; ++i) {
+        sum = add(sum, multiply(element[i], element[i]));
+    }
+    return times(0.5, sum);
+}
+
+/* Elements at the start of a simulation, after a travel from rest without load. side: share of the travel at which all
+   slide, -1 to 1; 0: from the speed */
+static inline void initial_elements(Number side, double speed, const PreslidingLevel *level, Number element[ELEMENTS])
+{
+    const Number unit = first_limit(level);
+    Number travel;
+
+    if (value_of(side) == 0.0) {
+        side = constant(speed > 0.0 ? 1.0 : speed < 0.0 ? -1.0 : 0.0);
+    }
+    travel = multiply(clamped(side, -1.0, 1.0), times(2.0 * ELEMENTS, unit));
+    for (int i = 0; i < ELEMENTS; ++i) {
+        element[i] = element_within(travel, times(2.0 * i + 1.0, unit));
+    }
+}
+
+/* Adds the damping of the elements that move: damped [N.m] along the speed; the sum is at most the Coulomb torque.
+   elastic: torque along the speed without damping. */
+static inline Number damped_torque(Number elastic, Number damped, Number coulomb)
+{
+    return lesser(add(elastic, damped), coulomb);
+}
+
+/* Exact step of length > 0 at constant speed. An element above a level that has decreased loses the energy above it; one
+   below a level that has increased stays. */
+static inline void presliding_after_step(const Number before[ELEMENTS], Number speed, double step,
+                                         const PreslidingLevel *level, Presliding *out)
+{
+    const Number unit = first_limit(level), travel = absolute(times(step, speed));
+    const Number way = with_sign_of(multiply(level->root, travel), speed), length = absolute(way);
+    Number sum = constant(0.0), moved = sum, heat = sum, lost = sum, stored = sum, damped, work;
+
+    for (int i = 0; i < ELEMENTS; ++i) {
+        const Number limit = times(2.0 * i + 1.0, unit), from = element_within(before[i], limit);
+        const Number to = element_within(add(from, way), limit), change = subtract(to, from);
+        const Number squares = multiply(to, to), held = multiply(from, from);
+
+        lost = add(lost, subtract(multiply(before[i], before[i]), held));
+        heat = add(heat, multiply(limit, subtract(length, absolute(change))));
+        stored = add(stored, subtract(squares, held));
+        moved = add(moved, change);
+        sum = add(sum, to);
+        out->element[i] = to;
+        out->rate[i] = over(subtract(to, before[i]), step);
+    }
+    lost = times(0.5, lost);
+    stored = times(0.5, stored);
+    heat = greater(heat, constant(0.0)); /* rounding */
+    /* of the mean deflection; it is 0 without stiffness */
+    damped = value_of(level->root) > 0.0
+                 ? multiply(level->damping, over(absolute(divide(moved, level->root)), ELEMENTS * step))
+                 : constant(0.0);
+    work = damped_torque(add(heat, stored), multiply(damped, travel), multiply(level->coulomb, travel));
+    sum = multiply(level->root, value_of(speed) < 0.0 ? negative(sum) : sum);
+    out->torque = with_sign_of(damped_torque(sum, damped, level->coulomb), speed);
+    out->power = over(add(lost, greater(subtract(work, stored), heat)), step);
+    out->supply = over(work, step);
+}
+
+/* At an instant. slips: bit per element that slides (model exchange), in direction; the others follow the motion, except
+   those at their limit, of which the torque and power are those of sliding. */
+static inline void presliding_at_instant(const Number element[ELEMENTS], Number speed, const PreslidingLevel *level,
+                                         bool with_damping, unsigned slips, int direction, Presliding *out)
+{
+    const Number unit = first_limit(level), pace = absolute(speed);
+    Number along = constant(0.0), power = along, elastic, damped;
+    int moving = 0;
+
+    for (int i = 0; i < ELEMENTS; ++i) {
+        const Number limit = times(2.0 * i + 1.0, unit);
+        const Number held = element_within(element[i], limit);
+        const Number loaded = value_of(speed) < 0.0 ? negative(element[i]) : element[i];
+
+        out->element[i] = element[i];
+        out->rate[i] = constant(0.0);
+        if ((slips >> i & 1U) != 0U) {
+            along = add(along, (direction < 0) == (value_of(speed) < 0.0) ? limit : negative(limit));
+            power = add(power, multiply(limit, pace));
+        } else if (value_of(speed) != 0.0 && value_of(loaded) >= value_of(limit)) {
+            along = add(along, limit);
+            power = add(power, multiply(limit, pace));
+        } else {
+            const Number signed_held = value_of(speed) < 0.0 ? negative(held) : held;
+
+            out->rate[i] = multiply(level->root, speed);
+            along = add(along, signed_held);
+            power = add(power, multiply(subtract(signed_held, loaded), pace)); /* 0 unless above a level that decreases */
+            ++moving;
+        }
+    }
+    elastic = multiply(level->root, along);
+    damped = with_damping ? multiply(times((double)moving / ELEMENTS, level->damping), pace) : constant(0.0);
+    out->torque = damped_torque(elastic, damped, level->coulomb);
+    power = add(multiply(level->root, power), multiply(subtract(out->torque, elastic), pace));
+    out->power = greater(power, constant(0.0));
+    out->supply = multiply(out->torque, pace);
+    out->torque = with_sign_of(out->torque, speed);
+}
+
+#endif
