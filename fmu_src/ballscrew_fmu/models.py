@@ -124,7 +124,6 @@ TRANSMISSION = FmuModel(
         "friction/friction_law.h",
         "friction/model.c",
         "friction/screw_state.h",
-        "friction/slip_event.h",
         "friction/tangent.h",
         "friction/tangent_law.h",
     ),

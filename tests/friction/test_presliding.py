@@ -2,27 +2,21 @@
 
 import pytest
 
-from ballscrew_tehl.friction.presliding import (
-    REACHED,
-    TRAVEL,
-    ball_travel,
-    contact_half_width,
-    presliding_angle,
-    transition_travel,
-)
+from ballscrew_tehl.friction.presliding import TRAVEL, ball_travel, contact_half_width, presliding_angle
 from ballscrew_tehl.parameters.file import load_parameters
-from ballscrew_tehl.runtime.standstill import presliding_step
+from ballscrew_tehl.runtime.constants import ELEMENTS
+from ballscrew_tehl.runtime.standstill import RELAXED, presliding_step
 
 SCREW = load_parameters().screw
 
 
-def test_a_ball_has_the_travel_when_the_bristle_has_reached_its_share():
-    """The law itself, stepped from rest."""
-    force, coulomb = 2000.0, 0.7
+def test_a_ball_has_the_travel_when_all_elements_slide():
+    """The law itself, stepped from rest; the last element slides half a piece of its curve earlier."""
+    force, coulomb, step = 2000.0, 0.7, 1e-5
     stiffness = coulomb / presliding_angle(SCREW, force)
-    deflection, angle, step = 0.0, 0.0, 1e-5
-    while deflection * stiffness < REACHED * coulomb:
-        deflection = presliding_step(deflection, 1.0, step, coulomb, stiffness, 0.0).deflection
+    states, angle, torque = RELAXED.states, 0.0, 0.0
+    while torque < (1.0 - 1e-12) * coulomb:
+        states, torque, _ = presliding_step(states, 1.0, step, coulomb, stiffness, 0.0)
         angle += step
-    assert ball_travel(SCREW, angle) / contact_half_width(SCREW, force) == pytest.approx(TRAVEL, rel=2e-3)
-    assert angle * stiffness / coulomb == pytest.approx(transition_travel(), rel=2e-3)
+    travel = ball_travel(SCREW, angle / (1.0 - 0.5 / ELEMENTS)) / contact_half_width(SCREW, force)
+    assert travel == pytest.approx(TRAVEL, rel=2e-3)

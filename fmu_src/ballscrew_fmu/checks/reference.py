@@ -14,7 +14,13 @@ from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, mon
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS
-from ballscrew_tehl.runtime.standstill import Bristle, CoulombFriction, bristle_friction, regularised_friction
+from ballscrew_tehl.runtime.standstill import (
+    RELAXED,
+    CoulombFriction,
+    held_stiffness,
+    presliding_friction,
+    regularised_friction,
+)
 from ballscrew_tehl.runtime.transmission import TransmissionInputs, TransmissionParameters, transmission_step
 
 STEP = 1e-3  # [s] communication step of the replay
@@ -47,7 +53,7 @@ def expected_outputs(
 ) -> dict[str, Any]:
     """Outputs of the FMU without presliding after a step with this input, from the map; heat: before it [J]."""
     state = nut_map.evaluate(**row)
-    coulomb = regularised_friction(state.coulomb_torque, row["speed"], STEP, regularization_speed, Bristle())
+    coulomb = regularised_friction(state.coulomb_torque, row["speed"], STEP, regularization_speed, RELAXED)
     return _outputs(nut_map, state, row, coulomb, STEP, heat)
 
 
@@ -57,14 +63,15 @@ def presliding_outputs(
     """Outputs of the FMU with the start values of its parameters after each step of a sequence, from the map."""
     defaults = dict(zip(DEFAULTS, nut_map.defaults, strict=True))
     net, breakaway = defaults["net_sliding_coefficient"], defaults["breakaway_factor"]
-    bristle, heat, results = Bristle(), 0.0, []
+    elements, heat, results = RELAXED, 0.0, []
     for row in rows:
         state = nut_map.evaluate(**row)
-        stiffness = nut_map.presliding_stiffness(row["preload"], row["axial_load"], net, breakaway)
-        coulomb = bristle_friction(
-            state.coulomb_torque, row["speed"], step, bristle, stiffness, DAMPING_TIME * stiffness
+        present = nut_map.presliding_stiffness(row["preload"], row["axial_load"], net, breakaway)
+        stiffness = held_stiffness(elements, present)
+        coulomb = presliding_friction(
+            state.coulomb_torque, row["speed"], step, elements, stiffness, DAMPING_TIME * stiffness
         )
-        bristle = coulomb.bristle
+        elements = coulomb.elements
         results.append(_outputs(nut_map, state, row, coulomb, step, heat))
         heat = results[-1]["heat"]
     return results
@@ -166,7 +173,7 @@ def transmission_input(header: Mapping[str, Any], step: float) -> Iterator[dict[
     angle, steps = 0.0, 240
     for n in range(steps):
         phase = n / steps
-        # from rest: else an importer that sets the first inputs before initialization begins with another bristle;
+        # from rest: else an importer that sets the first inputs before initialization begins with other elements;
         # later nowhere at rest, where a power is a difference of equal numbers
         speed = 1.05 * fastest * math.sin(6.0 * math.pi * phase + 0.05) ** 3 if n > 0 else 0.0
         x, x_next = (1.3 * way * math.sin(10.0 * math.pi * at + 0.1) for at in (phase, phase + 1.0 / steps))
@@ -190,9 +197,9 @@ def transmission_outputs(
                  parameters : by name; the others keep their start values
     """
     names, law = _outputs_and_law(transmission_variables(nut_map.header), TransmissionParameters, parameters)
-    before, heat, results = Bristle(), 0.0, []  # at rest before the first step
+    before, heat, results = RELAXED, 0.0, []  # at rest before the first step
     for row in inputs:
         done = transmission_step(nut_map, TransmissionInputs(**row), law, step, before, heat)
         results.append({name: done.outputs[name] for name in names})
-        before, heat = done.bristle, done.outputs["heat"]
+        before, heat = done.elements, done.outputs["heat"]
     return results

@@ -12,7 +12,7 @@ from ballscrew_fmu.variables.friction import TIME, Variable, band_text, law_name
 from ballscrew_tehl.report.page import TEMPLATES as ELEMENTS
 from ballscrew_tehl.report.page import Html, page, section
 from ballscrew_tehl.report.tables import certificate_table
-from ballscrew_tehl.runtime.constants import DAMPING_TIME, ELASTIC_SHARE, TOO_LARGE
+from ballscrew_tehl.runtime import constants
 from ballscrew_tehl.runtime.packed import MECHANISTIC, map_hash
 
 TEMPLATES = ELEMENTS.overlay(
@@ -20,7 +20,7 @@ TEMPLATES = ELEMENTS.overlay(
 )
 TEMPLATES.globals = ELEMENTS.globals | {
     "band_text": band_text, "certificate_table": certificate_table, "law_name": law_name, "map_hash": map_hash,
-    "DAMPING_TIME": DAMPING_TIME, "ELASTIC_SHARE": ELASTIC_SHARE, "TOO_LARGE": TOO_LARGE,
+    **{name: value for name, value in vars(constants).items() if name.isupper()},
 }  # fmt: skip
 
 

@@ -14,16 +14,18 @@ from pythonfmu.enums import Fmi2Status
 from ballscrew_fmu.python_fmu.slave_base import MapSlave
 from ballscrew_fmu.python_fmu.solver_cache import SolverError, compiled_files, load_solver
 from ballscrew_fmu.variables.friction import fmu_variables
-from ballscrew_tehl.runtime.constants import DAMPING_TIME, LEAST_STIFFNESS, SLIDING_FROM
+from ballscrew_tehl.runtime.constants import DAMPING_TIME, LEAST_STIFFNESS
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS, POINT
 from ballscrew_tehl.runtime.standstill import (
-    Bristle,
+    RELAXED,
     CoulombFriction,
-    bristle_friction,
-    initial_bristle,
+    Elements,
+    held_stiffness,
+    initial_elements,
     longest_step,
+    presliding_friction,
     regularised_friction,
 )
 
@@ -38,7 +40,7 @@ class BallScrewFrictionBase(MapSlave):
         self._given = self._getter("presliding_stiffness", "presliding_damping", "presliding_side")
         self._loads = self._getter("preload", "axial_load", "net_sliding_coefficient", "breakaway_factor")
         self._refining = self._getter("refine", "refine_tolerance")
-        self._bristle = Bristle()
+        self._elements = RELAXED
         self._heat = 0.0  # [J] dissipated in the steps
         self._stiffness = ((), 0.0)  # of the screw [N.m/rad], with what it belongs to
         self._refinement: Any = None  # created at the first refined step
@@ -47,10 +49,11 @@ class BallScrewFrictionBase(MapSlave):
 
     def _memory(self) -> dict[str, Any]:
         refinement = self._refinement_state if self._refinement is None else self._refinement.state()
-        return {"bristle": list(self._bristle), "heat": self._heat, "refinement": refinement}
+        return {"elements": list(self._elements), "heat": self._heat, "refinement": refinement}
 
     def _restore_memory(self, state: Mapping[str, Any]) -> None:
-        self._bristle, self._heat = Bristle(*state["bristle"]), state["heat"]
+        states, *others = state["elements"]
+        self._elements, self._heat = Elements(tuple(states), *others), state["heat"]
         self._refinement, self._refinement_state = None, state["refinement"]
 
     def _evaluate(self, step: float | None) -> bool:
@@ -65,33 +68,34 @@ class BallScrewFrictionBase(MapSlave):
             coulomb = self._presliding(nut.coulomb_torque, speed, step)
         else:
             coulomb = regularised_friction(
-                nut.coulomb_torque, speed, step, regularization_speed, self._bristle
+                nut.coulomb_torque, speed, step, regularization_speed, self._elements
             )
         loads = point[: len(POINT)]
         outputs = friction_outputs(nut, speed, coulomb, loads_a=loads[-1] >= 0.0)
         outputs["range_margin"] = self._map.range_margin(*loads)
         outputs["heat"] = self._heat + (step or 0.0) * outputs["power_loss"]
         self._set_outputs(outputs)
-        self._bristle, self._heat = coulomb.bristle, outputs["heat"]
+        self._elements, self._heat = coulomb.elements, outputs["heat"]
         if nut.clamped:
             self._warn(nut.clamped)
         return True
 
     def _presliding(self, coulomb_torque: float, speed: float, step: float | None) -> CoulombFriction:
-        """Standstill law of the bristle; without a step, at the start of the simulation."""
+        """Standstill law of the elements; without a step, at the start of the simulation."""
         stiffness, damping, side = self._given(self._values)
         if stiffness < LEAST_STIFFNESS:
             stiffness = self._stiffness_of_screw()
-        damping = damping or DAMPING_TIME * stiffness
-        before = self._bristle
+        before = self._elements
         if step is None:
-            before = initial_bristle(side, speed, coulomb_torque, stiffness)
-        coulomb = bristle_friction(coulomb_torque, speed, step, before, stiffness, damping)
-        if step and speed and step * stiffness >= damping > 0.0 and abs(coulomb.sign) < SLIDING_FROM:
+            before = initial_elements(side, speed, coulomb_torque, stiffness)
+        stiffness = held_stiffness(before, stiffness)
+        damping = damping or DAMPING_TIME * stiffness
+        coulomb = presliding_friction(coulomb_torque, speed, step, before, stiffness, damping)
+        if step and speed and step * stiffness >= damping > 0.0 and abs(coulomb.sign) < 1.0 - 1e-9:
             self._log_once(
                 "step",
                 f"step = {step} s; an inertia coupled with the values of the last step comes to rest for steps below "
-                f"damping over stiffness of the bristle only, {damping:.6g} N.m.s/rad over {stiffness:.6g} N.m/rad = "
+                f"damping over presliding stiffness only, {damping:.6g} N.m.s/rad over {stiffness:.6g} N.m/rad = "
                 f"{longest_step(stiffness, damping):.6g} s (logged once)",
                 Fmi2Status.warning,
             )

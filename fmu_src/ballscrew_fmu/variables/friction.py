@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ballscrew_tehl.runtime.constants import DAMPING_TIME
+from ballscrew_tehl.runtime.constants import DAMPING_TIME, ELEMENTS
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 FIRST_REFERENCE = 1  # OMSimulator 3 takes the value references of FMI 3 dependencies for indices from 1
@@ -231,7 +231,7 @@ OUTPUTS = (
     ),
     Variable(
         "power_loss", "output",
-        "Dissipated power, less than torque times speed while the bristle stores energy",
+        "Dissipated power, less than torque times speed while elements store energy",
         "W", minimum=0.0, nominal=100.0, quantity="Power", depends_on=_ALL,
         of_map={"initially_depends_on": _of_viscous(*_SLIDING)},
     ),
@@ -327,23 +327,23 @@ PARAMETERS = (
     ),
     Variable(
         "presliding", "parameter",
-        "Coulomb parts through an elasto-plastic bristle, which holds the axis at standstill. false: through the tanh",
+        "Coulomb parts through elasto-slip elements, which hold the axis at standstill. false: through the tanh",
         start=True,
     ),
     Variable(
         "presliding_stiffness", "parameter",
-        "Stiffness of the presliding bristle. 0: from contact width, preload and Coulomb torque",
+        "Stiffness of the elasto-slip elements at rest. 0: from contact width, preload and Coulomb torque",
         "N.m/rad", 0.0, 0.0, nominal=100.0,
     ),
     Variable(
         "presliding_damping", "parameter",
-        "Damping of the presliding bristle, needed in explicit coupling with an inertia. "
+        "Damping of the elasto-slip elements, needed in explicit coupling with an inertia. "
         f"0: stiffness times {1e3 * DAMPING_TIME:g} ms",
         "N.m.s/rad", 0.0, 0.0, nominal=1.0,
     ),
     Variable(
         "presliding_side", "parameter",
-        "Deflection of the bristle at the start over that at which it slides. 0: sign of the speed",
+        "Travel from rest at the start over that at which all elements slide. 0: sign of the speed",
         "1", 0.0, -1.0, 1.0, nominal=1.0, fixed=True,
     ),
     Variable(
@@ -363,35 +363,50 @@ def fmu_variables(header: Header) -> tuple[Variable, ...]:
     return of_map((*INPUTS, *OUTPUTS, *PARAMETERS), header)
 
 
-_BRISTLE = ("presliding_deflection",)
+ELEMENT_STATES = tuple(f"presliding_element_{i}" for i in range(1, ELEMENTS + 1))
 _SLIPPING = (*_COEFFICIENTS, "presliding", "presliding_stiffness", "presliding_side")
 STATES = (  # native FMUs only
-    Variable(
-        "presliding_deflection", "local", "Deflection of the presliding bristle, a continuous state", "rad",
-        0.0, nominal=1e-3, display_unit="deg", quantity="Angle",
+    *(
+        Variable(
+            name, "local",
+            f"Deflection of elasto-slip element {i} times the root of its stiffness, a continuous state; half its "
+            "square is its energy in J",
+            "rad", 0.0, nominal=1e-2, quantity="Angle",
+        )
+        for i, name in enumerate(ELEMENT_STATES, 1)
     ),
-    Variable(
-        "presliding_deflection_rate", "local", "Time derivative of presliding_deflection", "rad/s",
-        nominal=0.1, display_unit="rev/min", quantity="AngularVelocity", initially_depends_on=_SLIPPING,
-        derivative_of=_BRISTLE[0], of_map={"depends_on": _coulomb(*_BRISTLE)},
+    *(
+        Variable(
+            f"{name}_rate", "local", f"Time derivative of {name}", "rad/s", nominal=1.0, quantity="AngularVelocity",
+            initially_depends_on=_SLIPPING, derivative_of=name, of_map={"depends_on": _coulomb(name)},
+        )
+        for name in ELEMENT_STATES
     ),
     Variable(
         "in_range_indicator", "local", "Event indicator of in_range", "1", nominal=1.0, depends_on=_ALL,
         indicates=True,
     ),
     Variable(
-        "slip_indicator", "local",
-        "Event indicator of the bristle: start or end of slip, or a change of its stiffness", "1", nominal=1.0,
-        initially_depends_on=_SLIPPING, indicates=True, of_map={"depends_on": _coulomb(*_BRISTLE)},
+        "stiffness_indicator", "local", "Event indicator of the stiffness of the elements: far from that of the loads",
+        "1", nominal=1.0, depends_on=_FORCES, initially_depends_on=_SLIPPING[:-1],
+        indicates=True,
+    ),
+    *(
+        Variable(
+            f"slip_indicator_{i}", "local", f"Event indicator of elasto-slip element {i}: it begins or ends to slide",
+            "1", nominal=1.0, initially_depends_on=_SLIPPING, indicates=True,
+            of_map={"depends_on": _coulomb(name)},
+        )
+        for i, name in enumerate(ELEMENT_STATES, 1)
     ),
 )  # fmt: skip
 
 
 def native_variables(header: Header) -> tuple[Variable, ...]:
-    """The table of the native FMUs: inputs, outputs and parameters as above, then the bristle as a state.
+    """The table of the native FMUs: inputs, outputs and parameters as above, then the elasto-slip elements as states.
 
-    In model exchange the importer integrates the bristle, and outputs depend on it. In co-simulation its value is
-    that at the end of the step. Of an event indicator only the sign has a meaning.
+    In model exchange the importer integrates the elements, and outputs depend on them. In co-simulation their values
+    are those at the end of the step. Of an event indicator only the sign has a meaning.
     """
     shared = [v for v in fmu_variables(header) if not v.python_only]
     names = {v.name for v in shared}
@@ -399,7 +414,7 @@ def native_variables(header: Header) -> tuple[Variable, ...]:
     for v in shared:
         initially = tuple(name for name in v.initially_depends_on if name in names)
         if "presliding" in initially or v.from_zero:
-            v = v._replace(depends_on=(*v.depends_on, *_BRISTLE))
+            v = v._replace(depends_on=(*v.depends_on, *ELEMENT_STATES))
             initially = tuple(
                 dict.fromkeys((*initially, *_COEFFICIENTS, "presliding_stiffness", "presliding_damping"))
             )

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ballscrew_fmu.variables.friction import (
+    ELEMENT_STATES,
     INPUTS,
     OUTPUTS,
     PARAMETERS,
@@ -21,7 +22,6 @@ _ALL = (*_MOTION, "temperature", "preload")
 _ELASTIC = ("lead", "nut_stiffness", "stiffness_preload", "axial_play")
 _DAMPED = (*_ELASTIC, "contact_damping_time")
 _FRICTION = (*(v.name for v in PARAMETERS if not v.python_only),)
-_BRISTLE = ("presliding_deflection",)
 _ROWS = {v.name: v for v in (*INPUTS, *OUTPUTS, *PARAMETERS, *STATES)}  # shared with BallScrewFriction
 
 
@@ -35,13 +35,13 @@ def _friction_row(name: str, **changes: Any) -> Variable:
     shared = _ROWS[name]
     fields = {field: value for field, value in shared.of_map.items() if not field.endswith("depends_on")}
     row = shared._replace(
-        depends_on=(*_ALL, *_BRISTLE), initially_depends_on=(*_ELASTIC, *_FRICTION), of_map=fields
+        depends_on=(*_ALL, *ELEMENT_STATES), initially_depends_on=(*_ELASTIC, *_FRICTION), of_map=fields
     )
     return row._replace(**changes)
 
 
 _TORQUE: Mapping[str, Any] = {
-    "unit": "N.m", "nominal": 1.0, "quantity": "Torque", "depends_on": (*_ALL, *_BRISTLE),
+    "unit": "N.m", "nominal": 1.0, "quantity": "Torque", "depends_on": (*_ALL, *ELEMENT_STATES),
     "initially_depends_on": (*_ELASTIC, *_FRICTION),
 }  # fmt: skip
 _FORCE: Mapping[str, Any] = {"unit": "N", "nominal": 1000.0, "quantity": "Force", "depends_on": _LOADS}
@@ -103,7 +103,7 @@ ROWS = (
     ),
     Variable(
         "shaft_power", "output", "Power from the shaft into the screw, mean of the step",
-        depends_on=(*_ALL, *_BRISTLE), initially_depends_on=(*_DAMPED, *_FRICTION), **_POWER,
+        depends_on=(*_ALL, *ELEMENT_STATES), initially_depends_on=(*_DAMPED, *_FRICTION), **_POWER,
     ),
     Variable(
         "nut_power", "output", "Power from the screw to the nut, mean of the step", depends_on=_LOADS,
@@ -115,8 +115,8 @@ ROWS = (
     ),
     Variable(
         "stored_energy", "output",
-        "Elastic energy of contacts and bristle, 0 without load: shaft_power - nut_power - power_loss is its rate", "J",
-        nominal=1e-3, quantity="Energy", depends_on=(*_ALL, *_BRISTLE),
+        "Elastic energy of contacts and presliding, 0 without load: shaft_power - nut_power - power_loss is its rate",
+        "J", nominal=1e-3, quantity="Energy", depends_on=(*_ALL, *ELEMENT_STATES),
         initially_depends_on=(*_ELASTIC, *_FRICTION),
     ),
     *(
@@ -157,18 +157,23 @@ ROWS = (
     ),
     *(_ROWS[name] for name in _FRICTION),
 )  # fmt: skip
-_STATES = tuple(
-    v._replace(
-        depends_on=_ALL if v.name == "in_range_indicator" else (*_ALL, *_BRISTLE),
-        initially_depends_on=_ELASTIC if v.name == "in_range_indicator" else (*_ELASTIC, *_FRICTION),
-        of_map={},
-    )
-    if v.derivative_of or v.indicates
-    else v
-    for v in STATES
-)
+
+
+def _state_row(v: Variable) -> Variable:
+    """A row of STATES, which here depends on the motion."""
+    if not (v.derivative_of or v.indicates):
+        return v
+    kind, *number = v.name.removesuffix("_rate").rsplit("_", 1)  # presliding_element_1_rate, slip_indicator_1
+    if number[-1].isdigit():
+        return v._replace(
+            depends_on=(*_ALL, f"presliding_element_{number[-1]}"),
+            initially_depends_on=(*_ELASTIC, *_FRICTION),
+            of_map={},
+        )
+    loads = _LOADS if kind == "stiffness" else _ALL
+    return v._replace(depends_on=loads, initially_depends_on=(*_ELASTIC, *v.initially_depends_on))
 
 
 def transmission_variables(header: Header) -> tuple[Variable, ...]:
-    """The table for the map with this header: inputs, outputs, parameters, then the bristle and its indicators."""
-    return of_map((*ROWS, *_STATES), header)
+    """The table for the map with this header: inputs, outputs, parameters, then the elasto-slip elements."""
+    return of_map((*ROWS, *map(_state_row, STATES)), header)

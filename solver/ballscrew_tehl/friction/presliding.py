@@ -6,19 +6,14 @@ rolling is the mean of both raceways; pure rolling. The stiffness over the angle
 
 from __future__ import annotations
 
-import math
-
 from ..parameters.screw import ScrewParameters
 from ..physics.ball_law import check_force, preload_ball_load
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import cage_speed
-from ..runtime.constants import ELASTIC_SHARE
 
 #: travel of a ball from rest to rolling over the contact half width along rolling: 2 to 4 (De Moerlooze & Al-Bender
 #: 2008, rolling elements: about one contact length); moved to 2 or 4, the stiffness becomes 1.5 or 0.75 times as high
 TRAVEL = 3.0
-#: share of the rolling friction that is reached after this travel
-REACHED = 0.99
 
 
 def contact_half_width(screw: ScrewParameters, force: float) -> float:
@@ -40,16 +35,11 @@ def ball_travel(screw: ScrewParameters, angle: float) -> float:
     return float(cage_speed(screw, angle)) * screw.nominal_radius
 
 
-def transition_travel() -> float:
-    """Travel in which the bristle reaches REACHED of its torque, from rest, over its sliding deflection.
-
-    Elastic up to ELASTIC_SHARE, then 1 - q/z_s falls as an exponential of the travel (runtime/standstill.py).
-    """
-    return ELASTIC_SHARE + (1.0 - ELASTIC_SHARE) * math.log((1.0 - ELASTIC_SHARE) / (1.0 - REACHED))
-
-
 def presliding_angle(screw: ScrewParameters, force: float) -> float:
-    """Screw angle at which the bristle of a nut slides: Coulomb torque over stiffness [rad].
+    """Coulomb torque of a nut over its presliding stiffness [rad of the screw].
+
+    Half of the angle at which sliding is complete: from rest the torque follows the parabola Tc (1 - (1 - x/x_m)^2),
+    whose slope at rest is 2 Tc/x_m (runtime/standstill.py).
 
     Parameters   force : of one nut [N], >= 0; the angle grows with its cube root
     Raises       ValueError: negative or not finite
@@ -57,7 +47,6 @@ def presliding_angle(screw: ScrewParameters, force: float) -> float:
     Example
         >>> from ballscrew_tehl.parameters.file import load_parameters
         >>> f"{1e3 * presliding_angle(load_parameters().screw, 2000.0):.1f} mrad"
-        '8.7 mrad'
+        '7.5 mrad'
     """
-    travel = TRAVEL * contact_half_width(screw, force)
-    return travel / (transition_travel() * ball_travel(screw, 1.0))
+    return 0.5 * TRAVEL * contact_half_width(screw, force) / ball_travel(screw, 1.0)

@@ -17,9 +17,15 @@ FREE_SHARPNESS = 7.0  # of the change from held by four flanks to free; both fit
 SPEED_EXPONENT_MAX = 3.0  # of the viscous torque at the slowest node; above it no monotone law towards rest
 
 # presliding (standstill.py)
-ELEMENTS = 6  # elasto-slip elements; energy of a loop over amplitude: exponent 2.81 to 2.94, with 20 2.90 to 2.99
-ELASTIC_SHARE = 0.7  # elastic limit over sliding deflection; 0 (Dahl): it creeps under a swinging load
-SLIDING_FROM = 0.999  # of the sliding deflection, which the bristle reaches after infinite travel only
+ELEMENTS = (
+    6  # elasto-slip elements; energy of a loop over amplitude: exponent 2.81 to 2.94, with 20 2.90 to 2.99
+)
+STIFFNESS_RATIO = (
+    2.0  # of stiffness held and present; from it on the elements follow the loads while they hold one
+)
+LEVEL_MARGIN = (
+    0.02  # of a state above a level that has fallen; no event storm while it falls (model exchange)
+)
 DAMPING_TIME = 4e-3  # [s] damping over stiffness by default; explicit coupling needs steps below it
 LEAST_STIFFNESS = 1e-6  # [N.m/rad] of the elements; a smaller one that is set counts as 0, from the screw
 

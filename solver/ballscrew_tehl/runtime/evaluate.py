@@ -34,10 +34,10 @@ from ballscrew_tehl.runtime.nut_law import (
     NUT_TORQUES,
     DoubleNutState,
     Numbers,
-    bristle_stiffness,
     double_nut,
     nut_extremes,
     nut_forces,
+    nut_presliding_stiffness,
 )
 from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters, check, npz_bytes, read_npz
 
@@ -227,10 +227,10 @@ class NutMap:
         return double_nut(nuts[0], nuts[-1], friction.roughness_height, not clamped, clamped, FLOATS)
 
     def presliding_stiffness(self, preload: float, axial_load: float, net: float, breakaway: float) -> float:
-        """Stiffness of the presliding bristle of both nuts, of the screw [N.m/rad].
+        """Presliding stiffness of both nuts, of the screw [N.m/rad].
 
         Parameters   preload : [N];  axial_load : [N], sign free;  net, breakaway : parameters of the friction law
-        Returns      sum over both nuts of Coulomb torque at standstill over sliding deflection. It depends on the loads
+        Returns      sum over both nuts of Coulomb torque at standstill over presliding_angle. It depends on the loads
                      alone, so that no energy arises while speed or temperature change: by the mechanistic law the
                      shear of the raceway contacts is left out (3 to 9 % of the Coulomb torque of the GD4008-3)
         """
@@ -253,7 +253,9 @@ class NutMap:
         )
         f = force / self.force.lo if force < self.force.lo else 1.0
         sliding *= net * max(breakaway, 1.0) * f
-        return bristle_stiffness(force, hysteresis * f * f ** (1.0 / 3.0), sliding, self.presliding_angle)
+        return nut_presliding_stiffness(
+            force, hysteresis * f * f ** (1.0 / 3.0), sliding, self.presliding_angle
+        )
 
     def range_margin(self, preload: float, speed: float, temperature: float, axial_load: float) -> float:
         """Least distance from the limits of preload, speed, temperature and force of the loaded nut.

@@ -234,11 +234,11 @@ def coulomb_rise(s: Any, factor: Any, slope: Any, breakaway: Any, ops: Ops) -> A
     return 1.0 + rise * (1.0 - (1.0 + half) * t / (t + half))
 
 
-def bristle_stiffness(force: float, hysteresis: float, sliding: float, angle: float) -> float:
-    """Presliding stiffness of one nut: its Coulomb torque at standstill over the angle at which it slides [N.m/rad].
+def nut_presliding_stiffness(force: float, hysteresis: float, sliding: float, angle: float) -> float:
+    """Presliding stiffness of one nut: its Coulomb torque at standstill over presliding_angle [N.m/rad].
 
     Parameters   force : of the nut [N], >= 0;  hysteresis, sliding : parts of its Coulomb torque [N.m]
-                 angle : sliding deflection at 1 N [rad]; it grows with the contact width, F^(1/3)
+                 angle : presliding_angle at 1 N [rad]; it grows with the contact width, F^(1/3)
     """
     return (hysteresis + sliding) / (angle * force ** (1.0 / 3.0)) if force > 0.0 else 0.0
 

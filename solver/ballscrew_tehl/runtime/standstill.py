@@ -1,58 +1,100 @@
-"""Friction at and near standstill: a regularised sign, or an elasto-plastic bristle (presliding).
+"""Friction at and near standstill: a regularised sign, or elasto-slip elements in parallel (presliding).
+
+Rolling contacts remember the reversals of their motion (nonlocal memory). ELEMENTS springs, each with a slider in
+series, have this memory: all have the same stiffness K/ELEMENTS, and the yield travels are spread evenly,
+x_i = x_m (i + 1/2)/ELEMENTS with x_m = 2 Tc/K, so that their torques at yield add up to the Coulomb torque Tc. The
+curve from rest is the parabola Tc (1 - (1 - x/x_m)^2) in straight pieces, every inner loop closes, and a loop loses
+energy with the cube of its amplitude.
+
+The state of an element is its deflection times the root of its stiffness [rad at 1 N.m/rad], half its square is its
+energy [J]. A Coulomb torque that decreases takes the energy above it as heat, one that increases leaves the elements
+where they are. The stiffness follows preload and axial load at the same energy: at constant deflection a rising
+stiffness would supply energy. It does so where no element holds a load or all slide, and where it has become
+STIFFNESS_RATIO times as high or as low. It stays meanwhile: if it followed a preload that swings, an axis would creep
+under load.
 
 Plain floats and `math` only: this module travels inside the FMU.
-Source: Dupont, Hayward, Armstrong, Altpeter, IEEE Trans. Automat. Contr. 47 (2002) 787 (elasto-plastic
-friction); changed: the piecewise linear transition between elastic and sliding, integrated exactly over a
-step of constant speed.
+Source: Al-Bender & De Moerlooze, Adv. Tribol. 2008, 561280 (rolling elements); Al-Bender & Swevers, IEEE Control Syst.
+Mag. 28 (2008) 64 (Maxwell-slip); Iwan, J. Appl. Mech. 33 (1966) 893; changed: shares of the Coulomb torque, and damping
+of the elements that stick.
 """
 
 import math
 from typing import NamedTuple
 
-from ballscrew_tehl.runtime.constants import ELASTIC_SHARE
+from ballscrew_tehl.runtime.constants import ELEMENTS, STIFFNESS_RATIO
+
+States = tuple[float, ...]  # [rad at 1 N.m/rad] of the elements
+
+
+class Elements(NamedTuple):
+    """The elements between two steps."""
+
+    states: States = (0.0,) * ELEMENTS
+    stiffness: float = 0.0  # [N.m/rad] of all elements
+    free: bool = True  # none holds a load, or all slide
+
+    @property
+    def energy(self) -> float:
+        """Stored energy [J]."""
+        return 0.5 * sum(y * y for y in self.states)
+
+
+#: at rest without load
+RELAXED = Elements()
 
 
 class PreslidingStep(NamedTuple):
     """State and torque at the end of a step, and the heat of the step."""
 
-    deflection: float  # [rad]
-    torque: float  # [N.m], signed like the speed that winds the bristle up; never beyond the Coulomb torque
+    states: States
+    torque: float  # [N.m], signed like the speed that loads the elements; never beyond the Coulomb torque
     heat: float  # [J], >= 0
 
 
-class Bristle(NamedTuple):
-    """State of the presliding bristle between two steps."""
+class CoulombFriction(NamedTuple):
+    """What the Coulomb torque becomes near standstill."""
 
-    deflection: float = 0.0  # [rad]
-    stiffness: float = 0.0  # [N.m/rad] that the deflection belongs to
-
-    @property
-    def energy(self) -> float:
-        """Stored energy [J]."""
-        return 0.5 * self.stiffness * self.deflection * self.deflection
-
-    def at_stiffness(self, stiffness: float) -> "Bristle":
-        """The bristle at another stiffness [N.m/rad], >= 0, with the same energy (none at stiffness 0).
-
-        The stiffness follows preload and axial load. At constant deflection a rising stiffness would supply energy.
-        """
-        if stiffness == self.stiffness:
-            return self
-        scale = math.sqrt(self.stiffness / stiffness) if stiffness > 0.0 else 0.0
-        return Bristle(scale * self.deflection, stiffness)
+    sign: float  # of the torque, -1 to 1; in between near standstill
+    power: float  # [W] heat
+    elements: Elements  # at the end of the step
 
 
-def initial_bristle(side: float, speed: float, coulomb_torque: float, stiffness: float) -> Bristle:
-    """Bristle at the start of a simulation: wound up to a share of its sliding deflection.
+def held_stiffness(before: Elements, present: float) -> float:
+    """Stiffness of the elements where that of the loads is `present`, both [N.m/rad] (head of this module)."""
+    held = before.stiffness
+    kept = held <= STIFFNESS_RATIO * present and present <= STIFFNESS_RATIO * held
+    return held if kept and not before.free else present
 
-    Parameters   side : -1 to 1, values beyond count as these; 0: sign of the speed, 0 at rest
+
+def element_limits(coulomb_torque: float, stiffness: float) -> States:
+    """States at which the elements slide [rad at 1 N.m/rad]: (ELEMENTS,); 0 without torque or stiffness.
+
+    Parameters   coulomb_torque : [N.m], >= 0;  stiffness : of all elements [N.m/rad], >= 0
+    """
+    if not (coulomb_torque > 0.0 and stiffness > 0.0):
+        return RELAXED.states
+    unit = coulomb_torque / (ELEMENTS**2 * math.sqrt(stiffness / ELEMENTS))
+    return tuple((2 * i + 1) * unit for i in range(ELEMENTS))
+
+
+def initial_elements(side: float, speed: float, coulomb_torque: float, stiffness: float) -> Elements:
+    """Elements at the start of a simulation: after a travel from rest without load.
+
+    Parameters   side : share of the travel at which all slide, -1 to 1, values beyond count as these; 0: sign of the
+                 speed, 0 at rest
                  coulomb_torque : [N.m], >= 0;  stiffness : [N.m/rad], >= 0
     """
     if side == 0.0:
         side = math.copysign(1.0, speed) if speed else 0.0
-    if not (coulomb_torque > 0.0 and stiffness > 0.0):
-        return Bristle(0.0, stiffness)
-    return Bristle(min(max(side, -1.0), 1.0) * (coulomb_torque / stiffness), stiffness)
+    limits = element_limits(coulomb_torque, stiffness)
+    travel = min(max(side, -1.0), 1.0) * 2.0 * ELEMENTS * limits[0]
+    return _held(tuple(min(max(travel, -m), m) for m in limits), limits, stiffness)
+
+
+def _held(states: States, limits: States, stiffness: float) -> Elements:
+    slide = all(abs(y) >= m for y, m in zip(states, limits, strict=True))
+    return Elements(states, stiffness, slide or not any(states))
 
 
 def regularised_sign(speed: float, regularization_speed: float) -> float:
@@ -73,121 +115,99 @@ def regularised_sign(speed: float, regularization_speed: float) -> float:
     return math.tanh(speed / regularization_speed)
 
 
-class CoulombFriction(NamedTuple):
-    """What the Coulomb torque becomes near standstill."""
-
-    sign: float  # of the torque, -1 to 1; in between near standstill
-    power: float  # [W] heat
-    bristle: Bristle  # at the end of the step
-
-
 def regularised_friction(
-    coulomb_torque: float, speed: float, step: float | None, regularization_speed: float, before: Bristle
+    coulomb_torque: float, speed: float, step: float | None, regularization_speed: float, before: Elements
 ) -> CoulombFriction:
     """Standstill law without presliding.
 
     Parameters   coulomb_torque : hysteresis and sliding part at these inputs, at motion [N.m], >= 0
                  step : [s]; None or 0: at an instant
-                 before : bristle of a law that was switched off: a step unwinds it, its energy is heat
+                 before : elements of a law that was switched off: a step relaxes them, their energy is heat
     """
     sign = regularised_sign(speed, regularization_speed)
     power = coulomb_torque * sign * speed
     if not step:
         return CoulombFriction(sign, power, before)
-    return CoulombFriction(sign, power + before.energy / step, Bristle())
+    return CoulombFriction(sign, power + before.energy / step, RELAXED)
 
 
-def bristle_friction(
-    coulomb_torque: float, speed: float, step: float | None, before: Bristle, stiffness: float, damping: float
+def presliding_friction(
+    coulomb_torque: float,
+    speed: float,
+    step: float | None,
+    before: Elements,
+    stiffness: float,
+    damping: float,
 ) -> CoulombFriction:
     """Standstill law with presliding.
 
-    Parameters   coulomb_torque, step : as above; an instant leaves the deflection
-                 before : bristle at the start of the step
-                 stiffness, damping : as in presliding_step; stiffness >= 0, 0 where there is no Coulomb torque
+    Parameters   coulomb_torque, step : as above; an instant leaves the elements
+                 before : elements at the start of the step
+                 stiffness : held_stiffness;  damping : as in presliding_step
     """
-    start = before.at_stiffness(stiffness)
-    if not stiffness > 0.0:
-        return CoulombFriction(0.0, before.energy / step if step else 0.0, start)
-    result = presliding_step(start.deflection, speed, step or 0.0, coulomb_torque, stiffness, damping)
+    result = presliding_step(before.states, speed, step or 0.0, coulomb_torque, stiffness, damping)
     sign = result.torque / coulomb_torque if coulomb_torque > 0.0 else 0.0
     if step:
-        return CoulombFriction(sign, result.heat / step, Bristle(result.deflection, stiffness))
-    power = presliding_power(start.deflection, speed, coulomb_torque, stiffness)
-    return CoulombFriction(sign, power, start)
+        elements = _held(result.states, element_limits(coulomb_torque, stiffness), stiffness)
+        return CoulombFriction(sign, result.heat / step, elements)
+    return CoulombFriction(sign, presliding_power(before.states, speed, coulomb_torque, stiffness), before)
 
 
 def longest_step(stiffness: float, damping: float) -> float:
     """Step from which on explicit coupling does not hold an axis, whatever its inertia [s].
 
-    Rotor (inertia J) and bristle that both step with the values of the last step are stable in the elastic range for
+    Rotor (inertia J) and elements that both step with the values of the last step are stable in the elastic range for
     a < b (1 - b) with a = h^2 stiffness/J and b = h damping/J, that is h stiffness/damping < 1 - h damping/J. For
     h >= damping/stiffness no J fulfils it; below, J > h damping/(1 - h stiffness/damping) does.
     """
     return damping / stiffness
 
 
-def presliding_power(deflection: float, speed: float, coulomb_torque: float, stiffness: float) -> float:
-    """Heat per time of the sliding share of the bristle at an instant (no damping).
+def presliding_power(states: States, speed: float, coulomb_torque: float, stiffness: float) -> float:
+    """Heat per time of the elements at an instant (no damping).
 
     Parameters   as in presliding_step
-    Returns      dissipated power [W], >= 0: zero while the bristle is elastic or springs back
+    Returns      dissipated power [W], >= 0: of the elements that slide, and of those above a level that has decreased
+                 while they spring back
     """
-    if coulomb_torque <= 0.0:
-        return 0.0
-    limit = coulomb_torque / stiffness
-    wound = min(max(math.copysign(1.0, speed) * deflection, -limit), limit)
-    yielding = (wound - ELASTIC_SHARE * limit) / ((1.0 - ELASTIC_SHARE) * limit)
-    return stiffness * wound * abs(speed) * yielding if yielding > 0.0 else 0.0
+    direction, power = math.copysign(1.0, speed), 0.0
+    for y, m in zip(states, element_limits(coulomb_torque, stiffness), strict=True):
+        loaded = direction * y
+        power += m if loaded >= m else max(loaded, -m) - loaded
+    return power * math.sqrt(stiffness / ELEMENTS) * abs(speed)
 
 
 def presliding_step(
-    deflection: float, speed: float, step: float, coulomb_torque: float, stiffness: float, damping: float
+    before: States, speed: float, step: float, coulomb_torque: float, stiffness: float, damping: float
 ) -> PreslidingStep:
-    """Elasto-plastic bristle over one step with the speed held: exact, passive for any step size.
+    """Elasto-slip elements over one step with the speed held: exact, passive for any step size.
 
-    Parameters   deflection : state at the start of the step [rad]
-                 speed : [rad/s]          step : [s], >= 0; 0 leaves the state and reports its torque
+    Parameters   before : states at the start of the step
+                 speed : [rad/s]          step : [s], >= 0; 0 leaves the elements and reports their torque
                  coulomb_torque : sliding torque of the moment [N.m], >= 0; may change from step to step
-                 stiffness : [N.m/rad], > 0; that of the deflection (Bristle.at_stiffness)
-                 damping : [N.m.s/rad], >= 0; explicit coupling with an inertia J needs it:
-                           stiffness < (damping/step)(1 - step damping/J)
-    Returns      PreslidingStep; heat + change of stiffness deflection^2/2 = work of the mean torque of the step
-    Validity     the torque is that at the end of the step; it may point along the motion while the bristle
-                 springs back. It and the mean torque are limited to the Coulomb torque: at a reversal with
-                 1000 rad/s2 the damping alone reached seven times that. The work at the torque of the end is not
-                 less than at the mean torque without damping, so that the limited law is passive at both.
+                 stiffness : of all elements [N.m/rad], >= 0; 0 where there is no Coulomb torque
+                 damping : of all elements [N.m.s/rad], >= 0, of those that stick their share; explicit coupling
+                           with an inertia J needs it: stiffness < (damping/step)(1 - step damping/J)
+    Returns      PreslidingStep; heat + change of the stored energy = work of the mean torque of the step
+    Validity     the torque is that at the end of the step; it may point along the motion while the elements spring
+                 back. It and the mean torque are limited to the Coulomb torque: at a reversal with 1000 rad/s2 the
+                 damping alone would reach several times that. The work at the torque of the end is not less than at
+                 the mean torque without damping, so that the limited law is passive at both.
     """
-    if coulomb_torque <= 0.0:
-        if step <= 0.0:
-            return PreslidingStep(deflection, 0.0, 0.0)
-        return PreslidingStep(0.0, 0.0, 0.5 * stiffness * deflection * deflection)
-    z_s = coulomb_torque / stiffness
-    z = max(-z_s, min(z_s, deflection))
+    limits, root = element_limits(coulomb_torque, stiffness), math.sqrt(stiffness / ELEMENTS)
+    start = tuple(min(max(y, -m), m) for y, m in zip(before, limits, strict=True))
     if step <= 0.0:
-        return PreslidingStep(deflection, stiffness * z, 0.0)
-    # what the bristle stored beyond a Coulomb level that sank is lost
-    heat = 0.5 * stiffness * (deflection * deflection - z * z)
-    travel = abs(speed) * step
-    if travel == 0.0:
-        return PreslidingStep(z, stiffness * z, heat)
-    direction = math.copysign(1.0, speed)
-    z_b = ELASTIC_SHARE * z_s
-    span = z_s - z_b
-    q_0 = direction * z
-    elastic = min(travel, max(z_b - q_0, 0.0))
-    q = q_0 + elastic
-    integral = q_0 * elastic + 0.5 * elastic * elastic  # of q over the travel
-    sliding = travel - elastic
-    if sliding > 0.0:
-        decay = -math.expm1(-sliding / span)
-        gap = z_s - q
-        integral += z_s * sliding - gap * span * decay
-        q += gap * decay
-    rate = (q - q_0) / step
+        return PreslidingStep(before, root * sum(start), 0.0)
+    direction, travel = math.copysign(1.0, speed), abs(speed) * step
+    way = direction * root * travel
+    end = tuple(min(max(y + way, -m), m) for y, m in zip(start, limits, strict=True))
+    # of what the elements stored above a level that has decreased, and of those that slide
+    lost = 0.5 * sum((y - z) * (y + z) for y, z in zip(before, start, strict=True))
+    slid = sum(m * (abs(way) - abs(y - z)) for m, y, z in zip(limits, end, start, strict=True))
+    slid = max(0.0, slid)  # rounding
+    stored = 0.5 * sum((y - z) * (y + z) for y, z in zip(end, start, strict=True))
+    damped = damping * abs(sum(end) - sum(start)) / (root * ELEMENTS * step) if root > 0.0 else 0.0
     # of the mean torque, which is limited to the Coulomb torque like that at the end
-    work = min(stiffness * integral + damping * rate * travel, coulomb_torque * travel)
-    heat += max(0.0, work - 0.5 * stiffness * (q * q - q_0 * q_0))
-    return PreslidingStep(
-        direction * q, direction * min(stiffness * q + damping * rate, coulomb_torque), heat
-    )
+    work = min(slid + stored + damped * travel, coulomb_torque * travel)
+    torque = min(direction * root * sum(end) + damped, coulomb_torque)
+    return PreslidingStep(end, direction * torque, lost + max(work - stored, slid))

@@ -30,10 +30,12 @@ from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters
 from ballscrew_tehl.runtime.standstill import (
-    Bristle,
+    RELAXED,
     CoulombFriction,
-    bristle_friction,
-    initial_bristle,
+    Elements,
+    held_stiffness,
+    initial_elements,
+    presliding_friction,
     regularised_friction,
 )
 
@@ -68,14 +70,14 @@ class TransmissionParameters(NamedTuple):
     presliding: bool
     presliding_stiffness: float  # [N.m/rad] 0: from the screw
     presliding_damping: float  # [N.m.s/rad] 0: from the stiffness
-    presliding_side: float  # deflection of the bristle at the start over that of sliding; 0: from the speed
+    presliding_side: float  # travel from rest at the start over that at which all slides; 0: from the speed
 
 
 class TransmissionStep(NamedTuple):
     """Outputs of a step, and what the next one needs."""
 
     outputs: dict[str, Any]
-    bristle: Bristle
+    elements: Elements
     clamped: tuple[str, ...]  # inputs beyond the map
 
 
@@ -128,12 +130,12 @@ def transmission_step(
     inputs: TransmissionInputs,
     parameters: TransmissionParameters,
     step: float | None,
-    before: Bristle | None,
+    before: Elements | None,
     heat: float = 0.0,
 ) -> TransmissionStep:
     """Outputs at the end of a step; step None or 0: at an instant, where powers are those of the instant.
 
-    Parameters   step : [s];  before : bristle at the start of the step; None: at the start of the simulation
+    Parameters   step : [s];  before : elements at the start of the step; None: at the start of the simulation
                  heat : dissipated before the step [J]
     Validity     the caller has checked that all are finite numbers, parameters >= 0
     """
@@ -177,11 +179,11 @@ def transmission_step(
         "shaft_power": mean * ratio * inputs.speed + nut.viscous_torque * abs(inputs.speed) + supply,
         "nut_power": mean * inputs.velocity,
         "power_loss": power_loss,
-        "stored_energy": contact_energy + coulomb.bristle.energy,
+        "stored_energy": contact_energy + coulomb.elements.energy,
         "heat": heat + h * power_loss,
         "range_margin": _margin(nut_map, inputs, max(force_a, force_b)),
     }
-    return TransmissionStep(outputs, coulomb.bristle, nut.clamped)
+    return TransmissionStep(outputs, coulomb.elements, nut.clamped)
 
 
 def _margin(nut_map: NutMap, inputs: TransmissionInputs, highest_force: float) -> float:
@@ -212,27 +214,26 @@ def _standstill(
     inputs: TransmissionInputs,
     parameters: TransmissionParameters,
     step: float | None,
-    before: Bristle | None,
+    before: Elements | None,
     nut: DoubleNutState,
     forces: tuple[float, float],
 ) -> tuple[CoulombFriction, float]:
     """Coulomb friction of both nuts, and the power that the motion supplies to it, mean of the step [W]."""
     p, speed, coulomb_torque = parameters, inputs.speed, nut.coulomb_torque
     if not p.presliding:
-        coulomb = regularised_friction(
-            coulomb_torque, speed, step, p.regularization_speed, before or Bristle()
-        )
+        coulomb = regularised_friction(coulomb_torque, speed, step, p.regularization_speed, before or RELAXED)
         return coulomb, coulomb_torque * coulomb.sign * speed
     stiffness = p.presliding_stiffness
     if not stiffness >= LEAST_STIFFNESS:
         low, high = sorted(min(force, nut_map.force.hi) for force in forces)
         stiffness = nut_map.stiffness_at_forces(low, high, p.net_sliding_coefficient, p.breakaway_factor)
-    damping = p.presliding_damping or DAMPING_TIME * stiffness
     if before is None:
-        before = initial_bristle(p.presliding_side, speed, coulomb_torque, stiffness)
-    coulomb = bristle_friction(coulomb_torque, speed, step, before, stiffness, damping)
+        before = initial_elements(p.presliding_side, speed, coulomb_torque, stiffness)
+    stiffness = held_stiffness(before, stiffness)
+    damping = p.presliding_damping or DAMPING_TIME * stiffness
+    coulomb = presliding_friction(coulomb_torque, speed, step, before, stiffness, damping)
     if step:
-        return coulomb, coulomb.power + (coulomb.bristle.energy - before.energy) / step
+        return coulomb, coulomb.power + (coulomb.elements.energy - before.energy) / step
     return coulomb, coulomb_torque * coulomb.sign * speed
 
 

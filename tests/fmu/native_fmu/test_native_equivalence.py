@@ -8,11 +8,18 @@ from native_model import NativeModel
 from synthetic_map import closed_form
 
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
+from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
 from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
-from ballscrew_tehl.runtime.standstill import Bristle, bristle_friction, initial_bristle, regularised_friction
+from ballscrew_tehl.runtime.standstill import (
+    RELAXED,
+    held_stiffness,
+    initial_elements,
+    presliding_friction,
+    regularised_friction,
+)
 from ballscrew_tehl.runtime.transmission import TransmissionInputs, TransmissionParameters, transmission_step
 
 pytestmark = pytest.mark.slow
@@ -94,7 +101,7 @@ def measured(rng, n):
 
 
 def python_friction(nut_map, given, step, before):
-    """Outputs of BallScrewFriction at the end of a step, and the bristle there."""
+    """Outputs of BallScrewFriction at the end of a step, and the elements there."""
     at = (given["preload"], given["speed"], given["temperature"], given["axial_load"])
     net, breakaway = given["net_sliding_coefficient"], given["breakaway_factor"]
     friction = given["apparent_viscosity_ratio"], net, given["roughness_height"], breakaway
@@ -104,20 +111,21 @@ def python_friction(nut_map, given, step, before):
         stiffness = given["presliding_stiffness"] or nut_map.presliding_stiffness(
             at[0], at[3], net, breakaway
         )
+        stiffness = held_stiffness(before, stiffness)
         damping = given["presliding_damping"] or DAMPING_TIME * stiffness
-        law = bristle_friction(coulomb, speed, step, before, stiffness, damping)
+        law = presliding_friction(coulomb, speed, step, before, stiffness, damping)
     else:
         law = regularised_friction(coulomb, speed, step, given["regularization_speed"], before)
     out = friction_outputs(nut, speed, law, at[3] >= 0.0)
-    return out | {"range_margin": nut_map.range_margin(*at)}, law.bristle
+    return out | {"range_margin": nut_map.range_margin(*at)}, law.elements
 
 
 @pytest.mark.parametrize("model", [FRICTION, TRANSMISSION], ids=["friction", "transmission"])
 def test_random_steps_are_those_of_python(model, nut_map):
-    """All outputs, the bristle and the heat; steps of any length, also of 0; loads and parameters jump."""
+    """All outputs, the elements and the heat; steps of any length, also of 0; loads and parameters jump."""
     one, quiet = NativeModel(nut_map, model=model), NativeModel(nut_map, model=model)
     rng, names, start = np.random.default_rng(5), outputs_of(model, nut_map), starts(model, nut_map)
-    before, heat, in_range = Bristle(), 0.0, set()
+    before, heat, in_range = RELAXED, 0.0, set()
     for n in range(2000):
         inputs = (loads if model is FRICTION else motion)(rng, n)
         given = start | standstill(rng, n // 20)
@@ -126,25 +134,25 @@ def test_random_steps_are_those_of_python(model, nut_map):
                       "contact_damping_time": 10.0 ** rng.uniform(-6.0, -3.5)}  # fmt: skip
         step = 0.0 if n % 13 == 12 else 10.0 ** rng.uniform(-6.0, -1.0)
         if n % 100 == 0:
-            before, heat = Bristle(), 0.0
+            before, heat = RELAXED, 0.0
             for each in (one, quiet):
                 each.reset()
         for each in (one, quiet):
             each.step(step, **inputs, **given)
         if model is FRICTION:
-            expected, bristle = python_friction(nut_map, inputs | given, step, before)
+            expected, elements = python_friction(nut_map, inputs | given, step, before)
             heat = expected["heat"] = heat + step * expected["power_loss"]
             scale = {}
         else:
             numbers = TransmissionParameters(**{k: given[k] for k in TransmissionParameters._fields})
             law = transmission_step(nut_map, TransmissionInputs(**inputs), numbers, step, before, heat)
-            expected, bristle = law.outputs, law.bristle
+            expected, elements = law.outputs, law.elements
             heat = expected["heat"]
             # angle and position are much larger than the way between them
             force = max(expected["force_nut_a"], expected["force_nut_b"], abs(expected["damping_force"]))
             force += 4e-7 * abs(inputs["position"]) * expected["axial_stiffness"]
             way = RATIO * abs(inputs["speed"]) + abs(inputs["velocity"])
-            powers = (force + abs(expected["damping_force"])) * way + bristle.energy / max(step, 1e-9)
+            powers = (force + abs(expected["damping_force"])) * way + elements.energy / max(step, 1e-9)
             scale = dict.fromkeys(("nut_force", "force_nut_a", "force_nut_b", "damping_force"), force)
             scale |= dict.fromkeys(("shaft_power", "nut_power"), powers + expected["power_loss"])
             scale["screw_torque"] = RATIO * force
@@ -152,18 +160,19 @@ def test_random_steps_are_those_of_python(model, nut_map):
         scale |= dict.fromkeys(TORQUES, parts)
         scale["screw_torque"] = scale.get("screw_torque", 0.0) + parts
         # heat is the difference of two energies
-        losses = parts * abs(inputs["speed"]) + max(before.energy, bristle.energy) / max(step, 1e-9)
+        losses = parts * abs(inputs["speed"]) + max(before.energy, elements.energy) / max(step, 1e-9)
         scale["power_loss"] = losses + expected["power_loss"]
         for name in names:
             error, full = abs(one.get(name) - expected[name]), max(abs(expected[name]), scale.get(name, 0.0))
             assert error <= AGREEMENT * full + 1e-18, (name, n, one.get(name), expected[name])
-        assert one.get("presliding_deflection") == pytest.approx(bristle.deflection, rel=1e-9, abs=1e-16)
+        for name, state in zip(ELEMENT_STATES, elements.states, strict=True):
+            assert one.get(name) == pytest.approx(state, rel=1e-9, abs=1e-15)
         in_range.add(bool(expected["in_range"]))
         assert (one.get("range_margin") >= 0.0) == expected["in_range"]
         if n % 100 == 99:
             assert quiet.get("heat") == pytest.approx(one.get("heat"), rel=1e-12)  # read or not
             assert heat > 0.0
-        before = bristle
+        before = elements
     assert in_range == {True, False}
 
 
@@ -192,40 +201,41 @@ def test_random_steps_of_the_monitor_are_those_of_python(nut_map):
 
 
 @pytest.mark.parametrize("speed", [0.0, 5.0, -5.0])
-def test_the_bristle_starts_at_its_side_or_that_of_the_speed(nut_map, speed):
+def test_the_elements_start_at_their_side_or_that_of_the_speed(nut_map, speed):
     model, net = NativeModel(nut_map), nut_map.defaults[1::2]
     coulomb = nut_map.evaluate(2000.0, speed, 303.15).coulomb_torque
+    stiffness = nut_map.presliding_stiffness(2000.0, 0.0, *net)
     for side in (0.0, -1.0, 0.4, 3.0):
-        expected = initial_bristle(
-            side, speed, coulomb, nut_map.presliding_stiffness(2000.0, 0.0, *net)
-        ).deflection
+        expected = initial_elements(side, speed, coulomb, stiffness).states
         for continuous in (False, True):
             model.reset(continuous)
             model.latch(presliding_side=side, speed=speed)
             if continuous:
                 model.initial_event()
-            assert model.get("presliding_deflection") == pytest.approx(expected, rel=1e-12)
+            assert [model.get(name) for name in ELEMENT_STATES] == pytest.approx(expected, rel=1e-12)
             if continuous:
-                assert model.event() == (expected != 0.0)
+                assert model.event() == any(expected)
                 assert not model.event()
                 continue
             parts = model.get("hysteresis_torque") + model.get("sliding_torque")
-            assert parts == pytest.approx(max(-1.0, min(side or np.sign(speed), 1.0)) * coulomb, rel=1e-12)
+            assert parts == pytest.approx(sum(expected) * math.sqrt(stiffness / len(expected)), rel=1e-12)
+            if abs(side) >= 1.0 or (side == 0.0 and speed):
+                assert parts == pytest.approx(math.copysign(coulomb, side or speed), rel=1e-12)
     model.reset()
-    model.latch(speed=5.0, presliding_deflection=1e-5)  # one that is set is kept
+    model.latch(speed=5.0, presliding_element_2=1e-4)  # one that is set is kept
     model.step(1e-9)
-    assert model.get("presliding_deflection") == pytest.approx(1e-5, rel=1e-3)
+    assert model.get("presliding_element_2") == pytest.approx(1e-4, rel=1e-3)
 
 
 # --- derivatives ---
 
 WIDTHS = {  # [unit] of a difference quotient; None: a share of the value
     FRICTION: dict.fromkeys(
-        ("preload", "speed", "temperature", "axial_load", "presliding_deflection", "net_sliding_coefficient",
+        ("preload", "speed", "temperature", "axial_load", "presliding_element_3", "net_sliding_coefficient",
          "apparent_viscosity_ratio", "breakaway_factor", "presliding_stiffness", "presliding_damping")
     ),
     TRANSMISSION: dict.fromkeys(("speed", "preload", "temperature", "nut_stiffness", "contact_damping_time"))
-    | {"angle": 1e-4 * WAY / RATIO, "position": 1e-4 * WAY, "velocity": 1e-7, "presliding_deflection": 1e-8},
+    | {"angle": 1e-4 * WAY / RATIO, "position": 1e-4 * WAY, "velocity": 1e-7, "presliding_element_3": 1e-7},
     MONITOR: {
         "torque": 1e-4, "speed": 1e-3, "temperature": 1e-2, "axial_load": 0.1, "apparent_viscosity_ratio": 1e-4,
         "net_sliding_coefficient": 1e-7, "roughness_height": 1e-12, "breakaway_factor": 1e-4,
@@ -252,6 +262,9 @@ def test_derivative_along_the_axial_load_at_its_start(model, name, nut_map):
     assert abs(difference) > 0.0
 
 
+SPREAD = 3e-3 * np.array([1.0, -3.0, 4.0, 7.0, -9.0, 11.0])  # of states: of the size of their limits
+
+
 @pytest.mark.parametrize("continuous", [False, True])
 @pytest.mark.parametrize("model", WIDTHS, ids=lambda model: model.layer)
 def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):
@@ -260,7 +273,7 @@ def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):
     rng = np.random.default_rng(3)
     start = starts(model, nut_map)
     outputs = [name for name in outputs_of(model, nut_map) if name != "in_range"]
-    outputs += ["presliding_deflection_rate"] if model is not MONITOR else []
+    outputs += [f"{name}_rate" for name in ELEMENT_STATES] if model is not MONITOR else []
     sharp = tried = 0
     for n in range(1, 40 if model is MONITOR else 150):
         base = start | {k: v for k, v in standstill(rng, n).items() if k in start}
@@ -268,7 +281,7 @@ def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):
         if model is MONITOR:
             base |= {"speed_min": (0.01, 1.0)[n % 2], "roughness_height": 3e-8}
         else:
-            base["presliding_deflection"] = rng.normal() * 5e-4
+            base |= {name: float(y) for name, y in zip(ELEMENT_STATES, rng.normal() * SPREAD, strict=True)}
         step = 0.0 if continuous or n % 4 == 0 or model is MONITOR else 10.0 ** rng.uniform(-5.0, -1.0)
 
         def outputs_at(base=base, step=step, later=n % 2 > 0, **change):

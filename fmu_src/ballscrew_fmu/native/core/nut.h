@@ -37,7 +37,7 @@ typedef struct {
     bool summed;         /* the following are set; nut_loads leaves this to nut_parts */
     Number hysteresis;   /* [N.m] magnitude, sum over both nuts */
     Number sliding_load; /* [N.m] of balls on each other at coefficient and thrust factor 1, sum over both nuts */
-    Number stiffness_hysteresis, stiffness_sliding; /* [N.m/rad] of the bristle by both parts, as above */
+    Number stiffness_hysteresis, stiffness_sliding; /* [N.m/rad] of presliding by both parts, as above */
     bool preload_clamped, axial_load_clamped;
 } Loads;
 
@@ -99,7 +99,7 @@ NUT_FUNCTION void nut_parts(const Map *map, Loads *loads, const Conditions *now,
 
 static inline Number coulomb_magnitude(const Parts *parts) { return add(parts->hysteresis, parts->sliding); }
 
-/* Presliding stiffness: Coulomb torque at standstill over sliding deflection [N.m/rad], sum over both nuts. */
+/* Presliding stiffness: Coulomb torque at standstill over presliding_angle [N.m/rad], sum over both nuts. */
 static inline Number nut_stiffness(const Map *map, Loads *loads, const Friction *friction)
 {
     nut_sums(map, loads);

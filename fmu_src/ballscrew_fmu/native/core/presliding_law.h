@@ -15,7 +15,7 @@ typedef struct {
 } PreslidingLevel;
 
 /* The state of an element is its deflection times the root of its stiffness [rad at 1 N.m/rad]: its energy is half the
-   square of that. So the energy stays while the stiffness follows preload and axial load. */
+   square of that. So the energy stays when the stiffness follows preload and axial load. */
 typedef struct {
     Number element[ELEMENTS]; /* at the end of the step */
     Number rate[ELEMENTS];    /* per second */
@@ -23,6 +23,13 @@ typedef struct {
     Number power;             /* [W] dissipated, mean of the step */
     Number supply;            /* [W] of the motion, mean of the step: power and rate of the stored energy */
 } Presliding;
+
+/* Whether the stiffness follows the loads at the same energy. While elements hold a load it stays: if it followed, a
+   preload that swings would let the screw creep. free: none holds one, or all slide. */
+static inline bool stiffness_follows(bool free, double held, double present)
+{
+    return free || !(held <= STIFFNESS_RATIO * present && present <= STIFFNESS_RATIO * held);
+}
 
 /* Smoothed sign of the speed. Regularization speed 0: the sign itself. */
 static inline Number regularised_sign(Number speed, Number regularization_speed)
@@ -53,6 +60,18 @@ static inline Number first_limit(const PreslidingLevel *level)
         return constant(0.0);
     }
     return divide(level->coulomb, times((double)ELEMENTS * ELEMENTS, level->root));
+}
+
+/* Whether no element holds a load, or all slide. unit: limit of the first element. */
+static inline bool elements_free(const double element[ELEMENTS], double unit)
+{
+    int slide = 0, relaxed = 0;
+
+    for (int i = 0; i < ELEMENTS; ++i) {
+        slide += fabs(element[i]) >= (2.0 * i + 1.0) * unit;
+        relaxed += element[i] == 0.0;
+    }
+    return slide == ELEMENTS || relaxed == ELEMENTS;
 }
 
 static inline Number element_within(Number element, Number limit)
@@ -105,11 +124,10 @@ static inline void presliding_after_step(const Number before[ELEMENTS], Number s
     for (int i = 0; i < ELEMENTS; ++i) {
         const Number limit = times(2.0 * i + 1.0, unit), from = element_within(before[i], limit);
         const Number to = element_within(add(from, way), limit), change = subtract(to, from);
-        const Number squares = multiply(to, to), held = multiply(from, from);
 
-        lost = add(lost, subtract(multiply(before[i], before[i]), held));
+        lost = add(lost, multiply(subtract(before[i], from), add(before[i], from)));
         heat = add(heat, multiply(limit, subtract(length, absolute(change))));
-        stored = add(stored, subtract(squares, held));
+        stored = add(stored, multiply(change, add(to, from)));
         moved = add(moved, change);
         sum = add(sum, to);
         out->element[i] = to;

@@ -171,7 +171,7 @@ static void warn_of_step(Instance *instance, double step)
         instance->now.warned |= WARNED_STEP;
         instance_warn(instance,
              "step = %s s; an inertia coupled with the values of the last step comes to rest for steps below damping "
-             "over stiffness of the bristle only, %s N.m.s/rad over %s N.m/rad = %s s (logged once)",
+             "over presliding stiffness only, %s N.m.s/rad over %s N.m/rad = %s s (logged once)",
              number_text(step, texts[0]), number_text(damping, texts[1]), number_text(stiffness, texts[2]),
              number_text(damping / stiffness, texts[3]));
     }
@@ -209,7 +209,7 @@ Status instance_exit_initialization(Instance *instance)
     Situation *now = &instance->now;
 
     instance_follow(instance);
-    now->postponed = now->unchecked; /* a value is not valid: the bristle begins with the good one in its place */
+    now->postponed = now->unchecked; /* a value is not valid: the elements begin with the good one in its place */
     if (now->model.events && !now->postponed) {
         model_initial_event(&now->model);
     }

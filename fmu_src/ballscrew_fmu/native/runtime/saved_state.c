@@ -11,7 +11,7 @@
 #define MAGIC "BSFSTATE"
 #define MAGIC_SIZE 8
 #define CHECKED_FROM (MAGIC_SIZE + 8)
-#define LAYOUT_VERSION 3U
+#define LAYOUT_VERSION 4U
 
 /* --- in memory --------------------------------------------------------------------------------------------------- */
 
@@ -123,8 +123,15 @@ static void pass_model(Walk *walk, Model *model)
         pass_unsigned(walk, &number, 2U);            \
         model->field = (int)number - 1;              \
     }
+#define PASS_ARRAY(field, count)           \
+    for (int i = 0; i < (count); ++i) {    \
+        pass_double(walk, &model->field[i]); \
+    }
+#define PASS_MASK(field, bits) pass_unsigned(walk, &model->field, (1U << (bits)) - 1U);
     MODEL_NUMBERS(PASS_NUMBER)
+    MODEL_ARRAYS(PASS_ARRAY)
     MODEL_FLAGS(PASS_FLAG)
+    MODEL_MASKS(PASS_MASK)
     MODEL_SIGNS(PASS_SIGN)
     if (walk->way == READ) {
         model_clear_computed(model);

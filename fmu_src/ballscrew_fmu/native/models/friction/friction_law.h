@@ -3,8 +3,8 @@
 #ifndef BALLSCREW_FRICTION_LAW_H
 #define BALLSCREW_FRICTION_LAW_H
 
-#include "bristle_law.h"
 #include "nut.h"
+#include "presliding_law.h"
 #include "tangent.h"
 #include "variables.h"
 
@@ -15,8 +15,8 @@ static inline Friction friction_of(const Number at[])
     return out;
 }
 
-/* Stiffness of the bristle at these loads: as set, or from the screw. One that is next to 0 counts as 0, or a
-   deflection would not be finite. */
+/* Presliding stiffness at these loads: as set, or from the screw. One that is next to 0 counts as 0, or a state would not
+   be finite. */
 static inline Number stiffness_at(const Number at[], const Map *map, Loads *loads, const Friction *friction)
 {
     return value_of(at[PRESLIDING_STIFFNESS]) >= LEAST_STIFFNESS ? at[PRESLIDING_STIFFNESS]
@@ -28,62 +28,42 @@ static inline Number damping_at(const Number at[], Number stiffness)
     return value_of(at[PRESLIDING_DAMPING]) > 0.0 ? at[PRESLIDING_DAMPING] : times(DAMPING_TIME, stiffness);
 }
 
-/* A step without presliding, or where there is no Coulomb torque: what the bristle stored becomes heat. */
-static inline Bristle bristle_unwound(Number deflection, const Moment *moment)
+/* A step without presliding: what the elements stored becomes heat. At an instant nothing happens to them. */
+static inline void presliding_off(const Number at[], double step, Presliding *out)
 {
-    const Number none = constant(0.0), stored = times(0.5 * moment->stiffness, multiply(deflection, deflection));
-    const Bristle out = {none, none, none, moment->step > 0.0 ? over(stored, moment->step) : none, none};
+    const Number none = constant(0.0);
 
-    return out;
+    out->torque = out->power = out->supply = none;
+    for (int i = 0; i < ELEMENTS; ++i) {
+        out->element[i] = step > 0.0 ? none : at[PRESLIDING_ELEMENT_1 + i];
+        out->rate[i] = none;
+    }
+    if (step > 0.0) {
+        out->power = over(energy_of_elements(&at[PRESLIDING_ELEMENT_1]), step);
+    }
 }
 
-/* The bristle as a continuous state, at the present stiffness. The state is the deflection at the stiffness of the last
-   event, that of the Moment, with the same energy: so it follows the loads without their rates. */
-static inline Bristle bristle_of_state(const Number at[], Number coulomb, Number stiffness, const Moment *moment)
+/* stiffness: of the elements */
+static inline void presliding_at(const Number at[], Number coulomb, Number stiffness, const Moment *moment,
+                                 Presliding *out)
 {
-    const Number state = at[PRESLIDING_DEFLECTION];
-    Bristle out;
+    const PreslidingLevel level = presliding_level(coulomb, stiffness, damping_at(at, stiffness));
+    const Number *elements = &at[PRESLIDING_ELEMENT_1];
+    Number initial[ELEMENTS];
 
-    if (moment->slip == 0 && !(value_of(stiffness) > 0.0 && moment->stiffness > 0.0)) {
-        out.rate = out.torque = out.power = out.supply = constant(0.0); /* until the event that is due */
+    if (moment->from_side) {
+        initial_elements(at[PRESLIDING_SIDE], value_of(at[SPEED]), &level, initial);
+        elements = initial;
+    }
+    if (moment->step > 0.0) {
+        presliding_after_step(elements, at[SPEED], moment->step, &level, out);
     } else {
-        out = bristle_continuous(bristle_at_stiffness(state, moment->stiffness, stiffness), at[SPEED], coulomb, stiffness,
-                                 damping_at(at, stiffness), moment->slip);
+        presliding_at_instant(elements, at[SPEED], &level, moment->continuous, moment->slips, moment->slip, out);
     }
-    if (moment->slip == 0 && moment->stiffness > 0.0) {
-        out.rate = multiply(out.rate, root(over(stiffness, moment->stiffness)));
-    }
-    out.deflection = state;
-    return out;
-}
-
-/* stiffness: at the present loads */
-static inline Bristle bristle_at(const Number at[], Number coulomb, Number stiffness, const Moment *moment)
-{
-    const Number speed = at[SPEED];
-    Number deflection = at[PRESLIDING_DEFLECTION];
-
-    if (moment->continuous && moment->start == RUNNING) {
-        return bristle_of_state(at, coulomb, stiffness, moment);
-    }
-    if (moment->start == FROM_SIDE) {
-        deflection = initial_deflection(at[PRESLIDING_SIDE], value_of(speed), coulomb, stiffness);
-    } else if (moment->start == RUNNING) {
-        deflection = bristle_at_stiffness(deflection, moment->stiffness, stiffness);
-    }
-    if (!(value_of(stiffness) > 0.0) && !(moment->continuous && moment->slip != 0)) {
-        return bristle_unwound(at[PRESLIDING_DEFLECTION], moment);
-    }
-    if (moment->continuous || moment->slip != 0) {
-        return bristle_continuous(deflection, speed, coulomb, stiffness, damping_at(at, stiffness), moment->slip);
-    }
-    return moment->step > 0.0
-               ? bristle_after_step(deflection, speed, moment->step, coulomb, stiffness, damping_at(at, stiffness))
-               : bristle_at_instant(deflection, speed, coulomb, stiffness);
 }
 
 /* loads_a: nut A has the larger force, of equal ones either */
-static inline void torque_outputs(const Parts *parts, const Bristle *bristle, bool loads_a, const Number at[],
+static inline void torque_outputs(const Parts *parts, const Presliding *presliding, bool loads_a, const Number at[],
                                   Number out[])
 {
     const Number speed = at[SPEED], coulomb = coulomb_magnitude(parts);
@@ -92,11 +72,11 @@ static inline void torque_outputs(const Parts *parts, const Bristle *bristle, bo
     Number sign, power_loss = multiply(parts->viscous, absolute(speed));
 
     if (value_of(at[PRESLIDING]) != 0.0) {
-        sign = value_of(coulomb) > 0.0 ? divide(bristle->torque, coulomb) : constant(0.0);
-        power_loss = add(power_loss, bristle->power);
+        sign = value_of(coulomb) > 0.0 ? divide(presliding->torque, coulomb) : constant(0.0);
+        power_loss = add(power_loss, presliding->power);
     } else {
         sign = regularised_sign(speed, at[REGULARIZATION_SPEED]);
-        power_loss = add(add(power_loss, multiply(multiply(coulomb, sign), speed)), bristle->power);
+        power_loss = add(add(power_loss, multiply(multiply(coulomb, sign), speed)), presliding->power);
     }
     out[VISCOUS_TORQUE] = with_sign_of(parts->viscous, speed);
     out[HYSTERESIS_TORQUE] = multiply(sign, parts->hysteresis);

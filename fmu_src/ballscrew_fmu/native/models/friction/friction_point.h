@@ -26,11 +26,11 @@ static inline void point_locate(const Map *map, const Number at[], double step, 
     }
 }
 
-static inline void point_outputs(const Point *point, const Parts *parts, const Bristle *bristle, Number stiffness,
+static inline void point_outputs(const Point *point, const Parts *parts, const Presliding *presliding,
                                  const Number at[], double step, Number out[])
 {
-    (void)point, (void)stiffness, (void)step;
-    torque_outputs(parts, bristle, !(value_of(at[AXIAL_LOAD]) < 0.0), at, out);
+    (void)point, (void)step;
+    torque_outputs(parts, presliding, !(value_of(at[AXIAL_LOAD]) < 0.0), at, out);
 }
 
 /* One bit per input, in their order. */

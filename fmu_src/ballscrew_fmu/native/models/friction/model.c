@@ -1,4 +1,4 @@
-/* Life cycle, bristle, events and derivatives of a screw with friction: of BallScrewFriction and BallScrewTransmission.
+/* Life cycle, elasto-slip elements, events and derivatives of a screw with friction: of BallScrewFriction and BallScrewTransmission.
    What they compute at a point is in friction_point.h and transmission_point.h. */
 #include "model.h"
 
@@ -6,7 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "slip_event.h"
 #include "tangent.h"
 
 /* --- from the latched point to outputs --- */
@@ -63,54 +62,74 @@ static inline double range_margin(Model *model)
 
 static Moment moment_of(const Model *model)
 {
-    const Moment moment = {model->step, model->continuous, model->slip, model->stiffness_before,
-                           model->began ? RUNNING : model->from_side ? FROM_SIDE : GIVEN,
+    const Moment moment = {model->step, model->continuous,
+                           model->continuous && model->began ? model->stiffness
+                           : model->follows                  ? 0.0
+                                                             : model->stiffness_here,
+                           !model->began && model->from_side, model->slips, model->slip,
                            model->continuous ? model->event_heat : model->heat};
 
     return moment;
 }
 
-static void store_bristle(Model *model, Bristle bristle)
+static void store_elements(Model *model, const Presliding *now)
 {
-    model->value[PRESLIDING_DEFLECTION] = model->latched[PRESLIDING_DEFLECTION] = bristle.deflection;
-    model->value[PRESLIDING_DEFLECTION_RATE] = bristle.rate;
-    model->bristle_torque = bristle.torque;
-    model->bristle_power = bristle.power;
-    model->bristle_supply = bristle.supply;
+    for (int i = 0; i < ELEMENTS; ++i) {
+        model->value[PRESLIDING_ELEMENT_1 + i] = model->latched[PRESLIDING_ELEMENT_1 + i] = now->element[i];
+        model->value[PRESLIDING_ELEMENT_1_RATE + i] = now->rate[i];
+    }
+    model->element_torque = now->torque;
+    model->element_power = now->power;
+    model->element_supply = now->supply;
 }
 
-/* The bristle at the latched point. Its deflection, torque and power are stored in the model. */
-static void compute_bristle(Model *model)
+/* [rad at 1 N.m/rad] at which the first element slides */
+static double limit_of(double coulomb, double stiffness)
 {
-    const Moment moment = moment_of(model);
-    const double coulomb = coulomb_magnitude(friction_parts(model)), stiffness = present_stiffness(model);
-    const Bristle bristle = bristle_at(model->latched, coulomb, stiffness, &moment);
+    const PreslidingLevel level = presliding_level(coulomb, stiffness, 0.0);
 
-    if (!(model->continuous && model->began)) {
-        model->stiffness = stiffness;
+    return first_limit(&level);
+}
+
+/* The elements at the latched point. */
+static void compute_presliding(Model *model)
+{
+    const double coulomb = coulomb_magnitude(friction_parts(model)), present = present_stiffness(model);
+    Moment moment;
+    Presliding now;
+
+    /* in model exchange it changes at events */
+    model->follows = !model->began || (!model->continuous && stiffness_follows(model->free, model->stiffness, present));
+    model->stiffness_here = model->follows ? present : model->stiffness;
+    moment = moment_of(model);
+    presliding_at(model->latched, coulomb, model->stiffness_here, &moment, &now);
+    if (moment.from_side) {
+        memcpy(model->initial, now.element, sizeof model->initial);
     }
-    model->initial_deflection = moment.start == FROM_SIDE ? bristle.deflection : model->initial_deflection;
-    store_bristle(model, bristle);
+    store_elements(model, &now);
+    if (!model->began || model->step > 0.0) {
+        model->stiffness = model->stiffness_here;
+        model->free = elements_free(now.element, limit_of(coulomb, model->stiffness));
+    }
 }
 
 static void compute_torque(Model *model)
 {
     const Moment moment = moment_of(model);
-    Bristle bristle;
+    Presliding now;
 
     if (model->continuous) {
-        model->value[PRESLIDING_DEFLECTION_RATE] = 0.0;
         if (presliding(model)) {
-            compute_bristle(model);
+            compute_presliding(model);
+        } else {
+            memset(&model->value[PRESLIDING_ELEMENT_1_RATE], 0, ELEMENTS * sizeof *model->value);
         }
     }
-    bristle.deflection = model->latched[PRESLIDING_DEFLECTION];
-    bristle.rate = model->value[PRESLIDING_DEFLECTION_RATE];
-    bristle.torque = model->bristle_torque;
-    bristle.power = model->bristle_power;
-    bristle.supply = model->bristle_supply;
-    point_outputs(&model->point, friction_parts(model), &bristle, model->stiffness, model->latched, model->step,
-                  model->value);
+    memcpy(now.element, &model->latched[PRESLIDING_ELEMENT_1], sizeof now.element);
+    now.torque = model->element_torque;
+    now.power = model->element_power;
+    now.supply = model->element_supply;
+    point_outputs(&model->point, friction_parts(model), &now, model->latched, model->step, model->value);
     heat_output(&moment, model->value);
     model->value[POWER_LOSS] += model->power_of_parts;
     model->torque_known = true;
@@ -141,32 +160,19 @@ static void latch(Model *model, double step)
     memcpy(model->latched, model->value, sizeof model->latched);
     model->step = step;
     model->power_of_parts = 0.0;
-    model->deflection_before = model->value[PRESLIDING_DEFLECTION];
-    model->stiffness_before = model->stiffness;
-    model->from_side = model->deflection_before == model->initial_deflection;
+    memcpy(model->before, &model->value[PRESLIDING_ELEMENT_1], sizeof model->before);
+    model->from_side = memcmp(model->before, model->initial, sizeof model->before) == 0;
     model->located = model->parts_known = model->torque_known = model->films_known = false;
     if (!presliding(model)) {
-        model->bristle_torque = model->bristle_power = model->bristle_supply = 0.0;
+        model->element_torque = model->element_power = model->element_supply = 0.0;
     }
-}
-
-/* Whether the bristle has no stiffness at the latched loads and still that of the last ones. */
-static bool is_held(Model *model)
-{
-    return model->began && !model->continuous && !(present_stiffness(model) > 0.0);
 }
 
 void model_latch(Model *model)
 {
     latch(model, 0.0);
-    if (!presliding(model) || model->continuous) {
-        return;
-    }
-    if (is_held(model)) {
-        /* the next step makes heat of what it stored */
-        model->bristle_torque = model->bristle_power = model->bristle_supply = 0.0;
-    } else {
-        compute_bristle(model);
+    if (presliding(model) && !model->continuous) {
+        compute_presliding(model);
     }
 }
 
@@ -175,26 +181,29 @@ void model_step(Model *model, double step)
     latch(model, step);
     model->began = true;
     if (presliding(model)) {
-        compute_bristle(model);
+        compute_presliding(model);
     } else if (step > 0.0) {
-        const Moment moment = moment_of(model);
-        store_bristle(model, bristle_unwound(model->deflection_before, &moment));
-        model->stiffness = model->initial_deflection = 0.0; /* nothing is left of it */
-    }
-    if (step > 0.0) {
-        model->bristle_power += model->event_heat / step;
-        model->event_heat = 0.0;
+        Presliding off;
+
+        presliding_off(model->latched, step, &off);
+        store_elements(model, &off);
+        model->free = true;
     }
 }
 
-bool model_step_too_long(const Model *model, double step, double *stiffness, double *damping)
+#define ROUNDING_SHARE 1e-9 /* of the Coulomb torque */
+
+bool model_step_too_long(Model *model, double step, double *stiffness, double *damping)
 {
     const double *at = model->latched;
 
-    *stiffness = model->stiffness;
-    *damping = damping_at(at, model->stiffness);
-    return presliding(model) && at[SPEED] != 0.0 && step * *stiffness >= *damping
-           && fabs(model->bristle_torque) < SLIDING_FROM * coulomb_magnitude(&model->parts);
+    if (!presliding(model) || at[SPEED] == 0.0) {
+        return false;
+    }
+    *stiffness = model->stiffness_here;
+    *damping = damping_at(at, *stiffness);
+    return step * *stiffness >= *damping
+           && fabs(model->element_torque) < (1.0 - ROUNDING_SHARE) * coulomb_magnitude(friction_parts(model));
 }
 
 /* with events it changes, after the initial one, at events only */
@@ -234,14 +243,15 @@ unsigned model_clamped(Model *model)
 
 bool model_possible(const Model *model)
 {
+    double sum = fabs(model->element_torque) + fabs(model->element_power) + fabs(model->element_supply)
+                 + fabs(model->power_of_parts) + fabs(model->event_heat) + model->heat;
+
+    for (int i = 0; i < ELEMENTS; ++i) {
+        sum += fabs(model->before[i]) + fabs(model->initial[i]);
+    }
     /* comparisons that NaN and infinity fail */
-    return model->step >= 0.0 && model->stiffness >= 0.0 && model->stiffness_before >= 0.0
-           && (model->continuous || model->event_heat >= 0.0) && model->heat >= 0.0
-           && model->stiffness + model->stiffness_before < HUGE_VAL
-           && fabs(model->deflection_before) + fabs(model->initial_deflection) + fabs(model->bristle_torque)
-                      + fabs(model->bristle_power) + fabs(model->bristle_supply) + fabs(model->power_of_parts)
-                      + fabs(model->event_heat) + model->heat
-                  < HUGE_VAL;
+    return model->step >= 0.0 && model->heat >= 0.0 && model->stiffness >= 0.0 && model->stiffness_here >= 0.0
+           && sum + model->stiffness + model->stiffness_here < HUGE_VAL;
 }
 
 void model_clear_computed(Model *model)
@@ -256,187 +266,139 @@ void model_clear_computed(Model *model)
 
 #define RANGE_HYSTERESIS 1e-6 /* of an axis: avoids repeated events at the limit of the map */
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
-#define STIFFNESS_CHANGE 0.5 /* of the stiffness: an event refers the state to the present one, at the same energy */
 
-/* [N.m/rad] of the bristle at the latched point; that of the state of model exchange is model->stiffness */
-static double stiffness_now(Model *model)
+static double present_limit(Model *model)
 {
-    return model->continuous ? present_stiffness(model) : model->stiffness;
+    return limit_of(coulomb_magnitude(friction_parts(model)), model->stiffness);
 }
 
-/* [rad] of the bristle; 0 without a Coulomb torque */
-static double sliding_deflection(Model *model)
+/* Distance of an element that sticks to its limit. */
+static double distance_to_slip(double element, double speed, double limit)
 {
-    const double stiffness = stiffness_now(model);
+    const double along = with_sign_of(element, speed);
 
-    return stiffness > 0.0 ? lesser(coulomb_magnitude(friction_parts(model)) / stiffness, TOO_LARGE) : 0.0;
-}
-
-static double distance_to_slip(Model *model)
-{
-    const double *at = model->latched;
-    const double sliding = sliding_deflection(model), stiffness = stiffness_now(model);
-
-    if (!(model->stiffness > 0.0 && stiffness > 0.0) || (!model->continuous && !(sliding > 0.0)) || is_held(model)) {
-        return 1.0;
+    if (!(limit > 0.0)) {
+        return element == 0.0 ? 1.0 : -1.0;
     }
-    return SLIDING_FROM * sliding
-           - with_sign_of(bristle_at_stiffness(at[PRESLIDING_DEFLECTION], model->stiffness, stiffness), at[SPEED]);
-}
-
-/* [rad] scaled like the distance to slip. Model exchange: in co-simulation a step adapts the bristle. */
-static double distance_to_new_stiffness(Model *model)
-{
-    const double now = present_stiffness(model), held = model->stiffness;
-    const double allowed = STIFFNESS_CHANGE * greater(now, held) + LEAST_STIFFNESS;
-
-    return (1.0 - fabs(now - held) / allowed) * (held > 0.0 && now > 0.0 ? sliding_deflection(model) : 1.0);
+    return speed != 0.0 && along > 0.0 ? limit - along : (1.0 + LEVEL_MARGIN) * limit - fabs(element);
 }
 
 void model_indicators(Model *model)
 {
-    const double *at = model->latched;
+    const double *at = model->latched, unit = model->continuous && presliding(model) ? present_limit(model) : 0.0;
     double *out = model->value;
 
-    if (!model->began) {
-        model->stiffness = present_stiffness(model);
-    }
     out[IN_RANGE_INDICATOR] = range_margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
-    if (!presliding(model)) {
-        out[SLIP_INDICATOR] = 1.0;
-    } else if (model->slip != 0) {
-        out[SLIP_INDICATOR] = model->slip * at[SPEED] + SPEED_HYSTERESIS;
-    } else {
-        out[SLIP_INDICATOR] = distance_to_slip(model);
-        if (model->continuous) {
-            out[SLIP_INDICATOR] = lesser(out[SLIP_INDICATOR], distance_to_new_stiffness(model));
+    out[STIFFNESS_INDICATOR] = 1.0;
+    if (presliding(model) && model->continuous) {
+        const double held = model->stiffness, present = present_stiffness(model);
+
+        out[STIFFNESS_INDICATOR] =
+            held == present ? 1.0 : held > 0.0 && present > 0.0 ? STIFFNESS_RATIO - greater(held / present, present / held)
+                                                                : -1.0;
+    }
+    for (int i = 0; i < ELEMENTS; ++i) {
+        if (!presliding(model) || !model->continuous) {
+            out[SLIP_INDICATOR_1 + i] = 1.0;
+        } else if ((model->slips >> i & 1U) != 0U) {
+            out[SLIP_INDICATOR_1 + i] = model->slip * at[SPEED] + SPEED_HYSTERESIS;
+        } else {
+            out[SLIP_INDICATOR_1 + i] =
+                distance_to_slip(at[PRESLIDING_ELEMENT_1 + i], at[SPEED], (2.0 * i + 1.0) * unit);
         }
     }
 }
 
-/* Modes that an event at the latched point leads to. */
-static void modes_after_event(Model *model, bool *range, int *slip)
+static bool range_after_event(const Model *model)
 {
-    const double *at = model->latched, *out = model->value;
+    const double margin = model->value[IN_RANGE_INDICATOR];
 
-    model_indicators(model);
-    *range = model->in_range ? !(out[IN_RANGE_INDICATOR] < 0.0) : out[IN_RANGE_INDICATOR] > 0.0;
-    *slip = model->slip;
-    if (!presliding(model)) {
-        *slip = 0;
-    } else if (model->slip == 0) {
-        if (out[SLIP_INDICATOR] <= 0.0 && at[SPEED] != 0.0) {
-            *slip = at[SPEED] > 0.0 ? 1 : -1;
-        }
-    } else if (out[SLIP_INDICATOR] < 0.0) {
-        *slip = 0;
-    }
+    return model->in_range ? !(margin < 0.0) : margin > 0.0;
 }
 
-/* Adapts the bristle to the present stiffness. True if its deflection changes. */
-static bool adapt_stiffness(Model *model)
+/* Elements of model exchange after an event at the latched point, whose indicators are known. An element that sticks
+   again has what it had when it began to slide, never more: more would be energy that no motion has put in, and small
+   motions to and fro would drive the shaft. True if one changes. */
+static bool elements_after_event(Model *model)
 {
-    const double stiffness = present_stiffness(model), before = model->value[PRESLIDING_DEFLECTION];
+    const double speed = model->latched[SPEED], unit = present_limit(model);
+    const int direction = speed > 0.0 ? 1 : speed < 0.0 ? -1 : model->slip;
+    unsigned slips = 0U;
+    bool changed = false;
 
-    model->value[PRESLIDING_DEFLECTION] = bristle_at_stiffness(before, model->stiffness, stiffness);
-    model->stiffness = stiffness;
-    return model->value[PRESLIDING_DEFLECTION] != before;
+    for (int i = 0; i < ELEMENTS; ++i) {
+        double *element = &model->value[PRESLIDING_ELEMENT_1 + i];
+        const double limit = (2.0 * i + 1.0) * unit, indicator = model->value[SLIP_INDICATOR_1 + i];
+        const bool slides = (model->slips >> i & 1U) != 0U && direction == model->slip;
+        const bool begins = speed != 0.0 && direction * *element > 0.0 && indicator <= 0.0;
+
+        if (slides ? !(indicator < 0.0) : begins) {
+            slips |= 1U << i;
+        } else if (fabs(*element) > limit) {
+            *element = *element > 0.0 ? limit : -limit;
+            changed = true;
+        }
+    }
+    changed = changed || slips != model->slips;
+    model->slips = slips;
+    model->slip = slips != 0U ? direction : 0;
+    return changed;
 }
 
 void model_initial_event(Model *model)
 {
-    bool moved;
-
-    model->slip = 0;
     model->in_range = model_clamped(model) == 0U;
     if (presliding(model)) {
-        compute_bristle(model);
+        compute_presliding(model);
     }
-    moved = model->initial_deflection != 0.0;
+    model->moved = model->continuous && model->initial[ELEMENTS - 1] != 0.0;
     model->began = true;
     model_latch(model);
-    model->moved = model_event(model) || moved;
-}
-
-static double bristle_energy(const Model *model)
-{
-    const double deflection = model->value[PRESLIDING_DEFLECTION];
-
-    return 0.5 * model->stiffness * deflection * deflection;
+    model->moved = model_event(model) || model->moved;
 }
 
 bool model_event(Model *model)
 {
-    const double stored = bristle_energy(model);
     bool changed = model->moved;
-    double lost;
-    int slip;
 
+    model_indicators(model);
+    model->in_range = range_after_event(model);
     model->moved = false;
-    if (presliding(model) && model->continuous && adapt_stiffness(model)) {
-        changed = true;
-        model_latch(model);
+    if (model->continuous) {
+        double *elements = &model->value[PRESLIDING_ELEMENT_1];
+        const double stored = energy_of_elements(elements);
+
+        if (presliding(model)) {
+            const bool free = model->free || model->slips == (1U << ELEMENTS) - 1U;
+
+            if (stiffness_follows(free, model->stiffness, present_stiffness(model))) {
+                model->stiffness = present_stiffness(model);
+            }
+            changed = elements_after_event(model) || changed;
+            model->free = elements_free(elements, present_limit(model));
+        } else { /* those that are switched off are relaxed; in co-simulation by the next step, which makes heat of it */
+            changed = changed || stored > 0.0;
+            memset(elements, 0, ELEMENTS * sizeof *elements);
+            model->free = true;
+            model->slips = 0U;
+            model->slip = 0;
+        }
+        model->event_heat += stored - energy_of_elements(elements);
     }
-    modes_after_event(model, &model->in_range, &slip);
-    if (!presliding(model) && model->continuous) {
-        /* a bristle that is switched off is unwound; in co-simulation by the next step, which makes heat of it */
-        changed = changed || model->value[PRESLIDING_DEFLECTION] != 0.0;
-        model->value[PRESLIDING_DEFLECTION] = 0.0;
-    } else if (presliding(model) && model->slip != 0 && slip == 0) {
-        /* Never more than the bristle had when it began to slip: more would be energy that no motion has put in, and
-           small motions to and fro would drive the shaft. */
-        const double sliding = sliding_deflection(model), wound = fabs(model->latched[PRESLIDING_DEFLECTION]);
-        model->value[PRESLIDING_DEFLECTION] = model->slip * lesser(wound, sliding);
-        changed = true;
-    } else if (model->slip == 0 && fabs(model->value[PRESLIDING_DEFLECTION]) > sliding_deflection(model) && slip != 0) {
-        model->value[PRESLIDING_DEFLECTION] = slip * sliding_deflection(model); /* the Coulomb torque has decreased */
-        changed = true;
-    }
-    lost = stored - bristle_energy(model);
-    model->event_heat += model->continuous ? lost : greater(lost, 0.0);
-    model->slip = slip;
     model_latch(model);
     return changed;
 }
 
-#define AT_END (4.0 * DBL_EPSILON) /* of a step: an event so close to its end is at its end */
-
-/* [s] to the start of slip at the latched point, infinite: there is none; deflection there */
-static double time_to_slip(Model *model, double *slips_at)
-{
-    const double *at = model->latched;
-    double sliding;
-
-    if (model->slip != 0 || !presliding(model) || at[SPEED] == 0.0 || is_held(model)) {
-        return HUGE_VAL;
-    }
-    sliding = sliding_deflection(model);
-    if (!(sliding > 0.0)) {
-        return HUGE_VAL;
-    }
-    *slips_at = with_sign_of(SLIDING_FROM * sliding, at[SPEED]);
-    return travel_to_slip(with_sign_of(at[PRESLIDING_DEFLECTION], at[SPEED]), sliding) / fabs(at[SPEED]);
-}
-
+/* The elements slide within a step, exactly: only in_range has events. */
 double model_step_to_event(Model *model, double step, bool *due)
 {
-    double slips_at = 0.0, time;
-    bool range;
-    int slip;
-
     model_latch(model);
-    modes_after_event(model, &range, &slip);
-    *due = range != model->in_range || slip != model->slip;
+    model_indicators(model);
+    *due = range_after_event(model) != model->in_range;
     if (*due) {
         return 0.0;
     }
-    time = time_to_slip(model, &slips_at);
-    *due = time <= (1.0 + AT_END) * step;
-    step = lesser(step, time);
     model_step(model, step);
-    if (*due) { /* exactly there, so that rounding cannot put the event off */
-        model->value[PRESLIDING_DEFLECTION] = model->latched[PRESLIDING_DEFLECTION] = slips_at;
-    }
     return step;
 }
 
@@ -453,13 +415,13 @@ void model_set_mean_power(Model *model, double mean)
 
 /* --- derivatives --- */
 
-/* A step is a function of the deflection at its start. */
+/* A step is a function of the elements at its start. */
 void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
     const Moment moment = moment_of(model);
     double at[VARIABLE_COUNT];
 
     memcpy(at, model->latched, sizeof at);
-    at[PRESLIDING_DEFLECTION] = model->deflection_before;
+    memcpy(&at[PRESLIDING_ELEMENT_1], model->before, sizeof model->before);
     slopes_along(model->map, at, direction, &moment, slopes);
 }

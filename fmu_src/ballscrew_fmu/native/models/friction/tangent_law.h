@@ -9,10 +9,10 @@
 void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
                   const Moment *moment, double slopes[VARIABLE_COUNT])
 {
-    Number in[VARIABLE_COUNT], out[VARIABLE_COUNT], stiffness;
+    Number in[VARIABLE_COUNT], out[VARIABLE_COUNT];
     Point point = {0};
-    Bristle bristle;
     Friction friction;
+    Presliding presliding;
     Parts parts;
     Films films;
 
@@ -23,24 +23,21 @@ void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double 
     friction = friction_of(in);
     nut_parts(map, &point.loads, &point.conditions, NULL, &friction, &parts);
     nut_films(map, &point.loads, &point.conditions, &films);
-    stiffness = stiffness_at(in, map, &point.loads, &friction);
     if (at[PRESLIDING] != 0.0) {
-        bristle = bristle_at(in, coulomb_magnitude(&parts), stiffness, moment);
-        if (moment->continuous && moment->start == RUNNING) { /* changes at events only */
-            stiffness = constant(moment->stiffness);
-        }
+        presliding_at(in, coulomb_magnitude(&parts),
+                      moment->stiffness > 0.0 ? constant(moment->stiffness)
+                                              : stiffness_at(in, map, &point.loads, &friction),
+                      moment, &presliding);
     } else {
-        bristle = bristle_unwound(in[PRESLIDING_DEFLECTION], moment);
-        if (!(moment->step > 0.0)) { /* only a step unwinds it */
-            bristle.deflection = in[PRESLIDING_DEFLECTION];
-            stiffness = constant(moment->stiffness);
-        }
+        presliding_off(in, moment->step, &presliding);
     }
-    point_outputs(&point, &parts, &bristle, stiffness, in, moment->step, out);
+    point_outputs(&point, &parts, &presliding, in, moment->step, out);
     heat_output(moment, out);
     film_outputs(&films, in, out);
     out[RANGE_MARGIN] = point_margin(map, &point, in);
-    out[PRESLIDING_DEFLECTION_RATE] = bristle.rate;
+    for (int i = 0; i < ELEMENTS; ++i) {
+        out[PRESLIDING_ELEMENT_1_RATE + i] = presliding.rate[i];
+    }
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
         slopes[i] = slope_of(out[i]);
     }

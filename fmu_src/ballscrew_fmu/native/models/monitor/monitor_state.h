@@ -24,9 +24,11 @@ struct Model {
     double elasticity;              /* relative change of torque divided by that of preload */
 };
 
-/* Fields of a saved state other than value and latched: numbers, flags, signs. */
+/* Fields of a saved state other than value and latched: as in screw_state.h. */
 #define MODEL_NUMBERS(X) X(held)
+#define MODEL_ARRAYS(X)
 #define MODEL_FLAGS(X) X(holds) X(continuous) X(events) X(in_range) X(rests) X(events_began)
+#define MODEL_MASKS(X)
 #define MODEL_SIGNS(X)
 
 #endif

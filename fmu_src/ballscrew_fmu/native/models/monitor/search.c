@@ -2,7 +2,7 @@
 #define DUAL_NUMBERS
 #include "search.h"
 
-#include "bristle_law.h"
+#include "presliding_law.h"
 #include "nut_law.h"
 
 /* Data that do not depend on the preload. */

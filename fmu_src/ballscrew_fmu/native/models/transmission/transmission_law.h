@@ -25,9 +25,8 @@ static inline Number efficiency_of(Number ideal_torque, Number friction, Number 
     return divide(greater(subtract(ideal, friction), constant(0.0)), ideal);
 }
 
-/* bristle_stiffness: that the deflection of the bristle belongs to */
-static inline void transmission_outputs(const Contacts *contacts, const Parts *both, const Bristle *bristle,
-                                        Number bristle_stiffness, const Number at[], double step, Number out[])
+static inline void transmission_outputs(const Contacts *contacts, const Parts *both, const Presliding *presliding,
+                                        const Number at[], double step, Number out[])
 {
     const Contact a = contacts->a, b = contacts->b;
     const Number ratio = screw_ratio(at), speed = at[SPEED], drift = contacts->drift;
@@ -35,13 +34,12 @@ static inline void transmission_outputs(const Contacts *contacts, const Parts *b
     const Number damping = multiply(multiply(at[CONTACT_DAMPING_TIME], stiffness), drift);
     const Number elastic = subtract(a.force, b.force), force = add(elastic, damping), ideal = multiply(ratio, force);
     const Number magnitude = add(both->viscous, coulomb_magnitude(both));
-    const Number wound =
-        multiply(times(0.5, bristle_stiffness), multiply(bristle->deflection, bristle->deflection));
+    const Number held = energy_of_elements(presliding->element);
     Number mean = force, mean_damping = damping, friction_power, friction;
 
-    torque_outputs(both, bristle, loads_nut_a(contacts), at, out);
+    torque_outputs(both, presliding, loads_nut_a(contacts), at, out);
     friction = out[FRICTION_TORQUE];
-    friction_power = value_of(at[PRESLIDING]) != 0.0 ? add(multiply(both->viscous, absolute(speed)), bristle->supply)
+    friction_power = value_of(at[PRESLIDING]) != 0.0 ? add(multiply(both->viscous, absolute(speed)), presliding->supply)
                                                      : multiply(friction, speed);
     if (step > 0.0) {
         const Number d_0 = contacts->preloaded, k = contacts->stiffness, first = contacts->first;
@@ -61,7 +59,7 @@ static inline void transmission_outputs(const Contacts *contacts, const Parts *b
     out[NUT_POWER] = multiply(mean, at[VELOCITY]);
     out[POWER_LOSS] = add(out[POWER_LOSS], multiply(mean_damping, drift));
     out[STORED_ENERGY] =
-        add(multiply(contacts->last, mean_elastic_force(contacts, constant(0.0), contacts->last)), wound);
+        add(multiply(contacts->last, mean_elastic_force(contacts, constant(0.0), contacts->last)), held);
 }
 
 #endif

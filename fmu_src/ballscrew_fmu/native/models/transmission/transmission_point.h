@@ -37,10 +37,10 @@ static inline void point_locate(const Map *map, const Number at[], double step, 
     nut_conditions(map, at[SPEED], at[TEMPERATURE], &point->conditions);
 }
 
-static inline void point_outputs(const Point *point, const Parts *parts, const Bristle *bristle, Number stiffness,
+static inline void point_outputs(const Point *point, const Parts *parts, const Presliding *presliding,
                                  const Number at[], double step, Number out[])
 {
-    transmission_outputs(&point->contacts, parts, bristle, stiffness, at, step, out);
+    transmission_outputs(&point->contacts, parts, presliding, at, step, out);
 }
 
 /* Force that the loaded nut lacks to the end of the map, negative outside by more than rounding [N]. */
