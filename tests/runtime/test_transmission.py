@@ -8,7 +8,8 @@ from synthetic_map import LAWS, make_map
 
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.physics import axial_stiffness as closed
-from ballscrew_tehl.runtime.standstill import Bristle
+from ballscrew_tehl.runtime.constants import ELEMENTS
+from ballscrew_tehl.runtime.standstill import Elements
 from ballscrew_tehl.runtime.transmission import (
     TransmissionInputs,
     TransmissionParameters,
@@ -40,7 +41,7 @@ def reversal(time):
 
 @pytest.mark.parametrize("step", [1e-4, 1e-3])
 def test_power_balance_over_a_cycle_with_reversal(synthetic_nut_map, step):
-    """Shaft, nut, heat and stored energy: to rounding, with a bristle that follows the load, where a nut comes free."""
+    """Shaft, nut, heat and stored energy: to rounding, with elements that follow the load, where a nut comes free."""
     for preload, standstill in (
         (2000.0, {"presliding": False}), (2000.0, {"presliding_stiffness": 150.0}), (400.0, {}),
         (2000.0, {"presliding_stiffness": 0.0, "presliding_damping": 0.0, "presliding_side": 0.7}),
@@ -49,13 +50,13 @@ def test_power_balance_over_a_cycle_with_reversal(synthetic_nut_map, step):
         angle, x = 0.0, reversal(0.0)[1]
         position = -x
         start = at(synthetic_nut_map, parameters, position=position, preload=preload)
-        z = start.bristle
+        z = start.elements
         for n in range(round(0.4 / step)):  # each step has one speed
             omega, x_next = reversal((n + 1) * step)
             velocity, x = RATIO * omega - (x_next - x) / step, x_next
             inputs = {"angle": angle, "speed": omega, "position": position, "velocity": velocity}
             found = at(synthetic_nut_map, parameters, step, z, preload=preload, **inputs)
-            out, z = found.outputs, found.bristle
+            out, z = found.outputs, found.elements
             assert found.clamped == ()
             assert out["power_loss"] >= 0.0
             energy += step * np.array([out["shaft_power"], out["nut_power"], out["power_loss"]])
@@ -69,8 +70,12 @@ def test_power_balance_over_a_cycle_with_reversal(synthetic_nut_map, step):
 def test_power_at_an_instant_is_the_rate_of_the_stored_energy(synthetic_nut_map):
     """shaft - nut - loss = d(stored)/dt, by central differences of the stored energy along the motion."""
     speed, velocity, h = 30.0, 30.0 * RATIO - 2e-3, 1e-6
+
+    def held(deflection):  # no element slides
+        return Elements((math.sqrt(150.0 / ELEMENTS) * deflection,) * ELEMENTS, 150.0, False)
+
     before, now, after = (
-        at(synthetic_nut_map, before=Bristle(5e-4 + speed * t, 150.0), angle=2e-6 / RATIO + speed * t, speed=speed,
+        at(synthetic_nut_map, before=held(5e-4 + speed * t), angle=2e-6 / RATIO + speed * t, speed=speed,
            position=velocity * t, velocity=velocity).outputs
         for t in (-h, 0.0, h)
     )  # fmt: skip
@@ -131,7 +136,7 @@ def test_friction_is_that_of_the_friction_fmu_at_the_same_forces_with_oversize_b
         expected = wanted.relieved_viscous_torque + wanted.relieved_coulomb_torque
         assert relieved == pytest.approx(expected, rel=1e-9, abs=1e-15)
         stiffness = nut_map.presliding_stiffness(2000.0, axial_load, 0.0051, 1.0)
-        assert step.bristle.stiffness == pytest.approx(stiffness, rel=1e-9)
+        assert step.elements.stiffness == pytest.approx(stiffness, rel=1e-9)
 
 
 def test_efficiency_both_ways(synthetic_nut_map):

@@ -17,15 +17,11 @@ FREE_SHARPNESS = 7.0  # of the change from held by four flanks to free; both fit
 SPEED_EXPONENT_MAX = 3.0  # of the viscous torque at the slowest node; above it no monotone law towards rest
 
 # presliding (standstill.py)
-ELEMENTS = (
-    6  # elasto-slip elements; energy of a loop over amplitude: exponent 2.81 to 2.94, with 20 2.90 to 2.99
-)
-STIFFNESS_RATIO = (
-    2.0  # of stiffness held and present; from it on the elements follow the loads while they hold one
-)
-LEVEL_MARGIN = (
-    0.02  # of a state above a level that has fallen; no event storm while it falls (model exchange)
-)
+ELEMENTS = 6  # elasto-slip; a loop loses energy as amplitude^2.81 to 2.94, with 20 of them ^2.90 to 2.99
+STIFFNESS_RATIO = 2.0  # of stiffness held and that of the loads; beyond it the elements follow the loads
+# model exchange
+LEVEL_MARGIN = 0.05  # of a state above a level that falls while the element sticks: then an event
+FOLLOW_TIME = 5e-3  # [s] least, in which a sliding element follows its level: not stiff at speed
 DAMPING_TIME = 4e-3  # [s] damping over stiffness by default; explicit coupling needs steps below it
 LEAST_STIFFNESS = 1e-6  # [N.m/rad] of the elements; a smaller one that is set counts as 0, from the screw
 

@@ -19,6 +19,7 @@ from synthetic_map import LAWS
 
 from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
 from ballscrew_fmu.models import FRICTION, MONITOR, NATIVE_MODELS
+from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 pytestmark = pytest.mark.slow
@@ -29,7 +30,7 @@ CASES = [
 EACH = pytest.mark.parametrize(("model", "kind"), CASES, ids=lambda x: getattr(x, "name", str(x)))
 with open(Path(__file__).with_name("interface.csv"), encoding="utf-8") as file:
     INTERFACE = list(csv.DictReader(file))
-STATE, RATE = "presliding_deflection", "presliding_deflection_rate"
+RATES = {f"{name}_rate": name for name in ELEMENT_STATES}
 
 
 def root_of(folder):
@@ -104,11 +105,12 @@ def test_variables_are_those_of_the_interface(folder_of, model, kind):
         assert (name, found) == (name, wanted)
         assert len(node.get("description")) > 15
         assert reference == list(nodes).index(name) + 1
-        exact = row["causality"] == "parameter" or name == STATE
+        exact = row["causality"] == "parameter" or name in ELEMENT_STATES
         initial = "exact" if exact else None if row["causality"] == "input" else "calculated"
         assert node.get("initial") == initial, name  # FMI 2.0 forbids it on inputs, CasADi refuses it
-        assert numbers.get("derivative") == (str(list(nodes).index(STATE) + 1) if name == RATE else None)
-        assert numbers.get("reinit") == ("true" if name == STATE else None)
+        derivative = str(list(nodes).index(RATES[name]) + 1) if name in RATES else None
+        assert numbers.get("derivative") == derivative
+        assert numbers.get("reinit") == ("true" if name in ELEMENT_STATES else None)
         parts = kind == 3 and model.parts and row["causality"] in ("input", "output")
         assert node.get("intermediateUpdate") == ("true" if parts else None)
     assert root.get("generationDateAndTime") is None
@@ -126,7 +128,7 @@ def test_structure_is_complete_in_order_and_the_same_in_both_versions(folder_of,
     found = unknowns(root)
     nodes = list(root.find("ModelVariables"))
     outputs = [n.get("name") for n in nodes if n.get("causality") == "output"]
-    rates = [RATE] if any(n.get("name") == RATE for n in nodes) else []
+    rates = [n.get("name") for n in nodes if n.get("name") in RATES]
     indicators = [n.get("name") for n in nodes if n.get("name").endswith("_indicator")]
     assert list(found["Output"]) == outputs
     assert list(found.get("Derivative", ())) == rates
@@ -201,7 +203,9 @@ def drawn(rng, name, row):
     start = float(row["start"] or 0.0)
     if row["causality"] == "parameter" and start > 0.0:
         return start * 10.0 ** rng.uniform(-0.5, 1.0)
-    scale = {"presliding_stiffness": 300.0, "axial_play": 1e-5, "torque": 10.0, STATE: 1e-3}
+    scale = {"presliding_stiffness": 300.0, "axial_play": 1e-5, "torque": 10.0} | dict.fromkeys(
+        ELEMENT_STATES, 0.1
+    )
     largest = scale.get(name) or 1.05 * float(row["max"] or row["nominal"])
     sign = rng.choice([-1.0, 1.0]) if row["causality"] == "input" and name != "preload" else 1.0
     return sign * largest * 10.0 ** -rng.choice([0.0, 0.3, 1.0, 3.0]) * (rng.random() > 0.1)
@@ -227,8 +231,8 @@ def test_dependencies_are_those_that_a_change_of_a_value_shows(folder_of, model,
     indicators = structure.get("EventIndicator", {})
     host = "python" if kind == "python" else "native"
     rows = {r["name"]: r for r in INTERFACE if r["model"] == model.name and r["host"] in ("", host)}
-    settable = [n for n, r in rows.items() if r["causality"] in ("input", "parameter") or n == STATE]
-    inputs = {n for n in settable if rows[n]["causality"] == "input" or n == STATE}
+    settable = [n for n, r in rows.items() if r["causality"] in ("input", "parameter") or n in ELEMENT_STATES]
+    inputs = {n for n in settable if rows[n]["causality"] == "input" or n in ELEMENT_STATES}
     names = [*initially, *indicators]
     seen = {name: set() for name in names}
     rng = np.random.default_rng(3)
@@ -252,7 +256,7 @@ def test_dependencies_are_those_that_a_change_of_a_value_shows(folder_of, model,
         assert found <= declared, name
         if name != "heat":  # starts at 0; in a step it depends on what power_loss depends on
             assert seen[name] & inputs <= set((running | indicators)[name]), name
-        if exact and name not in ("in_range", RATE):
+        if exact and name != "in_range" and name not in RATES:
             assert found == declared, name
             assert name == "heat" or seen[name] & inputs == set((running | indicators)[name]), name
     if "heat" in running:

@@ -16,6 +16,7 @@ from native_library import (
     CS,
     DISCARD,
     ERROR,
+    INDICATORS,
     INPUTS,
     ME,
     NUT_MAP,
@@ -33,6 +34,8 @@ from synthetic_map import closed_form, make_map
 
 from ballscrew_fmu.models import NATIVE_MODELS, TRANSMISSION
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_fmu.variables.friction import ELEMENT_STATES
+from ballscrew_tehl.runtime.constants import ELEMENTS
 from ballscrew_tehl.runtime.packed import MECHANISTIC, FrictionParameters
 
 pytestmark = pytest.mark.slow
@@ -103,7 +106,7 @@ def test_refused_instances_report_the_reason():
             assert "co-simulation or model exchange" in one.last
     with NativeInstance(3) as one:
         numbers = {**one.names, "time": TIME_REFERENCE, "zero": 0, "none": 4000}
-    for wanted in (REAL_PARAMETERS[0], "presliding_deflection", "time", "zero", "none", "in_range"):
+    for wanted in (REAL_PARAMETERS[0], ELEMENT_STATES[0], "time", "zero", "none", "in_range"):
         with NativeInstance(3, CS, intermediate=(numbers["speed"], numbers[wanted])) as one:
             assert (one.handle is not None) == (wanted == "in_range")
             assert one.handle or "required intermediate variable 1 is not an input or an output" in one.last
@@ -125,7 +128,7 @@ def expected_torque(preload=2000.0, speed=0.0, temperature=303.15, axial_load=0.
 def test_outputs_are_those_of_the_last_step(version):
     with NativeInstance(version).start(speed=10.0) as one:
         assert one.get("friction_torque")[0] == pytest.approx(expected_torque(speed=10.0), rel=1e-12)
-        one.set(speed=-30.0, preload=900.0)  # in a step, farther than the bristle turns over
+        one.set(speed=-30.0, preload=900.0)  # in a step, farther than the elements turn over
         assert one.get("friction_torque")[0] == pytest.approx(expected_torque(speed=10.0), rel=1e-12)
         assert one.get("speed") == [-30.0]
         one.go(0.1)
@@ -235,11 +238,13 @@ def test_a_bad_value_in_model_exchange_is_discarded_and_nothing_is_stored(versio
                 assert one.last.startswith(f"{name} = ")
                 assert one.get(*REALS) == before
         one.call("EnterContinuousTimeMode")
-        one.call("SetContinuousStates", doubles(2e-4), c_size_t(1))
+        good = [2e-4] * ELEMENTS
+        one.call("SetContinuousStates", doubles(*good), c_size_t(ELEMENTS))
         for bad in BAD[:2]:
-            assert one.call("SetContinuousStates", doubles(bad), c_size_t(1)) == DISCARD
-            assert one.last.startswith("presliding_deflection = ")
-            assert one.vector("GetContinuousStates") == [2e-4]
+            states = doubles(*good[1:], bad)
+            assert one.call("SetContinuousStates", states, c_size_t(ELEMENTS)) == DISCARD
+            assert one.last.startswith(f"{ELEMENT_STATES[-1]} = ")
+            assert one.vector("GetContinuousStates") == good
 
 
 @both_versions
@@ -251,7 +256,7 @@ def test_variables_that_cannot_be_set_or_read_are_refused(version, kind):
     )
     cases = [
         (f"Set{real}", ("speed", name), doubles(5.0, 1.0), "")
-        for name in (*OUTPUTS, "in_range", "presliding_deflection_rate", "slip_indicator", 999, 0)
+        for name in (*OUTPUTS, "in_range", "presliding_element_1_rate", "slip_indicator_1", 999, 0)
     ]
     cases += [(f"Get{real}", (number,), doubles(1.0), f"value reference {number}") for number in (999, 0)]
     cases += [(f"{way}{kind_}", ("speed",), room, kind_) for kind_ in types for way in ("Get", "Set")]
@@ -291,10 +296,10 @@ def test_a_boolean_answers_a_read_as_real_and_parameters_are_tunable(version, ki
             one.go()
         assert one.get("viscous_torque")[0] == pytest.approx(2.0 * viscous)
         if kind == CS:
-            assert one.set(presliding_deflection=1e-4) == ERROR  # a start value only
+            assert one.set(presliding_element_1=1e-4) == ERROR  # a start value only
             return
         one.call("EnterContinuousTimeMode")
-        assert one.set(speed=31.0, presliding_deflection=1e-4) == OK
+        assert one.set(speed=31.0, presliding_element_1=1e-4) == OK
         assert one.set(apparent_viscosity_ratio=7.6) == ERROR
         assert "Continuous-Time Mode" in one.last
 
@@ -307,21 +312,24 @@ def test_model_exchange_follows_inputs_and_state_at_once(version):
     with NativeInstance(version, ME).start(presliding_stiffness=400.0, presliding_damping=1e-9) as one:
         one.update()
         assert one.call("EnterContinuousTimeMode") == OK
+        root = math.sqrt(400.0 / ELEMENTS)
         for deflection in (1e-5, -2e-5):
-            assert one.call("SetContinuousStates", doubles(deflection), c_size_t(1)) == OK
-            assert one.vector("GetContinuousStates") == [deflection] == one.get("presliding_deflection")
+            states = [root * deflection] * ELEMENTS
+            assert one.call("SetContinuousStates", doubles(*states), c_size_t(ELEMENTS)) == OK
+            assert one.vector("GetContinuousStates") == states == one.get(*ELEMENT_STATES)
             parts = sum(one.get("hysteresis_torque", "sliding_torque"))
             assert parts == pytest.approx(400.0 * deflection, rel=1e-9)
         one.set(speed=0.02)
-        assert one.rates() == one.get("presliding_deflection_rate") == [pytest.approx(0.02, rel=1e-6)]
-        assert one.vector("GetEventIndicators", 2) == one.get("in_range_indicator", "slip_indicator")
-        assert one.vector("GetNominalsOfContinuousStates") == [1e-3]
+        rates = one.get(*(f"{name}_rate" for name in ELEMENT_STATES))
+        assert one.rates() == rates == pytest.approx([0.02 * root] * ELEMENTS, rel=1e-9)
+        assert one.vector("GetEventIndicators", len(INDICATORS)) == one.get(*INDICATORS)
+        assert one.vector("GetNominalsOfContinuousStates") == [1e-2] * ELEMENTS
         flags = [ctypes.c_int(1), ctypes.c_int(1)] if version == 2 else [ctypes.c_bool(1), ctypes.c_bool(1)]
         assert one.call("CompletedIntegratorStep", 1, *map(byref, flags)) == OK
         assert [flag.value for flag in flags] == [0, 0]
     for name, size in (
-        ("SetContinuousStates", 1), ("GetContinuousStates", 1), ("GetNominalsOfContinuousStates", 1),
-        ("GetEventIndicators", 2),
+        ("SetContinuousStates", ELEMENTS), ("GetContinuousStates", ELEMENTS),
+        ("GetNominalsOfContinuousStates", ELEMENTS), ("GetEventIndicators", len(INDICATORS)),
     ):  # fmt: skip
         for array, wrong in ((doubles(0.0, 0.0, 0.0), 0), (doubles(0.0, 0.0, 0.0), 3), (None, size)):
             with NativeInstance(version, ME).go_to("c") as one:
@@ -330,7 +338,9 @@ def test_model_exchange_follows_inputs_and_state_at_once(version):
                 assert one.call(name, array, c_size_t(wrong)) == (OK if asked else ERROR)
     if version == 3:
         with NativeInstance(3, ME) as one:
-            for name, size in (("GetNumberOfContinuousStates", 1), ("GetNumberOfEventIndicators", 2)):
+            for name, size in (
+                ("GetNumberOfContinuousStates", ELEMENTS), ("GetNumberOfEventIndicators", len(INDICATORS)),
+            ):  # fmt: skip
                 found = c_size_t()
                 assert (one.call(name, byref(found)), found.value) == (OK, size)
             assert one.call("GetNumberOfContinuousStates", None) == ERROR
@@ -338,7 +348,7 @@ def test_model_exchange_follows_inputs_and_state_at_once(version):
 
 # --- derivatives ---
 
-KNOWNS, UNKNOWNS = (*INPUTS, "presliding_deflection"), (*OUTPUTS, "presliding_deflection_rate")
+KNOWNS, UNKNOWNS = (*INPUTS, "presliding_element_2"), (*OUTPUTS, "presliding_element_2_rate")
 
 
 def derivative(one, unknowns, knowns, seed, adjoint=False):
@@ -371,7 +381,7 @@ def test_derivatives_through_fmi(version, kind):
             assert derivative(one, UNKNOWNS, KNOWNS, seed, adjoint=True) == pytest.approx(matrix @ seed)
     for unknown, known in (
         ("speed", "speed"), ("friction_torque", "viscous_torque"), (999, "speed"),
-        ("friction_torque", 999), ("friction_torque", "presliding_stiffness"), ("slip_indicator", "speed"),
+        ("friction_torque", 999), ("friction_torque", "presliding_stiffness"), ("slip_indicator_1", "speed"),
         ("friction_torque", "in_range"), ("friction_torque", TIME_REFERENCE),
     ):  # fmt: skip
         with NativeInstance(version, kind).start() as one:

@@ -5,6 +5,7 @@ import re
 import struct
 from ctypes import byref, c_size_t, c_void_p
 
+import numpy as np
 import pytest
 from native_library import (
     CS,
@@ -22,15 +23,17 @@ from native_library import (
 from native_walk import sealed_state
 
 from ballscrew_fmu.models import FRICTION, MONITOR, NATIVE_MODELS, TRANSMISSION
+from ballscrew_fmu.variables.friction import ELEMENT_STATES
+from ballscrew_tehl.runtime.constants import ELEMENTS
 
 pytestmark = pytest.mark.slow
 both_versions = pytest.mark.parametrize("version", [2, 3])
 both_kinds = pytest.mark.parametrize("kind", [CS, ME])
 models = pytest.mark.parametrize("model", NATIVE_MODELS, ids=lambda model: model.layer)
-BRISTLE = {"presliding_stiffness": 400.0, "presliding_damping": 0.5}
+PRESLIDING = {"presliding_stiffness": 400.0, "presliding_damping": 0.5}
 START = {
-    FRICTION: BRISTLE | {"preload": 1500.0, "axial_load": 200.0},
-    TRANSMISSION: BRISTLE | {"position": -1e-6},
+    FRICTION: PRESLIDING | {"preload": 1500.0, "axial_load": 200.0},
+    TRANSMISSION: PRESLIDING | {"position": -1e-6},
     MONITOR: {"torque": 0.8, "speed": 30.0, "initial_preload": 700.0},
 }
 LATER = (0.002, 0.02, -0.01, 1.0, 0.0)
@@ -38,7 +41,7 @@ HEAD = 24  # [bytes] magic, checksum, layout, size
 
 
 def wound(version, kind=CS, model=FRICTION):
-    """An instance with a deflected bristle or a held preload at inputs that do not reveal it."""
+    """An instance with loaded elements or a held preload at inputs that do not reveal it."""
     one = NativeInstance(version, kind, model=model).start(**START[model])
     if kind == CS:
         for speed in (30.0, 0.2, 0.0) if model is MONITOR else (0.2, 0.0):
@@ -48,7 +51,7 @@ def wound(version, kind=CS, model=FRICTION):
         one.update()
         one.call("EnterContinuousTimeMode")
         if one.states:
-            one.call("SetContinuousStates", doubles(3e-4), c_size_t(1))
+            one.call("SetContinuousStates", doubles(*[3e-4] * ELEMENTS), c_size_t(ELEMENTS))
         one.set(speed=0.1)
     return one
 
@@ -72,8 +75,8 @@ def go_on(one):
         else:
             one.set(speed=speed)
             if one.states:
-                state = one.vector("GetContinuousStates")[0] + 1e-3 * one.rates()[0]
-                one.call("SetContinuousStates", doubles(state), c_size_t(1))
+                states = np.add(one.vector("GetContinuousStates"), 1e-3 * np.array(one.rates()))
+                one.call("SetContinuousStates", doubles(*states), c_size_t(ELEMENTS))
             one.call("EnterEventMode")
             rows.append(one.update())
             one.call("EnterContinuousTimeMode")
@@ -128,16 +131,17 @@ def test_a_state_continues_exactly(version, kind, model):
 
 @both_versions
 @pytest.mark.parametrize("way", [1.0, -1.0])
-def test_a_slipping_bristle_goes_on_slipping(version, way):
+def test_elements_that_slide_go_on_sliding(version, way):
     with NativeInstance(version, ME) as one, NativeInstance(version, ME) as other:
-        one.start(**START[FRICTION], speed=way, presliding_deflection=way)  # far beyond sliding
+        beyond = dict.fromkeys(ELEMENT_STATES, way)
+        one.start(**START[FRICTION], speed=way, **beyond)  # far beyond sliding
         one.update()
-        assert one.rates() == [0.0]
+        assert one.get("slip_indicator_1") == [pytest.approx(abs(way) + 1e-6)]
         assert other.restore(other.deserialize(one.serialize(one.save()))[1]) == OK
         for each in (one, other):
-            assert each.rates() == [0.0]
+            assert each.get("slip_indicator_1") == [pytest.approx(abs(way) + 1e-6)]
             each.set(speed=-way)
-            assert each.update() == (OK, True)  # sticks again
+            assert each.update() == (OK, True)  # they stick again
         assert other.outputs() == one.outputs()
 
 
@@ -246,7 +250,7 @@ def test_impossible_contents_are_refused(version):
         ):  # fmt: skip
             assert bad != good
             refused(other, sealed_state(bad))
-        refused(other, sealed_state(good[:16] + struct.pack("<I", 99) + good[20:]), "layout 99.*layout 3")
+        refused(other, sealed_state(good[:16] + struct.pack("<I", 99) + good[20:]), "layout 99.*layout 4")
         fields = HEAD + 8 + len(TOKEN) + len(content_hash)
         time, stop, *words = struct.unpack_from("<ddIIIIII", good, fields)
         # state, warned, stale; values are valid, no event is due, initialization is done

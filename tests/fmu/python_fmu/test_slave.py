@@ -15,7 +15,7 @@ from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.packed import MECHANISTIC, sealed
-from ballscrew_tehl.runtime.standstill import Bristle, bristle_friction
+from ballscrew_tehl.runtime.standstill import RELAXED, held_stiffness, presliding_friction
 
 OK, WARNING, DISCARD, ERROR = 0, 1, 2, 3
 PARTS = ("viscous_torque", "hysteresis_torque", "sliding_torque")
@@ -38,10 +38,10 @@ def torque_at(nut_map, preload=2000.0, speed=0.0, temperature=303.15, axial_load
 
 
 def test_outputs_equal_the_map_and_the_law_over_random_inputs_and_parameters(unpacked, synthetic_nut_map):
-    """Jumping loads, rests and reversals in and beyond the map; tanh, and bristle of the screw or set."""
+    """Jumping loads, rests and reversals in and beyond the map; tanh, and presliding of the screw or set."""
     rng, net = np.random.default_rng(6), synthetic_nut_map.defaults[1::2]
     for given in ({"presliding": False}, {}, {"presliding_stiffness": 400.0, "presliding_damping": 0.7}):
-        bristle, heat, seen = Bristle(), 0.0, set()
+        elements, heat, seen = RELAXED, 0.0, set()
         with FmuInstance(unpacked, **given) as one:
             for step in rng.choice([1e-6, 1e-3, 0.1], 200):
                 row = {
@@ -57,12 +57,12 @@ def test_outputs_equal_the_map_and_the_law_over_random_inputs_and_parameters(unp
                     stiffness = synthetic_nut_map.presliding_stiffness(
                         row["preload"], row["axial_load"], *net
                     )
-                    stiffness = given.get("presliding_stiffness", stiffness)
+                    stiffness = held_stiffness(elements, given.get("presliding_stiffness", stiffness))
                     damping = given.get("presliding_damping", DAMPING_TIME * stiffness)
-                    law = bristle_friction(
-                        state.coulomb_torque, row["speed"], step, bristle, stiffness, damping
+                    law = presliding_friction(
+                        state.coulomb_torque, row["speed"], step, elements, stiffness, damping
                     )
-                    sign, bristle = law.sign, law.bristle
+                    sign, elements = law.sign, law.elements
                     power = law.power + viscous * row["speed"]
                 else:
                     sign = math.tanh(row["speed"] / 0.1)
@@ -84,9 +84,9 @@ def test_outputs_equal_the_map_and_the_law_over_random_inputs_and_parameters(unp
         assert seen == {True, False}
 
 
-def test_the_bristle_starts_on_the_side_of_the_speed_or_as_set(unpacked, synthetic_nut_map):
+def test_the_elements_start_on_the_side_of_the_speed_or_as_set(unpacked, synthetic_nut_map):
     coulomb = synthetic_nut_map.evaluate(2000.0, 4.0, 303.15).coulomb_torque
-    for side, part in ((0.0, 1.0), (-1.0, -1.0), (0.25, 0.25)):
+    for side, part in ((0.0, 1.0), (-1.0, -1.0), (0.25, 16.0 / 36.0)):
         with FmuInstance(unpacked, speed=4.0, presliding_side=side) as one:
             assert sum(one.get(*PARTS[1:])) == pytest.approx(part * coulomb, rel=1e-12)
             assert one.step(1e-9, speed=1e-6)
@@ -114,7 +114,7 @@ def test_an_input_outside_the_map_is_that_of_its_limit_and_reported_once(unpacke
         assert zeros.get("friction_torque", "power_loss", "in_range") == [0.0, 0.0, False]
 
 
-def test_a_step_that_is_too_long_for_the_bristle_is_reported_once(unpacked):
+def test_a_step_that_is_too_long_for_presliding_is_reported_once(unpacked):
     for factor, count in ((0.98, 0), (1.02, 1)):
         with FmuInstance(unpacked) as one:
             one.step(1.0, speed=10.0)  # slides: no matter
@@ -151,7 +151,7 @@ def test_a_bad_value_discards_the_step_and_changes_nothing(unpacked):
 
 
 def test_a_bad_start_value_can_be_replaced_also_from_a_saved_state(unpacked):
-    """The bristle then slides in the direction of the speed, as if the good value had been there at once."""
+    """The elements then slide in the direction of the speed, as if the good value had been there at once."""
     for restored in (False, True):
         with FmuInstance(unpacked, speed=math.nan) as one, FmuInstance(unpacked, speed=0.01) as good:
             assert one.messages == [(DISCARD, "speed = nan; needs a finite number")]
@@ -195,7 +195,7 @@ def test_wrong_calls_and_exceptions_are_logged_and_have_no_effect(unpacked, slav
         slave.setString([0], ["text"])
         assert {status for status, _ in one.messages} == {ERROR}
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(slave_module(unpacked), "bristle_friction", None)
+            patch.setattr(slave_module(unpacked), "presliding_friction", None)
             assert one.step(presliding_stiffness=1.0) is False
         assert one.messages[-1][1].startswith("step failed: TypeError")
         assert one.outputs() == before
@@ -206,7 +206,7 @@ def test_wrong_calls_and_exceptions_are_logged_and_have_no_effect(unpacked, slav
 
 
 def test_a_state_is_complete_can_be_restored_repeatedly_and_continues_in_another_instance(unpacked):
-    """The bristle is deflected at rest: inputs and outputs set afterwards do not reveal it."""
+    """The elements are loaded at rest: inputs and outputs set afterwards do not reveal it."""
     with FmuInstance(unpacked, **WOUND) as one, FmuInstance(unpacked, initialize=False) as other:
         go_on(one, (0.2, 0.0))
         assert one.get("hysteresis_torque") > 0.0

@@ -5,6 +5,8 @@ from ctypes import byref, c_double, c_size_t, c_uint, c_void_p
 
 from native_library import CS, DISCARD, ERROR, ME, doubles
 
+from ballscrew_tehl.runtime.constants import ELEMENTS
+
 STATES = {CS: "instx", ME: "inectx"}
 
 # States in which a call is legal: i instantiated, n initialization mode, s step mode, e event mode,
@@ -104,9 +106,9 @@ def arguments(one, name):
         return one.vr("in_range"), c_size_t(1), room, c_size_t(1)
     if name in ("SetContinuousStates", "GetContinuousStates", "GetDerivatives",
                 "GetContinuousStateDerivatives", "GetNominalsOfContinuousStates"):  # fmt: skip
-        return doubles(0.0), c_size_t(one.states)
+        return doubles(*[0.0] * ELEMENTS), c_size_t(one.states)
     if name == "GetEventIndicators":
-        return doubles(0.0, 0.0), c_size_t(2)
+        return doubles(*[0.0] * one.indicators), c_size_t(one.indicators)
     if name == "SetTime":
         return (c_double(0.0),)
     if name == "DoStep":

@@ -21,7 +21,8 @@ from native_model import TOKEN, compiled_model
 from synthetic_map import closed_form
 
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.variables.friction import FIRST_REFERENCE, native_variables
+from ballscrew_fmu.variables.friction import ELEMENT_STATES, FIRST_REFERENCE, native_variables
+from ballscrew_tehl.runtime.constants import ELEMENTS
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 OK, WARNING, DISCARD, ERROR = range(4)
@@ -31,6 +32,7 @@ NUT_MAP = closed_form(FILM_SHEAR)
 VARIABLES = native_variables(NUT_MAP.header)
 TIME_REFERENCE = FIRST_REFERENCE + len(VARIABLES)  # FMI 3
 REALS = tuple(v.name for v in VARIABLES if v.unit is not None)
+INDICATORS = tuple(v.name for v in VARIABLES if v.indicates)
 OUTPUTS = tuple(v.name for v in VARIABLES if v.causality == "output" and v.unit is not None)
 INPUTS = tuple(v.name for v in VARIABLES if v.causality == "input")
 REAL_PARAMETERS = tuple(v.name for v in VARIABLES if v.causality == "parameter" and v.unit is not None)
@@ -77,6 +79,7 @@ class NativeInstance:
         variables = model.native_variables(NUT_MAP.header)
         self.names = {v.name: n for n, v in enumerate(variables, FIRST_REFERENCE)}
         self.output = next(v.name for v in variables if v.causality == "output")
+        self.indicators = sum(v.indicates for v in variables)
         self.states = sum(v.derivative_of is not None and v.derivative_of != "" for v in variables)
         self.library = ctypes.CDLL(str(library))
         self.version, self.kind, self.time, self.event_mode = version, kind, 0.0, event_mode
@@ -176,7 +179,10 @@ class NativeInstance:
         return bool(value[0])
 
     def outputs(self) -> list[float]:
-        return [*self.get(*OUTPUTS, "presliding_deflection", "presliding_deflection_rate"), self.in_range()]
+        return [
+            *self.get(*OUTPUTS, *ELEMENT_STATES, *(f"{name}_rate" for name in ELEMENT_STATES)),
+            self.in_range(),
+        ]
 
     # instantiation to reset
 
@@ -196,7 +202,7 @@ class NativeInstance:
         return self
 
     def update(self) -> tuple[int, bool]:
-        """Status of the update at an event, and whether the bristle was changed."""
+        """Status of the update at an event, and whether the elements were changed."""
         if self.version == 2:
             info = fmi2EventInfo()
             status = self.call("NewDiscreteStates", byref(info))
@@ -250,7 +256,7 @@ class NativeInstance:
 
     # model exchange
 
-    def vector(self, name: str, length: int = 1) -> list[float]:
+    def vector(self, name: str, length: int = ELEMENTS) -> list[float]:
         """Continuous states, their derivatives, nominals or the event indicators."""
         values = doubles(*[0.0] * length)
         assert self.call(name, values, c_size_t(length)) == OK, self.last

@@ -148,12 +148,14 @@ static inline void presliding_after_step(const Number before[ELEMENTS], Number s
 }
 
 /* At an instant. slips: bit per element that slides (model exchange), in direction; the others follow the motion, except
-   those at their limit, of which the torque and power are those of sliding. */
+   those at their limit, of which torque and power are those of sliding. The state of one that slides follows its limit
+   within its own yield travel, but not faster than FOLLOW_TIME: what it stores is taken from the work of sliding. */
 static inline void presliding_at_instant(const Number element[ELEMENTS], Number speed, const PreslidingLevel *level,
                                          bool with_damping, unsigned slips, int direction, Presliding *out)
 {
     const Number unit = first_limit(level), pace = absolute(speed);
-    Number along = constant(0.0), power = along, elastic, damped;
+    const Number travel = multiply(level->root, pace);
+    Number along = constant(0.0), power = along, stored = along, elastic, damped;
     int moving = 0;
 
     for (int i = 0; i < ELEMENTS; ++i) {
@@ -166,6 +168,12 @@ static inline void presliding_at_instant(const Number element[ELEMENTS], Number 
         if ((slips >> i & 1U) != 0U) {
             along = add(along, (direction < 0) == (value_of(speed) < 0.0) ? limit : negative(limit));
             power = add(power, multiply(limit, pace));
+            if (value_of(limit) > 0.0) {
+                const Number missing = subtract(constant(1.0), divide(times(direction, element[i]), limit));
+
+                out->rate[i] = times(direction, multiply(lesser(travel, over(limit, FOLLOW_TIME)), missing));
+                stored = add(stored, multiply(element[i], out->rate[i]));
+            }
         } else if (value_of(speed) != 0.0 && value_of(loaded) >= value_of(limit)) {
             along = add(along, limit);
             power = add(power, multiply(limit, pace));
@@ -181,7 +189,7 @@ static inline void presliding_at_instant(const Number element[ELEMENTS], Number 
     elastic = multiply(level->root, along);
     damped = with_damping ? multiply(times((double)moving / ELEMENTS, level->damping), pace) : constant(0.0);
     out->torque = damped_torque(elastic, damped, level->coulomb);
-    power = add(multiply(level->root, power), multiply(subtract(out->torque, elastic), pace));
+    power = add(multiply(level->root, power), subtract(multiply(subtract(out->torque, elastic), pace), stored));
     out->power = greater(power, constant(0.0));
     out->supply = multiply(out->torque, pace);
     out->torque = with_sign_of(out->torque, speed);

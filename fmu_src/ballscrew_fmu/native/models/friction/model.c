@@ -272,7 +272,16 @@ static double present_limit(Model *model)
     return limit_of(coulomb_magnitude(friction_parts(model)), model->stiffness);
 }
 
-/* Distance of an element that sticks to its limit. */
+/* Of the stiffness that is held, to where it follows that of the loads. */
+static double distance_to_stiffness(double held, double present)
+{
+    if (held == present) {
+        return 1.0;
+    }
+    return held > 0.0 && present > 0.0 ? STIFFNESS_RATIO - greater(held / present, present / held) : -1.0;
+}
+
+/* Of an element that sticks: its limit. */
 static double distance_to_slip(double element, double speed, double limit)
 {
     const double along = with_sign_of(element, speed);
@@ -285,27 +294,22 @@ static double distance_to_slip(double element, double speed, double limit)
 
 void model_indicators(Model *model)
 {
-    const double *at = model->latched, unit = model->continuous && presliding(model) ? present_limit(model) : 0.0;
-    double *out = model->value;
+    const double *at = model->latched;
+    const bool modes = presliding(model) && model->continuous;
+    double *out = model->value, unit;
 
     out[IN_RANGE_INDICATOR] = range_margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
-    out[STIFFNESS_INDICATOR] = 1.0;
-    if (presliding(model) && model->continuous) {
-        const double held = model->stiffness, present = present_stiffness(model);
-
-        out[STIFFNESS_INDICATOR] =
-            held == present ? 1.0 : held > 0.0 && present > 0.0 ? STIFFNESS_RATIO - greater(held / present, present / held)
-                                                                : -1.0;
+    if (modes && !model->began) {
+        compute_presliding(model);
     }
+    out[STIFFNESS_INDICATOR] = modes ? distance_to_stiffness(model->stiffness, present_stiffness(model)) : 1.0;
+    unit = modes ? present_limit(model) : 0.0;
     for (int i = 0; i < ELEMENTS; ++i) {
-        if (!presliding(model) || !model->continuous) {
-            out[SLIP_INDICATOR_1 + i] = 1.0;
-        } else if ((model->slips >> i & 1U) != 0U) {
-            out[SLIP_INDICATOR_1 + i] = model->slip * at[SPEED] + SPEED_HYSTERESIS;
-        } else {
-            out[SLIP_INDICATOR_1 + i] =
-                distance_to_slip(at[PRESLIDING_ELEMENT_1 + i], at[SPEED], (2.0 * i + 1.0) * unit);
-        }
+        const double element = at[PRESLIDING_ELEMENT_1 + i], limit = (2.0 * i + 1.0) * unit;
+
+        out[SLIP_INDICATOR_1 + i] = !modes                           ? 1.0
+                                    : (model->slips >> i & 1U) != 0U ? model->slip * at[SPEED] + SPEED_HYSTERESIS
+                                                                     : distance_to_slip(element, at[SPEED], limit);
     }
 }
 
@@ -316,9 +320,8 @@ static bool range_after_event(const Model *model)
     return model->in_range ? !(margin < 0.0) : margin > 0.0;
 }
 
-/* Elements of model exchange after an event at the latched point, whose indicators are known. An element that sticks
-   again has what it had when it began to slide, never more: more would be energy that no motion has put in, and small
-   motions to and fro would drive the shaft. True if one changes. */
+/* Elements of model exchange after an event at the latched point, whose indicators are known. True if one
+   changes. */
 static bool elements_after_event(Model *model)
 {
     const double speed = model->latched[SPEED], unit = present_limit(model);
