@@ -48,6 +48,7 @@ class Event(NamedTuple):
     elements: tuple[int, ...]  # that change, from 0
     speed: float  # [rad/s]
     angle: float  # [rad]
+    torque: float  # [N m]
 
 
 class FrictionModel:
@@ -157,7 +158,8 @@ def model_exchange(fmu: Path | str, tolerance: float = 1e-8) -> tuple[np.ndarray
                     friction.settle()
                     before, sliding = sliding, friction.sliding()
                     kind = "slip" if sliding - before else "stick" if before - sliding else "other"
-                    events.append(Event(time, kind, tuple(before ^ sliding), system.speed, system.angle))
+                    changed = tuple(sorted(before ^ sliding))
+                    events.append(Event(time, kind, changed, system.speed, system.angle, friction.torque()))
                     solver.reset(time)
             rows.append((time, system.speed, system.angle, friction.torque()))
         return np.array(rows), events, system.evaluations
@@ -184,7 +186,7 @@ def co_simulation(fmu: Path | str, step: float) -> np.ndarray:
 def main(fmu: Path | str = FMU, steps: tuple[float, ...] = STEPS) -> dict[str, Any]:
     """Both interfaces.
 
-    Returns      exchange: rows of model_exchange(); tight: the same at a tenth of the tolerance; coarsest: rows of
+    Returns      exchange: rows of model_exchange(); elements: their number; tight: the same at a tenth of the tolerance; coarsest: rows of
                  co_simulation() with the longest step; events; reversals: changes of sign of the speed; evaluations;
                  tolerance_error [rad/s]; steps, errors [rad/s]: largest difference of the speed of co-simulation
                  from `tight`; order: fitted to them
@@ -195,7 +197,7 @@ def main(fmu: Path | str = FMU, steps: tuple[float, ...] = STEPS) -> dict[str, A
     errors = [float(np.abs(run[:, 1] - tight[:, 1]).max()) for run in coupled.values()]
     sign = np.sign(exchange[:, 1][np.abs(exchange[:, 1]) > 0.05])
     return {
-        "exchange": exchange, "tight": tight, "coarsest": coupled[steps[0]], "events": events,
+        "exchange": exchange, "elements": len({i for event in events for i in event.elements}), "tight": tight, "coarsest": coupled[steps[0]], "events": events,
         "reversals": int(np.count_nonzero(np.diff(sign))), "evaluations": evaluations,
         "tolerance_error": float(np.abs(tight[:, 1] - exchange[:, 1]).max()), "steps": steps, "errors": errors,
         "order": float(np.polyfit(np.log(steps), np.log(errors), 1)[0]),
@@ -218,22 +220,23 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     """Speed and torque over time, torque over angle, with the events; error of co-simulation over its step."""
     figure = Figure(figsize=(11.0, 6.0), layout="constrained")
     (speed, error), (torque, loop) = figure.subplots(2, 2, width_ratios=(2, 1))
+    started = result["events"][: result["elements"]]
+    rest = result["exchange"][:, 0] < started[-1].time + 0.01
     for rows, style, label in (
         (result["coarsest"], {"color": "#D55E00", "lw": 2.2}, f"co-simulation, {1e3 * result['steps'][0]:.2g} ms"),
         (result["exchange"], {"color": "0.15", "ls": "--", "lw": 1.2}, "model exchange"),
     ):  # fmt: skip
         speed.plot(rows[:, 0], rows[:, 1], label=label, **style)
         torque.plot(rows[:, 0], rows[:, 3], **style)
-        loop.plot(1e3 * rows[:, 2], rows[:, 3], **style)
+        loop.plot(1e3 * rows[rest, 2], rows[rest, 3], **style)
     for kind, color in (("slip", "#0072B2"), ("stick", "#009E73")):
         events = [event for event in result["events"] if event.kind == kind]
-        times = [event.time for event in events]
-        values = np.interp(times, result["exchange"][:, 0], result["exchange"][:, 3])
-        torque.plot(times, values, "o", ms=4, color=color, label=f"event: {kind}")
-        loop.plot([1e3 * event.angle for event in events], values, "o", ms=4, color=color)
+        style = {"marker": "o", "ls": "", "ms": 4, "color": color}
+        torques = [event.torque for event in events]
+        torque.plot([event.time for event in events], torques, label=f"event: {kind}", **style)
     speed.set(ylabel="speed [rad/s]", title="Rotor under a sine of torque", ylim=(-10.0, 17.0))
     torque.set(ylabel="friction torque [N m]", xlabel="time [s]")
-    start = 1e3 * max(event.angle for event in result["events"] if len(event.elements) == 1 and event.speed > 0.0)
+    loop.plot([1e3 * e.angle for e in started], [e.torque for e in started], "o", ms=4, color="#0072B2")
     loop.set(xlabel="angle [mrad]", title="Start from rest")
     error.loglog(
         1e3 * np.array(result["steps"]),
