@@ -57,7 +57,10 @@ class FrictionModel:
     def __init__(self, fmu: Path | str, **start: float) -> None:
         description = fmpy.read_model_description(str(fmu))
         self.reference = {v.name: v.valueReference for v in description.modelVariables}
-        self.states, self.indicators = description.numberOfContinuousStates, description.numberOfEventIndicators
+        self.states, self.indicators = (
+            description.numberOfContinuousStates,
+            description.numberOfEventIndicators,
+        )
         self._folder = fmpy.extract(str(fmu))
         self.model = FMU2Model(
             guid=description.guid, modelIdentifier=description.modelExchange.modelIdentifier,
@@ -142,8 +145,8 @@ def model_exchange(fmu: Path | str, tolerance: float = 1e-8) -> tuple[np.ndarray
     with FrictionModel(fmu, **START) as friction:
         system = Coupled(friction)
         solver = CVodeSolver(
-            nx=2 + friction.states, nz=friction.indicators, get_x=system.get_states, set_x=system.set_states, get_dx=system.get_rates,
-            get_z=system.get_indicators, get_nominals=system.get_nominals, set_time=system.set_time,
+            nx=2 + friction.states, nz=friction.indicators, get_x=system.get_states, set_x=system.set_states,
+            get_dx=system.get_rates, get_z=system.get_indicators, get_nominals=system.get_nominals, set_time=system.set_time,
             input=SimpleNamespace(apply=lambda time: None), startTime=0.0, maxStep=INTERVAL,
             relativeTolerance=tolerance, maxNumSteps=20000,
         )  # fmt: skip
@@ -186,9 +189,9 @@ def co_simulation(fmu: Path | str, step: float) -> np.ndarray:
 def main(fmu: Path | str = FMU, steps: tuple[float, ...] = STEPS) -> dict[str, Any]:
     """Both interfaces.
 
-    Returns      exchange: rows of model_exchange(); elements: their number; tight: the same at a tenth of the tolerance; coarsest: rows of
-                 co_simulation() with the longest step; events; reversals: changes of sign of the speed; evaluations;
-                 tolerance_error [rad/s]; steps, errors [rad/s]: largest difference of the speed of co-simulation
+    Returns      exchange: rows of model_exchange(); tight: the same at a tenth of the tolerance; coarsest: rows of
+                 co_simulation() with the longest step; events; elements: their number; reversals: changes of sign of
+                 the speed; evaluations; tolerance_error [rad/s]; steps, errors [rad/s]: largest difference of the speed of co-simulation
                  from `tight`; order: fitted to them
     """
     exchange, events, evaluations = model_exchange(fmu)
@@ -197,7 +200,8 @@ def main(fmu: Path | str = FMU, steps: tuple[float, ...] = STEPS) -> dict[str, A
     errors = [float(np.abs(run[:, 1] - tight[:, 1]).max()) for run in coupled.values()]
     sign = np.sign(exchange[:, 1][np.abs(exchange[:, 1]) > 0.05])
     return {
-        "exchange": exchange, "elements": len({i for event in events for i in event.elements}), "tight": tight, "coarsest": coupled[steps[0]], "events": events,
+        "exchange": exchange, "tight": tight, "coarsest": coupled[steps[0]], "events": events,
+        "elements": len({i for event in events for i in event.elements}),
         "reversals": int(np.count_nonzero(np.diff(sign))), "evaluations": evaluations,
         "tolerance_error": float(np.abs(tight[:, 1] - exchange[:, 1]).max()), "steps": steps, "errors": errors,
         "order": float(np.polyfit(np.log(steps), np.log(errors), 1)[0]),

@@ -129,7 +129,7 @@ end Check;
 
 
 def simulated(rumoca, model, stop, interval, **values):
-    values = {"slope": 0.0, "swing": 0.0, "stiffness": 1.0, "inertia": 1.0, "amplitude": 0.0, "frequency": 1.0, **values}
+    values = {"slope": 0.0, "swing": 0.0, **values}
     compiled = rumoca.Session().loads(LIBRARY + TEXT + CHECK.format(**values), model=f"Check.{model}")
     return compiled.simulate(t=(0.0, stop), config=rumoca.SimConfig(rtol=1e-9, atol=1e-11, dt=interval))
 
@@ -200,7 +200,9 @@ def test_the_package_has_no_error_and_its_axes_compile_with_the_map(rumoca):
     found = rumoca.validate_source(LIBRARY + TEXT)
     # the rule reports constructors and destructors of external objects, which are impure by definition
     assert {(d.level, d.rule) for d in found} <= {("warning", "external-purity-undeclared")}
-    assert len(rumoca.validate_source(LIBRARY + TEXT.replace("SI.Energy eventHeat(", "SI.Enery eventHeat("))) > 0
+    assert (
+        len(rumoca.validate_source(LIBRARY + TEXT.replace("SI.Energy eventHeat(", "SI.Enery eventHeat("))) > 0
+    )
     source = LIBRARY + without_externals(TEXT)
     for name in ("Axis", "TransmissionAxis"):
         compiled = rumoca.Session().loads(source, model=f"BallScrewFriction.Examples.{name}")

@@ -21,7 +21,7 @@ from native_model import TOKEN, compiled_model
 from synthetic_map import closed_form
 
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.variables.friction import FIRST_REFERENCE, native_variables
+from ballscrew_fmu.variables.friction import ELEMENT_STATES, FIRST_REFERENCE, native_variables
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 OK, WARNING, DISCARD, ERROR = range(4)
@@ -176,7 +176,10 @@ class NativeInstance:
         return bool(value[0])
 
     def outputs(self) -> list[float]:
-        return [*self.get(*OUTPUTS, "presliding_deflection", "presliding_deflection_rate"), self.in_range()]
+        return [
+            *self.get(*OUTPUTS, *ELEMENT_STATES, *(f"{name}_rate" for name in ELEMENT_STATES)),
+            self.in_range(),
+        ]
 
     # instantiation to reset
 
@@ -196,7 +199,7 @@ class NativeInstance:
         return self
 
     def update(self) -> tuple[int, bool]:
-        """Status of the update at an event, and whether the bristle was changed."""
+        """Status of the update at an event, and whether the elements were changed."""
         if self.version == 2:
             info = fmi2EventInfo()
             status = self.call("NewDiscreteStates", byref(info))
