@@ -146,8 +146,8 @@ def model_exchange(fmu: Path | str, tolerance: float = 1e-8) -> tuple[np.ndarray
         system = Coupled(friction)
         solver = CVodeSolver(
             nx=2 + friction.states, nz=friction.indicators, get_x=system.get_states, set_x=system.set_states,
-            get_dx=system.get_rates, get_z=system.get_indicators, get_nominals=system.get_nominals, set_time=system.set_time,
-            input=SimpleNamespace(apply=lambda time: None), startTime=0.0, maxStep=INTERVAL,
+            get_dx=system.get_rates, get_z=system.get_indicators, get_nominals=system.get_nominals,
+            set_time=system.set_time, input=SimpleNamespace(apply=lambda time: None), startTime=0.0, maxStep=INTERVAL,
             relativeTolerance=tolerance, maxNumSteps=20000,
         )  # fmt: skip
         rows = [(0.0, 0.0, 0.0, friction.torque())]
@@ -191,8 +191,8 @@ def main(fmu: Path | str = FMU, steps: tuple[float, ...] = STEPS) -> dict[str, A
 
     Returns      exchange: rows of model_exchange(); tight: the same at a tenth of the tolerance; coarsest: rows of
                  co_simulation() with the longest step; events; elements: their number; reversals: changes of sign of
-                 the speed; evaluations; tolerance_error [rad/s]; steps, errors [rad/s]: largest difference of the speed of co-simulation
-                 from `tight`; order: fitted to them
+                 the speed; evaluations; tolerance_error [rad/s]; steps, errors [rad/s]: largest difference of the
+                 speed of co-simulation from `tight`; order: fitted to them
     """
     exchange, events, evaluations = model_exchange(fmu)
     tight, _, _ = model_exchange(fmu, 1e-9)
