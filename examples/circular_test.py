@@ -17,9 +17,10 @@ just after each change of quadrant, which decays within some degrees. Cause in t
 friction torque swings by twice the Coulomb torque. To the loop that is nearly a step of disturbance. Its response
 rises within the time of the speed loop and decays with that of the position loop, exp(-position_gain t), so that in
 angle the tail is as long as feed / (radius position_gain).
-With presliding the bristle springs back first, over a travel s of the table of about 10 um, and the torque
-follows the travel: the peak comes later, by less than the angle arccos(1 - s/radius) in which the table covers
-it. Its height hardly changes. Without presliding the torque of the regularised sign falls already
+With presliding the elasto-slip elements spring back first, and all slide the other way after a travel of the table
+s = 4 T_C/s0 lead/(2 pi) of 23 um (Coulomb torque T_C, presliding stiffness s0). The torque follows the travel: the
+peak comes later, by about half of the angle arccos(1 - s/radius) in which the table covers it, and is 4 to 9 %
+lower. Without presliding the torque of the regularised sign falls already
 before the reversal, more so at slow feed: an effect of the law, not of the screw. The model has neither backlash nor
 other friction.
 """
@@ -91,8 +92,8 @@ def glitch(angle: np.ndarray, outward: np.ndarray) -> Glitch:
 
 
 def presliding_angle(axis: Axis, coulomb: float) -> float:
-    """Angle [rad] in which the bristle springs from +1 to -0.7 of the Coulomb torque [N m]: geometry alone."""
-    travel = axis.ratio * 1.7 * coulomb / axis.presliding_stiffness
+    """Angle [rad] from a reversal to sliding the other way at this Coulomb torque [N m]: geometry alone."""
+    travel = axis.ratio * 4.0 * coulomb / axis.presliding_stiffness
     return float(np.arccos(1.0 - travel / RADIUS))
 
 
@@ -125,7 +126,7 @@ def main(fmu: Path | str = FMU, axis: Axis | None = None, feeds: tuple[float, ..
 
 
 def coulomb_torque(run: Run) -> float:
-    """Torque at the turning point [N m], where the speed is 0 and the bristle wound up: the Coulomb part alone."""
+    """Torque at the turning point [N m], where the speed is 0 and all elements are at their share of the torque."""
     return float(abs(run.friction_torque[int(np.argmax(run.angle))]))
 
 

@@ -1,29 +1,25 @@
 #!/usr/bin/env python3
-"""The native FMU in model exchange with a rotor, in CVode: reversals with the bristle, compared with co-simulation.
+"""The native FMU in model exchange with a rotor, in CVode: reversals with presliding, compared with co-simulation.
 
     python examples/model_exchange.py [--fmu dist/BallScrewFrictionNative_fmi2.fmu] [--plot model_exchange.png]
 
-States: speed and angle of a rotor, J dw/dt = amplitude sin(2 pi f t) - friction_torque, and the deflection of the
-bristle, the continuous state of the FMU. fmpy's CVode solver calls functions of this file, which set
-time, speed and deflection before each evaluation. (fmpy.simulate_fmu is not suitable: it sets continuous inputs at
+States: speed and angle of a rotor, J dw/dt = amplitude sin(2 pi f t) - friction_torque, and the elasto-slip
+elements, the continuous states of the FMU. fmpy's CVode solver calls functions of this file, which set
+time, speed and elements before each evaluation. (fmpy.simulate_fmu is not suitable: it sets continuous inputs at
 communication points and in the root function, not in the right-hand side of CVode. An input that changes
 in between would need input events.)
 
-Events. The FMU has two indicators: in_range, and the mode of the bristle, which follows the motion up to
-99.9 % of the Coulomb torque, then slips, and follows again when the speed reverses. At a root the FMU enters event
-mode, newDiscreteStates is called until no more are needed, and the solver restarts. Each reversal while slipping
-gives one event to follow, and one to slip again.
+Events. The FMU has an indicator of in_range, one of the stiffness of the elements, which is set and constant here, and
+one of each element. From rest element i (1 to n) follows the motion up to the travel x_m (i - 1/2)/n with
+x_m = 2 T_C/presliding_stiffness (Coulomb torque T_C), then slides. When the speed reverses, all that slide stick
+again at once, and slide the other way after twice that travel. At a root the FMU enters event mode, newDiscreteStates
+is called until no more are needed, and the solver restarts.
 
-Co-simulation, friction first, converges with the first order of explicit coupling, but not to the result of model
-exchange: there the bristle slips at 99.9 % of the Coulomb torque and has this deflection when it follows again, while
-the bristle of co-simulation creeps up to 100 %. Between follow and slip the torques differ by up to 0.1 % of the
-Coulomb torque T_C, the speeds by up to 0.001 T_C (duration)/J = 1.3e-3 rad/s; 7e-4 rad/s remain with steps
-of 8 us. The order is therefore fitted to the differences between steps of co-simulation. presliding_damping,
-needed for explicit coupling only, is next to nothing (0 would be that from the screw).
+Co-simulation, friction first, converges to model exchange with the first order of explicit coupling.
+presliding_damping, needed for explicit coupling only, is next to nothing (0 would be that from the screw).
 """
 
 import ctypes
-import itertools
 import shutil
 import sys
 from pathlib import Path
@@ -44,15 +40,15 @@ INERTIA, AMPLITUDE, FREQUENCY = 0.01, 1.5, 2.0  # [kg m2], [N m], [Hz]
 TIME, INTERVAL = 1.0, 2.0**-9  # [s]
 START = {"preload": 2000.0, "temperature": 303.15, "presliding_stiffness": 100.0, "presliding_damping": 1e-9}
 STEPS = tuple(2.0**-n for n in (10, 11, 12, 13, 14, 15))  # [s] of co-simulation
-STATES = 3  # speed, angle, deflection
-INDICATORS = 2  # in_range, slip
 
 
 class Event(NamedTuple):
     time: float  # [s]
-    kind: str  # slip: the bristle begins to slip; stick: it follows again; range
+    kind: str  # slip: elements begin to slide; stick: they follow again; other: neither
+    elements: tuple[int, ...]  # that change, from 0
     speed: float  # [rad/s]
     angle: float  # [rad]
+    torque: float  # [N m]
 
 
 class FrictionModel:
@@ -61,6 +57,10 @@ class FrictionModel:
     def __init__(self, fmu: Path | str, **start: float) -> None:
         description = fmpy.read_model_description(str(fmu))
         self.reference = {v.name: v.valueReference for v in description.modelVariables}
+        self.states, self.indicators = (
+            description.numberOfContinuousStates,
+            description.numberOfEventIndicators,
+        )
         self._folder = fmpy.extract(str(fmu))
         self.model = FMU2Model(
             guid=description.guid, modelIdentifier=description.modelExchange.modelIdentifier,
@@ -83,9 +83,11 @@ class FrictionModel:
     def torque(self) -> float:
         return float(self.model.getReal([self.reference["friction_torque"]])[0])
 
-    def follows(self) -> bool:
-        """Whether the bristle follows the motion."""
-        return bool(self.model.getReal([self.reference["presliding_deflection_rate"]])[0])
+    def sliding(self) -> frozenset[int]:
+        """Elements that slide, while the speed is not 0: their states are constant."""
+        rates = (ctypes.c_double * self.states)()
+        self.model.getDerivatives(rates, self.states)
+        return frozenset(i for i, rate in enumerate(rates) if rate == 0.0)
 
     def __enter__(self) -> "FrictionModel":
         return self
@@ -95,14 +97,20 @@ class FrictionModel:
         shutil.rmtree(self._folder, ignore_errors=True)
 
 
+def values(pointer: Any, count: int) -> np.ndarray:
+    """Values in the memory of the solver."""
+    return np.ctypeslib.as_array(pointer, (count,))
+
+
 class Coupled:
-    """Callbacks of the solver: rotor and FMU as one system of three states and two indicators."""
+    """Callbacks of the solver: rotor and FMU as one system. States: speed, angle, elements."""
 
     def __init__(self, friction: FrictionModel) -> None:
         self.friction = friction
         self.time, self.speed, self.angle = 0.0, 0.0, 0.0
         self.evaluations = 0
-        self._own = (ctypes.c_double * 1)()
+        self.count = friction.states
+        self._own = (ctypes.c_double * self.count)()
         self._speed = [friction.reference["speed"]]
 
     def set_time(self, time: float) -> None:
@@ -110,25 +118,25 @@ class Coupled:
         self.friction.model.setTime(time)
 
     def get_states(self, x: Any, count: int) -> None:
-        self.friction.model.getContinuousStates(self._own, 1)
-        x[0], x[1], x[2] = self.speed, self.angle, self._own[0]
+        self.friction.model.getContinuousStates(self._own, self.count)
+        values(x, count)[:] = self.speed, self.angle, *self._own
 
     def set_states(self, x: Any, count: int) -> None:
-        self.speed, self.angle, self._own[0] = x[0], x[1], x[2]
+        self.speed, self.angle, self._own[:] = x[0], x[1], x[2:count]
         self.friction.model.setReal(self._speed, [self.speed])
-        self.friction.model.setContinuousStates(self._own, 1)
+        self.friction.model.setContinuousStates(self._own, self.count)
 
     def get_rates(self, rates: Any, count: int) -> None:
         self.evaluations += 1
-        self.friction.model.getDerivatives(self._own, 1)
+        self.friction.model.getDerivatives(self._own, self.count)
         drive = AMPLITUDE * np.sin(2.0 * np.pi * FREQUENCY * self.time)
-        rates[0], rates[1], rates[2] = (drive - self.friction.torque()) / INERTIA, self.speed, self._own[0]
+        values(rates, count)[:] = (drive - self.friction.torque()) / INERTIA, self.speed, *self._own
 
     def get_indicators(self, indicators: Any, count: int) -> None:
         self.friction.model.getEventIndicators(indicators, count)
 
     def get_nominals(self, nominals: Any, count: int) -> None:
-        nominals[0], nominals[1], nominals[2] = 10.0, 1.0, 1e-3
+        values(nominals, count)[:] = 10.0, 1.0, *[1e-2] * self.count
 
 
 def model_exchange(fmu: Path | str, tolerance: float = 1e-8) -> tuple[np.ndarray, list[Event], int]:
@@ -137,25 +145,24 @@ def model_exchange(fmu: Path | str, tolerance: float = 1e-8) -> tuple[np.ndarray
     with FrictionModel(fmu, **START) as friction:
         system = Coupled(friction)
         solver = CVodeSolver(
-            nx=STATES, nz=INDICATORS, get_x=system.get_states, set_x=system.set_states, get_dx=system.get_rates,
-            get_z=system.get_indicators, get_nominals=system.get_nominals, set_time=system.set_time,
-            input=SimpleNamespace(apply=lambda time: None), startTime=0.0, maxStep=INTERVAL,
+            nx=2 + friction.states, nz=friction.indicators, get_x=system.get_states, set_x=system.set_states,
+            get_dx=system.get_rates, get_z=system.get_indicators, get_nominals=system.get_nominals,
+            set_time=system.set_time, input=SimpleNamespace(apply=lambda time: None), startTime=0.0, maxStep=INTERVAL,
             relativeTolerance=tolerance, maxNumSteps=20000,
         )  # fmt: skip
         rows = [(0.0, 0.0, 0.0, friction.torque())]
-        time = 0.0
+        time, sliding = 0.0, frozenset[int]()
         for n in range(1, round(TIME / INTERVAL) + 1):
             while time < n * INTERVAL:
-                found, roots, time = solver.step(time, n * INTERVAL)
+                found, _, time = solver.step(time, n * INTERVAL)
                 system.set_time(time)
                 if found:
-                    kind = "range"
-                    if roots[1]:
-                        # before the event: a slipping bristle has constant deflection
-                        kind = "slip" if friction.follows() else "stick"
                     friction.model.enterEventMode()
                     friction.settle()
-                    events.append(Event(time, kind, system.speed, system.angle))
+                    before, sliding = sliding, friction.sliding()
+                    kind = "slip" if sliding - before else "stick" if before - sliding else "other"
+                    changed = tuple(sorted(before ^ sliding))
+                    events.append(Event(time, kind, changed, system.speed, system.angle, friction.torque()))
                     solver.reset(time)
             rows.append((time, system.speed, system.angle, friction.torque()))
         return np.array(rows), events, system.evaluations
@@ -182,56 +189,59 @@ def co_simulation(fmu: Path | str, step: float) -> np.ndarray:
 def main(fmu: Path | str = FMU, steps: tuple[float, ...] = STEPS) -> dict[str, Any]:
     """Both interfaces.
 
-    Returns      exchange: rows of model_exchange(); tight: the same at a tenth of the tolerance; events;
-                 slips, sticks: their numbers; reversals: changes of sign of the speed; tolerance_error [rad/s];
-                 steps, errors [rad/s]: largest difference of the speed of co-simulation; order: fitted to the
-                 differences between successive steps, from the second on; remaining [rad/s]: largest difference
-                 of co-simulation extrapolated to steps of 0
+    Returns      exchange: rows of model_exchange(); tight: the same at a tenth of the tolerance; coarsest: rows of
+                 co_simulation() with the longest step; events; elements: their number; reversals: changes of sign of
+                 the speed; evaluations; tolerance_error [rad/s]; steps, errors [rad/s]: largest difference of the
+                 speed of co-simulation from `tight`; order: fitted to them
     """
     exchange, events, evaluations = model_exchange(fmu)
     tight, _, _ = model_exchange(fmu, 1e-9)
     coupled = {step: co_simulation(fmu, step) for step in steps}
-    speeds = [run[:, 1] for run in coupled.values()]
-    errors = [float(np.abs(speed - exchange[:, 1]).max()) for speed in speeds]
-    differences = [float(np.abs(coarse - fine).max()) for coarse, fine in itertools.pairwise(speeds)]
+    errors = [float(np.abs(run[:, 1] - tight[:, 1]).max()) for run in coupled.values()]
     sign = np.sign(exchange[:, 1][np.abs(exchange[:, 1]) > 0.05])
     return {
         "exchange": exchange, "tight": tight, "coarsest": coupled[steps[0]], "events": events,
-        "slips": sum(e.kind == "slip" for e in events), "sticks": sum(e.kind == "stick" for e in events),
+        "elements": len({i for event in events for i in event.elements}),
         "reversals": int(np.count_nonzero(np.diff(sign))), "evaluations": evaluations,
         "tolerance_error": float(np.abs(tight[:, 1] - exchange[:, 1]).max()), "steps": steps, "errors": errors,
-        "order": float(np.polyfit(np.log(steps[1:-1]), np.log(differences[1:]), 1)[0]),
-        "remaining": float(np.abs(2.0 * speeds[-1] - speeds[-2] - exchange[:, 1]).max()),
+        "order": float(np.polyfit(np.log(steps), np.log(errors), 1)[0]),
     }  # fmt: skip
 
 
 def table(result: dict[str, Any]) -> str:
-    lines = [f"{event.kind:6} at {event.time:.6f} s, {event.speed:+.2e} rad/s" for event in result["events"]]
+    lines = []
+    for event in result["events"]:
+        numbers = " ".join(str(i + 1) for i in event.elements)
+        lines.append(f"{event.kind:6} {numbers:12} at {event.time:.6f} s, {event.speed:+.2e} rad/s")
     lines.append(f"{result['reversals']} reversals, {result['evaluations']} evaluations")
     lines.append(f"a tenth of the tolerance changes the speed by {result['tolerance_error']:.1e} rad/s")
     for step, error in zip(result["steps"], result["errors"], strict=True):
         lines.append(f"co-simulation, {1e3 * step:.3f} ms: speed differs by {error:.2e} rad/s")
-    lines.append(f"co-simulation, extrapolated to 0 ms: {result['remaining']:.2e} rad/s")
     return "\n".join([*lines, f"order of co-simulation {result['order']:.2f}"])
 
 
 def plot(result: dict[str, Any], path: Path | str) -> None:
-    """Speed and friction torque over time with the events, and the error of co-simulation over its step."""
-    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
-    (speed, error), (torque, _) = figure.subplots(2, 2, width_ratios=(2, 1), squeeze=True)
-    _.remove()
+    """Speed and torque over time, torque over angle, with the events; error of co-simulation over its step."""
+    figure = Figure(figsize=(11.0, 6.0), layout="constrained")
+    (speed, error), (torque, loop) = figure.subplots(2, 2, width_ratios=(2, 1))
+    started = result["events"][: result["elements"]]
+    rest = result["exchange"][:, 0] < started[-1].time + 0.01
     for rows, style, label in (
         (result["coarsest"], {"color": "#D55E00", "lw": 2.2}, f"co-simulation, {1e3 * result['steps'][0]:.2g} ms"),
         (result["exchange"], {"color": "0.15", "ls": "--", "lw": 1.2}, "model exchange"),
     ):  # fmt: skip
         speed.plot(rows[:, 0], rows[:, 1], label=label, **style)
         torque.plot(rows[:, 0], rows[:, 3], **style)
+        loop.plot(1e3 * rows[rest, 2], rows[rest, 3], **style)
     for kind, color in (("slip", "#0072B2"), ("stick", "#009E73")):
-        times = [event.time for event in result["events"] if event.kind == kind]
-        values = np.interp(times, result["exchange"][:, 0], result["exchange"][:, 3])
-        torque.plot(times, values, "o", ms=5, color=color, label=f"event: {kind}s")
+        events = [event for event in result["events"] if event.kind == kind]
+        style = {"marker": "o", "ls": "", "ms": 4, "color": color}
+        torques = [event.torque for event in events]
+        torque.plot([event.time for event in events], torques, label=f"event: {kind}", **style)
     speed.set(ylabel="speed [rad/s]", title="Rotor under a sine of torque", ylim=(-10.0, 17.0))
     torque.set(ylabel="friction torque [N m]", xlabel="time [s]")
+    loop.plot([1e3 * e.angle for e in started], [e.torque for e in started], "o", ms=4, color="#0072B2")
+    loop.set(xlabel="angle [mrad]", title="Start from rest")
     error.loglog(
         1e3 * np.array(result["steps"]),
         result["errors"],
@@ -239,7 +249,6 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
         color="#D55E00",
         label=f"order {result['order']:.2f}",
     )
-    error.axhline(result["remaining"], color="0.4", ls=":", label="steps of 0")
     error.set_xticks(1e3 * np.array(result["steps"]), [f"{1e3 * h:.2g}" for h in result["steps"]])
     error.minorticks_off()
     error.set(xlabel="step [ms]", ylabel="difference [rad/s]")
@@ -247,7 +256,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     error.set_title("Co-simulation to model exchange")
     speed.legend(frameon=False, fontsize=9, loc="upper right", ncols=2)
     torque.legend(frameon=False, fontsize=9, loc="center right")
-    plain((speed, torque, error))
+    plain((speed, torque, error, loop))
     figure.savefig(path, dpi=110)
 
 

@@ -115,8 +115,8 @@ class FrictionFmu:
         self._slave.setReal(self._inputs, [axis.preload, 0.0, axis.oil_temperature, 0.0])
         self._slave.setBoolean([reference["presliding"]], [presliding])
         if presliding:
-            bristle = [axis.presliding_stiffness, axis.presliding_damping]
-            self._slave.setReal([reference[name] for name in self.PRESLIDING], bristle)
+            values = [axis.presliding_stiffness, axis.presliding_damping]
+            self._slave.setReal([reference[name] for name in self.PRESLIDING], values)
         self._slave.enterInitializationMode()
         self._slave.exitInitializationMode()
 
@@ -215,7 +215,7 @@ def main(fmu: Path | str = FMU, axis: Axis | None = None) -> dict[str, Any]:
     """All five runs.
 
     Returns      numbers by name, with unit, for the runs `with` and `without` friction and `presliding`
-                 (friction with the bristle); under `axis`, `runs`, `move_end_s` and `reversal_s` the
+                 (friction with presliding); under `axis`, `runs`, `move_end_s` and `reversal_s` the
                  time series and what plot() needs
     """
     axis = axis or Axis()

@@ -6,14 +6,14 @@
 
 The archive (SSP 1.0) contains the native friction FMU, the axis as a second FMU (ServoAxis.fmu, made by pythonfmu from
 the equations of servo_axis.py), their connections with units, and two parameter files: screw.ssv with
-preload, temperature and the bristle for presliding, axis.ssv with the circle. It is checked against the schemas of
+preload, temperature and presliding, axis.ssv with the circle. It is checked against the schemas of
 the standard and against the FMUs before it is run. fmpy is always installed. libcosim and ecos run it if they are
 installed (python -m pip install -e '.[importers]').
 
 Coupling. All three step both FMUs with the values of the last communication point. servo_axis.py steps the friction
 first, so that its torque acts one step (125 us) earlier. That is the whole difference: the same script with
 `parallel` agrees with all of them to the rounding of their clocks. The effect of the order is of first order in the
-step: 33 nm at most, of a quadrant error of 7.9 um. Stable for a < b (1 - b), here 0.0005 < 0.005 (a, b: head of
+step: 26 nm at most, of a quadrant error of 7.5 um. Stable for a < b (1 - b), here 0.0005 < 0.005 (a, b: head of
 servo_axis.py).
 """
 

@@ -35,7 +35,7 @@ class Axis:
     # inputs of the friction FMU
     preload: float = 2000.0  # [N]
     oil_temperature: float = 303.15  # [K]
-    presliding_stiffness: float = 150.0  # [N m/rad] slides after 6 um of table travel, 10 um past a reversal
+    presliding_stiffness: float = 150.0  # [N m/rad] slides after 12 um of table travel, 23 um past a reversal
     presliding_damping: float = 0.2  # [N m s/rad] 11 % of critical with the inertia
     # controller cycle = communication step
     step: float = 125e-6  # [s]
@@ -55,7 +55,7 @@ class Axis:
 
     @property
     def coupling(self) -> tuple[float, float]:
-        """Groups a, b of the stability of the coupling with the bristle (docstring of servo_axis.py)."""
+        """Groups a, b of the stability of the coupling with presliding (docstring of servo_axis.py)."""
         h = self.step
         return h**2 * self.presliding_stiffness / self.inertia, h * self.presliding_damping / self.inertia
 

@@ -11,10 +11,10 @@ steps with the speed of the rotor at the start of the step and returns the torqu
 
 Accuracy: a swing with two reversals under a sine of motor torque. Error: largest difference of the speed from a
 run with a 16th of the smallest step. Explicit coupling is of first order with either law and master, as long as
-the step resolves the law: h well below 2 J w_s/T_C for the regularised sign, and w h below the deflection of the
-bristle T_C/s0 while it winds up.
+the step resolves the law: h well below 2 J w_s/T_C for the regularised sign, and with presliding w h below the
+travel 2 T_C/s0 in which all elasto-slip elements come to slide from rest.
 
-Stability in the elastic range of the bristle (stiffness s0, damping s1), with a = h^2 s0/J, b = h s1/J:
+Stability while all elements stick (together stiffness s0, damping s1), with a = h^2 s0/J, b = h s1/J:
 
     parallel    a < b (1 - b)       sequential  a < 4 - 2 b (b <= 1)
 
@@ -37,7 +37,7 @@ INERTIA = 0.01  # [kg m2]
 PRELOAD, TEMPERATURE = 2000.0, 303.15
 LAWS = {
     "tanh": {"presliding": False, "regularization_speed": 0.5},
-    "bristle": {"presliding_stiffness": 100.0, "presliding_damping": 0.1},
+    "presliding": {"presliding_stiffness": 100.0, "presliding_damping": 0.1},
 }
 MASTERS = ("parallel", "sequential")
 AMPLITUDE, FREQUENCY, TIME = 1.5, 2.0, 0.75  # [N m], [Hz], [s] of the motor torque
@@ -104,7 +104,7 @@ def order(steps: tuple[float, ...], error: np.ndarray) -> float:
 
 
 def grows(fmu: Path | str, a: float, b: float, master: str) -> bool:
-    """Whether a small initial speed of the rotor grows while the bristle is elastic."""
+    """Whether a small initial speed of the rotor grows while all elements stick."""
     h = 1e-3
     law = {"presliding_stiffness": a * INERTIA / h**2, "presliding_damping": b * INERTIA / h}
     with Pair(fmu, law) as pair:
@@ -185,7 +185,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     for master, color in zip(MASTERS, ("#0072B2", "#CC79A7"), strict=True):
         right.plot(b, limit(b, master), color=color, label=f"{master}: closed form")
         right.plot(result["damping"], result["borders"][master], "o", color=color, label="found with the FMU")
-    right.set(title="Bristle: stable below", xlabel="b = h s1/J", ylabel="a = h\u00b2 s0/J", yscale="log",
+    right.set(title="Presliding: stable below", xlabel="b = h s1/J", ylabel="a = h\u00b2 s0/J", yscale="log",
               ylim=(0.03, 10.0), xlim=(0.0, 1.0))  # fmt: skip
     plain(panels)
     for panel in panels:

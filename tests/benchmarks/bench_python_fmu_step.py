@@ -63,11 +63,11 @@ def measure(folder: Path, repeats: int = 25, steps: int = 400) -> dict[str, floa
     with (
         FmuInstance(empty_fmu(folder)) as empty,
         FmuInstance(fmu) as map_step,
-        FmuInstance(fmu, presliding_stiffness=400.0) as bristle,
+        FmuInstance(fmu, presliding_stiffness=400.0) as stiff,
     ):
         cases = {
             "empty slave": (empty, 0.0), "map": (map_step, 0.0), "map with axial load": (map_step, 800.0),
-            "map with bristle": (bristle, 0.0),
+            "map with set stiffness": (stiff, 0.0),
         }  # fmt: skip
         least = dict.fromkeys(cases, float("inf"))
         for _ in range(repeats):

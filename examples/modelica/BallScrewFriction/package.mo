@@ -5,7 +5,7 @@ package BallScrewFriction "Friction of a preloaded double-nut ball screw at a ro
   model ScrewFriction "Friction torque of the double nut, from the map of thermal elastohydrodynamic solves"
     extends Interfaces.PartialScrewFriction(
       preslidingStiffness=Map.preslidingStiffness(map, stiffnessPreload, netSlidingCoefficient, breakawayFactor));
-    parameter SI.Force stiffnessPreload(min=0) = 2000 "Preload that the stiffness of the bristle belongs to";
+    parameter SI.Force stiffnessPreload(min=0) = 2000 "Preload that preslidingStiffness belongs to";
     parameter String fileName =
       Modelica.Utilities.Files.loadResource("modelica://BallScrewFriction/Resources/Data/nut_map.bin")
       "Map of the screw";
@@ -30,7 +30,7 @@ functions, same law at standstill.</p></html>"));
   model NutFriction "Friction torque of two nuts, each at its own force, from the same map"
     extends Interfaces.PartialNutFriction(
       preslidingStiffness=Map.preslidingStiffness(map, stiffnessPreload, netSlidingCoefficient, breakawayFactor));
-    parameter SI.Force stiffnessPreload(min=0) = 2000 "Preload that the stiffness of the bristle belongs to";
+    parameter SI.Force stiffnessPreload(min=0) = 2000 "Preload that preslidingStiffness belongs to";
     parameter String fileName =
       Modelica.Utilities.Files.loadResource("modelica://BallScrewFriction/Resources/Data/nut_map.bin")
       "Map of the screw";
@@ -94,10 +94,11 @@ contacts, friction of each nut at its own force.</p></html>"));
   end ScrewTransmission;
 
   package Interfaces "The law at standstill, without a map"
-    partial model PartialScrewFriction "Coulomb torque through an elasto-plastic bristle, and a viscous torque"
-      parameter SI.RotationalSpringConstant preslidingStiffness(min=1e-6) = 150 "Of the bristle";
+    partial model PartialScrewFriction "Coulomb torque through elasto-slip elements in parallel, and a viscous torque"
+      constant Integer n = 6 "Elements, constants.h";
+      parameter SI.RotationalSpringConstant preslidingStiffness(min=1e-6) = 150 "Of all elements at rest";
       parameter SI.RotationalDampingConstant preslidingDamping(min=0) = 0
-        "Of the bristle; explicit coupling needs it, equations do not";
+        "Of all elements, of those that stick their share; explicit coupling needs it, equations do not";
       Modelica.Mechanics.Rotational.Interfaces.Flange_a flange_a "Left flange of the screw";
       Modelica.Mechanics.Rotational.Interfaces.Flange_b flange_b "Right flange of the screw";
       Modelica.Thermal.HeatTransfer.Interfaces.HeatPort_a heatPort "Oil at the inlet; takes the heat of friction";
@@ -109,42 +110,52 @@ contacts, friction of each nut at its own force.</p></html>"));
       SI.Torque coulomb "Hysteresis and sliding part, magnitude";
       SI.Torque viscous "Viscous part, sign of the speed";
       SI.Torque tau "Friction torque; opposes motion: J*der(w) = drive - tau";
-      SI.Torque bristle "Of the bristle; not beyond coulomb";
-      SI.Power lossPower "Heat; less than tau*w while the bristle stores energy";
-      SI.Angle z(start=0, fixed=true) "Deflection of the bristle";
-      SI.Angle sliding "Deflection at which it slides";
-      SI.Angle wound "Deflection, not beyond sliding";
-      Real yielding "Share of the motion that slides";
-      SI.AngularVelocity rate "Of the deflection";
-      Integer slip(start=0, fixed=true) "0: the bristle follows; +1, -1: it slips that way";
+      SI.Torque presliding "Of the elements; not beyond coulomb";
+      SI.Power lossPower "Heat; less than tau*w while the elements store energy";
+      Element element[n](each root=root, each w=w, limit={(2*i - 1)*max(coulomb, 0)/(n*n*root) for i in 1:n})
+        "Limits spread evenly; at them the torques add up to coulomb";
     protected
-      constant Real elasticShare = 0.7 "Elastic limit over sliding deflection, constants.h";
-      constant Real slipFrom = 0.999 "Of the sliding deflection, which is reached in infinite travel only, model.c";
-      constant SI.AngularVelocity turning = 1e-6 "Hysteresis of a reversal, model.c";
-      Boolean forward "Begins to slip forward";
-      Boolean backward "Begins to slip backward";
-      Boolean turned "Speed has turned while it slipped";
+      final parameter Real root = sqrt(preslidingStiffness/n) "Of the stiffness of an element";
     equation
       flange_a.phi = flange_b.phi;
       w = der(flange_a.phi);
       0 = flange_a.tau + flange_b.tau - tau;
       T = heatPort.T;
       heatPort.Q_flow = -lossPower;
-      // Dupont, Hayward, Armstrong, Altpeter, IEEE Trans. Automat. Contr. 47 (2002) 787
-      sliding = max(coulomb, 0)/preslidingStiffness;
-      wound = max(-sliding, min(sliding, z));
-      yielding = noEvent(if sliding <= 0 then 1 else
-        max(0, ((if w < 0 then -wound else wound) - elasticShare*sliding)/((1 - elasticShare)*sliding)));
-      rate = if slip <> 0 then 0 else w*(1 - yielding);
-      der(z) = rate;
-      tau = viscous + bristle;
-      bristle = noEvent(if slip <> 0 then slip*coulomb else
-        max(-coulomb, min(coulomb, preslidingStiffness*wound + preslidingDamping*rate)));
-      lossPower = viscous*w + noEvent(if slip <> 0 then coulomb*abs(w) else
-        max(0, bristle*w - preslidingStiffness*wound*rate));
-      forward = pre(slip) == 0 and w > 0 and z > slipFrom*sliding;
-      backward = pre(slip) == 0 and w < 0 and z < -slipFrom*sliding;
+      // Al-Bender, Swevers, IEEE Control Syst. Mag. 28 (2008) 64; Iwan, J. Appl. Mech. 33 (1966) 893
+      presliding = max(-coulomb, min(coulomb, sum(element.tau) + preslidingDamping*w*sum(element.sticks)/n));
+      tau = viscous + presliding;
+      lossPower = viscous*w + max(0, presliding*w - sum(element.storedPower));
+    end PartialScrewFriction;
+
+    model Element "A spring with a slider in series, which slides where y reaches its limit"
+      parameter Real root "Of the stiffness";
+      input SI.AngularVelocity w "Speed of the screw";
+      input Real limit(unit="rad") "Of y";
+      Real y(start=0, fixed=true, unit="rad") "Deflection times root; half the square is the energy in J";
+      SI.Torque tau "Not beyond root*limit";
+      SI.Power storedPower "Rate of the energy";
+      Real sticks "1: follows the motion; 0: slides";
+      Integer slip(start=0, fixed=true) "0: sticks; +1, -1: slides that way";
+      discrete SI.Energy eventHeat(start=0, fixed=true) "Lost at events, at which a power has no time";
+    protected
+      constant Real levelMargin = 0.02 "Of y above a limit that has fallen, constants.h";
+      constant SI.AngularVelocity turning = 1e-6 "Hysteresis of a reversal, model.c";
+      Real held(unit="rad") "y, not beyond limit";
+      Boolean forward "Begins to slide forward";
+      Boolean backward "Begins to slide backward";
+      Boolean turned "Speed has turned while it slid";
+      Boolean fallen "Limit has fallen below y";
+    equation
+      sticks = if slip == 0 then 1 else 0;
+      der(y) = sticks*root*w;
+      held = max(-limit, min(limit, y));
+      tau = root*(if slip == 0 then held else slip*limit);
+      storedPower = sticks*root*w*y;
+      forward = pre(slip) == 0 and w > 0 and y > limit;
+      backward = pre(slip) == 0 and w < 0 and y < -limit;
       turned = pre(slip) == 1 and w < -turning or pre(slip) == -1 and w > turning;
+      fallen = pre(slip) == 0 and (y > (1 + levelMargin)*limit or y < -(1 + levelMargin)*limit);
       when forward then
         slip = 1;
       elsewhen backward then
@@ -152,11 +163,12 @@ contacts, friction of each nut at its own force.</p></html>"));
       elsewhen turned then
         slip = 0;
       end when;
-      when turned then
-        // not more than when it began to slip: more would be energy that no motion has put in
-        reinit(z, pre(slip)*min(sliding, abs(z)));
+      when turned or fallen then
+        // not more than when it began to slide: more would be energy that no motion has put in
+        eventHeat = pre(eventHeat) + (y*y - held*held)/2;
+        reinit(y, held);
       end when;
-    end PartialScrewFriction;
+    end Element;
 
     partial model PartialNutFriction "The same with the forces of both nuts"
       extends PartialScrewFriction;

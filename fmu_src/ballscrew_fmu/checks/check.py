@@ -22,7 +22,7 @@ from ballscrew_tehl.validation.tables import (
 )
 
 AGREEMENT = 1e-9  # relative difference between FMU and map
-SETTLED = 1.0  # [s] step after which the bristle slides at the speeds of the tables
+SETTLED = 1.0  # [s] step after which all elements slide at the speeds of the tables
 
 
 def check(fmu: Path, nut_map: NutMap, model: FmuModel = FRICTION) -> str:

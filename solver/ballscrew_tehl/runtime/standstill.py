@@ -14,7 +14,7 @@ STIFFNESS_RATIO times as high or as low. It stays meanwhile: if it followed a pr
 under load.
 
 Plain floats and `math` only: this module travels inside the FMU.
-Source: Al-Bender & De Moerlooze, Adv. Tribol. 2008, 561280 (rolling elements); Al-Bender & Swevers, IEEE Control Syst.
+Source: Al-Bender & De Moerlooze, Adv. Tribol. 2008, 214894 (rolling contacts); Al-Bender & Swevers, IEEE Control Syst.
 Mag. 28 (2008) 64 (Maxwell-slip); Iwan, J. Appl. Mech. 33 (1966) 893; changed: shares of the Coulomb torque, and damping
 of the elements that stick.
 """

@@ -28,6 +28,7 @@ package Modelica "Stand-ins for the classes of the Modelica Standard Library 4.0
       type Torque = Real(final quantity="Torque", final unit="N.m");
       type Inertia = Real(final quantity="MomentOfInertia", final unit="kg.m2");
       type Power = Real(final quantity="Power", final unit="W");
+      type Energy = Real(final quantity="Energy", final unit="J");
       type HeatFlowRate = Real(final quantity="Power", final unit="W");
       type Pressure = Real(final quantity="Pressure", final unit="Pa");
       type Temperature = Real(final quantity="ThermodynamicTemperature", final unit="K");

@@ -52,7 +52,7 @@ typedef struct {
     uint64_t sum;
 } Job;
 
-/* An instance, stepped with the bristle or without; a plain path is taken as location too. */
+/* An instance, stepped with presliding or without; a plain path is taken as location too. */
 static fmi2Component begun(const char *resources, uint64_t *seed, uint64_t *sum)
 {
     static const fmi2ValueReference all[] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};

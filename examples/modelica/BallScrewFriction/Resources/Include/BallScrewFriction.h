@@ -39,7 +39,7 @@ double ballScrewMap_netSlidingCoefficient(void *map);
 double ballScrewMap_roughnessHeight(void *map);
 double ballScrewMap_breakawayFactor(void *map);
 
-/* Stiffness of the presliding bristle that follows from the screw [N.m/rad]. */
+/* Presliding stiffness at rest that follows from the screw [N.m/rad]. */
 double ballScrewMap_preslidingStiffness(void *map, double preload, double netSlidingCoefficient, double breakawayFactor);
 
 #ifdef __cplusplus

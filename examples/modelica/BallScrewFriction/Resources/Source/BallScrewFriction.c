@@ -20,7 +20,7 @@ typedef struct {
     double value;
 } Setting;
 
-/* Bring the model to a point. Model exchange without bristle and regularization: friction parts have their magnitude
+/* Bring the model to a point. Model exchange without presliding and regularization: friction parts have their magnitude
    at positive speed. */
 static Model *at(void *map, size_t count, const Setting settings[])
 {
