@@ -11,11 +11,9 @@ discarded.
 
 import importlib
 import json
-import math
-import operator
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from copy import copy
 from typing import Any
 
@@ -23,11 +21,10 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from ballscrew_fmu.python_fmu.process_end import reset_at_exit
-from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable, origin_text, places
+from ballscrew_fmu.python_fmu.shared_map import Table, shared_map
+from ballscrew_fmu.variables.friction import origin_text
 from ballscrew_tehl.runtime.constants import TOO_LARGE
-from ballscrew_tehl.runtime.evaluate import NutMap
 
-MAP_FILE = "nut_map.npz"
 INITIALIZING, STEPPING, TERMINATED, UNUSABLE = range(4)
 SAVED = ("values", "phase", "stale", "started", "warned")  # of a slave, in a saved state
 
@@ -39,24 +36,13 @@ class MapSlave(Fmi2Slave):
     With an invalid input or parameter doStep returns Discard and changes nothing.
     """
 
-    def __init__(self, table: Callable[[Mapping[str, Any]], tuple[Variable, ...]], **kwargs: Any) -> None:
+    def __init__(self, table: Table, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         _restore_imports(self.resources)
         reset_at_exit(self.resources)
-        self._map = NutMap.from_npz(os.path.join(self.resources, MAP_FILE))
-        table_of_map = table(self._map.header)
-        inputs, outputs, parameters = (places(table_of_map, of) for of in ("input", "output", "parameter"))
-        self._table = dict(enumerate(table_of_map, FIRST_REFERENCE))  # by value reference
-        self._outputs = slice(outputs[0], outputs[-1] + 1)
-        self._named = operator.itemgetter(*(self._table[place].name for place in outputs))
-        self._bounds = [(place, -TOO_LARGE) for place in inputs]
-        self._bounds += [(p, _least(self._table[p])) for p in parameters if self._table[p].unit is not None]
-        self._known = self._table.keys()
-        self._settable = frozenset(place for place, _ in self._bounds)
-        self._switches = frozenset(p for p in parameters if self._table[p].unit is None)
-        # by value reference, with nothing below the first
-        self._values: list[Any] = [None] * FIRST_REFERENCE
-        self._values += [0.0 if v.start is None else v.start for v in table_of_map]
+        self._shared = shared_map(self.resources, table)
+        self._map = self._shared.map
+        self._values = copy(self._shared.start)  # by value reference
         self._phase = INITIALIZING
         self._stale = True  # outputs are older than the inputs; used while initializing
         self._started = True  # not if initialization ended with an invalid value: the first good step does it
@@ -80,14 +66,9 @@ class MapSlave(Fmi2Slave):
 
     # for a model
 
-    def _getter(self, *names: str) -> Callable[[list[Any]], Any]:
-        """Function that gets these variables from the list of values; a tuple unless one name is given."""
-        place = {v.name: n for n, v in self._table.items()}
-        return operator.itemgetter(*(place[name] for name in names))
-
     def _set_outputs(self, outputs: Mapping[str, Any]) -> None:
         """Store the outputs of the table by name. Other entries are ignored."""
-        self._values[self._outputs] = self._named(outputs)
+        self._values[self._shared.outputs] = self._shared.named(outputs)
 
     # FMI calls
 
@@ -122,7 +103,7 @@ class MapSlave(Fmi2Slave):
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         for vr, value in zip(vrs, values, strict=True):
-            if vr in self._settable:
+            if vr in dict(self._shared.bounds):
                 self._values[vr] = value
             else:
                 self.log(f"{self._name(vr)} is not a Real input or parameter: not set", Fmi2Status.error)
@@ -130,7 +111,11 @@ class MapSlave(Fmi2Slave):
 
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
         for vr, value in zip(vrs, values, strict=True):
-            if vr in self._switches:
+            if (
+                vr in self._shared.table
+                and self._shared.table[vr].causality == "parameter"
+                and self._shared.table[vr].unit is None
+            ):
                 self._values[vr] = bool(value)
             else:
                 self.log(f"{self._name(vr)} is not a Boolean parameter: not set", Fmi2Status.error)
@@ -185,7 +170,7 @@ class MapSlave(Fmi2Slave):
 
     def _get(self, vrs: list[int]) -> list[Any]:
         self._refresh()
-        known = self._known
+        known = self._shared.table
         return [
             self._values[vr] if vr in known else self._none([vr], "Real or Boolean", 0.0)[0] for vr in vrs
         ]
@@ -197,7 +182,7 @@ class MapSlave(Fmi2Slave):
         return [value] * len(vrs)
 
     def _name(self, vr: int) -> str:
-        return self._table[vr].name if vr in self._known else f"value reference {vr}"
+        return self._shared.table[vr].name if vr in self._shared.table else f"value reference {vr}"
 
     def _discard(self, message: str) -> bool:
         self.log(message, Fmi2Status.discard)
@@ -205,13 +190,13 @@ class MapSlave(Fmi2Slave):
 
     def _valid(self) -> bool:
         """Whether all inputs and parameters are valid. The first invalid one is logged."""
-        for place, least in self._bounds:
+        for place, least in self._shared.bounds:
             value = self._values[place]
             if not least <= value < TOO_LARGE:
                 needs = "a finite number"
                 if least > -TOO_LARGE:
                     needs += " > 0" if 0.0 < least < 1e-300 else f" >= {least:g}"
-                return self._discard(f"{self._table[place].name} = {value}; needs {needs}")
+                return self._discard(f"{self._shared.table[place].name} = {value}; needs {needs}")
         return True
 
     def _update(self, step: float | None) -> bool:
@@ -229,14 +214,9 @@ class MapSlave(Fmi2Slave):
     def _warn(self, clamped: tuple[str, ...]) -> None:
         for name in clamped:
             if name not in self._warned:
-                value = self._values[next(n for n, v in self._table.items() if v.name == name)]
+                value = self._values[self._shared.place[name]]
                 message = f"{name} = {value} is outside the map and is clamped (logged once)"
                 self._log_once(name, message, Fmi2Status.warning)
-
-
-def _least(variable: Variable) -> float:
-    """Lower bound of a Real parameter; the tolerance must be positive."""
-    return math.ulp(0.0) if variable.name == "refine_tolerance" else variable.minimum or 0.0
 
 
 def _restore_imports(resources: str) -> None:
