@@ -5,10 +5,12 @@ imports. All imports are at the top: an import during a step would fail if the f
 first has been deleted.
 
 No call may raise once the instance exists: pythonfmu 0.7 then releases its objects twice, at the exception and when
-the instance is freed, which crashes the host process. Illegal calls are logged as errors. Steps that fail are
-discarded.
+the instance is freed, which crashes the host process. The entry library (native/python_host/entry.c) refuses what is
+illegal: references that are unknown or cannot be set, all Integer and String variables, states that cannot be read.
+Steps that fail are discarded.
 """
 
+import hashlib
 import importlib
 import json
 import os
@@ -25,7 +27,8 @@ from ballscrew_fmu.python_fmu.shared_map import Table, shared_map
 from ballscrew_fmu.variables.friction import origin_text
 from ballscrew_tehl.runtime.constants import TOO_LARGE
 
-INITIALIZING, STEPPING, TERMINATED, UNUSABLE = range(4)
+INITIALIZING, STEPPING, TERMINATED, UNUSABLE = range(4)  # as in entry.c
+CHECKSUM = hashlib.sha256().digest_size  # [bytes] of a serialized state
 SAVED = ("values", "phase", "stale", "started", "warned")  # of a slave, in a saved state
 
 
@@ -90,42 +93,24 @@ class MapSlave(Fmi2Slave):
         self._phase = TERMINATED
 
     def get_real(self, vrs: list[int]) -> list[float]:
-        return [float(value) for value in self._get(vrs)]
+        self._refresh()
+        return [float(self._values[vr]) for vr in vrs]
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
-        return [bool(value) for value in self._get(vrs)]
+        self._refresh()
+        return [bool(self._values[vr]) for vr in vrs]
 
     def get_integer(self, vrs: list[int]) -> list[int]:
-        return [int(value) for value in self._none(vrs, "Integer", 0)]
-
-    def get_string(self, vrs: list[int]) -> list[str]:
-        return [str(value) for value in self._none(vrs, "String", "")]
+        """The phase, for the entry library."""
+        return [self._phase] * len(vrs)
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         for vr, value in zip(vrs, values, strict=True):
-            if vr in dict(self._shared.bounds):
-                self._values[vr] = value
-            else:
-                self.log(f"{self._name(vr)} is not a Real input or parameter: not set", Fmi2Status.error)
+            self._values[vr] = value
         self._stale = True
 
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        for vr, value in zip(vrs, values, strict=True):
-            if (
-                vr in self._shared.table
-                and self._shared.table[vr].causality == "parameter"
-                and self._shared.table[vr].unit is None
-            ):
-                self._values[vr] = bool(value)
-            else:
-                self.log(f"{self._name(vr)} is not a Boolean parameter: not set", Fmi2Status.error)
-        self._stale = True
-
-    def set_integer(self, vrs: list[int], values: list[int]) -> None:
-        self._none(vrs, "Integer", 0)
-
-    def set_string(self, vrs: list[int], values: list[str]) -> None:
-        self._none(vrs, "String", "")
+        self.set_real(vrs, [bool(value) for value in values])
 
     def _get_fmu_state(self) -> dict[str, Any]:
         return {
@@ -138,11 +123,7 @@ class MapSlave(Fmi2Slave):
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         if (state.get("code"), state.get("map")) != (__name__, self._map.header["content_hash"]):
             self._phase = UNUSABLE
-            self.log(
-                "FMU state is damaged or of another version or map: not restored. "
-                "doStep returns Discard until a state of this FMU is restored",
-                Fmi2Status.error,
-            )
+            self.log("FMU state is of another version or map: not restored", Fmi2Status.error)
             return
         for name in SAVED:
             setattr(self, f"_{name}", copy(state[name]))
@@ -150,15 +131,16 @@ class MapSlave(Fmi2Slave):
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
-        return json.dumps(state, sort_keys=True).encode()  # floats as repr: exact, NaN and infinity too
+        """Checksum and JSON. A state that could not be read has no bytes."""
+        text = json.dumps(state, sort_keys=True).encode()  # floats as repr: exact, NaN and infinity too
+        return hashlib.sha256(text).digest() + text if state else b""
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        try:
-            found = json.loads(bytes(state))
-        except ValueError:
-            return {}
-        return found if isinstance(found, dict) else {}
+        """The state, empty if the checksum differs."""
+        found, text = bytes(state)[:CHECKSUM], bytes(state)[CHECKSUM:]
+        same: dict[str, Any] = json.loads(text) if hashlib.sha256(text).digest() == found else {}
+        return same
 
     # evaluation
 
@@ -167,22 +149,6 @@ class MapSlave(Fmi2Slave):
         if self._stale and self._phase == INITIALIZING:
             self._stale = False
             self._update(None)
-
-    def _get(self, vrs: list[int]) -> list[Any]:
-        self._refresh()
-        known = self._shared.table
-        return [
-            self._values[vr] if vr in known else self._none([vr], "Real or Boolean", 0.0)[0] for vr in vrs
-        ]
-
-    def _none(self, vrs: list[int], kind: str, value: Any) -> list[Any]:
-        """Default values and a log message for variables that do not exist."""
-        for vr in vrs:
-            self.log(f"no {kind} variable has value reference {vr}", Fmi2Status.error)
-        return [value] * len(vrs)
-
-    def _name(self, vr: int) -> str:
-        return self._shared.table[vr].name if vr in self._shared.table else f"value reference {vr}"
 
     def _discard(self, message: str) -> bool:
         self.log(message, Fmi2Status.discard)
