@@ -31,7 +31,7 @@ from native_library import (
 )
 from synthetic_map import closed_form, make_map
 
-from ballscrew_fmu.models import NATIVE_MODELS, TRANSMISSION
+from ballscrew_fmu.models import FRICTION, MONITOR, NATIVE_MODELS, TRANSMISSION
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
 from ballscrew_tehl.runtime.packed import MECHANISTIC, FrictionParameters
 
@@ -203,13 +203,12 @@ def test_a_bad_value_in_co_simulation_discards_the_step(version):
         ):
             one.go(), other.go()
             good, before, time = one.get(name)[0], one.outputs(), doubles(0.0)
-            lowest = -1.0 if name == "presliding_side" else 0.0
-            for bad in (*BAD, *(() if name in INPUTS else (lowest - 1e-9,))):
+            for bad in (*BAD, *(() if name in INPUTS else (-1e-9,))):
                 assert one.set(**{name: bad}) == OK
                 assert one.step(one.time, 1e-3) == DISCARD
                 assert one.messages[-1][:2] == (DISCARD, "logStatusDiscard")
                 assert re.match(rf"{name} = .+ needs a finite number >= \S+ and < 1e\+30", one.last)
-                assert name in INPUTS or f">= {lowest:g} " in one.last
+                assert name in INPUTS or ">= 0 " in one.last
                 assert one.outputs() == before
             if version == 2:
                 assert one.call("GetRealStatus", 2, time) == OK
@@ -277,7 +276,12 @@ def test_variables_that_cannot_be_set_or_read_are_refused(version, kind):
 @both_versions
 @both_kinds
 def test_a_boolean_answers_a_read_as_real_and_parameters_are_tunable(version, kind):
-    """pathsim-fmi and CoFMPy read all outputs as Real. Parameters: between steps and at events."""
+    """pathsim-fmi and CoFMPy read all outputs as Real. Parameters: between steps and at events, fixed ones before."""
+    for model, fixed in ((FRICTION, "presliding_side"), (MONITOR, "initial_preload")):
+        with NativeInstance(version, kind, model=model).start(**{fixed: 0.5}) as one:
+            assert one.set(speed=1.0, **{fixed: 0.25}) == ERROR
+            assert f"{fixed} cannot be set in {'Step' if kind == CS else 'Event'} Mode" in one.last
+            assert one.get(fixed, "speed") == [0.5, 0.0]
     for speed, inside in ((3.0, 1.0), (1e6, 0.0)):
         with NativeInstance(version, kind).start(speed=speed) as one:
             if kind == CS:

@@ -33,7 +33,9 @@ TIME_REFERENCE = FIRST_REFERENCE + len(VARIABLES)  # FMI 3
 REALS = tuple(v.name for v in VARIABLES if v.unit is not None)
 OUTPUTS = tuple(v.name for v in VARIABLES if v.causality == "output" and v.unit is not None)
 INPUTS = tuple(v.name for v in VARIABLES if v.causality == "input")
-REAL_PARAMETERS = tuple(v.name for v in VARIABLES if v.causality == "parameter" and v.unit is not None)
+REAL_PARAMETERS = tuple(  # tunable ones
+    v.name for v in VARIABLES if v.causality == "parameter" and v.unit is not None and not v.fixed
+)
 
 
 def doubles(*values: float) -> Any:
