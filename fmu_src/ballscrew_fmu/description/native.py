@@ -11,7 +11,7 @@ from ballscrew_fmu.variables.friction import FIRST_REFERENCE, TIME, UNITS, Varia
 from ballscrew_tehl.runtime.packed import map_hash
 
 LOG_CATEGORIES = {
-    "logStatusWarning": "An input is outside the map and is clamped",
+    "logStatusWarning": "An input or the force of a nut is outside the map and is clamped",
     "logStatusDiscard": "An invalid value, which is not stored",
     "logStatusError": "A call that is illegal in the current state or has invalid arguments, with the reason",
     "logStatusFatal": "Failures that end the simulation (not used)",

@@ -31,7 +31,7 @@ from native_library import (
 )
 from synthetic_map import closed_form, make_map
 
-from ballscrew_fmu.models import FRICTION, MONITOR, NATIVE_MODELS, TRANSMISSION
+from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
 from ballscrew_tehl.runtime.packed import MECHANISTIC, FrictionParameters
 
@@ -407,23 +407,26 @@ def test_clamped_inputs_are_reported_once(version, kind):
         assert [m.text.split()[0] for m in one.messages][2:] == ["speed", "preload"]
 
 
-def test_the_warning_of_each_model_names_what_is_beyond_the_map():
-    beyond = {"preload": 2e4, "speed": 400.0, "temperature": 400.0}
-    cases = {
-        "friction": beyond | {"axial_load": 2e4}, "transmission": beyond | {"position": -2e-5},
-        "monitor": {"speed": 400.0, "temperature": 400.0, "axial_load": 2e4, "torque": 1e3},
-    }  # fmt: skip
-    for model in NATIVE_MODELS:
-        for name, value in cases[model.layer].items():
-            at = {"torque": 0.8, "speed": 20.0} if model.layer == "monitor" else {}
-            with NativeInstance(2, model=model).start(**at | {name: value}) as one:
-                named = [m.text.split(" = ")[0] for m in one.messages if m.status == WARNING]
-                assert named[-1:] == [name]  # a load that parts the nuts names the torque of the monitor too
+@pytest.mark.parametrize("speed", [0.0, 20.0])
+def test_the_warning_of_each_model_names_what_is_beyond_the_map(speed):
+    """At rest too, with the value; of the transmission the force of the loaded nut, which no input states."""
+    both = {"speed": 400.0, "temperature": 400.0}
+    beyond = {FRICTION: both | {"preload": 40.0, "axial_load": 2e4}, TRANSMISSION: both | {"preload": 40.0}}
+    beyond[MONITOR] = both | {"axial_load": 2e4} | ({"torque": 1e3} if speed else {})  # not estimated at rest
+    cases = [(model, name, {name: x}) for model, values in beyond.items() for name, x in values.items()]
+    cases += [(TRANSMISSION, f"force_nut_{nut}", {"position": x}) for nut, x in (("a", -2e-5), ("b", 2e-5))]
+    for model, name, values in cases:
+        at = {"torque": 0.8} if model is MONITOR else {}
+        with NativeInstance(2, model=model).start(**at | {"speed": speed} | values) as one:
+            # the last one: a load that parts the nuts names the torque of the monitor too
+            named, _, value, *rest = one.last.split()
+            assert (named, " ".join(rest)) == (name, "is outside the map and is clamped (logged once)")
+            assert float(value) == pytest.approx(one.get(name)[0], rel=1e-9)
     with NativeInstance(2, model=TRANSMISSION).start() as one:
-        assert one.messages == []
-        assert one.set(position=2e-5) == OK
-        one.step(0.0, 1e-6)
-        assert one.last == "position = 2e-05 is outside the map and is clamped (logged once)"
+        for n, position in enumerate((0.0, 2e-5, 2e-5, -2e-5)):
+            assert one.set(position=position) == OK
+            assert one.step(n * 1e-6, 1e-6) == OK
+        assert [m.text.split()[0] for m in one.messages] == ["force_nut_b", "force_nut_a"]
 
 
 @both_versions
