@@ -145,6 +145,8 @@ def test_illegal_values_are_errors_with_the_messages_of_the_native_fmu(unpacked)
             assert call("GetReal", ["speed", "presliding_side"]) == (0, [0.0, 0.25])
             assert one.call("DoStep", c_double(0.0), c_double(0.5), 1) == 3
             assert one.call("Reset") == 0
+    for unknown in (b"logEverything", None):
+        assert one.call("SetDebugLogging", 1, c_size_t(1), (c_char_p * 1)(unknown)) == 3
     one.free(one.handle)
 
 

@@ -95,6 +95,7 @@ typedef struct {
 
 static const char *const categories[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
                                          "logStatusFatal"};
+#define CATEGORIES (sizeof categories / sizeof categories[0])
 
 /* Logger of pythonfmu. The message has no arguments: % and # are doubled, as the importer takes it for a format. */
 static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
@@ -115,7 +116,7 @@ static void log_message(fmi2ComponentEnvironment environment, fmi2String name, f
     }
     format[used] = '\0';
     if (category == NULL || category[0] == '\0') {
-        category = (unsigned)status < sizeof categories / sizeof categories[0] ? categories[status] : categories[0];
+        category = (unsigned)status < CATEGORIES ? categories[status] : categories[0];
     }
     entry->logger(entry->environment, name, status, category, format);
 }
@@ -486,7 +487,15 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nC
         return fail(entry, "fmi2SetDebugLogging", "an array is a NULL pointer");
     }
     for (size_t i = 0; i < nCategories; ++i) {
-        errors = errors || strcmp(chosen[i], categories[fmi2Error]) == 0 || strcmp(chosen[i], categories[0]) == 0;
+        size_t known = 0;
+        while (known < CATEGORIES && (chosen[i] == NULL || strcmp(chosen[i], categories[known]) != 0)) {
+            ++known;
+        }
+        if (known == CATEGORIES) {
+            return fail(entry, "fmi2SetDebugLogging", "log category %.80s is unknown",
+                        chosen[i] != NULL ? chosen[i] : "NULL");
+        }
+        errors = errors || known == 0 || known == fmi2Error;
     }
     entry->logs_errors = loggingOn != fmi2False && errors;
     return entry->calls.SetDebugLogging(entry->slave, loggingOn, nCategories, chosen);
