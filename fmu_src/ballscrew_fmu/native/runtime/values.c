@@ -142,8 +142,7 @@ Status instance_set_boolean(Instance *instance, unsigned reference, bool value)
 {
     const unsigned index = instance_index(reference);
 
-    if (index >= (unsigned)VARIABLE_COUNT || !model_variables[index].boolean
-        || settable_in(&model_variables[index]) == 0U) {
+    if (index >= (unsigned)VARIABLE_COUNT || is_real(index)) {
         return unknown(instance, "settable Boolean", reference);
     }
     if ((settable_in(&model_variables[index]) & instance->now.state) == 0U) {
