@@ -25,7 +25,7 @@ CAPABILITIES = flags(
 def model_description(
     header: Mapping[str, Any], guid: str, generation_tool: str, model: FmuModel = FRICTION
 ) -> bytes:
-    """The XML in UTF-8. Same arguments give the same bytes (no date).
+    """The XML in UTF-8. Same arguments give the same bytes.
 
     Parameters   header : of the map (bounds, start values, screw and kinematics for the description)
     """

@@ -5,12 +5,13 @@ from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+from ballscrew_fmu.description.about import about
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.variables.friction import FIRST_REFERENCE, TIME, UNITS, Variable, band_text, law_name
 from ballscrew_tehl.runtime.packed import map_hash
 
 LOG_CATEGORIES = {
-    "logStatusWarning": "An input is outside the map and is clamped",
+    "logStatusWarning": "An input or the force of a nut is outside the map and is clamped",
     "logStatusDiscard": "An invalid value, which is not stored",
     "logStatusError": "A call that is illegal in the current state or has invalid arguments, with the reason",
     "logStatusFatal": "Failures that end the simulation (not used)",
@@ -75,7 +76,7 @@ def native_description(
     sources: Sequence[str],
     model: FmuModel = FRICTION,
 ) -> bytes:
-    """modelDescription.xml in UTF-8. Same arguments give the same bytes (no date).
+    """modelDescription.xml in UTF-8. Same arguments give the same bytes.
 
     Parameters   header : of the map;  fmi_version : 2 or 3;  token : guid or instantiationToken
                  sources : names of the C files in the sources folder
@@ -109,8 +110,7 @@ def described(
             "guid" if fmi_version == 2 else "instantiationToken": token,
             "description": f"{summary}, thermal elastohydrodynamic lubrication; {law_name(header)} friction law, "
             f"{header['kinematics']} kinematics, map {map_hash(header)[:12]}{'; ' if band else ''}{band}",
-            "version": str(header["version"]),
-            "license": "MIT",
+            **about(),
             "generationTool": tool,
             "variableNamingConvention": "flat",
         },

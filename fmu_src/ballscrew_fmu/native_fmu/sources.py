@@ -86,6 +86,7 @@ typedef struct {{
     enum Causality causality;
     enum Needs needs;
     bool boolean;
+    bool fixed;     /* a parameter that cannot be set after the initialization */
     double start;   /* of inputs, parameters and the state, else 0 */
     double lowest;  /* lower bound of inputs, parameters and the state */
     double nominal; /* 1 for booleans */
@@ -306,4 +307,5 @@ def _row(v: Variable) -> str:
         kind = v.causality.upper()
     lowest = (v.minimum or 0.0) if v.causality == "parameter" else -constants.TOO_LARGE
     numbers = ", ".join(repr(float(x)) for x in (v.start or 0.0, lowest, v.nominal or 1.0))
-    return f'    {{"{v.name}", CAUSALITY_{kind}, NEEDS_{v.needs.upper()}, {str(v.unit is None).lower()}, {numbers}}},'
+    flags = ", ".join(str(flag).lower() for flag in (v.unit is None, v.fixed))
+    return f'    {{"{v.name}", CAUSALITY_{kind}, NEEDS_{v.needs.upper()}, {flags}, {numbers}}},'

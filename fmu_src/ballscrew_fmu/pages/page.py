@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from jinja2 import ChoiceLoader, PackageLoader
 
+from ballscrew_fmu.description.about import licence_text
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.variables.friction import TIME, Variable, band_text, law_name
 from ballscrew_tehl.report.page import TEMPLATES as ELEMENTS
@@ -48,6 +49,7 @@ def documentation_files(header: Mapping[str, Any], model: FmuModel = FRICTION) -
     texts = {
         "index.html": _page(model.name, model, header, model.variables(header), CAPACITY=CAPACITY),
         "externalDependencies.txt": needs,
+        "licenses/license.txt": _licences(native=False),
         "licenses/pythonfmu.txt": licence or "MIT licence; https://github.com/NTNU-IHB/PythonFMU\n",
     }
     return {name: text.encode() for name, text in texts.items()}
@@ -66,16 +68,18 @@ def native_documentation(
     Parameters   platforms : platforms of the binaries, as text;  embed_map : the map is compiled in
     """
     variables = (*model.native_variables(header), *((TIME,) if fmi_version == 3 else ()))
-    files = distribution("ballscrew-tehl").files or ()
-    project = next((file.read_text() for file in files if file.name == "LICENSE"), "MIT licence\n")
     texts = {
         "index.html": _page(
             model.native_name, model, header, variables, native=True, fmi_version=fmi_version,
             platforms=platforms, validation=validation, embed_map=embed_map,
         ),
-        "licenses/license.txt": TEMPLATES.get_template("license.txt").render(project=project),
+        "licenses/license.txt": _licences(native=True),
     }  # fmt: skip
     return {name: text.encode() for name, text in texts.items()} | dict(validation.plots)
+
+
+def _licences(native: bool) -> str:
+    return TEMPLATES.get_template("license.txt").render(project=licence_text(), native=native)
 
 
 def _page(

@@ -3,10 +3,12 @@
 import functools
 import importlib.resources
 import importlib.util
+from collections.abc import Sequence
 from pathlib import Path
 
 from ballscrew_fmu.native_fmu.compile import BuildError, build_libraries, find_compiler
 from ballscrew_fmu.native_fmu.sources import fmi_headers
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable
 
 TOKEN_FILE = "guid.txt"  # in the resources: the GUID that fmi2Instantiate accepts; as in entry.c
 PLATFORMS = {  # of pythonfmu: platform, library of pythonfmu in a folder of binaries, suffix of the entry library
@@ -16,9 +18,30 @@ PLATFORMS = {  # of pythonfmu: platform, library of pythonfmu in a folder of bin
 _NATIVE = importlib.resources.files("ballscrew_fmu") / "native"
 
 
+_TABLE = """\
+/* GENERATED from the table of variables: do not edit. */
+#define FIRST_REFERENCE {first}U
+
+static const Variable variables[] = {{
+{rows}
+}};
+"""
+
+
+def _table(variables: Sequence[Variable]) -> str:
+    """entry_table.h: which references are of which type and can be set when."""
+
+    def row(v: Variable) -> str:
+        settable = "NEVER" if v.causality == "output" else "INITIALLY" if v.fixed else "ALWAYS"
+        return f'    {{"{v.name}", {str(v.unit is None).lower()}, {settable}}},'
+
+    return _TABLE.format(first=FIRST_REFERENCE, rows="\n".join(map(row, variables)))
+
+
 @functools.cache
-def _compiled() -> dict[str, bytes]:
+def _compiled(table: str) -> dict[str, bytes]:
     sources = {
+        "entry_table.h": table.encode(),
         "entry.c": (_NATIVE / "python_host" / "entry.c").read_bytes(),
         "uri.h": (_NATIVE / "runtime" / "uri.h").read_bytes(),
     }
@@ -32,11 +55,12 @@ def _compiled() -> dict[str, bytes]:
     return build_libraries(sources | fmi_headers(2), "entry", platforms)
 
 
-def binaries(name: str) -> dict[str, bytes]:
+def binaries(name: str, variables: Sequence[Variable]) -> dict[str, bytes]:
     """Libraries by path in the FMU: the entry libraries with the name of the model, and beside them pythonfmu's.
 
     For the platforms of pythonfmu that the compiler builds for.
 
+    Parameters   name : of the model;  variables : its table
     Raises       BuildError: there is no compiler for them, or it fails;  ImportError: pythonfmu is missing
     """
     specification = importlib.util.find_spec("pythonfmu")
@@ -44,7 +68,7 @@ def binaries(name: str) -> dict[str, bytes]:
         raise ImportError("module pythonfmu not found; python -m pip install pythonfmu")
     theirs = Path(specification.origin).parent / "resources" / "binaries"
     files = {}
-    for platform, content in _compiled().items():
+    for platform, content in _compiled(_table(variables)).items():
         folder, library, suffix = PLATFORMS[platform]
         files[f"binaries/{folder}/{name}{suffix}"] = content
         files[f"binaries/{folder}/{library}"] = (theirs / folder / library).read_bytes()

@@ -17,8 +17,8 @@ class BallScrewPreloadMonitorBase(MapSlave):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(monitor_variables, **kwargs)
-        self._inputs = self._getter(*MonitorInputs._fields)
-        self._parameters = self._getter(*MonitorParameters._fields)
+        self._inputs = self._shared.getter(*MonitorInputs._fields)
+        self._parameters = self._shared.getter(*MonitorParameters._fields)
         self._held: float | None = None  # [N] preload of the last step that was in range
 
     def _memory(self) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from ballscrew_fmu.description.fmi2 import model_description
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.pages.page import documentation_files
 from ballscrew_fmu.python_fmu.entry_library import TOKEN_FILE, binaries
-from ballscrew_fmu.python_fmu.slave_base import MAP_FILE
+from ballscrew_fmu.python_fmu.shared_map import MAP_FILE
 from ballscrew_fmu.python_fmu.solver_cache import SOLVER_FOLDER, digest, solver_name
 from ballscrew_tehl import __version__
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -176,7 +176,7 @@ def fmu_files(
     files[f"resources/{script}.py"] = entry.encode()
     files["resources/slavemodule.txt"] = script.encode()
     files[f"resources/{MAP_FILE}"] = nut_map.to_npz()
-    files |= binaries(model.name)
+    files |= binaries(model.name, model.variables(nut_map.header))
     documentation = documentation_files(nut_map.header, model)
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"

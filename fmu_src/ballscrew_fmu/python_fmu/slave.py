@@ -35,11 +35,13 @@ class BallScrewFrictionBase(MapSlave):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(fmu_variables, **kwargs)
-        self._point = self._getter(*POINT, *DEFAULTS)
-        self._regularized = self._getter("speed", "regularization_speed", "presliding")
-        self._given = self._getter("presliding_stiffness", "presliding_damping", "presliding_side")
-        self._loads = self._getter("preload", "axial_load", "net_sliding_coefficient", "breakaway_factor")
-        self._refining = self._getter("refine", "refine_tolerance")
+        self._point = self._shared.getter(*POINT, *DEFAULTS)
+        self._regularized = self._shared.getter("speed", "regularization_speed", "presliding")
+        self._given = self._shared.getter("presliding_stiffness", "presliding_damping", "presliding_side")
+        self._loads = self._shared.getter(
+            "preload", "axial_load", "net_sliding_coefficient", "breakaway_factor"
+        )
+        self._refining = self._shared.getter("refine", "refine_tolerance")
         self._elements = RELAXED
         self._heat = 0.0  # [J] dissipated in the steps
         self._stiffness = ((), 0.0)  # of the screw [N.m/rad], with what it belongs to

@@ -5,17 +5,17 @@ imports. All imports are at the top: an import during a step would fail if the f
 first has been deleted.
 
 No call may raise once the instance exists: pythonfmu 0.7 then releases its objects twice, at the exception and when
-the instance is freed, which crashes the host process. Illegal calls are logged as errors. Steps that fail are
-discarded.
+the instance is freed, which crashes the host process. The entry library (native/python_host/entry.c) refuses what is
+illegal: references that are unknown or cannot be set, all Integer and String variables, states that cannot be read.
+Steps that fail are discarded.
 """
 
+import hashlib
 import importlib
 import json
-import math
-import operator
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from copy import copy
 from typing import Any
 
@@ -23,12 +23,12 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from ballscrew_fmu.python_fmu.process_end import reset_at_exit
-from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable, origin_text, places
+from ballscrew_fmu.python_fmu.shared_map import Table, shared_map
+from ballscrew_fmu.variables.friction import origin_text
 from ballscrew_tehl.runtime.constants import TOO_LARGE
-from ballscrew_tehl.runtime.evaluate import NutMap
 
-MAP_FILE = "nut_map.npz"
-INITIALIZING, STEPPING, TERMINATED, UNUSABLE = range(4)
+INITIALIZING, STEPPING, TERMINATED, UNUSABLE = range(4)  # as in entry.c
+CHECKSUM = hashlib.sha256().digest_size  # [bytes] of a serialized state
 SAVED = ("values", "phase", "stale", "started", "warned")  # of a slave, in a saved state
 
 
@@ -39,24 +39,13 @@ class MapSlave(Fmi2Slave):
     With an invalid input or parameter doStep returns Discard and changes nothing.
     """
 
-    def __init__(self, table: Callable[[Mapping[str, Any]], tuple[Variable, ...]], **kwargs: Any) -> None:
+    def __init__(self, table: Table, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         _restore_imports(self.resources)
         reset_at_exit(self.resources)
-        self._map = NutMap.from_npz(os.path.join(self.resources, MAP_FILE))
-        table_of_map = table(self._map.header)
-        inputs, outputs, parameters = (places(table_of_map, of) for of in ("input", "output", "parameter"))
-        self._table = dict(enumerate(table_of_map, FIRST_REFERENCE))  # by value reference
-        self._outputs = slice(outputs[0], outputs[-1] + 1)
-        self._named = operator.itemgetter(*(self._table[place].name for place in outputs))
-        self._bounds = [(place, -TOO_LARGE) for place in inputs]
-        self._bounds += [(p, _least(self._table[p])) for p in parameters if self._table[p].unit is not None]
-        self._known = self._table.keys()
-        self._settable = frozenset(place for place, _ in self._bounds)
-        self._switches = frozenset(p for p in parameters if self._table[p].unit is None)
-        # by value reference, with nothing below the first
-        self._values: list[Any] = [None] * FIRST_REFERENCE
-        self._values += [0.0 if v.start is None else v.start for v in table_of_map]
+        self._shared = shared_map(self.resources, table)
+        self._map = self._shared.map
+        self._values = copy(self._shared.start)  # by value reference
         self._phase = INITIALIZING
         self._stale = True  # outputs are older than the inputs; used while initializing
         self._started = True  # not if initialization ended with an invalid value: the first good step does it
@@ -80,14 +69,9 @@ class MapSlave(Fmi2Slave):
 
     # for a model
 
-    def _getter(self, *names: str) -> Callable[[list[Any]], Any]:
-        """Function that gets these variables from the list of values; a tuple unless one name is given."""
-        place = {v.name: n for n, v in self._table.items()}
-        return operator.itemgetter(*(place[name] for name in names))
-
     def _set_outputs(self, outputs: Mapping[str, Any]) -> None:
         """Store the outputs of the table by name. Other entries are ignored."""
-        self._values[self._outputs] = self._named(outputs)
+        self._values[self._shared.outputs] = self._shared.named(outputs)
 
     # FMI calls
 
@@ -109,38 +93,24 @@ class MapSlave(Fmi2Slave):
         self._phase = TERMINATED
 
     def get_real(self, vrs: list[int]) -> list[float]:
-        return [float(value) for value in self._get(vrs)]
+        self._refresh()
+        return [float(self._values[vr]) for vr in vrs]
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
-        return [bool(value) for value in self._get(vrs)]
+        self._refresh()
+        return [bool(self._values[vr]) for vr in vrs]
 
     def get_integer(self, vrs: list[int]) -> list[int]:
-        return [int(value) for value in self._none(vrs, "Integer", 0)]
-
-    def get_string(self, vrs: list[int]) -> list[str]:
-        return [str(value) for value in self._none(vrs, "String", "")]
+        """The phase, for the entry library."""
+        return [self._phase] * len(vrs)
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         for vr, value in zip(vrs, values, strict=True):
-            if vr in self._settable:
-                self._values[vr] = value
-            else:
-                self.log(f"{self._name(vr)} is not a Real input or parameter: not set", Fmi2Status.error)
+            self._values[vr] = value
         self._stale = True
 
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        for vr, value in zip(vrs, values, strict=True):
-            if vr in self._switches:
-                self._values[vr] = bool(value)
-            else:
-                self.log(f"{self._name(vr)} is not a Boolean parameter: not set", Fmi2Status.error)
-        self._stale = True
-
-    def set_integer(self, vrs: list[int], values: list[int]) -> None:
-        self._none(vrs, "Integer", 0)
-
-    def set_string(self, vrs: list[int], values: list[str]) -> None:
-        self._none(vrs, "String", "")
+        self.set_real(vrs, [bool(value) for value in values])
 
     def _get_fmu_state(self) -> dict[str, Any]:
         return {
@@ -153,11 +123,7 @@ class MapSlave(Fmi2Slave):
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         if (state.get("code"), state.get("map")) != (__name__, self._map.header["content_hash"]):
             self._phase = UNUSABLE
-            self.log(
-                "FMU state is damaged or of another version or map: not restored. "
-                "doStep returns Discard until a state of this FMU is restored",
-                Fmi2Status.error,
-            )
+            self.log("FMU state is of another version or map: not restored", Fmi2Status.error)
             return
         for name in SAVED:
             setattr(self, f"_{name}", copy(state[name]))
@@ -165,15 +131,16 @@ class MapSlave(Fmi2Slave):
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
-        return json.dumps(state, sort_keys=True).encode()  # floats as repr: exact, NaN and infinity too
+        """Checksum and JSON. A state that could not be read has no bytes."""
+        text = json.dumps(state, sort_keys=True).encode()  # floats as repr: exact, NaN and infinity too
+        return hashlib.sha256(text).digest() + text if state else b""
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        try:
-            found = json.loads(bytes(state))
-        except ValueError:
-            return {}
-        return found if isinstance(found, dict) else {}
+        """The state, empty if the checksum differs."""
+        found, text = bytes(state)[:CHECKSUM], bytes(state)[CHECKSUM:]
+        same: dict[str, Any] = json.loads(text) if hashlib.sha256(text).digest() == found else {}
+        return same
 
     # evaluation
 
@@ -183,35 +150,19 @@ class MapSlave(Fmi2Slave):
             self._stale = False
             self._update(None)
 
-    def _get(self, vrs: list[int]) -> list[Any]:
-        self._refresh()
-        known = self._known
-        return [
-            self._values[vr] if vr in known else self._none([vr], "Real or Boolean", 0.0)[0] for vr in vrs
-        ]
-
-    def _none(self, vrs: list[int], kind: str, value: Any) -> list[Any]:
-        """Default values and a log message for variables that do not exist."""
-        for vr in vrs:
-            self.log(f"no {kind} variable has value reference {vr}", Fmi2Status.error)
-        return [value] * len(vrs)
-
-    def _name(self, vr: int) -> str:
-        return self._table[vr].name if vr in self._known else f"value reference {vr}"
-
     def _discard(self, message: str) -> bool:
         self.log(message, Fmi2Status.discard)
         return False
 
     def _valid(self) -> bool:
         """Whether all inputs and parameters are valid. The first invalid one is logged."""
-        for place, least in self._bounds:
+        for place, least in self._shared.bounds:
             value = self._values[place]
             if not least <= value < TOO_LARGE:
                 needs = "a finite number"
                 if least > -TOO_LARGE:
                     needs += " > 0" if 0.0 < least < 1e-300 else f" >= {least:g}"
-                return self._discard(f"{self._table[place].name} = {value}; needs {needs}")
+                return self._discard(f"{self._shared.table[place].name} = {value}; needs {needs}")
         return True
 
     def _update(self, step: float | None) -> bool:
@@ -229,14 +180,9 @@ class MapSlave(Fmi2Slave):
     def _warn(self, clamped: tuple[str, ...]) -> None:
         for name in clamped:
             if name not in self._warned:
-                value = self._values[next(n for n, v in self._table.items() if v.name == name)]
+                value = self._values[self._shared.place[name]]
                 message = f"{name} = {value} is outside the map and is clamped (logged once)"
                 self._log_once(name, message, Fmi2Status.warning)
-
-
-def _least(variable: Variable) -> float:
-    """Lower bound of a Real parameter; the tolerance must be positive."""
-    return math.ulp(0.0) if variable.name == "refine_tolerance" else variable.minimum or 0.0
 
 
 def _restore_imports(resources: str) -> None:

@@ -62,7 +62,7 @@ ROWS = (
     ),
     Variable(
         "initial_preload", "parameter", "Preload reported before the first valid estimate", "N", minimum=0.0,
-        nominal=1000.0, quantity="Force", of_map=_ROWS["preload"].of_map,
+        nominal=1000.0, quantity="Force", fixed=True, of_map=_ROWS["preload"].of_map,
     ),
     Variable(
         "law_uncertainty", "parameter",

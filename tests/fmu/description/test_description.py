@@ -18,8 +18,10 @@ from fmu_checks import findings, unit_findings, variables_of
 from synthetic_map import LAWS
 
 from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
+from ballscrew_fmu.description.about import about
 from ballscrew_fmu.models import FRICTION, MONITOR, NATIVE_MODELS
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
+from ballscrew_tehl import __date__, __version__
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 pytestmark = pytest.mark.slow
@@ -113,13 +115,27 @@ def test_variables_are_those_of_the_interface(folder_of, model, kind):
         assert numbers.get("reinit") == ("true" if name in ELEMENT_STATES else None)
         parts = kind == 3 and model.parts and row["causality"] in ("input", "output")
         assert node.get("intermediateUpdate") == ("true" if parts else None)
-    assert root.get("generationDateAndTime") is None
     assert kind != "python" or "pythonfmu" in root.get("generationTool")
+    keys = ("version", "author", "copyright", "license", "generationDateAndTime")
+    assert {key: root.get(key) for key in keys} == about()
+    licence = (folder_of(model, kind) / "documentation" / "licenses" / "license.txt").read_text()
+    assert "Permission is hereby granted" in licence
+    assert about()["copyright"] in licence
 
 
 def _number(text):
     words = {None: None, "true": True, "false": False}
     return words[text] if text in words else float(text)
+
+
+def test_the_date_is_that_of_the_version_or_of_a_reproducible_build(monkeypatch):
+    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
+    found = about()
+    assert (
+        found == about() == found | {"version": __version__, "generationDateAndTime": f"{__date__}T00:00:00Z"}
+    )
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86461")
+    assert about() == found | {"generationDateAndTime": "1970-01-02T00:01:01Z"}
 
 
 @EACH

@@ -35,7 +35,7 @@ def test_replay_gives_the_numbers_of_the_map(case, kind, built, tmp_path, monkey
     rows = list(reference_input(synthetic_nut_map.header))
     if case.kind == "CS":
         expected = presliding_outputs(synthetic_nut_map, rows, STEP)
-    else:  # without the bristle, which is then a matter of the solver; no event gives off heat
+    else:  # without presliding, which is then a matter of the solver; no event gives off heat
         expected = [expected_outputs(synthetic_nut_map, 0.1, row) | {"heat": 0.0} for row in rows]
     folder = tmp_path / writable(SPECIAL_FOLDER)
     folder.mkdir()

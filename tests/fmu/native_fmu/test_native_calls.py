@@ -32,7 +32,7 @@ from native_library import (
 )
 from synthetic_map import closed_form, make_map
 
-from ballscrew_fmu.models import NATIVE_MODELS, TRANSMISSION
+from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl.runtime.constants import ELEMENTS
@@ -206,13 +206,12 @@ def test_a_bad_value_in_co_simulation_discards_the_step(version):
         ):
             one.go(), other.go()
             good, before, time = one.get(name)[0], one.outputs(), doubles(0.0)
-            lowest = -1.0 if name == "presliding_side" else 0.0
-            for bad in (*BAD, *(() if name in INPUTS else (lowest - 1e-9,))):
+            for bad in (*BAD, *(() if name in INPUTS else (-1e-9,))):
                 assert one.set(**{name: bad}) == OK
                 assert one.step(one.time, 1e-3) == DISCARD
                 assert one.messages[-1][:2] == (DISCARD, "logStatusDiscard")
                 assert re.match(rf"{name} = .+ needs a finite number >= \S+ and < 1e\+30", one.last)
-                assert name in INPUTS or f">= {lowest:g} " in one.last
+                assert name in INPUTS or ">= 0 " in one.last
                 assert one.outputs() == before
             if version == 2:
                 assert one.call("GetRealStatus", 2, time) == OK
@@ -282,7 +281,12 @@ def test_variables_that_cannot_be_set_or_read_are_refused(version, kind):
 @both_versions
 @both_kinds
 def test_a_boolean_answers_a_read_as_real_and_parameters_are_tunable(version, kind):
-    """pathsim-fmi and CoFMPy read all outputs as Real. Parameters: between steps and at events."""
+    """pathsim-fmi and CoFMPy read all outputs as Real. Parameters: between steps and at events, fixed ones before."""
+    for model, fixed in ((FRICTION, "presliding_side"), (MONITOR, "initial_preload")):
+        with NativeInstance(version, kind, model=model).start(**{fixed: 0.5}) as one:
+            assert one.set(speed=1.0, **{fixed: 0.25}) == ERROR
+            assert f"{fixed} cannot be set in {'Step' if kind == CS else 'Event'} Mode" in one.last
+            assert one.get(fixed, "speed") == [0.5, 0.0]
     for speed, inside in ((3.0, 1.0), (1e6, 0.0)):
         with NativeInstance(version, kind).start(speed=speed) as one:
             if kind == CS:
@@ -413,23 +417,26 @@ def test_clamped_inputs_are_reported_once(version, kind):
         assert [m.text.split()[0] for m in one.messages][2:] == ["speed", "preload"]
 
 
-def test_the_warning_of_each_model_names_what_is_beyond_the_map():
-    beyond = {"preload": 2e4, "speed": 400.0, "temperature": 400.0}
-    cases = {
-        "friction": beyond | {"axial_load": 2e4}, "transmission": beyond | {"position": -2e-5},
-        "monitor": {"speed": 400.0, "temperature": 400.0, "axial_load": 2e4, "torque": 1e3},
-    }  # fmt: skip
-    for model in NATIVE_MODELS:
-        for name, value in cases[model.layer].items():
-            at = {"torque": 0.8, "speed": 20.0} if model.layer == "monitor" else {}
-            with NativeInstance(2, model=model).start(**at | {name: value}) as one:
-                named = [m.text.split(" = ")[0] for m in one.messages if m.status == WARNING]
-                assert named[-1:] == [name]  # a load that parts the nuts names the torque of the monitor too
+@pytest.mark.parametrize("speed", [0.0, 20.0])
+def test_the_warning_of_each_model_names_what_is_beyond_the_map(speed):
+    """At rest too, with the value; of the transmission the force of the loaded nut, which no input states."""
+    both = {"speed": 400.0, "temperature": 400.0}
+    beyond = {FRICTION: both | {"preload": 40.0, "axial_load": 2e4}, TRANSMISSION: both | {"preload": 40.0}}
+    beyond[MONITOR] = both | {"axial_load": 2e4} | ({"torque": 1e3} if speed else {})  # not estimated at rest
+    cases = [(model, name, {name: x}) for model, values in beyond.items() for name, x in values.items()]
+    cases += [(TRANSMISSION, f"force_nut_{nut}", {"position": x}) for nut, x in (("a", -2e-5), ("b", 2e-5))]
+    for model, name, values in cases:
+        at = {"torque": 0.8} if model is MONITOR else {}
+        with NativeInstance(2, model=model).start(**at | {"speed": speed} | values) as one:
+            # the last one: a load that parts the nuts names the torque of the monitor too
+            named, _, value, *rest = one.last.split()
+            assert (named, " ".join(rest)) == (name, "is outside the map and is clamped (logged once)")
+            assert float(value) == pytest.approx(one.get(name)[0], rel=1e-9)
     with NativeInstance(2, model=TRANSMISSION).start() as one:
-        assert one.messages == []
-        assert one.set(position=2e-5) == OK
-        one.step(0.0, 1e-6)
-        assert one.last == "position = 2e-05 is outside the map and is clamped (logged once)"
+        for n, position in enumerate((0.0, 2e-5, 2e-5, -2e-5)):
+            assert one.set(position=position) == OK
+            assert one.step(n * 1e-6, 1e-6) == OK
+        assert [m.text.split()[0] for m in one.messages] == ["force_nut_b", "force_nut_a"]
 
 
 @both_versions

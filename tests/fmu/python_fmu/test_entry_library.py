@@ -108,6 +108,48 @@ def test_without_a_logger_it_runs_and_after_a_discarded_step_the_statuses_are_th
     one.free(one.handle)
 
 
+ILLEGAL = {  # call and variables or references; None: an array that is NULL
+    ("GetReal", "speed", 0): "no Real variable has value reference 0",
+    ("GetReal", "speed", 999): "no Real variable has value reference 999",
+    ("GetReal", None): "an array is a NULL pointer",
+    **{(f"{way}{kind}", "speed", 1): f"{kind} variable has value reference 2"
+       for kind in ("Integer", "String", "Boolean") for way in ("Get", "Set")},
+    ("SetReal", "speed", "friction_torque"): "friction_torque cannot be set in Step Mode",
+    ("SetReal", "speed", "presliding_side"): "presliding_side cannot be set in Step Mode",
+    ("SetReal", "speed", "in_range"): "no settable Real variable has",
+    ("SetReal", "speed", 0): "no settable Real variable has value reference 0",
+    ("SetBoolean", "presliding", "in_range"): "in_range cannot be set in Step Mode",
+}  # fmt: skip
+
+
+def test_illegal_values_are_errors_with_the_messages_of_the_native_fmu(unpacked):
+    """Nothing of such a call is stored; after it the instance has to be reset."""
+    place = {v.name: v.valueReference for v in fmpy.read_model_description(unpacked).modelVariables}
+    one = Called(unpacked)
+
+    def call(name, references, *values):
+        given = None if references == [None] else [place.get(r, r) for r in references]
+        vr = None if given is None else (ctypes.c_uint * len(given))(*given)
+        room = (c_double * 2)(*values)
+        return one.call(name, vr, c_size_t(len(references)), room), list(room)
+
+    for (name, *references), reason in ILLEGAL.items():
+        for category, count in ((b"logAll", 1), (b"logStatusFatal", 0)):
+            assert call("SetReal", ["presliding_side"], 0.25)[0] == 0
+            assert one.call("SetDebugLogging", 1, c_size_t(1), (c_char_p * 1)(category)) == 0
+            initialized(one)
+            one.messages.clear()
+            assert call(name, references, 3.0, 3.0)[0] == 3, (name, references)
+            assert [m[:2] for m in one.messages] == [(3, b"logStatusError")] * count
+            assert all(reason in m[2] and m[2].endswith(f"(fmi2{name})") for m in one.messages)
+            assert call("GetReal", ["speed", "presliding_side"]) == (0, [0.0, 0.25])
+            assert one.call("DoStep", c_double(0.0), c_double(0.5), 1) == 3
+            assert one.call("Reset") == 0
+    for unknown in (b"logEverything", None):
+        assert one.call("SetDebugLogging", 1, c_size_t(1), (c_char_p * 1)(unknown)) == 3
+    one.free(one.handle)
+
+
 def test_it_runs_below_any_path(fmu, tmp_path):
     for name in ("a blank", "hash#", "percent%41", "plus+", "umlaut \u00fc", "is \u4e2d\u6587", "q?&;'"):
         name = writable(name)

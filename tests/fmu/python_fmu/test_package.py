@@ -117,6 +117,10 @@ result["second after the first is gone"] = torque(second)
 assert second.slave.serializeFMUstate(second.slave.getFMUstate())
 many = [FmuInstance(second_folder, preload=100.0 * (n + 1)) for n in range(100)]
 result["hundred"] = [torque(x) for x in many]
+result["maps"] = sum(type(x).__name__ == "NutMap" for x in gc.get_objects())
+swapped = unpack("one", "swapped")
+shutil.copy(folder / "map" / "resources" / "nut_map.npz", Path(swapped) / "resources")
+result["swapped"] = torque(FmuInstance(swapped))
 for instance in many:
     instance.close()
 gc.collect()
@@ -128,7 +132,7 @@ print(json.dumps(result))
 
 def test_copies_versions_and_maps_in_one_process(tmp_path, built):
     """In a process of its own: copies of which one is deleted, another version of the code with equal names, another
-    map, the monitor, a hundred instances."""
+    map, the monitor, a hundred instances, which share one map, and a map that was replaced in the resources."""
     (tmp_path / "one.fmu").write_bytes(built().read_bytes())
     (tmp_path / "monitor.fmu").write_bytes(built(MONITOR).read_bytes())
     build_fmu(make_map(viscous_scale=3.0), tmp_path / "map.fmu")
@@ -146,6 +150,8 @@ def test_copies_versions_and_maps_in_one_process(tmp_path, built):
     assert found["preload"] == pytest.approx(2000.0, rel=1e-9)
     assert found["second after the first is gone"] == pytest.approx(torque(), rel=1e-12)
     assert found["hundred"] == pytest.approx([torque(100.0 * (n + 1)) for n in range(100)], rel=1e-12)
+    assert found["maps"] == 4  # of one, doubled, map and monitor
+    assert found["swapped"] == pytest.approx(torque(scale=3.0), rel=1e-12)
     assert found["survivors"] == pytest.approx([torque(), torque(), *others], rel=1e-12)
     assert found["stale paths"] == []
 

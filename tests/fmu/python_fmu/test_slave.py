@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from synthetic_map import make_map
 
 from ballscrew_fmu.checks.replay import FmuInstance, kind_of
@@ -116,9 +117,9 @@ def test_an_input_outside_the_map_is_that_of_its_limit_and_reported_once(unpacke
 
 def test_a_step_that_is_too_long_for_presliding_is_reported_once(unpacked):
     for factor, count in ((0.98, 0), (1.02, 1)):
-        with FmuInstance(unpacked) as one:
-            one.step(1.0, speed=10.0)  # slides: no matter
-            one.step(1.0, speed=0.0)  # at rest: no matter
+        with FmuInstance(unpacked, presliding_side=0.1) as one:
+            for speed in (0.0, 10.0, 0.0):  # at rest, elastic or not, or while it slides: no matter
+                one.step(1.0, speed=speed)
             assert one.messages == []
             for speed in (-0.1, 0.1, -0.1):
                 assert one.step(factor * DAMPING_TIME, speed=speed)
@@ -131,7 +132,7 @@ NUMBERS = ("preload", "speed", "temperature", "axial_load", "roughness_height", 
 def test_a_bad_value_discards_the_step_and_changes_nothing(unpacked):
     bad = [(name, value) for name in NUMBERS for value in (math.nan, math.inf, -math.inf, 1e40)]
     bad += [(name, -1e-9) for name in (*NUMBERS[4:], "presliding_stiffness", "regularization_speed")]
-    bad += [("refine_tolerance", 0.0), ("presliding_side", -1.1)]
+    bad += [("refine_tolerance", 0.0)]
     with FmuInstance(unpacked, speed=0.01) as one, FmuInstance(unpacked, speed=0.01) as undisturbed:
         for name, value in bad:
             for each in (one, undisturbed):
@@ -151,7 +152,11 @@ def test_a_bad_value_discards_the_step_and_changes_nothing(unpacked):
 
 
 def test_a_bad_start_value_can_be_replaced_also_from_a_saved_state(unpacked):
-    """The elements then slide in the direction of the speed, as if the good value had been there at once."""
+    """The elements then slides in the direction of the speed, as if the good value had been there at once. A fixed
+    parameter can be replaced after a reset."""
+    with FmuInstance(unpacked, presliding_side=-1.1) as one:
+        assert one.step() is False
+        assert one.messages[-1] == (DISCARD, "presliding_side = -1.1; needs a finite number >= -1")
     for restored in (False, True):
         with FmuInstance(unpacked, speed=math.nan) as one, FmuInstance(unpacked, speed=0.01) as good:
             assert one.messages == [(DISCARD, "speed = nan; needs a finite number")]
@@ -184,16 +189,11 @@ def test_outputs_follow_the_inputs_while_initializing_and_steps_afterwards(unpac
         assert one.step() is False
 
 
-def test_wrong_calls_and_exceptions_are_logged_and_have_no_effect(unpacked, slave_module):
+def test_an_exception_is_logged_and_has_no_effect(unpacked, slave_module):
     """An exception of the Python code would kill the process when the instance is freed (pythonfmu 0.7)."""
     with FmuInstance(unpacked) as one:
-        place, slave = one._references, one.slave
         one.step(speed=30.0)
         before = one.outputs()
-        slave.setReal([999, place["friction_torque"]], [1.0, 99.0])
-        slave.setBoolean([place["in_range"], place["speed"], 999], [True] * 3)
-        slave.setString([0], ["text"])
-        assert {status for status, _ in one.messages} == {ERROR}
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(slave_module(unpacked), "presliding_friction", None)
             assert one.step(presliding_stiffness=1.0) is False
@@ -230,17 +230,30 @@ def test_a_state_is_complete_can_be_restored_repeatedly_and_continues_in_another
             assert go_on(other) == go_on(fresh)
 
 
+def refused(call, *arguments):
+    with pytest.raises(FMICallException) as error:
+        call(*arguments)
+    assert error.value.status == ERROR
+
+
 def test_a_state_of_another_map_or_damaged_is_refused_and_the_steps_after_it_too(unpacked, tmp_path):
     other = build_fmu(make_map(viscous_scale=2.0), tmp_path / "other.fmu").path
     with FmuInstance(unpacked) as one, FmuInstance(other) as two:
         good = two.slave.getFMUstate()
-        for content in (one.slave.serializeFMUstate(one.slave.getFMUstate()), b"\xff{", b"[1]"):
-            two.slave.setFMUstate(two.slave.deSerializeFMUstate(content))
+        content = two.slave.serializeFMUstate(good)
+        another = two.slave.deSerializeFMUstate(one.slave.serializeFMUstate(one.slave.getFMUstate()))
+        for call, given, reason in (
+            (two.slave.setFMUstate, another, "of another version or map"),
+            *((two.slave.deSerializeFMUstate, text, "damaged")
+              for text in (b"\xff{", b"", b"[1]", content[:-1], content[:-20] + b"1" + content[-19:])),
+        ):  # fmt: skip
+            refused(call, given)
             assert two.messages[-1][0] == ERROR
-            assert "damaged or of another version or map" in two.messages[-1][1]
-            assert two.step(speed=1.0) is False
-        two.slave.setFMUstate(good)
-        assert two.step(speed=1.0) is True
+            assert reason in two.messages[-1][1]
+            refused(two.step)
+            assert "called in Error" in two.messages[-1][1]
+            two.slave.setFMUstate(good)
+            assert two.step(speed=1.0) is True
 
 
 def test_friction_numbers_of_another_screw_are_reported_once(tmp_path):

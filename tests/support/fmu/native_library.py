@@ -35,7 +35,9 @@ REALS = tuple(v.name for v in VARIABLES if v.unit is not None)
 INDICATORS = tuple(v.name for v in VARIABLES if v.indicates)
 OUTPUTS = tuple(v.name for v in VARIABLES if v.causality == "output" and v.unit is not None)
 INPUTS = tuple(v.name for v in VARIABLES if v.causality == "input")
-REAL_PARAMETERS = tuple(v.name for v in VARIABLES if v.causality == "parameter" and v.unit is not None)
+REAL_PARAMETERS = tuple(  # tunable ones
+    v.name for v in VARIABLES if v.causality == "parameter" and v.unit is not None and not v.fixed
+)
 
 
 def doubles(*values: float) -> Any:

@@ -42,7 +42,8 @@ void model_latch(Model *model);
    only. */
 void model_step(Model *model, double step);
 
-/* One bit per input, in their order: clamped at the latched point. */
+/* What is beyond the map and clamped at the latched point, an input or an output that the friction depends on: one bit
+   per variable of the table, from the first input. Less than 29 bits. */
 unsigned model_clamped(Model *model);
 
 /* Whether the fields of a saved state other than value and latched are valid. */

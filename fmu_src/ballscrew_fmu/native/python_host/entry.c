@@ -2,12 +2,16 @@
    then passes every call on to it.
 
    pythonfmu decodes nothing but %20 in the URI of the resources and ends the host if it finds no script there; it
-   accepts any GUID and model exchange; it passes messages to the logger as formats and categories as NULL. Its library
-   is in the same folder under its own name. An instance holds the addresses of its functions, so that there is no
-   global data. */
+   accepts any GUID and model exchange; it passes messages to the logger as formats and categories as NULL; Python code
+   cannot return fmi2Error through it. So unknown references, variables that cannot be set and damaged states are
+   refused here, with the messages of the native FMU; after an error the instance has to be reset, or a state restored.
+   Its library is in the same folder under its own name. An instance holds the addresses of its functions, so that there
+   is no global data except the constant table of variables. */
 #define _GNU_SOURCE /* dladdr */
 #include "fmi2Functions.h"
 
+#include <stdarg.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,6 +25,21 @@
 #endif
 
 #include "uri.h"
+
+typedef struct {
+    const char *name;
+    bool boolean;
+    enum { NEVER, INITIALLY, ALWAYS } settable;
+} Variable;
+
+#include "entry_table.h" /* generated: variables by value reference from FIRST_REFERENCE */
+
+#define VARIABLE_COUNT (sizeof variables / sizeof variables[0])
+
+/* Phase of the slave, as in slave_base.py: its Integer of this reference, which no variable has */
+#define PHASE_REFERENCE 0U
+enum { INITIALIZING, STEPPING, ENDED, UNUSABLE };
+static const char *const phases[] = {"Initialization Mode", "Step Mode", "Terminated", "Error"};
 
 #define TOKEN_FILE "guid.txt" /* in the resources: the GUID of the model description they belong to */
 #define SCRIPT_FILE "slavemodule.txt"
@@ -67,12 +86,16 @@ typedef struct {
     fmi2CallbackFunctions callbacks; /* given to pythonfmu, which keeps their address */
     fmi2CallbackLogger logger;       /* of the importer; NULL: none */
     fmi2ComponentEnvironment environment;
+    bool logs_errors;
+    bool failed; /* state "error" of the standard: a call was refused */
+    char name[1]; /* of the instance */
 } Entry;
 
 /* --- messages ---------------------------------------------------------------------------------------------------- */
 
 static const char *const categories[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
                                          "logStatusFatal"};
+#define CATEGORIES (sizeof categories / sizeof categories[0])
 
 /* Logger of pythonfmu. The message has no arguments: % and # are doubled, as the importer takes it for a format. */
 static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
@@ -93,9 +116,29 @@ static void log_message(fmi2ComponentEnvironment environment, fmi2String name, f
     }
     format[used] = '\0';
     if (category == NULL || category[0] == '\0') {
-        category = (unsigned)status < sizeof categories / sizeof categories[0] ? categories[status] : categories[0];
+        category = (unsigned)status < CATEGORIES ? categories[status] : categories[0];
     }
     entry->logger(entry->environment, name, status, category, format);
+}
+
+/* Refuses a call of an instance. */
+static fmi2Status fail(Entry *entry, const char *call, const char *format, ...)
+{
+    char message[512];
+    va_list arguments;
+    int used;
+
+    va_start(arguments, format);
+    used = vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
+    if (used >= 0 && (size_t)used < sizeof message) {
+        (void)snprintf(message + used, sizeof message - (size_t)used, " (%s)", call);
+    }
+    if (entry->logs_errors) {
+        log_message(entry, entry->name, fmi2Error, categories[fmi2Error], message);
+    }
+    entry->failed = true;
+    return fmi2Error;
 }
 
 /* Logs why there is no instance, and frees it. */
@@ -305,13 +348,15 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean loggingOn)
 {
-    Entry *entry = calloc(1, sizeof *entry);
+    Entry *entry = calloc(1, sizeof *entry + (instanceName != NULL ? strlen(instanceName) : 0));
     char token[LONGEST_TOKEN + 1], reason[900], *folder;
     size_t length;
 
     if (entry == NULL) {
         return NULL;
     }
+    strcpy(entry->name, instanceName != NULL ? instanceName : "");
+    entry->logs_errors = loggingOn != fmi2False;
     if (functions != NULL) {
         entry->callbacks = *functions;
         entry->logger = functions->logger;
@@ -383,65 +428,199 @@ void fmi2FreeInstance(fmi2Component c)
     }
 }
 
-#define FORWARD(name, parameters, ...)                                      \
-    fmi2Status fmi2##name parameters                                        \
-    {                                                                       \
-        const Entry *entry = c;                                             \
-        return entry == NULL ? fmi2Error : entry->calls.name(entry->slave, __VA_ARGS__); \
-    }
-#define FORWARD_PLAIN(name)                                                 \
-    fmi2Status fmi2##name(fmi2Component c)                                  \
-    {                                                                       \
-        const Entry *entry = c;                                             \
-        return entry == NULL ? fmi2Error : entry->calls.name(entry->slave); \
-    }
-#define GET(type)                                                                                              \
-    FORWARD(Get##type, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2##type value[]), vr, nvr, \
-            value)
-#define SET(type)                                                                                                    \
-    FORWARD(Set##type, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2##type value[]), vr, nvr, \
-            value)
+/* --- calls that are passed on ------------------------------------------------------------------------------------ */
 
-FORWARD(SetDebugLogging, (fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String chosen[]),
-        loggingOn, nCategories, chosen)
-FORWARD(SetupExperiment, (fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
-                          fmi2Boolean stopTimeDefined, fmi2Real stopTime),
+#define BEGIN                \
+    Entry *const entry = c;  \
+    if (entry == NULL) {     \
+        return fmi2Error;    \
+    }
+/* After an error: until it is reset, or a state is restored. */
+#define BEGIN_GOOD(call)                                                                               \
+    BEGIN                                                                                              \
+    if (entry->failed) {                                                                               \
+        return fail(entry, call, "called in Error; legal after fmi2Reset or when an FMU state is restored"); \
+    }
+#define FORWARD(begin, name, parameters, ...)                \
+    fmi2Status fmi2##name parameters                         \
+    {                                                        \
+        begin                                                \
+        return entry->calls.name(entry->slave, __VA_ARGS__); \
+    }
+#define FORWARD_PLAIN(name)                     \
+    fmi2Status fmi2##name(fmi2Component c)      \
+    {                                           \
+        BEGIN_GOOD("fmi2" #name)                \
+        return entry->calls.name(entry->slave); \
+    }
+
+FORWARD(BEGIN_GOOD("fmi2SetupExperiment"), SetupExperiment,
+        (fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
+         fmi2Boolean stopTimeDefined, fmi2Real stopTime),
         toleranceDefined, tolerance, startTime, stopTimeDefined, stopTime)
 FORWARD_PLAIN(EnterInitializationMode)
 FORWARD_PLAIN(ExitInitializationMode)
 FORWARD_PLAIN(Terminate)
-FORWARD_PLAIN(Reset)
-GET(Real)
-GET(Integer)
-GET(Boolean)
-GET(String)
-SET(Real)
-SET(Integer)
-SET(Boolean)
-SET(String)
-FORWARD(GetFMUstate, (fmi2Component c, fmi2FMUstate *FMUstate), FMUstate)
-FORWARD(SetFMUstate, (fmi2Component c, fmi2FMUstate FMUstate), FMUstate)
-FORWARD(FreeFMUstate, (fmi2Component c, fmi2FMUstate *FMUstate), FMUstate)
-FORWARD(SerializedFMUstateSize, (fmi2Component c, fmi2FMUstate FMUstate, size_t *size), FMUstate, size)
-FORWARD(SerializeFMUstate, (fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte bytes[], size_t size), FMUstate, bytes,
-        size)
-FORWARD(DeSerializeFMUstate, (fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *FMUstate), bytes,
-        size, FMUstate)
-FORWARD(GetDirectionalDerivative, (fmi2Component c, const fmi2ValueReference unknown[], size_t nUnknown,
-                                   const fmi2ValueReference known[], size_t nKnown, const fmi2Real dvKnown[],
-                                   fmi2Real dvUnknown[]),
-        unknown, nUnknown, known, nKnown, dvKnown, dvUnknown)
-FORWARD(SetRealInputDerivatives, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                  const fmi2Integer order[], const fmi2Real value[]),
-        vr, nvr, order, value)
-FORWARD(GetRealOutputDerivatives, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                                   const fmi2Integer order[], fmi2Real value[]),
-        vr, nvr, order, value)
-FORWARD(DoStep, (fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
-                 fmi2Boolean noSetFMUStatePriorToCurrentPoint),
+FORWARD(BEGIN_GOOD("fmi2DoStep"), DoStep,
+        (fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
+         fmi2Boolean noSetFMUStatePriorToCurrentPoint),
         currentCommunicationPoint, communicationStepSize, noSetFMUStatePriorToCurrentPoint)
 FORWARD_PLAIN(CancelStep)
-FORWARD(GetRealStatus, (fmi2Component c, const fmi2StatusKind s, fmi2Real *value), s, value)
+FORWARD(BEGIN, GetDirectionalDerivative,
+        (fmi2Component c, const fmi2ValueReference unknown[], size_t nUnknown, const fmi2ValueReference known[],
+         size_t nKnown, const fmi2Real dvKnown[], fmi2Real dvUnknown[]),
+        unknown, nUnknown, known, nKnown, dvKnown, dvUnknown)
+FORWARD(BEGIN, SetRealInputDerivatives,
+        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[], const fmi2Real value[]),
+        vr, nvr, order, value)
+FORWARD(BEGIN, GetRealOutputDerivatives,
+        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[], fmi2Real value[]), vr,
+        nvr, order, value)
+FORWARD(BEGIN, GetRealStatus, (fmi2Component c, const fmi2StatusKind s, fmi2Real *value), s, value)
+
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String chosen[])
+{
+    bool errors = nCategories == 0;
+
+    BEGIN
+    if (nCategories > 0 && chosen == NULL) {
+        return fail(entry, "fmi2SetDebugLogging", "an array is a NULL pointer");
+    }
+    for (size_t i = 0; i < nCategories; ++i) {
+        size_t known = 0;
+        while (known < CATEGORIES && (chosen[i] == NULL || strcmp(chosen[i], categories[known]) != 0)) {
+            ++known;
+        }
+        if (known == CATEGORIES) {
+            return fail(entry, "fmi2SetDebugLogging", "log category %.80s is unknown",
+                        chosen[i] != NULL ? chosen[i] : "NULL");
+        }
+        errors = errors || known == 0 || known == fmi2Error;
+    }
+    entry->logs_errors = loggingOn != fmi2False && errors;
+    return entry->calls.SetDebugLogging(entry->slave, loggingOn, nCategories, chosen);
+}
+
+fmi2Status fmi2Reset(fmi2Component c)
+{
+    BEGIN
+    entry->failed = false;
+    return entry->calls.Reset(entry->slave);
+}
+
+/* --- values ------------------------------------------------------------------------------------------------------ */
+
+static int phase_of(const Entry *entry)
+{
+    const fmi2ValueReference reference = PHASE_REFERENCE;
+    fmi2Integer phase = UNUSABLE;
+
+    return entry->calls.GetInteger(entry->slave, &reference, 1, &phase) == fmi2OK ? phase : UNUSABLE;
+}
+
+static bool can_be_set(const Entry *entry, const Variable *variable)
+{
+    return variable->settable == ALWAYS || (variable->settable == INITIALLY && phase_of(entry) == INITIALIZING);
+}
+
+/* Whether all references are those of variables that the call may get or set. A Boolean may be read as Real, as in the
+   native FMU. */
+static fmi2Status check(Entry *entry, const char *call, const char *type, bool sets, const fmi2ValueReference vr[],
+                        size_t nvr, const void *value)
+{
+    const bool real = strcmp(type, "Real") == 0, boolean = strcmp(type, "Boolean") == 0;
+
+    if (nvr > 0 && (vr == NULL || value == NULL)) {
+        return fail(entry, call, "an array is a NULL pointer");
+    }
+    for (size_t i = 0; i < nvr; ++i) {
+        const size_t index = vr[i] - FIRST_REFERENCE; /* wraps around below the first */
+        const Variable *variable = index < VARIABLE_COUNT ? &variables[index] : NULL;
+        if (variable == NULL || !(variable->boolean ? boolean || (real && !sets) : real)) {
+            return fail(entry, call, "no %s%s variable has value reference %u", sets ? "settable " : "", type, vr[i]);
+        }
+        if (sets && !can_be_set(entry, variable)) {
+            return fail(entry, call, "%s cannot be set in %s", variable->name, phases[phase_of(entry)]);
+        }
+    }
+    return fmi2OK;
+}
+
+#define VALUES(name, begin, type, sets, modifier)                                                                     \
+    fmi2Status fmi2##name(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, modifier fmi2##type value[])    \
+    {                                                                                                                 \
+        begin                                                                                                         \
+        if (check(entry, "fmi2" #name, #type, sets, vr, nvr, (const void *)value) != fmi2OK) {                        \
+            return fmi2Error;                                                                                         \
+        }                                                                                                             \
+        return nvr == 0 ? fmi2OK : entry->calls.name(entry->slave, vr, nvr, value);                                   \
+    }
+VALUES(GetReal, BEGIN, Real, false, )
+VALUES(GetInteger, BEGIN, Integer, false, )
+VALUES(GetBoolean, BEGIN, Boolean, false, )
+VALUES(GetString, BEGIN, String, false, )
+VALUES(SetReal, BEGIN_GOOD("fmi2SetReal"), Real, true, const)
+VALUES(SetInteger, BEGIN_GOOD("fmi2SetInteger"), Integer, true, const)
+VALUES(SetBoolean, BEGIN_GOOD("fmi2SetBoolean"), Boolean, true, const)
+VALUES(SetString, BEGIN_GOOD("fmi2SetString"), String, true, const)
+
+/* --- saved states ------------------------------------------------------------------------------------------------ */
+
+#define BEGIN_STATE(call, missing)                                                      \
+    BEGIN                                                                               \
+    if (missing) {                                                                      \
+        return fail(entry, call, "FMU state or an argument is a NULL pointer");         \
+    }
+
+FORWARD(BEGIN_STATE("fmi2GetFMUstate", FMUstate == NULL), GetFMUstate, (fmi2Component c, fmi2FMUstate *FMUstate),
+        FMUstate)
+FORWARD(BEGIN_STATE("fmi2SerializedFMUstateSize", FMUstate == NULL || size == NULL), SerializedFMUstateSize,
+        (fmi2Component c, fmi2FMUstate FMUstate, size_t *size), FMUstate, size)
+FORWARD(BEGIN_STATE("fmi2SerializeFMUstate", FMUstate == NULL || bytes == NULL), SerializeFMUstate,
+        (fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte bytes[], size_t size), FMUstate, bytes, size)
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
+{
+    fmi2Status status = fmi2OK;
+
+    BEGIN
+    if (FMUstate != NULL && *FMUstate != NULL) {
+        status = entry->calls.FreeFMUstate(entry->slave, FMUstate);
+        *FMUstate = NULL;
+    }
+    return status;
+}
+
+/* The slave logs why it cannot use a state, and is unusable from then on. */
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
+{
+    fmi2Status status;
+
+    BEGIN_STATE("fmi2SetFMUstate", FMUstate == NULL)
+    status = entry->calls.SetFMUstate(entry->slave, FMUstate);
+    entry->failed = status != fmi2OK || phase_of(entry) == UNUSABLE;
+    return entry->failed ? fmi2Error : fmi2OK;
+}
+
+/* What the slave cannot read is a state of no bytes. */
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *FMUstate)
+{
+    const char *const call = "fmi2DeSerializeFMUstate";
+    fmi2FMUstate state = NULL;
+    size_t length = 0;
+
+    BEGIN_STATE(call, bytes == NULL || FMUstate == NULL)
+    if (entry->calls.DeSerializeFMUstate(entry->slave, bytes, size, &state) != fmi2OK
+        || entry->calls.SerializedFMUstateSize(entry->slave, state, &length) != fmi2OK || length == 0) {
+        if (state != NULL) {
+            (void)entry->calls.FreeFMUstate(entry->slave, &state);
+        }
+        return fail(entry, call, "serialized FMU state of %lu bytes is damaged or not of this FMU",
+                    (unsigned long)size);
+    }
+    *FMUstate = state;
+    return fmi2OK;
+}
 
 /* These are for asynchronous steps, except for fmi2Terminated: the FMU does not end a simulation, and an importer that
    gets "false" may go on without a message after a discarded step. As in the native FMU. */

@@ -140,7 +140,7 @@ static bool event(Instance *instance)
     return changed;
 }
 
-/* One warning for each input that is clamped. */
+/* One warning for each variable that is clamped. */
 static void warn_of_clamping(Instance *instance)
 {
     unsigned beyond;
@@ -151,9 +151,8 @@ static void warn_of_clamping(Instance *instance)
     }
     beyond = model_clamped(&instance->now.model) & ~instance->now.warned;
     instance->now.warned |= beyond;
-    for (int input = 0; beyond != 0U; ++input, beyond >>= 1) {
+    for (int reference = (int)INPUT_FIRST; beyond != 0U; ++reference, beyond >>= 1) {
         if ((beyond & 1U) != 0U) {
-            const int reference = (int)INPUT_FIRST + input;
             instance_warn(instance, "%s = %s is outside the map and is clamped (logged once)", model_variables[reference].name,
                  number_text(model_get(&instance->now.model, reference), text));
         }

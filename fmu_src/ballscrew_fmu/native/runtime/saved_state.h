@@ -25,15 +25,16 @@ typedef struct {
     double time; /* [s] last communication point, or as set in model exchange */
     double stop; /* [s] infinity: not defined */
     unsigned state;
-    unsigned warned; /* warnings already logged: bit per clamped input, then these */
+    unsigned warned; /* warnings already logged: bit per clamped variable, and these */
     bool stale;      /* a value was set after the outputs were computed */
     bool unchecked;  /* co-simulation: a value that was set may be invalid */
     bool postponed;  /* co-simulation: initialization ended with an invalid value; the first good step does it */
     bool reported;   /* event mode of co-simulation: the last step ended at an event, which is not handled yet */
 } Situation;
 
-#define WARNED_TIME (1U << INPUT_COUNT)
-#define WARNED_STEP (2U * WARNED_TIME)
+/* beyond the bits of model_clamped */
+#define WARNED_TIME (1U << 29)
+#define WARNED_STEP (1U << 30)
 
 typedef struct Saved Saved;
 struct Saved {

@@ -2,14 +2,14 @@
 #include "instance.h"
 
 /* States in which a variable may be set; 0: never. */
-static unsigned settable_in(enum Causality causality)
+static unsigned settable_in(const Variable *variable)
 {
-    switch (causality) {
+    switch (variable->causality) {
     case CAUSALITY_INPUT:
         return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE
                | INTERMEDIATE_UPDATE_MODE;
     case CAUSALITY_PARAMETER:
-        return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE;
+        return INSTANTIATED | INITIALIZATION_MODE | (variable->fixed ? 0U : STEP_MODE | EVENT_MODE);
     case CAUSALITY_STATE:
         return INSTANTIATED | INITIALIZATION_MODE | CONTINUOUS_TIME_MODE;
     default:
@@ -54,7 +54,7 @@ bool instance_is_valid(Instance *instance)
     const double *value = instance->now.model.value;
 
     for (unsigned i = 0; instance->now.unchecked && i < (unsigned)VARIABLE_COUNT; ++i) {
-        if (settable_in(model_variables[i].causality) != 0U && !model_accepts((int)i, value[i])) {
+        if (settable_in(&model_variables[i]) != 0U && !model_accepts((int)i, value[i])) {
             (void)invalid(instance, i, value[i]);
             return false;
         }
@@ -104,7 +104,7 @@ Status instance_set_reals(Instance *instance, const unsigned references[], size_
         if (!is_real(index)) {
             return unknown(instance, "settable Real", references[i]);
         }
-        if ((settable_in(model_variables[index].causality) & instance->now.state) == 0U) {
+        if ((settable_in(&model_variables[index]) & instance->now.state) == 0U) {
             char here[32];
             instance_list_states(instance->now.state, here, sizeof here);
             return instance_fail(instance, "%s cannot be set in %s", model_variables[index].name, here);
@@ -142,11 +142,10 @@ Status instance_set_boolean(Instance *instance, unsigned reference, bool value)
 {
     const unsigned index = instance_index(reference);
 
-    if (index >= (unsigned)VARIABLE_COUNT || !model_variables[index].boolean
-        || settable_in(model_variables[index].causality) == 0U) {
+    if (index >= (unsigned)VARIABLE_COUNT || is_real(index)) {
         return unknown(instance, "settable Boolean", reference);
     }
-    if ((settable_in(model_variables[index].causality) & instance->now.state) == 0U) {
+    if ((settable_in(&model_variables[index]) & instance->now.state) == 0U) {
         char here[32];
         instance_list_states(instance->now.state, here, sizeof here);
         return instance_fail(instance, "%s cannot be set in %s", model_variables[index].name, here);

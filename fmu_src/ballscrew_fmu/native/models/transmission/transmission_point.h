@@ -43,15 +43,13 @@ static inline void point_outputs(const Point *point, const Parts *parts, const P
     transmission_outputs(&point->contacts, parts, presliding, at, step, out);
 }
 
-/* Force that the loaded nut lacks to the end of the map, negative outside by more than rounding [N]. */
-static inline Number force_left(const Map *map, const Point *point)
+/* What a force lacks to the end of the map, negative outside by more than rounding [N]. */
+static inline Number force_left(const Map *map, Number force)
 {
-    const Number highest = greater(point->contacts.a.force, point->contacts.b.force);
-
-    return subtract(constant(map->force.hi * (1.0 + FORCE_ROUNDING)), highest);
+    return subtract(constant(map->force.hi * (1.0 + FORCE_ROUNDING)), force);
 }
 
-/* One bit per input, in their order. A force of a nut beyond the map is due to the position. */
+/* One bit per variable, from the first input. */
 static inline unsigned point_clamped(const Map *map, const Point *point, const Number at[])
 {
     const double preload = value_of(at[PRELOAD]);
@@ -60,15 +58,18 @@ static inline unsigned point_clamped(const Map *map, const Point *point, const N
     return (preload_inside ? 0U : 1U << (PRELOAD - INPUT_FIRST))
            | (point->conditions.speed_clamped ? 1U << (SPEED - INPUT_FIRST) : 0U)
            | (point->conditions.temperature_clamped ? 1U << (TEMPERATURE - INPUT_FIRST) : 0U)
-           | (value_of(force_left(map, point)) < 0.0 ? 1U << (POSITION - INPUT_FIRST) : 0U);
+           | (value_of(force_left(map, point->contacts.a.force)) < 0.0 ? 1U << (FORCE_NUT_A - INPUT_FIRST) : 0U)
+           | (value_of(force_left(map, point->contacts.b.force)) < 0.0 ? 1U << (FORCE_NUT_B - INPUT_FIRST) : 0U);
 }
 
 /* Least distance from the limits of preload, speed, temperature and force of the loaded nut, each as a share of the
    length of its axis. Negative outside. */
 static inline Number point_margin(const Map *map, const Point *point, const Number at[])
 {
+    const Number highest = greater(point->contacts.a.force, point->contacts.b.force);
+
     return lesser(nut_margin(map, at[PRELOAD], at[SPEED], at[TEMPERATURE]),
-                  over(force_left(map, point), map->force.hi));
+                  over(force_left(map, highest), map->force.hi));
 }
 
 #endif
