@@ -84,10 +84,12 @@ class FrictionModel:
         return float(self.model.getReal([self.reference["friction_torque"]])[0])
 
     def sliding(self) -> frozenset[int]:
-        """Elements that slide, while the speed is not 0: their states are constant."""
+        """Elements that slide, while the speed is not 0: their states hardly change, those of the others follow it."""
         rates = (ctypes.c_double * self.states)()
         self.model.getDerivatives(rates, self.states)
-        return frozenset(i for i, rate in enumerate(rates) if rate == 0.0)
+        (speed,) = self.model.getReal([self.reference["speed"]])
+        sticking = abs(speed) * np.sqrt(START["presliding_stiffness"] / self.states)
+        return frozenset(i for i, rate in enumerate(rates) if abs(rate) < 0.5 * sticking)
 
     def __enter__(self) -> "FrictionModel":
         return self

@@ -365,6 +365,13 @@ def fmu_variables(header: Header) -> tuple[Variable, ...]:
 
 ELEMENT_STATES = tuple(f"presliding_element_{i}" for i in range(1, ELEMENTS + 1))
 _SLIPPING = (*_COEFFICIENTS, "presliding", "presliding_stiffness", "presliding_side")
+
+
+def other_elements(name: str) -> tuple[str, ...]:
+    """The other states: one of them that is set is why presliding_side is not used."""
+    return tuple(other for other in ELEMENT_STATES if other != name)
+
+
 STATES = (  # native FMUs only
     *(
         Variable(
@@ -378,7 +385,8 @@ STATES = (  # native FMUs only
     *(
         Variable(
             f"{name}_rate", "local", f"Time derivative of {name}", "rad/s", nominal=1.0, quantity="AngularVelocity",
-            initially_depends_on=_SLIPPING, derivative_of=name, of_map={"depends_on": _coulomb(name)},
+            initially_depends_on=(*_SLIPPING, *other_elements(name)), derivative_of=name,
+            of_map={"depends_on": _coulomb(name)},
         )
         for name in ELEMENT_STATES
     ),
@@ -394,7 +402,7 @@ STATES = (  # native FMUs only
     *(
         Variable(
             f"slip_indicator_{i}", "local", f"Event indicator of elasto-slip element {i}: it begins or ends to slide",
-            "1", nominal=1.0, initially_depends_on=_SLIPPING, indicates=True,
+            "1", nominal=1.0, initially_depends_on=(*_SLIPPING, *other_elements(name)), indicates=True,
             of_map={"depends_on": _coulomb(name)},
         )
         for i, name in enumerate(ELEMENT_STATES, 1)

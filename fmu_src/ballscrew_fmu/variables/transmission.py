@@ -13,6 +13,7 @@ from ballscrew_fmu.variables.friction import (
     OfMap,
     Variable,
     of_map,
+    other_elements,
 )
 from ballscrew_tehl.runtime.transmission import CONTACT_DAMPING_TIME
 
@@ -167,7 +168,7 @@ def _state_row(v: Variable) -> Variable:
     if number[-1].isdigit():
         return v._replace(
             depends_on=(*_ALL, f"presliding_element_{number[-1]}"),
-            initially_depends_on=(*_ELASTIC, *_FRICTION),
+            initially_depends_on=(*_ELASTIC, *_FRICTION, *other_elements(f"presliding_element_{number[-1]}")),
             of_map={},
         )
     loads = _LOADS if kind == "stiffness" else _ALL

@@ -57,7 +57,7 @@ static const char *head_from(Map *map, const double *numbers)
         }
     }
     memcpy(map->defaults, numbers + 3 * MAP_AXES, sizeof map->defaults);
-    map->presliding_angle = numbers[NUMBERS - 1];
+    map->presliding_angle = numbers[NUMBERS - 1] * pow(map->force.lo, 1.0 / 3.0); /* that at 1 N is in the file */
     if (!(map->presliding_angle > 0.0 && isfinite(map->presliding_angle))) {
         return "presliding angle is invalid";
     }

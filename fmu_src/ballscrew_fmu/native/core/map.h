@@ -35,7 +35,7 @@ struct Map {
     int law; /* FILM_SHEAR_LAW or MECHANISTIC_LAW */
     Axis force, speed, temperature, preload, share;
     double defaults[MAP_DEFAULTS];
-    double presliding_angle;  /* [rad] Coulomb torque over presliding stiffness at 1 N per nut */
+    double presliding_angle;  /* [rad] Coulomb torque over presliding stiffness at the lowest force */
     const double *torque;     /* (speed, temperature, force, TORQUE_COLUMNS) */
     const double *films;      /* (speed, temperature, force, FILM_COLUMNS) */
     const double *curves;     /* (force, CURVE_COLUMNS) */

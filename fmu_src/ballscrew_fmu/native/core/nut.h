@@ -24,6 +24,7 @@ typedef struct {
     Number weight[4];    /* of the neighbours in force */
     Number force;        /* [N] */
     Number share, third; /* force divided by the lowest of the axis, at most 1; its cube root */
+    Number log_width;    /* logarithm of the contact width divided by that at the lowest force, at least 0 */
     Number log_hysteresis, log_sliding, log_free; /* logarithms of the curves at this force */
     Number hysteresis, sliding_load; /* [N.m] as in Loads */
     Number free;         /* shear of balls on two flanks divided by that on four alike; 1: no oversize balls */

@@ -163,8 +163,10 @@ static inline void place_nuts(const Map *map, const Number force[], int nuts, Lo
     for (int n = 0; n < nuts; ++n) {
         LoadedNut *nut = &loads->nut[n];
         const bool below = value_of(force[n]) < map->force.lo;
+        const Number place = axis_position(&map->force, force[n], &nut->cell);
         const double *curves;
-        spline_weights(axis_position(&map->force, force[n], &nut->cell), nut->weight);
+        spline_weights(place, nut->weight);
+        nut->log_width = over(add(place, constant(nut->cell)), 3.0 * map->force.scale); /* it grows as force^(1/3) */
         nut->force = force[n];
         nut->share = below ? over(force[n], map->force.lo) : constant(1.0);
         nut->third = below ? power(nut->share, 1.0 / 3.0) : constant(1.0);
@@ -222,9 +224,9 @@ NUT_FUNCTION void nut_sums(const Map *map, Loads *loads)
         nut->sliding_load = multiply(exponential(nut->log_sliding), nut->share);
         loads->sliding_load = add(loads->sliding_load, nut->sliding_load);
         if (value_of(nut->force) > 0.0) {
-            const Number angle = times(map->presliding_angle, power(nut->force, 1.0 / 3.0)); /* contact width */
-            loads->stiffness_hysteresis = add(loads->stiffness_hysteresis, divide(nut->hysteresis, angle));
-            loads->stiffness_sliding = add(loads->stiffness_sliding, divide(nut->sliding_load, angle));
+            const Number narrow = divide(exponential(negative(nut->log_width)), times(map->presliding_angle, nut->third));
+            loads->stiffness_hysteresis = add(loads->stiffness_hysteresis, multiply(nut->hysteresis, narrow));
+            loads->stiffness_sliding = add(loads->stiffness_sliding, multiply(nut->sliding_load, narrow));
         }
         nut->free = exponential(nut->log_free);
     }

@@ -12,6 +12,7 @@ typedef struct {
     Number coulomb; /* [N.m] torque of sliding */
     Number root;    /* [sqrt(N.m/rad)] of the stiffness of one element */
     Number damping; /* [N.m.s/rad] of all elements */
+    Number unit;    /* state at which the first element slides; element i at 2 i + 1 times it: even yield travels */
 } PreslidingLevel;
 
 /* The state of an element is its deflection times the root of its stiffness [rad at 1 N.m/rad]: its energy is half the
@@ -48,18 +49,12 @@ static inline Number regularised_sign(Number speed, Number regularization_speed)
 /* stiffness: of all elements at rest [N.m/rad]; 0: none, which has no Coulomb torque either */
 static inline PreslidingLevel presliding_level(Number coulomb, Number stiffness, Number damping)
 {
-    const PreslidingLevel out = {coulomb, root(over(stiffness, ELEMENTS)), damping};
+    PreslidingLevel out = {coulomb, root(over(stiffness, ELEMENTS)), damping, constant(0.0)};
 
-    return out;
-}
-
-/* State at which the first element slides. Element i slides at 2 i + 1 times it: yield travels are spread evenly. */
-static inline Number first_limit(const PreslidingLevel *level)
-{
-    if (!(value_of(level->root) > 0.0 && value_of(level->coulomb) > 0.0)) {
-        return constant(0.0);
+    if (value_of(out.root) > 0.0 && value_of(coulomb) > 0.0) {
+        out.unit = divide(coulomb, times((double)ELEMENTS * ELEMENTS, out.root));
     }
-    return divide(level->coulomb, times((double)ELEMENTS * ELEMENTS, level->root));
+    return out;
 }
 
 /* Whether no element holds a load, or all slide. unit: limit of the first element. */
@@ -93,7 +88,7 @@ static inline Number energy_of_elements(const Number element[ELEMENTS])
    slide, -1 to 1; 0: from the speed */
 static inline void initial_elements(Number side, double speed, const PreslidingLevel *level, Number element[ELEMENTS])
 {
-    const Number unit = first_limit(level);
+    const Number unit = level->unit;
     Number travel;
 
     if (value_of(side) == 0.0) {
@@ -117,34 +112,42 @@ static inline Number damped_torque(Number elastic, Number damped, Number coulomb
 static inline void presliding_after_step(const Number before[ELEMENTS], Number speed, double step,
                                          const PreslidingLevel *level, Presliding *out)
 {
-    const Number unit = first_limit(level), travel = absolute(times(step, speed));
-    const Number way = with_sign_of(multiply(level->root, travel), speed), length = absolute(way);
-    Number sum = constant(0.0), moved = sum, heat = sum, lost = sum, stored = sum, damped, work;
+    const Number travel = absolute(times(step, speed)), length = multiply(level->root, travel);
+    const Number way = with_sign_of(length, speed);
+    const double per_second = 1.0 / step;
+    Number from[ELEMENTS], slack = constant(0.0), moved = slack, lost = slack, stored = slack, sum = slack, heat, damped,
+                           work;
 
     for (int i = 0; i < ELEMENTS; ++i) {
-        const Number limit = times(2.0 * i + 1.0, unit), from = element_within(before[i], limit);
-        const Number to = element_within(add(from, way), limit), change = subtract(to, from);
+        const Number limit = times(2.0 * i + 1.0, level->unit);
 
-        lost = add(lost, multiply(subtract(before[i], from), add(before[i], from)));
-        heat = add(heat, multiply(limit, subtract(length, absolute(change))));
-        stored = add(stored, multiply(change, add(to, from)));
+        from[i] = element_within(before[i], limit);
+        out->element[i] = element_within(add(from[i], way), limit);
+        out->rate[i] = times(per_second, subtract(out->element[i], before[i]));
+    }
+    for (int i = 0; i < ELEMENTS; ++i) {
+        const Number to = out->element[i], change = subtract(to, from[i]);
+
+        lost = add(lost, multiply(subtract(before[i], from[i]), add(before[i], from[i])));
+        stored = add(stored, multiply(change, add(to, from[i])));
+        slack = add(slack, times(2.0 * i + 1.0, change));
         moved = add(moved, change);
         sum = add(sum, to);
-        out->element[i] = to;
-        out->rate[i] = over(subtract(to, before[i]), step);
     }
     lost = times(0.5, lost);
     stored = times(0.5, stored);
+    /* all move along the speed: what they do not follow, they slide */
+    heat = multiply(level->unit, subtract(times((double)ELEMENTS * ELEMENTS, length), absolute(slack)));
     heat = greater(heat, constant(0.0)); /* rounding */
     /* of the mean deflection; it is 0 without stiffness */
     damped = value_of(level->root) > 0.0
-                 ? multiply(level->damping, over(absolute(divide(moved, level->root)), ELEMENTS * step))
+                 ? multiply(level->damping, times(per_second / ELEMENTS, absolute(divide(moved, level->root))))
                  : constant(0.0);
     work = damped_torque(add(heat, stored), multiply(damped, travel), multiply(level->coulomb, travel));
     sum = multiply(level->root, value_of(speed) < 0.0 ? negative(sum) : sum);
     out->torque = with_sign_of(damped_torque(sum, damped, level->coulomb), speed);
-    out->power = over(add(lost, greater(subtract(work, stored), heat)), step);
-    out->supply = over(work, step);
+    out->power = times(per_second, add(lost, greater(subtract(work, stored), heat)));
+    out->supply = times(per_second, work);
 }
 
 /* At an instant. slips: bit per element that slides (model exchange), in direction; the others follow the motion, except
@@ -153,13 +156,13 @@ static inline void presliding_after_step(const Number before[ELEMENTS], Number s
 static inline void presliding_at_instant(const Number element[ELEMENTS], Number speed, const PreslidingLevel *level,
                                          bool with_damping, unsigned slips, int direction, Presliding *out)
 {
-    const Number unit = first_limit(level), pace = absolute(speed);
+    const Number pace = absolute(speed);
     const Number travel = multiply(level->root, pace);
     Number along = constant(0.0), power = along, stored = along, elastic, damped;
     int moving = 0;
 
     for (int i = 0; i < ELEMENTS; ++i) {
-        const Number limit = times(2.0 * i + 1.0, unit);
+        const Number limit = times(2.0 * i + 1.0, level->unit);
         const Number held = element_within(element[i], limit);
         const Number loaded = value_of(speed) < 0.0 ? negative(element[i]) : element[i];
 

@@ -83,14 +83,6 @@ static void store_elements(Model *model, const Presliding *now)
     model->element_supply = now->supply;
 }
 
-/* [rad at 1 N.m/rad] at which the first element slides */
-static double limit_of(double coulomb, double stiffness)
-{
-    const PreslidingLevel level = presliding_level(coulomb, stiffness, 0.0);
-
-    return first_limit(&level);
-}
-
 /* The elements at the latched point. */
 static void compute_presliding(Model *model)
 {
@@ -109,7 +101,7 @@ static void compute_presliding(Model *model)
     store_elements(model, &now);
     if (!model->began || model->step > 0.0) {
         model->stiffness = model->stiffness_here;
-        model->free = elements_free(now.element, limit_of(coulomb, model->stiffness));
+        model->free = elements_free(now.element, presliding_level(coulomb, model->stiffness, 0.0).unit);
     }
 }
 
@@ -161,7 +153,7 @@ static void latch(Model *model, double step)
     model->step = step;
     model->power_of_parts = 0.0;
     memcpy(model->before, &model->value[PRESLIDING_ELEMENT_1], sizeof model->before);
-    model->from_side = memcmp(model->before, model->initial, sizeof model->before) == 0;
+    model->from_side = !model->began && memcmp(model->before, model->initial, sizeof model->before) == 0;
     model->located = model->parts_known = model->torque_known = model->films_known = false;
     if (!presliding(model)) {
         model->element_torque = model->element_power = model->element_supply = 0.0;
@@ -269,7 +261,7 @@ void model_clear_computed(Model *model)
 
 static double present_limit(Model *model)
 {
-    return limit_of(coulomb_magnitude(friction_parts(model)), model->stiffness);
+    return presliding_level(coulomb_magnitude(friction_parts(model)), model->stiffness, 0.0).unit;
 }
 
 /* Of the stiffness that is held, to where it follows that of the loads. */
