@@ -27,6 +27,9 @@ from ballscrew_tehl.runtime.constants import ELEMENTS, STIFFNESS_RATIO
 States = tuple[float, ...]  # [rad at 1 N.m/rad] of the elements
 
 
+_WEIGHTS = tuple(2.0 * i + 1.0 for i in range(ELEMENTS))  # yield travels spread evenly
+
+
 class Elements(NamedTuple):
     """The elements between two steps."""
 
@@ -75,7 +78,7 @@ def element_limits(coulomb_torque: float, stiffness: float) -> States:
     if not (coulomb_torque > 0.0 and stiffness > 0.0):
         return RELAXED.states
     unit = coulomb_torque / (ELEMENTS**2 * math.sqrt(stiffness / ELEMENTS))
-    return tuple((2 * i + 1) * unit for i in range(ELEMENTS))
+    return tuple([weight * unit for weight in _WEIGHTS])
 
 
 def initial_elements(side: float, speed: float, coulomb_torque: float, stiffness: float) -> Elements:
@@ -93,7 +96,7 @@ def initial_elements(side: float, speed: float, coulomb_torque: float, stiffness
 
 
 def _held(states: States, limits: States, stiffness: float) -> Elements:
-    slide = all(abs(y) >= m for y, m in zip(states, limits, strict=True))
+    slide = tuple(map(abs, states)) == limits  # none is beyond
     return Elements(states, stiffness, slide or not any(states))
 
 
@@ -145,11 +148,11 @@ def presliding_friction(
                  before : elements at the start of the step
                  stiffness : held_stiffness;  damping : as in presliding_step
     """
-    result = presliding_step(before.states, speed, step or 0.0, coulomb_torque, stiffness, damping)
+    limits = element_limits(coulomb_torque, stiffness)
+    result = _step(before.states, speed, step or 0.0, coulomb_torque, stiffness, damping, limits)
     sign = result.torque / coulomb_torque if coulomb_torque > 0.0 else 0.0
     if step:
-        elements = _held(result.states, element_limits(coulomb_torque, stiffness), stiffness)
-        return CoulombFriction(sign, result.heat / step, elements)
+        return CoulombFriction(sign, result.heat / step, _held(result.states, limits, stiffness))
     return CoulombFriction(sign, presliding_power(before.states, speed, coulomb_torque, stiffness), before)
 
 
@@ -194,20 +197,38 @@ def presliding_step(
                  damping alone would reach several times that. The work at the torque of the end is not less than at
                  the mean torque without damping, so that the limited law is passive at both.
     """
-    limits, root = element_limits(coulomb_torque, stiffness), math.sqrt(stiffness / ELEMENTS)
-    start = tuple(min(max(y, -m), m) for y, m in zip(before, limits, strict=True))
-    if step <= 0.0:
-        return PreslidingStep(before, root * sum(start), 0.0)
+    limits = element_limits(coulomb_torque, stiffness)
+    return _step(before, speed, step, coulomb_torque, stiffness, damping, limits)
+
+
+def _step(
+    before: States,
+    speed: float,
+    step: float,
+    coulomb_torque: float,
+    stiffness: float,
+    damping: float,
+    limits: States,
+) -> PreslidingStep:
+    root = math.sqrt(stiffness / ELEMENTS)
     direction, travel = math.copysign(1.0, speed), abs(speed) * step
     way = direction * root * travel
-    end = tuple(min(max(y + way, -m), m) for y, m in zip(start, limits, strict=True))
-    # of what the elements stored above a level that has decreased, and of those that slide
-    lost = 0.5 * sum((y - z) * (y + z) for y, z in zip(before, start, strict=True))
-    slid = sum(m * (abs(way) - abs(y - z)) for m, y, z in zip(limits, end, start, strict=True))
-    slid = max(0.0, slid)  # rounding
-    stored = 0.5 * sum((y - z) * (y + z) for y, z in zip(end, start, strict=True))
-    damped = damping * abs(sum(end) - sum(start)) / (root * ELEMENTS * step) if root > 0.0 else 0.0
+    end, lost, slid, stored, moved = [], 0.0, 0.0, 0.0, 0.0
+    for y, m in zip(before, limits, strict=True):
+        start = -m if y < -m else m if y > m else y
+        after = start + way
+        after = -m if after < -m else m if after > m else after
+        change = after - start
+        lost += (y - start) * (y + start)  # above a level that has decreased
+        slid += m * (abs(way) - abs(change))
+        stored += change * (after + start)
+        moved += change
+        end.append(after)
+    if step <= 0.0:
+        return PreslidingStep(before, root * sum(end), 0.0)
+    slid, stored = max(0.0, slid), 0.5 * stored  # rounding
+    damped = damping * abs(moved) / (root * ELEMENTS * step) if root > 0.0 else 0.0
     # of the mean torque, which is limited to the Coulomb torque like that at the end
     work = min(slid + stored + damped * travel, coulomb_torque * travel)
     torque = min(direction * root * sum(end) + damped, coulomb_torque)
-    return PreslidingStep(end, direction * torque, lost + max(work - stored, slid))
+    return PreslidingStep(tuple(end), direction * torque, 0.5 * lost + max(work - stored, slid))
