@@ -35,6 +35,7 @@ class FmuModel(NamedTuple):
     layer: str  # folder of the model in native/models
     terminals: tuple[Terminal, ...] = ()
     borrowed: tuple[str, ...] = ()  # files of other models in native/models
+    step: float = 1e-3  # [s] of the default experiment
     parts: bool = True  # steps in parts: event mode and intermediate updates of FMI 3 co-simulation
 
     @property
@@ -127,6 +128,7 @@ TRANSMISSION = FmuModel(
         "friction/tangent.h",
         "friction/tangent_law.h",
     ),
+    step=1e-5,  # below 1.5 times the damping time of the contacts: stable with any masses and either order of exchange
     parts=False,  # angle and position are those at the start of a step, also of one that ends early
 )
 MODELS = (FRICTION, MONITOR)  # for Python hosts and native

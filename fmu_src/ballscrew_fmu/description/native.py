@@ -83,7 +83,7 @@ def native_description(
     """
     names = (model.native_name, model.summary, token, generation_tool)
     variables, interfaces = model.native_variables(header), capabilities(model, fmi_version)
-    return described(header, fmi_version, names, variables, interfaces, LOG_CATEGORIES, sources)
+    return described(header, fmi_version, names, variables, interfaces, LOG_CATEGORIES, sources, model.step)
 
 
 def described(
@@ -94,11 +94,13 @@ def described(
     interfaces: Mapping[str, Mapping[str, str]],
     categories: Mapping[str, str],
     sources: Sequence[str] = (),
+    step: float = 1e-3,
 ) -> bytes:
     """modelDescription.xml of any FMU.
 
     Parameters   names : of the model, first words of the description, token, tool;  interfaces : flags of each
                  categories : of the log;  sources : C files, listed in FMI 2.0
+                 step : of the default experiment [s]
     """
     name, summary, token, tool = names
     band = band_text(header)
@@ -126,7 +128,7 @@ def described(
     logged = SubElement(root, "LogCategories")
     for category, text in categories.items():
         SubElement(logged, "Category", name=category, description=text)
-    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="1.0", stepSize="0.001")
+    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="1.0", stepSize=repr(step))
     if fmi_version == 2:
         root.set("numberOfEventIndicators", str(sum(v.indicates for v in variables)))
     parts = any(claimed.get("providesIntermediateUpdate") == "true" for claimed in interfaces.values())

@@ -402,6 +402,41 @@ def test_derivatives_through_fmi(version, kind):
 # --- messages ---
 
 
+@pytest.mark.parametrize("parallel", [False, True])
+@pytest.mark.parametrize("trapezoidal", [False, True])
+def test_an_exchange_that_cannot_be_stable_is_reported_once_with_the_largest_step(parallel, trapezoidal):
+    """Shaft and table outside; mass, order and rule are found from the steps. The step that is named is stable."""
+    inertia, table, ratio = 3e-3, 150.0, 8e-3 / (2.0 * math.pi)
+
+    def steps(size, count):
+        angle = speed = position = velocity = torque = force = 0.0
+        with NativeInstance(2, model=TRANSMISSION).start() as one:
+            for n in range(count):
+                assert one.go(size, angle=angle, speed=speed, position=position, velocity=velocity)
+                before, now = (torque, force), one.get("screw_torque", "nut_force")
+                torque, force = now
+                used = before if parallel else now
+                faster = speed + size * (math.sin(30.0 * n * size) - used[0]) / inertia
+                quicker = velocity + size * (used[1] - 20.0) / table
+                angle += size * (0.5 * (speed + faster) if trapezoidal else faster)
+                position += size * (0.5 * (velocity + quicker) if trapezoidal else quicker)
+                speed, velocity = faster, quicker
+                if abs(force) > 1e9:
+                    break
+            texts = [m.text for m in one.messages if "exchange of motion and force" in m.text]
+            return texts, abs(force)
+
+    texts, force = steps(5e-4, 40)
+    assert len(texts) == 1
+    assert force > 1e6
+    mass, limit = (float(re.search(f"{before} ([0-9.e-]+)", texts[0])[1]) for before in ("together", "below"))
+    assert mass == pytest.approx(1.0 / (1.0 / table + ratio**2 / inertia), rel=0.1)
+    assert ("trapezoidal" in texts[0], "of the last step" in texts[0]) == (trapezoidal, parallel)
+    texts, force = steps(0.8 * limit, 2000)
+    assert texts == []
+    assert force < 3e3
+
+
 @both_versions
 @both_kinds
 def test_clamped_inputs_are_reported_once(version, kind):

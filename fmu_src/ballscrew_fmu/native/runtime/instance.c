@@ -177,6 +177,25 @@ static void warn_of_step(Instance *instance, double step)
 }
 #endif
 
+#ifdef MODEL_COUPLING
+static void warn_of_coupling(Instance *instance, double step)
+{
+    CouplingLimit limit;
+    char texts[3][32];
+
+    if ((instance->now.warned & WARNED_COUPLING) == 0U && instance_logs(instance, STATUS_WARNING)
+        && model_coupling_unstable(&instance->now.model, step, &limit)) {
+        instance->now.warned |= WARNED_COUPLING;
+        instance_warn(instance,
+             "step = %s s; the exchange of motion and force with the masses of table and shaft (together %s kg at the nut, "
+             "%s, with values of %s) is stable for steps below %s s only; BallScrewAxis has the masses inside (logged once)",
+             number_text(step, texts[0]), number_text(limit.mass, texts[1]),
+             limit.trapezoidal ? "trapezoidal rule" : "semi-implicit", limit.parallel ? "the last step" : "this step",
+             number_text(limit.step, texts[2]));
+    }
+}
+#endif
+
 /* --- life cycle -------------------------------------------------------------------------------------------------- */
 
 static bool is_time(double value)
@@ -272,6 +291,9 @@ void instance_end_step(Instance *instance, double time, double longest)
     warn_of_clamping(instance);
 #ifdef MODEL_WARNS_OF_STEPS
     warn_of_step(instance, longest);
+#ifdef MODEL_COUPLING
+    warn_of_coupling(instance, longest);
+#endif
 #else
     (void)longest;
 #endif

@@ -143,7 +143,7 @@ static void pass_situation(Walk *walk, Situation *situation)
     pass_double(walk, &situation->time);
     pass_double(walk, &situation->stop);
     pass_unsigned(walk, &situation->state, FAILED);
-    pass_unsigned(walk, &situation->warned, 2U * WARNED_STEP - 1U);
+    pass_unsigned(walk, &situation->warned, 2U * WARNED_COUPLING - 1U);
     pass_bool(walk, &situation->stale);
     pass_bool(walk, &situation->unchecked);
     pass_bool(walk, &situation->reported);

@@ -35,6 +35,7 @@ typedef struct {
 /* beyond the bits of model_clamped */
 #define WARNED_TIME (1U << 29)
 #define WARNED_STEP (1U << 30)
+#define WARNED_COUPLING (1U << 31)
 
 typedef struct Saved Saved;
 struct Saved {

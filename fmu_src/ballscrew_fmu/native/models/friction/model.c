@@ -170,8 +170,18 @@ void model_latch(Model *model)
 
 void model_step(Model *model, double step)
 {
+#ifdef MODEL_COUPLING
+    const double last_step = model->step, last_force = last_step > 0.0 ? model_get(model, NUT_FORCE) : 0.0;
+#endif
+
     latch(model, step);
     model->began = true;
+#ifdef MODEL_COUPLING
+    if (last_step > 0.0 && step > 0.0) {
+        const Contacts *contacts = &locate(model)->contacts;
+        coupling_step(&model->coupling, contacts->first, contacts->drift, last_step, last_force);
+    }
+#endif
     if (presliding(model)) {
         compute_presliding(model);
     } else if (step > 0.0) {
@@ -184,6 +194,16 @@ void model_step(Model *model, double step)
 }
 
 #define ROUNDING_SHARE 1e-9 /* of the Coulomb torque */
+
+#ifdef MODEL_COUPLING
+bool model_coupling_unstable(Model *model, double step, CouplingLimit *limit)
+{
+    const Contacts *contacts = &locate(model)->contacts;
+
+    return coupling_unstable(&model->coupling, contacts->a.slope + contacts->b.slope,
+                             model->latched[CONTACT_DAMPING_TIME], step, limit);
+}
+#endif
 
 bool model_step_too_long(Model *model, double step, double *stiffness, double *damping)
 {

@@ -33,6 +33,9 @@ struct Model {
     bool follows;                   /* it is that of the loads */
     unsigned slips;                 /* model exchange: bit per element that slides */
     int slip;                       /* +1 or -1 direction in which they slide, 0: none does */
+#ifdef MODEL_COUPLING
+    Coupling coupling; /* co-simulation: with the masses of the importer */
+#endif
     bool located, parts_known, torque_known, films_known;
     Point point; /* the latched one */
     Parts parts;
@@ -41,8 +44,8 @@ struct Model {
 /* Fields of a saved state other than value and latched: numbers, arrays with their lengths, flags, masks with their
    numbers of bits, signs. */
 #define MODEL_NUMBERS(X) X(step) X(stiffness) X(stiffness_here) X(element_torque) X(element_power) X(element_supply) X(power_of_parts) \
-    X(event_heat) X(heat)
-#define MODEL_ARRAYS(X) X(before, ELEMENTS) X(initial, ELEMENTS)
+    X(event_heat) X(heat) MODEL_COUPLING_NUMBERS(X)
+#define MODEL_ARRAYS(X) X(before, ELEMENTS) X(initial, ELEMENTS) MODEL_COUPLING_ARRAYS(X)
 #define MODEL_FLAGS(X) X(continuous) X(events) X(in_range) X(from_side) X(began) X(moved) X(free) X(follows)
 #define MODEL_MASKS(X) X(slips, ELEMENTS)
 #define MODEL_SIGNS(X) X(slip)
@@ -51,5 +54,10 @@ struct Model {
    [N.m.s/rad]. */
 #define MODEL_WARNS_OF_STEPS
 bool model_step_too_long(struct Model *model, double step, double *stiffness, double *damping);
+
+#ifdef MODEL_COUPLING
+/* Whether the exchange of motion and force in steps of this length [s] is unstable, and which is not. */
+bool model_coupling_unstable(struct Model *model, double step, CouplingLimit *limit);
+#endif
 
 #endif
