@@ -140,9 +140,12 @@ static bool event(Instance *instance)
     return changed;
 }
 
-/* One warning for each input that is clamped. */
+/* One warning for each input, or what the model names in its place, that is clamped. */
 static void warn_of_clamping(Instance *instance)
 {
+#ifdef MODEL_CLAMPED
+    static const int clamped[INPUT_COUNT] = MODEL_CLAMPED;
+#endif
     unsigned beyond;
     char text[32];
 
@@ -153,7 +156,11 @@ static void warn_of_clamping(Instance *instance)
     instance->now.warned |= beyond;
     for (int input = 0; beyond != 0U; ++input, beyond >>= 1) {
         if ((beyond & 1U) != 0U) {
+#ifdef MODEL_CLAMPED
+            const int reference = clamped[input];
+#else
             const int reference = (int)INPUT_FIRST + input;
+#endif
             instance_warn(instance, "%s = %s is outside the map and is clamped (logged once)", model_variables[reference].name,
                  number_text(model_get(&instance->now.model, reference), text));
         }
@@ -174,6 +181,22 @@ static void warn_of_step(Instance *instance, double step)
              "over stiffness of the bristle only, %s N.m.s/rad over %s N.m/rad = %s s (logged once)",
              number_text(step, texts[0]), number_text(damping, texts[1]), number_text(stiffness, texts[2]),
              number_text(damping / stiffness, texts[3]));
+    }
+}
+#endif
+
+#ifdef MODEL_CUTS_STEPS
+static void warn_of_cut(Instance *instance, double step)
+{
+    char text[32];
+
+    if ((instance->now.warned & WARNED_STEP) == 0U && model_step_cut(&instance->now.model)
+        && instance_logs(instance, STATUS_WARNING)) {
+        instance->now.warned |= WARNED_STEP;
+        instance_warn(instance,
+             "step = %s s; its motion is too fast for error_bound, the error of the step is larger: take a shorter step, "
+             "a larger bound or check inertias, masses and stiffness (logged once)",
+             number_text(step, text));
     }
 }
 #endif
@@ -273,6 +296,8 @@ void instance_end_step(Instance *instance, double time, double longest)
     warn_of_clamping(instance);
 #ifdef MODEL_WARNS_OF_STEPS
     warn_of_step(instance, longest);
+#elif defined MODEL_CUTS_STEPS
+    warn_of_cut(instance, longest);
 #else
     (void)longest;
 #endif

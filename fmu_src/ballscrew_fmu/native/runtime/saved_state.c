@@ -108,6 +108,13 @@ static void pass_text(Walk *walk, const char *text)
     }
 }
 
+#ifndef MODEL_ARRAYS
+#define MODEL_ARRAYS(X)
+#endif
+#ifndef MODEL_MASKS
+#define MODEL_MASKS(X)
+#endif
+
 /* All fields of the model except the map, which belongs to the instance, and those computed from the latched point. */
 static void pass_model(Walk *walk, Model *model)
 {
@@ -116,6 +123,11 @@ static void pass_model(Walk *walk, Model *model)
         pass_double(walk, &model->latched[i]);
     }
 #define PASS_NUMBER(field) pass_double(walk, &model->field);
+#define PASS_ARRAY(field, count)                        \
+    for (int i = 0; i < (count); ++i) {                 \
+        pass_double(walk, &model->field[i]);            \
+    }
+#define PASS_MASK(field) pass_unsigned(walk, &model->field, 127U);
 #define PASS_FLAG(field) pass_bool(walk, &model->field);
 #define PASS_SIGN(field) /* -1, 0 or 1 */            \
     {                                                \
@@ -126,6 +138,8 @@ static void pass_model(Walk *walk, Model *model)
     MODEL_NUMBERS(PASS_NUMBER)
     MODEL_FLAGS(PASS_FLAG)
     MODEL_SIGNS(PASS_SIGN)
+    MODEL_ARRAYS(PASS_ARRAY)
+    MODEL_MASKS(PASS_MASK)
     if (walk->way == READ) {
         model_clear_computed(model);
     }

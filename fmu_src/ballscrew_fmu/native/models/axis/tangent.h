@@ -1,0 +1,23 @@
+/* Derivatives of outputs and rates of the axis along one direction. */
+#ifndef BALLSCREW_TANGENT_H
+#define BALLSCREW_TANGENT_H
+
+#include "map.h"
+#include "variables.h"
+
+/* What the axis needs in addition to the variables. */
+typedef struct {
+    bool stepped;     /* a step of co-simulation: torque of the elements [N.m] at its end */
+    double torque;
+    unsigned slips;   /* with events: bit per element that slides, */
+    int slip;         /* in direction +1 or -1 */
+    int guide_slip;   /* the same of the guide; 0: it follows */
+    double heat;      /* [J] of all steps; model exchange: of events */
+    double supplied;  /* [J] of all steps */
+} Moment;
+
+/* at: inputs, parameters and states, at an instant */
+void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+                  const Moment *moment, double slopes[VARIABLE_COUNT]);
+
+#endif
