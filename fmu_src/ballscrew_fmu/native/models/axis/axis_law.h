@@ -217,7 +217,7 @@ static inline void axis_outputs(const Point *point, const Number at[], const Mom
     Number power;
 
     presliding_at_instant(&at[PRESLIDING_ELEMENT_1], speed, &point->level, true, moment->slips, moment->slip, &elements);
-    torque_outputs(point, moment->stepped ? constant(moment->torque) : elements.torque, speed, out);
+    torque_outputs(point, elements.torque, speed, out);
     out[GUIDE_FORCE] = add(guide.force, drag);
     out[NUT_FORCE] = force;
     out[FORCE_NUT_A] = contacts->a.force;

@@ -42,7 +42,8 @@ typedef struct {
     double length;            /* [s] */
     double deflection;        /* [m] at the start */
     double elastic;           /* [N] force of the contacts at the start */
-    double damping;           /* [s] of the contacts, corrected like the rates */
+    double damping, support_damping; /* [s] damping over stiffness, corrected like the rates */
+    double coupled;           /* [N.s/m] correction between both */
     Matrix rate;              /* 1 + h^2/12 M^-1/2 K M^-1/2 */
 } Part;
 
@@ -152,9 +153,16 @@ static void mean_forces(const Plant *plant, const Motion *from, const Level *lev
     trial->force[TABLE] -= mechanics->guide_root * guide.state + drag * way[TABLE];
     trial->slope.of[TABLE][TABLE] += mechanics->guide_root * mechanics->guide_root * guide.slope + drag;
     if (plant->freedoms > SCREW) {
-        drag = plant->at[CONTACT_DAMPING_TIME] * mechanics->support / h;
-        trial->force[SCREW] -= mechanics->support * (from->place[SCREW] + 0.5 * way[SCREW]) + drag * way[SCREW];
+        const double coupled = part->coupled / h;
+        drag = part->support_damping * mechanics->support / h;
+        trial->force[SCREW] -= mechanics->support * (from->place[SCREW] + 0.5 * way[SCREW]) + drag * way[SCREW]
+                               + coupled * change;
         trial->slope.of[SCREW][SCREW] += 0.5 * mechanics->support + drag;
+        for (int i = 0; i < plant->freedoms; ++i) {
+            trial->force[i] -= coupled * lever[i] * way[SCREW];
+            trial->slope.of[i][SCREW] += coupled * lever[i];
+            trial->slope.of[SCREW][i] += coupled * lever[i];
+        }
     }
 }
 
@@ -170,6 +178,7 @@ static void begin_part(const Plant *plant, const Motion *from, double length, do
 {
     const Mechanics *mechanics = &plant->mechanics;
     const double twelfth = length * length / 12.0, stiffness = contact_slope(mechanics, middle);
+    const double time = plant->at[CONTACT_DAMPING_TIME];
     double nut = 0.0;
 
     part->length = length;
@@ -184,9 +193,12 @@ static void begin_part(const Plant *plant, const Motion *from, double length, do
         nut += scaled * scaled;
     }
     if (plant->freedoms > SCREW) {
-        part->rate.of[SCREW][SCREW] += twelfth * mechanics->support * plant->inverse[SCREW] * plant->inverse[SCREW];
+        const double flexible = twelfth * mechanics->support * plant->inverse[SCREW] * plant->inverse[SCREW];
+        part->rate.of[SCREW][SCREW] += flexible;
+        part->support_damping = time * (1.0 + flexible);
+        part->coupled = time * flexible * stiffness;
     }
-    part->damping = plant->at[CONTACT_DAMPING_TIME] * (1.0 + twelfth * stiffness * nut);
+    part->damping = time * (1.0 + twelfth * stiffness * nut);
 }
 
 /* out = matrix in */
@@ -334,6 +346,22 @@ static void level_at(const Plant *plant, double deflection, double speed, Level 
     level->viscous = point.parts.viscous / pace;
 }
 
+/* Direction of what has slid over a way, unless the speed at its end is against it. */
+static int slip_of(double way, double speed) { return way > 0.0 && speed > 0.0 ? 1 : way < 0.0 && speed < 0.0 ? -1 : 0; }
+
+static void slips_after(const Motion *from, const double way[], const Level *level, const Motion *to, Advance *out)
+{
+    const double unit = first_limit(&level->elements);
+
+    out->slips = 0U;
+    out->slip = slip_of(way[SHAFT], to->speed[SHAFT]);
+    for (int i = 0; i < ELEMENTS && out->slip != 0; ++i) {
+        const Element one =
+            mean_of_element(from->element[i], level->elements.root * way[SHAFT], (2.0 * i + 1.0) * unit);
+        out->slips |= one.follows ? 0U : 1U << i;
+    }
+}
+
 /* End of a part, and what it has dissipated and taken up. False: numbers become too large. */
 static bool end_part(const Plant *plant, const Motion *from, const Level *level, const Part *part, const double mean[],
                      const Trial *trial, Advance *out)
@@ -366,11 +394,12 @@ static bool end_part(const Plant *plant, const Motion *from, const Level *level,
     heat += mechanics->guide_limit * (fabs(guide_way) - fabs(guide.moved))
             + 0.5 * (from->guide * from->guide - guide_before * guide_before);
     if (plant->freedoms > SCREW) {
-        heat += plant->at[CONTACT_DAMPING_TIME] * mechanics->support * way[SCREW] * way[SCREW] / h;
+        heat += (part->support_damping * mechanics->support * way[SCREW] + 2.0 * part->coupled * change) * way[SCREW] / h;
     }
     out->heat += heat;
     out->supplied += plant->at[MOTOR_TORQUE] * way[SHAFT] + plant->at[EXTERNAL_FORCE] * way[TABLE];
-    out->torque = elements.torque;
+    slips_after(from, way, level, to, out);
+    out->guide_slip = guide.follows ? 0 : slip_of(guide_way, to->speed[TABLE]);
     return good && fabs(end) < TOO_FAST && out->heat < HUGE_VAL && fabs(out->supplied) < HUGE_VAL;
 }
 
@@ -403,12 +432,13 @@ static bool make_part(const Plant *plant, double length, Advance *state)
 
 static double larger(double a, double b) { return a > b ? a : b; }
 
-/* Difference of two ends of a pair of parts, relative. */
-static double difference(const Plant *plant, const Motion *from, const Motion *a, const Motion *b,
-                         const PreslidingLevel *level)
+/* Difference of two ends of a pair of parts, relative. Elements that slide follow the limit, others do not. */
+static double difference(const Plant *plant, const Motion *from, const Advance *one, const Advance *two)
 {
     const Mechanics *mechanics = &plant->mechanics;
-    const double unit = (2.0 * ELEMENTS - 1.0) * first_limit(level), deflection = deflection_of(mechanics, b);
+    const Motion *a = &one->motion, *b = &two->motion;
+    const double unit_a = first_limit(&one->level.elements), unit_b = first_limit(&two->level.elements);
+    const double deflection = deflection_of(mechanics, b);
     double speeds = 0.0, energy = 2.0 * plant->force * plant->way, most;
 
     for (int i = 0; i < plant->freedoms; ++i) {
@@ -419,8 +449,10 @@ static double difference(const Plant *plant, const Motion *from, const Motion *a
     most = sqrt(speeds / energy);
     most = larger(most, fabs(deflection_of(mechanics, a) - deflection) / (plant->way + fabs(deflection)));
     most = larger(most, fabs(a->place[TABLE] - b->place[TABLE]) / (plant->way + fabs(b->place[TABLE] - from->place[TABLE])));
-    for (int i = 0; i < ELEMENTS && unit > 0.0; ++i) {
-        most = larger(most, fabs(a->element[i] - b->element[i]) / unit);
+    for (int i = 0; i < ELEMENTS && unit_a > 0.0 && unit_b > 0.0; ++i) {
+        const double follows = fabs(a->element[i] / unit_a - b->element[i] / unit_b);
+        const double stays = fabs(a->element[i] - b->element[i]) / unit_b;
+        most = larger(most, lesser(follows, stays) / (2.0 * ELEMENTS - 1.0));
     }
     if (mechanics->guide_limit > 0.0) {
         most = larger(most, fabs(a->guide - b->guide) / mechanics->guide_limit);
@@ -454,7 +486,7 @@ static bool make_pair(const Plant *plant, double length, Advance *state, double 
           && make_part(plant, 0.5 * length, state))) {
         return false;
     }
-    *error = difference(plant, &from, &whole.motion, &state->motion, &state->level.elements) / plant->at[ERROR_BOUND];
+    *error = difference(plant, &from, &whole, state) / plant->at[ERROR_BOUND];
     return *error < HUGE_VAL;
 }
 

@@ -20,7 +20,8 @@ typedef struct {
     Motion motion;
     Level level;     /* of the last part */
     double proposal; /* [s] length of the next part; 0: none yet */
-    double torque;   /* [N.m] of the elements, at the end */
+    unsigned slips;  /* at the end, as in a Moment */
+    int slip, guide_slip;
     double heat;     /* [J] of the step */
     double supplied; /* [J] of the step, by motor torque and external force */
     bool cut;        /* the step needed too many parts, or ended where numbers become too large */

@@ -18,8 +18,7 @@ static const Point *locate(Model *model)
 
 static Moment moment_of(const Model *model)
 {
-    const Moment moment = {model->step > 0.0, model->torque, model->slips, model->slip, model->guide_slip, model->heat,
-                           model->supplied};
+    const Moment moment = {model->slips, model->slip, model->guide_slip, model->heat, model->supplied};
 
     return moment;
 }
@@ -115,7 +114,8 @@ void model_step(Model *model, double step)
     state.motion.guide = value[GUIDE_ELEMENT];
     state.level = model->level;
     state.proposal = model->proposal;
-    state.torque = 0.0;
+    state.slips = 0U;
+    state.slip = state.guide_slip = 0;
     state.cut = false;
     axis_advance(model->map, value, step, &state);
     value[ANGLE] = state.motion.place[SHAFT];
@@ -128,7 +128,9 @@ void model_step(Model *model, double step)
     value[GUIDE_ELEMENT] = state.motion.guide;
     model->level = state.level;
     model->proposal = state.proposal;
-    model->torque = state.torque;
+    model->slips = state.slips;
+    model->slip = state.slip;
+    model->guide_slip = state.guide_slip;
     model->cut = state.cut;
     model->lost = state.heat;
     model->heat += state.heat;
@@ -184,7 +186,7 @@ bool model_possible(const Model *model)
     return model->step >= 0.0 && model->proposal >= 0.0 && level->coulomb >= 0.0 && level->root >= 0.0
            && level->damping >= 0.0 && model->level.viscous >= 0.0
            && model->step + model->proposal + level->coulomb + level->root + level->damping + model->level.viscous
-                      + fabs(model->torque) + fabs(model->lost) + fabs(model->heat) + fabs(model->supplied)
+                      + fabs(model->lost) + fabs(model->heat) + fabs(model->supplied)
                   < HUGE_VAL
            && model->slips < 1U << ELEMENTS && (model->slip != 0 || model->slips == 0U);
 }

@@ -7,13 +7,11 @@
 
 /* What the axis needs in addition to the variables. */
 typedef struct {
-    bool stepped;     /* a step of co-simulation: torque of the elements [N.m] at its end */
-    double torque;
-    unsigned slips;   /* with events: bit per element that slides, */
-    int slip;         /* in direction +1 or -1 */
-    int guide_slip;   /* the same of the guide; 0: it follows */
-    double heat;      /* [J] of all steps; model exchange: of events */
-    double supplied;  /* [J] of all steps */
+    unsigned slips;  /* bit per element that slides, */
+    int slip;        /* in direction +1 or -1 */
+    int guide_slip;  /* direction of the guide that slides, 0: it follows */
+    double heat;     /* [J] of all steps; model exchange: of events */
+    double supplied; /* [J] of all steps */
 } Moment;
 
 /* at: inputs, parameters and states, at an instant */
