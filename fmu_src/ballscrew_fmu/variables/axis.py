@@ -146,7 +146,7 @@ ROWS = (
     ),
     _energy(
         "stored_energy", "Elastic energy of contacts, support and friction, 0 without load",
-        (*_LOADS, *_ELEMENTS, "guide_element"), (*_ELASTIC, *_LAW, "support_stiffness"),
+        (*_LOADS, *_ELEMENTS, "guide_element"), (*_ELASTIC, *_LAW, "support_stiffness", "temperature"),
     ),
     _energy("kinetic_energy", "Of screw and table", ("speed", "velocity", _SCREW[1]), ("table_mass", *_INERTIA, *_MASS)),
     _energy(
@@ -205,7 +205,7 @@ ROWS = (
         fixed=True,
     ),
     _parameter(
-        "error_bound", "Allowed relative error of a part of a step of co-simulation", "1", 1e-4, 1e-4, minimum=1e-9
+        "error_bound", "Allowed relative error of a part of a step of co-simulation", "1", 1e-6, 1e-6, minimum=1e-9
     ),
     *(_ROWS[name] for name in ("lead", "nut_stiffness", "stiffness_preload", "axial_play", "contact_damping_time")),
     *(_ROWS[name] for name in _LAW),
@@ -222,7 +222,7 @@ LOCALS = (
     *(
         _state(
             name, f"Deflection of presliding element {i} times the root of its stiffness, a continuous state", "rad",
-            (*_ELASTIC, *_LAW), causality="local", nominal=1e-3, display_unit="deg", quantity="Angle",
+            (*_ELASTIC, *_LAW, "temperature", "preload"), causality="local", nominal=1e-3, display_unit="deg", quantity="Angle",
         )
         for i, name in enumerate(_ELEMENTS, 1)
     ),
