@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from native_model import NativeModel
-from scipy.integrate import solve_ivp
+from scipy.integrate import LSODA
 from synthetic_map import SCREW, closed_form
 
 from ballscrew_fmu.models import AXIS
@@ -20,7 +20,7 @@ SHOWN = ("angle", "speed", "position", "velocity", "nut_force", "friction_torque
 RATIO = SCREW["lead"] / (2.0 * math.pi)
 #: no friction at all
 BARE = {"apparent_viscosity_ratio": 0.0, "net_sliding_coefficient": 0.0, "breakaway_factor": 0.0, "guide_viscous": 0.0,
-        "guide_coulomb": 0.0, "contact_damping_time": 0.0}  # fmt: skip
+        "guide_coulomb": 0.0, "contact_damping_time": 0.0, "presliding_stiffness": 1e-6}  # fmt: skip
 SUPPORTED = pytest.mark.parametrize("support", [0.0, 2e8], ids=["rigid", "supported"])
 
 
@@ -55,8 +55,8 @@ def stepped(stop, step=1e-3, **parameters):
 
 def imbalance(one):
     """Error of the energies over the throughput."""
-    kept = sum(one.get(name) for name in ("kinetic_energy", "potential_energy", "stored_energy"))
-    return abs(one.get("supplied_energy") - kept - one.get("heat")) / (kept + one.get("heat"))
+    kept = values(one, ("heat", "kinetic_energy", "potential_energy", "stored_energy"))
+    return abs(one.get("supplied_energy") - kept.sum()) / np.abs(kept).sum()
 
 
 @SUPPORTED
@@ -86,40 +86,46 @@ def test_small_vibrations_have_the_frequencies_of_the_linear_axis(support):
     assert imbalance(one) <= 1e-12
 
 
+def integrated(one, time, end):
+    """Model exchange to the end or to the first event; returns its time."""
+
+    def at(names, y):
+        one.latch(**dict(zip(STATES, y, strict=True)))
+        return values(one, names)
+
+    solver = LSODA(
+        lambda _, y: at(RATES, y), time, values(one, STATES), end, first_step=1e-7, rtol=1e-9, atol=1e-12
+    )
+    while solver.status == "running":
+        solver.step()
+        if at(INDICATORS[1:], solver.y).min() < 0.0:
+            between, low, high = solver.dense_output(), solver.t_old, solver.t
+            while high - low > 1e-12:
+                middle = 0.5 * (low + high)
+                low, high = (low, middle) if at(INDICATORS[1:], between(middle)).min() < 0.0 else (middle, high)
+            at(STATES, between(high))
+            return high
+    at(STATES, solver.y)
+    return end
+
+
 @SUPPORTED
 def test_co_simulation_and_model_exchange_agree(support):
     """1 ms steps against an integrator with events of slip, both guides and all elements sliding and holding."""
     parameters = {"support_stiffness": support, "table_mass": 150.0, "guide_coulomb": 100.0}
-    stop = 0.03
+    stop = 0.08
     found, _ = stepped(stop, **parameters)
     one, rows, slips = axis(True, **parameters), [], 0
     one.initial_event()
 
-    def rates(_, y):
-        one.latch(**dict(zip(STATES, y, strict=True)))
-        return values(one, RATES)
-
-    def indicator(name):
-        def event(_, y):
-            one.latch(**dict(zip(STATES, y, strict=True)))
-            return one.get(name)
-
-        event.terminal, event.direction = True, -1.0
-        return event
-
-    events = [indicator(name) for name in INDICATORS]
     for n in range(round(stop / 1e-3)):
         time, end = 1e-3 * n, 1e-3 * (n + 1)
         one.latch(**loads(time))
         one.event()
         while time < end:
-            part = solve_ivp(
-                rates, (time, end), values(one, STATES), "LSODA", events=events, rtol=1e-9, first_step=1e-7,
-                atol=1e-12,
-            )  # fmt: skip
-            time = part.t[-1]
-            one.latch(**dict(zip(STATES, part.y[:, -1], strict=True)))
-            slips += part.status
+            time = integrated(one, time, end)
+            slips += time < end
+            assert slips < 1000
             one.event()
         rows.append(values(one, SHOWN))
     assert slips >= 7  # each element and the guide
@@ -158,7 +164,7 @@ def test_a_vertical_table_stays_where_the_friction_holds_it():
             one.step(1e-3)
         speeds.append(one.get("speed"))
         assert imbalance(one) <= 1e-9
-    assert abs(speeds[0]) <= 1e-6
+    assert abs(speeds[0]) <= 1e-4
     assert speeds[1] <= -0.1
 
 

@@ -12,6 +12,7 @@
 #define STEEL_DENSITY 7850.0     /* [kg/m3] */
 #define LEAST_INERTIA 1e-9       /* [kg.m2] of motor and screw together */
 #define LEAST_MASS 1e-6          /* [kg] of the table; of the screw with a support */
+#define FOLLOWING_TIME 2e-5      /* [s] in which the state of an element that slides follows its limit */
 #define LEAST_TRAVEL 1e-9        /* [m] of the guide to sliding */
 
 /* Degrees of freedom. The last one exists with a support only. */
@@ -149,6 +150,9 @@ static inline Guide guide_at_instant(const Mechanics *mechanics, Number element,
     const Number loaded = value_of(velocity) < 0.0 ? negative(element) : element;
     Guide out = {constant(0.0), constant(0.0), constant(0.0)};
 
+    if (slip == 0) { /* on past the limit, as the elements */
+        out.rate = multiply(mechanics->guide_root, velocity);
+    }
     if (slip != 0) {
         out.force = multiply(mechanics->guide_root, slip < 0 ? negative(limit) : limit);
         out.power = multiply(out.force, velocity);
@@ -157,7 +161,6 @@ static inline Guide guide_at_instant(const Mechanics *mechanics, Number element,
         out.power = multiply(out.force, velocity);
     } else {
         out.force = multiply(mechanics->guide_root, held);
-        out.rate = multiply(mechanics->guide_root, velocity);
     }
     return out;
 }
@@ -244,7 +247,14 @@ static inline void axis_outputs(const Point *point, const Number at[], const Mom
         power = add(power, multiply(damper, at[SCREW_VELOCITY]));
     }
     for (int i = 0; i < ELEMENTS; ++i) {
-        out[PRESLIDING_ELEMENT_1_RATE + i] = elements.rate[i];
+        const Number limit = times(moment->slip * (2.0 * i + 1.0), first_limit(&point->level));
+        Number *rate = &out[PRESLIDING_ELEMENT_1_RATE + i];
+
+        *rate = multiply(point->level.root, speed); /* on past the limit: so an integrator sees the event */
+        if ((moment->slips >> i & 1U) != 0U) {      /* the state follows the limit */
+            *rate = over(subtract(limit, at[PRESLIDING_ELEMENT_1 + i]), FOLLOWING_TIME);
+            power = subtract(power, multiply(at[PRESLIDING_ELEMENT_1 + i], *rate));
+        }
     }
     out[GUIDE_ELEMENT_RATE] = guide.rate;
     out[POWER_LOSS] = power;
