@@ -233,15 +233,21 @@ def axis_outputs(nut_map: NutMap, inputs: Sequence[dict[str, float]]) -> list[di
     Raises       CheckError
     """
     with tempfile.TemporaryDirectory(prefix="ballscrew_axis_") as scratch:
-        made = build_native_fmu(nut_map, 2, Path(scratch) / "axis.fmu", platforms=(this_platform(),), model=AXIS)
+        made = build_native_fmu(
+            nut_map, 2, Path(scratch) / "axis.fmu", platforms=(this_platform(),), model=AXIS
+        )
         results = replay(made.path, inputs, STEP)
     defaults = FrictionParameters(*nut_map.defaults)
     for n, (row, found) in enumerate(zip(inputs, results, strict=True)):
         kept = [found[name] for name in ("heat", "kinetic_energy", "potential_energy", "stored_energy")]
         if not abs(found["supplied_energy"] - sum(kept)) <= BALANCE * sum(map(abs, kept)):
-            raise CheckError(f"axis, step {n}: {found['supplied_energy']!r} J supplied, {sum(kept)!r} J found")
+            raise CheckError(
+                f"axis, step {n}: {found['supplied_energy']!r} J supplied, {sum(kept)!r} J found"
+            )
         low, high = sorted(min(found[f"force_nut_{nut}"], nut_map.force.hi) for nut in "ab")
         nut = nut_map.evaluate_forces(low, high, found["speed"], row["temperature"], defaults)
         if not math.isclose(abs(found["viscous_torque"]), nut.viscous_torque, rel_tol=BALANCE):
-            raise CheckError(f"axis, step {n}: viscous_torque = {found['viscous_torque']!r}; the map {nut.viscous_torque!r}")
+            raise CheckError(
+                f"axis, step {n}: viscous_torque = {found['viscous_torque']!r}; the map {nut.viscous_torque!r}"
+            )
     return results

@@ -42,7 +42,11 @@ _PARTS = (
 def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]:
     """Capability flags of a native FMU, by interface."""
     by_step = model.step_derivatives
-    derivatives = "providesDirectionalDerivative" if fmi_version == 2 else "providesDirectionalDerivatives providesAdjointDerivatives"
+    derivatives = (
+        "providesDirectionalDerivative"
+        if fmi_version == 2
+        else "providesDirectionalDerivatives providesAdjointDerivatives"
+    )
     _OF_STEP = {} if by_step else flags("", derivatives)
     if fmi_version == 2:
         exchange = flags("completedIntegratorStepNotNeeded", "")

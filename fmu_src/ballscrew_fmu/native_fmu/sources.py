@@ -308,5 +308,7 @@ def _row(v: Variable, states: Collection[str]) -> str:
         kind = v.causality.upper()
     lowest = (v.minimum or 0.0) if v.causality == "parameter" else -constants.TOO_LARGE
     numbers = ", ".join(repr(float(x)) for x in (v.start or 0.0, lowest, v.nominal or 1.0))
-    flags = ", ".join(str(flag).lower() for flag in (v.unit is None, kind == "STATE" and v.causality == "output"))
+    flags = ", ".join(
+        str(flag).lower() for flag in (v.unit is None, kind == "STATE" and v.causality == "output")
+    )
     return f'    {{"{v.name}", CAUSALITY_{kind}, NEEDS_{v.needs.upper()}, {flags}, {numbers}}},'

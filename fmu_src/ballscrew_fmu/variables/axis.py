@@ -55,31 +55,49 @@ _INERTIA = ("motor_inertia", "screw_inertia", "screw_diameter", "screw_length")
 _MASS = ("screw_mass", "screw_diameter", "screw_length", "support_stiffness", "inclination")
 
 
-def _shared(row: str, depends_on: tuple[str, ...] = (), initially: tuple[str, ...] = (), **changes: Any) -> Variable:
+def _shared(
+    row: str, depends_on: tuple[str, ...] = (), initially: tuple[str, ...] = (), **changes: Any
+) -> Variable:
     """A row of another table with its own dependencies."""
     shared = _ROWS[row]
     fields = {field: value for field, value in shared.of_map.items() if not field.endswith("depends_on")}
-    return shared._replace(depends_on=depends_on, initially_depends_on=initially, of_map=fields)._replace(**changes)
+    return shared._replace(depends_on=depends_on, initially_depends_on=initially, of_map=fields)._replace(
+        **changes
+    )
 
 
-def _energy(name: str, description: str, depends_on: tuple[str, ...], initially: tuple[str, ...] = ()) -> Variable:
+def _energy(
+    name: str, description: str, depends_on: tuple[str, ...], initially: tuple[str, ...] = ()
+) -> Variable:
     return Variable(
         name, "output", description, "J", nominal=1.0, quantity="Energy", depends_on=depends_on,
         initially_depends_on=initially,
     )  # fmt: skip
 
 
-def _state(name: str, description: str, unit: str, initially: tuple[str, ...] = (), **fields: Any) -> Variable:
+def _state(
+    name: str, description: str, unit: str, initially: tuple[str, ...] = (), **fields: Any
+) -> Variable:
     """A state that follows from the parameters at the start. As an output it depends on itself alone."""
     return Variable(name, description=description, unit=unit, initially_depends_on=initially, **fields)
 
 
-def _parameter(name: str, description: str, unit: str, start: float | None = None, nominal: float = 1.0, **fields: Any) -> Variable:
-    return Variable(name, "parameter", description, unit, start, **{"minimum": 0.0, "nominal": nominal, **fields})
+def _parameter(
+    name: str, description: str, unit: str, start: float | None = None, nominal: float = 1.0, **fields: Any
+) -> Variable:
+    return Variable(
+        name, "parameter", description, unit, start, **{"minimum": 0.0, "nominal": nominal, **fields}
+    )
 
 
-def _rate(of: str, unit: str, nominal: float, depends_on: tuple[str, ...], initially: tuple[str, ...] = (),
-          **fields: Any) -> Variable:
+def _rate(
+    of: str,
+    unit: str,
+    nominal: float,
+    depends_on: tuple[str, ...],
+    initially: tuple[str, ...] = (),
+    **fields: Any,
+) -> Variable:
     return Variable(
         f"{of}_rate", "local", f"Time derivative of {of}", unit, nominal=nominal, depends_on=depends_on,
         initially_depends_on=initially, derivative_of=of, **fields,

@@ -335,7 +335,12 @@ def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
     """
     angle = float(loaded_contact_angle(screw, preload, screw.loaded_ball_count))
     stiffness = float(axial_stiffness(contact_stiffness(screw, angle), preload))
-    return {"lead": screw.lead, "diameter": 2.0 * screw.nominal_radius, "nut_stiffness": stiffness, "stiffness_preload": preload}
+    return {
+        "lead": screw.lead,
+        "diameter": 2.0 * screw.nominal_radius,
+        "nut_stiffness": stiffness,
+        "stiffness_preload": preload,
+    }
 
 
 def _defaults(friction: FrictionSet, parameters: Parameters) -> tuple[float, ...]:

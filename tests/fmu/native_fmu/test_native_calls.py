@@ -406,7 +406,8 @@ def test_clamped_inputs_are_reported_once(version, kind):
 def test_the_warning_of_each_model_names_what_is_beyond_the_map():
     beyond = {"preload": 2e4, "speed": 400.0, "temperature": 400.0}
     cases = {
-        "friction": beyond | {"axial_load": 2e4}, "axis": {"preload": 2e4, "temperature": 400.0}, "transmission": beyond | {"position": -2e-5},
+        "friction": beyond | {"axial_load": 2e4}, "transmission": beyond | {"position": -2e-5},
+        "axis": {"preload": 2e4, "temperature": 400.0},
         "monitor": {"speed": 400.0, "temperature": 400.0, "axial_load": 2e4, "torque": 1e3},
     }  # fmt: skip
     for model in NATIVE_MODELS:

@@ -82,7 +82,7 @@ def go_on(one):
         else:
             drive(one, speed)
             if one.states:
-                pairs = zip(one.vector("GetContinuousStates"), one.rates(), strict=True)
+                pairs = zip(one.vector("GetContinuousStates", one.states), one.rates(), strict=True)
                 set_states(one, [state + 1e-6 * rate for state, rate in pairs])
             one.call("EnterEventMode")
             rows.append(one.update())

@@ -173,7 +173,12 @@ def damaged_maps(rng: random.Random) -> None:
 def main() -> None:
     rng = random.Random(int(sys.argv[1]))
     good = 0
-    for model, law in ((FRICTION, FILM_SHEAR), (MONITOR, FILM_SHEAR), (TRANSMISSION, MECHANISTIC), (AXIS, FILM_SHEAR)):
+    for model, law in (
+        (FRICTION, FILM_SHEAR),
+        (MONITOR, FILM_SHEAR),
+        (TRANSMISSION, MECHANISTIC),
+        (AXIS, FILM_SHEAR),
+    ):
         for _ in range(LIVES):
             for version in (2, 3):
                 for kind in STATES:

@@ -247,12 +247,13 @@ static inline void axis_outputs(const Point *point, const Number at[], const Mom
         power = add(power, multiply(damper, at[SCREW_VELOCITY]));
     }
     for (int i = 0; i < ELEMENTS; ++i) {
-        const Number limit = times(moment->slip * (2.0 * i + 1.0), first_limit(&point->level));
+        const Number limit = times(2.0 * i + 1.0, first_limit(&point->level));
         Number *rate = &out[PRESLIDING_ELEMENT_1_RATE + i];
 
         *rate = multiply(point->level.root, speed); /* on past the limit: so an integrator sees the event */
-        if ((moment->slips >> i & 1U) != 0U) {      /* the state follows the limit */
-            *rate = over(subtract(limit, at[PRESLIDING_ELEMENT_1 + i]), FOLLOWING_TIME);
+        if ((moment->slips >> i & 1U) != 0U) { /* the state follows the limit, not faster than the motion */
+            const Number behind = subtract(limit, times(moment->slip, at[PRESLIDING_ELEMENT_1 + i]));
+            *rate = times(moment->slip, lesser(over(behind, FOLLOWING_TIME), absolute(*rate)));
             power = subtract(power, multiply(at[PRESLIDING_ELEMENT_1 + i], *rate));
         }
     }
