@@ -132,7 +132,8 @@ ROWS = (
         quantity="Length", depends_on=("position",),
     ),
     _state(
-        "velocity", "Velocity of the table", "m/s", causality="output", nominal=0.1, depends_on=("velocity",), **_VELOCITY
+        "velocity", "Velocity of the table", "m/s", causality="output", nominal=0.1, depends_on=("velocity",),
+        **_VELOCITY,
     ),
     _shared("friction_torque", _TORQUE, (*_ELASTIC, *_LAW)),
     _shared("viscous_torque", _FRICTION, (*_ELASTIC, *_LAW)),
@@ -166,14 +167,15 @@ ROWS = (
         "stored_energy", "Elastic energy of contacts, support and friction, 0 without load",
         (*_LOADS, *_ELEMENTS, "guide_element"), (*_ELASTIC, *_LAW, "support_stiffness", "temperature"),
     ),
-    _energy("kinetic_energy", "Of screw and table", ("speed", "velocity", _SCREW[1]), ("table_mass", *_INERTIA, *_MASS)),
+    _energy("kinetic_energy", "Of screw and table", ("speed", "velocity", _SCREW[1]),
+            ("table_mass", *_INERTIA, *_MASS)),
     _energy(
         "potential_energy", "Of table and screw in the field of gravity, 0 at position 0", ("position", _SCREW[0]),
         ("table_mass", *_START, *_MASS),
     ),
     _energy(
         "supplied_energy",
-        "Work of motor torque and external force in all steps of co-simulation. Model exchange: 0; integrate their power",
+        "Work of motor torque and external force in all steps of co-simulation. Model exchange: 0, integrate power",
         _ALL,
     )._replace(from_zero=True),
     *(
@@ -240,7 +242,8 @@ LOCALS = (
     *(
         _state(
             name, f"Deflection of presliding element {i} times the root of its stiffness, a continuous state", "rad",
-            (*_ELASTIC, *_LAW, "temperature", "preload"), causality="local", nominal=1e-3, display_unit="deg", quantity="Angle",
+            (*_ELASTIC, *_LAW, "temperature", "preload"), causality="local", nominal=1e-3, display_unit="deg",
+            quantity="Angle",
         )
         for i, name in enumerate(_ELEMENTS, 1)
     ),
@@ -255,7 +258,8 @@ LOCALS = (
     ),
     _rate("position", "m/s", 0.1, ("velocity",), **_VELOCITY),
     _rate(
-        "velocity", "m/s2", 1.0, (*_FORCE, *_GUIDE, "external_force"), (*_DAMPED, *_GUIDED, "table_mass", "inclination"),
+        "velocity", "m/s2", 1.0, (*_FORCE, *_GUIDE, "external_force"),
+        (*_DAMPED, *_GUIDED, "table_mass", "inclination"),
         quantity="Acceleration",
     ),
     _rate(_SCREW[0], "m/s", 1e-2, (_SCREW[1],), ("support_stiffness",), **_VELOCITY),

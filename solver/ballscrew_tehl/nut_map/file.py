@@ -329,7 +329,7 @@ def load_map(
 
 
 def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
-    """Numbers of the screw that transmission and axis need: lead, diameter [m], stiffness of the nut at a preload [N/m], [N].
+    """Numbers that transmission and axis need: lead, diameter [m], stiffness of the nut at a preload [N/m], [N].
 
     The contacts keep the angle that they have under this preload.
     """
