@@ -11,7 +11,7 @@ import pytest
 from processes import RUNS_HERE
 from scipy.optimize import fsolve
 
-from ballscrew_fmu.models import MONITOR, TRANSMISSION
+from ballscrew_fmu.models import AXIS, MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.python_fmu.package import build_fmu
 
@@ -55,7 +55,8 @@ def results(native_fmu, synthetic_nut_map, tmp_path_factory):
 
 
 WITH_FMU = ("circular_test", "model_exchange", "preload_monitoring", "servo_axis", "servo_axis_element",
-            "servo_axis_ssp", "servo_axis_transmission", "servo_transmission_ssp", "step_size_study", "warm_up")  # fmt: skip
+            "servo_axis_ssp", "servo_axis_transmission", "servo_transmission_ssp", "step_size_study",
+            "warm_up")  # fmt: skip
 
 
 @pytest.mark.parametrize(

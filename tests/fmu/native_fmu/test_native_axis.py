@@ -1,4 +1,4 @@
-"""BallScrewAxis: vibrations and energies in closed form, co-simulation against model exchange, holding, any step, any input."""
+"""BallScrewAxis: vibrations and energies, co-simulation against model exchange, holding, any step, any input."""
 
 import math
 
