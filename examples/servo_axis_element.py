@@ -47,7 +47,7 @@ def main(fmu: Path | str = FMU, stop: float = 0.5) -> dict[str, Any]:
 
 def table(result: dict[str, Any]) -> str:
     largest = 1e6 * np.abs(result["error"]).max()
-    return f"largest position error {largest:.1f} um; {result['supplied_J']:.3g} J supplied, {result['heat_J']:.3g} J heat"
+    return f"largest position error {largest:.1f} um; {result['heat_J']:.3g} of {result['supplied_J']:.3g} J are heat"
 
 
 def plot(result: dict[str, Any], path: Path) -> None:

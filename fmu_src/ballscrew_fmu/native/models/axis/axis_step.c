@@ -18,6 +18,7 @@
 #define MOST_PAIRS 20000   /* of parts in a communication step with control of the error */
 #define LAST_PAIRS 32      /* for the rest of it, without */
 #define LEAST_PART 1e-9    /* [s] below which a part is accepted with any error */
+#define PART_ROUNDING 1e-6 /* of a part: rounding of the step does not change the number of parts */
 #define FIRST_PART 2e-5    /* [s] first proposal */
 #define MOST_CORRECTIONS 40 /* of Newton; it takes 2 to 5 */
 #define LAST_CORRECTION 1e-10 /* relative, of the last correction: that of the solution is its square */
@@ -503,7 +504,7 @@ void axis_advance(const Map *map, const double at[VARIABLE_COUNT], double step, 
     state->heat = state->supplied = 0.0;
     for (int pairs = 0; left > 0.0; ++pairs) {
         const bool last = pairs >= MOST_PAIRS;
-        const double count = last ? MOST_PAIRS + LAST_PAIRS - pairs : ceil(left / state->proposal);
+        const double count = last ? MOST_PAIRS + LAST_PAIRS - pairs : ceil(left / state->proposal - PART_ROUNDING);
         const double length = count > 1.0 ? left / count : left;
         Advance next = *state;
         double error = HUGE_VAL, factor;
