@@ -33,6 +33,7 @@ _FMI3 = flags(
     "needsExecutionTool canBeInstantiatedOnlyOncePerProcess providesPerElementDependencies "
     "providesEvaluateDiscreteStates",
 )
+_DERIVED = "providesDirectionalDerivatives providesAdjointDerivatives"
 _STEPS = {"canHandleVariableCommunicationStepSize": "true", "maxOutputDerivativeOrder": "0"}
 _PARTS = (
     "providesIntermediateUpdate mightReturnEarlyFromDoStep canReturnEarlyAfterIntermediateUpdate hasEventMode"
@@ -41,20 +42,15 @@ _PARTS = (
 
 def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]:
     """Capability flags of a native FMU, by interface."""
-    by_step = model.step_derivatives
-    derivatives = (
-        "providesDirectionalDerivative"
-        if fmi_version == 2
-        else "providesDirectionalDerivatives providesAdjointDerivatives"
-    )
-    _OF_STEP = {} if by_step else flags("", derivatives)
+    derived = "providesDirectionalDerivative" if fmi_version == 2 else _DERIVED
+    of_step = {} if model.step_derivatives else flags("", derived)
     if fmi_version == 2:
         exchange = flags("completedIntegratorStepNotNeeded", "")
         steps = flags("", "canInterpolateInputs canRunAsynchronuously")
-        return {"ModelExchange": _FMI2 | exchange, "CoSimulation": _FMI2 | _STEPS | steps | _OF_STEP}
+        return {"ModelExchange": _FMI2 | exchange, "CoSimulation": _FMI2 | _STEPS | steps | of_step}
     parts = flags(_PARTS, "") if model.parts else flags("", _PARTS)
     exchange = flags("", "needsCompletedIntegratorStep")
-    return {"ModelExchange": _FMI3 | exchange, "CoSimulation": _FMI3 | _STEPS | parts | _OF_STEP}
+    return {"ModelExchange": _FMI3 | exchange, "CoSimulation": _FMI3 | _STEPS | parts | of_step}
 
 
 TERMINALS = """\

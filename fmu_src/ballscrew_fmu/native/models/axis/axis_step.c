@@ -12,7 +12,6 @@
    parts is compared with one of twice the length; the length follows from the difference. */
 #include "axis_step.h"
 
-#include <float.h>
 #include <math.h>
 
 #define MOST_PAIRS 20000   /* of parts in a communication step with control of the error */

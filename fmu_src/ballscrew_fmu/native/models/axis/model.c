@@ -1,7 +1,6 @@
 /* Life cycle, outputs, events and derivatives of BallScrewAxis. */
 #include "model.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
