@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from ballscrew_fmu.variables.axis import axis_variables
 from ballscrew_fmu.variables.friction import Variable, fmu_variables, native_variables
 from ballscrew_fmu.variables.monitor import monitor_variables, native_monitor_variables
 from ballscrew_fmu.variables.transmission import transmission_variables
@@ -36,6 +37,7 @@ class FmuModel(NamedTuple):
     terminals: tuple[Terminal, ...] = ()
     borrowed: tuple[str, ...] = ()  # files of other models in native/models
     step: float = 1e-3  # [s] of the default experiment
+    step_derivatives: bool = True  # co-simulation has derivatives; model exchange has them always
     parts: bool = True  # steps in parts: event mode and intermediate updates of FMI 3 co-simulation
 
     @property
@@ -131,5 +133,32 @@ TRANSMISSION = FmuModel(
     step=1e-5,  # below 1.5 times the damping time of the contacts: stable with any masses and either order of exchange
     parts=False,  # angle and position are those at the start of a step, also of one that ends early
 )
+AXIS = FmuModel(
+    "BallScrewAxis",
+    "Ball screw axis: motor inertia, preloaded double nut with stiffness and friction, table and guide",
+    axis_variables,
+    axis_variables,
+    slave="",
+    refines=False,
+    layer="axis",
+    terminals=(
+        Terminal(
+            "shaft",
+            "shaft_drive",
+            "Shaft of the motor: torque in, angle and speed out. The inertia is in the FMU, so not a Modelica flange",
+            (("angle", "phi", "signal"), ("speed", "w", "signal"), ("motor_torque", "tau", "inflow")),
+        ),
+        Terminal(
+            "table",
+            "table_drive",
+            "Table: force in, position and velocity out. The mass is in the FMU, so not a Modelica flange",
+            (("position", "s", "signal"), ("velocity", "v", "signal"), ("external_force", "f", "inflow")),
+        ),
+        HEAT,
+    ),
+    borrowed=("transmission/contacts.h",),
+    step_derivatives=False,  # of a step of many parts they would cost as much as differences of steps
+    parts=False,  # inputs are constant in a step, which finds its events itself
+)
 MODELS = (FRICTION, MONITOR)  # for Python hosts and native
-NATIVE_MODELS = (*MODELS, TRANSMISSION)
+NATIVE_MODELS = (*MODELS, TRANSMISSION, AXIS)

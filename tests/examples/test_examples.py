@@ -10,7 +10,7 @@ import pytest
 from processes import RUNS_HERE
 from scipy.optimize import fsolve
 
-from ballscrew_fmu.models import MONITOR, TRANSMISSION
+from ballscrew_fmu.models import AXIS, MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.runtime.constants import ELEMENTS
@@ -28,19 +28,19 @@ def results(native_fmu, synthetic_nut_map, tmp_path_factory):
     folder = tmp_path_factory.mktemp("examples")
     done = {}
 
-    def transmission():
-        path = folder / "BallScrewTransmission_fmi2.fmu"
-        options = {"platforms": ("x86_64-linux",), "model": TRANSMISSION}
-        return build_native_fmu(synthetic_nut_map, 2, path, **options).path
+    def native(model):
+        path = folder / f"{model.name}_fmi2.fmu"
+        return build_native_fmu(synthetic_nut_map, 2, path, platforms=("x86_64-linux",), model=model).path
 
     given = {
         "circular_test": lambda: ((native_fmu,), {"feeds": (0.01, 0.02)}),
         "bearing_friction": lambda: (((1000.0, 5000.0), (50.0, 5000.0)), {}),
         "kinematics_comparison": lambda: (((200.0, 2000.0),), {}),
         "preload_monitoring": lambda: ((synthetic_nut_map,), {"lives": 4}),
+        "servo_axis_element": lambda: ((native(AXIS),), {"stop": 0.1}),
         "servo_axis_ssp": lambda: ((native_fmu, folder / "servo_axis.ssp"), {}),
-        "servo_axis_transmission": lambda: ((transmission(), native_fmu), {}),
-        "servo_transmission_ssp": lambda: ((transmission(), folder / "axis.ssp"), {"feed": 0.1}),
+        "servo_axis_transmission": lambda: ((native(TRANSMISSION), native_fmu), {}),
+        "servo_transmission_ssp": lambda: ((native(TRANSMISSION), folder / "axis.ssp"), {"feed": 0.1}),
         "thermal_reduction": lambda: (((1000.0,), RATIOS), {}),
         "torque_over_speed": lambda: ((), {}),
     }
@@ -54,8 +54,9 @@ def results(native_fmu, synthetic_nut_map, tmp_path_factory):
     return result
 
 
-WITH_FMU = ("circular_test", "model_exchange", "preload_monitoring", "servo_axis", "servo_axis_ssp",
-            "servo_axis_transmission", "servo_transmission_ssp", "step_size_study", "warm_up")  # fmt: skip
+WITH_FMU = ("circular_test", "model_exchange", "preload_monitoring", "servo_axis", "servo_axis_element",
+            "servo_axis_ssp", "servo_axis_transmission", "servo_transmission_ssp", "step_size_study",
+            "warm_up")  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -169,6 +170,13 @@ def test_servo_axis_ssp(results):
             expected = getattr(found["parallel"], field)
             gap = np.abs(found["series"][master][name][:-1] - expected[1:]).max()
             assert gap <= 1e-8 * np.abs(expected).max(), (master, name)
+
+
+def test_servo_axis_element(results):
+    """The table follows within a tenth of its way, and most of the work becomes heat or motion."""
+    found = results("servo_axis_element")
+    assert np.abs(found["error"]).max() <= 5e-4
+    assert 0.0 < found["heat_J"] <= found["supplied_J"]
 
 
 def test_servo_axis_transmission(results):

@@ -23,7 +23,7 @@ from paths import FMU_SUPPORT, ROOT
 from processes import output
 
 from ballscrew_fmu.__main__ import parser as fmu_parser
-from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
+from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_fmu.variables.friction import fmu_variables
@@ -99,7 +99,7 @@ def clone(tmp_path_factory):
     shutil.copytree(ROOT, folder, ignore=hidden)
     dist, screw = folder / "dist", load_map(None, load_parameters())
     dist.mkdir()
-    for version, model in ((2, FRICTION), (3, FRICTION), (2, TRANSMISSION)):
+    for version, model in ((2, FRICTION), (3, FRICTION), (2, TRANSMISSION), (2, AXIS)):
         target = dist / native_file_name(version, model)
         build_native_fmu(screw, version, target, platforms=("x86_64-linux",), model=model)
     stub = runpy.run_path(str(FMU_SUPPORT / "stub_solver.py"))["SOURCES"]

@@ -26,7 +26,7 @@ MECHANISTIC_DEFAULTS = {
     "breakaway_factor": 2.0,
 }  # fmt: skip
 LAWS = (FILM_SHEAR, MECHANISTIC)
-SCREW = {"lead": 8e-3, "nut_stiffness": 1.35e9, "stiffness_preload": 2000.0}
+SCREW = {"lead": 8e-3, "diameter": 0.04, "nut_stiffness": 1.35e9, "stiffness_preload": 2000.0}
 PRESLIDING_ANGLE = 6.9e-4  # [rad/N^(1/3)], as of the 40 mm screw
 
 

@@ -1,10 +1,15 @@
-"""Reference inputs of the three models and the outputs of the map for them, which a built FMU must reproduce."""
+"""Reference inputs of the models and the outputs of the map for them, which a built FMU must reproduce."""
 
 import math
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
-from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION, FmuModel
+from ballscrew_fmu.checks.replay import replay
+from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION, FmuModel
+from ballscrew_fmu.native_fmu.compile import this_platform
+from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.variables.friction import Variable
 from ballscrew_fmu.variables.monitor import monitor_variables
 from ballscrew_fmu.variables.transmission import transmission_variables
@@ -13,7 +18,7 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
-from ballscrew_tehl.runtime.packed import DEFAULTS
+from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters
 from ballscrew_tehl.runtime.standstill import (
     RELAXED,
     CoulombFriction,
@@ -98,6 +103,9 @@ def reference_results(
 
     Raises       CheckError: the preload of the monitor differs from the one its reference torque is computed from
     """
+    if model is AXIS:
+        loads = list(axis_input(nut_map.header))
+        return loads, axis_outputs(nut_map, loads)
     if model is TRANSMISSION:
         motion = list(transmission_input(nut_map.header, STEP))
         return motion, transmission_outputs(nut_map, motion, STEP)
@@ -202,4 +210,51 @@ def transmission_outputs(
         done = transmission_step(nut_map, TransmissionInputs(**row), law, step, before, heat)
         results.append({name: done.outputs[name] for name in names})
         before, heat = done.elements, done.outputs["heat"]
+    return results
+
+
+# of the axis
+
+BALANCE = 1e-9  # of the throughput: error of the energies of the axis over its reference input
+
+
+def axis_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
+    """Motion in both directions, with a force on the table that loads the screw and drives it back."""
+    ratio, force_hi = header["screw"]["lead"] / (2.0 * math.pi), header["axes"]["force"][1]
+    cold, hot = header["axes"]["temperature"][:2]
+    steps = 240
+    for n in range(steps):
+        phase = n / steps
+        yield {
+            "motor_torque": 0.3 * force_hi * ratio * math.sin(6.0 * math.pi * phase),
+            "external_force": 0.1 * force_hi * math.sin(10.0 * math.pi * phase) if phase > 0.4 else 0.0,
+            "temperature": cold + (hot - cold) * phase,
+            "preload": 0.2 * force_hi,
+        }
+
+
+def axis_outputs(nut_map: NutMap, inputs: Sequence[dict[str, float]]) -> list[dict[str, Any]]:
+    """Outputs of the axis, which has no twin in Python, from an FMU for this machine. Checked: the balance of energies,
+    and the friction against the map.
+
+    Raises       CheckError
+    """
+    with tempfile.TemporaryDirectory(prefix="ballscrew_axis_") as scratch:
+        made = build_native_fmu(
+            nut_map, 2, Path(scratch) / "axis.fmu", platforms=(this_platform(),), model=AXIS
+        )
+        results = replay(made.path, inputs, STEP)
+    defaults = FrictionParameters(*nut_map.defaults)
+    for n, (row, found) in enumerate(zip(inputs, results, strict=True)):
+        kept = [found[name] for name in ("heat", "kinetic_energy", "potential_energy", "stored_energy")]
+        if not abs(found["supplied_energy"] - sum(kept)) <= BALANCE * sum(map(abs, kept)):
+            raise CheckError(
+                f"axis, step {n}: {found['supplied_energy']!r} J supplied, {sum(kept)!r} J found"
+            )
+        low, high = sorted(min(found[f"force_nut_{nut}"], nut_map.force.hi) for nut in "ab")
+        nut = nut_map.evaluate_forces(low, high, found["speed"], row["temperature"], defaults)
+        if not math.isclose(abs(found["viscous_torque"]), nut.viscous_torque, rel_tol=BALANCE):
+            raise CheckError(
+                f"axis, step {n}: viscous_torque = {found['viscous_torque']!r}; the map {nut.viscous_torque!r}"
+            )
     return results

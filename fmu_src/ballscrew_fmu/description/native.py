@@ -34,6 +34,7 @@ _FMI3 = flags(
     "needsExecutionTool canBeInstantiatedOnlyOncePerProcess providesPerElementDependencies "
     "providesEvaluateDiscreteStates",
 )
+_DERIVED = "providesDirectionalDerivatives providesAdjointDerivatives"
 _STEPS = {"canHandleVariableCommunicationStepSize": "true", "maxOutputDerivativeOrder": "0"}
 _PARTS = (
     "providesIntermediateUpdate mightReturnEarlyFromDoStep canReturnEarlyAfterIntermediateUpdate hasEventMode"
@@ -42,13 +43,15 @@ _PARTS = (
 
 def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]:
     """Capability flags of a native FMU, by interface."""
+    derived = "providesDirectionalDerivative" if fmi_version == 2 else _DERIVED
+    of_step = {} if model.step_derivatives else flags("", derived)
     if fmi_version == 2:
         exchange = flags("completedIntegratorStepNotNeeded", "")
         steps = flags("", "canInterpolateInputs canRunAsynchronuously")
-        return {"ModelExchange": _FMI2 | exchange, "CoSimulation": _FMI2 | _STEPS | steps}
+        return {"ModelExchange": _FMI2 | exchange, "CoSimulation": _FMI2 | _STEPS | steps | of_step}
     parts = flags(_PARTS, "") if model.parts else flags("", _PARTS)
     exchange = flags("", "needsCompletedIntegratorStep")
-    return {"ModelExchange": _FMI3 | exchange, "CoSimulation": _FMI3 | _STEPS | parts}
+    return {"ModelExchange": _FMI3 | exchange, "CoSimulation": _FMI3 | _STEPS | parts | of_step}
 
 
 TERMINALS = """\
@@ -189,7 +192,7 @@ def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int,
         about = {"name": v.name, "valueReference": reference[v.name], "description": v.description}
         about |= {"causality": v.causality, "variability": v.variability}
         # inputs: exact is what they are by default, and CasADi refuses it
-        if v.causality == "parameter" or v.name in _states(variables):
+        if v.causality == "parameter" or (v.name in _states(variables) and v.start is not None):
             about["initial"] = "exact"
         elif v.causality not in ("input", "independent"):
             about["initial"] = "calculated"
@@ -229,11 +232,12 @@ _KINDS = {  # elements of the model structure, a group of Unknown in FMI 2.0
 
 def _unknowns(variables: Sequence[Variable]) -> dict[str, list[tuple[Variable, tuple[str, ...]]]]:
     """Unknowns of the model structure with their dependencies, by kind."""
-    initial = [v for v in variables if v.causality == "output" or v.derivative_of]
+    unset = {v.name for v in variables if v.name in _states(variables) and v.start is None}
+    initial = [v for v in variables if v.causality == "output" or v.derivative_of or v.name in unset]
     return {
         "Output": [(v, v.depends_on) for v in variables if v.causality == "output"],
         "Derivative": [(v, v.depends_on) for v in variables if v.derivative_of],
-        "Initial": [(v, v.initial_dependencies) for v in initial],
+        "Initial": [(v, tuple(n for n in v.initial_dependencies if n not in unset)) for v in initial],
         "Indicator": [(v, v.depends_on) for v in variables if v.indicates],
     }
 

@@ -12,7 +12,7 @@ FMI3_FUNCTION_PREFIX, if it is defined.
 import hashlib
 import importlib.resources
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -87,6 +87,7 @@ typedef struct {{
     enum Needs needs;
     bool boolean;
     bool fixed;     /* a parameter that cannot be set after the initialization */
+    bool shown;     /* a state that is an output, too */
     double start;   /* of inputs, parameters and the state, else 0 */
     double lowest;  /* lower bound of inputs, parameters and the state */
     double nominal; /* 1 for booleans */
@@ -246,6 +247,7 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
         raise ValueError(f"token = {token!r}; needs letters, digits, braces, dots and dashes only")
     table = model.native_variables(header)
     inputs = [v for v in table if v.causality == "input"]
+    states = {v.derivative_of for v in table if v.derivative_of}
     return {
         "variables.h": _HEADER.format(
             name=model.native_name,
@@ -260,7 +262,7 @@ def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FR
             inputs=len(inputs),
             parts=int(model.parts),
         ),
-        "variables.c": _TABLE.format(rows="\n".join(_row(v) for v in table)),
+        "variables.c": _TABLE.format(rows="\n".join(_row(v, states) for v in table)),
     }
 
 
@@ -300,12 +302,14 @@ def _enumeration(names: Sequence[str]) -> str:
     return f"enum {{ {', '.join(name.upper() for name in names)} }};"
 
 
-def _row(v: Variable) -> str:
-    if v.causality == "local":
+def _row(v: Variable, states: Collection[str]) -> str:
+    if v.causality == "local" or v.name in states:
         kind = "RATE" if v.derivative_of else "INDICATOR" if v.indicates else "STATE"
     else:
         kind = v.causality.upper()
     lowest = (v.minimum or 0.0) if v.causality == "parameter" else -constants.TOO_LARGE
     numbers = ", ".join(repr(float(x)) for x in (v.start or 0.0, lowest, v.nominal or 1.0))
-    flags = ", ".join(str(flag).lower() for flag in (v.unit is None, v.fixed))
+    flags = ", ".join(
+        str(flag).lower() for flag in (v.unit is None, v.fixed, kind == "STATE" and v.causality == "output")
+    )
     return f'    {{"{v.name}", CAUSALITY_{kind}, NEEDS_{v.needs.upper()}, {flags}, {numbers}}},'

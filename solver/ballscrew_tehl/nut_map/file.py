@@ -329,13 +329,18 @@ def load_map(
 
 
 def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
-    """Numbers of the screw that the transmission needs: lead [m], stiffness of the nut at a preload [N/m], [N].
+    """Numbers that transmission and axis need: lead, diameter [m], stiffness of the nut at a preload [N/m], [N].
 
     The contacts keep the angle that they have under this preload.
     """
     angle = float(loaded_contact_angle(screw, preload, screw.loaded_ball_count))
     stiffness = float(axial_stiffness(contact_stiffness(screw, angle), preload))
-    return {"lead": screw.lead, "nut_stiffness": stiffness, "stiffness_preload": preload}
+    return {
+        "lead": screw.lead,
+        "diameter": 2.0 * screw.nominal_radius,
+        "nut_stiffness": stiffness,
+        "stiffness_preload": preload,
+    }
 
 
 def _defaults(friction: FrictionSet, parameters: Parameters) -> tuple[float, ...]:

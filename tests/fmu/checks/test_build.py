@@ -24,7 +24,12 @@ pytestmark = pytest.mark.slow
 PYTHON = ["BallScrewFriction.fmu", "BallScrewPreloadMonitor.fmu"]
 NATIVE = [
     f"{name}_fmi{version}.fmu"
-    for name in ("BallScrewFrictionNative", "BallScrewPreloadMonitorNative", "BallScrewTransmission")
+    for name in (
+        "BallScrewFrictionNative",
+        "BallScrewPreloadMonitorNative",
+        "BallScrewTransmission",
+        "BallScrewAxis",
+    )
     for version in (2, 3)
 ]
 FITTED_HERE = FrictionSet(

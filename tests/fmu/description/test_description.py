@@ -19,7 +19,7 @@ from synthetic_map import LAWS
 
 from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
 from ballscrew_fmu.description.about import about
-from ballscrew_fmu.models import FRICTION, MONITOR, NATIVE_MODELS
+from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, NATIVE_MODELS
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl import __date__, __version__
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
@@ -32,7 +32,11 @@ CASES = [
 EACH = pytest.mark.parametrize(("model", "kind"), CASES, ids=lambda x: getattr(x, "name", str(x)))
 with open(Path(__file__).with_name("interface.csv"), encoding="utf-8") as file:
     INTERFACE = list(csv.DictReader(file))
-RATES = {f"{name}_rate": name for name in ELEMENT_STATES}
+AXIS_STATES = ("angle", "speed", "position", "velocity", "screw_displacement", "screw_velocity", *ELEMENT_STATES,
+               "guide_element")  # fmt: skip
+STATES_OF = dict.fromkeys(("BallScrewFriction", "BallScrewTransmission"), ELEMENT_STATES)
+STATES_OF["BallScrewAxis"] = AXIS_STATES
+RATES = {f"{name}_rate": name for name in AXIS_STATES}
 
 
 def root_of(folder):
@@ -60,6 +64,7 @@ STATES = {"canGetAndSetFMUstate", "canSerializeFMUstate"}
 STATES_3 = {"canGetAndSetFMUState", "canSerializeFMUState"}
 UNEVEN, DERIVATIVES = "canHandleVariableCommunicationStepSize", "providesDirectionalDerivative"
 FMI3 = {*STATES_3, "providesDirectionalDerivatives", "providesAdjointDerivatives"}
+DERIVED = {DERIVATIVES, "providesDirectionalDerivatives", "providesAdjointDerivatives"}
 PARTS = {"providesIntermediateUpdate", "mightReturnEarlyFromDoStep", "hasEventMode"}
 PARTS |= {"canReturnEarlyAfterIntermediateUpdate"}
 TRUE = {  # flags by kind of FMU and interface; tests/fmu/native_fmu calls what they promise
@@ -80,7 +85,8 @@ def test_no_checker_finds_anything_and_flags_are_those_of_the_library(built, fol
     assert {(kind, tag) for tag in interfaces} == {key for key in TRUE if key[0] == kind}
     for tag, flags in interfaces.items():
         parts = PARTS if (kind, tag) == (3, "CoSimulation") and model.parts else set()
-        assert {name for name, value in flags.items() if value == "true"} == TRUE[kind, tag] | parts
+        none = DERIVED if model is AXIS and tag == "CoSimulation" else set()
+        assert {name for name, value in flags.items() if value == "true"} == (TRUE[kind, tag] | parts) - none
         assert flags.get("maxOutputDerivativeOrder", "0") == "0"
         assert flags["modelIdentifier"] == (model.name if kind == "python" else model.native_name)
     if kind != "python":
@@ -107,12 +113,14 @@ def test_variables_are_those_of_the_interface(folder_of, model, kind):
         assert (name, found) == (name, wanted)
         assert len(node.get("description")) > 15
         assert reference == list(nodes).index(name) + 1
-        exact = row["causality"] == "parameter" or name in ELEMENT_STATES
+        states = STATES_OF.get(model.name, ()) if kind != "python" else ()
+        # states of the axis follow from parameters
+        exact = row["causality"] == "parameter" or (name in states and model is not AXIS)
         initial = "exact" if exact else None if row["causality"] == "input" else "calculated"
         assert node.get("initial") == initial, name  # FMI 2.0 forbids it on inputs, CasADi refuses it
         derivative = str(list(nodes).index(RATES[name]) + 1) if name in RATES else None
         assert numbers.get("derivative") == derivative
-        assert numbers.get("reinit") == ("true" if name in ELEMENT_STATES else None)
+        assert numbers.get("reinit") == ("true" if name in states else None)
         parts = kind == 3 and model.parts and row["causality"] in ("input", "output")
         assert node.get("intermediateUpdate") == ("true" if parts else None)
     assert kind != "python" or "pythonfmu" in root.get("generationTool")
@@ -145,10 +153,11 @@ def test_structure_is_complete_in_order_and_the_same_in_both_versions(folder_of,
     nodes = list(root.find("ModelVariables"))
     outputs = [n.get("name") for n in nodes if n.get("causality") == "output"]
     rates = [n.get("name") for n in nodes if n.get("name") in RATES]
+    unset = [n for n in AXIS_STATES if n not in outputs] if model is AXIS else []
     indicators = [n.get("name") for n in nodes if "_indicator" in n.get("name")]
     assert list(found["Output"]) == outputs
     assert list(found.get("Derivative", ())) == rates
-    assert list(found["InitialUnknown"]) == outputs + rates
+    assert sorted(found["InitialUnknown"]) == sorted(outputs + rates + unset)
     if kind == 3:
         assert list(found["EventIndicator"]) == indicators
         other = unknowns(root_of(folder_of(model, 2)))
@@ -164,6 +173,9 @@ TERMINALS = {  # variable: member name as in Modelica, kind; a flow into the FMU
     "estimate preload_half_width half_width signal, estimate in_range in_range signal",
     "BallScrewTransmission": "shaft angle phi signal, shaft speed w signal, shaft screw_torque tau inflow, "
     "nut position s signal, nut velocity v signal, nut nut_force f outflow, heat temperature T signal, "
+    "heat power_loss Q_flow outflow",
+    "BallScrewAxis": "shaft angle phi signal, shaft speed w signal, shaft motor_torque tau inflow, "
+    "table position s signal, table velocity v signal, table external_force f inflow, heat temperature T signal, "
     "heat power_loss Q_flow outflow",
 }
 
@@ -278,7 +290,8 @@ def test_dependencies_are_those_that_a_change_of_a_value_shows(folder_of, model,
             )
         found = seen[name] if name in initially else seen[name] & inputs
         assert found <= declared, name
-        if name != "heat":  # starts at 0; in a step it depends on what power_loss depends on
+        # heat starts at 0; in a step it depends on what power_loss depends on. States of the axis start from inputs
+        if name != "heat" and model is not AXIS:
             assert seen[name] & inputs <= set((running | indicators)[name]), name
         if exact and name not in ("in_range", "stiffness_indicator", *RATES):
             assert found == declared, name

@@ -19,7 +19,7 @@ from native_walk import sealed_map
 from paths import FMU_SUPPORT, ROOT, SUPPORT
 from synthetic_map import closed_form, make_map
 
-from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
+from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
 from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources, prefix
 from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, MECHANISTIC
@@ -43,6 +43,7 @@ def test_random_calls_under_sanitizers():
     for model, law in (
         (FRICTION, None),
         (MONITOR, None),
+        (AXIS, None),
         (TRANSMISSION, MECHANISTIC),
     ):  # before they are there
         compiled_model(closed_form(law) if law else NUT_MAP, model, sanitize=True)

@@ -5,7 +5,6 @@ import re
 import struct
 from ctypes import byref, c_size_t, c_void_p
 
-import numpy as np
 import pytest
 from native_library import (
     CS,
@@ -22,9 +21,8 @@ from native_library import (
 )  # fmt: skip
 from native_walk import sealed_state
 
-from ballscrew_fmu.models import FRICTION, MONITOR, NATIVE_MODELS, TRANSMISSION
+from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, NATIVE_MODELS, TRANSMISSION
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
-from ballscrew_tehl.runtime.constants import ELEMENTS
 
 pytestmark = pytest.mark.slow
 both_versions = pytest.mark.parametrize("version", [2, 3])
@@ -35,6 +33,7 @@ START = {
     FRICTION: PRESLIDING | {"preload": 1500.0, "axial_load": 200.0},
     TRANSMISSION: PRESLIDING | {"position": -1e-6},
     MONITOR: {"torque": 0.8, "speed": 30.0, "initial_preload": 700.0},
+    AXIS: PRESLIDING | {"guide_coulomb": 200.0, "support_stiffness": 2e8},
 }
 LATER = (0.002, 0.02, -0.01, 1.0, 0.0)
 HEAD = 24  # [bytes] magic, checksum, layout, size
@@ -51,13 +50,22 @@ def wound(version, kind=CS, model=FRICTION):
         one.update()
         one.call("EnterContinuousTimeMode")
         if one.states:
-            one.call("SetContinuousStates", doubles(*[3e-4] * ELEMENTS), c_size_t(ELEMENTS))
-        one.set(speed=0.1)
+            set_states(one, [3e-4] * one.states)
+        drive(one, 0.1)
     return one
 
 
+def drive(one, speed):
+    """Sets the speed; of the axis a torque that it breaks away from and holds."""
+    return one.set(**({"speed": speed} if "angle_rate" not in one.names else {"motor_torque": 10.0 * speed}))
+
+
+def set_states(one, states):
+    one.call("SetContinuousStates", doubles(*states), c_size_t(len(states)))
+
+
 def advance(one, speed):
-    assert one.set(speed=speed) == OK
+    assert drive(one, speed) == OK
     assert one.step(one.time, 1e-3) == OK
     one.time += 1e-3
 
@@ -73,10 +81,10 @@ def go_on(one):
         if one.kind == CS:
             advance(one, speed)
         else:
-            one.set(speed=speed)
+            drive(one, speed)
             if one.states:
-                states = np.add(one.vector("GetContinuousStates"), 1e-3 * np.array(one.rates()))
-                one.call("SetContinuousStates", doubles(*states), c_size_t(ELEMENTS))
+                pairs = zip(one.vector("GetContinuousStates", one.states), one.rates(), strict=True)
+                set_states(one, [state + 1e-6 * rate for state, rate in pairs])
             one.call("EnterEventMode")
             rows.append(one.update())
             one.call("EnterContinuousTimeMode")
@@ -87,7 +95,8 @@ def go_on(one):
 def disturb(one):
     if one.kind == ME:
         one.call("EnterEventMode")
-    one.set(speed=-3.0, temperature=340.0, roughness_height=0.0)
+    drive(one, -3.0)
+    one.set(temperature=340.0, roughness_height=0.0)
     one.update() if one.kind == ME else one.step(one.time, 0.5)
 
 

@@ -5,8 +5,6 @@ from ctypes import byref, c_double, c_size_t, c_uint, c_void_p
 
 from native_library import CS, DISCARD, ERROR, ME, doubles
 
-from ballscrew_tehl.runtime.constants import ELEMENTS
-
 STATES = {CS: "instx", ME: "inectx"}
 
 # States in which a call is legal: i instantiated, n initialization mode, s step mode, e event mode,
@@ -88,6 +86,11 @@ def is_legal(version, name, kind, state, event_mode=False):
     return state in LEGAL[version][name] and name not in other
 
 
+def _moved(one):
+    """An input of each model: the speed is a state of the axis."""
+    return "motor_torque" if "motor_torque" in one.names else "speed"
+
+
 def arguments(one, name):
     """Valid arguments of a call, without the instance."""
     room, zero = ctypes.create_string_buffer(4096), c_size_t(0)
@@ -99,14 +102,14 @@ def arguments(one, name):
     if name == "SetDebugLogging":
         return 1, zero, None
     if name in ("GetReal", "SetReal"):
-        return one.vr("speed"), c_size_t(1), doubles(3.0)
+        return one.vr(_moved(one)), c_size_t(1), doubles(3.0)
     if name in ("GetFloat64", "SetFloat64"):
-        return one.vr("speed"), c_size_t(1), doubles(3.0), c_size_t(1)
+        return one.vr(_moved(one)), c_size_t(1), doubles(3.0), c_size_t(1)
     if name == "GetBoolean":
         return one.vr("in_range"), c_size_t(1), room, c_size_t(1)
     if name in ("SetContinuousStates", "GetContinuousStates", "GetDerivatives",
                 "GetContinuousStateDerivatives", "GetNominalsOfContinuousStates"):  # fmt: skip
-        return doubles(*[0.0] * ELEMENTS), c_size_t(one.states)
+        return doubles(*[0.0] * max(one.states, 1)), c_size_t(one.states)
     if name == "GetEventIndicators":
         return doubles(*[0.0] * one.indicators), c_size_t(one.indicators)
     if name == "SetTime":

@@ -265,7 +265,9 @@ class NativeInstance:
         return list(values)
 
     def rates(self) -> list[float]:
-        return self.vector("GetDerivatives" if self.version == 2 else "GetContinuousStateDerivatives")
+        return self.vector(
+            "GetDerivatives" if self.version == 2 else "GetContinuousStateDerivatives", self.states or 1
+        )
 
     # saved states
 

@@ -27,7 +27,7 @@ from native_library import (
 )
 from native_model import compiled_model
 
-from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
+from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 LIVES, CALLS, DAMAGES, FILES = 12, 150, 4, 600  # instances of a kind, calls of each, damaged states, files
@@ -173,7 +173,12 @@ def damaged_maps(rng: random.Random) -> None:
 def main() -> None:
     rng = random.Random(int(sys.argv[1]))
     good = 0
-    for model, law in ((FRICTION, FILM_SHEAR), (MONITOR, FILM_SHEAR), (TRANSMISSION, MECHANISTIC)):
+    for model, law in (
+        (FRICTION, FILM_SHEAR),
+        (MONITOR, FILM_SHEAR),
+        (TRANSMISSION, MECHANISTIC),
+        (AXIS, FILM_SHEAR),
+    ):
         for _ in range(LIVES):
             for version in (2, 3):
                 for kind in STATES:

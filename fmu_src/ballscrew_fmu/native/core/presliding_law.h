@@ -57,6 +57,15 @@ static inline PreslidingLevel presliding_level(Number coulomb, Number stiffness,
     return out;
 }
 
+/* Event indicator, to where the stiffness that is held follows that of the loads. */
+static inline double distance_to_stiffness(double held, double present)
+{
+    if (held == present) {
+        return 1.0;
+    }
+    return held > 0.0 && present > 0.0 ? STIFFNESS_RATIO - (held > present ? held / present : present / held) : -1.0;
+}
+
 /* Whether no element holds a load, or all slide. unit: limit of the first element. */
 static inline bool elements_free(const double element[ELEMENTS], double unit)
 {
@@ -151,10 +160,11 @@ static inline void presliding_after_step(const Number before[ELEMENTS], Number s
 }
 
 /* At an instant. slips: bit per element that slides (model exchange), in direction; the others follow the motion, except
-   those at their limit, of which torque and power are those of sliding. The state of one that slides follows its limit
-   within its own yield travel, but not faster than FOLLOW_TIME: what it stores is taken from the work of sliding. */
+   those at their limit, of which torque and power are those of sliding. The state of one that slides follows its limit,
+   not faster than the motion and within follow_time [s]: what it stores is taken from the work of sliding. */
 static inline void presliding_at_instant(const Number element[ELEMENTS], Number speed, const PreslidingLevel *level,
-                                         bool with_damping, unsigned slips, int direction, Presliding *out)
+                                         bool continuous, unsigned slips, int direction, double follow_time,
+                                         Presliding *out)
 {
     const Number pace = absolute(speed);
     const Number travel = multiply(level->root, pace);
@@ -171,15 +181,15 @@ static inline void presliding_at_instant(const Number element[ELEMENTS], Number 
         if ((slips >> i & 1U) != 0U) {
             along = add(along, (direction < 0) == (value_of(speed) < 0.0) ? limit : negative(limit));
             power = add(power, multiply(limit, pace));
-            if (value_of(limit) > 0.0) {
-                const Number missing = subtract(constant(1.0), divide(times(direction, element[i]), limit));
-
-                out->rate[i] = times(direction, multiply(lesser(travel, over(limit, FOLLOW_TIME)), missing));
-                stored = add(stored, multiply(element[i], out->rate[i]));
-            }
+            out->rate[i] = lesser(travel, over(subtract(limit, times(direction, element[i])), follow_time));
+            out->rate[i] = times(direction, out->rate[i]);
+            stored = add(stored, multiply(element[i], out->rate[i]));
         } else if (value_of(speed) != 0.0 && value_of(loaded) >= value_of(limit)) {
             along = add(along, limit);
             power = add(power, multiply(limit, pace));
+            if (continuous) { /* on beyond the limit: an integrator finds the event more easily */
+                out->rate[i] = multiply(level->root, speed);
+            }
         } else {
             const Number signed_held = value_of(speed) < 0.0 ? negative(held) : held;
 
@@ -190,7 +200,7 @@ static inline void presliding_at_instant(const Number element[ELEMENTS], Number 
         }
     }
     elastic = multiply(level->root, along);
-    damped = with_damping ? multiply(times((double)moving / ELEMENTS, level->damping), pace) : constant(0.0);
+    damped = continuous ? multiply(times((double)moving / ELEMENTS, level->damping), pace) : constant(0.0);
     out->torque = damped_torque(elastic, damped, level->coulomb);
     power = add(multiply(level->root, power), subtract(multiply(subtract(out->torque, elastic), pace), stored));
     out->power = greater(power, constant(0.0));

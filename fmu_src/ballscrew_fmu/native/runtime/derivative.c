@@ -20,7 +20,7 @@ static bool is_unknown(unsigned reference)
     const unsigned index = instance_index(reference);
 
     return index < (unsigned)VARIABLE_COUNT
-           && (model_variables[index].causality == CAUSALITY_OUTPUT
+           && (model_variables[index].causality == CAUSALITY_OUTPUT || model_variables[index].shown
                || model_variables[index].causality == CAUSALITY_RATE);
 }
 

@@ -196,6 +196,22 @@ static void warn_of_coupling(Instance *instance, double step)
 }
 #endif
 
+#ifdef MODEL_CUTS_STEPS
+static void warn_of_cut(Instance *instance, double step)
+{
+    char text[32];
+
+    if ((instance->now.warned & WARNED_STEP) == 0U && model_step_cut(&instance->now.model)
+        && instance_logs(instance, STATUS_WARNING)) {
+        instance->now.warned |= WARNED_STEP;
+        instance_warn(instance,
+             "step = %s s; its motion is too fast for error_bound, the error of the step is larger: take a shorter step, "
+             "a larger bound or check inertias, masses and stiffness (logged once)",
+             number_text(step, text));
+    }
+}
+#endif
+
 /* --- life cycle -------------------------------------------------------------------------------------------------- */
 
 static bool is_time(double value)
@@ -294,6 +310,8 @@ void instance_end_step(Instance *instance, double time, double longest)
 #ifdef MODEL_COUPLING
     warn_of_coupling(instance, longest);
 #endif
+#elif defined MODEL_CUTS_STEPS
+    warn_of_cut(instance, longest);
 #else
     (void)longest;
 #endif

@@ -108,6 +108,13 @@ static void pass_text(Walk *walk, const char *text)
     }
 }
 
+#ifndef MODEL_ARRAYS
+#define MODEL_ARRAYS(X)
+#endif
+#ifndef MODEL_MASKS
+#define MODEL_MASKS(X)
+#endif
+
 /* All fields of the model except the map, which belongs to the instance, and those computed from the latched point. */
 static void pass_model(Walk *walk, Model *model)
 {

@@ -35,6 +35,7 @@ UNITS = {
     "mechanistic_interval.temperature": "K",
     "presliding_angle": "rad at 1 N, grows as force^(1/3)",
     "screw.lead": "m",
+    "screw.diameter": "m",
     "screw.nut_stiffness": "N/m",
     "screw.stiffness_preload": "N",
 }

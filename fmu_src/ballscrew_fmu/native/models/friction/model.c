@@ -284,15 +284,6 @@ static double present_limit(Model *model)
     return presliding_level(coulomb_magnitude(friction_parts(model)), model->stiffness, 0.0).unit;
 }
 
-/* Of the stiffness that is held, to where it follows that of the loads. */
-static double distance_to_stiffness(double held, double present)
-{
-    if (held == present) {
-        return 1.0;
-    }
-    return held > 0.0 && present > 0.0 ? STIFFNESS_RATIO - greater(held / present, present / held) : -1.0;
-}
-
 /* Of an element that sticks: its limit. */
 static double distance_to_slip(double element, double speed, double limit)
 {

@@ -1,0 +1,289 @@
+/* The axis at an instant: forces, rates of the states, outputs by name. Numbers: number.h. The equations are in
+   variables/axis.py, the integration over a step is in axis_step.c. */
+#ifndef BALLSCREW_AXIS_LAW_H
+#define BALLSCREW_AXIS_LAW_H
+
+#include "contacts.h"
+#include "nut.h"
+#include "presliding_law.h"
+#include "tangent.h"
+
+#define STANDARD_GRAVITY 9.80665 /* [m/s2] */
+#define STEEL_DENSITY 7850.0     /* [kg/m3] */
+#define LEAST_INERTIA 1e-9       /* [kg.m2] of motor and screw together */
+#define LEAST_MASS 1e-6          /* [kg] of the table; of the screw with a support */
+#define FOLLOWING_TIME 1e-5      /* [s] in which the state of an element that slides follows its limit */
+#define LEAST_TRAVEL 1e-9        /* [m] of the guide to sliding */
+
+/* Degrees of freedom. The last one exists with a support only. */
+enum { SHAFT, TABLE, SCREW, FREEDOMS };
+
+typedef struct {
+    Number mass[FREEDOMS];  /* [kg.m2], [kg] */
+    Number lever[FREEDOMS]; /* deflection of the contacts for each place [m/rad], [1] */
+    Number load[FREEDOMS];  /* [N.m], [N] of motor, external force and weight */
+    Number weight[FREEDOMS]; /* the same of weight alone */
+    Number support;         /* [N/m] 0: rigid */
+    Number guide_root;      /* [sqrt(N/m)] of the stiffness of the guide */
+    Number guide_limit;     /* [m at 1 N/m] state at which it slides */
+    Number contact, approach; /* k of a nut [N/m^1.5]; its approach without load [m] */
+} Mechanics;
+
+/* A point of the states and inputs. */
+typedef struct {
+    Mechanics mechanics;
+    Contacts contacts;
+    Loads loads;
+    Conditions conditions;
+    Parts parts;
+    PreslidingLevel level;
+} Point;
+
+static inline Friction friction_of(const Number at[])
+{
+    const Friction out = {at[APPARENT_VISCOSITY_RATIO], at[NET_SLIDING_COEFFICIENT], at[ROUGHNESS_HEIGHT],
+                          at[BREAKAWAY_FACTOR]};
+    return out;
+}
+
+/* held: stiffness of the elements [N.m/rad]; 0: that of the loads */
+static inline PreslidingLevel level_of(const Map *map, const Number at[], double held, Loads *loads,
+                                       const Friction *friction, const Parts *parts)
+{
+    const Number stiffness = held > 0.0 ? constant(held)
+                             : value_of(at[PRESLIDING_STIFFNESS]) >= LEAST_STIFFNESS
+                                 ? at[PRESLIDING_STIFFNESS]
+                                 : nut_stiffness(map, loads, friction);
+    const Number damping = value_of(at[PRESLIDING_DAMPING]) > 0.0 ? at[PRESLIDING_DAMPING]
+                                                                  : times(DAMPING_TIME, stiffness);
+
+    return presliding_level(coulomb_magnitude(parts), stiffness, damping);
+}
+
+static inline Number cylinder_mass(const Number at[])
+{
+    const Number diameter = at[SCREW_DIAMETER];
+
+    return times(STEEL_DENSITY * TWO_PI / 8.0, multiply(multiply(diameter, diameter), at[SCREW_LENGTH]));
+}
+
+static inline void mechanics_of(const Number at[], Mechanics *out)
+{
+    const Number cylinder = cylinder_mass(at), travel = greater(at[GUIDE_PRESLIDING_TRAVEL], constant(LEAST_TRAVEL));
+    const Number inertia = value_of(at[SCREW_INERTIA]) > 0.0
+                               ? at[SCREW_INERTIA]
+                               : times(0.125, multiply(cylinder, multiply(at[SCREW_DIAMETER], at[SCREW_DIAMETER])));
+    const Number screw = value_of(at[SCREW_MASS]) > 0.0 ? at[SCREW_MASS] : cylinder;
+    const Number pull = function(at[INCLINATION], -STANDARD_GRAVITY * sin(value_of(at[INCLINATION])),
+                                 -STANDARD_GRAVITY * cos(value_of(at[INCLINATION])));
+
+    out->mass[SHAFT] = greater(add(at[MOTOR_INERTIA], inertia), constant(LEAST_INERTIA));
+    out->mass[TABLE] = greater(at[TABLE_MASS], constant(LEAST_MASS));
+    out->mass[SCREW] = greater(screw, constant(LEAST_MASS));
+    out->lever[SHAFT] = screw_ratio(at);
+    out->lever[TABLE] = constant(-1.0);
+    out->lever[SCREW] = constant(1.0);
+    out->weight[SHAFT] = constant(0.0);
+    out->weight[TABLE] = multiply(pull, out->mass[TABLE]);
+    out->weight[SCREW] = multiply(pull, out->mass[SCREW]);
+    out->load[SHAFT] = at[MOTOR_TORQUE];
+    out->load[TABLE] = add(at[EXTERNAL_FORCE], out->weight[TABLE]);
+    out->load[SCREW] = out->weight[SCREW];
+    out->support = at[SUPPORT_STIFFNESS];
+    out->guide_root = root(divide(at[GUIDE_COULOMB], travel));
+    out->guide_limit = root(multiply(at[GUIDE_COULOMB], travel));
+    out->contact = contact_stiffness(at[NUT_STIFFNESS], at[STIFFNESS_PRELOAD]);
+    out->approach = preload_approach(out->contact, at[PRELOAD], at[AXIAL_PLAY]);
+}
+
+static inline bool is_supported(const Mechanics *mechanics) { return value_of(mechanics->support) > 0.0; }
+
+static inline bool loads_nut_a(const Contacts *contacts)
+{
+    return value_of(contacts->a.force) >= value_of(contacts->b.force);
+}
+
+/* Loads of both nuts, and friction at a speed of the screw [rad/s]. held: as in level_of */
+static inline void friction_at(const Map *map, const Number at[], Number speed, double held, Point *point)
+{
+    const Friction friction = friction_of(at);
+    const Number a = point->contacts.a.force, b = point->contacts.b.force;
+    const bool loads_a = loads_nut_a(&point->contacts);
+
+    nut_loads_of_forces(map, loads_a ? b : a, loads_a ? a : b, &point->loads);
+    nut_conditions(map, speed, at[TEMPERATURE], &point->conditions);
+    nut_parts(map, &point->loads, &point->conditions, NULL, &friction, &point->parts);
+    point->level = level_of(map, at, held, &point->loads, &friction, &point->parts);
+}
+
+/* deflection [m], drift [m/s]: way and rate by which the screw leads the nut */
+static inline void contacts_of(const Mechanics *mechanics, Number deflection, Number drift, Contacts *out)
+{
+    out->stiffness = mechanics->contact;
+    out->preloaded = mechanics->approach;
+    out->drift = drift;
+    out->first = out->last = deflection;
+    out->a = contact_law(out->stiffness, add(out->preloaded, deflection));
+    out->b = contact_law(out->stiffness, subtract(out->preloaded, deflection));
+}
+
+static inline void point_locate(const Map *map, const Number at[], double held, Point *point)
+{
+    Mechanics *mechanics = &point->mechanics;
+    Number drift, deflection;
+
+    mechanics_of(at, mechanics);
+    deflection = add(subtract(multiply(mechanics->lever[SHAFT], at[ANGLE]), at[POSITION]), at[SCREW_DISPLACEMENT]);
+    drift = subtract(multiply(mechanics->lever[SHAFT], at[SPEED]), at[VELOCITY]);
+    if (is_supported(mechanics)) {
+        drift = add(drift, at[SCREW_VELOCITY]);
+    }
+    contacts_of(mechanics, deflection, drift, &point->contacts);
+    friction_at(map, at, at[SPEED], held, point);
+}
+
+/* Guide, an elasto-slip element: force without viscous part [N], rate of its state, power [W]. */
+typedef struct {
+    Number force, rate, power;
+} Guide;
+
+static inline Guide guide_at_instant(const Mechanics *mechanics, Number element, Number velocity, int slip)
+{
+    const Number limit = mechanics->guide_limit, held = element_within(element, limit);
+    const Number loaded = value_of(velocity) < 0.0 ? negative(element) : element;
+    Guide out = {constant(0.0), constant(0.0), constant(0.0)};
+
+    if (slip == 0) { /* on past the limit, as the elements */
+        out.rate = multiply(mechanics->guide_root, velocity);
+    }
+    if (slip != 0) {
+        out.force = multiply(mechanics->guide_root, slip < 0 ? negative(limit) : limit);
+        out.power = multiply(out.force, velocity);
+    } else if (value_of(velocity) != 0.0 && value_of(loaded) >= value_of(limit)) {
+        out.force = multiply(mechanics->guide_root, with_sign_of(limit, velocity));
+        out.power = multiply(out.force, velocity);
+    } else {
+        out.force = multiply(mechanics->guide_root, held);
+    }
+    return out;
+}
+
+static inline Number half_square(Number factor, Number a) { return times(0.5, multiply(factor, multiply(a, a))); }
+
+static inline void energy_outputs(const Point *point, const Number at[], Number out[])
+{
+    const Mechanics *mechanics = &point->mechanics;
+    const Contacts *contacts = &point->contacts;
+    const Number one = constant(1.0);
+
+    out[KINETIC_ENERGY] = add(half_square(mechanics->mass[SHAFT], at[SPEED]),
+                              half_square(mechanics->mass[TABLE], at[VELOCITY]));
+    out[POTENTIAL_ENERGY] = negative(multiply(mechanics->weight[TABLE], at[POSITION]));
+    out[STORED_ENERGY] =
+        add(multiply(contacts->last, mean_elastic_force(contacts, constant(0.0), contacts->last)),
+            add(energy_of_elements(&at[PRESLIDING_ELEMENT_1]), half_square(one, at[GUIDE_ELEMENT])));
+    if (is_supported(mechanics)) {
+        out[KINETIC_ENERGY] = add(out[KINETIC_ENERGY], half_square(mechanics->mass[SCREW], at[SCREW_VELOCITY]));
+        out[POTENTIAL_ENERGY] =
+            subtract(out[POTENTIAL_ENERGY], multiply(mechanics->weight[SCREW], at[SCREW_DISPLACEMENT]));
+        out[STORED_ENERGY] = add(out[STORED_ENERGY], half_square(mechanics->support, at[SCREW_DISPLACEMENT]));
+    }
+}
+
+/* Friction of the screw by name. elements: torque of the elements [N.m] */
+static inline void torque_outputs(const Point *point, Number elements, Number speed, Number out[])
+{
+    const Parts *parts = &point->parts;
+    const Number coulomb = coulomb_magnitude(parts);
+    const Number share = value_of(coulomb) > 0.0 ? clamped(divide(elements, coulomb), -1.0, 1.0) : constant(0.0);
+    const bool loads_a = loads_nut_a(&point->contacts);
+    const int relieved = loads_a ? FRICTION_TORQUE_NUT_B : FRICTION_TORQUE_NUT_A;
+    const int loaded = loads_a ? FRICTION_TORQUE_NUT_A : FRICTION_TORQUE_NUT_B;
+
+    out[VISCOUS_TORQUE] = with_sign_of(parts->viscous, speed);
+    out[HYSTERESIS_TORQUE] = multiply(share, parts->hysteresis);
+    out[SLIDING_TORQUE] = multiply(share, parts->sliding);
+    out[FRICTION_TORQUE] = add(add(out[VISCOUS_TORQUE], out[HYSTERESIS_TORQUE]), out[SLIDING_TORQUE]);
+    out[relieved] = add(with_sign_of(parts->relieved_viscous, speed), multiply(share, parts->relieved_coulomb));
+    out[loaded] = subtract(out[FRICTION_TORQUE], out[relieved]);
+}
+
+/* Outputs and rates at an instant, except those of a whole step, which the model adds. */
+static inline void axis_outputs(const Point *point, const Number at[], const Moment *moment, Number out[])
+{
+    const Mechanics *mechanics = &point->mechanics;
+    const Contacts *contacts = &point->contacts;
+    const Number time = at[CONTACT_DAMPING_TIME], speed = at[SPEED], velocity = at[VELOCITY];
+    const Number stiffness = add(contacts->a.slope, contacts->b.slope);
+    const Number damping = multiply(multiply(time, stiffness), contacts->drift);
+    const Number force = add(subtract(contacts->a.force, contacts->b.force), damping);
+    const Guide guide = guide_at_instant(mechanics, at[GUIDE_ELEMENT], velocity, moment->guide_slip);
+    const Number drag = multiply(at[GUIDE_VISCOUS], velocity);
+    Presliding elements;
+    Number power;
+
+    presliding_at_instant(&at[PRESLIDING_ELEMENT_1], speed, &point->level, true, moment->slips, moment->slip,
+                          FOLLOWING_TIME, &elements);
+    torque_outputs(point, elements.torque, speed, out);
+    out[GUIDE_FORCE] = add(guide.force, drag);
+    out[NUT_FORCE] = force;
+    out[FORCE_NUT_A] = contacts->a.force;
+    out[FORCE_NUT_B] = contacts->b.force;
+    out[LOST_MOTION] = subtract(multiply(mechanics->lever[SHAFT], at[ANGLE]), at[POSITION]);
+    out[AXIAL_STIFFNESS] = stiffness;
+    power = add(add(multiply(point->parts.viscous, absolute(speed)), elements.power),
+                add(multiply(damping, contacts->drift), add(multiply(drag, velocity), guide.power)));
+    energy_outputs(point, at, out);
+
+    out[ANGLE_RATE] = speed;
+    out[SPEED_RATE] = divide(subtract(subtract(mechanics->load[SHAFT], multiply(mechanics->lever[SHAFT], force)),
+                                      out[FRICTION_TORQUE]), mechanics->mass[SHAFT]);
+    out[POSITION_RATE] = velocity;
+    out[VELOCITY_RATE] =
+        divide(subtract(add(mechanics->load[TABLE], force), out[GUIDE_FORCE]), mechanics->mass[TABLE]);
+    out[SCREW_DISPLACEMENT_RATE] = out[SCREW_VELOCITY_RATE] = constant(0.0);
+    if (is_supported(mechanics)) {
+        const Number support = mechanics->support, damper = multiply(multiply(time, support), at[SCREW_VELOCITY]);
+        out[SCREW_DISPLACEMENT_RATE] = at[SCREW_VELOCITY];
+        out[SCREW_VELOCITY_RATE] =
+            divide(subtract(subtract(mechanics->load[SCREW], force),
+                            add(multiply(support, at[SCREW_DISPLACEMENT]), damper)), mechanics->mass[SCREW]);
+        power = add(power, multiply(damper, at[SCREW_VELOCITY]));
+    }
+    for (int i = 0; i < ELEMENTS; ++i) {
+        out[PRESLIDING_ELEMENT_1_RATE + i] = elements.rate[i];
+    }
+    out[GUIDE_ELEMENT_RATE] = guide.rate;
+    out[POWER_LOSS] = power;
+    out[HEAT] = constant(moment->heat);
+    out[SUPPLIED_ENERGY] = constant(moment->supplied);
+}
+
+static inline void film_outputs(const Films *films, const Number at[], Number out[])
+{
+    out[FILM_THICKNESS_MIN] = films->minimum;
+    out[FILM_THICKNESS_CENTRAL_SCREW] = films->central_screw;
+    out[FILM_THICKNESS_CENTRAL_NUT] = films->central_nut;
+    out[FILM_TEMPERATURE_RISE] = films->rise;
+    out[CONTACT_PRESSURE_MAX] = films->pressure;
+    out[BALL_LOAD_MAX] = films->ball_load;
+    out[LAMBDA_RATIO] = lambda_ratio(films->minimum, at[ROUGHNESS_HEIGHT]);
+}
+
+/* Force that the loaded nut lacks to the end of the map, negative outside by more than rounding [N]. */
+static inline Number force_left(const Map *map, const Point *point)
+{
+    const Number highest = greater(point->contacts.a.force, point->contacts.b.force);
+
+    return subtract(constant(map->force.hi * (1.0 + FORCE_ROUNDING)), highest);
+}
+
+/* Least distance from the limits of preload, speed, temperature and force of the loaded nut, each as a share of the
+   length of its axis. Negative outside. */
+static inline Number point_margin(const Map *map, const Point *point, const Number at[])
+{
+    return lesser(nut_margin(map, at[PRELOAD], at[SPEED], at[TEMPERATURE]),
+                  over(force_left(map, point), map->force.hi));
+}
+
+#endif

@@ -1,0 +1,296 @@
+"""Table of the variables of BallScrewAxis: the ball screw with motor inertia, table and guide. Equations of the model.
+
+Angle phi and speed of the screw, position x and velocity of the table, r = lead/(2 pi). The deflection of the nut is
+d = r phi + u - x with the axial displacement u of the screw in its bearing; contacts and friction at the deflection
+are those of BallScrewTransmission (native/models/transmission/contacts.h).
+
+    (motor_inertia + screw_inertia) dspeed/dt = motor_torque - r nut_force - friction_torque
+    table_mass dvelocity/dt = nut_force + external_force - guide_force - table_mass g sin(inclination)
+    screw_mass d2u/dt2      = -nut_force - support_stiffness u - support damping - screw_mass g sin(inclination)
+
+Without support_stiffness u is locked. Friction torque: elasto-slip elements in parallel (presliding_law.h) and the
+viscous part of the map at the forces of both nuts. guide_force: guide_viscous velocity and one elasto-slip element,
+elastic to guide_coulomb over guide_presliding_travel.
+
+Assumed: screw and table are rigid, so are motor shaft and coupling; balls have no mass; the damping of contacts and
+support is contact_damping_time times their stiffness; the support has the same stiffness in both directions; the guide
+carries no moment and its friction does not depend on the load; the screw is a cylinder of steel unless its inertia and
+mass are set. At the start all is at rest, without deflection: a weight begins to settle.
+
+supplied_energy = change of kinetic, potential and stored energy + heat, if preload and parameters stay. A change of the
+preload is work of the preload, which no energy includes. In model exchange the importer integrates powers: heat is that
+of events alone, supplied_energy is 0.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from ballscrew_fmu.variables.friction import ELEMENT_STATES, PARAMETERS, STATES, Header, Variable, of_map
+from ballscrew_fmu.variables.transmission import ROWS as TRANSMISSION_ROWS
+from ballscrew_fmu.variables.transmission import of_screw
+
+_ROWS = {v.name: v for v in (*TRANSMISSION_ROWS, *PARAMETERS, *STATES)}
+_ELEMENTS = ELEMENT_STATES
+_SCREW = ("screw_displacement", "screw_velocity")
+
+# what outputs depend on: states and inputs, and parameters in initialization mode
+_WAY = ("angle", "position", _SCREW[0])
+_LOADS = (*_WAY, "preload")
+_FORCE = (*_LOADS, "speed", "velocity", _SCREW[1])
+_FRICTION = (*_LOADS, "speed", "temperature")
+_TORQUE = (*_FRICTION, *_ELEMENTS)
+_GUIDE = ("velocity", "guide_element")
+_ALL = (*_FORCE, "temperature", *_ELEMENTS, "guide_element")
+_ELASTIC = ("lead", "nut_stiffness", "stiffness_preload", "axial_play", "initial_position")
+_DAMPED = (*_ELASTIC, "contact_damping_time", "support_stiffness")
+_LAW = tuple(
+    v.name
+    for v in PARAMETERS
+    if not v.python_only and v.name not in ("presliding", "regularization_speed")  # has no other law
+)
+_GUIDED = ("guide_viscous", "guide_coulomb", "guide_presliding_travel")
+_INERTIA = ("motor_inertia", "screw_inertia", "screw_diameter", "screw_length")
+_MASS = ("screw_mass", "screw_diameter", "screw_length", "support_stiffness", "inclination")
+
+
+def _shared(
+    row: str, depends_on: tuple[str, ...] = (), initially: tuple[str, ...] = (), **changes: Any
+) -> Variable:
+    """A row of another table with its own dependencies."""
+    shared = _ROWS[row]
+    fields = {field: value for field, value in shared.of_map.items() if not field.endswith("depends_on")}
+    return shared._replace(depends_on=depends_on, initially_depends_on=initially, of_map=fields)._replace(
+        **changes
+    )
+
+
+def _energy(
+    name: str, description: str, depends_on: tuple[str, ...], initially: tuple[str, ...] = ()
+) -> Variable:
+    return Variable(
+        name, "output", description, "J", nominal=1.0, quantity="Energy", depends_on=depends_on,
+        initially_depends_on=initially,
+    )  # fmt: skip
+
+
+def _state(
+    name: str, description: str, unit: str, initially: tuple[str, ...] = (), **fields: Any
+) -> Variable:
+    """A state that follows from the parameters at the start. As an output it depends on itself alone."""
+    return Variable(name, description=description, unit=unit, initially_depends_on=initially, **fields)
+
+
+def _parameter(
+    name: str, description: str, unit: str, start: float | None = None, nominal: float = 1.0, **fields: Any
+) -> Variable:
+    return Variable(
+        name, "parameter", description, unit, start, **{"minimum": 0.0, "nominal": nominal, **fields}
+    )
+
+
+def _rate(
+    of: str,
+    unit: str,
+    nominal: float,
+    depends_on: tuple[str, ...],
+    initially: tuple[str, ...] = (),
+    **fields: Any,
+) -> Variable:
+    return Variable(
+        f"{of}_rate", "local", f"Time derivative of {of}", unit, nominal=nominal, depends_on=depends_on,
+        initially_depends_on=initially, derivative_of=of, **fields,
+    )  # fmt: skip
+
+
+_START = ("initial_position", "lead")
+_OF_SHAFT: Mapping[str, Any] = {"causality": "output", "display_unit": "deg", "quantity": "Angle"}
+_ANGLE_RATE: Mapping[str, Any] = {"display_unit": "rev/min", "quantity": "AngularVelocity"}
+_VELOCITY: Mapping[str, Any] = {"display_unit": "m/min", "quantity": "Velocity"}
+_LENGTH: Mapping[str, Any] = {"display_unit": "um", "quantity": "Length"}
+_FORCE_OUT: Mapping[str, Any] = {"unit": "N", "nominal": 1000.0, "quantity": "Force"}
+_ACCELERATED = (*_DAMPED, *_LAW)
+
+ROWS = (
+    Variable(
+        "motor_torque", "input", "Torque of the motor on the screw, in the air gap", "N.m", 0.0, nominal=10.0,
+        quantity="Torque",
+    ),
+    Variable(
+        "external_force", "input", "Force of the process on the table, along the position", "N", 0.0, nominal=1000.0,
+        quantity="Force",
+    ),
+    _ROWS["temperature"],
+    _ROWS["preload"],
+    _state("angle", "Angle of the screw", "rad", _START, nominal=1.0, depends_on=("angle",), **_OF_SHAFT),
+    _state(
+        "speed", "Speed of the screw", "rad/s", nominal=10.0, causality="output", depends_on=("speed",), **_ANGLE_RATE
+    ),
+    _state(
+        "position", "Position of the table, along the screw", "m", _START, causality="output", nominal=0.1,
+        quantity="Length", depends_on=("position",),
+    ),
+    _state(
+        "velocity", "Velocity of the table", "m/s", causality="output", nominal=0.1, depends_on=("velocity",),
+        **_VELOCITY,
+    ),
+    _shared("friction_torque", _TORQUE, (*_ELASTIC, *_LAW)),
+    _shared("viscous_torque", _FRICTION, (*_ELASTIC, *_LAW)),
+    _shared("hysteresis_torque", _TORQUE, (*_ELASTIC, *_LAW)),
+    _shared("sliding_torque", _TORQUE, (*_ELASTIC, *_LAW)),
+    _shared("friction_torque_nut_a", _TORQUE, (*_ELASTIC, *_LAW)),
+    _shared("friction_torque_nut_b", _TORQUE, (*_ELASTIC, *_LAW)),
+    Variable(
+        "guide_force", "output", "Friction of the guide, opposes the motion of the table", depends_on=_GUIDE,
+        initially_depends_on=_GUIDED, **_FORCE_OUT,
+    ),
+    _shared("nut_force", _FORCE, _DAMPED, description="Force of the screw on the table through the nut"),
+    _shared("force_nut_a", _LOADS, _ELASTIC),
+    _shared("force_nut_b", _LOADS, _ELASTIC),
+    Variable(
+        "lost_motion", "output", "Way by which the screw leads the table: lead angle/(2 pi) - position", "m",
+        nominal=1e-6, depends_on=("angle", "position"), initially_depends_on=_START, **_LENGTH,
+    ),
+    _shared("axial_stiffness", _LOADS, _ELASTIC),
+    _shared(
+        "power_loss", _ALL, (*_ACCELERATED, *_GUIDED),
+        description="Dissipated power of friction, guide and damping, mean of the step",
+    ),
+    Variable(
+        "heat", "output",
+        "Heat of all steps of co-simulation since the start. Model exchange: of events only, at which power_loss has "
+        "no time; add the integral of power_loss",
+        "J", nominal=100.0, quantity="Energy", depends_on=_ALL, from_zero=True,
+    ),
+    _energy(
+        "stored_energy", "Elastic energy of contacts, support and friction, 0 without load",
+        (*_LOADS, *_ELEMENTS, "guide_element"), (*_ELASTIC, *_LAW, "support_stiffness", "temperature"),
+    ),
+    _energy("kinetic_energy", "Of screw and table", ("speed", "velocity", _SCREW[1]),
+            ("table_mass", *_INERTIA, *_MASS)),
+    _energy(
+        "potential_energy", "Of table and screw in the field of gravity, 0 at position 0", ("position", _SCREW[0]),
+        ("table_mass", *_START, *_MASS),
+    ),
+    _energy(
+        "supplied_energy",
+        "Work of motor torque and external force in all steps of co-simulation. Model exchange: 0, integrate power",
+        _ALL,
+    )._replace(from_zero=True),
+    *(
+        _shared(name, _LOADS if name in ("contact_pressure_max", "ball_load_max") else _FRICTION,
+                (*_ELASTIC, *(("roughness_height",) if name == "lambda_ratio" else ())))
+        for name in (
+            "film_thickness_min", "film_thickness_central_screw", "film_thickness_central_nut",
+            "film_temperature_rise", "contact_pressure_max", "ball_load_max", "lambda_ratio",
+        )
+    ),
+    _shared(
+        "in_range", _FRICTION, _ELASTIC,
+        description="False while speed, temperature, preload or the force of a nut is outside the map and clamped for "
+        "the friction",
+    ),
+    _shared("range_margin", _FRICTION, _ELASTIC),
+    _parameter("motor_inertia", "Inertia of motor and coupling", "kg.m2", 3e-3, 1e-3, quantity="MomentOfInertia"),
+    _parameter(
+        "screw_inertia", "Inertia of the screw. 0: of a cylinder of steel", "kg.m2", 0.0, 1e-3,
+        quantity="MomentOfInertia",
+    ),
+    _parameter(
+        "screw_mass", "Mass of the screw, used with a support. 0: of a cylinder of steel", "kg", 0.0, 10.0,
+        quantity="Mass",
+    ),
+    _parameter(
+        "screw_diameter", "Diameter of the screw, for inertia and mass", "m", nominal=0.01, quantity="Length",
+        of_map={"start": of_screw("diameter")},
+    ),
+    _parameter("screw_length", "Length of the screw, for inertia and mass", "m", 1.0, quantity="Length"),
+    _parameter("table_mass", "Mass of the table with its load", "kg", 300.0, 100.0, quantity="Mass"),
+    _parameter("guide_viscous", "Viscous friction of the guide", "N.s/m", 400.0, 100.0),
+    _parameter("guide_coulomb", "Coulomb friction of the guide (assumed)", "N", 50.0, 100.0, quantity="Force"),
+    _parameter(
+        "guide_presliding_travel", "Elastic travel of the guide before it slides (assumed)", "m", 1e-5, 1e-5, **_LENGTH
+    ),
+    _parameter(
+        "inclination", "Inclination of the screw: pi/2 with the position upwards", "rad", 0.0, minimum=-0.5 * math.pi,
+        maximum=0.5 * math.pi, display_unit="deg", quantity="Angle",
+    ),
+    _parameter(
+        "support_stiffness", "Axial stiffness of the bearings of the screw and their seat. 0: rigid", "N/m", 0.0, 1e8,
+        display_unit="N/um", quantity="TranslationalSpringConstant",
+    ),
+    _parameter(
+        "initial_position", "Position of the table at the start", "m", 0.0, 0.1, minimum=-1000.0, quantity="Length",
+        fixed=True,
+    ),
+    _parameter(
+        "error_bound", "Allowed relative error of a part of a step of co-simulation", "1", 1e-6, 1e-6, minimum=1e-9
+    ),
+    *(_ROWS[name] for name in ("lead", "nut_stiffness", "stiffness_preload", "axial_play", "contact_damping_time")),
+    *(_ROWS[name] for name in _LAW),
+)  # fmt: skip
+LOCALS = (
+    _state(
+        "screw_displacement", "Axial displacement of the screw in its support, a continuous state", "m",
+        causality="local", nominal=1e-6, **_LENGTH,
+    ),
+    _state(
+        "screw_velocity", "Axial velocity of the screw, a continuous state", "m/s", causality="local", nominal=1e-2,
+        **_VELOCITY,
+    ),
+    *(
+        _state(
+            name, f"Deflection of presliding element {i} times the root of its stiffness, a continuous state", "rad",
+            (*_ELASTIC, *_LAW, "temperature", "preload"), causality="local", nominal=1e-3, display_unit="deg",
+            quantity="Angle",
+        )
+        for i, name in enumerate(_ELEMENTS, 1)
+    ),
+    _state(
+        "guide_element", "Deflection of the guide times the root of its stiffness, a continuous state", "m",
+        causality="local", nominal=1e-2, **_LENGTH,
+    ),
+    _rate("angle", "rad/s", 10.0, ("speed",), **_ANGLE_RATE),
+    _rate(
+        "speed", "rad/s2", 100.0, (*_FORCE, *_TORQUE, "motor_torque"), (*_ACCELERATED, *_INERTIA),
+        quantity="AngularAcceleration",
+    ),
+    _rate("position", "m/s", 0.1, ("velocity",), **_VELOCITY),
+    _rate(
+        "velocity", "m/s2", 1.0, (*_FORCE, *_GUIDE, "external_force"),
+        (*_DAMPED, *_GUIDED, "table_mass", "inclination"),
+        quantity="Acceleration",
+    ),
+    _rate(_SCREW[0], "m/s", 1e-2, (_SCREW[1],), ("support_stiffness",), **_VELOCITY),
+    _rate(_SCREW[1], "m/s2", 1.0, _FORCE, (*_DAMPED, *_MASS), quantity="Acceleration"),
+    *(
+        _rate(name, "rad/s", 0.1, (*_FRICTION, name), (*_ELASTIC, *_LAW), **_ANGLE_RATE)
+        for name in _ELEMENTS
+    ),
+    _rate("guide_element", "m/s", 1.0, _GUIDE, _GUIDED, **_VELOCITY),
+    _shared("in_range_indicator", _FRICTION, _ELASTIC),
+    _shared("stiffness_indicator", _LOADS, (*_ELASTIC, *_LAW)),
+    *(
+        _shared(
+            "slip_indicator_1", (*_FRICTION, name), (*_ELASTIC, *_LAW), name=f"slip_indicator_{i}",
+            description=f"Event indicator of presliding element {i}: start or end of slip",
+        )
+        for i, name in enumerate(_ELEMENTS, 1)
+    ),
+    _shared(
+        "slip_indicator_1", _GUIDE, _GUIDED, name="guide_slip_indicator",
+        description="Event indicator of the guide: start or end of slip",
+    ),
+)  # fmt: skip
+
+
+def _once(v: Variable) -> Variable:
+    return v._replace(
+        depends_on=tuple(dict.fromkeys(v.depends_on)),
+        initially_depends_on=tuple(n for n in dict.fromkeys(v.initially_depends_on) if n not in v.depends_on),
+    )
+
+
+def axis_variables(header: Header) -> tuple[Variable, ...]:
+    """The table for the map with this header: inputs, outputs, parameters, then the other states, rates, indicators."""
+    return of_map([_once(v) for v in (*ROWS, *LOCALS)], header)
