@@ -126,6 +126,7 @@ TRANSMISSION = FmuModel(
     borrowed=(
         "friction/friction_law.h",
         "friction/model.c",
+        "friction/named_parts.h",
         "friction/screw_state.h",
         "friction/tangent.h",
         "friction/tangent_law.h",
@@ -156,7 +157,7 @@ AXIS = FmuModel(
         ),
         HEAT,
     ),
-    borrowed=("transmission/contacts.h",),
+    borrowed=("transmission/contacts.h", "friction/named_parts.h"),
     step_derivatives=False,  # of a step of many parts they would cost as much as differences of steps
     parts=False,  # inputs are constant in a step, which finds its events itself
 )

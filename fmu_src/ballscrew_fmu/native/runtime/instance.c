@@ -223,8 +223,9 @@ Status instance_setup(Instance *instance, double start, bool stop_defined, doubl
 {
     char text[32], other[32];
 
-    if (!is_time(start) || (stop_defined && !(is_time(stop) && stop >= start))) {
-        return instance_fail(instance, "start time = %s s, stop time = %s s; needs finite numbers, stop >= start",
+    /* agentlib has infinity as the stop time of a run without end */
+    if (!is_time(start) || (stop_defined && !(stop >= start))) {
+        return instance_fail(instance, "start time = %s s, stop time = %s s; needs a finite start, stop >= start",
                              number_text(start, text), stop_defined ? number_text(stop, other) : "none");
     }
     instance->now.time = start;

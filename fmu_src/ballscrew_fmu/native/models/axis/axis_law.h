@@ -4,8 +4,7 @@
 #define BALLSCREW_AXIS_LAW_H
 
 #include "contacts.h"
-#include "nut.h"
-#include "presliding_law.h"
+#include "named_parts.h"
 #include "tangent.h"
 
 #define STANDARD_GRAVITY 9.80665 /* [m/s2] */
@@ -39,25 +38,13 @@ typedef struct {
     PreslidingLevel level;
 } Point;
 
-static inline Friction friction_of(const Number at[])
-{
-    const Friction out = {at[APPARENT_VISCOSITY_RATIO], at[NET_SLIDING_COEFFICIENT], at[ROUGHNESS_HEIGHT],
-                          at[BREAKAWAY_FACTOR]};
-    return out;
-}
-
 /* held: stiffness of the elements [N.m/rad]; 0: that of the loads */
 static inline PreslidingLevel level_of(const Map *map, const Number at[], double held, Loads *loads,
                                        const Friction *friction, const Parts *parts)
 {
-    const Number stiffness = held > 0.0 ? constant(held)
-                             : value_of(at[PRESLIDING_STIFFNESS]) >= LEAST_STIFFNESS
-                                 ? at[PRESLIDING_STIFFNESS]
-                                 : nut_stiffness(map, loads, friction);
-    const Number damping = value_of(at[PRESLIDING_DAMPING]) > 0.0 ? at[PRESLIDING_DAMPING]
-                                                                  : times(DAMPING_TIME, stiffness);
+    const Number stiffness = held > 0.0 ? constant(held) : stiffness_at(at, map, loads, friction);
 
-    return presliding_level(coulomb_magnitude(parts), stiffness, damping);
+    return presliding_level(coulomb_magnitude(parts), stiffness, damping_at(at, stiffness));
 }
 
 static inline Number cylinder_mass(const Number at[])
@@ -97,11 +84,6 @@ static inline void mechanics_of(const Number at[], Mechanics *out)
 }
 
 static inline bool is_supported(const Mechanics *mechanics) { return value_of(mechanics->support) > 0.0; }
-
-static inline bool loads_nut_a(const Contacts *contacts)
-{
-    return value_of(contacts->a.force) >= value_of(contacts->b.force);
-}
 
 /* Loads of both nuts, and friction at a speed of the screw [rad/s]. held: as in level_of */
 static inline void friction_at(const Map *map, const Number at[], Number speed, double held, Point *point)
@@ -190,24 +172,6 @@ static inline void energy_outputs(const Point *point, const Number at[], Number 
     }
 }
 
-/* Friction of the screw by name. elements: torque of the elements [N.m] */
-static inline void torque_outputs(const Point *point, Number elements, Number speed, Number out[])
-{
-    const Parts *parts = &point->parts;
-    const Number coulomb = coulomb_magnitude(parts);
-    const Number share = value_of(coulomb) > 0.0 ? clamped(divide(elements, coulomb), -1.0, 1.0) : constant(0.0);
-    const bool loads_a = loads_nut_a(&point->contacts);
-    const int relieved = loads_a ? FRICTION_TORQUE_NUT_B : FRICTION_TORQUE_NUT_A;
-    const int loaded = loads_a ? FRICTION_TORQUE_NUT_A : FRICTION_TORQUE_NUT_B;
-
-    out[VISCOUS_TORQUE] = with_sign_of(parts->viscous, speed);
-    out[HYSTERESIS_TORQUE] = multiply(share, parts->hysteresis);
-    out[SLIDING_TORQUE] = multiply(share, parts->sliding);
-    out[FRICTION_TORQUE] = add(add(out[VISCOUS_TORQUE], out[HYSTERESIS_TORQUE]), out[SLIDING_TORQUE]);
-    out[relieved] = add(with_sign_of(parts->relieved_viscous, speed), multiply(share, parts->relieved_coulomb));
-    out[loaded] = subtract(out[FRICTION_TORQUE], out[relieved]);
-}
-
 /* Outputs and rates at an instant, except those of a whole step, which the model adds. */
 static inline void axis_outputs(const Point *point, const Number at[], const Moment *moment, Number out[])
 {
@@ -219,12 +183,14 @@ static inline void axis_outputs(const Point *point, const Number at[], const Mom
     const Number force = add(subtract(contacts->a.force, contacts->b.force), damping);
     const Guide guide = guide_at_instant(mechanics, at[GUIDE_ELEMENT], velocity, moment->guide_slip);
     const Number drag = multiply(at[GUIDE_VISCOUS], velocity);
+    const Number coulomb = coulomb_magnitude(&point->parts);
     Presliding elements;
-    Number power;
+    Number power, share;
 
     presliding_at_instant(&at[PRESLIDING_ELEMENT_1], speed, &point->level, true, moment->slips, moment->slip,
                           FOLLOWING_TIME, &elements);
-    torque_outputs(point, elements.torque, speed, out);
+    share = value_of(coulomb) > 0.0 ? clamped(divide(elements.torque, coulomb), -1.0, 1.0) : constant(0.0);
+    part_outputs(&point->parts, share, loads_nut_a(contacts), speed, out);
     out[GUIDE_FORCE] = add(guide.force, drag);
     out[NUT_FORCE] = force;
     out[FORCE_NUT_A] = contacts->a.force;
@@ -257,17 +223,6 @@ static inline void axis_outputs(const Point *point, const Number at[], const Mom
     out[POWER_LOSS] = power;
     out[HEAT] = constant(moment->heat);
     out[SUPPLIED_ENERGY] = constant(moment->supplied);
-}
-
-static inline void film_outputs(const Films *films, const Number at[], Number out[])
-{
-    out[FILM_THICKNESS_MIN] = films->minimum;
-    out[FILM_THICKNESS_CENTRAL_SCREW] = films->central_screw;
-    out[FILM_THICKNESS_CENTRAL_NUT] = films->central_nut;
-    out[FILM_TEMPERATURE_RISE] = films->rise;
-    out[CONTACT_PRESSURE_MAX] = films->pressure;
-    out[BALL_LOAD_MAX] = films->ball_load;
-    out[LAMBDA_RATIO] = lambda_ratio(films->minimum, at[ROUGHNESS_HEIGHT]);
 }
 
 /* Force that the loaded nut lacks to the end of the map, negative outside by more than rounding [N]. */

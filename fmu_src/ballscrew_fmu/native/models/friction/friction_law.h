@@ -1,32 +1,10 @@
 /* Outputs of the friction FMU by name. Twin of runtime/outputs.py. Numbers: number.h. A new output is assigned here, in
-   torque_outputs or film_outputs, according to `needs` in its row of the table of variables. */
+   torque_outputs or in named_parts.h, according to `needs` in its row of the table of variables. */
 #ifndef BALLSCREW_FRICTION_LAW_H
 #define BALLSCREW_FRICTION_LAW_H
 
-#include "nut.h"
-#include "presliding_law.h"
+#include "named_parts.h"
 #include "tangent.h"
-#include "variables.h"
-
-static inline Friction friction_of(const Number at[])
-{
-    const Friction out = {at[APPARENT_VISCOSITY_RATIO], at[NET_SLIDING_COEFFICIENT], at[ROUGHNESS_HEIGHT],
-                          at[BREAKAWAY_FACTOR]};
-    return out;
-}
-
-/* Presliding stiffness at these loads: as set, or from the screw. One that is next to 0 counts as 0, or a state would not
-   be finite. */
-static inline Number stiffness_at(const Number at[], const Map *map, Loads *loads, const Friction *friction)
-{
-    return value_of(at[PRESLIDING_STIFFNESS]) >= LEAST_STIFFNESS ? at[PRESLIDING_STIFFNESS]
-                                                                 : nut_stiffness(map, loads, friction);
-}
-
-static inline Number damping_at(const Number at[], Number stiffness)
-{
-    return value_of(at[PRESLIDING_DAMPING]) > 0.0 ? at[PRESLIDING_DAMPING] : times(DAMPING_TIME, stiffness);
-}
 
 /* A step without presliding: what the elements stored becomes heat. At an instant nothing happens to them. */
 static inline void presliding_off(const Number at[], double step, Presliding *out)
@@ -68,8 +46,6 @@ static inline void torque_outputs(const Parts *parts, const Presliding *preslidi
                                   Number out[])
 {
     const Number speed = at[SPEED], coulomb = coulomb_magnitude(parts);
-    const int relieved = loads_a ? FRICTION_TORQUE_NUT_B : FRICTION_TORQUE_NUT_A;
-    const int loaded = loads_a ? FRICTION_TORQUE_NUT_A : FRICTION_TORQUE_NUT_B;
     Number sign, power_loss = multiply(parts->viscous, absolute(speed));
 
     if (value_of(at[PRESLIDING]) != 0.0) {
@@ -79,13 +55,7 @@ static inline void torque_outputs(const Parts *parts, const Presliding *preslidi
         sign = regularised_sign(speed, at[REGULARIZATION_SPEED]);
         power_loss = add(add(power_loss, multiply(multiply(coulomb, sign), speed)), presliding->power);
     }
-    out[VISCOUS_TORQUE] = with_sign_of(parts->viscous, speed);
-    out[HYSTERESIS_TORQUE] = multiply(sign, parts->hysteresis);
-    out[SLIDING_TORQUE] = multiply(sign, parts->sliding);
-    out[FRICTION_TORQUE] = add(add(out[VISCOUS_TORQUE], out[HYSTERESIS_TORQUE]), out[SLIDING_TORQUE]);
-    out[relieved] =
-        add(with_sign_of(parts->relieved_viscous, speed), multiply(sign, parts->relieved_coulomb));
-    out[loaded] = subtract(out[FRICTION_TORQUE], out[relieved]);
+    part_outputs(parts, sign, loads_a, speed, out);
     out[POWER_LOSS] = power_loss;
 }
 
@@ -96,17 +66,6 @@ static inline void heat_output(const Moment *moment, Number out[])
 {
     out[HEAT] = add(constant(moment->heat),
                     moment->continuous ? constant(0.0) : times(moment->step, out[POWER_LOSS]));
-}
-
-static inline void film_outputs(const Films *films, const Number at[], Number out[])
-{
-    out[FILM_THICKNESS_MIN] = films->minimum;
-    out[FILM_THICKNESS_CENTRAL_SCREW] = films->central_screw;
-    out[FILM_THICKNESS_CENTRAL_NUT] = films->central_nut;
-    out[FILM_TEMPERATURE_RISE] = films->rise;
-    out[CONTACT_PRESSURE_MAX] = films->pressure;
-    out[BALL_LOAD_MAX] = films->ball_load;
-    out[LAMBDA_RATIO] = lambda_ratio(films->minimum, at[ROUGHNESS_HEIGHT]);
 }
 
 #endif

@@ -106,4 +106,9 @@ static inline Number mean_elastic_force(const Contacts *contacts, Number first, 
                     mean_contact_force(k, subtract(d_0, first), subtract(d_0, last)));
 }
 
+static inline bool loads_nut_a(const Contacts *contacts)
+{
+    return value_of(contacts->a.force) >= value_of(contacts->b.force);
+}
+
 #endif

@@ -6,11 +6,6 @@
 #include "contacts.h"
 #include "friction_law.h"
 
-static inline bool loads_nut_a(const Contacts *contacts)
-{
-    return value_of(contacts->a.force) >= value_of(contacts->b.force);
-}
-
 /* Share of the power that arrives in steady motion. friction: magnitude at motion */
 static inline Number efficiency_of(Number ideal_torque, Number friction, Number speed)
 {

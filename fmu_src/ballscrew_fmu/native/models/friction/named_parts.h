@@ -1,0 +1,55 @@
+/* Parameters of the friction laws and their results by name, for all models with a screw. Numbers: number.h. */
+#ifndef BALLSCREW_NAMED_PARTS_H
+#define BALLSCREW_NAMED_PARTS_H
+
+#include "nut.h"
+#include "presliding_law.h"
+#include "variables.h"
+
+static inline Friction friction_of(const Number at[])
+{
+    const Friction out = {at[APPARENT_VISCOSITY_RATIO], at[NET_SLIDING_COEFFICIENT], at[ROUGHNESS_HEIGHT],
+                          at[BREAKAWAY_FACTOR]};
+    return out;
+}
+
+/* Presliding stiffness at these loads: as set, or from the screw. One that is next to 0 counts as 0, or a state would not
+   be finite. */
+static inline Number stiffness_at(const Number at[], const Map *map, Loads *loads, const Friction *friction)
+{
+    return value_of(at[PRESLIDING_STIFFNESS]) >= LEAST_STIFFNESS ? at[PRESLIDING_STIFFNESS]
+                                                                 : nut_stiffness(map, loads, friction);
+}
+
+static inline Number damping_at(const Number at[], Number stiffness)
+{
+    return value_of(at[PRESLIDING_DAMPING]) > 0.0 ? at[PRESLIDING_DAMPING] : times(DAMPING_TIME, stiffness);
+}
+
+/* Torques. share: of the Coulomb torque, with the sign of the torque, -1 to 1; loads_a: nut A has the larger force, of
+   equal ones either */
+static inline void part_outputs(const Parts *parts, Number share, bool loads_a, Number speed, Number out[])
+{
+    const int relieved = loads_a ? FRICTION_TORQUE_NUT_B : FRICTION_TORQUE_NUT_A;
+    const int loaded = loads_a ? FRICTION_TORQUE_NUT_A : FRICTION_TORQUE_NUT_B;
+
+    out[VISCOUS_TORQUE] = with_sign_of(parts->viscous, speed);
+    out[HYSTERESIS_TORQUE] = multiply(share, parts->hysteresis);
+    out[SLIDING_TORQUE] = multiply(share, parts->sliding);
+    out[FRICTION_TORQUE] = add(add(out[VISCOUS_TORQUE], out[HYSTERESIS_TORQUE]), out[SLIDING_TORQUE]);
+    out[relieved] = add(with_sign_of(parts->relieved_viscous, speed), multiply(share, parts->relieved_coulomb));
+    out[loaded] = subtract(out[FRICTION_TORQUE], out[relieved]);
+}
+
+static inline void film_outputs(const Films *films, const Number at[], Number out[])
+{
+    out[FILM_THICKNESS_MIN] = films->minimum;
+    out[FILM_THICKNESS_CENTRAL_SCREW] = films->central_screw;
+    out[FILM_THICKNESS_CENTRAL_NUT] = films->central_nut;
+    out[FILM_TEMPERATURE_RISE] = films->rise;
+    out[CONTACT_PRESSURE_MAX] = films->pressure;
+    out[BALL_LOAD_MAX] = films->ball_load;
+    out[LAMBDA_RATIO] = lambda_ratio(films->minimum, at[ROUGHNESS_HEIGHT]);
+}
+
+#endif
