@@ -139,19 +139,22 @@ contacts, friction of each nut at its own force.</p></html>"));
       Integer slip(start=0, fixed=true) "0: sticks; +1, -1: slides that way";
       discrete SI.Energy eventHeat(start=0, fixed=true) "Lost at events, at which a power has no time";
     protected
-      constant Real levelMargin = 0.02 "Of y above a limit that has fallen, constants.h";
+      constant Real levelMargin = 0.05 "Of y above a limit that has fallen, constants.h";
+      constant SI.Time followTime = 5e-3 "In which y follows the limit while it slides, constants.h";
       constant SI.AngularVelocity turning = 1e-6 "Hysteresis of a reversal, model.c";
       Real held(unit="rad") "y, not beyond limit";
+      Real rate(unit="rad/s") "Of y";
       Boolean forward "Begins to slide forward";
       Boolean backward "Begins to slide backward";
       Boolean turned "Speed has turned while it slid";
       Boolean fallen "Limit has fallen below y";
     equation
       sticks = if slip == 0 then 1 else 0;
-      der(y) = sticks*root*w;
+      rate = if slip == 0 then root*w else slip*min(root*abs(w), (limit - slip*y)/followTime);
+      der(y) = rate;
       held = max(-limit, min(limit, y));
       tau = root*(if slip == 0 then held else slip*limit);
-      storedPower = sticks*root*w*y;
+      storedPower = rate*y;
       forward = pre(slip) == 0 and w > 0 and y > limit;
       backward = pre(slip) == 0 and w < 0 and y < -limit;
       turned = pre(slip) == 1 and w < -turning or pre(slip) == -1 and w > turning;
@@ -164,7 +167,6 @@ contacts, friction of each nut at its own force.</p></html>"));
         slip = 0;
       end when;
       when turned or fallen then
-        // not more than when it began to slide: more would be energy that no motion has put in
         eventHeat = pre(eventHeat) + (y*y - held*held)/2;
         reinit(y, held);
       end when;
