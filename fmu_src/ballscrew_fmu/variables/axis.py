@@ -29,6 +29,7 @@ from typing import Any
 from ballscrew_fmu.variables.friction import ELEMENT_STATES, PARAMETERS, STATES, Header, Variable, of_map
 from ballscrew_fmu.variables.transmission import ROWS as TRANSMISSION_ROWS
 from ballscrew_fmu.variables.transmission import of_screw
+from ballscrew_tehl.runtime.constants import AXIS_DAMPING_TIME
 
 _ROWS = {v.name: v for v in (*TRANSMISSION_ROWS, *PARAMETERS, *STATES)}
 _ELEMENTS = ELEMENT_STATES
@@ -227,7 +228,15 @@ ROWS = (
         "error_bound", "Allowed relative error of a part of a step of co-simulation", "1", 1e-6, 1e-6, minimum=1e-9
     ),
     *(_ROWS[name] for name in ("lead", "nut_stiffness", "stiffness_preload", "axial_play", "contact_damping_time")),
-    *(_ROWS[name] for name in _LAW),
+    *(
+        _ROWS[name]._replace(
+            description="Damping of the elasto-slip elements. "
+            f"0: stiffness times {1e3 * AXIS_DAMPING_TIME:g} ms (assumed)"
+        )
+        if name == "presliding_damping"
+        else _ROWS[name]
+        for name in _LAW
+    ),
 )  # fmt: skip
 LOCALS = (
     _state(

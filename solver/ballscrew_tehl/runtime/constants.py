@@ -23,6 +23,7 @@ STIFFNESS_RATIO = 2.0  # of stiffness held and that of the loads; beyond it the 
 LEVEL_MARGIN = 0.05  # of a state above a level that falls while the element sticks: then an event
 FOLLOW_TIME = 5e-3  # [s] least, in which a sliding element follows its level: not stiff at speed
 DAMPING_TIME = 4e-3  # [s] damping over stiffness by default; explicit coupling needs steps below it
+AXIS_DAMPING_TIME = 1e-3  # [s] the same of BallScrewAxis, stable without: assumed, brings it to rest
 LEAST_STIFFNESS = 1e-6  # [N.m/rad] of the elements; a smaller one that is set counts as 0, from the screw
 
 # preload from torque (preload.py)

@@ -133,7 +133,7 @@ def test_co_simulation_and_model_exchange_agree(support):
     assert slips >= 7  # each element and the guide
     difference = np.abs(found - np.array(rows)).max(axis=0) / np.ptp(np.array(rows), axis=0)
     # model exchange lets sliding elements follow their limit with a delay, seen in the torque after a reversal
-    allowed = [{"friction_torque": 2e-3, "guide_force": 5e-4}.get(name, 2e-4) for name in SHOWN]
+    allowed = [{"friction_torque": 3e-3, "guide_force": 1e-3}.get(name, 5e-4) for name in SHOWN]
     assert (difference <= allowed).all(), dict(zip(SHOWN, difference, strict=True))
 
 
@@ -164,7 +164,7 @@ def test_a_vertical_table_stays_where_the_friction_holds_it():
     speeds = []
     for mass in (0.8 * holds, 1.3 * holds):
         one = axis(inclination=0.5 * math.pi, table_mass=mass, guide_coulomb=0.0)
-        for _ in range(400):
+        for _ in range(1000):
             one.step(1e-3)
         speeds.append(one.get("speed"))
         assert imbalance(one) <= 1e-9

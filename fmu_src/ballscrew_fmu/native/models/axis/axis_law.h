@@ -44,7 +44,10 @@ static inline PreslidingLevel level_of(const Map *map, const Number at[], double
 {
     const Number stiffness = held > 0.0 ? constant(held) : stiffness_at(at, map, loads, friction);
 
-    return presliding_level(coulomb_magnitude(parts), stiffness, damping_at(at, stiffness));
+    const Number damping = value_of(at[PRESLIDING_DAMPING]) > 0.0 ? at[PRESLIDING_DAMPING]
+                                                                  : times(AXIS_DAMPING_TIME, stiffness);
+
+    return presliding_level(coulomb_magnitude(parts), stiffness, damping);
 }
 
 static inline Number cylinder_mass(const Number at[])
