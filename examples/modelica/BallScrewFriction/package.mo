@@ -140,7 +140,7 @@ contacts, friction of each nut at its own force.</p></html>"));
       discrete SI.Energy eventHeat(start=0, fixed=true) "Lost at events, at which a power has no time";
     protected
       constant Real levelMargin = 0.05 "Of y above a limit that has fallen, constants.h";
-      constant SI.Time followTime = 5e-3 "In which y follows the limit while it slides, constants.h";
+      constant SI.Time followTime = 3e-5 "In which y follows the limit while it slides, constants.h";
       constant SI.AngularVelocity turning = 1e-6 "Hysteresis of a reversal, model.c";
       Real held(unit="rad") "y, not beyond limit";
       Real rate(unit="rad/s") "Of y";
@@ -150,10 +150,10 @@ contacts, friction of each nut at its own force.</p></html>"));
       Boolean fallen "Limit has fallen below y";
     equation
       sticks = if slip == 0 then 1 else 0;
-      rate = if slip == 0 then root*w else slip*min(root*abs(w), (limit - slip*y)/followTime);
+      rate = if slip == 0 then root*w else slip*max(-root*abs(w), min(root*abs(w), (limit - slip*y)/followTime));
       der(y) = rate;
       held = max(-limit, min(limit, y));
-      tau = root*(if slip == 0 then held else slip*limit);
+      tau = root*(if slip == 0 then held else slip*min(limit, slip*y + followTime*root*abs(w)));
       storedPower = rate*y;
       forward = pre(slip) == 0 and w > 0 and y > limit;
       backward = pre(slip) == 0 and w < 0 and y < -limit;

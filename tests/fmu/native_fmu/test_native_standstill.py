@@ -123,11 +123,11 @@ def test_an_element_slides_from_its_share_to_the_reversal(nut_map):
     one.latch(**dict(zip(ELEMENT_STATES, at * (1.0 + 1e-9), strict=True)))
     assert [one.get(f"slip_indicator_{i}") < 0.0 for i in range(1, 7)] == [True] * 3 + [False] * 3
     assert one.event()  # modes have changed
-    assert rates(one) == pytest.approx([0.0] * 3 + [0.01 * ROOT] * 3, abs=1e-8)
+    assert rates(one) == pytest.approx([0.0] * 3 + [0.01 * ROOT] * 3, abs=1e-6)
     torque = ROOT * float(np.sum(at))
     assert one.get("friction_torque") == pytest.approx(torque + one.get("viscous_torque"), rel=1e-6)
     heat = 0.01 * (ROOT * float(np.sum(limits[:3])) + one.get("viscous_torque"))
-    assert one.get("power_loss") == pytest.approx(heat, rel=1e-6)
+    assert one.get("power_loss") == pytest.approx(heat, rel=1e-5)
     one.latch(**dict(zip(ELEMENT_STATES, limits * (1.0 + 1e-9), strict=True)))
     one.event()
     assert one.get("friction_torque") == pytest.approx(coulomb + one.get("viscous_torque"), rel=1e-12)
@@ -165,19 +165,19 @@ def test_a_level_that_falls_takes_energy_and_elements_that_slide_follow_one_that
 
 @LAW
 def test_model_exchange_keeps_energy_and_stiffness_while_a_load_is_held(nut_map):
-    """Held at rest while the preload changes; beyond a factor of 2 the stiffness follows at an event, at the same
+    """Held at rest while the preload changes; beyond a factor of 4 the stiffness follows at an event, at the same
     energy; without preload what was stored is heat."""
     net = nut_map.defaults[1::2]
-    stiffness = nut_map.presliding_stiffness(2000.0, 0.0, *net)
-    one = begun(nut_map, preload=2000.0, presliding_side=0.05)
+    stiffness = nut_map.presliding_stiffness(1200.0, 0.0, *net)
+    one = begun(nut_map, preload=1200.0, presliding_side=0.05)
     torque, held = one.get("friction_torque"), [one.get(name) for name in ELEMENT_STATES]
     one.latch(preload=2400.0)
     one.event()
     assert one.get("friction_torque") == pytest.approx(torque, rel=1e-12)
-    one.latch(preload=9000.0)
+    one.latch(preload=11000.0)
     assert one.get("stiffness_indicator") < 0.0
     one.event()
-    higher = nut_map.presliding_stiffness(9000.0, 0.0, *net)
+    higher = nut_map.presliding_stiffness(11000.0, 0.0, *net)
     assert one.get("friction_torque") == pytest.approx(torque * math.sqrt(higher / stiffness), rel=1e-12)
     assert [one.get(name) for name in ELEMENT_STATES] == pytest.approx(held)
     assert one.get("stiffness_indicator") > 0.0

@@ -16,7 +16,7 @@
 
 #define MOST_PAIRS 20000   /* of parts in a communication step with control of the error */
 #define LAST_PAIRS 32      /* for the rest of it, without */
-#define LEAST_PART 1e-9    /* [s] below which a part is accepted with any error */
+#define LEAST_PART 1e-6    /* [s] below which a part is accepted with any error: at a kink of the contacts or of friction */
 #define PART_ROUNDING 1e-6 /* of a part: rounding of the step does not change the number of parts */
 #define FIRST_PART 2e-5    /* [s] first proposal */
 #define MOST_CORRECTIONS 40 /* of Newton; it takes 2 to 5 */

@@ -200,7 +200,7 @@ bool model_coupling_unstable(Model *model, double step, CouplingLimit *limit)
 {
     const Contacts *contacts = &locate(model)->contacts;
 
-    return coupling_unstable(&model->coupling, contacts->a.slope + contacts->b.slope,
+    return coupling_unstable(&model->coupling, 2.0 * contact_law(contacts->stiffness, contacts->preloaded).slope,
                              model->latched[CONTACT_DAMPING_TIME], step, limit);
 }
 #endif
