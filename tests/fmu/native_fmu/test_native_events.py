@@ -102,7 +102,7 @@ def test_model_exchange_has_the_states_torques_and_heat_of_co_simulation():
                 assert abs(torque - expected) <= tolerance
                 if not swing:
                     states = np.subtract(exchange.one.get(*ELEMENT_STATES), steps.get(*ELEMENT_STATES))
-                    assert np.max(np.abs(states)) <= 1e-9
+                    assert np.max(np.abs(states)) <= 1e-8
             heat = exchange.heat + exchange.one.get("heat")[0]
             assert abs(heat - steps.get("heat")[0]) <= tolerance * heat
         assert exchange.events >= 60
