@@ -87,10 +87,12 @@ MONITOR = FmuModel(
         Terminal(
             "estimate",
             "preload_estimate",
-            "Preload with its half-width, and whether the torque determines it",
+            "Preload with its interval, and whether the torque determines it",
             (
                 ("preload", "preload", "signal"),
                 ("preload_half_width", "half_width", "signal"),
+                ("preload_low", "low", "signal"),
+                ("preload_high", "high", "signal"),
                 ("in_range", "in_range", "signal"),
             ),
         ),
