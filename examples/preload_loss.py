@@ -11,11 +11,11 @@ Interval: about 80 %. Of the change since the first reading: both readings scatt
 differences of the series, which a slow loss hardly enters; law_uncertainty is 0. Of the preload itself: the interval of
 the calibrated law, too. Alarm: the whole interval of the change lies below 90 % of the first preload.
 
-What the series cannot tell. Diameter, balls, oil and its temperature are not published, the speed is probably 100 r/min:
-the packaged GD4008-3 with ISO VG 100 at 30 C stands for both (lead 8 mm as well); `other_screws` has the effect of that.
-Torque alone does not separate wear of balls and grooves, which relieves the preload, from surfaces that run in, seals
-that wear, or grease that ages, warms or dries: each lowers the torque at the same preload. The first 100 to 200 h of a new
-screw are mostly running-in. A stiffness or the lost motion, measured beside the torque, would tell preload from oil.
+What the series cannot tell. Diameter, balls, oil and its temperature are not published, the speed is probably 100
+r/min: the packaged GD4008-3 with ISO VG 100 at 30 C stands for both (lead 8 mm as well); `other_screws` has the effect
+of that. Torque alone does not separate wear of balls and grooves, which relieves the preload, from surfaces that run
+in, seals that wear, or grease that ages or warms: each lowers the torque at the same preload. A stiffness or the lost
+motion, measured at the same time, would separate them.
 """
 
 import math
@@ -147,22 +147,10 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     hours = result["hours"]
     for panel, name, colour in zip(panels, SCREWS, COLOURS, strict=True):
         found = result[name]
+        of_preload, of_change = (f"80 % interval of the {what}" for what in ("preload", "change"))
+        panel.fill_between(hours, found["law_low"], found["law_high"], color="0.9", lw=0, label=of_preload)
         panel.fill_between(
-            hours,
-            found["law_low"],
-            found["law_high"],
-            color="0.9",
-            lw=0,
-            label="80 % interval of the preload",
-        )
-        panel.fill_between(
-            hours,
-            found["low"],
-            found["high"],
-            color=colour,
-            alpha=0.25,
-            lw=0,
-            label="80 % interval of the change",
+            hours, found["low"], found["high"], color=colour, alpha=0.25, lw=0, label=of_change
         )
         panel.plot(
             hours, found["preload"], "o-", color=colour, ms=3.0, lw=1.0, label="preload by the monitor"
