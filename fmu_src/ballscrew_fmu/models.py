@@ -52,7 +52,7 @@ HEAT = Terminal(
 )
 FRICTION = FmuModel(
     "BallScrewFriction",
-    "Friction torque of a preloaded double-nut ball screw",
+    "Friction torque of a preloaded ball screw",
     fmu_variables,
     native_variables,
     "ballscrew_fmu.python_fmu.slave",
@@ -71,7 +71,7 @@ FRICTION = FmuModel(
 )
 MONITOR = FmuModel(
     "BallScrewPreloadMonitor",
-    "Preload of a double-nut ball screw from its measured friction torque",
+    "Preload of a ball screw from its measured friction torque",
     monitor_variables,
     native_monitor_variables,
     "ballscrew_fmu.python_fmu.monitor_slave",
@@ -100,7 +100,7 @@ MONITOR = FmuModel(
 )
 TRANSMISSION = FmuModel(
     "BallScrewTransmission",
-    "Preloaded double-nut ball screw between shaft and axis: axial stiffness and friction",
+    "Preloaded ball screw between shaft and axis: axial stiffness and friction",
     transmission_variables,
     transmission_variables,
     slave="",

@@ -68,7 +68,7 @@ WITH_FMU = ("circular_test", "model_exchange", "preload_monitoring", "servo_axis
         "preload_loss",
         "thermal_reduction",
         "torque_over_speed",
-    ],  # fmt: skip
+    ],
 )
 def test_picture_and_command_line(name, results, native_fmu, tmp_path, monkeypatch, capsys):
     module, result, picture = importlib.import_module(name), results(name), tmp_path / "a.png"
@@ -182,9 +182,8 @@ def test_preload_loss(results):
         first = int(np.flatnonzero(found["hours"] == screw["alarm"])[0])
         assert screw["high"][first] < 1350.0 <= np.min(screw["high"][:first])
         # the torque is nearly proportional to the preload, with these screws and others
-        assert [1.0 - p / 1500.0 for p in (screw["preload"][-1], *screw["others"])] == pytest.approx(
-            [lost] * 4, abs=0.04
-        )
+        ends = np.array([screw["preload"][-1], *screw["others"]])
+        assert 1.0 - ends / 1500.0 == pytest.approx(lost, abs=0.04)
     assert (found["upper"]["alarm"], found["lower"]["alarm"]) == (315.0, 560.0)
 
 

@@ -28,7 +28,7 @@ ROWS = (
     _ROWS["temperature"],
     _ROWS["axial_load"],
     Variable(
-        "preload", "output", "Preload of the double nut. Below speed_min: the last one that was in range",
+        "preload", "output", "Preload of the screw. Below speed_min: the last one that was in range",
         "N", minimum=0.0, nominal=1000.0, quantity="Force", depends_on=_ALL, initially_depends_on=_PRELOAD,
     ),
     Variable(
