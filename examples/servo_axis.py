@@ -4,9 +4,10 @@
     python examples/servo_axis.py [--fmu dist/BallScrewFriction.fmu] [--plot servo_axis.png]
 
 A 300 kg table on the screw of the FMU, whose lead and preload are taken from it: current loop, speed loop (PI),
-position loop (P) with velocity feedforward, two masses connected by the axial stiffness of the drive. Two motions, each with and without
-friction and with the same controller: a jerk-limited positioning move, and one axis of a milled circle, whose
-reversal shows the quadrant error. The guide has no dry friction, so the quadrant error is due to the screw only.
+position loop (P) with velocity feedforward, two masses connected by the axial stiffness of the drive. Two motions,
+each with and without friction and with the same controller: a jerk-limited positioning move, and one axis of a milled
+circle, whose reversal shows the quadrant error. The guide has no dry friction, so the quadrant error is due to the
+screw only.
 
 Coupling. The FMU and the axis exchange values every `step`, friction first: the FMU steps with the speed at
 the start of the step, and its torque, that at the end of its step, acts on the axis over the same step. Such
