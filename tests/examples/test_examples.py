@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from processes import RUNS_HERE
 from scipy.optimize import fsolve
+from synthetic_map import SCREW
 
 from ballscrew_fmu.models import MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.package import build_native_fmu
@@ -94,6 +95,7 @@ def test_servo_axis(results, synthetic_nut_map):
     back and slides after twice its travel."""
     found = results("servo_axis")
     axis = found["axis"]
+    assert (axis.lead, axis.preload) == (SCREW["lead"], SCREW["stiffness_preload"])
     for name in ("move_with", "circle_with"):
         run = found["runs"][name]
         sliding = np.flatnonzero(np.abs(run.speed) > 1.2)  # 12 regularisation speeds: the sign is 1
