@@ -3,10 +3,11 @@
 
     python examples/servo_axis.py [--fmu dist/BallScrewFriction.fmu] [--plot servo_axis.png]
 
-A 300 kg table on the screw GD4008-3: current loop, speed loop (PI), position loop (P) with velocity
-feedforward, two masses connected by the axial stiffness of the drive. Two motions, each with and without
-friction and with the same controller: a jerk-limited positioning move, and one axis of a milled circle, whose
-reversal shows the quadrant error. The guide has no dry friction, so the quadrant error is due to the screw only.
+A 300 kg table on the screw of the FMU, whose lead and preload are taken from it: current loop, speed loop (PI),
+position loop (P) with velocity feedforward, two masses connected by the axial stiffness of the drive. Two motions,
+each with and without friction and with the same controller: a jerk-limited positioning move, and one axis of a milled
+circle, whose reversal shows the quadrant error. The guide has no dry friction, so the quadrant error is due to the
+screw only.
 
 Coupling. The FMU and the axis exchange values every `step`, friction first: the FMU steps with the speed at
 the start of the step, and its torque, that at the end of its step, acts on the axis over the same step. Such
@@ -16,6 +17,7 @@ a < 4 - 2b; here a = 0.0005, b = 0.005. The regularised sign needs step < 2 J w_
 w_s = 0.1 rad/s. A master that steps both sides with the values of the last step needs a < b (1 - b).
 """
 
+import re
 import sys
 from pathlib import Path
 from shutil import rmtree
@@ -81,6 +83,19 @@ def circle(axis: Axis, radius=10e-3, feed=0.02, cutting_force=300.0, after=0.5) 
     reversal = np.pi * radius / feed
     time = np.arange(0.0, reversal + after, axis.step)
     return Motion(time, *on_circle(time, radius, feed, cutting_force)), reversal
+
+
+def axis_of(fmu: Path | str) -> Axis:
+    """The axis with lead [m] and preload [N] of the screw of an FMU: lead in its description, preload the start value.
+
+    Raises       ValueError: an FMU that states none
+    """
+    description = fmpy.read_model_description(str(fmu))
+    lead = re.search(r"lead ([0-9.]+) mm", description.description or "")
+    preload = next((v.start for v in description.modelVariables if v.name == "preload"), None)
+    if lead is None or preload is None:
+        raise ValueError(f"{fmu} states no lead or preload; needs BallScrewFriction.fmu of this version")
+    return Axis(lead=1e-3 * float(lead[1]), preload=float(preload))
 
 
 class FrictionFmu:
@@ -218,7 +233,7 @@ def main(fmu: Path | str = FMU, axis: Axis | None = None) -> dict[str, Any]:
                  (friction with presliding); under `axis`, `runs`, `move_end_s` and `reversal_s` the
                  time series and what plot() needs
     """
-    axis = axis or Axis()
+    axis = axis or axis_of(fmu)
     move, move_end = positioning(axis)
     arc, reversal = circle(axis)
     runs = {"move_without": simulate(axis, move), "circle_without": simulate(axis, arc)}
@@ -244,6 +259,7 @@ def main(fmu: Path | str = FMU, axis: Axis | None = None) -> dict[str, Any]:
             result[f"move_settling_ms_{case}"] = 1e3 * settling_time(run, move_end)
         else:
             result[f"circle_spike_um_{case}"] = 1e6 * reversal_spike(run, reversal)
+    result |= {"lead_mm": 1e3 * axis.lead, "preload_N": axis.preload}
     result["in_range"] = all(run.in_range for run in runs.values())
     return result
 
@@ -254,6 +270,7 @@ def table(result: dict[str, Any]) -> str:
     for name in dict.fromkeys(name.rsplit("_", 1)[0] for name in result if name.endswith(CASES)):
         values = (result.get(f"{name}_{case}") for case in CASES)
         lines.append(f"{name:30}" + "".join(f"{'-':>12}" if v is None else f"{v:12.2f}" for v in values))
+    lines.append(f"screw of the FMU: lead {result['lead_mm']:g} mm, preload {result['preload_N']:g} N")
     return "\n".join(lines)
 
 

@@ -54,7 +54,7 @@ HEAT = Terminal(
 )
 FRICTION = FmuModel(
     "BallScrewFriction",
-    "Friction torque of a preloaded double-nut ball screw",
+    "Friction torque of a preloaded ball screw",
     fmu_variables,
     native_variables,
     "ballscrew_fmu.python_fmu.slave",
@@ -73,7 +73,7 @@ FRICTION = FmuModel(
 )
 MONITOR = FmuModel(
     "BallScrewPreloadMonitor",
-    "Preload of a double-nut ball screw from its measured friction torque",
+    "Preload of a ball screw from its measured friction torque",
     monitor_variables,
     native_monitor_variables,
     "ballscrew_fmu.python_fmu.monitor_slave",
@@ -89,10 +89,12 @@ MONITOR = FmuModel(
         Terminal(
             "estimate",
             "preload_estimate",
-            "Preload with its half-width, and whether the torque determines it",
+            "Preload with its interval, and whether the torque determines it",
             (
                 ("preload", "preload", "signal"),
                 ("preload_half_width", "half_width", "signal"),
+                ("preload_low", "low", "signal"),
+                ("preload_high", "high", "signal"),
                 ("in_range", "in_range", "signal"),
             ),
         ),
@@ -100,7 +102,7 @@ MONITOR = FmuModel(
 )
 TRANSMISSION = FmuModel(
     "BallScrewTransmission",
-    "Preloaded double-nut ball screw between shaft and axis: axial stiffness and friction",
+    "Preloaded ball screw between shaft and axis: axial stiffness and friction",
     transmission_variables,
     transmission_variables,
     slave="",

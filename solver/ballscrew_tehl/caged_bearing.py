@@ -151,7 +151,7 @@ def bearing(
     screw = ScrewParameters(
         nominal_radius=0.5 * D, ball_diameter=d, contact_angle=0.25 * math.pi,
         screw_raceway_radius=inner_conformity * d, nut_raceway_radius=outer_conformity * d,
-        lead=lead, lead_angle=math.atan(lead / (math.pi * D)), turns=1.0, ball_count=int(balls),
+        lead=lead, turns=1.0, ball_count=int(balls),
         screw_section_area=SECTION * d**2, nut_section_area=SECTION * d**2,
         youngs_modulus=MODULUS, poisson_ratio=POISSON,
     )  # fmt: skip

@@ -53,6 +53,11 @@ class Efficiency(NamedTuple):
     backdriving: float  # nut drives the screw; 0: self-locking
 
 
+def catalogue_preload(screw: ScrewParameters) -> float:
+    """Preload [N] that catalogues state torques for: CATALOGUE_SHARE of the dynamic rating, in two digits."""
+    return float(f"{CATALOGUE_SHARE * dynamic_rating(screw):.2g}")
+
+
 def screw_constants(screw: ScrewParameters) -> ScrewConstants:
     """Constants of a screw, computed once for all loads.
 

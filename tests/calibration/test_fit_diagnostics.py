@@ -78,9 +78,15 @@ def test_a_point_beyond_either_limit_is_an_outlier():
     assert tail == pytest.approx(0.05 / 22.0, rel=1e-6)
     inside, outside = np.zeros(11), np.zeros(11)
     inside[3], outside[3], outside[6] = 0.99, -1.01, 1.01
-    for share, found in ((inside, []), (outside, [3, 6])):
-        assert replace(points, studentised=share * points.limit, robust=0.0 * share).outliers == found
-        assert replace(points, studentised=0.0 * share, robust=6.0 * share).outliers == found
+    for share, deviation, found in ((inside, 1.0, []), (outside, 1.0, [3, 6]), (outside, 0.017, [])):
+        changed = {
+            "studentised": share * points.limit,
+            "robust": 0.0 * share,
+            "deviation": 0.0 * share + deviation,
+        }
+        assert replace(points, **changed).outliers == found
+        changed |= {"studentised": 0.0 * share, "robust": 6.0 * share}
+        assert replace(points, **changed).outliers == found
 
 
 def test_the_tables_identify_neither_height_nor_split():

@@ -29,7 +29,7 @@ def test_spellings_of_one_point(csv_file):
         ("# bench 3\n\n" + HEAD + "\n# warm\n" + GOOD + ",,,\n", "utf-8"),
         ("preload_N, speed_rpm, temperature_degC, torque_Nm\n 1000, 60, 30, 0.4\n", "utf-8"),
         ("preload [kN];speed [1/min];temperature [\u00b0C];torque [Nm]\r\n1,0;60;30;0,4\r\n", "cp1252"),
-        ("sep=;\npreload [kN];speed [U/min];temperature [\u00b0C];torque [N\u00b7m]\n1;60;30;0,4\n", "utf-8"),
+        ("sep=;\npreload [kN];speed [U/min];temperature [\u00b0C];torque [N\u202fm]\n1;60;30;0,4\n", "utf-8"),
         ("preload [kN]\tspeed [1/min]\ttemperature [\u00b0C]\ttorque [Nm]\n1,0\t60\t30\t0,4\n", "utf-16"),
         (
             "torque [mNm],comment,preload [N],speed [rad/s],temperature [K]\n"
@@ -52,6 +52,14 @@ def test_uncertainties_become_weights(csv_file):
         found = read_measurement_file(csv_file(f"{head}{name}\n{lines}"), 300.0)
         assert [m.weight for m in found.measurements] == pytest.approx([2.0, 1.0, 0.5])
         assert [m.uncertainty for m in found.measurements] == pytest.approx([0.004, 0.01, 0.04])
+
+
+def test_duplicates_are_named(csv_file):
+    found = read_measurement_file(
+        csv_file(HEAD + "1000,60,30,0.4\n2000,60,30,0.7\n" * 2 + "1000,60,30,0.41\n"), 300.0
+    )
+    (note,) = found.notes
+    assert note.startswith("duplicates, the same point and torque: row 1 = 3, 2 = 4; ")
 
 
 def test_the_tables_of_the_paper_are_read_unchanged():

@@ -83,7 +83,7 @@ def test_torque_below_the_rolling_loss_is_said(tmp_path, capsys):
         "calibrate", str(path), "--set", "mechanistic", "--map", str(PACKAGED_DATA / "map_gd4008_vg100.nc"),
     ]  # fmt: skip
     for torques, screw, low in (
-        ((0.02, 0.06), [], True),
+        ((0.15, 0.45), [], True),
         ((0.6, 1.7), ["--screw", str(PACKAGED_VG100)], False),
     ):
         path.write_text(text.format(*torques), encoding="utf-8")

@@ -107,6 +107,8 @@ def test_outside_the_map_is_flagged_and_said_once(capsys):
         found, err = answer(capsys, "torque", *POINT, *change)
         assert (found["in_range"], found["clamped"], err.count("\n")) == (False, [clamped], 1)
         assert note in err
+        # the torque of the edge does not stand beside a catalogue torque at another preload
+        assert ("catalogue_torque_nm" in found) == (found["preload_n"] <= 12000.0)
 
 
 def test_reservations_are_keys_and_one_line_about_many_points(capsys, monkeypatch, tmp_path):

@@ -107,6 +107,8 @@ REFUSALS = {
         (("--torque-nm", "1", *POINT, "--screw", "{published}"), "allowed with kinematics published"),
         (("--torque-nm", "1", *POINT, "--map", "{vg100}", "--preload-n", "99999"), "outside the map: force of a nut"),
         (("--torque-nm", "80", *POINT, "--map", "{vg100}", "--output", "fit.toml"), "is 80 N.cm = 0.8 N.m meant?"),
+        (("n_cm.csv", "--set", "mechanistic", "--map", "{vg100}", "--output", "fit.toml", "--plot", "p.png"),
+         "typical of 6 rows: torque = 42 N.m, 88 times that of the law; "),
         (("none.csv",), "none.csv: cannot be read"),
         (("measured.csv", "--drop", "outlier"), "; is outliers meant?"),
         (("--packaged", "--plot", "x.png"), "--plot with --packaged"),
@@ -138,8 +140,10 @@ def folder(tmp_path, monkeypatch):
     )
     monkeypatch.chdir(tmp_path)
     rows = (f"{f},{n},{4e-4 * f * (1.0 + 1e-4 * n)}" for f in (1000, 2000) for n in (100, 500, 900))
+    cm = [f"{f},{n},{0.04 * f * (1.0 + 1e-4 * n)}" for f in (1000, 2000) for n in (100, 500, 900)]
     for name in ("measured.csv", "measured.toml"):
         (tmp_path / name).write_text("preload_n,speed_rpm,torque_nm\n" + "\n".join(rows))
+    (tmp_path / "n_cm.csv").write_text("preload_n,speed_rpm,torque_nm\n" + "\n".join(cm))
     (tmp_path / "text.nc").write_text("notes")
     (tmp_path / "empty").mkdir()
     return tmp_path

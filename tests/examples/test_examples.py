@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from processes import RUNS_HERE
 from scipy.optimize import fsolve
+from synthetic_map import SCREW
 
 from ballscrew_fmu.models import AXIS, MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.package import build_native_fmu
@@ -36,6 +37,7 @@ def results(native_fmu, synthetic_nut_map, tmp_path_factory):
         "circular_test": lambda: ((native_fmu,), {"feeds": (0.01, 0.02)}),
         "bearing_friction": lambda: (((1000.0, 5000.0), (50.0, 5000.0)), {}),
         "kinematics_comparison": lambda: (((200.0, 2000.0),), {}),
+        "preload_loss": lambda: ((), {}),
         "preload_monitoring": lambda: ((synthetic_nut_map,), {"lives": 4}),
         "servo_axis_element": lambda: ((native(AXIS),), {"stop": 0.1}),
         "servo_axis_ssp": lambda: ((native_fmu, folder / "servo_axis.ssp"), {}),
@@ -60,7 +62,15 @@ WITH_FMU = ("circular_test", "model_exchange", "preload_monitoring", "servo_axis
 
 
 @pytest.mark.parametrize(
-    "name", [*WITH_FMU, "bearing_friction", "kinematics_comparison", "thermal_reduction", "torque_over_speed"]
+    "name",
+    [
+        *WITH_FMU,
+        "bearing_friction",
+        "kinematics_comparison",
+        "preload_loss",
+        "thermal_reduction",
+        "torque_over_speed",
+    ],
 )
 def test_picture_and_command_line(name, results, native_fmu, tmp_path, monkeypatch, capsys):
     module, result, picture = importlib.import_module(name), results(name), tmp_path / "a.png"
@@ -86,6 +96,7 @@ def test_servo_axis(results, synthetic_nut_map):
     back and slides after twice its travel."""
     found = results("servo_axis")
     axis = found["axis"]
+    assert (axis.lead, axis.preload) == (SCREW["lead"], SCREW["stiffness_preload"])
     for name in ("move_with", "circle_with"):
         run = found["runs"][name]
         sliding = np.flatnonzero(np.abs(run.speed) > 1.2)  # 12 regularisation speeds: the sign is 1
@@ -158,6 +169,25 @@ def test_preload_monitoring(results, synthetic_nut_map, tmp_path, monkeypatch):
     assert compared["difference_percent"] < 0.2
     monkeypatch.setattr(monitoring, "NOISE", 0.0)
     assert monitoring.compared_with_fmu(fmu, synthetic_nut_map)["deviation_percent"] < 1e-7
+
+
+def test_preload_loss(results):
+    """The first reading is the calibration; more torque is more preload; the alarm waits for the whole interval."""
+    found = results("preload_loss")
+    for name, lost in (("upper", 1.0 - 0.2482 / 0.3985), ("lower", 1.0 - 0.3785 / 0.5156)):
+        screw = found[name]
+        assert screw["preload"][0] == pytest.approx(1500.0, rel=1e-4)
+        assert np.array_equal(
+            np.argsort(screw["torque"], kind="stable"), np.argsort(screw["preload"], kind="stable")
+        )
+        for low, high in (("low", "high"), ("law_low", "law_high")):
+            assert np.all((screw[low] < screw["preload"]) & (screw["preload"] < screw[high]))
+        first = int(np.flatnonzero(found["hours"] == screw["alarm"])[0])
+        assert screw["high"][first] < 1350.0 <= np.min(screw["high"][:first])
+        # the torque is nearly proportional to the preload, with these screws and others
+        ends = np.array([screw["preload"][-1], *screw["others"]])
+        assert 1.0 - ends / 1500.0 == pytest.approx(lost, abs=0.04)
+    assert (found["upper"]["alarm"], found["lower"]["alarm"]) == (315.0, 560.0)
 
 
 def test_servo_axis_ssp(results):

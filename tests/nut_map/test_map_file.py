@@ -343,7 +343,7 @@ def test_errors_of_contacts_left_out_reach_film_and_torque(monkeypatch):
 def test_band_is_the_interval_at_its_point_and_follows_the_constants(law, monkeypatch):
     nut_map, contacts = load_map(law, LAW), load_contact_map(law, LAW)
     header, axes, friction = nut_map.header, nut_map.header["axes"], default_friction_set(LAW)
-    band, point = header[BAND], band_point(axes)
+    band, point = header[BAND], band_point(axes, LAW.screw)
     assert tuple(band[name] for name in ("preload", "speed", "temperature")) == point
     found = map_interval(LAW, contacts, axes, friction, *point)
     assert (band["low"], band["high"]) == pytest.approx(found.relative, rel=1e-12)

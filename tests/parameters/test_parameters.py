@@ -7,8 +7,10 @@ import pytest
 from reference_screw import GD4008
 
 from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.identity import parameters_hash
 from ballscrew_tehl.parameters.template import example_parameters
 from ballscrew_tehl.parameters.toml import ParameterError
+from ballscrew_tehl.physics.rating import computed_dynamic_rating, dynamic_rating
 
 PACKAGED = (resources.files("ballscrew_tehl") / "data" / "gd4008.toml").read_text(encoding="utf-8")
 EXAMPLE = (resources.files("ballscrew_tehl") / "data" / "example_25x10.toml").read_text(encoding="utf-8")
@@ -169,6 +171,18 @@ def test_balls_in_the_returns_carry_no_load(read):
     assert (screw.ball_count, screw.loaded_ball_count) == (86, 72)
     assert changed(GD4008, screw={"ball_count": 80}).screw.loaded_ball_count == 72
     assert read(edited("loaded_ball_count = 72 ", "# ")).screw.loaded_ball_count == 79
+    text = edited("ball_count = 86  ", "# ", edited("loaded_ball_count = 72 ", "return_ball_count = 10 "))
+    assert (read(text).screw.ball_count, read(text).screw.loaded_ball_count) == (89, 79)
+
+
+def test_lead_angle_follows_and_a_rating_is_not_of_the_map(read):
+    """The angle of the paper is rounded: 3.64 for 3.643 degrees."""
+    found = read(edited("lead_angle_deg = 3.64 ", "dynamic_rating_kN = 30 # "))
+    assert found.screw.lead_angle == pytest.approx(math.atan(0.2 / math.pi), rel=1e-12)
+    rated = changed(GD4008, screw={"dynamic_rating": 30e3})
+    assert parameters_hash(rated) == parameters_hash(GD4008) != parameters_hash(found)
+    assert dynamic_rating(rated.screw) == 30e3
+    assert computed_dynamic_rating(rated.screw) == dynamic_rating(GD4008.screw)
 
 
 def test_roughness_height_is_the_composite_of_both_surfaces(read):

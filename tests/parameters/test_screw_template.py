@@ -54,6 +54,27 @@ def test_init_writes_a_grease(tmp_path):
     assert parameters_hash(greased) == parameters_hash(oiled)
 
 
+def test_init_fills_in_a_catalogue_screw(tmp_path, capsys):
+    """What is given is taken, the rest marked; the balls fill the turns."""
+    path = tmp_path / "mine.toml"
+    sizes = ["--diameter-mm", "32", "--lead-mm", "10", "--turns", "2.5"]
+    assert cli.main(["init", str(path), *sizes]) == 0
+    screw, text = load_parameters(path).screw, path.read_text()
+    assert (screw.lead, screw.turns, screw.ball_diameter) == (0.010, 2.5, 6.35e-3)
+    assert screw.loaded_ball_count == int(
+        2.5 * math.hypot(2.0 * math.pi * screw.nominal_radius, 0.010) / 6.35e-3
+    )
+    for line in text.splitlines():
+        if line.startswith(("lead_mm", "turns", "ball_diameter", "contact_angle", "screw_raceway")):
+            assert ("# assumed: " in line) == (not line.startswith(("lead_mm", "turns"))), line
+    for words, told in (
+        (sizes[:2], "--lead-mm (missing)"),
+        ((*sizes, "--ball-mm", "20"), "less than half of"),
+    ):
+        assert cli.main(["init", str(tmp_path / "other.toml"), *words]) == 2
+        assert told in capsys.readouterr().err
+
+
 def test_init_never_replaces_a_file(tmp_path, capsys):
     path = tmp_path / "mine.toml"
     path.write_text("name = 'filled in'")

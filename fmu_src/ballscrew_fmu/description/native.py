@@ -7,7 +7,15 @@ from xml.etree.ElementTree import Element, SubElement
 
 from ballscrew_fmu.description.about import about
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.variables.friction import FIRST_REFERENCE, TIME, UNITS, Variable, band_text, law_name
+from ballscrew_fmu.variables.friction import (
+    FIRST_REFERENCE,
+    TIME,
+    UNITS,
+    Variable,
+    band_text,
+    law_name,
+    lead_text,
+)
 from ballscrew_tehl.runtime.packed import map_hash
 
 LOG_CATEGORIES = {
@@ -106,7 +114,7 @@ def described(
                  step : of the default experiment [s]
     """
     name, summary, token, tool = names
-    band = band_text(header)
+    of_map = f"{header['kinematics']} kinematics, map {map_hash(header)[:12]}"
     root = Element(
         "fmiModelDescription",
         {
@@ -114,7 +122,7 @@ def described(
             "modelName": name,
             "guid" if fmi_version == 2 else "instantiationToken": token,
             "description": f"{summary}, thermal elastohydrodynamic lubrication; {law_name(header)} friction law, "
-            f"{header['kinematics']} kinematics, map {map_hash(header)[:12]}{'; ' if band else ''}{band}",
+            + "; ".join(text for text in (of_map, lead_text(header), band_text(header)) if text),
             **about(),
             "generationTool": tool,
             "variableNamingConvention": "flat",

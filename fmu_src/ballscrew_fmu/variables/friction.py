@@ -132,6 +132,12 @@ def band_text(header: Header) -> str:
     )
 
 
+def lead_text(header: Header) -> str:
+    """Lead of the screw, as text; "" if the map does not state it."""
+    screw = header.get("screw", {})
+    return f"lead {1e3 * screw['lead']:.6g} mm" if screw else ""
+
+
 def band_half_width(header: Header) -> float:
     """Half-width of the same interval over the torque [1]; 0 without one."""
     band = header.get("mechanistic_interval")
@@ -146,6 +152,12 @@ def origin_text(header: Header) -> str:
     catalogue = found["catalogue"]
     at = f"catalogue torque {catalogue['torque']:.3g} N.m at {catalogue['preload']:.0f} N"
     return "; ".join(text for text in (found["carried_over"], at, band_text(header)) if text)
+
+
+def start_preload(header: Header) -> float:
+    """5 % of the dynamic rating in two digits, within the map; 2000 N where the map states no screw."""
+    wanted = float(header.get("screw", {}).get("stiffness_preload", 2000.0))
+    return _nearest(wanted, lowest("preload"), highest("force"))(header)
 
 
 def _by_law(film_shear: Any, mechanistic: Any) -> OfMap:
@@ -184,8 +196,8 @@ _FILM: Mapping[str, Any] = {
 
 INPUTS = (
     Variable(
-        "preload", "input", "Preload of the double nut", "N", minimum=0.0, nominal=1000.0, quantity="Force",
-        of_map={"start": _nearest(2000.0, lowest("preload"), highest("force")), "maximum": highest("force")},
+        "preload", "input", "Preload of the screw", "N", minimum=0.0, nominal=1000.0, quantity="Force",
+        of_map={"start": start_preload, "maximum": highest("force")},
     ),
     Variable(
         "speed", "input", "Speed of the screw relative to the nut", "rad/s", 0.0, nominal=100.0,

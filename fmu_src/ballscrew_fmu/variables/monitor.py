@@ -14,6 +14,7 @@ from ballscrew_tehl.runtime.packed import DEFAULTS
 _ALL = ("torque", "speed", "temperature", "axial_load")
 _FRICTION = (*DEFAULTS, "regularization_speed")
 _PRELOAD = (*_FRICTION, "speed_min", "initial_preload")
+_INTERVAL = (*_PRELOAD, "torque_uncertainty", "law_uncertainty")
 
 
 _ROWS = {v.name: v for v in (*INPUTS, *PARAMETERS)}  # shared with BallScrewFriction
@@ -27,14 +28,22 @@ ROWS = (
     _ROWS["temperature"],
     _ROWS["axial_load"],
     Variable(
-        "preload", "output", "Preload of the double nut. Below speed_min: the last one that was in range",
+        "preload", "output", "Preload of the screw. Below speed_min: the last one that was in range",
         "N", minimum=0.0, nominal=1000.0, quantity="Force", depends_on=_ALL, initially_depends_on=_PRELOAD,
     ),
     Variable(
         "preload_half_width", "output",
         "Half-width of the preload interval: both uncertainties over torque_sensitivity, at most the end of the map",
         "N", minimum=0.0, nominal=100.0, quantity="Force", depends_on=_ALL,
-        initially_depends_on=(*_PRELOAD, "torque_uncertainty", "law_uncertainty"), of_map={"maximum": highest("force")},
+        initially_depends_on=_INTERVAL, of_map={"maximum": highest("force")},
+    ),
+    *(
+        Variable(
+            f"preload_{end}", "output", f"{end.capitalize()} end of the preload interval, within the map", "N",
+            minimum=0.0, nominal=1000.0, quantity="Force", depends_on=_ALL, initially_depends_on=_INTERVAL,
+            of_map={"maximum": highest("force")},
+        )
+        for end in ("low", "high")
     ),
     Variable(
         "torque_sensitivity", "output",

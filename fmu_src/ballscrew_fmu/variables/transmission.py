@@ -61,7 +61,7 @@ ROWS = (
         "velocity", "input", "Velocity of the nut", "m/s", 0.0, nominal=0.1, display_unit="m/min", quantity="Velocity",
     ),
     _ROWS["temperature"],
-    _ROWS["preload"]._replace(description="Preload of the double nut without axial load"),
+    _ROWS["preload"]._replace(description="Preload of the screw without axial load"),
     Variable(
         "screw_torque", "output",
         "Torque that the screw takes: J dw/dt = motor torque - screw_torque; lead/(2 pi) nut_force + friction_torque",

@@ -26,6 +26,8 @@ SPLIT_WIDTH = 0.10
 STRONG = 0.9
 #: residual over robust spread beyond which a point is an outlier; finds outliers that mask each other
 ROBUST_LIMIT = 6.0
+#: deviation of a torque below which it is no outlier: drag torques of one screw do not repeat more closely
+LEAST_OUTLIER = 0.03
 #: leverage above which no other point checks a point
 LEVERAGE_LIMIT = 0.9
 SPLIT = "split into viscous and sliding torque"
@@ -129,7 +131,8 @@ class PointDiagnostics:
         return [
             i
             for i in range(len(self.deviation))
-            if abs(self.studentised[i]) > self.limit or abs(self.robust[i]) > ROBUST_LIMIT
+            if abs(self.deviation[i]) > LEAST_OUTLIER
+            and (abs(self.studentised[i]) > self.limit or abs(self.robust[i]) > ROBUST_LIMIT)
         ]
 
     @property

@@ -50,6 +50,7 @@ class MeasurementFile:
     problems      the rows that are not usable
     notes         assumptions and unused columns, one sentence each
     lines         line of each row of data in the file;  digest  start of its SHA-256
+    torque_unit   as in the heading
     """
 
     path: Path
@@ -58,6 +59,7 @@ class MeasurementFile:
     notes: list[str]
     lines: tuple[int, ...]
     digest: str
+    torque_unit: str = "N.m"
 
 
 def _number(text: str) -> float:
@@ -136,8 +138,17 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
     if assumed:
         which = "all rows" if len(assumed) == len(rows) else named_rows(assumed)
         notes.append(f"{which}: no oil temperature given, {temperature:g} K assumed")
+    same: dict[Measurement, list[int]] = {}
+    for m in usable:
+        same.setdefault(m, []).extend(m.rows)
+    if twice := [" = ".join(map(str, numbers)) for numbers in same.values() if len(numbers) > 1]:
+        shown = ", ".join(twice[:NAMED_ROWS]) + (
+            f" and {len(twice) - NAMED_ROWS} more" * (len(twice) > NAMED_ROWS)
+        )
+        notes.append(f"duplicates, the same point and torque: row {shown}; every one counts: remove copies")
     lines = tuple(line for line, _ in rows)
-    return MeasurementFile(Path(path), merged(_weighted(usable)), problems, notes, lines, content.digest)
+    points = merged(_weighted(usable))
+    return MeasurementFile(Path(path), points, problems, notes, lines, content.digest, named["torque"].unit)
 
 
 def _weighted(points: list[Measurement]) -> list[Measurement]:

@@ -80,7 +80,7 @@ class Column(NamedTuple):
 
 def _joined(unit: str) -> str:
     """Unit in brackets, without what may stand between its letters."""
-    return re.sub("[ .*^\u00b7]", "", unit).replace("\u00b0", "deg")
+    return re.sub("[\\s.*^\u00b7\u22c5-]", "", unit).replace("\u00b0", "deg")
 
 
 def _letters(unit: str) -> str:

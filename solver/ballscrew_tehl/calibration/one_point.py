@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 from .. import __version__
 from ..friction.baselines import nsk_torque
-from ..friction.interval import TorqueInterval, torque_interval
-from ..friction.mechanistic import ContactValues, ball_ball_coefficient, torque_line
+from ..friction.interval import TorqueInterval
+from ..friction.mechanistic import ContactValues, torque_line
 from ..friction.origin import CATALOGUE, CATALOGUE_DIFFERS, without_overrides
 from ..friction.sets import CALIBRATED_AT, MECHANISTIC, FrictionSet
 from ..friction.torque import nut_forces
@@ -15,12 +15,10 @@ from ..parameters.file import Parameters
 from ..parameters.identity import parameters_hash
 from ..parameters.units import CELSIUS, RPM
 from .diagnostics import SPLIT
-from .measurement_units import TORQUE
+from .level import implausible_level, law_interval
 from .measurements import Measurement
 from .user import TRANSFER, number_notes
 
-#: most that a torque may be above the interval of the law, or below it, as a factor
-MOST_FACTOR = 3.0
 ONE_POINT = (
     "one point identifies the level of the torque only: no left-out error, no limits of the coefficient"
 )
@@ -48,14 +46,11 @@ def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactVal
                  times the interval of the law
     """
     own = without_overrides(parameters, MECHANISTIC)
-    kinematics, kappa = own.friction.kinematics, own.friction.ball_thrust
+    kinematics = own.friction.kinematics
     at = own, nut_forces(own, m.preload, 0.0), contacts, m.speed, m.temperature
-    unfitted = FrictionSet(
-        MECHANISTIC, kinematics, contacts.name, 1.0, ball_ball_coefficient(own.friction, kappa)
-    )
-    law = torque_interval(*at, unfitted)
+    law = law_interval(m, parameters, contacts, MECHANISTIC)
     rest, slope = torque_line(*at)
-    if problem := _refusal(m, rest, law):
+    if problem := implausible_level(m, law, rest):
         raise ValueError(problem)
     where = f"{m.preload:g} N, {m.speed / RPM:g} r/min, {m.temperature - CELSIUS:g} C"
     found = FrictionSet(
@@ -71,24 +66,6 @@ def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactVal
         *number_notes(found, parameters),
     ]  # fmt: skip
     return OnePoint(found, m, rest, law, notes)
-
-
-def _refusal(m: Measurement, rest: float, law: TorqueInterval) -> str:
-    """One line if the law cannot give the torque, or hardly does; else ""."""
-    low, high = max(rest, law.low / MOST_FACTOR), MOST_FACTOR * law.high
-    if low <= m.torque <= high:
-        return ""
-    # the unit that brings it nearest to the law
-    meant = {unit: m.torque * factor for unit, (factor, _) in TORQUE.items()}
-    unit = min(meant, key=lambda unit: max(meant[unit] / law.torque, law.torque / meant[unit]))
-    remedy = "check unit, preload, oil (viscosity, temperature), its supply and what was subtracted from the torque"
-    if law.low <= meant[unit] <= law.high:
-        remedy = f"is {m.torque:.6g} {unit} = {meant[unit]:.4g} N.m meant?"
-    return (
-        f"torque = {m.torque:.6g} N.m, {m.torque / law.torque:.3g} times that of the law; allowed: {low:.4g} to "
-        f"{high:.4g} N.m. Its interval is {law.low:.4g} to {law.high:.4g} N.m there, without friction between balls "
-        f"{rest:.4g} N.m: {remedy}"
-    )
 
 
 def point_data(result: OnePoint) -> dict[str, Any]:

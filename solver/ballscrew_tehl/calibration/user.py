@@ -31,6 +31,7 @@ from .diagnostics import (
     share_name,
 )
 from .fit import TorqueBasis, fit_values
+from .level import check_level
 from .measurement_file import MeasurementFile, RowProblem, implausible_for, named_rows, refusal
 from .measurements import Measurement
 from .packaged import (
@@ -174,6 +175,7 @@ def calibrate_file(
     notes = [*file.notes, *_check_count(points, name)]
     count = len(SETS[name])
     film = film_model(FILM_OF_SET[name])
+    check_level(points, parameters, film, name, file)
     basis = torque_basis(parameters, film, points, progress)
     if "outliers" in drop:
         basis, outliers = _without_outliers(basis, count)
@@ -278,6 +280,10 @@ def _power_text(basis: TorqueBasis, points: PointDiagnostics) -> str | None:
     size = points.detectable
     if not np.any(np.isfinite(size)):
         return None
+    if not math.isfinite(np.median(size)):
+        return (
+            f"{len(basis)} points: no torque measured too high would be found as an outlier at a typical one"
+        )
     least = basis.measurements[int(np.argmax(size))].point
     worst = f"more than {100.0 * np.max(size):.0f} %" if np.all(np.isfinite(size)) else "no error"
     return (

@@ -212,6 +212,11 @@ COMMANDS = {
                 "%(default)s)", default=OILS[0]),
         _choice("--lubricant", LUBRICANTS, "grease: base oil by grade, NLGI grade (default %(default)s)",
                 default=LUBRICANTS[0]),
+        *(_numbers(f"--{name}", f"{text}", metavar, kind) for name, text, metavar, kind in (
+            ("diameter-mm", "nominal diameter of the catalogue, with --lead-mm: a file of that screw, in which what "
+             "is not given is marked as assumed", "D", float),
+            ("lead-mm", "its lead", "P", float), ("ball-mm", "ball diameter", "D", float),
+            ("turns", "loaded turns of one nut", "N", float), ("starts", "starts of the thread", "N", int))),
         JSON,
     )),
     "oil": Command("viscosity, density and pressure-viscosity coefficient of an oil", "oil.run_oil", (

@@ -47,6 +47,8 @@ DEVIATIONS = 1.2816
 FIT_DEVIATIONS, SCATTER_DEVIATION = 2.0 * 1.96, math.sqrt(0.5 * math.pi)
 #: names of what a fit contributes: its coefficient, the error of a point left out
 FITTED_COEFFICIENT, LEFT_OUT = "net_sliding_coefficient", "leave_one_out"
+#: constants that act through the level of the torque, which a measured one fixes
+BY_ONE_TORQUE = (FITTED_COEFFICIENT, "boundary_friction", "limiting_shear_coefficient")
 #: what the ends of an interval are
 MEANING = "about 80 %, from bounded constants"
 
@@ -82,9 +84,25 @@ class TorqueInterval(NamedTuple):
 
     @property
     def meaning(self) -> str:
-        """What it is, with the two constants that contribute most."""
+        """What it is, with the two constants that contribute most, and what narrows it most."""
         shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(self.shares.items())[:2])
-        return f"{MEANING}: {shares}"
+        return f"{MEANING}: {shares}{self.advice and '; narrower by '}{self.advice}"
+
+    @property
+    def advice(self) -> str:
+        """What removes the largest part of the variance, with that part; "" without an interval."""
+        parts: dict[str, float] = {}
+        for name, share in self.shares.items():
+            remedy = f"{name} in the screw file"
+            if LEFT_OUT in self.shares and name in (LEFT_OUT, FITTED_COEFFICIENT):
+                remedy = "torques measured around this point (calibrate MEASUREMENTS.csv)"
+            elif LEFT_OUT not in self.shares and name in BY_ONE_TORQUE:
+                remedy = "one measured torque (calibrate --torque-nm)"
+            elif name == "roughness_height":
+                remedy = "raceway_rq and ball_rq in the screw file"
+            parts[remedy] = parts.get(remedy, 0.0) + share
+        return max(((f"{text}, {100.0 * part:.0f} %", part) for text, part in parts.items()),
+                   key=lambda entry: entry[1], default=("", 0.0))[0]  # fmt: skip
 
 
 def unknown_constants(parameters: Parameters) -> tuple[str, ...]:

@@ -41,7 +41,7 @@ from ..runtime.packed import (
 )
 from ..whole_file import whole_file
 from .contacts import POINTS, QUANTITIES, ROLLING_FRAME, VISCOUS, ContactRange, SolvedContacts
-from .interval import BAND, BAND_PRELOAD, band, band_numbers, band_point, nearest
+from .interval import BAND, band, band_numbers, band_point
 
 if TYPE_CHECKING:
     from .contact_map import ContactMap
@@ -270,7 +270,7 @@ def _path_for(path: Path | str | None, parameters: Parameters) -> Path:
 
 def _provenance(friction: FrictionSet, parameters: Parameters, axes: Mapping[str, Any]) -> dict[str, Any]:
     """Entry of the header about the friction parameters; infinite limits become None, for JSON has no infinity."""
-    preload = band_point(axes)[0]
+    preload = band_point(axes, parameters.screw)[0]
     return {
         "set": friction.name,
         "loss": friction.loss,
@@ -324,7 +324,7 @@ def load_map(
         friction=_provenance(friction, parameters, header["axes"]),
         presliding_angle=presliding_angle(parameters.screw, 1.0),
     )
-    header["screw"] = screw_numbers(parameters.screw, nearest(header["axes"], "preload", BAND_PRELOAD))
+    header["screw"] = screw_numbers(parameters.screw, band_point(header["axes"], parameters.screw)[0])
     return NutMap.from_arrays(sealed(header, arrays), arrays)
 
 

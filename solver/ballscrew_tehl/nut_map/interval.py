@@ -11,7 +11,8 @@ from ..friction.interval import TorqueInterval, fit_of, torque_interval, unknown
 from ..friction.mechanistic import law_constants
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, preload_from_torque
-from ..parameters.file import Parameters
+from ..mechanics import catalogue_preload
+from ..parameters.file import Parameters, ScrewParameters
 from ..runtime.packed import POINT
 
 if TYPE_CHECKING:
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 
 #: key of a header
 BAND = "mechanistic_interval"
-#: preload [N] and temperature [K] nearest to which the band of a map is stated
-BAND_PRELOAD, BAND_TEMPERATURE = 2000.0, 303.15
+#: temperature [K] nearest to which the band of a map is stated
+BAND_TEMPERATURE = 303.15
 
 
 def map_interval(
@@ -116,10 +117,10 @@ def nearest(axes: Mapping[str, Any], axis: str, value: float) -> float:
     return float(min(max(value, low), high))
 
 
-def band_point(axes: Mapping[str, Any]) -> tuple[float, float, float]:
+def band_point(axes: Mapping[str, Any], screw: ScrewParameters) -> tuple[float, float, float]:
     """Preload [N], speed [rad/s], temperature [K] of the band: start values of the FMU, middle speed of the axis."""
     return (
-        nearest(axes, "preload", BAND_PRELOAD),
+        nearest(axes, "preload", catalogue_preload(screw)),
         math.sqrt(axes["speed"][0] * axes["speed"][1]),
         nearest(axes, "temperature", BAND_TEMPERATURE),
     )
@@ -129,7 +130,7 @@ def band(
     parameters: Parameters, contact_map: ContactMap, axes: Mapping[str, Any], friction_set: FrictionSet
 ) -> dict[str, Any]:
     """Entry mechanistic_interval of a header: point (SI), ends over the torque, the numbers that it is true of."""
-    point = band_point(axes)
+    point = band_point(axes, parameters.screw)
     low, high = map_interval(parameters, contact_map, axes, friction_set, *point).relative
     return {
         **dict(zip(POINT, point, strict=False)),

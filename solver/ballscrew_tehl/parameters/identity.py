@@ -33,7 +33,7 @@ NOT_IN_MAP = (
 #: other ways to give parameters; the values that follow from them are part of the identity instead
 GIVEN_BY = {
     "lubricant": ("iso_vg", "viscosity_index", "density_15c", "nlgi"),
-    "screw": ("return_ball_count",),
+    "screw": ("return_ball_count", "dynamic_rating"),
 }
 #: fields added after the first maps; they enter only where they differ from this
 LATER = {"screw": {"preload_kind": "double_nut"}}

@@ -40,25 +40,39 @@ class ScrewParameters(Table):
         "length", "groove radius of the screw, above the ball's", gt=0, le=0.5
     )
     nut_raceway_radius: float = quantity("length", "groove radius of the nut, above the ball's", gt=0, le=0.5)
-    lead_angle: float = quantity("angle", "lead angle at the nominal radius", gt=0, lt=math.pi / 4)
     lead: float = quantity("length", "axial travel in one turn", gt=0, le=1)
+    lead_angle: float = quantity(
+        "angle", "lead angle at the nominal radius; default: by the lead",
+        default_factory=lambda d: math.atan(d["lead"] / (2.0 * math.pi * d["nominal_radius"])),
+        gt=0, lt=math.pi / 4, validate_default=True,
+    )  # fmt: skip
     turns: float = Field(
         gt=0, le=100, description="loaded turns of one nut; of one half with single_nut_offset"
-    )
-    ball_count: int = Field(
-        ge=2, le=10000, description="balls of these turns in the friction sums, returns included"
     )
     return_ball_count: int | None = Field(
         default=None,
         ge=0,
         le=10000,
-        description="those of them in the return tubes, without load; instead of loaded_ball_count",
+        description="balls in the return tubes, without load; instead of loaded_ball_count",
+    )
+    ball_count: int = Field(
+        default_factory=lambda d: _touching_balls(d) + (d["return_ball_count"] or 0),
+        ge=2,
+        le=10000,
+        description="balls of these turns in the friction sums, returns included; default: touching balls",
     )
     loaded_ball_count: int = Field(
         default_factory=lambda d: _loaded_balls(d),
         ge=2,
         le=10000,
         description="balls of one nut that carry load; for pressure, film and temperature",
+    )
+    dynamic_rating: float | None = quantity(
+        "force",
+        "dynamic axial rating C_a of one nut by its catalogue; default: computed",
+        default=None,
+        gt=0,
+        le=1e8,
     )
     youngs_modulus: float = quantity("pressure", "Young's modulus of balls, screw and nut", ge=1e9, le=1e12)
     poisson_ratio: float = Field(ge=0, lt=0.5, description="Poisson's ratio of balls, screw and nut")

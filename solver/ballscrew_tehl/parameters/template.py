@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import os
 import tempfile
 import textwrap
+from collections.abc import Collection
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, Literal, NamedTuple, get_args, get_origin
 
-from .file import TABLES, LubricantParameters, Parameters, graded_oil, load_parameters
+from pydantic import ValidationError
+
+from .file import TABLES, LubricantParameters, Parameters, ScrewParameters, graded_oil, load_parameters
 from .packaged_data import PACKAGED_DATA
 from .toml import UNITS
 
@@ -90,6 +94,69 @@ def example_parameters(oil: str = "viscosities", lubricant: str = "oil") -> Para
     )
 
 
+#: diameters of balls that are made [mm]
+BALLS = (
+    0.8,
+    1.0,
+    1.2,
+    1.588,
+    2.0,
+    2.381,
+    3.175,
+    3.969,
+    4.763,
+    5.556,
+    6.35,
+    7.144,
+    7.938,
+    9.525,
+    12.7,
+    15.875,
+    19.05,
+)
+#: ball over lead of one start and over nominal diameter, pitch circle beyond the latter over ball
+BALL_OF_LEAD, BALL_OF_DIAMETER, BEYOND = 0.635, 0.2, 0.27
+#: loaded turns of a nut with one start; of each start of several
+USUAL_TURNS, TURNS_OF_A_START = 3.0, 1.5
+USUAL_CONFORMITY = 0.53
+
+
+class CatalogueSizes(NamedTuple):
+    """What a catalogue page states of a screw [mm]; None: assumed."""
+
+    diameter_mm: float
+    lead_mm: float
+    ball_mm: float | None = None
+    turns: float | None = None
+    starts: int = 1
+
+
+def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Parameters, frozenset[str]]:
+    """A screw of these sizes, the rest as of another one, and names of its fields that are assumed.
+
+    Raises       pydantic.ValidationError (a ValueError): sizes that make no screw
+    Example
+        >>> found, _ = catalogue_parameters(CatalogueSizes(32.0, 10.0), example_parameters())
+        >>> f"{1e3 * found.screw.ball_diameter:.3f} mm, {found.screw.ball_count} balls"
+        '6.350 mm, 50 balls'
+    """
+    wanted = min(BALL_OF_LEAD * sizes.lead_mm / sizes.starts, BALL_OF_DIAMETER * sizes.diameter_mm)
+    ball = sizes.ball_mm or min(BALLS, key=lambda d: abs(math.log(d / wanted)))
+    turns = sizes.turns or (USUAL_TURNS if sizes.starts == 1 else TURNS_OF_A_START * sizes.starts)
+    groove = USUAL_CONFORMITY * ball
+    screw = ScrewParameters(
+        preload_kind="double_nut", nominal_radius=0.5e-3 * (sizes.diameter_mm + BEYOND * ball),
+        ball_diameter=1e-3 * ball, contact_angle=math.radians(45.0), screw_raceway_radius=1e-3 * groove,
+        nut_raceway_radius=1e-3 * groove, lead=1e-3 * sizes.lead_mm, turns=turns,
+        youngs_modulus=like.screw.youngs_modulus, poisson_ratio=like.screw.poisson_ratio,
+    )  # fmt: skip
+    given = {"lead"} | {
+        name for name, own in (("ball_diameter", sizes.ball_mm), ("turns", sizes.turns)) if own
+    }
+    name = f"screw {sizes.diameter_mm:g}x{sizes.lead_mm:g}"
+    return like.model_copy(update={"name": name, "screw": screw}), frozenset(screw.model_fields_set - given)
+
+
 def _base_oil() -> LubricantParameters:
     grade, index = EXAMPLE_GRADE
     return LubricantParameters(
@@ -98,8 +165,11 @@ def _base_oil() -> LubricantParameters:
     )  # fmt: skip
 
 
-def screw_template(parameters: Parameters) -> str:
-    """Text of a commented screw file with these values; read again, it gives them back to 12 digits."""
+def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str:
+    """Text of a commented screw file with these values; read again, it gives them back to 12 digits.
+
+    Parameters   assumed : fields of the table screw that are marked so
+    """
     others = ", ".join("/".join(forms) for forms in UNITS.values() if len(forms) > 1)
     units = "\n#   ".join(textwrap.wrap(others, 100))
     lines = [_HEAD.format(name=parameters.name, units=units), f'name = "{parameters.name}"']
@@ -123,7 +193,8 @@ def screw_template(parameters: Parameters) -> str:
             entry = f"{key} = {shown}".rstrip()
             if field not in values.model_fields_set:
                 entry = f"# {entry}"
-            lines.append(f"{entry:<43} # {info.description}{_range(info, dimension, unit)}")
+            mark = "assumed: " if table == "screw" and field in assumed else ""
+            lines.append(f"{entry:<43} # {mark}{info.description}{_range(info, dimension, unit)}")
     return "\n".join(lines) + "\n"
 
 
@@ -171,14 +242,23 @@ def _choices(annotation: Any) -> tuple[Any, ...]:
     return next((found for part in inside if (found := _choices(part))), ())
 
 
-def write_template(path: Path | str, oil: str = "viscosities", lubricant: str = "oil") -> None:
+def write_template(
+    path: Path | str, oil: str = "viscosities", lubricant: str = "oil", sizes: CatalogueSizes | None = None
+) -> None:
     """Write the template to a file that does not exist yet.
 
-    Parameters   oil, lubricant : as example_parameters
+    Parameters   oil, lubricant : as example_parameters;  sizes : of a catalogue; None = those of the example
     Raises       ValueError: the file exists, or its folder cannot be written; no partial file is left
     """
     path = Path(path)
-    text = screw_template(example_parameters(oil, lubricant))
+    parameters, assumed = example_parameters(oil, lubricant), frozenset[str]()
+    if sizes is not None:
+        try:
+            parameters, assumed = catalogue_parameters(sizes, parameters)
+        except ValidationError as err:
+            shown = ", ".join(f"{name} = {value:g}" for name, value in sizes._asdict().items() if value)
+            raise ValueError(f"{shown}: {err.errors()[0]['msg']}: no screw has these sizes") from err
+    text = screw_template(parameters, assumed)
     try:
         handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     except OSError as error:

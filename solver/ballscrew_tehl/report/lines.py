@@ -11,14 +11,13 @@ import numpy as np
 from ..friction.interval import DEVIATIONS, SCATTER_DEVIATION
 from ..friction.interval import MEANING as OF_CONSTANTS
 from ..friction.sets import FrictionSet
-from ..mechanics import CATALOGUE_SHARE
+from ..mechanics import catalogue_preload
 from ..nut_map.contact_map import Array, ContactMap
 from ..nut_map.interval import map_interval, nearest
 from ..nut_map.trend import Trend, unphysical_trend
 from ..parameters.file import Parameters
 from ..parameters.identity import parameters_hash
 from ..parameters.units import CELSIUS, RPM, SHOWN
-from ..physics.rating import dynamic_rating
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
 
@@ -143,10 +142,10 @@ def operating_point(
 ) -> OperatingPoint:
     """Point of the page; what is not given: preload as catalogues take it, POINT_SPEED, a temperature [K].
 
-    That preload is CATALOGUE_SHARE of the dynamic rating in two digits. Chosen numbers are moved into the map.
+    Chosen numbers are moved into the map.
     Raises       ValueError: a given number outside the map
     """
-    preload = float(f"{CATALOGUE_SHARE * dynamic_rating(parameters.screw):.2g}")
+    preload = catalogue_preload(parameters.screw)
     found = []
     for name, own, usual in zip(POINT_AXES, given, (preload, POINT_SPEED, temperature), strict=True):
         inside = nearest(axes, name, usual if own is None else own)

@@ -46,7 +46,7 @@ class MonitorStep(NamedTuple):
 def monitor_step(
     nut_map: NutMap, inputs: MonitorInputs, parameters: MonitorParameters, held: float | None
 ) -> MonitorStep:
-    """Preload, its half-width and sensitivity, film over roughness height, and whether they are in range.
+    """Preload, its interval and sensitivity, film over roughness height, and whether they are in range.
 
     Parameters   held : [N] preload of the last step that was in range, None before the first
     Validity     the caller has checked that all are finite numbers
@@ -68,10 +68,13 @@ def monitor_step(
     if not moving:
         clamped = tuple(name for name in nut.clamped if name != "preload")
     in_range = moving and not clamped
+    half_width = uncertainty / slope if uncertainty < slope * highest else highest
     outputs = {
         **nut._asdict(),
         "preload": preload,
-        "preload_half_width": uncertainty / slope if uncertainty < slope * highest else highest,
+        "preload_half_width": half_width,
+        "preload_low": max(preload - half_width, 0.0),
+        "preload_high": min(preload + half_width, highest),
         "torque_sensitivity": slope,
         "in_range": in_range,
     }

@@ -97,13 +97,11 @@ def rig_screw(diameter: float, ball: float, iso_vg: int) -> Parameters:
         name: getattr(like.screw, name) / like.screw.ball_diameter * d
         for name in ("screw_raceway_radius", "nut_raceway_radius")
     }
-    angle = math.atan(SCREW_LEAD / (2.0 * math.pi * radius))
-    balls = int(SCREW_TURNS * 2.0 * math.pi * radius / math.cos(angle) / d)
     screw = like.screw.model_dump(
         include={"preload_kind", "contact_angle", "youngs_modulus", "poisson_ratio"}
     )
-    screw |= {"nominal_radius": radius, "ball_diameter": d, "lead": SCREW_LEAD, "lead_angle": angle}
-    screw |= {"turns": SCREW_TURNS, "ball_count": balls, **grooves}
+    screw |= {"nominal_radius": radius, "ball_diameter": d, "lead": SCREW_LEAD}
+    screw |= {"turns": SCREW_TURNS, **grooves}
     return Parameters(
         name=f"{diameter:g} x 8, balls of {ball:g} mm, VG {iso_vg}", screw=type(like.screw)(**screw),
         solid=like.solid, lubricant=graded_oil(iso_vg, 95.0), friction=like.friction,

@@ -88,8 +88,10 @@ def test_sensitivity_and_half_width(opened):
         assert one.get("preload_half_width") == pytest.approx(0.01 / slope, rel=1e-5)
         one.step(law_uncertainty=0.03)
         assert one.get("preload_half_width") == pytest.approx(math.hypot(0.01, 0.024) / slope, rel=1e-5)
+        preload, half = one.get("preload", "preload_half_width")
+        assert one.get("preload_low", "preload_high") == [preload - half, preload + half]
         one.step(torque_uncertainty=1e6)
-        assert one.get("preload_half_width") == 12000.0
+        assert one.get("preload_half_width", "preload_low", "preload_high") == [12000.0, 0.0, 12000.0]
 
 
 def test_at_rest_the_last_preload_in_range_is_held(opened):

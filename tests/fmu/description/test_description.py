@@ -170,7 +170,8 @@ TERMINALS = {  # variable: member name as in Modelica, kind; a flow into the FMU
     "BallScrewFriction": "shaft speed w signal, shaft friction_torque tau inflow, heat temperature T signal, "
     "heat power_loss Q_flow outflow",
     "BallScrewPreloadMonitor": "shaft speed w signal, shaft torque tau signal, estimate preload preload signal, "
-    "estimate preload_half_width half_width signal, estimate in_range in_range signal",
+    "estimate preload_half_width half_width signal, estimate preload_low low signal, "
+    "estimate preload_high high signal, estimate in_range in_range signal",
     "BallScrewTransmission": "shaft angle phi signal, shaft speed w signal, shaft screw_torque tau inflow, "
     "nut position s signal, nut velocity v signal, nut nut_force f outflow, heat temperature T signal, "
     "heat power_loss Q_flow outflow",

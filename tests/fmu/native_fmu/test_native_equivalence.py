@@ -192,7 +192,9 @@ def test_random_steps_of_the_monitor_are_those_of_python(nut_map):
         parameters = MonitorParameters(**{k: given[k] for k in MonitorParameters._fields})
         found = monitor_step(nut_map, MonitorInputs(**inputs), parameters, held)
         held = found.preload if step else held
-        for name in ("preload", "preload_half_width", "torque_sensitivity", "lambda_ratio"):
+        for name in (
+            "preload", "preload_half_width", "preload_low", "preload_high", "torque_sensitivity", "lambda_ratio"
+        ):  # fmt: skip
             full = abs(found.outputs[name]) + (1e-6 if name == "torque_sensitivity" else 0.0)
             assert abs(one.get(name) - found.outputs[name]) <= 1e-8 * full, (name, n)
         assert one.get("in_range") == found.outputs["in_range"]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from ...calibration.measurements import Measurement
-from ...friction.origin import with_set
+from ...friction.origin import refuse_other_fit, with_set
 from ...friction.sets import MECHANISTIC, PACKAGED_SETS, FrictionSet, check_usable, write_friction_sets
 from ...parameters.file import Parameters
 from ...parameters.packaged_data import PACKAGED_VG100
@@ -64,6 +64,15 @@ def run_calibrate(args: Namespace) -> int:
     return 0
 
 
+def _check_accepted(found: FrictionSet, parameters: Parameters, where: str) -> None:
+    """Refuse a set whose file the commands after this one would refuse.
+
+    Raises       ValueError
+    """
+    check_usable(found, parameters, where, "check the units of torque and preload")
+    refuse_other_fit(found, parameters)
+
+
 class _Fitted(NamedTuple):
     """A fitted set, what --json adds to it, the same as text."""
 
@@ -99,6 +108,7 @@ def _of_point(args: Namespace, parameters: Parameters, point: Measurement) -> _F
     if reason := outside(point):
         raise ValueError(f"outside the map: {reason}; remedy: a larger map, or none")
     result = calibrate_point(point, parameters, cast("ContactValues", films(MECHANISTIC)))
+    _check_accepted(result.friction_set, parameters, "--torque-nm")
     return _Fitted(result.friction_set, point_data(result), point_text(result))
 
 
@@ -107,7 +117,7 @@ def _of_file(args: Namespace, parameters: Parameters) -> _Fitted:
     from ...calibration.user import calibration_data, calibration_text
 
     result = _calibration(args, parameters)
-    check_usable(result.friction_set, parameters, args.measurements, "check the units of torque and preload")
+    _check_accepted(result.friction_set, parameters, args.measurements)
     if args.plot:
         from ...calibration.plot import calibration_figure, save_figure
 

@@ -5,17 +5,21 @@ from __future__ import annotations
 import json
 import math
 from argparse import Namespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...friction.baselines import nsk_torque
 from ...mechanics import CATALOGUE_SHARE, LoadedScrew, efficiency, loaded_screw, screw_constants
+from ...parameters.file import ScrewParameters
 from ...parameters.units import CELSIUS, RPM
-from ...physics.rating import STATIC_PRESSURE, dynamic_rating, static_rating
+from ...physics.rating import STATIC_PRESSURE, computed_dynamic_rating, dynamic_rating, static_rating
 from ..shared.chosen import chosen_of, say_outside, screw_of
 from ..shared.files import check_output, written
 from ..shared.points import read_points
 from ..shared.quantities import SCREW_POINT, SPEED, TEMPERATURE
 from ..shared.results import print_results, say
+
+if TYPE_CHECKING:
+    from ...parameters.template import CatalogueSizes
 
 #: loads of balls under an axial load
 STRETCHED = "bodies stretched by the axial load"
@@ -42,6 +46,7 @@ def run_screw(args: Namespace) -> int:
         raise ValueError("--speed-rpm and --temperature-c: give both, for the efficiency, or none")
     points = read_points(args, SCREW_POINT)
     constants = screw_constants(screw)
+    _compare_rating(screw)
     results: list[dict[str, Any]] = []
     for point in points:
         found = loaded_screw(screw, constants, point["preload_n"], point["axial_load_n"])
@@ -59,6 +64,9 @@ def run_screw(args: Namespace) -> int:
             )
             torque = float(state.friction_torque)
             result |= {"speed_rpm": speed, "temperature_c": temperature, "friction_torque_nm": torque}
+            if point["preload_n"] > nut_map.header["axes"]["preload"][1]:
+                # the torque is that of the edge of the map: another preload
+                result.pop("catalogue_torque_nm")
             if (both := efficiency(screw, point["axial_load_n"], torque)) is not None:
                 result |= {"efficiency": both.driving, "efficiency_backdriving": both.backdriving}
             result |= {
@@ -79,6 +87,26 @@ def run_screw(args: Namespace) -> int:
     return 0
 
 
+#: ratio of a computed rating to that of a catalogue within which they agree; catalogues differ so much themselves
+RATING_AGREES = (0.75, 1.33)
+
+
+def _compare_rating(screw: ScrewParameters) -> None:
+    """One line on stderr about the rating of a screw file and that which its geometry gives."""
+    if screw.dynamic_rating is None:
+        return
+    computed = computed_dynamic_rating(screw)
+    low, high = RATING_AGREES
+    ratio = computed / screw.dynamic_rating
+    doubt = (
+        ""
+        if low <= ratio <= high
+        else ": check turns and balls (of one nut), ball_diameter and the nut it is of"
+    )
+    given = f"{screw.dynamic_rating:.6g} N"
+    say(f"dynamic_rating {given} of the screw file; computed {computed:.4g} N, {ratio:.2f} of it{doubt}")
+
+
 def _notes(axial_load: float, speed: float | None) -> dict[str, str]:
     """What numbers of the text mean that `torque` gives differently."""
     notes = {"friction_torque_nm": "at breakaway"} if speed == 0.0 else {}
@@ -96,6 +124,7 @@ def run_catalogue(args: Namespace) -> int:
     preload = CATALOGUE_SHARE * rating if args.preload_n is None else args.preload_n
     if not (math.isfinite(preload) and preload >= 0.0):
         raise ValueError(f"--preload-n = {preload:g}; allowed: a finite number >= 0")
+    _compare_rating(screw)
     result = {
         "preload_n": preload,
         "preload_over_dynamic": preload / rating,
@@ -109,15 +138,41 @@ def run_catalogue(args: Namespace) -> int:
     return 0
 
 
+def _sizes(args: Namespace) -> CatalogueSizes | None:
+    """Sizes of the options; None without them.
+
+    Raises       ValueError: the diameter or the lead missing, a number out of range
+    """
+    from ...parameters.template import CatalogueSizes
+
+    given = {name: getattr(args, name) for name in ("diameter_mm", "lead_mm", "ball_mm", "turns", "starts")}
+    if not any(value is not None for value in given.values()):
+        return None
+    for name, value in given.items():
+        option = f"--{name.replace('_', '-')}"
+        if value is None and name in ("diameter_mm", "lead_mm"):
+            raise ValueError(f"{option} (missing); allowed: --diameter-mm and --lead-mm together")
+        if value is not None and not 0.0 < value < math.inf:
+            raise ValueError(f"{option} = {value:g}; allowed: a finite number > 0")
+    if (ball := given["ball_mm"]) is not None and not ball < 0.5 * given["diameter_mm"]:
+        raise ValueError(f"--ball-mm = {ball:g}; allowed: less than half of --diameter-mm")
+    return CatalogueSizes(**{name: value for name, value in given.items() if value is not None})
+
+
 def run_init(args: Namespace) -> int:
     """A screw file to fill in."""
     from ...parameters.template import write_template
 
     check_output("FILE.toml", args.file, "a new file *.toml")
     with written("FILE.toml", args.file):
-        write_template(args.file, args.oil, args.lubricant)
+        write_template(args.file, args.oil, args.lubricant, _sizes(args))
     if args.json:
         print(json.dumps({"file": args.file}))
     else:
-        print(f"{args.file}: enter the values of your screw and oil; the first lines explain the next steps")
+        check = (
+            "check the lines marked `assumed` and the oil"
+            if args.diameter_mm
+            else "enter the values of your screw and oil"
+        )
+        print(f"{args.file}: {check}; the first lines explain the next steps")
     return 0

@@ -58,7 +58,10 @@ def run_torque(args: Namespace) -> int:
         **({"friction_note": other} if other and args.json else {}),
         "version": __version__,
     }
-    results = _direct_torques(chosen, points) if args.direct else _map_torques(chosen, args, points)
+    if args.direct:
+        results, most = _direct_torques(chosen, points), math.inf
+    else:
+        results, most = _map_torques(chosen, args, points)
     if other:
         say(other)
     _say_at_rest(results)
@@ -67,7 +70,7 @@ def run_torque(args: Namespace) -> int:
         for key, note in chosen.catalogue_note.items():
             say(f"{key}: {note}")
     print_results(
-        [{**result, **_catalogue(chosen, result), **common} for result in results],
+        [{**result, **_catalogue(chosen, result, most), **common} for result in results],
         args.json,
         bool(args.points),
         _notes(points[0]),
@@ -118,12 +121,15 @@ def _odd_films(chosen: Chosen, extremes: Mapping[str, float]) -> dict[str, str]:
     return {key: text for key, text in ((TOO_THICK, thick), (TOO_THIN, thin)) if text}
 
 
-def _catalogue(chosen: Chosen, point: dict[str, Any]) -> dict[str, Any]:
-    """Catalogue torque and why the law differs.
+def _catalogue(chosen: Chosen, point: dict[str, Any], most: float) -> dict[str, Any]:
+    """Catalogue torque and why the law differs; none at a preload [N] above the most of the map.
 
     Of a single nut its kind, and with a fitted set the spin of oversize balls, which it omits.
     """
     screw, preload = chosen.parameters.screw, point["preload_n"]
+    if preload > most:
+        # the torque is that of the edge of the map: another preload
+        return {}
     found = {"catalogue_torque_nm": float(nsk_torque(screw, preload)), **chosen.catalogue_note}
     if screw.preload_kind == "double_nut":
         return found
@@ -144,7 +150,10 @@ def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
     return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": meaning}
 
 
-def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]) -> list[dict[str, Any]]:
+def _map_torques(
+    chosen: Chosen, args: Namespace, points: list[dict[str, float]]
+) -> tuple[list[dict[str, Any]], float]:
+    """Answers, and the largest preload of the map [N]."""
     nut_map = chosen.nut_map(args)
     contact_map = None
     if nut_map.law == MECHANISTIC:
@@ -159,7 +168,7 @@ def _map_torques(chosen: Chosen, args: Namespace, points: list[dict[str, float]]
             results.append(read.at(point))
         progress(len(points), len(points), "points")
     say_outside(results, nut_map.header["axes"])
-    return results
+    return results, float(nut_map.header["axes"]["preload"][1])
 
 
 class _MapAnswer(NamedTuple):

@@ -84,6 +84,8 @@ static void compute(Model *model)
     out[TORQUE_SENSITIVITY] = slope;
     wide = uncertainty(at);
     out[PRELOAD_HALF_WIDTH] = wide < slope * model->map->force.hi ? wide / slope : model->map->force.hi;
+    out[PRELOAD_LOW] = greater(out[PRELOAD] - out[PRELOAD_HALF_WIDTH], 0.0);
+    out[PRELOAD_HIGH] = lesser(out[PRELOAD] + out[PRELOAD_HALF_WIDTH], model->map->force.hi);
     model->solved = true;
 }
 
@@ -360,6 +362,12 @@ void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], dou
                             + law * (direction[LAW_UNCERTAINTY] * at[TORQUE] + at[LAW_UNCERTAINTY] * direction[TORQUE]);
         slopes[PRELOAD_HALF_WIDTH] = (change / greater(wide, SMOOTH)
                                       - model->value[PRELOAD_HALF_WIDTH] * slopes[TORQUE_SENSITIVITY]) / steep;
+    }
+    if (model->value[PRELOAD_LOW] > 0.0) {
+        slopes[PRELOAD_LOW] = slopes[PRELOAD] - slopes[PRELOAD_HALF_WIDTH];
+    }
+    if (model->value[PRELOAD_HIGH] < model->map->force.hi) {
+        slopes[PRELOAD_HIGH] = slopes[PRELOAD] + slopes[PRELOAD_HALF_WIDTH];
     }
     slopes[LAMBDA_RATIO] = lambda_ratio_along(model->map, at, direction, preload).slope;
 }

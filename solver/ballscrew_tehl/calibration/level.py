@@ -1,0 +1,82 @@
+"""Level of measured torques compared with the law before anything is fitted: a wrong unit is named, not fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import cast
+
+from ..friction.baselines import nsk_torque
+from ..friction.interval import TorqueInterval, torque_interval
+from ..friction.mechanistic import ContactValues, ball_ball_coefficient
+from ..friction.origin import with_set, without_overrides
+from ..friction.sets import MECHANISTIC, FrictionSet, default_friction_set
+from ..friction.torque import FilmModel, double_nut_torque, nut_forces
+from ..parameters.file import Parameters
+from .measurement_file import MeasurementFile
+from .measurement_units import TORQUE
+from .measurements import Measurement
+
+#: most that a torque may be above the interval of the law, or below it, as a factor
+MOST_FACTOR = 3.0
+
+
+def law_interval(
+    m: Measurement, parameters: Parameters, model: FilmModel | ContactValues, name: str
+) -> TorqueInterval:
+    """Torque of the unfitted law at a point with its interval, without numbers that the screw file overrides.
+
+    Parameters   model : contacts of the mechanistic set, film of another one, whose interval is its packaged torque
+    """
+    own = without_overrides(with_set(parameters, name), name)
+    if name == MECHANISTIC:
+        contacts, friction = cast(ContactValues, model), own.friction
+        number = ball_ball_coefficient(friction, friction.ball_thrust)
+        unfitted = FrictionSet(name, friction.kinematics, contacts.name, 1.0, number)
+        forces = nut_forces(own, m.preload, m.axial_load)
+        return torque_interval(own, forces, contacts, m.speed, m.temperature, unfitted)
+    at = m.preload, m.speed, m.temperature, m.axial_load
+    torque = float(double_nut_torque(own, default_friction_set(own), cast(FilmModel, model), *at).total)
+    return TorqueInterval(torque, torque, torque, {}, {})
+
+
+def implausible_level(m: Measurement, law: TorqueInterval, rest: float = 0.0, unit: str = "N.m") -> str:
+    """One line if the law cannot give the torque of a point, or hardly does; else "".
+
+    Parameters   rest : torque without friction between balls [N.m], 0: does not bound it;  unit : as it was written
+    """
+    low, high = max(rest, law.low / MOST_FACTOR), MOST_FACTOR * law.high
+    if low <= m.torque <= high:
+        return ""
+    # the unit that brings it nearest to the law
+    written = m.torque / TORQUE[unit][0]
+    meant = {other: written * factor for other, (factor, _) in TORQUE.items()}
+    nearest = min(meant, key=lambda other: max(meant[other] / law.torque, law.torque / meant[other]))
+    remedy = "check unit, preload, oil (viscosity, temperature), its supply and what was subtracted from the torque"
+    if max(rest, law.low / MOST_FACTOR) <= meant[nearest] <= high and nearest != unit:
+        remedy = f"is {written:.6g} {nearest} = {meant[nearest]:.4g} N.m meant?"
+    without = f", without friction between balls {rest:.4g} N.m" if rest else ""
+    return (
+        f"torque = {m.torque:.6g} N.m, {m.torque / law.torque:.3g} times that of the law; allowed: {low:.4g} to "
+        f"{high:.4g} N.m. Its interval is {law.low:.4g} to {law.high:.4g} N.m there{without}: {remedy}"
+    )
+
+
+def check_level(
+    points: Sequence[Measurement],
+    parameters: Parameters,
+    model: FilmModel | ContactValues,
+    name: str,
+    file: MeasurementFile,
+) -> None:
+    """Refuse points whose typical one is far from the law: the median of the torques over those of the catalogue.
+
+    Solves the contacts of that point only.
+
+    Raises       ValueError
+    """
+    ordered = sorted(points, key=lambda m: m.torque / float(nsk_torque(parameters.screw, m.preload)))
+    middle = ordered[(len(ordered) - 1) // 2]
+    if problem := implausible_level(
+        middle, law_interval(middle, parameters, model, name), unit=file.torque_unit
+    ):
+        raise ValueError(f"{file.path}: {middle.point}, typical of {len(points)} rows: {problem}")
