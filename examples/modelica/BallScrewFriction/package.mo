@@ -140,7 +140,7 @@ contacts, friction of each nut at its own force.</p></html>"));
       discrete SI.Energy eventHeat(start=0, fixed=true) "Lost at events, at which a power has no time";
     protected
       constant Real levelMargin = 0.05 "Of y above a limit that has fallen, constants.h";
-      constant SI.Time followTime = 3e-5 "In which y follows the limit while it slides, constants.h";
+      constant SI.Time followTime = 2e-3 "In which y follows the limit while it slides, constants.h";
       constant SI.AngularVelocity turning = 1e-6 "Hysteresis of a reversal, model.c";
       Real held(unit="rad") "y, not beyond limit";
       Real rate(unit="rad/s") "Of y";

@@ -161,10 +161,11 @@ static inline void presliding_after_step(const Number before[ELEMENTS], Number s
 
 /* At an instant. slips: bit per element that slides (model exchange), in direction; the others follow the motion, except
    those at their limit, of which torque and power are those of sliding. The state of one that slides follows its limit,
-   not faster than the motion and within FOLLOW_TIME: what it stores is taken from the work of sliding. Its torque is that
-   of the state and the motion in FOLLOW_TIME: a level that rises does not raise it without motion. */
+   not faster than the motion and within follow_time [s]: what it stores is taken from the work of sliding. Its torque is
+   that of the state and the motion in follow_time: a level that rises does not raise it without motion. */
 static inline void presliding_at_instant(const Number element[ELEMENTS], Number speed, const PreslidingLevel *level,
-                                         bool continuous, unsigned slips, int direction, Presliding *out)
+                                         bool continuous, unsigned slips, int direction, double follow_time,
+                                         Presliding *out)
 {
     const Number pace = absolute(speed);
     const Number travel = multiply(level->root, pace);
@@ -180,11 +181,11 @@ static inline void presliding_at_instant(const Number element[ELEMENTS], Number 
         out->rate[i] = constant(0.0);
         if ((slips >> i & 1U) != 0U) {
             const Number state = times(direction, element[i]);
-            const Number torque = lesser(limit, add(state, times(FOLLOW_TIME, travel)));
+            const Number torque = lesser(limit, add(state, times(follow_time, travel)));
 
             along = add(along, (direction < 0) == (value_of(speed) < 0.0) ? torque : negative(torque));
             power = add(power, multiply(torque, pace));
-            out->rate[i] = element_within(over(subtract(limit, state), FOLLOW_TIME), travel);
+            out->rate[i] = element_within(over(subtract(limit, state), follow_time), travel);
             out->rate[i] = times(direction, out->rate[i]);
             stored = add(stored, multiply(element[i], out->rate[i]));
         } else if (value_of(speed) != 0.0 && value_of(loaded) >= value_of(limit)) {

@@ -11,6 +11,7 @@
 #define STEEL_DENSITY 7850.0     /* [kg/m3] */
 #define LEAST_INERTIA 1e-9       /* [kg.m2] of motor and screw together */
 #define LEAST_MASS 1e-6          /* [kg] of the table; of the screw with a support */
+#define AXIS_FOLLOW_TIME 3e-5    /* [s] model exchange, in which an element that slides follows: stiff, as the axis is */
 #define LEAST_TRAVEL 1e-9        /* [m] of the guide to sliding */
 
 /* Degrees of freedom. The last one exists with a support only. */
@@ -189,7 +190,8 @@ static inline void axis_outputs(const Point *point, const Number at[], const Mom
     Presliding elements;
     Number power, share;
 
-    presliding_at_instant(&at[PRESLIDING_ELEMENT_1], speed, &point->level, true, moment->slips, moment->slip, &elements);
+    presliding_at_instant(&at[PRESLIDING_ELEMENT_1], speed, &point->level, true, moment->slips, moment->slip,
+                          AXIS_FOLLOW_TIME, &elements);
     share = value_of(coulomb) > 0.0 ? clamped(divide(elements.torque, coulomb), -1.0, 1.0) : constant(0.0);
     part_outputs(&point->parts, share, loads_nut_a(contacts), speed, out);
     out[GUIDE_FORCE] = add(guide.force, drag);

@@ -36,7 +36,8 @@ static inline void presliding_at(const Number at[], Number coulomb, Number stiff
     if (moment->step > 0.0) {
         presliding_after_step(elements, at[SPEED], moment->step, &level, out);
     } else {
-        presliding_at_instant(elements, at[SPEED], &level, moment->continuous, moment->slips, moment->slip, out);
+        presliding_at_instant(elements, at[SPEED], &level, moment->continuous, moment->slips, moment->slip, FOLLOW_TIME,
+                              out);
     }
 }
 
