@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, NoReturn
 from .. import __version__
 from .shared.quantities import (
     CALIBRATION_POINT,
+    IDENTIFY_OPTIONS,
     PRELOAD_POINT,
     REPORT_POINT,
     SCREW_POINT,
@@ -188,6 +189,19 @@ COMMANDS = {
        "temperature, axial_load, torque_uncertainty or weight, table, comment. Prints errors, errors of left-out "
        "points, 95 % intervals, correlations, outliers and what the data do not identify. One torque, measured or of a "
        "catalogue (--torque-nm with --preload-n, --speed-rpm, --temperature-c), fits the number of mechanistic to it."),
+    "identify": Command("inertia, offset, friction and preload from a log of a drive", "identify.run_identify", (
+        _option("log", "log of an axis that moves both ways", "LOG.csv"),
+        *(_option(quantity.option, quantity.help, quantity.metavar) for quantity in IDENTIFY_OPTIONS),
+        _option("--temperature-c", "oil temperature; default: column temperature of the log", "C"),
+        _option("--without-nut", "log of the same axis without the nut, whose friction is subtracted", "LOG.csv"),
+        _option("--before", "earlier log of the same axis: change of the preload", "LOG.csv"),
+        _option("--plot", "draw friction over speed and the residual over position", "FILE.png"),
+        _option("--measurements", "write points for calibrate, with their standard errors", "FILE.csv"),
+        *OF_MAP,
+    ), "Least squares on the inverse dynamics of a log. Headings of the file name the units: time [s], position [mm], "
+       "[rad], [deg] or speed [r/min], velocity [m/s]; current [A], torque [N.m], force [N] or voltage [V]; optional "
+       "temperature [degC], preload [N]. Prints inertia or mass, offset and friction over speed in each direction with "
+       "95 % intervals, and what was left out. With --screw and --map also the preload with its interval."),
     "validate": Command("compare the model with measured torques and published models", "validate.run_validate", (
         _switch("--contacts", "solve instead the contact of section 5.1 of the paper with both kinematics and a circle "
                 "of a public multigrid; shows the published values"),

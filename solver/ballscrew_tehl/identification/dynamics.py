@@ -2,19 +2,23 @@
 
     effort = inertia * acceleration + offset + friction(speed)
 
-Friction has a value in each bin of speed, each direction by itself: no shape is assumed. The offset is what both
-directions have in common: the mean of their bins, weighted with n_+ n_-/(n_+ + n_-) of the samples of both, which is
-least squares with a friction that is odd in speed. Friction is without it.
+Friction has a value in each bin of speed, each direction by itself: no shape is assumed. The offset is the constant of a
+fit of Coulomb and viscous friction and a constant to the bins, weighted by their samples, as published identifications
+have it. Friction is without it.
 
 Standard errors: the sandwich with clusters of time (pieces of a run between reversals), so that the correlation by the
 filter and by the position counts; for a bin, shrunk towards what the independent samples of the filtered residual give,
-times the mean ratio of both. Intervals: 95 %, Student's t.
+times the mean ratio of both. Intervals: 95 %, Student's t, and in quadrature what follows from the width of a bin and
+from half the cutoff: SMEAR times the change of a bin, COARSER times that of the inertia. The effect of a filter on a
+smooth curve goes as 1/cutoff^2, so that a third of the change would do there; forces that are not measured act on the
+inertia through the controller, more so at a high cutoff.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -37,6 +41,8 @@ CONFIDENCE = 0.95
 MOST_DELAY, MOST_DELAY_SAMPLES = 5e-3, 4.0
 #: samples that the delay is estimated from
 FOR_DELAY = 60_000
+#: change of a bin and of the inertia by half the cutoff, as it counts in their intervals
+SMEAR, COARSER = 0.75, 1.5
 #: pieces of the residual over the position
 PLACES = 24
 #: largest standard error of the inertia over its value
@@ -82,14 +88,30 @@ class Identified:
     preload: float | None
 
 
-def _bins(samples: Samples, wanted: int | None) -> tuple[np.ndarray, int]:
-    """Number of the bin of each sample, those of negative speed first; bins of a direction."""
-    size = np.abs(samples.speed)
-    smaller = min(int((samples.speed > 0.0).sum()), int((samples.speed < 0.0).sum())) * samples.each
-    count = wanted or int(np.clip(smaller // FOR_A_BIN, FEWEST_BINS, MOST_BINS))
-    low, high = float(size.min()), float(size.max()) * (1.0 + 1e-12)
-    place = np.minimum(((size - low) / (high - low or 1.0) * count).astype(int), count - 1)
-    return np.where(samples.speed < 0.0, count - 1 - place, count + place), count
+class _Bins(NamedTuple):
+    """Bins of the magnitude of speed: their number in each direction, lowest and highest end."""
+
+    number: int
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, samples: Samples, wanted: int | None = None) -> _Bins:
+        """As many as there are samples for, or as wanted."""
+        size = np.abs(samples.speed)
+        smaller = min(int((samples.speed > 0.0).sum()), int((samples.speed < 0.0).sum())) * samples.each
+        number = wanted or int(np.clip(smaller // FOR_A_BIN, FEWEST_BINS, MOST_BINS))
+        return cls(number, float(size.min()), float(size.max()))
+
+    def place(self, speed: Array) -> np.ndarray:
+        """Number of the bin of each speed, those of negative speed first."""
+        wide = (self.high - self.low or 1.0) / self.number
+        place = np.clip(((np.abs(speed) - self.low) / wide).astype(int), 0, self.number - 1)
+        return np.where(speed < 0.0, self.number - 1 - place, self.number + place)
+
+    def count(self, place: np.ndarray, weights: Array | None = None) -> Array:
+        """Samples, or their sum of weights, by bin."""
+        return np.asarray(np.bincount(place, weights, 2 * self.number), dtype=np.float64)
 
 
 def _within(values: Array, bins: np.ndarray, count: np.ndarray) -> Array:
@@ -108,8 +130,9 @@ def estimated_delay(signals: Signals, cutoff: float, travel: float) -> tuple[flo
     samples = filtered(part, travel, cutoff)
     if len(samples.speed) < FEWEST:
         return 0.0, True
-    bins, number = _bins(samples, None)
-    count = np.bincount(bins, minlength=2 * number)
+    edges = _Bins.of(samples)
+    bins = edges.place(samples.speed)
+    count = edges.count(bins)
     acceleration = _within(samples.acceleration, bins, count)
     power, later = float(acceleration @ acceleration), effort_later(part, samples)
 
@@ -161,8 +184,10 @@ def identify(
     if not inside:
         notes.append(f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of one log")
     samples = samples._replace(effort=effort_later(signals, samples)(delay))
-    bins, number = _bins(samples, bins_wanted)
-    count = np.bincount(bins, minlength=2 * number)
+    edges = _Bins.of(samples, bins_wanted)
+    bins = edges.place(samples.speed)
+    count = edges.count(bins)
+    coarser = _coarser(signals, travel, 0.5 * samples.cutoff, delay, edges, inertia)
     enough = (count * samples.each >= FEWEST) & (count * samples.each * samples.rate >= FEWEST_INDEPENDENT)
     use = enough[bins]
     left_out = signals.left_out | samples.left_out
@@ -178,11 +203,29 @@ def identify(
         })
     kept = np.flatnonzero(enough)
     bins = np.cumsum(enough)[bins[use]] - 1
-    return _fit(signals, samples, bins, kept, number, inertia, delay, left_out, notes)
+    change = coarser[0], coarser[1][kept]
+    return _fit(signals, samples, bins, change, inertia, delay, left_out, notes)
+
+
+def _coarser(
+    signals: Signals, travel: float, cutoff: float, delay: float, edges: _Bins, inertia: float | None
+) -> tuple[float, Array]:
+    """Inertia and total of each bin with another cutoff; NaN where there are none."""
+    samples = filtered(signals, travel, cutoff)
+    if not len(samples.speed):
+        return math.nan, np.full(2 * edges.number, math.nan)
+    bins = edges.place(samples.speed)
+    count = edges.count(bins)
+    effort = effort_later(signals, samples)(delay)
+    acceleration = _within(samples.acceleration, bins, count)
+    power = float(acceleration @ acceleration)
+    value = inertia if inertia is not None else float(acceleration @ effort) / power if power > 0.0 else math.nan
+    safe = np.where(count * samples.each * samples.rate >= FEWEST_INDEPENDENT, count, math.nan)
+    return value, edges.count(bins, effort - value * samples.acceleration) / safe
 
 
 def _fit(
-    signals: Signals, samples: Samples, bins: np.ndarray, kept: np.ndarray, number: int, inertia: float | None,
+    signals: Signals, samples: Samples, bins: np.ndarray, coarser: tuple[float, Array], inertia: float | None,
     delay: float, left_out: dict[str, int], notes: list[str],
 ) -> Identified:  # fmt: skip
     count = np.bincount(bins).astype(float)
@@ -193,7 +236,8 @@ def _fit(
     mean_acceleration = np.bincount(bins, samples.acceleration) / count
     total = np.bincount(bins, samples.effort) / count - value * mean_acceleration
     residual = samples.effort - value * samples.acceleration - total[bins]
-    share = _offset_weights(kept, number, count)
+    speed = np.bincount(bins, samples.speed) / count
+    share = _offset_weights(speed, count)
     offset = float(share @ total)
     clusters, of_bin = _clusters(samples, signals.step, bins)
     # sums of what each cluster moves: bins alone, the inertia, the values reported
@@ -211,14 +255,17 @@ def _fit(
     ratio = max(float(np.sum(seen * of_bin) / np.sum(plain * of_bin)), 1.0)
     degrees = POOLED + of_bin - 1.0
     errors = np.sqrt((POOLED * ratio * plain + (of_bin - 1.0) * seen) / degrees)
-    speed, friction = np.bincount(bins, samples.speed) / count, total - offset
-    wide = np.hypot(student.ppf(0.5 + 0.5 * CONFIDENCE, degrees) * errors, _within_a_bin(speed, friction))
+    friction = total - offset
+    smeared = SMEAR * np.nan_to_num(coarser[1] - total)
+    wide = np.sqrt(
+        (student.ppf(0.5 + 0.5 * CONFIDENCE, degrees) * errors) ** 2 + _within_a_bin(speed, friction) ** 2 + smeared**2
+    )
     usual = float(student.ppf(0.5 + 0.5 * CONFIDENCE, max(size - 1, 1)))
-    offset_wide = usual * math.sqrt(few * float(of_offset @ of_offset))
+    offset_wide = math.hypot(usual * math.sqrt(few * float(of_offset @ of_offset)), float(share @ smeared))
     limits = None
     if free:
         error = math.sqrt(few * float(by_inertia @ by_inertia)) * usual
-        half = math.hypot(error, samples.noise * value)
+        half = math.hypot(error, samples.noise * value, COARSER * float(np.nan_to_num(coarser[0] - value)))
         limits = value - half, value + half
         what, option = ("inertia", "--inertia-kgm2") if signals.rotary else ("mass", "--mass-kg")
         if not half <= usual * VAGUE * value:
@@ -258,17 +305,11 @@ def _within_a_bin(speed: Array, friction: Array) -> Array:
     return bend
 
 
-def _offset_weights(kept: np.ndarray, number: int, count: Array) -> Array:
-    """Shares of the bins in the offset; bins without one of the other direction have none."""
-    at = {int(place): i for i, place in enumerate(kept)}
-    share = np.zeros(len(kept))
-    for place, i in at.items():
-        other = at.get(2 * number - 1 - place)
-        if other is not None:
-            share[i] = count[i] * count[other] / (count[i] + count[other])
-    if not share.sum() > 0.0:
-        raise ValueError("no speed that both directions have in common; allowed: a log with the same speeds both ways")
-    return share / share.sum()
+def _offset_weights(speed: Array, count: Array) -> Array:
+    """Shares of the bins in the offset: the constant of a weighted fit with Coulomb and viscous friction."""
+    shape = np.column_stack([np.ones(len(speed)), np.sign(speed), speed])
+    weighted = shape * count[:, None]
+    return np.asarray(np.linalg.pinv(shape.T @ weighted)[0] @ weighted.T)
 
 
 def _clusters(samples: Samples, step: float, bins: np.ndarray) -> tuple[np.ndarray, Array]:
