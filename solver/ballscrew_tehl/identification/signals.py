@@ -166,26 +166,28 @@ def _unwrapped(time: Array, position: Array, log: Log, name: str) -> tuple[Array
 
     A jump of an angle by less than a usual step from whole turns is one as well.
     """
-    step = np.diff(position)
-    usual = float(np.quantile(np.abs(step), USUAL))
-    jumps = np.flatnonzero(np.abs(step) > max(JUMP * usual, 0.0))
-    jumps = jumps[np.diff(time)[jumps] <= GAP * float(np.median(np.diff(time)))]
-    span = float(np.ptp(position))
+    step, times = np.diff(position), np.diff(time)
+    span, size = float(np.ptp(position)), np.abs(step)
+    together = times <= GAP * float(np.median(times))
+    jumps = np.flatnonzero((size > 0.5 * span) & together)
+    if jumps.size:
+        around = 0.5 * (step[np.maximum(jumps - 1, 0)] + step[np.minimum(jumps + 1, len(step) - 1)])
+        # a neighbour may be a jump itself
+        sizes = np.abs(step[jumps] - np.where(np.abs(around) > 0.25 * span, 0.0, around))
+        period, unit = float(np.median(sizes)), log.units[name]
+        factor = ANGLE.get(unit, (1.0, 0.0))[0]
+        turns = round(period / (2.0 * math.pi))
+        if unit in ANGLE and turns and abs(period / (2.0 * math.pi * turns) - 1.0) <= SAME_WRAP:
+            period = 2.0 * math.pi * turns
+        if np.all(np.abs(sizes / period - 1.0) <= SAME_WRAP):
+            shown = f"{period / factor:.6g} {unit if unit in ANGLE else 'm'}"
+            note = f"position starts again {jumps.size} times, every {shown}: joined"
+            return np.asarray(np.unwrap(position, period=period)), np.empty(0), [note]
+    usual = float(np.quantile(size, USUAL))
+    jumps = np.flatnonzero((size > JUMP * usual) & together)
     if not jumps.size or usual == 0.0:
         return position, np.empty(0), []
-    around = 0.5 * (step[np.maximum(jumps - 1, 0)] + step[np.minimum(jumps + 1, len(step) - 1)])
-    sizes = np.abs(step[jumps] - around)
-    size = float(np.median(sizes))
-    if log.units[name] in ANGLE and (turns := round(size / (2.0 * math.pi))) and abs(size / (2.0 * math.pi * turns) - 1.0) <= SAME_WRAP:
-        size = 2.0 * math.pi * turns
-    if np.all(np.abs(sizes / size - 1.0) <= SAME_WRAP) and size >= 0.9 * span:
-        unwrapped = position.copy()
-        unwrapped[1:] += np.cumsum(np.bincount(jumps, -np.sign(step[jumps]) * size, len(step)))
-        factor = ANGLE[log.units[name]][0] if log.units[name] in ANGLE else 1.0
-        unit = log.units[name] if log.units[name] in ANGLE else "m"
-        return unwrapped, np.empty(0), [
-            f"position starts again {jumps.size} times, every {size / factor:.6g} {unit}: joined"
-        ]
+    sizes = size[jumps]
     if jumps.size > 0.01 * len(position):
         raise ValueError(
             f"{log.path}: position jumps {jumps.size} times, by {sizes.min():.4g} to {sizes.max():.4g} (SI); allowed: a "
