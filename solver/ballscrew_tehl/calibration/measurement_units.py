@@ -53,7 +53,9 @@ QUANTITIES: dict[str, Quantity] = {
     "torque": Quantity(("torque", "friction_torque", "measured_torque", "measured"), TORQUE, True),
     "temperature": Quantity(("temperature", "oil_temperature"), KELVIN),
     "axial_load": Quantity(("axial_load",), FORCE),
-    "torque_uncertainty": Quantity(("torque_uncertainty", "torque_error", "uncertainty"), TORQUE | {PERCENT: (1e-2, 0.0)}),
+    "torque_uncertainty": Quantity(
+        ("torque_uncertainty", "torque_error", "uncertainty"), TORQUE | {PERCENT: (1e-2, 0.0)}
+    ),
 }
 #: columns without a unit
 PLAIN = ("table", "weight", "comment")

@@ -2,9 +2,9 @@
 
     effort = inertia * acceleration + offset + friction(speed)
 
-Friction has a value in each bin of speed, each direction by itself: no shape is assumed. The offset is the constant of a
-fit of Coulomb and viscous friction and a constant to the bins, weighted by their samples, as published identifications
-have it. Friction is without it.
+Friction has a value in each bin of speed, each direction by itself: no shape is assumed. The offset is the constant of
+a fit of Coulomb and viscous friction and a constant to the bins, weighted by their samples, as published
+identifications have it. Friction is without it.
 
 Standard errors: the sandwich with clusters of time (pieces of a run between reversals), so that the correlation by the
 filter and by the position counts; for a bin, shrunk towards what the independent samples of the filtered residual give,
@@ -17,8 +17,7 @@ inertia through the controller, more so at a high cutoff.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -88,7 +87,8 @@ class Identified:
     preload: float | None
 
 
-class _Bins(NamedTuple):
+@dataclass(frozen=True)
+class _Bins:
     """Bins of the magnitude of speed: their number in each direction, lowest and highest end."""
 
     number: int
@@ -109,7 +109,7 @@ class _Bins(NamedTuple):
         place = np.clip(((np.abs(speed) - self.low) / wide).astype(int), 0, self.number - 1)
         return np.where(speed < 0.0, self.number - 1 - place, self.number + place)
 
-    def count(self, place: np.ndarray, weights: Array | None = None) -> Array:
+    def tally(self, place: np.ndarray, weights: Array | None = None) -> Array:
         """Samples, or their sum of weights, by bin."""
         return np.asarray(np.bincount(place, weights, 2 * self.number), dtype=np.float64)
 
@@ -132,7 +132,7 @@ def estimated_delay(signals: Signals, cutoff: float, travel: float) -> tuple[flo
         return 0.0, True
     edges = _Bins.of(samples)
     bins = edges.place(samples.speed)
-    count = edges.count(bins)
+    count = edges.tally(bins)
     acceleration = _within(samples.acceleration, bins, count)
     power, later = float(acceleration @ acceleration), effort_later(part, samples)
 
@@ -172,21 +172,27 @@ def identify(
     samples = filtered(signals, travel, cutoff, progress)
     notes = list(signals.notes)
     for sign, name in ((1.0, "positive"), (-1.0, "negative")):
-        if int((samples.speed * sign > 0.0).sum()) * samples.each < FEWEST_BINS * FEWEST:
+        usable = int((samples.speed * sign > 0.0).sum()) * samples.each
+        if usable < FEWEST_BINS * FEWEST:
             raise ValueError(
-                f"samples with {name} speed away from reversals = {int((samples.speed * sign > 0.0).sum()) * samples.each}; "
-                f"allowed: at least {FEWEST_BINS * FEWEST} in each direction: the offset and friction are told apart by "
+                f"samples with {name} speed away from reversals = "
+                f"{usable}; "
+                f"allowed: at least {FEWEST_BINS * FEWEST} in each direction: the offset and friction are told "
+                "apart by "
                 "both directions; remedy: a log that moves both ways, with longer strokes"
             )
     inside = True
     if delay is None:
         delay, inside = estimated_delay(signals, samples.cutoff, travel)
     if not inside:
-        notes.append(f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of one log")
-    samples = samples._replace(effort=effort_later(signals, samples)(delay))
+        notes.append(
+            f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of "
+            "one log"
+        )
+    samples = replace(samples, effort=effort_later(signals, samples)(delay))
     edges = _Bins.of(samples, bins_wanted)
     bins = edges.place(samples.speed)
-    count = edges.count(bins)
+    count = edges.tally(bins)
     coarser = _coarser(signals, travel, 0.5 * samples.cutoff, delay, edges, inertia)
     enough = (count * samples.each >= FEWEST) & (count * samples.each * samples.rate >= FEWEST_INDEPENDENT)
     use = enough[bins]
@@ -197,10 +203,8 @@ def identify(
             f"no bin of speed with {FEWEST} samples in both directions; allowed: a longer log, or fewer bins (--bins)"
         )
     if not use.all():
-        samples = samples._replace(**{
-            name: getattr(samples, name)[use]
-            for name in ("speed", "acceleration", "effort", "position", "run", "section", "index")
-        })
+        names = ("speed", "acceleration", "effort", "position", "run", "section", "index")
+        samples = replace(samples, **{name: getattr(samples, name)[use] for name in names})
     kept = np.flatnonzero(enough)
     bins = np.cumsum(enough)[bins[use]] - 1
     change = coarser[0], coarser[1][kept]
@@ -215,13 +219,15 @@ def _coarser(
     if not len(samples.speed):
         return math.nan, np.full(2 * edges.number, math.nan)
     bins = edges.place(samples.speed)
-    count = edges.count(bins)
+    count = edges.tally(bins)
     effort = effort_later(signals, samples)(delay)
     acceleration = _within(samples.acceleration, bins, count)
     power = float(acceleration @ acceleration)
-    value = inertia if inertia is not None else float(acceleration @ effort) / power if power > 0.0 else math.nan
+    value = (
+        inertia if inertia is not None else float(acceleration @ effort) / power if power > 0.0 else math.nan
+    )
     safe = np.where(count * samples.each * samples.rate >= FEWEST_INDEPENDENT, count, math.nan)
-    return value, edges.count(bins, effort - value * samples.acceleration) / safe
+    return value, edges.tally(bins, effort - value * samples.acceleration) / safe
 
 
 def _fit(
@@ -243,7 +249,9 @@ def _fit(
     # sums of what each cluster moves: bins alone, the inertia, the values reported
     size = int(clusters.max()) + 1
     own = np.bincount(clusters * len(count) + bins, residual, size * len(count)).reshape(size, -1) / count
-    by_inertia = np.bincount(clusters, acceleration * residual, size) / max(power, 1e-300) if free else np.zeros(size)
+    by_inertia = (
+        np.bincount(clusters, acceleration * residual, size) / max(power, 1e-300) if free else np.zeros(size)
+    )
     moved = own - np.outer(by_inertia, mean_acceleration)
     of_offset = moved @ share
     values = moved - of_offset[:, None]
@@ -258,7 +266,9 @@ def _fit(
     friction = total - offset
     smeared = SMEAR * np.nan_to_num(coarser[1] - total)
     wide = np.sqrt(
-        (student.ppf(0.5 + 0.5 * CONFIDENCE, degrees) * errors) ** 2 + _within_a_bin(speed, friction) ** 2 + smeared**2
+        (student.ppf(0.5 + 0.5 * CONFIDENCE, degrees) * errors) ** 2
+        + _within_a_bin(speed, friction) ** 2
+        + smeared**2
     )
     usual = float(student.ppf(0.5 + 0.5 * CONFIDENCE, max(size - 1, 1)))
     offset_wide = math.hypot(usual * math.sqrt(few * float(of_offset @ of_offset)), float(share @ smeared))
@@ -272,10 +282,13 @@ def _fit(
             unit = "kg m2" if signals.rotary else "kg"
             raise ValueError(
                 f"{what} = {value:.4g} {unit} +- {half:.2g}; allowed: determined by the log: it has too little "
-                f"acceleration, or noise or delay beyond it; remedy: {option} with the known value, or a log with ramps"
+                f"acceleration, or noise or delay beyond it; remedy: {option} with the known value, or a log with "
+                "ramps"
             )
     if samples.noise > 10.0 * 5e-4:
-        notes.append(f"noise is {100.0 * samples.noise:.2g} % of the acceleration's variance at the lowest cutoff")
+        notes.append(
+            f"noise is {100.0 * samples.noise:.2g} % of the acceleration's variance at the lowest cutoff"
+        )
     wrong = float(np.sum(count * (np.sign(speed) * friction < 0.0)) / count.sum())
     if wrong > 0.5:
         raise ValueError(

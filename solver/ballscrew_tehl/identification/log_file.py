@@ -1,7 +1,7 @@
 """Log of a drive from a CSV file: the signals that are needed, in SI, read in pieces.
 
-Fields are separated by commas, semicolons or tabs. With semicolons or tabs numbers may have decimal commas. Lines before
-the headings that begin with # are comments.
+Fields are separated by commas, semicolons or tabs. With semicolons or tabs numbers may have decimal commas. Lines
+before the headings that begin with # are comments.
 """
 
 from __future__ import annotations
@@ -26,7 +26,23 @@ PIECE, HEAD, MEGABYTE = 200_000, 65536, 1_000_000
 #: fewest rows of a log; largest share of rows without a value; share of time stamps that may repeat
 FEWEST, MOST_EMPTY = 200, 0.5
 #: what stands for a missing value
-MISSING = ["", "nan", "NaN", "NAN", "null", "NULL", "-", "n/a", "N/A", "inf", "-inf", "Inf", "-Inf", "1.#QNAN", "-1.#IND"]
+MISSING = [
+    "",
+    "nan",
+    "NaN",
+    "NAN",
+    "null",
+    "NULL",
+    "-",
+    "n/a",
+    "N/A",
+    "inf",
+    "-inf",
+    "Inf",
+    "-Inf",
+    "1.#QNAN",
+    "-1.#IND",
+]
 
 
 class Log(NamedTuple):
@@ -74,7 +90,9 @@ def read_log(path: Path | str, progress: Progress = lambda finished, total, what
     rows = len(signals["time"])
     notes = [f"columns not used: {', '.join(unused)}"] if unused else []
     if ignored := [columns[name][0] for name in columns if name not in used]:
-        notes.append(f"columns not used beside {', '.join(columns[name][0] for name in used)}: {', '.join(ignored)}")
+        notes.append(
+            f"columns not used beside {', '.join(columns[name][0] for name in used)}: {', '.join(ignored)}"
+        )
     # a temperature or preload may be logged more slowly
     needed = [name for name in used if name not in ("temperature", "preload")]
     good = np.logical_and.reduce([np.isfinite(signals[name]) for name in needed])
@@ -115,14 +133,18 @@ def _format(path: Path) -> _Format:
     lines = text.splitlines()
     skipped = 0
     while skipped < len(lines) and (
-        not lines[skipped].strip(" \t;,") or lines[skipped].lstrip().startswith("#") or lines[skipped].startswith("sep=")
+        not lines[skipped].strip(" \t;,")
+        or lines[skipped].lstrip().startswith("#")
+        or lines[skipped].startswith("sep=")
     ):
         skipped += 1
     if len(lines) < skipped + 2:
         raise ValueError(f"{path}: no rows; allowed: a line of headings and one line per sample")
     first = lines[skipped]
     separator = next((mark for mark in ";\t" if mark in first), ",")
-    headings = [field.strip() for field in next(csv.reader([first], delimiter=separator, skipinitialspace=True))]
+    headings = [
+        field.strip() for field in next(csv.reader([first], delimiter=separator, skipinitialspace=True))
+    ]
     if twice := sorted({heading for heading in headings if heading and headings.count(heading) > 1}):
         raise ValueError(f"{path}: columns given twice: {', '.join(twice)}; allowed: each heading once")
     decimal = "," if separator != "," and "," in lines[skipped + 1] else "."
@@ -154,7 +176,9 @@ def _numbers(path: Path, form: _Format, wanted: list[str], progress: Progress) -
         except pd.errors.EmptyDataError:
             pass
         except pd.errors.ParserError as error:
-            raise ValueError(f"{path}: {str(error).strip()}; allowed: as many fields in each row as headings") from error
+            raise ValueError(
+                f"{path}: {str(error).strip()}; allowed: as many fields in each row as headings"
+            ) from error
     progress(size, size, "MB of the log read")
     return {heading: np.concatenate(found or [np.empty(0)]) for heading, found in parts.items()}
 
@@ -172,7 +196,8 @@ def _checked(path: Path, heading: str, values: pd.Series, form: _Format) -> Arra
     if bad.any():
         at = int(np.argmax(bad.to_numpy()))
         raise ValueError(
-            f"{path}: row {int(values.index[at]) + 1}: {heading} = {str(values.iloc[at])[:40]!r}; allowed: a number, or "
+            f"{path}: row {int(values.index[at]) + 1}: {heading} = {str(values.iloc[at])[:40]!r}; allowed: a "
+            "number, or "
             "an empty field for a sample that is missing"
         )
     return found.to_numpy(dtype=np.float64)
@@ -189,14 +214,16 @@ def _in_time(path: Path, signals: dict[str, Array], left_out: dict[str, int]) ->
     if back.size:
         at = int(back[0])
         raise ValueError(
-            f"{path}: time runs backwards {back.size} times, first from {time[at]:.9g} to {time[at + 1]:.9g} s after row "
+            f"{path}: time runs backwards {back.size} times, first from {time[at]:.9g} to {time[at + 1]:.9g} s "
+            "after row "
             f"{at + 1}; allowed: rising time: sort the rows, or give one log a file"
         )
     keep = np.r_[True, step > 0.0]
     left_out["repeated time stamps"] = int(len(time) - keep.sum())
     if not keep.sum() >= max(FEWEST, MOST_EMPTY * len(time)):
         raise ValueError(
-            f"{path}: {int(keep.sum())} different times in {len(time)} rows; allowed: a time for each row with digits "
+            f"{path}: {int(keep.sum())} different times in {len(time)} rows; allowed: a time for each row with "
+            "digits "
             "enough for the sampling"
         )
     return signals if keep.all() else {name: values[keep] for name, values in signals.items()}

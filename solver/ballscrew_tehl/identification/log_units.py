@@ -59,6 +59,7 @@ def log_columns(headings: list[str]) -> tuple[dict[str, tuple[str, str]], list[s
     for what, names in needed.items():
         if not found.keys() & set(names):
             raise ValueError(
-                f"column {what} missing (found: {', '.join(headings)}); allowed: headings with units, such as {EXAMPLE}"
+                f"column {what} missing (found: {', '.join(headings)}); allowed: headings with units, such as "
+                f"{EXAMPLE}"
             )
     return found, unused

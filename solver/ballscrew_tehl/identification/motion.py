@@ -1,8 +1,8 @@
 """Speed, acceleration and effort of a log behind one zero-phase low-pass filter, and which samples are used.
 
-The filter is a Butterworth filter run forwards and backwards (scipy.signal.sosfiltfilt), the same for motion and effort;
-then central differences. Its cutoff is the highest at which the noise of the measured motion leaves the acceleration
-clean enough. The noise is taken as white, of the size seen above ABOVE of the sampling frequency.
+The filter is a Butterworth filter run forwards and backwards (scipy.signal.sosfiltfilt), the same for motion and
+effort; then central differences. Its cutoff is the highest at which the noise of the measured motion leaves the
+acceleration clean enough. The noise is taken as white, of the size seen above ABOVE of the sampling frequency.
 Source: Gautier, Janot, Vandanjon, IEEE Trans. Contr. Syst. Technol. 21 (2013) 428 (inverse dynamics, parallel filter)
 """
 
@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -36,7 +37,8 @@ TRAVEL, TRAVEL_ANGLE = 5e-5, 0.04
 PER_PERIOD = 4
 
 
-class Samples(NamedTuple):
+@dataclass(frozen=True)
+class Samples:
     """Filtered samples that are used, equally long.
 
     speed, acceleration, effort, position (SI of the axis);  run : number of the piece between reversals
@@ -123,7 +125,10 @@ def _differences(
 
 
 def filtered(
-    signals: Signals, travel: float, cutoff: float | None = None, progress: Progress = lambda finished, total, what: None
+    signals: Signals,
+    travel: float,
+    cutoff: float | None = None,
+    progress: Progress = lambda finished, total, what: None,
 ) -> Samples:
     """Samples that take part in the fit.
 
@@ -137,8 +142,12 @@ def filtered(
     each = max(int(1.0 / (PER_PERIOD * found * signals.step)), 1)
     reach = math.ceil(RESPONSE / (found * signals.step))
     names = "position", "speed", "acceleration", "effort", "run", "section", "index"
-    parts: dict[str, list[Array]] = {name: [] for name in names}
-    counts = {"ends of pieces (filter)": 0, "near reversals (filter and presliding)": 0, "slower than 1 % of the largest speed": 0}
+    parts: dict[str, list[Any]] = {name: [] for name in names}
+    counts = {
+        "ends of pieces (filter)": 0,
+        "near reversals (filter and presliding)": 0,
+        "slower than 1 % of the largest speed": 0,
+    }
     pieces = []
     for number, section in enumerate(signals.sections):
         progress(number, len(signals.sections), "pieces filtered")
@@ -156,24 +165,30 @@ def filtered(
         counts["near reversals (filter and presliding)"] += int((inner & fast & ~away).sum())
         keep = np.flatnonzero(inner & fast & away)
         keep = keep[keep % each == 0]
-        whole = position, speed, acceleration, effort, run + runs, np.full(count, number), np.arange(1, count + 1)
+        whole = (
+            position,
+            speed,
+            acceleration,
+            effort,
+            run + runs,
+            np.full(count, number),
+            np.arange(1, count + 1),
+        )
         for name, values in zip(names, whole, strict=True):
             parts[name].append(values[keep])
         runs += int(run.max(initial=0)) + 1
-    joined = {name: np.concatenate(values) for name, values in parts.items()}
+    joined: dict[str, Any] = {name: np.concatenate(values) for name, values in parts.items()}
     # noise behind the filter, run twice, is independent over about this time
     rate = min(1.0, 2.0 * 0.8 * found * signals.step)
-    return Samples(
-        *(joined[name] for name in ("speed", "acceleration", "effort", "position", "run", "section", "index")), each,
-        rate, found, noise, counts,
-    )  # fmt: skip
+    return Samples(**joined, each=each, rate=rate, cutoff=found, noise=noise, left_out=counts)
 
 
 def effort_later(signals: Signals, samples: Samples) -> Callable[[float], Array]:
     """Filtered effort at the samples, a delay [s] later."""
     sos = _filter(samples.cutoff, signals.step)
     curves = [
-        CubicSpline(np.arange(len(section.effort)), sosfiltfilt(sos, section.effort)) for section in signals.sections
+        CubicSpline(np.arange(len(section.effort)), sosfiltfilt(sos, section.effort))
+        for section in signals.sections
     ]
 
     def effort(delay: float) -> Array:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from .. import __version__
 from ..parameters.units import CELSIUS, RPM
 from .dynamics import Identified
@@ -12,7 +14,8 @@ from .preload import Apart, Change, FoundPreload, ScrewFriction, measurement_row
 
 #: what friction from one log is of
 CONTAINS = (
-    "the friction is that of the whole axis: screw, guides, seals and bearings of screw and motor together; one log does "
+    "the friction is that of the whole axis: screw, guides, seals and bearings of screw and motor together; one "
+    "log does "
     "not tell them apart: give --guide-force-n, --seal-torque-nm or --without-nut LOG.csv"
 )
 HEADINGS = "preload [N],speed [r/min],temperature [degC],torque [N.m],torque error [N.m]"
@@ -31,7 +34,9 @@ class Units(NamedTuple):
 
 
 LINEAR = Units("mass_{}kg", "offset_{}n", "velocity_m_s", "force_{}n", "position_m", 1.0, ("kg", "N", "m/s"))
-ROTARY = Units("inertia_{}kgm2", "offset_{}nm", "speed_rpm", "torque_{}nm", "angle_rad", RPM, ("kg m2", "N m", "r/min"))
+ROTARY = Units(
+    "inertia_{}kgm2", "offset_{}nm", "speed_rpm", "torque_{}nm", "angle_rad", RPM, ("kg m2", "N m", "r/min")
+)
 
 
 def units_of(found: Identified) -> Units:
@@ -52,7 +57,8 @@ def identified_data(found: Identified) -> dict[str, Any]:
         "kind": "rotary" if found.rotary else "linear",
         "model": (
             f"{units.effort.format('').rsplit('_', 1)[0] or 'force'} = {units.inertia.format('')} * {motion} + "
-            f"{units.offset.format('')} + friction(speed); friction is without the offset and has the sign of the speed"
+            f"{units.offset.format('')} + friction(speed); friction is without the offset and has the sign of the "
+            "speed"
         ),
         **_limits(units.inertia, found.inertia, found.inertia_limits),
         **_limits(units.offset, found.offset, found.offset_limits),
@@ -72,7 +78,11 @@ def identified_data(found: Identified) -> dict[str, Any]:
         units.effort.format("residual_"): found.residual,
         "explained": found.explained,
         "residual_over_position": [
-            {units.place: float(place), units.effort.format(""): float(mean), units.effort.format("error_"): float(error)}
+            {
+                units.place: float(place),
+                units.effort.format(""): float(mean),
+                units.effort.format("error_"): float(error),
+            }
             for place, mean, error in zip(*found.places, strict=True)
         ],
         "samples": found.samples,
@@ -119,29 +129,28 @@ def apart_data(apart: Apart) -> dict[str, Any]:
 
 def identified_text(found: Identified, data: dict[str, Any]) -> str:
     """The result as text."""
-    units, friction = units_of(found), found.friction
-    inertia, effort, speed = units.shown
+    units = units_of(found)
+    inertia, effort, _ = units.shown
     name = "inertia" if found.rotary else "mass"
     given = " (given)"
     if found.inertia_limits is not None:
         given = f", 95 %: {found.inertia_limits[0]:.5g} to {found.inertia_limits[1]:.5g}"
     lines = [
         f"{name:<10}{found.inertia:.6g} {inertia}{given}",
-        f"{'offset':<10}{found.offset:.5g} {effort}, 95 %: {found.offset_limits[0]:.5g} to {found.offset_limits[1]:.5g}",
+        f"{'offset':<10}{found.offset:.5g} {effort}, 95 %: {found.offset_limits[0]:.5g} to "
+        f"{found.offset_limits[1]:.5g}",
         f"{'delay':<10}{1e3 * found.delay:.3g} ms of the {'torque' if found.rotary else 'force'} behind the motion",
         f"{'filter':<10}{found.cutoff:.4g} Hz; {100.0 * found.explained:.2f} % of the variance explained, residual "
         f"{found.residual:.3g} {effort}",
         "",
-        f"{speed:>12}{'friction':>12}{'low':>12}{'high':>12}{'samples':>10}",
-        f"{'':>12}{effort:>12}{effort:>12}{effort:>12}",
+        *_friction_lines(found),
     ]
-    for i in range(len(friction.speed)):
-        lines.append(
-            f"{friction.speed[i] / units.one:>12.5g}{friction.value[i]:>12.4g}{friction.low[i]:>12.4g}"
-            f"{friction.high[i]:>12.4g}{friction.samples[i]:>10}"
-        )
     mean, error = found.places[1], found.places[2]
-    lines += ["", f"residual over position: {mean.min():.2g} to {mean.max():.2g} {effort} (error {max(error, default=0.0):.1g})"]
+    lines += [
+        "",
+        f"residual over position: {mean.min():.2g} to {mean.max():.2g} {effort} (error "
+        f"{max(error, default=0.0):.1g})",
+    ]
     lines.append(f"samples used: {found.samples}; left out: " + (
         ", ".join(f"{count} {reason}" for reason, count in data["left_out"].items()) or "none"))  # fmt: skip
     if "preload_n" in data:
@@ -153,19 +162,44 @@ def identified_text(found: Identified, data: dict[str, Any]) -> str:
             f"{100.0 * data['shape_deviation']:.2g} %, exponent of speed {data['shape_exponent_difference']:+.2g}",
         ]
     if "preload_ratio" in data:
-        change, low, high = (100.0 * (data[key] - 1.0) for key in ("preload_ratio", "preload_ratio_low", "preload_ratio_high"))
+        change, low, high = (
+            100.0 * (data[key] - 1.0) for key in ("preload_ratio", "preload_ratio_low", "preload_ratio_high")
+        )
         lines.append(
             f"change of the preload since the log before: {change:+.2f} %, {low:+.2f} to {high:+.2f} % (from "
             f"{data['preload_before_n']:.5g} N)"
         )
     if "without_nut_nm" in data:
         lines.append(
-            f"part that does not depend on the preload {data['without_nut_nm']:.3g} N m, {data['without_nut_low_nm']:.3g} to "
+            f"part that does not depend on the preload {data['without_nut_nm']:.3g} N m, "
+            f"{data['without_nut_low_nm']:.3g} to "
             f"{data['without_nut_high_nm']:.3g}; law times {data['law_factor']:.3g}, {data['law_factor_low']:.3g} to "
             f"{data['law_factor_high']:.3g}"
         )
     notes = [*found.notes, *([data["contains"]] if "contains" in data else [])]
     return "\n".join([*lines, *(f"note: {note}" for note in notes)])
+
+
+def _friction_lines(found: Identified) -> list[str]:
+    """Friction over the magnitude of speed, both directions side by side."""
+    units, friction = units_of(found), found.friction
+    _, effort, speed = units.shown
+    half = 0.5 * (friction.high - friction.low)
+    ahead, back = np.flatnonzero(friction.speed > 0.0), np.flatnonzero(friction.speed < 0.0)[::-1]
+    lines = [
+        f"{speed:>12}{'friction':>12}{'+-':>10}{'samples':>10}  "
+        f"|{speed:>12}{'friction':>12}{'+-':>10}{'samples':>10}",
+        f"{'':>12}{effort:>12}{effort:>10}{'':>10}  |{'':>12}{effort:>12}{effort:>10}",
+    ]
+    for number in range(max(len(ahead), len(back))):
+        cells = [
+            f"{friction.speed[side[number]] / units.one:>12.5g}{friction.value[side[number]]:>12.4g}"
+            f"{half[side[number]]:>10.2g}{friction.samples[side[number]]:>10}"
+            if number < len(side) else " " * 44
+            for side in (ahead, back)
+        ]  # fmt: skip
+        lines.append("  |".join(cells).rstrip())
+    return lines
 
 
 def measurements_text(friction: ScrewFriction, preload: float, temperature: float) -> str:

@@ -52,7 +52,9 @@ def identification_figure(found: Identified, law: LawCurve | None = None) -> Fig
     place, mean, error = found.places
     name, unit, one = ("angle", "turns", 2.0 * np.pi) if found.rotary else ("position", "m", 1.0)
     right.axhline(0.0, color="0.4", linewidth=1.0)
-    right.errorbar(place / one, mean, yerr=1.96 * error, fmt="o-", color="0.25", markersize=3.5, linewidth=0.9)
+    right.errorbar(
+        place / one, mean, yerr=1.96 * error, fmt="o-", color="0.25", markersize=3.5, linewidth=0.9
+    )
     right.set(xlabel=f"{name} [{unit}]", ylabel=f"mean residual [{effort}]")
     right.grid(alpha=0.3)
     figure.suptitle(

@@ -68,7 +68,7 @@ class Law(NamedTuple):
 class FoundPreload:
     """Preload [N] with its interval; meaning of that; by the log alone (95 %).
 
-    deviation : root mean square of ln(torque/law) over the speeds;  slope : of it over ln(speed);  within : of the errors
+    deviation : root mean square of ln(torque/law) over the speeds;  slope : of it over ln(speed);  within : the errors
     factor : ends of the law's interval over its torque, at `speed`
     """
 
@@ -96,14 +96,18 @@ def screw_friction(found: Identified, lead: float | None) -> ScrewFriction:
     scale = 1.0
     if not found.rotary:
         if lead is None:
-            raise ValueError("--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis")
+            raise ValueError(
+                "--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis"
+            )
         scale = lead
     ahead, back = friction.speed > 0.0, friction.speed < 0.0
     other = -friction.speed[back][::-1]
     speed = friction.speed[ahead]
     both = (speed >= other[0] * 0.97) & (speed <= other[-1] * 1.03)
     if not both.any():
-        raise ValueError("no speed that both directions have in common; allowed: a log with the same speeds both ways")
+        raise ValueError(
+            "no speed that both directions have in common; allowed: a log with the same speeds both ways"
+        )
     speed = speed[both]
 
     def reverse(values: Array) -> Array:
@@ -125,16 +129,20 @@ def without(friction: ScrewFriction, known: float, other: ScrewFriction | None =
     if other is not None:
         if friction.speed.min() > other.speed.max() or friction.speed.max() < other.speed.min():
             raise ValueError(
-                f"speeds of the log without the nut = {other.speed.min() / RPM:.4g} to {other.speed.max() / RPM:.4g} r/min; "
-                f"allowed: those of the log, {friction.speed.min() / RPM:.4g} to {friction.speed.max() / RPM:.4g} r/min"
+                f"speeds of the log without the nut = {other.speed.min() / RPM:.4g} to "
+                f"{other.speed.max() / RPM:.4g} r/min; "
+                f"allowed: those of the log, {friction.speed.min() / RPM:.4g} to {friction.speed.max() / RPM:.4g} "
+                "r/min"
             )
         torque = torque - np.interp(friction.speed, other.speed, other.torque)
         error = np.hypot(error, np.interp(friction.speed, other.speed, other.error))
     mean = float(np.mean(torque))
     if not mean > LEFT * float(np.mean(friction.torque)):
         raise ValueError(
-            f"friction of the axis = {np.mean(friction.torque):.4g} N.m, without the known parts {mean:.4g} N.m; allowed: "
-            "known parts smaller than the whole: check --guide-force-n, --seal-torque-nm, the log without the nut, and "
+            f"friction of the axis = {np.mean(friction.torque):.4g} N.m, without the known parts {mean:.4g} N.m; "
+            "allowed: "
+            "known parts smaller than the whole: check --guide-force-n, --seal-torque-nm, the log without the "
+            "nut, and "
             "the torque constant or gain"
         )
     keep = torque > 0.0
@@ -150,7 +158,8 @@ def _inside(friction: ScrewFriction, law: Law) -> ScrewFriction:
     keep = (friction.speed >= low) & (friction.speed <= high)
     if not keep.sum() >= FEWEST_SPEEDS:
         raise ValueError(
-            f"speeds of the log within the map = {int(keep.sum())} of {len(keep)}, {friction.speed.min() / RPM:.4g} to "
+            f"speeds of the log within the map = {int(keep.sum())} of {len(keep)}, "
+            f"{friction.speed.min() / RPM:.4g} to "
             f"{friction.speed.max() / RPM:.4g} r/min; allowed: at least {FEWEST_SPEEDS} in {low / RPM:.4g} to "
             f"{high / RPM:.4g} r/min: check --ratio and --lead-mm"
         )
@@ -166,7 +175,9 @@ def _fitted(friction: ScrewFriction, law: Law, temperature: float, factor: float
         return float(np.sum((weight * np.log(friction.torque / model)) ** 2))
 
     low, high = law.preloads
-    best = minimize_scalar(misfit, bounds=(math.log(low), math.log(high)), method="bounded", options={"xatol": 1e-7})
+    best = minimize_scalar(
+        misfit, bounds=(math.log(low), math.log(high)), method="bounded", options={"xatol": 1e-7}
+    )
     return float(math.exp(best.x))
 
 
@@ -186,11 +197,16 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
     friction = _inside(friction, law)
     lowest, highest = law.preloads
     preload = _fitted(friction, law, temperature)
-    at_ends = law.torque(lowest, friction.speed, temperature), law.torque(highest, friction.speed, temperature)
+    at_ends = (
+        law.torque(lowest, friction.speed, temperature),
+        law.torque(highest, friction.speed, temperature),
+    )
     if not lowest * 1.001 < preload < highest * 0.999:
         raise ValueError(
-            f"torque of the nut = {np.mean(friction.torque):.4g} N.m in the mean; allowed: {np.mean(at_ends[0]):.4g} to "
-            f"{np.mean(at_ends[1]):.4g} N.m, that of this map (preload {lowest:g} to {highest:g} N); remedy: check the "
+            f"torque of the nut = {np.mean(friction.torque):.4g} N.m in the mean; allowed: "
+            f"{np.mean(at_ends[0]):.4g} to "
+            f"{np.mean(at_ends[1]):.4g} N.m, that of this map (preload {lowest:g} to {highest:g} N); remedy: "
+            "check the "
             "torque constant or gain, the known parts, --ratio and the lead"
         )
     relative = np.hypot(friction.error / friction.torque, SHAPE)
@@ -203,7 +219,12 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
     excess = float(np.sum((residual / relative) ** 2)) / max(len(residual) - 1, 1)
     own = math.sqrt(max(excess, 1.0) / float(np.sum((rise / relative) ** 2))) * LIMIT
     speed = float(np.exp(np.average(np.log(friction.speed), weights=1.0 / relative**2)))
-    meaning, low, high, factor = "95 %, of the log alone: this friction set has no interval", preload, preload, (1.0, 1.0)
+    meaning, low, high, factor = (
+        "95 %, of the log alone: this friction set has no interval",
+        preload,
+        preload,
+        (1.0, 1.0),
+    )
     if law.contact_map is not None:
         torque = float(law.torque(preload, speed, temperature))
         at = law.parameters, law.contact_map
@@ -213,7 +234,10 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
             meaning += f"; the {' and '.join(ends.at_edge)} end is that of the map"
         axes = law.nut_map.header["axes"]
         factor = map_interval(*at, axes, law.friction_set, preload, speed, temperature).relative
-    wide = [math.exp(math.copysign(math.hypot(math.log(end / preload), own), sign)) for end, sign in ((low, -1.0), (high, 1.0))]
+    wide = [
+        math.exp(math.copysign(math.hypot(math.log(end / preload), own), sign))
+        for end, sign in ((low, -1.0), (high, 1.0))
+    ]
     slope = float(np.polyfit(np.log(friction.speed), residual, 1)[0]) if np.ptp(friction.speed) > 0.0 else 0.0
     return FoundPreload(
         preload, preload * wide[0], preload * wide[1], preload * math.exp(-own), preload * math.exp(own), meaning,
@@ -235,12 +259,13 @@ def change_of_preload(
 ) -> Change:
     """The law's error is common to both: it moves the ratio only as far as the law is no power of the preload."""
     ratio = now[1].preload / before[1].preload
-    own = math.hypot(
-        *(math.log(found.log_high / found.preload) for _, found in (now, before))
-    )
+    own = math.hypot(*(math.log(found.log_high / found.preload) for _, found in (now, before)))
     moved = [0.0]
     for factor in now[1].factor:
-        ends = [_fitted(_inside(friction, law), law, found.temperature, factor) for friction, found in (now, before)]
+        ends = [
+            _fitted(_inside(friction, law), law, found.temperature, factor)
+            for friction, found in (now, before)
+        ]
         lowest, highest = law.preloads
         if all(lowest * 1.001 < end < highest * 0.999 for end in ends):
             moved.append(math.log(ends[0] / ends[1] / ratio))
@@ -279,7 +304,8 @@ def told_apart(logs: list[tuple[ScrewFriction, float, float]], law: Law) -> Apar
     half = LIMIT * np.sqrt(spread * np.diag(np.linalg.inv(normal)))
     if not half[0] <= float(np.mean(torque)):
         raise ValueError(
-            f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: told apart by the logs: preloads or "
+            f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: told apart by the logs: "
+            "preloads or "
             "temperatures that differ more"
         )
     return Apart(*(float(x) for x in (
@@ -294,6 +320,11 @@ def measurement_rows(friction: ScrewFriction, most: int = 12) -> ScrewFriction:
         weight = 1.0 / friction.error[piece] ** 2
         mean: Callable[[Array], float] = lambda values: float(np.average(values[piece], weights=weight))  # noqa: E731
         # errors of neighbours are hardly independent
-        return mean(friction.speed), mean(friction.torque), mean(friction.error), float(friction.samples[piece].sum())
+        return (
+            mean(friction.speed),
+            mean(friction.torque),
+            mean(friction.error),
+            float(friction.samples[piece].sum()),
+        )
 
     return ScrewFriction(*(np.array(column) for column in zip(*map(joined, pieces), strict=True)))

@@ -78,7 +78,8 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     step = float(np.median(steps))
     if not step * SLOWEST <= 1.0:
         raise ValueError(
-            f"{log.path}: time between samples = {step:.4g} s; allowed: at most {1.0 / SLOWEST:g} s: check the unit of "
+            f"{log.path}: time between samples = {step:.4g} s; allowed: at most {1.0 / SLOWEST:g} s: check the "
+            "unit of "
             f"time ({log.units['time']}), or log faster"
         )
     wraps: Array = np.empty(0)
@@ -89,9 +90,13 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     rotary, motion, effort = _one_side(log, drive, (motion_name, effort_name), motion, angular)
     ends = np.flatnonzero(steps > GAP * step) + 1
     if ends.size:
-        notes.append(f"{ends.size} gap{'s' * (ends.size > 1)} in time, the longest {steps.max():.3g} s: the pieces are apart")
+        notes.append(
+            f"{ends.size} gap{'s' * (ends.size > 1)} in time, the longest {steps.max():.3g} s: the pieces are apart"
+        )
     if wraps.size:
-        notes.append(f"{wraps.size} jump{'s' * (wraps.size > 1)} of the position that are no wrap: the pieces are apart")
+        notes.append(
+            f"{wraps.size} jump{'s' * (wraps.size > 1)} of the position that are no wrap: the pieces are apart"
+        )
     cuts = np.unique(np.r_[ends, wraps]).astype(int)
     inside = steps[steps <= GAP * step]
     even = float(np.ptp(inside)) <= UNEVEN * step or (
@@ -102,7 +107,9 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     if even and abs(mean_step / step - 1.0) <= 1e-2:
         step = mean_step
     if not even:
-        notes.append(f"uneven sampling, {inside.min():.3g} to {inside.max():.3g} s: interpolated on {step:.4g} s")
+        notes.append(
+            f"uneven sampling, {inside.min():.3g} to {inside.max():.3g} s: interpolated on {step:.4g} s"
+        )
     sections, short = [], 0
     for first, last in zip(np.r_[0, cuts], np.r_[cuts, len(time)], strict=True):
         if last - first < SHORTEST:
@@ -119,10 +126,22 @@ def signals_of(log: Log, drive: Drive) -> Signals:
             f"{log.path}: all pieces between gaps and jumps are shorter than {SHORTEST} samples; allowed: a longer "
             "piece without a gap"
         )
-    means = {name: float(np.nanmean(log.signals[name])) for name in ("temperature", "preload") if name in log.signals}
+    means = {
+        name: float(np.nanmean(log.signals[name]))
+        for name in ("temperature", "preload")
+        if name in log.signals
+    }
     quantum = _quantum(log.signals[motion_name]) * abs(_scale(rotary, angular, drive, motion_name))
     return Signals(
-        rotary, of_speed, step, quantum, sections, means.get("temperature"), means.get("preload"), left_out, notes
+        rotary,
+        of_speed,
+        step,
+        quantum,
+        sections,
+        means.get("temperature"),
+        means.get("preload"),
+        left_out,
+        notes,
     )
 
 
@@ -147,16 +166,24 @@ def _one_side(
     rotary = effort_name in ("torque", "screw_torque", "current")
     if effort_name == "current":
         if drive.torque_constant is None:
-            raise ValueError("--torque-constant-nm-a (missing); needed with a column current: data sheet of the motor")
+            raise ValueError(
+                "--torque-constant-nm-a (missing); needed with a column current: data sheet of the motor"
+            )
         effort = effort * drive.torque_constant
     elif effort_name == "voltage":
         if drive.gain is None:
-            raise ValueError("--gain-n-v (missing); needed with a column voltage: force of the drive over its voltage")
+            raise ValueError(
+                "--gain-n-v (missing); needed with a column voltage: force of the drive over its voltage"
+            )
         effort = effort * drive.gain
     if effort_name in ("torque", "current"):
         effort = effort * drive.ratio
     if angular != rotary and drive.lead is None:
-        what = "a position or velocity along the axis with a torque or current" if rotary else "an angle or speed with a force"
+        what = (
+            "a position or velocity along the axis with a torque or current"
+            if rotary
+            else "an angle or speed with a force"
+        )
         raise ValueError(f"--lead-mm or --screw (missing); needed with {what}")
     return rotary, motion * _scale(rotary, angular, drive, motion_name), effort
 
@@ -190,10 +217,11 @@ def _unwrapped(time: Array, position: Array, log: Log, name: str) -> tuple[Array
     sizes = size[jumps]
     if jumps.size > 0.01 * len(position):
         raise ValueError(
-            f"{log.path}: position jumps {jumps.size} times, by {sizes.min():.4g} to {sizes.max():.4g} (SI); allowed: a "
+            f"{log.path}: position jumps {jumps.size} times, by {sizes.min():.4g} to {sizes.max():.4g} (SI); "
+            "allowed: a "
             "position without jumps, or jumps of one size, those of an encoder that starts again"
         )
-    return position, jumps + 1, []
+    return position, (jumps + 1).astype(np.float64), []
 
 
 def _quantum(values: Array) -> float:

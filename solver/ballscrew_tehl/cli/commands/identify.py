@@ -54,17 +54,17 @@ def run_identify(args: Namespace) -> int:
         axis = _axis(args, given, progress)
         found = _identified(args.log, axis)
         data = output.identified_data(found)
-        friction, curve = None, None
+        friction, curve, other = None, None, _without_nut(args, axis)
         if axis.law is not None or args.measurements or args.without_nut or axis.known:
-            friction = _nut(found, args, axis)
+            friction = _nut(found, axis, other)
         if axis.law is not None:
             assert friction is not None
-            curve = _with_law(args, axis, found, friction, data)
+            curve = _with_law(args, axis, found, (friction, other), data)
         if not (args.without_nut or axis.known or "without_nut_nm" in data):
             data["contains"] = output.CONTAINS
     if args.measurements:
         assert friction is not None
-        text = output.measurements_text(friction, _preload(found, axis, needed=True), _temperature(found, args))
+        text = output.measurements_text(friction, _known_preload(found, axis), _temperature(found, args))
         with written("--measurements", args.measurements), whole_file(Path(args.measurements)) as temporary:
             temporary.write_text(text, encoding="utf-8")
         say(f"written: {args.measurements}")
@@ -89,9 +89,14 @@ def _check(args: Namespace, given: dict[str, float | None]) -> None:
         raise ValueError("--inertia-kgm2 and --mass-kg; allowed: one of them")
     with_map = args.map is not None or args.screw is not None or args.friction is not None
     if args.before and not with_map:
-        raise ValueError("--before without --screw and --map; allowed: with both, which turn friction into preload")
+        raise ValueError(
+            "--before without --screw and --map; allowed: with both, which turn friction into preload"
+        )
     logs = [args.log, args.before, args.without_nut]
-    for option, path, kind in (("--plot", args.plot, "a file *.png"), ("--measurements", args.measurements, "a file *.csv")):
+    for option, path, kind in (
+        ("--plot", args.plot, "a file *.png"),
+        ("--measurements", args.measurements, "a file *.csv"),
+    ):
         if path:
             check_output(option, path, kind, inputs=(*logs, args.screw, args.map))
 
@@ -106,7 +111,9 @@ def _axis(args: Namespace, given: dict[str, float | None], progress: Progress) -
     chosen = chosen_of(args)
     own = chosen.parameters.screw.lead / (2.0 * math.pi)
     if lead is not None and not math.isclose(lead, own, rel_tol=1e-3):
-        raise ValueError(f"--lead-mm = {given['lead_mm']:g}; allowed: that of the screw file, {2e3 * math.pi * own:.6g}")
+        raise ValueError(
+            f"--lead-mm = {given['lead_mm']:g}; allowed: that of the screw file, {2e3 * math.pi * own:.6g}"
+        )
     if args.map is None and args.screw is not None and args.friction is None and not args.before:
         # the lead alone is wanted, unless the packaged map is that of the screw
         try:
@@ -137,7 +144,11 @@ def _identified(path: str, axis: _Axis) -> Identified:
     other = given["mass_kg"] if signals.rotary else given["inertia_kgm2"]
     if other is not None:
         if axis.lead is None:
-            what = "--mass-kg with a torque or current" if signals.rotary else "--inertia-kgm2 with a force or voltage"
+            what = (
+                "--mass-kg with a torque or current"
+                if signals.rotary
+                else "--inertia-kgm2 with a force or voltage"
+            )
             raise ValueError(f"{what}; allowed: with --lead-mm or --screw, or the other one of them")
         inertia = other * axis.lead**2 if signals.rotary else other / axis.lead**2
     travel = TRAVEL if not signals.rotary else TRAVEL / axis.lead if axis.lead else TRAVEL_ANGLE
@@ -149,14 +160,18 @@ def _identified(path: str, axis: _Axis) -> Identified:
         raise ValueError(f"{path}: {error}") from error
 
 
-def _nut(found: Identified, args: Namespace, axis: _Axis) -> ScrewFriction:
-    """Friction torque at the screw without the known parts."""
+def _without_nut(args: Namespace, axis: _Axis) -> ScrewFriction | None:
+    """Friction torque at the screw of the log without the nut."""
+    from ...identification.preload import screw_friction
+
+    return screw_friction(_identified(args.without_nut, axis), axis.lead) if args.without_nut else None
+
+
+def _nut(found: Identified, axis: _Axis, other: ScrewFriction | None) -> ScrewFriction:
+    """Friction torque at the screw without the known parts, or without all that is in the log without the nut."""
     from ...identification.preload import screw_friction, without
 
-    other = None
-    if args.without_nut:
-        other = screw_friction(_identified(args.without_nut, axis), axis.lead)
-    return without(screw_friction(found, axis.lead), axis.known, other)
+    return without(screw_friction(found, axis.lead), 0.0 if other is not None else axis.known, other)
 
 
 def _temperature(found: Identified, args: Namespace) -> float:
@@ -167,39 +182,47 @@ def _temperature(found: Identified, args: Namespace) -> float:
     if args.temperature_c is not None:
         return TEMPERATURE.checked("--temperature-c", args.temperature_c) + CELSIUS
     if found.temperature is None:
-        raise ValueError("--temperature-c (missing); needed of the oil, or a column temperature [degC] in the log")
+        raise ValueError(
+            "--temperature-c (missing); needed of the oil, or a column temperature [degC] in the log"
+        )
     return found.temperature
 
 
-def _preload(found: Identified, axis: _Axis, needed: bool = False, name: str = "preload_n") -> float | None:
+def _preload(found: Identified, axis: _Axis, name: str = "preload_n") -> float | None:
     given = axis.given[name]
-    value = found.preload if given is None else given
-    if value is None and needed:
-        raise ValueError("--preload-n (missing); needed with --measurements, or a column preload [N] in the log")
+    return found.preload if given is None else given
+
+
+def _known_preload(found: Identified, axis: _Axis) -> float:
+    value = _preload(found, axis)
+    if value is None:
+        raise ValueError(
+            "--preload-n (missing); needed with --measurements, or a column preload [N] in the log"
+        )
     return value
 
 
 def _with_law(
-    args: Namespace, axis: _Axis, found: Identified, friction: ScrewFriction, data: dict[str, Any]
-) -> LawCurve:
+    args: Namespace, axis: _Axis, found: Identified, parts: tuple[ScrewFriction, ScrewFriction | None],
+    data: dict[str, Any],
+) -> LawCurve:  # fmt: skip
     """Preload, its change and what two known preloads tell, added to the answer; the law's curve for the picture."""
     from ...identification import output
-    from ...identification.preload import change_of_preload, found_preload, screw_friction, told_apart, without
+    from ...identification.preload import change_of_preload, found_preload, told_apart, without
 
-    law, temperature = axis.law, _temperature(found, args)
+    law, temperature, (friction, other) = axis.law, _temperature(found, args), parts
     assert law is not None
+    before, then = friction, temperature
     if args.before:
         earlier = _identified(args.before, axis)
-        then = earlier.temperature
-        if axis.given["before_temperature_c"] is not None:
-            then = axis.given["before_temperature_c"] + CELSIUS
-        then = temperature if then is None else then
-        before = without(screw_friction(earlier, axis.lead), axis.known)
-        preloads = _preload(found, axis), _preload(earlier, axis, name="before_preload_n")
+        stated = axis.given["before_temperature_c"]
+        then = (earlier.temperature or temperature) if stated is None else stated + CELSIUS
+        before = _nut(earlier, axis, other)
+        preloads = _preload(found, axis), _preload(earlier, axis, "before_preload_n")
         if preloads[0] is not None and preloads[1] is not None:
             apart = told_apart([(friction, preloads[0], temperature), (before, preloads[1], then)], law)
             data |= output.apart_data(apart)
-            friction, before = (without(part, apart.rest) for part in (friction, before))
+            friction, before = (without(part, max(apart.rest, 0.0)) for part in (friction, before))
     result = found_preload(friction, law, temperature)
     data |= output.preload_data(result)
     if args.before:
@@ -236,8 +259,10 @@ def _curve(axis: _Axis, found: Identified, friction: ScrewFriction, result: Foun
         ]
         ends = np.array([np.interp(speed, at, [pair[k] for pair in found_ends]) for k in (0, 1)])
     scale = 1.0 if found.rotary else axis.lead or 1.0
-    known = f" and {parts.mean() / scale:.3g} {'N m' if found.rotary else 'N'} of other parts" if np.any(parts > 1e-9) else ""
-    return LawCurve(
-        speed * scale, *((torque * factor + parts) / scale for factor in (1.0, *ends)),
-        f"law at a preload of {result.preload:.4g} N{known}",
-    )  # fmt: skip
+    known = (
+        f" and {parts.mean() / scale:.3g} {'N m' if found.rotary else 'N'} of other parts"
+        if np.any(parts > 1e-9)
+        else ""
+    )
+    value, lower, upper = ((torque * factor + parts) / scale for factor in (1.0, *ends))
+    return LawCurve(speed * scale, value, lower, upper, f"law at a preload of {result.preload:.4g} N{known}")
