@@ -42,6 +42,12 @@ def speeds_of(nut_map: NutMap, count: int) -> Array:
     return np.clip(np.geomspace(low, high, count), low, high)
 
 
+def curve_speeds(nut_map: NutMap, count: int) -> Array:
+    """Speeds that a list is fitted to: half of them evenly over their logarithm, half evenly."""
+    even = speeds_of(nut_map, count // 2)
+    return np.unique(np.r_[even, np.linspace(even[0], even[-1], count - count // 2)])
+
+
 def friction_table(
     nut_map: NutMap, parameters: Parameters, friction_set: FrictionSet, contact_map: ContactMap | None,
     speed: Array, preload: Array, temperature: Array,

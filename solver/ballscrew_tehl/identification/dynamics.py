@@ -44,6 +44,7 @@ FOR_DELAY = 60_000
 SMEAR, COARSER = 0.75, 1.5
 #: pieces of the residual over the position
 PLACES = 24
+SIGN = "a force, torque or current is positive where it drives towards positive positions: check the sign of both signals"
 #: largest standard error of the inertia over its value
 VAGUE = 0.2
 
@@ -278,6 +279,8 @@ def _fit(
         half = math.hypot(error, samples.noise * value, COARSER * float(np.nan_to_num(coarser[0] - value)))
         limits = value - half, value + half
         what, option = ("inertia", "--inertia-kgm2") if signals.rotary else ("mass", "--mass-kg")
+        if value < -half:
+            raise ValueError(f"{what} = {value:.4g}; allowed: > 0: {SIGN}")
         if not half <= usual * VAGUE * value:
             unit = "kg m2" if signals.rotary else "kg"
             raise ValueError(
@@ -292,8 +295,7 @@ def _fit(
     wrong = float(np.sum(count * (np.sign(speed) * friction < 0.0)) / count.sum())
     if wrong > 0.5:
         raise ValueError(
-            f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: a force or torque positive "
-            "where it drives towards positive positions: check the sign of the current or of the position"
+            f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: less than half: {SIGN}"
         )
     return Identified(
         signals.rotary, value, limits, offset, (offset - offset_wide, offset + offset_wide),

@@ -7,7 +7,7 @@ before the headings that begin with # are comments.
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from .log_units import EFFORT, MOTION, QUANTITIES, log_columns
+from .log_units import EFFORT, EXAMPLE, MOTION, QUANTITIES, log_columns
 
 Array = NDArray[np.float64]
 #: finished, total, what
@@ -64,9 +64,12 @@ class _Format(NamedTuple):
     encoding: str
 
 
-def read_log(path: Path | str, progress: Progress = lambda finished, total, what: None) -> Log:
+def read_log(
+    path: Path | str, progress: Progress = lambda finished, total, what: None, wanted: Sequence[str] = ()
+) -> Log:
     """Signals of a log.
 
+    Parameters   wanted : signals of the drive that are used if the log has them, before the order of EFFORT
     Raises       ValueError: cannot be read, headings not understood, text among numbers, too few rows, no motion
     """
     path = Path(path)
@@ -75,7 +78,7 @@ def read_log(path: Path | str, progress: Progress = lambda finished, total, what
         columns, unused = log_columns(form.headings)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    used = _used(columns)
+    used = _used(columns, wanted)
     table = _numbers(path, form, [columns[name][0] for name in used], progress)
     signals, units = {}, {}
     for name in used:
@@ -88,6 +91,7 @@ def read_log(path: Path | str, progress: Progress = lambda finished, total, what
         values *= factor
         signals[name] = values
     rows = len(signals["time"])
+    unused = [heading for heading in unused if heading]
     notes = [f"columns not used: {', '.join(unused)}"] if unused else []
     if ignored := [columns[name][0] for name in columns if name not in used]:
         notes.append(
@@ -107,9 +111,9 @@ def read_log(path: Path | str, progress: Progress = lambda finished, total, what
     return Log(path, _in_time(path, signals, left_out), units, rows, left_out, notes)
 
 
-def _used(columns: dict[str, tuple[str, str]]) -> list[str]:
+def _used(columns: dict[str, tuple[str, str]], wanted: Sequence[str]) -> list[str]:
     motion = next(name for name in MOTION if name in columns)
-    effort = next(name for name in EFFORT if name in columns)
+    effort = next(name for name in (*wanted, *EFFORT) if name in columns)
     return ["time", motion, effort, *(name for name in ("temperature", "preload") if name in columns)]
 
 
@@ -145,6 +149,11 @@ def _format(path: Path) -> _Format:
     headings = [
         field.strip() for field in next(csv.reader([first], delimiter=separator, skipinitialspace=True))
     ]
+    if all(_is_number(heading) for heading in headings):
+        raise ValueError(
+            f"{path}: no line of headings, the first line is {first[:40]!r}; allowed: headings with units, such as "
+            f"{EXAMPLE}"
+        )
     if twice := sorted({heading for heading in headings if heading and headings.count(heading) > 1}):
         raise ValueError(f"{path}: columns given twice: {', '.join(twice)}; allowed: each heading once")
     decimal = "," if separator != "," and "," in lines[skipped + 1] else "."
@@ -154,6 +163,14 @@ def _format(path: Path) -> _Format:
             "semicolons between the fields"
         )
     return _Format(headings, separator, decimal, skipped, encoding)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text.replace(",", "."))
+    except ValueError:
+        return False
+    return True
 
 
 def _numbers(path: Path, form: _Format, wanted: list[str], progress: Progress) -> dict[str, Array]:

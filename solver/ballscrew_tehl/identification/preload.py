@@ -287,21 +287,25 @@ class Apart(NamedTuple):
 def told_apart(logs: list[tuple[ScrewFriction, float, float]], law: Law) -> Apart:
     """Least squares of rest + factor * law over logs at known preloads [N] and temperatures [K].
 
+    Errors of the speeds of one log may all have one sign: the limits hold each log moved by its mean relative error.
+
     Raises       ValueError: both are nearly proportional
     """
-    rows, values, weights = [], [], []
-    for friction, preload, temperature in logs:
-        part = _inside(friction, law)
-        rows.append(law.torque(preload, part.speed, temperature))
-        values.append(part.torque)
-        weights.append(1.0 / np.hypot(part.error, SHAPE * part.torque))
-    model, torque, weight = np.concatenate(rows), np.concatenate(values), np.concatenate(weights)
+    parts = [_inside(friction, law) for friction, _, _ in logs]
+    model = np.concatenate([law.torque(logs[k][1], part.speed, logs[k][2]) for k, part in enumerate(parts)])
+    torque = np.concatenate([part.torque for part in parts])
+    weight = np.concatenate([1.0 / np.hypot(part.error, SHAPE * part.torque) for part in parts])
     design = np.column_stack([np.ones(len(model)), model]) * weight[:, None]
-    normal = design.T @ design
-    best = np.linalg.solve(normal, design.T @ (torque * weight))
+    inverse = np.linalg.pinv(design)
+    best = inverse @ (torque * weight)
     residual = design @ best - torque * weight
     spread = max(float(residual @ residual) / max(len(residual) - 2, 1), 1.0)
-    half = LIMIT * np.sqrt(spread * np.diag(np.linalg.inv(normal)))
+    variance = spread * np.sum(inverse**2, axis=1)
+    of_log = np.repeat(np.arange(len(parts)), [len(part.torque) for part in parts])
+    for number, part in enumerate(parts):
+        common = float(np.mean(part.error / part.torque)) * torque * weight * (of_log == number)
+        variance += (inverse @ common) ** 2
+    half = LIMIT * np.sqrt(variance)
     if not half[0] <= float(np.mean(torque)):
         raise ValueError(
             f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: told apart by the logs: "

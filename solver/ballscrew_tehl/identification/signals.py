@@ -84,6 +84,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         )
     wraps: Array = np.empty(0)
     if not of_speed:
+        motion, left_out["single samples that jump"] = _despiked(motion)
         motion, wraps, wrap_note = _unwrapped(time, motion, log, motion_name)
         notes += wrap_note
     angular = log.units[motion_name] in ANGLE or log.units[motion_name] in SPEED
@@ -186,6 +187,21 @@ def _one_side(
         )
         raise ValueError(f"--lead-mm or --screw (missing); needed with {what}")
     return rotary, motion * _scale(rotary, angular, drive, motion_name), effort
+
+
+def _despiked(position: Array) -> tuple[Array, int]:
+    """The position without single samples that jump there and back, and their number."""
+    step = np.diff(position)
+    limit = min(0.5 * float(np.ptp(position)), JUMP * float(np.quantile(np.abs(step), USUAL)))
+    there, back = step[:-1], step[1:]
+    spikes = (
+        np.flatnonzero((there * back < 0.0) & (np.minimum(np.abs(there), np.abs(back)) > max(limit, 0.0))) + 1
+    )
+    if not limit > 0.0 or not spikes.size or spikes.size > 0.01 * len(position):
+        return position, 0
+    mended = position.copy()
+    mended[spikes] = 0.5 * (position[spikes - 1] + position[spikes + 1])
+    return mended, int(spikes.size)
 
 
 def _unwrapped(time: Array, position: Array, log: Log, name: str) -> tuple[Array, Array, list[str]]:

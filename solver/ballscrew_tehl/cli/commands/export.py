@@ -29,7 +29,7 @@ SPEEDS, MOST_POINTS, CURVE = 40, 20, 400
 
 def run_export(args: Namespace) -> int:
     """One file, or one for each preload and temperature of a compensation list."""
-    from ...exchange.tables import friction_table, speeds_of
+    from ...exchange.tables import curve_speeds, friction_table, speeds_of
     from ...nut_map.file import load_contact_map
 
     output = check_output(
@@ -51,7 +51,7 @@ def run_export(args: Namespace) -> int:
     nut_map = chosen.nut_map(args)
     preload, temperature = _grid(args, chosen)
     contact_map = load_contact_map(args.map, chosen.parameters) if nut_map.law == MECHANISTIC else None
-    speed = speeds_of(nut_map, CURVE if args.format == "twincat" else most)
+    speed = curve_speeds(nut_map, CURVE) if args.format == "twincat" else speeds_of(nut_map, most)
     with progress_bar(QUIET) as progress:
         table = friction_table(
             nut_map, chosen.parameters, chosen.friction_set, None if args.format == "twincat" else contact_map, speed,

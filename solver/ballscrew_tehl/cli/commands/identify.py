@@ -139,7 +139,10 @@ def _identified(path: str, axis: _Axis) -> Identified:
 
     given = axis.given
     drive = Drive(given["torque_constant_nm_a"], given["gain_n_v"], given["ratio"] or 1.0, axis.lead)
-    signals = signals_of(read_log(path, axis.progress), drive)
+    # a log may have both: the one whose option is given is meant
+    options = {"current": drive.torque_constant, "voltage": drive.gain}
+    wanted = [name for name, value in options.items() if value is not None]
+    signals = signals_of(read_log(path, axis.progress, wanted), drive)
     inertia = given["inertia_kgm2"] if signals.rotary else given["mass_kg"]
     other = given["mass_kg"] if signals.rotary else given["inertia_kgm2"]
     if other is not None:
