@@ -2,7 +2,8 @@
 
     effort = inertia * acceleration + offset + friction(speed)
 
-Friction has a value in each bin of speed, each direction by itself: no shape is assumed. The offset is the constant of
+Friction has a value in each bin of speed, each direction by itself: no shape is assumed. For the inertia it is a
+straight line in each. The offset is the constant of
 a fit of Coulomb and viscous friction and a constant to the bins, weighted by their samples, as published
 identifications have it. Friction is without it.
 
@@ -10,8 +11,9 @@ Standard errors: the sandwich with clusters of time (pieces of a run between rev
 filter and by the position counts; for a bin, shrunk towards what the independent samples of the filtered residual give,
 times the mean ratio of both. Intervals: 95 %, Student's t, and in quadrature what follows from the width of a bin and
 from half the cutoff: SMEAR times the change of a bin, COARSER times that of the inertia. The effect of a filter on a
-smooth curve goes as 1/cutoff^2, so that a third of the change would do there; forces that are not measured act on the
-inertia through the controller, more so at a high cutoff.
+smooth curve goes as 1/cutoff^2, so that a third of the change would do there. Forces that are not measured act on the
+inertia through the controller, more so at a high cutoff. The limits of the inertia also hold the share MOST_NOISE that
+the choice of the cutoff allows.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
 from .log_file import Array, Progress
-from .motion import Samples, effort_later, filtered
+from .motion import MOST_NOISE, Samples, effort_later, filtered
 from .signals import Signals
 
 #: most and fewest bins of a direction; samples of the log for one bin
@@ -44,7 +46,7 @@ FOR_DELAY = 60_000
 SMEAR, COARSER = 0.75, 1.5
 #: pieces of the residual over the position
 PLACES = 24
-SIGN = "a force, torque or current is positive where it drives towards positive positions: check the sign of both signals"
+SIGN = "a force, torque or current is positive where it drives towards positive positions: check both signs"
 #: largest standard error of the inertia over its value
 VAGUE = 0.2
 
@@ -115,9 +117,36 @@ class _Bins:
         return np.asarray(np.bincount(place, weights, 2 * self.number), dtype=np.float64)
 
 
-def _within(values: Array, bins: np.ndarray, count: np.ndarray) -> Array:
-    """Values less the mean of their bin."""
-    return np.asarray(values - (np.bincount(bins, values, len(count)) / np.maximum(count, 1))[bins])
+def _within(values: Array, speed: Array, bins: np.ndarray, count: Array) -> Array:
+    """Values less a straight line over speed in each bin: friction may rise within it."""
+    safe = np.maximum(count, 1.0)
+
+    def mean(of: Array) -> Array:
+        return np.asarray(np.bincount(bins, of, len(count)) / safe)
+
+    across = speed - mean(speed)[bins]
+    rest = values - mean(values)[bins]
+    spread = mean(across**2)
+    slope = np.where(spread > 0.0, mean(across * rest) / np.where(spread > 0.0, spread, 1.0), 0.0)
+    return np.asarray(rest - slope[bins] * across)
+
+
+def _alone(samples: Samples, bins: np.ndarray, count: Array) -> Array:
+    """What of the acceleration is neither friction, a straight line over speed in each bin, nor an error of the delay.
+
+    That moves the effort by the inertia times the jerk.
+    """
+    acceleration, jerk = (
+        _within(values, samples.speed, bins, count) for values in (samples.acceleration, samples.jerk)
+    )
+    power = float(jerk @ jerk)
+    return acceleration - (float(jerk @ acceleration) / power if power > 0.0 else 0.0) * jerk
+
+
+def _power(acceleration: Array, samples: Samples) -> float:
+    """Sum of squares of the acceleration without its noise, which would make the inertia too small; at least half."""
+    whole = float(acceleration @ acceleration)
+    return max(whole - len(acceleration) * samples.noise, 0.5 * whole)
 
 
 def estimated_delay(signals: Signals, cutoff: float, travel: float) -> tuple[float, bool]:
@@ -134,11 +163,11 @@ def estimated_delay(signals: Signals, cutoff: float, travel: float) -> tuple[flo
     edges = _Bins.of(samples)
     bins = edges.place(samples.speed)
     count = edges.tally(bins)
-    acceleration = _within(samples.acceleration, bins, count)
+    acceleration = _within(samples.acceleration, samples.speed, bins, count)
     power, later = float(acceleration @ acceleration), effort_later(part, samples)
 
     def residual(delay: float) -> float:
-        effort = _within(later(delay), bins, count)
+        effort = _within(later(delay), samples.speed, bins, count)
         slope = float(acceleration @ effort) / power
         return float(np.sum((effort - slope * acceleration) ** 2))
 
@@ -204,7 +233,7 @@ def identify(
             f"no bin of speed with {FEWEST} samples in both directions; allowed: a longer log, or fewer bins (--bins)"
         )
     if not use.all():
-        names = ("speed", "acceleration", "effort", "position", "run", "section", "index")
+        names = ("speed", "acceleration", "jerk", "effort", "position", "run", "section", "index")
         samples = replace(samples, **{name: getattr(samples, name)[use] for name in names})
     kept = np.flatnonzero(enough)
     bins = np.cumsum(enough)[bins[use]] - 1
@@ -222,8 +251,8 @@ def _coarser(
     bins = edges.place(samples.speed)
     count = edges.tally(bins)
     effort = effort_later(signals, samples)(delay)
-    acceleration = _within(samples.acceleration, bins, count)
-    power = float(acceleration @ acceleration)
+    acceleration = _alone(samples, bins, count)
+    power = _power(acceleration, samples)
     value = (
         inertia if inertia is not None else float(acceleration @ effort) / power if power > 0.0 else math.nan
     )
@@ -236,10 +265,10 @@ def _fit(
     delay: float, left_out: dict[str, int], notes: list[str],
 ) -> Identified:  # fmt: skip
     count = np.bincount(bins).astype(float)
-    acceleration, effort = _within(samples.acceleration, bins, count), _within(samples.effort, bins, count)
-    power = float(acceleration @ acceleration)
+    acceleration = _alone(samples, bins, count)
+    power = _power(acceleration, samples)
     free = inertia is None
-    value = float(acceleration @ effort) / max(power, 1e-300) if inertia is None else inertia
+    value = float(acceleration @ samples.effort) / max(power, 1e-300) if inertia is None else inertia
     mean_acceleration = np.bincount(bins, samples.acceleration) / count
     total = np.bincount(bins, samples.effort) / count - value * mean_acceleration
     residual = samples.effort - value * samples.acceleration - total[bins]
@@ -273,10 +302,13 @@ def _fit(
     )
     usual = float(student.ppf(0.5 + 0.5 * CONFIDENCE, max(size - 1, 1)))
     offset_wide = math.hypot(usual * math.sqrt(few * float(of_offset @ of_offset)), float(share @ smeared))
+    share = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
     limits = None
     if free:
         error = math.sqrt(few * float(by_inertia @ by_inertia)) * usual
-        half = math.hypot(error, samples.noise * value, COARSER * float(np.nan_to_num(coarser[0] - value)))
+        half = math.hypot(
+            error, max(share, MOST_NOISE) * value, COARSER * float(np.nan_to_num(coarser[0] - value))
+        )
         limits = value - half, value + half
         what, option = ("inertia", "--inertia-kgm2") if signals.rotary else ("mass", "--mass-kg")
         if value < -half:
@@ -288,10 +320,8 @@ def _fit(
                 f"acceleration, or noise or delay beyond it; remedy: {option} with the known value, or a log with "
                 "ramps"
             )
-    if samples.noise > 10.0 * 5e-4:
-        notes.append(
-            f"noise is {100.0 * samples.noise:.2g} % of the acceleration's variance at the lowest cutoff"
-        )
+    if share > 10.0 * MOST_NOISE:
+        notes.append(f"noise is {100.0 * share:.2g} % of the acceleration's variance at the lowest cutoff")
     wrong = float(np.sum(count * (np.sign(speed) * friction < 0.0)) / count.sum())
     if wrong > 0.5:
         raise ValueError(

@@ -44,12 +44,13 @@ class Samples:
     speed, acceleration, effort, position (SI of the axis);  run : number of the piece between reversals
     section, index : where each is in the signals
     each : samples of the log for one of these;  rate : independent samples for one of the log
-    cutoff [Hz];  noise : share of the variance of the acceleration
+    cutoff [Hz];  noise : variance of that of the acceleration
     left_out : samples of the log by reason, with used
     """
 
     speed: Array
     acceleration: Array
+    jerk: Array
     effort: Array
     position: Array
     run: np.ndarray
@@ -90,20 +91,18 @@ def acceleration_noise(variance: float, cutoff: float, signals: Signals) -> floa
 
 
 def chosen_cutoff(signals: Signals) -> tuple[float, float]:
-    """Cutoff [Hz] and share of noise in the variance of the acceleration."""
+    """Cutoff [Hz] and variance of the noise of the motion."""
     variance, motion = _noise(signals)
     piece = Section(0.0, motion, motion)
-    cutoff, share = LOWEST, 1.0
+    cutoff = LOWEST
     for part in CUTOFFS:
         cutoff = part / signals.step
         if cutoff < LOWEST:
             break
         found = _differences(piece, cutoff, signals, with_effort=False)[2]
-        noise = acceleration_noise(variance, cutoff, signals)
-        share = noise / max(float(np.var(found)), 1e-300)
-        if share <= MOST_NOISE:
+        if acceleration_noise(variance, cutoff, signals) <= MOST_NOISE * float(np.var(found)):
             break
-    return cutoff, share
+    return max(cutoff, LOWEST), variance
 
 
 def _differences(
@@ -135,13 +134,12 @@ def filtered(
     Parameters   travel : after a reversal that is left out, as the position;  cutoff : [Hz], None = chosen
     Raises       ValueError: none is left
     """
-    found, noise = chosen_cutoff(signals)
+    found, variance = chosen_cutoff(signals)
     if cutoff is not None:
-        noise *= acceleration_noise(1.0, cutoff, signals) / acceleration_noise(1.0, found, signals)
         found = cutoff
     each = max(int(1.0 / (PER_PERIOD * found * signals.step)), 1)
     reach = math.ceil(RESPONSE / (found * signals.step))
-    names = "position", "speed", "acceleration", "effort", "run", "section", "index"
+    names = "position", "speed", "acceleration", "jerk", "effort", "run", "section", "index"
     parts: dict[str, list[Any]] = {name: [] for name in names}
     counts = {
         "ends of pieces (filter)": 0,
@@ -169,6 +167,7 @@ def filtered(
             position,
             speed,
             acceleration,
+            np.gradient(acceleration, signals.step),
             effort,
             run + runs,
             np.full(count, number),
@@ -180,7 +179,14 @@ def filtered(
     joined: dict[str, Any] = {name: np.concatenate(values) for name, values in parts.items()}
     # noise behind the filter, run twice, is independent over about this time
     rate = min(1.0, 2.0 * 0.8 * found * signals.step)
-    return Samples(**joined, each=each, rate=rate, cutoff=found, noise=noise, left_out=counts)
+    return Samples(
+        **joined,
+        each=each,
+        rate=rate,
+        cutoff=found,
+        noise=acceleration_noise(variance, found, signals),
+        left_out=counts,
+    )
 
 
 def effort_later(signals: Signals, samples: Samples) -> Callable[[float], Array]:
