@@ -68,6 +68,9 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     time, left_out, notes = log.signals["time"], dict(log.left_out), list(log.notes)
     motion = log.signals[motion_name]
     of_speed = motion_name.endswith("speed")
+    angular = log.units[motion_name] in ANGLE or log.units[motion_name] in SPEED
+    rotary = effort_name in ("torque", "screw_torque", "current")
+    _check_options(drive, effort_name, rotary, angular)
     for name in (motion_name, effort_name):
         values = log.signals[name]
         if not np.ptp(values) > 0.0:
@@ -87,8 +90,8 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         motion, left_out["single samples that jump"] = _despiked(motion)
         motion, wraps, wrap_note = _unwrapped(time, motion, log, motion_name)
         notes += wrap_note
-    angular = log.units[motion_name] in ANGLE or log.units[motion_name] in SPEED
-    rotary, motion, effort = _one_side(log, drive, (motion_name, effort_name), motion, angular)
+    motion = motion * _scale(rotary, angular, drive, motion_name)
+    effort = _effort(drive, effort_name, log.signals[effort_name])
     ends = np.flatnonzero(steps > GAP * step) + 1
     if ends.size:
         notes.append(
@@ -155,38 +158,30 @@ def _scale(rotary: bool, angular: bool, drive: Drive, name: str) -> float:
     return side * drive.lead if angular else side / drive.lead
 
 
-def _one_side(
-    log: Log, drive: Drive, names: tuple[str, str], motion: Array, angular: bool
-) -> tuple[bool, Array, Array]:
-    """Whether the result is of a screw, its motion and its effort.
-
-    Raises       ValueError: an option missing
-    """
-    motion_name, effort_name = names
-    effort = log.signals[effort_name]
-    rotary = effort_name in ("torque", "screw_torque", "current")
-    if effort_name == "current":
-        if drive.torque_constant is None:
-            raise ValueError(
-                "--torque-constant-nm-a (missing); needed with a column current: data sheet of the motor"
-            )
-        effort = effort * drive.torque_constant
-    elif effort_name == "voltage":
-        if drive.gain is None:
-            raise ValueError(
-                "--gain-n-v (missing); needed with a column voltage: force of the drive over its voltage"
-            )
-        effort = effort * drive.gain
-    if effort_name in ("torque", "current"):
-        effort = effort * drive.ratio
-    if angular != rotary and drive.lead is None:
-        what = (
-            "a position or velocity along the axis with a torque or current"
-            if rotary
-            else "an angle or speed with a force"
+def _check_options(drive: Drive, effort: str, rotary: bool, angular: bool) -> None:
+    """ValueError: an option that these signals need is missing."""
+    if effort == "current" and drive.torque_constant is None:
+        raise ValueError(
+            "--torque-constant-nm-a (missing); needed with a column current: data sheet of the motor"
         )
+    if effort == "voltage" and drive.gain is None:
+        raise ValueError(
+            "--gain-n-v (missing); needed with a column voltage: force of the drive over its voltage"
+        )
+    if angular != rotary and drive.lead is None:
+        what = "an angle or speed with a force"
+        if rotary:
+            what = "a position or velocity along the axis with a torque or current"
         raise ValueError(f"--lead-mm or --screw (missing); needed with {what}")
-    return rotary, motion * _scale(rotary, angular, drive, motion_name), effort
+
+
+def _effort(drive: Drive, name: str, values: Array) -> Array:
+    """Force, or torque at the screw."""
+    if name == "current":
+        values = values * (drive.torque_constant or math.nan)
+    elif name == "voltage":
+        values = values * (drive.gain or math.nan)
+    return values * drive.ratio if name in ("torque", "current") else values
 
 
 def _despiked(position: Array) -> tuple[Array, int]:
