@@ -119,7 +119,7 @@ REFUSALS = {
         (("measured.csv",), "column time missing (found: preload_n, speed_rpm, torque_nm)"),
         (("log.csv",), "--torque-constant-nm-a (missing); needed with a column current"),
         (("log.csv", "--torque-constant-nm-a", "0"), "--torque-constant-nm-a = 0; allowed: 1e-06 to 10000"),
-        (("log.csv", "--torque-constant-nm-a", "1"), "log.csv: current is constant"),
+        (("log.csv", "--torque-constant-nm-a", "1", "--lead-mm", "8"), "log.csv: current is constant"),
         (("log.csv", "--mass-kg", "1", "--inertia-kgm2", "1"), "--inertia-kgm2 and --mass-kg; allowed: one of them"),
         (("log.csv", "--before", "log.csv"), "allowed: with both, which turn friction into preload"),
         (("log.csv", "--plot", "x.pdf"), "--plot = x.pdf; allowed: a file *.png"),

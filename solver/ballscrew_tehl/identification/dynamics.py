@@ -302,12 +302,12 @@ def _fit(
     )
     usual = float(student.ppf(0.5 + 0.5 * CONFIDENCE, max(size - 1, 1)))
     offset_wide = math.hypot(usual * math.sqrt(few * float(of_offset @ of_offset)), float(share @ smeared))
-    share = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
+    noise = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
     limits = None
     if free:
         error = math.sqrt(few * float(by_inertia @ by_inertia)) * usual
         half = math.hypot(
-            error, max(share, MOST_NOISE) * value, COARSER * float(np.nan_to_num(coarser[0] - value))
+            error, max(noise, MOST_NOISE) * value, COARSER * float(np.nan_to_num(coarser[0] - value))
         )
         limits = value - half, value + half
         what, option = ("inertia", "--inertia-kgm2") if signals.rotary else ("mass", "--mass-kg")
@@ -320,8 +320,8 @@ def _fit(
                 f"acceleration, or noise or delay beyond it; remedy: {option} with the known value, or a log with "
                 "ramps"
             )
-    if share > 10.0 * MOST_NOISE:
-        notes.append(f"noise is {100.0 * share:.2g} % of the acceleration's variance at the lowest cutoff")
+    if noise > 10.0 * MOST_NOISE:
+        notes.append(f"noise is {100.0 * noise:.2g} % of the acceleration's variance at the lowest cutoff")
     wrong = float(np.sum(count * (np.sign(speed) * friction < 0.0)) / count.sum())
     if wrong > 0.5:
         raise ValueError(
