@@ -23,6 +23,8 @@ Progress = Callable[[int, int, str], None]
 
 #: rows of a piece; bytes looked at for headings and separator; bytes that the progress counts as one
 PIECE, HEAD, MEGABYTE = 200_000, 65536, 1_000_000
+#: size from which reading is a stage of its own [MB]
+WORTH_SAYING = 5
 #: fewest rows of a log; largest share of rows without a value; share of time stamps that may repeat
 FEWEST, MOST_EMPTY = 200, 0.5
 #: what stands for a missing value
@@ -189,14 +191,14 @@ def _numbers(path: Path, form: _Format, wanted: list[str], progress: Progress) -
             for piece in pieces:
                 for number, heading in zip(numbers, wanted, strict=True):
                     parts[heading].append(_checked(path, heading, piece[number], form))
-                progress(min(raw.tell() // MEGABYTE, size), size, "MB of the log read")
+                if size >= WORTH_SAYING:
+                    progress(min(raw.tell() // MEGABYTE, size), size, "MB of the log read")
         except pd.errors.EmptyDataError:
             pass
         except pd.errors.ParserError as error:
             raise ValueError(
                 f"{path}: {str(error).strip()}; allowed: as many fields in each row as headings"
             ) from error
-    progress(size, size, "MB of the log read")
     return {heading: np.concatenate(found or [np.empty(0)]) for heading, found in parts.items()}
 
 

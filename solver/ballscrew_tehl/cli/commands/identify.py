@@ -208,7 +208,7 @@ def _known_preload(found: Identified, axis: _Axis) -> float:
 def _with_law(
     args: Namespace, axis: _Axis, found: Identified, parts: tuple[ScrewFriction, ScrewFriction | None],
     data: dict[str, Any],
-) -> LawCurve:  # fmt: skip
+) -> LawCurve | None:  # fmt: skip
     """Preload, its change and what two known preloads tell, added to the answer; the law's curve for the picture."""
     from ...identification import output
     from ...identification.preload import change_of_preload, found_preload, told_apart, without
@@ -232,7 +232,7 @@ def _with_law(
         then_found = found_preload(before, law, then)
         data |= output.change_data(change_of_preload((friction, result), (before, then_found), law))
     data |= {"screw": law.parameters.name, "friction_set": law.friction_set.name}
-    return _curve(axis, found, friction, result)
+    return _curve(axis, found, friction, result) if args.plot else None
 
 
 def _curve(axis: _Axis, found: Identified, friction: ScrewFriction, result: FoundPreload) -> LawCurve:
