@@ -103,6 +103,7 @@ def test_given_mass_fewer_bins_and_a_given_cutoff(emps):
         (EMPS, lambda t, x, u: (t, (x - x.min()) % 0.02, u), "every 0.02 m: joined"),
         (EMPS, lambda t, x, u: [np.delete(s, np.s_[9000:9300]) for s in (t, x, u)], "1 gap in time"),
         (EMPS, lambda t, x, u: (t, x, np.where(np.arange(len(t)) % 97, u, np.nan)), "uneven sampling"),
+        (EMPS, lambda t, x, u: (np.round(t, 2), x, u), "taken as evenly sampled"),
         (EMPS, lambda t, x, u: (t, x + 0.05 * (t > 9.0), u), "1 jump of the position"),
         (EMPS, lambda t, x, u: (t, x + (np.arange(len(t)) == 4000), u), ""),
         ("time [s],velocity [mm/min],force [N]", lambda t, x, u: (t, 6e4 * np.gradient(x, t), GAIN * u), ""),

@@ -120,6 +120,7 @@ def matlab_text(table: FrictionTable, name: str) -> str:
     )
     lines += [
         "if nargin == 0, torque = []; return, end",
+        *(f"{key} = {key} + zeros(size(speed));" for key in axes if key != "speed"),
         f"torque = sign(speed) .* min(abs(speed) / t.speed(1), 1) .* {look_up};",
         "end",
     ]
@@ -144,6 +145,7 @@ def twincat_text(
         f"# {where}",
         f"# in: velocity of the axis [um/s]; out: motor current, 1 = {unit:.6g} A (the unit of the drive, "
         "P-COMP-00047)",
+        "# builds before V3.1.3132 and V4.29 read whole numbers only: round both there",
         f"# torque over current at the screw {1.0 / current_per_torque:.6g} N.m/A",
         f"# largest error {points.error * current_per_torque:.3g} A = {points.error:.3g} N.m from the first point "
         "on; no list "

@@ -25,8 +25,9 @@ Progress = Callable[[int, int, str], None]
 PIECE, HEAD, MEGABYTE = 200_000, 65536, 1_000_000
 #: size from which reading is a stage of its own [MB]
 WORTH_SAYING = 5
-#: fewest rows of a log; largest share of rows without a value; share of time stamps that may repeat
-FEWEST, MOST_EMPTY = 200, 0.5
+#: fewest rows of a log; largest share of rows without a value; share of repeated
+#: time stamps from which on they have too few digits;  most error of such a stamp over its last digit
+FEWEST, MOST_EMPTY, FEW_REPEATED, DIGIT = 200, 0.5, 0.05, 1.5
 #: what stands for a missing value
 MISSING = [
     "",
@@ -110,7 +111,7 @@ def read_log(
         )
     if not good.all():
         signals = {name: values[good] for name, values in signals.items()}
-    return Log(path, _in_time(path, signals, left_out), units, rows, left_out, notes)
+    return Log(path, _in_time(path, signals, left_out, notes), units, rows, left_out, notes)
 
 
 def _used(columns: dict[str, tuple[str, str]], wanted: Sequence[str]) -> list[str]:
@@ -222,8 +223,10 @@ def _checked(path: Path, heading: str, values: pd.Series, form: _Format) -> Arra
     return found.to_numpy(dtype=np.float64)
 
 
-def _in_time(path: Path, signals: dict[str, Array], left_out: dict[str, int]) -> dict[str, Array]:
-    """The signals without repeated time stamps.
+def _in_time(
+    path: Path, signals: dict[str, Array], left_out: dict[str, int], notes: list[str]
+) -> dict[str, Array]:
+    """The signals without repeated time stamps, or at even times if the stamps have too few digits.
 
     Raises       ValueError: time that runs backwards or stands still
     """
@@ -237,12 +240,19 @@ def _in_time(path: Path, signals: dict[str, Array], left_out: dict[str, int]) ->
             "after row "
             f"{at + 1}; allowed: rising time: sort the rows, or give one log a file"
         )
-    keep = np.r_[True, step > 0.0]
-    left_out["repeated time stamps"] = int(len(time) - keep.sum())
-    if not keep.sum() >= max(FEWEST, MOST_EMPTY * len(time)):
-        raise ValueError(
-            f"{path}: {int(keep.sum())} different times in {len(time)} rows; allowed: a time for each row with "
-            "digits "
-            "enough for the sampling"
-        )
-    return signals if keep.all() else {name: values[keep] for name, values in signals.items()}
+    first = np.flatnonzero(np.r_[True, step > 0.0])
+    repeated = len(time) - len(first)
+    if not repeated > FEW_REPEATED * len(time):
+        left_out["repeated time stamps"] = repeated
+        return {name: values[first] for name, values in signals.items()} if repeated else signals
+    # too few digits: samples at even times, if those agree with the stamps
+    if len(first) >= FEWEST:
+        index = np.arange(len(time))
+        even = np.polyval(np.polyfit(index, time, 1), index)
+        if float(np.max(np.abs(even - time))) <= DIGIT * float(np.median(step[step > 0.0])):
+            notes.append(f"{repeated} time stamps repeat the one before: taken as evenly sampled")
+            return signals | {"time": even}
+    raise ValueError(
+        f"{path}: {len(first)} different times in {len(time)} rows; allowed: a time for each row with digits enough for "
+        "the sampling"
+    )
