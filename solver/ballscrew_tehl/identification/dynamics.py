@@ -46,6 +46,8 @@ FOR_DELAY = 60_000
 SMEAR, COARSER = 0.75, 1.5
 #: pieces of the residual over the position
 PLACES = 24
+#: mean square of their mean residuals over the standard errors from which on friction depends on the position
+UNEVEN = 3.0
 SIGN = "a force, torque or current is positive where it drives towards positive positions: check both signs"
 #: largest standard error of the inertia over its value
 VAGUE = 0.2
@@ -327,11 +329,19 @@ def _fit(
         raise ValueError(
             f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: less than half: {SIGN}"
         )
+    places = _places(samples, residual)
+    uneven = float(np.mean((places[1] / places[2]) ** 2)) if len(places[1]) else 0.0
+    if uneven > UNEVEN:
+        effort = float(np.sqrt(np.mean(places[1] ** 2)))
+        notes.append(
+            f"friction depends on the position: mean residuals there {effort:.2g} {'N m' if signals.rotary else 'N'} "
+            "(root mean square); the intervals hold for the positions of this log"
+        )
     return Identified(
         signals.rotary, value, limits, offset, (offset - offset_wide, offset + offset_wide),
         Friction(speed, friction, errors, friction - wide, friction + wide, (count * samples.each).astype(int)),
         delay, deviation, 1.0 - deviation**2 / max(float(np.var(samples.effort)), 1e-300),
-        _places(samples, residual), samples.cutoff, len(bins) * samples.each, left_out, notes,
+        places, samples.cutoff, len(bins) * samples.each, left_out, notes,
         signals.temperature, signals.preload,
     )  # fmt: skip
 

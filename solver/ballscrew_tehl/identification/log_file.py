@@ -251,8 +251,8 @@ def _in_time(
         even = np.polyval(np.polyfit(index, time, 1), index)
         if float(np.max(np.abs(even - time))) <= DIGIT * float(np.median(step[step > 0.0])):
             notes.append(f"{repeated} time stamps repeat the one before: taken as evenly sampled")
-            return signals | {"time": even}
+            return signals | {"time": np.asarray(even, dtype=np.float64)}
     raise ValueError(
-        f"{path}: {len(first)} different times in {len(time)} rows; allowed: a time for each row with digits enough for "
-        "the sampling"
+        f"{path}: {len(first)} different times in {len(time)} rows; allowed: a time for each row with digits "
+        "enough for the sampling"
     )
