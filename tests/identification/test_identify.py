@@ -74,7 +74,7 @@ def test_emps_gives_the_published_numbers_and_its_measured_curve(emps, tmp_path)
     many = found.friction.samples >= 34
     truth = np.interp(found.friction.speed, SPEED, FRICTION)[many]
     off = np.abs(found.friction.value[many] + found.offset - truth)
-    assert many.sum() > 60
+    assert many.sum() > 50
     assert np.all(off <= np.maximum(1.0, 0.03 * np.abs(truth)))
 
 

@@ -32,7 +32,7 @@ from .signals import Signals
 #: most and fewest bins of a direction; samples of the log for one bin
 MOST_BINS, FEWEST_BINS, FOR_A_BIN = 60, 6, 150
 #: fewest samples of the log in a bin, and independent ones
-FEWEST, FEWEST_INDEPENDENT = 10, 4.0
+FEWEST, FEWEST_INDEPENDENT = 10, 2.0
 #: longest cluster [s], or so many periods of the cutoff
 CLUSTER, CLUSTER_PERIODS = 0.25, 10.0
 #: clusters that the pooled error of a bin counts as
@@ -229,7 +229,9 @@ def identify(
     enough = (count * samples.each >= FEWEST) & (count * samples.each * samples.rate >= FEWEST_INDEPENDENT)
     use = enough[bins]
     left_out = signals.left_out | samples.left_out
-    left_out[f"bins of speed with fewer than {FEWEST} samples"] = int((~use).sum()) * samples.each
+    left_out[
+        f"bins of speed with fewer than {FEWEST} samples, {FEWEST_INDEPENDENT:g} of them independent"
+    ] = int((~use).sum()) * samples.each
     if not (use & (samples.speed > 0.0)).any() or not (use & (samples.speed < 0.0)).any():
         raise ValueError(
             f"no bin of speed with {FEWEST} samples in both directions; allowed: a longer log, or fewer bins (--bins)"
