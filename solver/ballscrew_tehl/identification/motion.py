@@ -21,7 +21,8 @@ from .log_file import Array, Progress
 from .signals import Section, Signals, integral
 
 ORDER = 2
-#: cutoffs over the sampling frequency, highest first (above, forces that are not measured act on the inertia); lowest cutoff [Hz]
+#: cutoffs over the sampling frequency, highest first (above, forces that are not measured act on the inertia);
+#: lowest cutoff [Hz]
 CUTOFFS, LOWEST = (0.1, 0.07, 0.05, 0.035, 0.025, 0.0175, 0.0125, 0.009, 0.006), 2.0
 #: most noise in the acceleration, as a share of its variance: the mass comes out too small by this share
 MOST_NOISE = 5e-4

@@ -8,7 +8,6 @@ shape error SHAPE of the law.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -322,13 +321,8 @@ def measurement_rows(friction: ScrewFriction, most: int = 12) -> ScrewFriction:
 
     def joined(piece: np.ndarray) -> tuple[float, ...]:
         weight = 1.0 / friction.error[piece] ** 2
-        mean: Callable[[Array], float] = lambda values: float(np.average(values[piece], weights=weight))  # noqa: E731
-        # errors of neighbours are hardly independent
-        return (
-            mean(friction.speed),
-            mean(friction.torque),
-            mean(friction.error),
-            float(friction.samples[piece].sum()),
-        )
+        # errors of neighbours are hardly independent: their mean, not that over the root of their number
+        speed, torque, error = (float(np.average(values[piece], weights=weight)) for values in friction[:3])
+        return speed, torque, error, float(friction.samples[piece].sum())
 
     return ScrewFriction(*(np.array(column) for column in zip(*map(joined, pieces), strict=True)))
