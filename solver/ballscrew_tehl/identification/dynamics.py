@@ -3,9 +3,9 @@
     effort = inertia * acceleration + offset + friction(speed)
 
 Friction has a value in each bin of speed, each direction by itself: no shape is assumed. For the inertia it is a
-straight line in each. The offset is the constant of
-a fit of Coulomb and viscous friction and a constant to the bins, weighted by their samples, as published
-identifications have it. Friction is without it.
+straight line in each, and what an error of the delay would add, the jerk, is taken out; the power of the acceleration
+is that without its noise. The offset is the constant of a fit of Coulomb and viscous friction and a constant to the
+bins, weighted by their samples, as published identifications have it. Friction is without it.
 
 Standard errors: the sandwich with clusters of time (pieces of a run between reversals), so that the correlation by the
 filter and by the position counts; for a bin, shrunk towards what the independent samples of the filtered residual give,
