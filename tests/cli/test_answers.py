@@ -280,6 +280,6 @@ def test_choices_of_the_parser_are_those_of_the_modules():
         (parser.LOSS_NAMES, "calibration.fit.LOSSES"), (parser.DROP_KINDS, "calibration.user.DROPS"),
         (parser.SET_NAMES, "calibration.packaged.FILM_OF_SET"), (parser.SET_NAMES, "friction.sets.SETS"),
         (parser.LUBRICANTS, "parameters.template.LUBRICANTS"), (parser.LAWS, "contact.moes.LAWS"),
-        (parser.KINEMATICS, "physics.kinematics.KINEMATICS"),
+        (parser.KINEMATICS, "physics.kinematics.KINEMATICS"), (parser.EXPORT_FORMATS, "cli.commands.export.KINDS"),
     ):  # fmt: skip
         assert set(own) == set(resolve_name(f"ballscrew_tehl.{place}")), place

@@ -22,6 +22,7 @@ BUILD = ("map", "build", "--output", "x.nc")
 CONTACT = ("contact", "--load-n", "60", "--radius-x-m", "2e-3", "--radius-y-m", "6e-3", "--u1-m-s", "0.5", "--u2-m-s",
            "0.4", "--temperature-k", "313.15")  # fmt: skip
 MOES = ("contact", "--moes", "20", "5", "--law", "barus")
+EXPORT = ("--screw", "{screw}", "--map", "{vg100}", "--format")
 NUMBERS = "preload_n,speed_rpm,temperature_c\n"
 
 #: command -> words and what the line names; {vg100}, {example}, {fit}: files of another screw
@@ -114,6 +115,30 @@ REFUSALS = {
         (("--packaged", "--plot", "x.png"), "--plot with --packaged"),
         (("measured.toml", "--output", "./measured.toml"), "is a file that this command reads; allowed: another file"),
     ],
+    "identify": [
+        ((), "arguments are required: LOG.csv"),
+        (("none.csv",), "none.csv: cannot be read (No such file or directory); give a CSV file"),
+        (("measured.csv",), "column time missing (found: preload_n, speed_rpm, torque_nm)"),
+        (("log.csv",), "--torque-constant-nm-a (missing); needed with a column current"),
+        (("log.csv", "--torque-constant-nm-a", "0"), "--torque-constant-nm-a = 0; allowed: 1e-06 to 10000"),
+        (("log.csv", "--torque-constant-nm-a", "1", "--lead-mm", "8"), "log.csv: current is constant"),
+        (("log.csv", "--mass-kg", "1", "--inertia-kgm2", "1"), "--inertia-kgm2 and --mass-kg; allowed: one of them"),
+        (("log.csv", "--before", "log.csv"), "allowed: with both, which turn friction into preload"),
+        (("log.csv", "--plot", "x.pdf"), "--plot = x.pdf; allowed: a file *.png"),
+        (("log.csv", "--measurements", "./log.csv"), "is a file that this command reads"),
+        (("text.csv", "--gain-n-v", "1"), "text.csv: row 3: position [m] = 'x'; allowed: a number"),
+        (("back.csv", "--gain-n-v", "1"), "time runs backwards 1 times, first from 0.002 to 0 s after row 3"),
+    ],
+    "export": [
+        ((), "arguments are required: --format, --output"),
+        ((*EXPORT, "twincat", "--output", "x.lis"), "--torque-constant-nm-a; needed with --format twincat"),
+        ((*EXPORT, "csv", "--output", "x.lis"), "--output = x.lis; allowed: a file *.csv"),
+        ((*EXPORT, "csv", "--output", "x.csv", "--torque-constant-nm-a", "1"), "allowed only with --format twincat"),
+        ((*EXPORT, "matlab", "--output", "1 x.m"), "allowed: the name of a MATLAB function"),
+        ((*EXPORT, "csv", "--output", "x.csv", "--points", "2"), "--points = 2; allowed: a whole number >= 3"),
+        ((*EXPORT, "csv", "--output", "x.csv", "--preload-n", "9", "99999"), "preload = 9 N; allowed by the map: 120 "),
+        ((*EXPORT, "csv", "--output", "x.csv", "--temperature-c", "303"), "is 303 K = 29.85 C meant?"),
+    ],
     "validate": [(("--friction", "four_parameter"), "--friction = four_parameter; allowed: ")],
     "report": [
         ((), "arguments are required: --output"),
@@ -144,6 +169,13 @@ def folder(tmp_path, monkeypatch):
     for name in ("measured.csv", "measured.toml"):
         (tmp_path / name).write_text("preload_n,speed_rpm,torque_nm\n" + "\n".join(rows))
     (tmp_path / "n_cm.csv").write_text("preload_n,speed_rpm,torque_nm\n" + "\n".join(cm))
+    time = [0.001 * k for k in range(300)]
+    for name, heading, rows in (
+        ("log", "time [s],position [m],current [A]", [f"{t},{t},1" for t in time]),
+        ("text", "time [s],position [m],voltage [V]", [f"{t},{t if t != 0.002 else 'x'},{t}" for t in time]),
+        ("back", "time [s],position [m],voltage [V]", [f"{t},{t},{t}" for t in time[:3] + time]),
+    ):
+        (tmp_path / f"{name}.csv").write_text("\n".join([heading, *rows]))
     (tmp_path / "text.nc").write_text("notes")
     (tmp_path / "empty").mkdir()
     return tmp_path
@@ -220,6 +252,9 @@ OUTPUTS = {
     "calibrate --packaged": (("calibrate", "--packaged", "--output", "{}"), "--output", ".toml"),
     "validate": (("validate", "--plot", "{}"), "--plot", ".png"),
     "report": (("report", "--output", "{}"), "--output", ".html"),
+    "identify --plot": (("identify", "log.csv", "--plot", "{}"), "--plot", ".png"),
+    "identify --measurements": (("identify", "log.csv", "--measurements", "{}"), "--measurements", ".csv"),
+    "export": (("export", "--format", "json", "--output", "{}"), "--output", ".json"),
 }
 
 

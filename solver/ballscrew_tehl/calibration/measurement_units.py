@@ -10,6 +10,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..parameters.units import CELSIUS, RPM
@@ -52,9 +53,10 @@ QUANTITIES: dict[str, Quantity] = {
     "torque": Quantity(("torque", "friction_torque", "measured_torque", "measured"), TORQUE, True),
     "temperature": Quantity(("temperature", "oil_temperature"), KELVIN),
     "axial_load": Quantity(("axial_load",), FORCE),
-    "torque_uncertainty": Quantity(("torque_uncertainty", "uncertainty"), TORQUE | {PERCENT: (1e-2, 0.0)}),
+    "torque_uncertainty": Quantity(
+        ("torque_uncertainty", "torque_error", "uncertainty"), TORQUE | {PERCENT: (1e-2, 0.0)}
+    ),
 }
-_KEYS = {name: key for key, quantity in QUANTITIES.items() for name in quantity.names}
 #: columns without a unit
 PLAIN = ("table", "weight", "comment")
 EXAMPLE = "preload [N], speed [r/min], temperature [degC], torque [N.m]"
@@ -88,10 +90,16 @@ def _letters(unit: str) -> str:
     return re.sub("[^a-z0-9]", "", unit.lower())
 
 
-def column_of(heading: str) -> Column | None:
+def column_of(
+    heading: str,
+    quantities: Mapping[str, Quantity] = QUANTITIES,
+    plain: Sequence[str] = PLAIN,
+    example: str = EXAMPLE,
+) -> Column | None:
     """Quantity and unit of a heading; None if it is not a known one.
 
     Parameters   heading : `preload [kN]`, `preload (kN)`, `preload_kN`; case matters only for a unit in brackets
+                 quantities, plain, example : of another kind of file
     Raises       ValueError: a known quantity without unit or with an unknown one, a misspelt name
     Example
                  >>> column_of("Speed [1/min]")
@@ -101,26 +109,27 @@ def column_of(heading: str) -> Column | None:
     """
     bracket = re.fullmatch(r"(.*?)\s*[\[(]\s*(.*?)\s*[\])]", heading)
     stem = re.sub("[ -]", "_", (bracket[1] if bracket else heading).strip().lower())
-    if stem in PLAIN:
+    if stem in plain:
         return Column(stem, heading)
-    for name in sorted(_KEYS, key=len, reverse=True):
+    keys = {name: key for key, quantity in quantities.items() for name in quantity.names}
+    for name in sorted(keys, key=len, reverse=True):
         if stem != name and (bracket or not stem.startswith(f"{name}_")):
             continue
         given = bracket[2] if bracket else stem[len(name) + 1 :]
-        spelled, units = _joined if bracket else _letters, QUANTITIES[_KEYS[name]].units
+        spelled, units = _joined if bracket else _letters, quantities[keys[name]].units
         for unit in units:
             if spelled(given) and spelled(unit) == spelled(given):
-                return Column(_KEYS[name], heading, unit)
+                return Column(keys[name], heading, unit)
         problem = f"unit {given!r}" if given else "unit missing"
         remedy = "allowed:" if bracket else f"write {name} [UNIT] with one of"
         raise ValueError(f"column {heading!r}: {problem}; {remedy} {', '.join(units)}")
     # a misspelt name may be followed by a unit
     short = stem.rsplit("_", 1)[0]
-    names = [*_KEYS, *PLAIN]
+    names = [*keys, *plain]
     near = [name for name in names if len(short) > 2 and name.startswith(short)]
     near += difflib.get_close_matches(short, names, n=1, cutoff=0.75)
     if near:
-        raise ValueError(f"column {heading!r} unknown; is {near[0]} meant? allowed: {EXAMPLE}, and others")
+        raise ValueError(f"column {heading!r} unknown; is {near[0]} meant? allowed: {example}, and others")
     return None
 
 

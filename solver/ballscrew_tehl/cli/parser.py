@@ -17,9 +17,13 @@ from typing import Any, NamedTuple, NoReturn
 from .. import __version__
 from .shared.quantities import (
     CALIBRATION_POINT,
+    CURRENT_UNIT,
+    IDENTIFY_OPTIONS,
     PRELOAD_POINT,
+    RATIO,
     REPORT_POINT,
     SCREW_POINT,
+    TORQUE_CONSTANT,
     TORQUE_POINT,
     Quantity,
 )
@@ -31,6 +35,7 @@ DROP_KINDS = ("impossible", "outside", "outliers")
 OILS = ("viscosities", "iso_vg")
 LUBRICANTS = ("oil", "grease")
 LOSS_NAMES = ("least_squares", "soft_l1")
+EXPORT_FORMATS = ("twincat", "csv", "modelica", "matlab", "json")
 RHEOLOGIES = ("newtonian", "eyring", "carreau", "limiting_shear_stress")
 LAWS = ("barus", "roelands")
 #: points of a certificate: of a build, of a check
@@ -188,6 +193,32 @@ COMMANDS = {
        "temperature, axial_load, torque_uncertainty or weight, table, comment. Prints errors, errors of left-out "
        "points, 95 % intervals, correlations, outliers and what the data do not identify. One torque, measured or of a "
        "catalogue (--torque-nm with --preload-n, --speed-rpm, --temperature-c), fits the number of mechanistic to it."),
+    "identify": Command("inertia, offset, friction and preload from a log of a drive", "identify.run_identify", (
+        _option("log", "log of an axis that moves both ways", "LOG.csv"),
+        *(_option(quantity.option, quantity.help, quantity.metavar) for quantity in IDENTIFY_OPTIONS),
+        _option("--temperature-c", "oil temperature; default: column temperature of the log", "C"),
+        _option("--without-nut", "log of the same axis without the nut, whose friction is subtracted", "LOG.csv"),
+        _option("--before", "earlier log of the same axis: change of the preload", "LOG.csv"),
+        _option("--plot", "draw friction over speed and the residual over position", "FILE.png"),
+        _option("--measurements", "write points for calibrate, with their standard errors", "FILE.csv"),
+        *OF_MAP,
+    ), "Least squares on the inverse dynamics of a log. Headings of the file name the units: time [s], position [mm], "
+       "[rad], [deg] or speed [r/min], velocity [m/s]; current [A], torque [N.m], force [N] or voltage [V]; optional "
+       "temperature [degC], preload [N]. Prints inertia or mass, offset and friction over speed in each direction with "
+       "95 % intervals, and what was left out. With --screw and --map also the preload with its interval."),
+    "export": Command("friction of a map as a table for a controller or a tool", "export.run_export", (
+        _choice("--format", EXPORT_FORMATS, "twincat: compensation list frict_comp of TwinCAT CNC and ISG kernels; "
+                "modelica: text of a CombiTable1Ds; matlab: a function with its breakpoints", required=True),
+        _option("--output", "where to write it; with several preloads or temperatures a list each, named by them",
+                "PATH", required=True),
+        _option("--preload-n", "preloads [N]; default: 5 %% of the dynamic rating", "N", nargs="+"),
+        _option("--temperature-c", "oil temperatures; default: reference of the oil", "C", nargs="+"),
+        *(_option(quantity.option, f"twincat: {quantity.help}", quantity.metavar)
+          for quantity in (TORQUE_CONSTANT, RATIO, CURRENT_UNIT)),
+        _numbers("--points", "most entries of a list (default 20), speeds of a table (default 40)", kind=int),
+        *OF_MAP,
+    ), "Friction torque over speed, preload and temperature with its interval. Every file states units and signs. The "
+       "entries of a compensation list have the least largest error."),
     "validate": Command("compare the model with measured torques and published models", "validate.run_validate", (
         _switch("--contacts", "solve instead the contact of section 5.1 of the paper with both kinematics and a circle "
                 "of a public multigrid; shows the published values"),

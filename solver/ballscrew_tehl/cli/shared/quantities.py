@@ -73,6 +73,34 @@ CALIBRATION_POINT = (
     TORQUE._replace(not_zero=True), PRELOAD._replace(not_zero=True), SPEED._replace(not_zero=True), TEMPERATURE,
 )  # fmt: skip
 REPORT_POINT = (PRELOAD, SPEED, TEMPERATURE)
+TORQUE_CONSTANT = Quantity("torque_constant_nm_a", "torque of the motor over its current [N.m/A]", 1e-6, 1e4)
+RATIO = Quantity("ratio", "turns of the motor for one of the screw; default: 1", 1e-3, 1e3)
+CURRENT_UNIT = Quantity("current_unit_a", "one of the current of the drive [A]; default: 0.001", 1e-9, 1e3)
+IDENTIFY_OPTIONS = (
+    TORQUE_CONSTANT,
+    Quantity("gain_n_v", "force of the drive over its voltage [N/V]", 1e-6, 1e9),
+    RATIO,
+    Quantity("lead_mm", "lead of the screw [mm]; default: that of --screw", 1e-2, 1e3),
+    Quantity(
+        "inertia_kgm2", "known inertia at the screw, axis included [kg m2]; default: fitted", 1e-12, 1e6
+    ),
+    Quantity("mass_kg", "known moved mass, screw and motor included [kg]; default: fitted", 1e-6, 1e7),
+    Quantity("guide_force_n", "friction of guides and covers, which is subtracted [N]", 0.0, MOST_FORCE),
+    Quantity(
+        "seal_torque_nm", "friction of seals and bearings at the screw, which is subtracted [N.m]", 0.0, 1e6
+    ),
+    PRELOAD._replace(help="known preload [N]: for --measurements, or with --before", not_zero=True),
+    Quantity("before_preload_n", "known preload of the log before [N]", 0.0, not_zero=True),
+    TEMPERATURE._replace(name="before_temperature_c", help="oil temperature of the log before [C]"),
+    Quantity(
+        "delay_ms",
+        "delay of current, torque, force or voltage behind the motion; default: estimated",
+        -1e3,
+        1e3,
+    ),
+    Quantity("cutoff_hz", "cutoff of the filter [Hz]; default: by the noise of the motion", 1e-3, 1e6),
+    Quantity("bins", "bins of speed in each direction; default: by the number of samples", 3, 1000),
+)
 
 
 def whole_number(option: str, value: int | None) -> None:

@@ -1,0 +1,271 @@
+"""The command identify: inertia, offset, friction over speed and preload from a log of a drive."""
+
+from __future__ import annotations
+
+import math
+from argparse import Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ...parameters.units import CELSIUS
+from ...runtime.packed import MECHANISTIC
+from ...whole_file import whole_file
+from ..shared.chosen import chosen_of
+from ..shared.files import check_output, written
+from ..shared.progress import QUIET, progress_bar
+from ..shared.quantities import IDENTIFY_OPTIONS, TEMPERATURE
+from ..shared.results import print_results, say
+
+if TYPE_CHECKING:
+    from ...identification.dynamics import Identified
+    from ...identification.log_file import Progress
+    from ...identification.plot import LawCurve
+    from ...identification.preload import FoundPreload, Law, ScrewFriction
+
+
+class _Axis(NamedTuple):
+    """Numbers of the options: those of IDENTIFY_OPTIONS, lead of the screw [m/rad], the law; None: not given."""
+
+    given: dict[str, float | None]
+    lead: float | None
+    law: Law | None
+    progress: Progress
+
+    @property
+    def known(self) -> float:
+        """Torque at the screw of the known parts [N.m]."""
+        guide, seal = self.given["guide_force_n"] or 0.0, self.given["seal_torque_nm"] or 0.0
+        if guide and self.lead is None:
+            raise ValueError("--lead-mm or --screw (missing); needed with --guide-force-n")
+        return seal + guide * (self.lead or 0.0)
+
+
+def run_identify(args: Namespace) -> int:
+    """Fit of a log, its friction and preload, and the files that are wanted."""
+    from ...identification import output
+
+    given = {
+        quantity.name: None if getattr(args, quantity.name) is None
+        else quantity.checked(quantity.option, getattr(args, quantity.name))
+        for quantity in IDENTIFY_OPTIONS
+    }  # fmt: skip
+    _check(args, given)
+    with progress_bar(QUIET) as progress:
+        axis = _axis(args, given, progress)
+        found = _identified(args.log, axis)
+        data = output.identified_data(found)
+        friction, curve, other = None, None, _without_nut(args, axis)
+        if axis.law is not None or args.measurements or args.without_nut or axis.known:
+            friction = _nut(found, axis, other)
+        if axis.law is not None:
+            assert friction is not None
+            curve = _with_law(args, axis, found, (friction, other), data)
+        if not (args.without_nut or axis.known or "without_nut_nm" in data):
+            data["contains"] = output.CONTAINS
+    if args.measurements:
+        assert friction is not None
+        text = output.measurements_text(friction, _known_preload(found, axis), _temperature(found, args))
+        with written("--measurements", args.measurements), whole_file(Path(args.measurements)) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+        say(f"written: {args.measurements}")
+    if args.plot:
+        from ...calibration.plot import save_figure
+        from ...identification.plot import identification_figure
+
+        figure = identification_figure(found, curve)
+        with written("--plot", args.plot):
+            save_figure(figure, Path(args.plot))
+        say(f"written: {args.plot}")
+    if args.json:
+        print_results([data], True, False)
+    else:
+        print(output.identified_text(found, data))
+    return 0
+
+
+def _check(args: Namespace, given: dict[str, float | None]) -> None:
+    """Refuse what cannot be together, before the log is read."""
+    if given["inertia_kgm2"] is not None and given["mass_kg"] is not None:
+        raise ValueError("--inertia-kgm2 and --mass-kg; allowed: one of them")
+    with_map = args.map is not None or args.screw is not None or args.friction is not None
+    if args.before and not with_map:
+        raise ValueError(
+            "--before without --screw and --map; allowed: with both, which turn friction into preload"
+        )
+    logs = [args.log, args.before, args.without_nut]
+    for option, path, kind in (
+        ("--plot", args.plot, "a file *.png"),
+        ("--measurements", args.measurements, "a file *.csv"),
+    ):
+        if path:
+            check_output(option, path, kind, inputs=(*logs, args.screw, args.map))
+
+
+def _axis(args: Namespace, given: dict[str, float | None], progress: Progress) -> _Axis:
+    lead = None if given["lead_mm"] is None else given["lead_mm"] * 1e-3 / (2.0 * math.pi)
+    if args.screw is None and args.map is None and args.friction is None:
+        return _Axis(given, lead, None, progress)
+    from ...identification.preload import Law
+    from ...nut_map.file import load_contact_map
+
+    chosen = chosen_of(args)
+    own = chosen.parameters.screw.lead / (2.0 * math.pi)
+    if lead is not None and not math.isclose(lead, own, rel_tol=1e-3):
+        raise ValueError(
+            f"--lead-mm = {given['lead_mm']:g}; allowed: that of the screw file, {2e3 * math.pi * own:.6g}"
+        )
+    if args.map is None and args.screw is not None and args.friction is None and not args.before:
+        # the lead alone is wanted, unless the packaged map is that of the screw
+        try:
+            nut_map = chosen.nut_map(args)
+        except ValueError:
+            say("no --map: the lead of the screw is used, no preload is computed")
+            return _Axis(given, own, None, progress)
+    else:
+        nut_map = chosen.nut_map(args)
+    contact_map = load_contact_map(args.map, chosen.parameters) if nut_map.law == MECHANISTIC else None
+    return _Axis(given, own, Law(chosen.parameters, nut_map, chosen.friction_set, contact_map), progress)
+
+
+def _identified(path: str, axis: _Axis) -> Identified:
+    """Fit of one log.
+
+    Raises       ValueError: names the log
+    """
+    from ...identification.dynamics import identify
+    from ...identification.log_file import read_log
+    from ...identification.motion import TRAVEL, TRAVEL_ANGLE
+    from ...identification.signals import Drive, signals_of
+
+    given = axis.given
+    drive = Drive(given["torque_constant_nm_a"], given["gain_n_v"], given["ratio"] or 1.0, axis.lead)
+    # a log may have both: the one whose option is given is meant
+    options = {"current": drive.torque_constant, "voltage": drive.gain}
+    wanted = [name for name, value in options.items() if value is not None]
+    signals = signals_of(read_log(path, axis.progress, wanted), drive)
+    inertia = given["inertia_kgm2"] if signals.rotary else given["mass_kg"]
+    other = given["mass_kg"] if signals.rotary else given["inertia_kgm2"]
+    if other is not None:
+        if axis.lead is None:
+            what = (
+                "--mass-kg with a torque or current"
+                if signals.rotary
+                else "--inertia-kgm2 with a force or voltage"
+            )
+            raise ValueError(f"{what}; allowed: with --lead-mm or --screw, or the other one of them")
+        inertia = other * axis.lead**2 if signals.rotary else other / axis.lead**2
+    travel = TRAVEL if not signals.rotary else TRAVEL / axis.lead if axis.lead else TRAVEL_ANGLE
+    delay = None if given["delay_ms"] is None else 1e-3 * given["delay_ms"]
+    bins = None if given["bins"] is None else int(given["bins"])
+    try:
+        return identify(signals, inertia, travel, delay, given["cutoff_hz"], bins, axis.progress)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def _without_nut(args: Namespace, axis: _Axis) -> ScrewFriction | None:
+    """Friction torque at the screw of the log without the nut."""
+    from ...identification.preload import screw_friction
+
+    return screw_friction(_identified(args.without_nut, axis), axis.lead) if args.without_nut else None
+
+
+def _nut(found: Identified, axis: _Axis, other: ScrewFriction | None) -> ScrewFriction:
+    """Friction torque at the screw without the known parts, or without all that is in the log without the nut."""
+    from ...identification.preload import screw_friction, without
+
+    return without(screw_friction(found, axis.lead), 0.0 if other is not None else axis.known, other)
+
+
+def _temperature(found: Identified, args: Namespace) -> float:
+    """[K]
+
+    Raises       ValueError: neither an option nor a column
+    """
+    if args.temperature_c is not None:
+        return TEMPERATURE.checked("--temperature-c", args.temperature_c) + CELSIUS
+    if found.temperature is None:
+        raise ValueError(
+            "--temperature-c (missing); needed of the oil, or a column temperature [degC] in the log"
+        )
+    return found.temperature
+
+
+def _preload(found: Identified, axis: _Axis, name: str = "preload_n") -> float | None:
+    given = axis.given[name]
+    return found.preload if given is None else given
+
+
+def _known_preload(found: Identified, axis: _Axis) -> float:
+    value = _preload(found, axis)
+    if value is None:
+        raise ValueError(
+            "--preload-n (missing); needed with --measurements, or a column preload [N] in the log"
+        )
+    return value
+
+
+def _with_law(
+    args: Namespace, axis: _Axis, found: Identified, parts: tuple[ScrewFriction, ScrewFriction | None],
+    data: dict[str, Any],
+) -> LawCurve | None:  # fmt: skip
+    """Preload, its change and what two known preloads tell, added to the answer; the law's curve for the picture."""
+    from ...identification import output
+    from ...identification.preload import change_of_preload, found_preload, told_apart, without
+
+    law, temperature, (friction, other) = axis.law, _temperature(found, args), parts
+    assert law is not None
+    before, then = friction, temperature
+    if args.before:
+        earlier = _identified(args.before, axis)
+        stated = axis.given["before_temperature_c"]
+        then = (earlier.temperature or temperature) if stated is None else stated + CELSIUS
+        before = _nut(earlier, axis, other)
+        preloads = _preload(found, axis), _preload(earlier, axis, "before_preload_n")
+        if preloads[0] is not None and preloads[1] is not None:
+            apart = told_apart([(friction, preloads[0], temperature), (before, preloads[1], then)], law)
+            data |= output.apart_data(apart)
+            friction, before = (without(part, max(apart.rest, 0.0)) for part in (friction, before))
+    result = found_preload(friction, law, temperature)
+    data |= output.preload_data(result)
+    if args.before:
+        then_found = found_preload(before, law, then)
+        data |= output.change_data(change_of_preload((friction, result), (before, then_found), law))
+    data |= {"screw": law.parameters.name, "friction_set": law.friction_set.name}
+    return _curve(axis, found, friction, result) if args.plot else None
+
+
+def _curve(axis: _Axis, found: Identified, friction: ScrewFriction, result: FoundPreload) -> LawCurve:
+    """The law over the speeds of the log, with what was subtracted from the friction."""
+    import numpy as np
+
+    from ...identification.plot import LawCurve
+    from ...identification.preload import screw_friction
+    from ...nut_map.interval import map_interval
+
+    law = axis.law
+    assert law is not None
+    low, high = law.nut_map.header["axes"]["speed"][:2]
+    whole = screw_friction(found, axis.lead)
+    speed = np.linspace(max(float(whole.speed.min()), low), min(float(whole.speed.max()), high), 60)
+    parts = np.interp(speed, whole.speed, whole.torque) - np.interp(speed, friction.speed, friction.torque)
+    torque = law.torque(result.preload, speed, result.temperature)
+    ends = np.ones((2, len(speed)))
+    if law.contact_map is not None:
+        at = np.linspace(speed[0], speed[-1], 5)
+        axes = law.nut_map.header["axes"]
+        found_ends = [
+            map_interval(
+                law.parameters, law.contact_map, axes, law.friction_set, result.preload, x, result.temperature
+            ).relative
+            for x in at
+        ]
+        ends = np.array([np.interp(speed, at, [pair[k] for pair in found_ends]) for k in (0, 1)])
+    scale = 1.0 if found.rotary else axis.lead or 1.0
+    known = (
+        f" and {parts.mean() / scale:.3g} {'N m' if found.rotary else 'N'} of other parts"
+        if np.any(parts > 1e-9)
+        else ""
+    )
+    value, lower, upper = ((torque * factor + parts) / scale for factor in (1.0, *ends))
+    return LawCurve(speed * scale, value, lower, upper, f"law at a preload of {result.preload:.4g} N{known}")

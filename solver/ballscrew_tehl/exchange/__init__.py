@@ -1,0 +1,1 @@
+"""Friction of a map as tables for controllers and simulation tools."""

@@ -1,0 +1,216 @@
+"""Results of an identification: keys of JSON, text, the file of measurements."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import __version__
+from ..parameters.units import CELSIUS, RPM
+from .dynamics import Identified
+from .preload import Apart, Change, FoundPreload, ScrewFriction, measurement_rows
+
+#: what friction from one log is of
+CONTAINS = (
+    "the friction is that of the whole axis: screw, guides, seals and bearings of screw and motor together; one "
+    "log does "
+    "not tell them apart: give --guide-force-n, --seal-torque-nm or --without-nut LOG.csv"
+)
+HEADINGS = "preload [N],speed [r/min],temperature [degC],torque [N.m],torque error [N.m]"
+
+
+class Units(NamedTuple):
+    """Names of the keys, what a speed is divided by, units of the text."""
+
+    inertia: str
+    offset: str
+    speed: str
+    effort: str
+    place: str
+    one: float
+    shown: tuple[str, str, str]
+
+
+LINEAR = Units("mass_{}kg", "offset_{}n", "velocity_m_s", "force_{}n", "position_m", 1.0, ("kg", "N", "m/s"))
+ROTARY = Units(
+    "inertia_{}kgm2", "offset_{}nm", "speed_rpm", "torque_{}nm", "angle_rad", RPM, ("kg m2", "N m", "r/min")
+)
+
+
+def units_of(found: Identified) -> Units:
+    """Of a screw or of a linear axis."""
+    return ROTARY if found.rotary else LINEAR
+
+
+def _limits(key: str, value: float, limits: tuple[float, float] | None) -> dict[str, float | None]:
+    low, high = limits or (None, None)
+    return {key.format(""): value, key.format("low_"): low, key.format("high_"): high}
+
+
+def identified_data(found: Identified) -> dict[str, Any]:
+    """Keys of --json."""
+    units, friction = units_of(found), found.friction
+    motion = "acceleration" if not found.rotary else "angular acceleration"
+    data: dict[str, Any] = {
+        "kind": "rotary" if found.rotary else "linear",
+        "model": (
+            f"{units.effort.format('').rsplit('_', 1)[0] or 'force'} = {units.inertia.format('')} * {motion} + "
+            f"{units.offset.format('')} + friction(speed); friction is without the offset and has the sign of the "
+            "speed"
+        ),
+        **_limits(units.inertia, found.inertia, found.inertia_limits),
+        **_limits(units.offset, found.offset, found.offset_limits),
+        "friction": [
+            {
+                units.speed: float(friction.speed[i]) / units.one,
+                units.effort.format(""): float(friction.value[i]),
+                units.effort.format("low_"): float(friction.low[i]),
+                units.effort.format("high_"): float(friction.high[i]),
+                units.effort.format("error_"): float(friction.error[i]),
+                "samples": int(friction.samples[i]),
+            }
+            for i in range(len(friction.speed))
+        ],
+        "delay_s": found.delay,
+        "cutoff_hz": found.cutoff,
+        units.effort.format("residual_"): found.residual,
+        "explained": found.explained,
+        "residual_over_position": [
+            {
+                units.place: float(place),
+                units.effort.format(""): float(mean),
+                units.effort.format("error_"): float(error),
+            }
+            for place, mean, error in zip(*found.places, strict=True)
+        ],
+        "samples": found.samples,
+        "left_out": {reason: count for reason, count in found.left_out.items() if count},
+        "temperature_c": None if found.temperature is None else found.temperature - CELSIUS,
+        "notes": found.notes,
+        "version": __version__,
+    }
+    return data
+
+
+def preload_data(found: FoundPreload) -> dict[str, Any]:
+    """What a map adds."""
+    return {
+        "preload_n": found.preload,
+        "preload_low_n": found.low,
+        "preload_high_n": found.high,
+        "preload_interval": found.meaning,
+        "preload_log_low_n": found.log_low,
+        "preload_log_high_n": found.log_high,
+        "shape_deviation": found.deviation,
+        "shape_exponent_difference": found.slope,
+        "shape_fits": found.within,
+    }
+
+
+def change_data(change: Change) -> dict[str, Any]:
+    """What a log before adds."""
+    return {
+        "preload_before_n": change.before,
+        "preload_ratio": change.ratio,
+        "preload_ratio_low": change.low,
+        "preload_ratio_high": change.high,
+    }
+
+
+def apart_data(apart: Apart) -> dict[str, Any]:
+    """What two known preloads or temperatures add."""
+    return {
+        "without_nut_nm": apart.rest, "without_nut_low_nm": apart.rest_low, "without_nut_high_nm": apart.rest_high,
+        "law_factor": apart.factor, "law_factor_low": apart.factor_low, "law_factor_high": apart.factor_high,
+    }  # fmt: skip
+
+
+def identified_text(found: Identified, data: dict[str, Any]) -> str:
+    """The result as text."""
+    units = units_of(found)
+    inertia, effort, _ = units.shown
+    name = "inertia" if found.rotary else "mass"
+    given = " (given)"
+    if found.inertia_limits is not None:
+        given = f", 95 %: {found.inertia_limits[0]:.5g} to {found.inertia_limits[1]:.5g}"
+    lines = [
+        f"{name:<10}{found.inertia:.6g} {inertia}{given}",
+        f"{'offset':<10}{found.offset:.5g} {effort}, 95 %: {found.offset_limits[0]:.5g} to "
+        f"{found.offset_limits[1]:.5g}",
+        f"{'delay':<10}{1e3 * found.delay:.3g} ms of the {'torque' if found.rotary else 'force'} behind the motion",
+        f"{'filter':<10}{found.cutoff:.4g} Hz; {100.0 * found.explained:.2f} % of the variance explained, residual "
+        f"{found.residual:.3g} {effort}",
+        "",
+        *_friction_lines(found),
+    ]
+    mean, error = found.places[1], found.places[2]
+    lines += [
+        "",
+        f"residual over position: {mean.min():.2g} to {mean.max():.2g} {effort} (error "
+        f"{max(error, default=0.0):.1g})",
+    ]
+    lines.append(f"samples used: {found.samples}; left out: " + (
+        ", ".join(f"{count} {reason}" for reason, count in data["left_out"].items()) or "none"))  # fmt: skip
+    if "preload_n" in data:
+        lines += [
+            "",
+            f"preload {data['preload_n']:.5g} N, {data['preload_low_n']:.5g} to {data['preload_high_n']:.5g} N "
+            f"({data['preload_interval']})",
+            f"shape over speed: law {'fits' if data['shape_fits'] else 'does not fit'} within the errors, deviation "
+            f"{100.0 * data['shape_deviation']:.2g} %, exponent of speed {data['shape_exponent_difference']:+.2g}",
+        ]
+    if "preload_ratio" in data:
+        change, low, high = (
+            100.0 * (data[key] - 1.0) for key in ("preload_ratio", "preload_ratio_low", "preload_ratio_high")
+        )
+        lines.append(
+            f"change of the preload since the log before: {change:+.2f} %, {low:+.2f} to {high:+.2f} % (from "
+            f"{data['preload_before_n']:.5g} N)"
+        )
+    if "without_nut_nm" in data:
+        lines.append(
+            f"part that does not depend on the preload {data['without_nut_nm']:.3g} N m, "
+            f"{data['without_nut_low_nm']:.3g} to "
+            f"{data['without_nut_high_nm']:.3g}; law times {data['law_factor']:.3g}, {data['law_factor_low']:.3g} to "
+            f"{data['law_factor_high']:.3g}"
+        )
+    notes = [*found.notes, *([data["contains"]] if "contains" in data else [])]
+    return "\n".join([*lines, *(f"note: {note}" for note in notes)])
+
+
+def _friction_lines(found: Identified) -> list[str]:
+    """Friction over the magnitude of speed, both directions side by side."""
+    units, friction = units_of(found), found.friction
+    _, effort, speed = units.shown
+    half = 0.5 * (friction.high - friction.low)
+    ahead, back = np.flatnonzero(friction.speed > 0.0), np.flatnonzero(friction.speed < 0.0)[::-1]
+    lines = [
+        f"{speed:>12}{'friction':>12}{'+-':>10}{'samples':>10}  "
+        f"|{speed:>12}{'friction':>12}{'+-':>10}{'samples':>10}",
+        f"{'':>12}{effort:>12}{effort:>10}{'':>10}  |{'':>12}{effort:>12}{effort:>10}",
+    ]
+    for number in range(max(len(ahead), len(back))):
+        cells = [
+            f"{friction.speed[side[number]] / units.one:>12.5g}{friction.value[side[number]]:>12.4g}"
+            f"{half[side[number]]:>10.2g}{friction.samples[side[number]]:>10}"
+            if number < len(side) else " " * 44
+            for side in (ahead, back)
+        ]  # fmt: skip
+        lines.append("  |".join(cells).rstrip())
+    return lines
+
+
+def measurements_text(friction: ScrewFriction, preload: float, temperature: float) -> str:
+    """File of measurements for calibrate: one row for each speed, mean of both directions."""
+    rows = measurement_rows(friction)
+    lines = [
+        "# friction torque of the nut from a log, mean of both directions; torque error: one standard error",
+        HEADINGS,
+    ]
+    for speed, torque, error in zip(rows.speed, rows.torque, rows.error, strict=True):
+        floor = max(error, 1e-6 * torque)
+        assert math.isfinite(floor)
+        lines.append(f"{preload:.6g},{speed / RPM:.6g},{temperature - CELSIUS:.5g},{torque:.6g},{floor:.3g}")
+    return "\n".join(lines) + "\n"

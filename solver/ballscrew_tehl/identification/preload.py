@@ -1,0 +1,328 @@
+"""Preload behind the friction that a log gives, by the law of a map, and what is told apart from it.
+
+The friction torque at the screw is the mean of both directions at one speed: gravity and tilt fall out. Known parts, or
+a log without the nut, are subtracted. One preload is fitted to all speeds, each weighted by its standard error and a
+shape error SHAPE of the law.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.stats import norm
+
+from ..friction.sets import FrictionSet
+from ..parameters.file import Parameters
+from ..parameters.units import RPM
+from .dynamics import Identified
+from .log_file import Array
+
+if TYPE_CHECKING:
+    from ..nut_map.contact_map import ContactMap
+    from ..runtime.evaluate import NutMap
+
+#: relative error of the law's shape over speed that is allowed for
+SHAPE = 0.01
+#: standard deviations of a 95 % limit
+LIMIT = float(norm.ppf(0.975))
+#: fewest speeds within a map
+FEWEST_SPEEDS = 3
+#: share of a torque that it has to have left without known parts
+LEFT = 0.05
+
+
+class ScrewFriction(NamedTuple):
+    """Friction torque at the screw [N.m], mean of both directions, over speed [rad/s] > 0; standard error; samples."""
+
+    speed: Array
+    torque: Array
+    error: Array
+    samples: Array
+
+
+class Law(NamedTuple):
+    """Map of a screw with its friction set; contact_map: None where the set has no interval."""
+
+    parameters: Parameters
+    nut_map: NutMap
+    friction_set: FrictionSet
+    contact_map: ContactMap | None
+
+    def torque(self, preload: float, speed: Array | float, temperature: float) -> Array:
+        """[N.m]"""
+        return np.asarray(self.nut_map.evaluate(preload, speed, temperature).friction_torque)
+
+    @property
+    def preloads(self) -> tuple[float, float]:
+        """Lowest and highest [N]."""
+        axes = self.nut_map.header["axes"]
+        return float(axes["preload"][0]), min(float(axes[name][1]) for name in ("force", "preload"))
+
+
+@dataclass(frozen=True)
+class FoundPreload:
+    """Preload [N] with its interval; meaning of that; by the log alone (95 %).
+
+    deviation : root mean square of ln(torque/law) over the speeds;  slope : of it over ln(speed);  within : the errors
+    factor : ends of the law's interval over its torque, at `speed`
+    """
+
+    preload: float
+    low: float
+    high: float
+    log_low: float
+    log_high: float
+    meaning: str
+    deviation: float
+    slope: float
+    within: bool
+    factor: tuple[float, float]
+    speed: float
+    temperature: float
+
+
+def screw_friction(found: Identified, lead: float | None) -> ScrewFriction:
+    """Mean of both directions at the speeds of the positive one.
+
+    Parameters   lead : [m/rad], needed of a linear axis
+    Raises       ValueError: no lead, speeds of both directions apart
+    """
+    friction = found.friction
+    scale = 1.0
+    if not found.rotary:
+        if lead is None:
+            raise ValueError(
+                "--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis"
+            )
+        scale = lead
+    ahead, back = friction.speed > 0.0, friction.speed < 0.0
+    other = -friction.speed[back][::-1]
+    speed = friction.speed[ahead]
+    both = (speed >= other[0] * 0.97) & (speed <= other[-1] * 1.03)
+    if not both.any():
+        raise ValueError(
+            "no speed that both directions have in common; allowed: a log with the same speeds both ways"
+        )
+    speed = speed[both]
+
+    def reverse(values: Array) -> Array:
+        return np.asarray(np.interp(speed, other, values[back][::-1]))
+
+    torque = 0.5 * (friction.value[ahead][both] - reverse(friction.value))
+    half = 0.5 * (friction.high - friction.low) / LIMIT
+    error = 0.5 * np.hypot(half[ahead][both], reverse(half))
+    samples = friction.samples[ahead][both] + reverse(friction.samples.astype(float))
+    return ScrewFriction(speed / scale, torque * scale, error * scale, samples)
+
+
+def without(friction: ScrewFriction, known: float, other: ScrewFriction | None = None) -> ScrewFriction:
+    """Friction less a known torque [N.m] and that of a log without the nut.
+
+    Raises       ValueError: nothing is left
+    """
+    torque, error = friction.torque - known, friction.error
+    if other is not None:
+        if friction.speed.min() > other.speed.max() or friction.speed.max() < other.speed.min():
+            raise ValueError(
+                f"speeds of the log without the nut = {other.speed.min() / RPM:.4g} to "
+                f"{other.speed.max() / RPM:.4g} r/min; "
+                f"allowed: those of the log, {friction.speed.min() / RPM:.4g} to {friction.speed.max() / RPM:.4g} "
+                "r/min"
+            )
+        torque = torque - np.interp(friction.speed, other.speed, other.torque)
+        error = np.hypot(error, np.interp(friction.speed, other.speed, other.error))
+    mean = float(np.mean(torque))
+    if not mean > LEFT * float(np.mean(friction.torque)):
+        raise ValueError(
+            f"friction of the axis = {np.mean(friction.torque):.4g} N.m, without the known parts {mean:.4g} N.m; "
+            "allowed: "
+            "known parts smaller than the whole: check --guide-force-n, --seal-torque-nm, the log without the "
+            "nut, and "
+            "the torque constant or gain"
+        )
+    keep = torque > 0.0
+    return ScrewFriction(friction.speed[keep], torque[keep], error[keep], friction.samples[keep])
+
+
+def _inside(friction: ScrewFriction, law: Law) -> ScrewFriction:
+    """The speeds within the map.
+
+    Raises       ValueError: too few
+    """
+    low, high = law.nut_map.header["axes"]["speed"][:2]
+    keep = (friction.speed >= low) & (friction.speed <= high)
+    if not keep.sum() >= FEWEST_SPEEDS:
+        raise ValueError(
+            f"speeds of the log within the map = {int(keep.sum())} of {len(keep)}, "
+            f"{friction.speed.min() / RPM:.4g} to "
+            f"{friction.speed.max() / RPM:.4g} r/min; allowed: at least {FEWEST_SPEEDS} in {low / RPM:.4g} to "
+            f"{high / RPM:.4g} r/min: check --ratio and --lead-mm"
+        )
+    return ScrewFriction(*(values[keep] for values in friction))
+
+
+def _fitted(friction: ScrewFriction, law: Law, temperature: float, factor: float = 1.0) -> float:
+    """Preload at which the law, times a factor, is nearest to the friction; at an end of the map if beyond."""
+    weight = 1.0 / np.hypot(friction.error / friction.torque, SHAPE)
+
+    def misfit(log_preload: float) -> float:
+        model = factor * law.torque(math.exp(log_preload), friction.speed, temperature)
+        return float(np.sum((weight * np.log(friction.torque / model)) ** 2))
+
+    low, high = law.preloads
+    best = minimize_scalar(
+        misfit, bounds=(math.log(low), math.log(high)), method="bounded", options={"xatol": 1e-7}
+    )
+    return float(math.exp(best.x))
+
+
+def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> FoundPreload:
+    """Preload of the friction of the nut alone.
+
+    Raises       ValueError: speeds, temperature or torque outside the map;  ArithmeticError: as preload_interval
+    """
+    from ..nut_map.interval import map_interval, preload_interval
+
+    coldest, hottest = law.nut_map.header["axes"]["temperature"][:2]
+    if not coldest <= temperature <= hottest:
+        raise ValueError(
+            f"temperature = {temperature - 273.15:.4g} C; allowed by the map: {coldest - 273.15:.4g} to "
+            f"{hottest - 273.15:.4g} C: check unit and --temperature-c, or map build with other --temperature-c"
+        )
+    friction = _inside(friction, law)
+    lowest, highest = law.preloads
+    preload = _fitted(friction, law, temperature)
+    at_ends = (
+        law.torque(lowest, friction.speed, temperature),
+        law.torque(highest, friction.speed, temperature),
+    )
+    if not lowest * 1.001 < preload < highest * 0.999:
+        raise ValueError(
+            f"torque of the nut = {np.mean(friction.torque):.4g} N.m in the mean; allowed: "
+            f"{np.mean(at_ends[0]):.4g} to "
+            f"{np.mean(at_ends[1]):.4g} N.m, that of this map (preload {lowest:g} to {highest:g} N); remedy: "
+            "check the "
+            "torque constant or gain, the known parts, --ratio and the lead"
+        )
+    relative = np.hypot(friction.error / friction.torque, SHAPE)
+    residual = np.log(friction.torque / law.torque(preload, friction.speed, temperature))
+    step = 1e-3
+    rise = np.log(
+        law.torque(preload * (1.0 + step), friction.speed, temperature)
+        / law.torque(preload * (1.0 - step), friction.speed, temperature)
+    ) / (2.0 * step)
+    excess = float(np.sum((residual / relative) ** 2)) / max(len(residual) - 1, 1)
+    own = math.sqrt(max(excess, 1.0) / float(np.sum((rise / relative) ** 2))) * LIMIT
+    speed = float(np.exp(np.average(np.log(friction.speed), weights=1.0 / relative**2)))
+    meaning, low, high, factor = (
+        "95 %, of the log alone: this friction set has no interval",
+        preload,
+        preload,
+        (1.0, 1.0),
+    )
+    if law.contact_map is not None:
+        torque = float(law.torque(preload, speed, temperature))
+        at = law.parameters, law.contact_map
+        ends = preload_interval(*at, law.nut_map, law.friction_set, torque, preload, speed, temperature)
+        low, high, meaning = ends.low, ends.high, f"law {ends.meaning}; 95 % of the log added in quadrature"
+        if ends.at_edge:
+            meaning += f"; the {' and '.join(ends.at_edge)} end is that of the map"
+        axes = law.nut_map.header["axes"]
+        factor = map_interval(*at, axes, law.friction_set, preload, speed, temperature).relative
+    wide = [
+        math.exp(math.copysign(math.hypot(math.log(end / preload), own), sign))
+        for end, sign in ((low, -1.0), (high, 1.0))
+    ]
+    slope = float(np.polyfit(np.log(friction.speed), residual, 1)[0]) if np.ptp(friction.speed) > 0.0 else 0.0
+    return FoundPreload(
+        preload, preload * wide[0], preload * wide[1], preload * math.exp(-own), preload * math.exp(own), meaning,
+        float(np.sqrt(np.mean(residual**2))), slope, excess <= 2.0, factor, speed, temperature,
+    )  # fmt: skip
+
+
+class Change(NamedTuple):
+    """Preload over that of the log before, with a 95 % interval of both logs and the effect of the law's interval."""
+
+    ratio: float
+    low: float
+    high: float
+    before: float
+
+
+def change_of_preload(
+    now: tuple[ScrewFriction, FoundPreload], before: tuple[ScrewFriction, FoundPreload], law: Law
+) -> Change:
+    """The law's error is common to both: it moves the ratio only as far as the law is no power of the preload."""
+    ratio = now[1].preload / before[1].preload
+    own = math.hypot(*(math.log(found.log_high / found.preload) for _, found in (now, before)))
+    moved = [0.0]
+    for factor in now[1].factor:
+        ends = [
+            _fitted(_inside(friction, law), law, found.temperature, factor)
+            for friction, found in (now, before)
+        ]
+        lowest, highest = law.preloads
+        if all(lowest * 1.001 < end < highest * 0.999 for end in ends):
+            moved.append(math.log(ends[0] / ends[1] / ratio))
+    wide = math.hypot(own, max(map(abs, moved)))
+    return Change(ratio, ratio * math.exp(-wide), ratio * math.exp(wide), before[1].preload)
+
+
+class Apart(NamedTuple):
+    """Torque that does not depend on the preload [N.m] and factor on the law, with 95 % limits."""
+
+    rest: float
+    rest_low: float
+    rest_high: float
+    factor: float
+    factor_low: float
+    factor_high: float
+
+
+def told_apart(logs: list[tuple[ScrewFriction, float, float]], law: Law) -> Apart:
+    """Least squares of rest + factor * law over logs at known preloads [N] and temperatures [K].
+
+    Errors of the speeds of one log may all have one sign: the limits hold each log moved by its mean relative error.
+
+    Raises       ValueError: both are nearly proportional
+    """
+    parts = [_inside(friction, law) for friction, _, _ in logs]
+    model = np.concatenate([law.torque(logs[k][1], part.speed, logs[k][2]) for k, part in enumerate(parts)])
+    torque = np.concatenate([part.torque for part in parts])
+    weight = np.concatenate([1.0 / np.hypot(part.error, SHAPE * part.torque) for part in parts])
+    design = np.column_stack([np.ones(len(model)), model]) * weight[:, None]
+    inverse = np.linalg.pinv(design)
+    best = inverse @ (torque * weight)
+    residual = design @ best - torque * weight
+    spread = max(float(residual @ residual) / max(len(residual) - 2, 1), 1.0)
+    variance = spread * np.sum(inverse**2, axis=1)
+    of_log = np.repeat(np.arange(len(parts)), [len(part.torque) for part in parts])
+    for number, part in enumerate(parts):
+        common = float(np.mean(part.error / part.torque)) * torque * weight * (of_log == number)
+        variance += (inverse @ common) ** 2
+    half = LIMIT * np.sqrt(variance)
+    if not half[0] <= float(np.mean(torque)):
+        raise ValueError(
+            f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: told apart by the logs: "
+            "preloads or "
+            "temperatures that differ more"
+        )
+    return Apart(*(float(x) for x in (
+        best[0], best[0] - half[0], best[0] + half[0], best[1], best[1] - half[1], best[1] + half[1])))  # fmt: skip
+
+
+def measurement_rows(friction: ScrewFriction, most: int = 12) -> ScrewFriction:
+    """At most so many points, neighbouring speeds joined by their weights."""
+    pieces = np.array_split(np.arange(len(friction.speed)), min(most, len(friction.speed)))
+
+    def joined(piece: np.ndarray) -> tuple[float, ...]:
+        weight = 1.0 / friction.error[piece] ** 2
+        # errors of neighbours are hardly independent: their mean, not that over the root of their number
+        speed, torque, error = (float(np.average(values[piece], weights=weight)) for values in friction[:3])
+        return speed, torque, error, float(friction.samples[piece].sum())
+
+    return ScrewFriction(*(np.array(column) for column in zip(*map(joined, pieces), strict=True)))

@@ -1,0 +1,251 @@
+"""From the signals of a log to position and force of a linear axis, or angle and torque of a screw, evenly sampled."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+
+from .log_file import Array, Log
+from .log_units import ANGLE, EFFORT, MOTION, SPEED
+
+#: a step of time longer than this many usual ones is a gap; jumps of a position that are all equal within this share
+#: are those of an encoder that starts again
+GAP, SAME_WRAP = 4.5, 0.02
+#: a jump is this many times the largest usual step;  steps that count as usual
+JUMP, USUAL = 8.0, 0.999
+#: slowest sampling [1/s];  steps of time that differ by more than this share are uneven
+SLOWEST, UNEVEN = 20.0, 1e-3
+#: shortest section [samples]
+SHORTEST = 100
+
+
+class Drive(NamedTuple):
+    """What the options state; None: not given. lead [m/rad] of the screw, ratio: turns of the motor per turn of it."""
+
+    torque_constant: float | None = None  # [N.m/A]
+    gain: float | None = None  # [N/V]
+    ratio: float = 1.0
+    lead: float | None = None
+
+
+class Section(NamedTuple):
+    """Evenly sampled piece of a log: start [s], motion (position, or speed if the log has that), effort."""
+
+    start: float
+    motion: Array
+    effort: Array
+
+
+class Signals(NamedTuple):
+    """Sections of a log on one time step.
+
+    rotary : angle of the screw [rad] and torque on it [N.m]; else position [m] and force [N]
+    of_speed : the motion is a speed;  step [s];  quantum : least step of the motion, 0: none seen
+    temperature [K], preload [N] : means of the log, None: no such column
+    """
+
+    rotary: bool
+    of_speed: bool
+    step: float
+    quantum: float
+    sections: list[Section]
+    temperature: float | None
+    preload: float | None
+    left_out: dict[str, int]
+    notes: list[str]
+
+
+def signals_of(log: Log, drive: Drive) -> Signals:
+    """Motion and effort of one side of the drive, in evenly sampled sections.
+
+    Raises       ValueError: an option missing, signals that are constant, sampled too slowly or in pieces too short
+    """
+    motion_name = next(name for name in MOTION if name in log.signals)
+    effort_name = next(name for name in EFFORT if name in log.signals)
+    time, left_out, notes = log.signals["time"], dict(log.left_out), list(log.notes)
+    motion = log.signals[motion_name]
+    of_speed = motion_name.endswith("speed")
+    angular = log.units[motion_name] in ANGLE or log.units[motion_name] in SPEED
+    rotary = effort_name in ("torque", "screw_torque", "current")
+    _check_options(drive, effort_name, rotary, angular)
+    for name in (motion_name, effort_name):
+        values = log.signals[name]
+        if not np.ptp(values) > 0.0:
+            raise ValueError(
+                f"{log.path}: {name} is constant, {values[0]:.6g} SI; allowed: a log of an axis that moves both ways"
+            )
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    if not step * SLOWEST <= 1.0:
+        raise ValueError(
+            f"{log.path}: time between samples = {step:.4g} s; allowed: at most {1.0 / SLOWEST:g} s: check the "
+            "unit of "
+            f"time ({log.units['time']}), or log faster"
+        )
+    wraps: Array = np.empty(0)
+    if not of_speed:
+        motion, left_out["single samples that jump"] = _despiked(motion)
+        motion, wraps, wrap_note = _unwrapped(time, motion, log, motion_name)
+        notes += wrap_note
+    motion = motion * _scale(rotary, angular, drive, motion_name)
+    effort = _effort(drive, effort_name, log.signals[effort_name])
+    ends = np.flatnonzero(steps > GAP * step) + 1
+    if ends.size:
+        notes.append(
+            f"{ends.size} gap{'s' * (ends.size > 1)} in time, the longest {steps.max():.3g} s: the pieces are apart"
+        )
+    if wraps.size:
+        notes.append(
+            f"{wraps.size} jump{'s' * (wraps.size > 1)} of the position that are no wrap: the pieces are apart"
+        )
+    cuts = np.unique(np.r_[ends, wraps]).astype(int)
+    inside = steps[steps <= GAP * step]
+    even = float(np.ptp(inside)) <= UNEVEN * step or (
+        # time stamps that are rounded
+        float(np.max(np.abs(inside - step))) <= 0.5 * step and abs(inside.mean() / step - 1.0) <= 1e-2
+    )
+    mean_step = float(inside.mean())
+    if even and abs(mean_step / step - 1.0) <= 1e-2:
+        step = mean_step
+    if not even:
+        notes.append(
+            f"uneven sampling, {inside.min():.3g} to {inside.max():.3g} s: interpolated on {step:.4g} s"
+        )
+    sections, short = [], 0
+    for first, last in zip(np.r_[0, cuts], np.r_[cuts, len(time)], strict=True):
+        if last - first < SHORTEST:
+            short += int(last - first)
+            continue
+        t, x, y = time[first:last], motion[first:last], effort[first:last]
+        if not even:
+            new = np.arange(t[0], t[-1], step)
+            x, y = np.interp(new, t, x), np.interp(new, t, y)
+        sections.append(Section(float(t[0]), x, y))
+    left_out["samples in pieces too short"] = short
+    if not sections:
+        raise ValueError(
+            f"{log.path}: all pieces between gaps and jumps are shorter than {SHORTEST} samples; allowed: a longer "
+            "piece without a gap"
+        )
+    means = {
+        name: float(np.nanmean(log.signals[name]))
+        for name in ("temperature", "preload")
+        if name in log.signals
+    }
+    quantum = _quantum(log.signals[motion_name]) * abs(_scale(rotary, angular, drive, motion_name))
+    return Signals(
+        rotary,
+        of_speed,
+        step,
+        quantum,
+        sections,
+        means.get("temperature"),
+        means.get("preload"),
+        left_out,
+        notes,
+    )
+
+
+def _scale(rotary: bool, angular: bool, drive: Drive, name: str) -> float:
+    """Motion on the side of the result over that of the log."""
+    side = 1.0 if name.startswith("screw") or not angular else 1.0 / drive.ratio
+    if angular == rotary:
+        return side
+    assert drive.lead is not None
+    return side * drive.lead if angular else side / drive.lead
+
+
+def _check_options(drive: Drive, effort: str, rotary: bool, angular: bool) -> None:
+    """ValueError: an option that these signals need is missing."""
+    if effort == "current" and drive.torque_constant is None:
+        raise ValueError(
+            "--torque-constant-nm-a (missing); needed with a column current: data sheet of the motor"
+        )
+    if effort == "voltage" and drive.gain is None:
+        raise ValueError(
+            "--gain-n-v (missing); needed with a column voltage: force of the drive over its voltage"
+        )
+    if angular != rotary and drive.lead is None:
+        what = "an angle or speed with a force"
+        if rotary:
+            what = "a position or velocity along the axis with a torque or current"
+        raise ValueError(f"--lead-mm or --screw (missing); needed with {what}")
+
+
+def _effort(drive: Drive, name: str, values: Array) -> Array:
+    """Force, or torque at the screw."""
+    if name == "current":
+        values = values * (drive.torque_constant or math.nan)
+    elif name == "voltage":
+        values = values * (drive.gain or math.nan)
+    return values * drive.ratio if name in ("torque", "current") else values
+
+
+def _despiked(position: Array) -> tuple[Array, int]:
+    """The position without single samples that jump there and back, and their number."""
+    step = np.diff(position)
+    limit = min(0.5 * float(np.ptp(position)), JUMP * float(np.quantile(np.abs(step), USUAL)))
+    there, back = step[:-1], step[1:]
+    spikes = (
+        np.flatnonzero((there * back < 0.0) & (np.minimum(np.abs(there), np.abs(back)) > max(limit, 0.0))) + 1
+    )
+    if not limit > 0.0 or not spikes.size or spikes.size > 0.01 * len(position):
+        return position, 0
+    mended = position.copy()
+    mended[spikes] = 0.5 * (position[spikes - 1] + position[spikes + 1])
+    return mended, int(spikes.size)
+
+
+def _unwrapped(time: Array, position: Array, log: Log, name: str) -> tuple[Array, Array, list[str]]:
+    """The position without the jumps of an encoder that starts again; samples behind other jumps; a note.
+
+    A jump of an angle by less than a usual step from whole turns is one as well.
+    """
+    step, times = np.diff(position), np.diff(time)
+    span, size = float(np.ptp(position)), np.abs(step)
+    together = times <= GAP * float(np.median(times))
+    jumps = np.flatnonzero((size > 0.5 * span) & together)
+    if jumps.size:
+        around = 0.5 * (step[np.maximum(jumps - 1, 0)] + step[np.minimum(jumps + 1, len(step) - 1)])
+        # a neighbour may be a jump itself
+        sizes = np.abs(step[jumps] - np.where(np.abs(around) > 0.25 * span, 0.0, around))
+        period, unit = float(np.median(sizes)), log.units[name]
+        factor = ANGLE.get(unit, (1.0, 0.0))[0]
+        turns = round(period / (2.0 * math.pi))
+        if unit in ANGLE and turns and abs(period / (2.0 * math.pi * turns) - 1.0) <= SAME_WRAP:
+            period = 2.0 * math.pi * turns
+        if np.all(np.abs(sizes / period - 1.0) <= SAME_WRAP):
+            shown = f"{period / factor:.6g} {unit if unit in ANGLE else 'm'}"
+            note = f"position starts again {jumps.size} times, every {shown}: joined"
+            return np.asarray(np.unwrap(position, period=period)), np.empty(0), [note]
+    usual = float(np.quantile(size, USUAL))
+    jumps = np.flatnonzero((size > JUMP * usual) & together)
+    if not jumps.size or usual == 0.0:
+        return position, np.empty(0), []
+    sizes = size[jumps]
+    if jumps.size > 0.01 * len(position):
+        raise ValueError(
+            f"{log.path}: position jumps {jumps.size} times, by {sizes.min():.4g} to {sizes.max():.4g} (SI); "
+            "allowed: a "
+            "position without jumps, or jumps of one size, those of an encoder that starts again"
+        )
+    return position, (jumps + 1).astype(np.float64), []
+
+
+def _quantum(values: Array) -> float:
+    """Least step of a signal that has few values; 0: it has many."""
+    found = np.unique(values[: 20 * 2048])
+    steps = np.diff(found)
+    if len(steps) < 2:
+        return 0.0
+    least = float(steps[steps > 1e-9 * np.ptp(values)].min(initial=np.ptp(values)))
+    whole = steps / least
+    return least if float(np.mean(np.abs(whole - np.round(whole)) < 0.05)) > 0.9 else 0.0
+
+
+def integral(speed: Array, step: float) -> Array:
+    """Position over a speed."""
+    return np.asarray(cumulative_trapezoid(speed, dx=step, initial=0.0))

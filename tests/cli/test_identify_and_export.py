@@ -1,0 +1,94 @@
+"""The commands identify and export as a user runs them: answers, files, the way from a log to a calibration."""
+
+import json
+
+import numpy as np
+import pytest
+from command_line import answer, run
+from servo_log import CONSTANT, GAIN, GUIDES, MASS, PIECES, emps_log, screw_log, write_log
+
+from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
+from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+
+MAP = ("--screw", PACKAGED_VG100, "--map", packaged_map(VG100))
+AXIS = ("--torque-constant-nm-a", CONSTANT, "--guide-force-n", GUIDES)
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("logs")
+    nut_map = load_map(packaged_map(VG100), load_parameters(PACKAGED_VG100))
+    for name, preload, seed in (("now", 1800.0, 1), ("before", 2000.0, 2)):
+        time, angle, current = screw_log(nut_map, preload, seed)
+        columns = time, np.degrees(angle) % 360.0, current, np.full(len(time), 30.0)
+        write_log(folder / f"{name}.csv", "time [s],position [deg],current [A],temperature [degC]", *columns)
+    write_log(folder / "emps.csv", "time [s],position [m],voltage [V]", *emps_log(laps=1))
+    return folder
+
+
+def test_linear_axis_has_the_keys_of_its_units(capsys, logs, tmp_path):
+    found, _ = answer(capsys, "identify", logs / "emps.csv", "--gain-n-v", GAIN, "--plot", tmp_path / "x.png")
+    assert found["mass_kg"] == pytest.approx(MASS, rel=5e-3)
+    assert found["mass_low_kg"] <= MASS <= found["mass_high_kg"]
+    first = found["friction"][0]
+    assert {"velocity_m_s", "force_n", "force_low_n", "force_high_n", "samples"} <= first.keys()
+    assert first["force_low_n"] < first["force_n"] < first["force_high_n"] < 0.0 < -first["velocity_m_s"]
+    assert "offset_n" in found
+    assert "one log does not tell them apart" in found["contains"]
+    assert sum(found["left_out"].values()) + found["samples"] == pytest.approx(sum(PIECES), rel=0.01)
+    assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
+    code, out, _ = run(capsys, "identify", logs / "emps.csv", "--gain-n-v", GAIN)
+    assert code == 0
+    assert out.startswith("mass")
+
+
+def test_from_a_log_to_preload_change_and_calibration(capsys, logs, tmp_path):
+    found, _ = answer(capsys, "identify", logs / "now.csv", *AXIS, *MAP, "--before", logs / "before.csv")
+    assert {"inertia_kgm2", "offset_nm"} <= found.keys()
+    assert {"speed_rpm", "torque_nm", "torque_low_nm", "torque_high_nm"} <= found["friction"][0].keys()
+    assert found["preload_low_n"] < 1800.0 < found["preload_high_n"]
+    assert found["preload_ratio_low"] <= 0.9 <= found["preload_ratio_high"] < 1.0
+    points, fit = tmp_path / "points.csv", tmp_path / "fit.toml"
+    known = "--preload-n", "2000", "--lead-mm", "8", "--measurements", points
+    answer(capsys, "identify", logs / "before.csv", *AXIS, *known)
+    assert "torque error [N.m]" in points.read_text()
+    fitted, _ = answer(capsys, "calibrate", points, *MAP, "--output", fit)
+    assert next(iter(fitted.values()))["calibration"]["error_over_uncertainty"] < 5.0
+    again, _ = answer(capsys, "identify", logs / "now.csv", *AXIS, *MAP, "--friction", fit)
+    assert again["preload_low_n"] < 1800.0 < again["preload_high_n"]
+    assert again["preload_high_n"] - again["preload_low_n"] < found["preload_high_n"] - found["preload_low_n"]
+
+
+def test_exports_hold_the_map(capsys, tmp_path):
+    nut_map = load_map(packaged_map(VG100), load_parameters(PACKAGED_VG100))
+    path = tmp_path / "table.json"
+    answer(
+        capsys, "export", *MAP, "--format", "json", "--output", path, "--preload-n", "2000", "--points", "5"
+    )
+    data = json.loads(path.read_text())
+    speed = np.array(data["speed_rpm"]) * np.pi / 30.0
+    torque = np.array(data["torque_nm"])[:, 0, 0]
+    kelvin = data["temperature_c"][0] + 273.15
+    assert torque == pytest.approx(nut_map.evaluate(2000.0, speed, kelvin).friction_torque, rel=1e-9)
+    assert np.all(np.array(data["torque_low_nm"])[:, 0, 0] < torque)
+    path = tmp_path / "axis.lis"
+    two = "--preload-n", "1000", "2000", "--temperature-c", "30"
+    lists, _ = answer(
+        capsys,
+        "export",
+        *MAP,
+        "--format",
+        "twincat",
+        *two,
+        "--torque-constant-nm-a",
+        CONSTANT,
+        "--output",
+        path,
+    )
+    assert [one["entries"] for one in lists] == [20, 20]
+    assert all(one["largest_error_share"] <= 2e-3 for one in lists)
+    assert sorted(file.name for file in tmp_path.glob("*.lis")) == [
+        "axis_1000N_30C.lis",
+        "axis_2000N_30C.lis",
+    ]

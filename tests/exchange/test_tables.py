@@ -1,0 +1,82 @@
+"""Tables of friction: the points of a list, and every format read back."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from ballscrew_tehl.exchange.formats import csv_text, json_text, matlab_text, modelica_text, twincat_text
+from ballscrew_tehl.exchange.piecewise import few_points
+from ballscrew_tehl.exchange.tables import FrictionTable
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
+
+SPEED = np.geomspace(1.0, 200.0, 7)
+TORQUE = np.array([[[0.3 + 1e-4 * f + 0.05 * w**0.5 / (k - 250.0) for k in (293.15, 313.15)] for f in (1e3, 2e3)]
+                   for w in SPEED])  # fmt: skip
+TABLE = FrictionTable(SPEED, np.array([1e3, 2e3]), np.array([293.15, 313.15]), TORQUE, 0.9 * TORQUE, 1.1 * TORQUE, 8e-3,
+                      {"screw": "mine"})  # fmt: skip
+
+
+def numbers(line):
+    return [float(word) for word in re.findall(r"[-+\d.e]+", line)]
+
+
+def test_points_have_the_least_largest_error():
+    x = np.linspace(0.0, 1.0, 401)
+    parabola = few_points(x, x**2, 5)
+    # four equal pieces: w^2/8 is the sagitta, half of it on each side
+    assert parabola.error == pytest.approx(0.25**2 / 8.0, rel=0.03)
+    bent = 1.0 - np.exp(-8.0 * x) + 0.3 * np.sin(6.0 * x)
+    found = few_points(x, bent, 12)
+    assert found.bound <= found.error <= 1.6 * found.bound
+    assert found.error < 0.7 * np.max(np.abs(np.interp(x, x[::36], bent[::36]) - bent))
+    assert few_points(x, 2.0 * x, 3).error == pytest.approx(0.0, abs=1e-12)
+
+
+def test_csv_and_json_are_read_back():
+    lines = [line for line in csv_text(TABLE).splitlines() if not line.startswith("#")]
+    assert lines[0].startswith("preload [N],temperature [degC],speed [r/min],torque [N.m]")
+    rows = np.array([numbers(line) for line in lines[1:]])
+    assert rows.shape == (4 * 2 * len(SPEED), 6)
+    ahead = rows[(rows[:, 0] == 2e3) & (rows[:, 1] == 40.0) & (rows[:, 2] > 0.0)]
+    assert ahead[:, 2] * RPM == pytest.approx(SPEED, rel=1e-6)
+    assert ahead[:, 3] == pytest.approx(TORQUE[:, 1, 1], rel=1e-6)
+    assert rows[:, 2:].sum(axis=0) == pytest.approx(0.0, abs=1e-9)
+    data = json.loads(json_text(TABLE))
+    assert np.allclose(data["torque_nm"], TORQUE, rtol=1e-6)
+    assert np.allclose(data["speed_rpm"], SPEED / RPM, rtol=1e-6)
+
+
+def test_modelica_text_is_read_back():
+    text = modelica_text(TABLE)
+    assert text.startswith("#1\n")
+    tables = re.findall(r"double \w+\((\d+),(\d+)\)\n((?:[^#d]+\n)+)", text)
+    assert [(int(n), int(m)) for n, m, _ in tables] == [(2 * len(SPEED) + 1, 4)] * 4
+    last = np.array([numbers(line) for line in tables[3][2].splitlines()])
+    assert np.allclose(last[len(SPEED) + 1 :, 1], TORQUE[:, 1, 1], rtol=1e-6)
+    assert np.allclose(last, -last[::-1], rtol=1e-9)
+    assert np.all(np.diff(last[:, 0]) > 0.0)
+
+
+def test_matlab_function_is_read_back():
+    text = matlab_text(TABLE, "friction")
+    assert text.startswith("function [torque, t] = friction(")
+    given = {key: np.array(numbers(values)) for key, values in re.findall(r"t\.(\w+) = \[(.*?)\];", text)}
+    assert np.allclose(given["torque"].reshape(TORQUE.shape, order="F"), TORQUE, rtol=1e-6)
+    assert np.allclose(given["temperature"] + CELSIUS, TABLE.temperature)
+    assert f"reshape(t.torque, [{len(SPEED)} 2 2])" in text
+
+
+def test_compensation_list_is_read_back():
+    points = few_points(SPEED, TORQUE[:, 0, 0], 5)
+    text = twincat_text(TABLE, points, 1.0 / 0.8, 1e-3, "preload 1000 N")
+    entries = dict(re.findall(r"^(frict_comp\S+)\s+(\S+)$", text, re.MULTILINE))
+    assert (entries["frict_comp.mode"], entries["frict_comp.table_entries"]) == ("3", "6")
+    speed, current = (
+        np.array([float(entries[f"frict_comp.table[{i}].{key}"]) for i in range(6)]) for key in ("in", "out")
+    )
+    assert (speed[0], current[0]) == (0.0, 0.0)
+    assert np.all(np.diff(speed) > 0.0)
+    back = np.interp(SPEED * 8e3 / (2.0 * np.pi), speed, current) * 1e-3 * 0.8
+    assert np.max(np.abs(back - TORQUE[:, 0, 0])) == pytest.approx(points.error, abs=1e-9)

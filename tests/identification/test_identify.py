@@ -1,0 +1,165 @@
+"""Inertia, offset, friction and preload from logs of axes whose truth is known."""
+
+import math
+
+import numpy as np
+import pytest
+from servo_log import (
+    CONSTANT,
+    FRICTION,
+    GAIN,
+    GUIDES,
+    INERTIA,
+    LEAD,
+    MASS,
+    OFFSET,
+    SPEED,
+    TILT,
+    emps_log,
+    screw_log,
+    write_log,
+)
+
+from ballscrew_tehl.friction.sets import default_friction_set
+from ballscrew_tehl.identification.dynamics import identify
+from ballscrew_tehl.identification.log_file import Log, read_log
+from ballscrew_tehl.identification.preload import (
+    Law,
+    change_of_preload,
+    found_preload,
+    screw_friction,
+    told_apart,
+    without,
+)
+from ballscrew_tehl.identification.signals import Drive, Section, Signals, signals_of
+from ballscrew_tehl.nut_map.file import VG100, load_contact_map, load_map, packaged_map
+from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+
+EMPS = "time [s],position [m],voltage [V]"
+
+
+@pytest.fixture(scope="module")
+def emps():
+    return emps_log()
+
+
+@pytest.fixture(scope="module")
+def law():
+    parameters = load_parameters(PACKAGED_VG100)
+    path = packaged_map(VG100)
+    contacts = load_contact_map(path, parameters)
+    return Law(parameters, load_map(path, parameters), default_friction_set(parameters), contacts)
+
+
+def of_emps(_, position, voltage, **given):
+    signals = Signals(False, False, 1e-3, 0.0, [Section(0.0, position, GAIN * voltage)], None, None, {}, [])
+    return identify(signals, travel=5e-5, **given)
+
+
+def screw(law, preload, seed, **given):
+    _, angle, current = screw_log(law.nut_map, preload, seed, **given)
+    signals = Signals(True, False, 1e-3, 0.0, [Section(0.0, angle, CONSTANT * current)], 303.15, None, {}, [])
+    return identify(signals, travel=5e-5 / LEAD)
+
+
+def test_emps_gives_the_published_numbers_and_its_measured_curve(emps, tmp_path):
+    log = read_log(write_log(tmp_path / "emps.csv", EMPS, *emps))
+    found = identify(signals_of(log, Drive(gain=GAIN)), travel=5e-5)
+    assert found.inertia == pytest.approx(MASS, rel=5e-3)
+    assert found.offset == pytest.approx(OFFSET, abs=0.3)
+    assert found.inertia_limits[0] <= MASS <= found.inertia_limits[1]
+    # the voltage is held until the next sample
+    assert found.delay == pytest.approx(-0.5e-3, abs=0.1e-3)
+    many = found.friction.samples >= 34
+    truth = np.interp(found.friction.speed, SPEED, FRICTION)[many]
+    off = np.abs(found.friction.value[many] + found.offset - truth)
+    assert many.sum() > 50
+    assert np.all(off <= np.maximum(1.0, 0.03 * np.abs(truth)))
+
+
+def test_intervals_hold_the_truth_with_noise_and_delay():
+    held, inside, shares = 8, 0, []
+    for seed in range(held):
+        found = of_emps(*emps_log(2, 1e-7, 0.03, 2, seed, fine=10))
+        inside += found.inertia_limits[0] <= MASS <= found.inertia_limits[1]
+        truth = np.interp(found.friction.speed, SPEED, FRICTION) - found.offset
+        shares.append(np.mean((found.friction.low <= truth) & (truth <= found.friction.high)))
+        assert found.delay == pytest.approx(1.5e-3, abs=0.2e-3)
+    assert inside >= held - 1
+    assert np.mean(shares) >= 0.9
+
+
+def test_given_mass_fewer_bins_and_a_given_cutoff(emps):
+    found = of_emps(*emps, inertia=MASS, bins_wanted=12, cutoff=50.0)
+    assert (found.inertia, found.inertia_limits, found.cutoff) == (MASS, None, 50.0)
+    assert len(found.friction.speed) == 24
+
+
+@pytest.mark.parametrize(
+    ("headings", "change", "note"),
+    [
+        ("time [ms],position [mm],voltage [V]", lambda t, x, u: (1e3 * t, 1e3 * x, u), ""),
+        (EMPS, lambda t, x, u: (t, (x - x.min()) % 0.02, u), "every 0.02 m: joined"),
+        (EMPS, lambda t, x, u: [np.delete(s, np.s_[9000:9300]) for s in (t, x, u)], "1 gap in time"),
+        (EMPS, lambda t, x, u: (t, x, np.where(np.arange(len(t)) % 97, u, np.nan)), "uneven sampling"),
+        (EMPS, lambda t, x, u: (np.round(t, 2), x, u), "taken as evenly sampled"),
+        (EMPS, lambda t, x, u: (t, x + 0.05 * (t > 9.0), u), "1 jump of the position"),
+        (EMPS, lambda t, x, u: (t, x + (np.arange(len(t)) == 4000), u), ""),
+        ("time [s],velocity [mm/min],force [N]", lambda t, x, u: (t, 6e4 * np.gradient(x, t), GAIN * u), ""),
+    ],
+)
+def test_units_wraps_gaps_missing_samples_and_jumps(emps, tmp_path, headings, change, note):
+    log = read_log(write_log(tmp_path / "log.csv", headings, *change(*emps)))
+    found = identify(signals_of(log, Drive(gain=GAIN)), travel=5e-5)
+    assert found.inertia == pytest.approx(MASS, rel=2e-3)
+    assert note in "\n".join(found.notes)
+
+
+def test_sides_of_a_gear_and_a_lead_give_one_result(emps):
+    """Motor with 3 turns of the screw each, lead 6 mm: the same axis by angle and torque of the motor."""
+    time, position, voltage = emps
+    lead, ratio = 6e-3 / (2.0 * math.pi), 3.0
+    drive = Drive(torque_constant=0.5, ratio=ratio, lead=lead)
+    signals = {
+        "time": time, "position": position / lead * ratio, "current": GAIN * voltage * lead / ratio / 0.5,
+    }  # fmt: skip
+    units = {"time": "s", "position": "rad", "current": "A"}
+    motor = signals_of(Log("log.csv", signals, units, len(time), {}, []), drive)
+    assert motor.rotary
+    assert identify(motor, travel=5e-5 / lead).inertia == pytest.approx(MASS * lead**2, rel=2e-3)
+    linear = signals_of(
+        Log("log.csv", signals | {"position": position}, units | {"position": "m"}, len(time), {}, []), drive
+    )
+    assert np.allclose(linear.sections[0].motion, motor.sections[0].motion, rtol=1e-12)
+
+
+def test_preload_and_its_change_with_known_guides(law):
+    found, logs = [], []
+    for preload, seed in ((1800.0, 1), (2000.0, 2)):
+        one = screw(law, preload, seed)
+        assert one.inertia == pytest.approx(INERTIA, rel=3e-3)
+        assert one.offset == pytest.approx(TILT, abs=0.01)
+        friction = without(screw_friction(one, None), GUIDES * LEAD)
+        logs.append(screw_friction(one, None))
+        found.append((friction, found_preload(friction, law, 303.15)))
+        assert found[-1][1].low < preload < found[-1][1].high
+        assert found[-1][1].log_low < preload < found[-1][1].log_high
+        assert found[-1][1].within
+    change = change_of_preload(*found, law)
+    assert change.low <= 0.9 <= change.high < 1.0
+    # the law's interval is common to both
+    assert change.high - change.low < 0.2 * (found[0][1].high - found[0][1].low) / 1800.0
+    light = screw_friction(screw(law, 1000.0, 3), None)
+    apart = told_apart([(logs[1], 2000.0, 303.15), (light, 1000.0, 303.15)], law)
+    assert apart.rest_low <= GUIDES * LEAD <= apart.rest_high
+    assert apart.factor_low <= 1.0 <= apart.factor_high
+
+
+def test_a_log_without_the_nut_takes_the_guides_away(law):
+    whole = screw_friction(screw(law, 2000.0, 4), None)
+    bare = whole._replace(torque=np.full_like(whole.torque, GUIDES * LEAD))
+    alone = without(whole, 0.0, bare)
+    assert found_preload(alone, law, 303.15).preload == pytest.approx(2000.0, rel=0.01)
+    with pytest.raises(ValueError, match="smaller than the whole"):
+        without(whole, 0.0, whole)
