@@ -138,7 +138,8 @@ def identified_text(found: Identified, data: dict[str, Any]) -> str:
     lines = [
         f"{name:<10}{found.inertia:.6g} {inertia}{given}",
         f"{'offset':<10}{found.offset:.5g} {effort}, 95 %: {found.offset_limits[0]:.5g} to "
-        f"{found.offset_limits[1]:.5g}",
+        f"{found.offset_limits[1]:.5g}; by convention what friction alike in both directions leaves: one log cannot "
+        "tell it from a difference of friction between them",
         f"{'delay':<10}{1e3 * found.delay:.3g} ms of the {'torque' if found.rotary else 'force'} behind the motion",
         f"{'filter':<10}{found.cutoff:.4g} Hz; {100.0 * found.explained:.2f} % of the variance explained, residual "
         f"{found.residual:.3g} {effort}",
