@@ -9,6 +9,7 @@
 #define BALLSCREW_MODEL_H
 
 #include <stdbool.h>
+#include <string.h>
 
 #include "map.h"
 #include "variables.h"
@@ -69,5 +70,16 @@ void model_indicators(Model *model);
 /* Derivatives of outputs and rates at the latched point and step, along a direction of inputs, parameters and continuous
    states. 0 where an output does not change smoothly. */
 void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], double slopes[VARIABLE_COUNT]);
+
+/* Of model_reset: all is 0 except what every Model has. */
+static inline void model_start(Model *model, const Map *map, bool continuous)
+{
+    memset(model, 0, sizeof *model);
+    model->map = map;
+    model->continuous = model->events = continuous;
+    for (int i = 0; i < VARIABLE_COUNT; ++i) {
+        model->value[i] = model_variables[i].start;
+    }
+}
 
 #endif

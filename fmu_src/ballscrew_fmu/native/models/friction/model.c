@@ -131,13 +131,8 @@ static void compute_torque(Model *model)
 
 void model_reset(Model *model, const Map *map, bool continuous)
 {
-    memset(model, 0, sizeof *model);
-    model->map = map;
-    model->continuous = model->events = continuous;
+    model_start(model, map, continuous);
     model->in_range = true;
-    for (int i = 0; i < VARIABLE_COUNT; ++i) {
-        model->value[i] = model_variables[i].start;
-    }
     model_latch(model);
 }
 

@@ -108,12 +108,7 @@ static void compute_lambda_ratio(Model *model)
 
 void model_reset(Model *model, const Map *map, bool continuous)
 {
-    memset(model, 0, sizeof *model);
-    model->map = map;
-    model->continuous = model->events = continuous;
-    for (int i = 0; i < VARIABLE_COUNT; ++i) {
-        model->value[i] = model_variables[i].start;
-    }
+    model_start(model, map, continuous);
     model_latch(model);
 }
 
