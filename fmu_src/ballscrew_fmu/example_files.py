@@ -1,0 +1,45 @@
+"""The scripts of the folder `examples`, which a wheel installs beside the package."""
+
+from __future__ import annotations
+
+import shutil
+import site
+import sysconfig
+import tempfile
+from pathlib import Path
+
+INSTALLED = Path("share", "ballscrew-tehl", "examples")
+"""Where a wheel puts them, below the prefix of the environment (pyproject.toml)"""
+
+
+def examples_folder() -> Path:
+    """The folder of the examples: of the source tree, or as installed by a wheel.
+
+    Raises   FileNotFoundError: neither is there
+    """
+    package = Path(__file__).resolve().parent
+    prefixes = (sysconfig.get_path("data"), site.getuserbase(), package.parent)  # the last: pip install --target
+    for folder in (package.parents[1] / "examples", *(Path(prefix, INSTALLED) for prefix in prefixes)):
+        if (folder / "torque_over_speed.py").is_file():
+            return folder
+    raise FileNotFoundError("the examples are not installed: pip install the wheel of ballscrew-tehl")
+
+
+def copy_examples(folder: Path) -> list[Path]:
+    """Copy the examples into a new folder; all or nothing.
+
+    Parameters   folder: must not exist, or be empty
+    Returns      the scripts, sorted
+    Raises       ValueError: the folder holds files;  FileNotFoundError: the examples are not installed
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise ValueError(f"{folder} exists and is not empty: give a new folder")
+    source = examples_folder()
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}_") as temporary:
+        made = Path(temporary, folder.name)
+        shutil.copytree(source, made, ignore=shutil.ignore_patterns("__pycache__"))
+        if folder.exists():
+            folder.rmdir()
+        made.rename(folder)
+    return sorted(folder.glob("*.py"))
