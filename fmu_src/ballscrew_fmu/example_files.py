@@ -32,6 +32,7 @@ def copy_examples(folder: Path) -> list[Path]:
     Returns      the scripts, sorted
     Raises       ValueError: the folder holds files;  FileNotFoundError: the examples are not installed
     """
+    folder = folder.resolve()
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ValueError(f"{folder} exists and is not empty: give a new folder")
     source = examples_folder()
