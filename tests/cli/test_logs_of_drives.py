@@ -28,6 +28,7 @@ def column(*texts):
 PLAIN, SAME = axes("s", "deg", "A"), (1, 1, 1)
 SCOPE_AXIS = column("position=Axis 1.Pos", "torque=Axis 1.Trq")
 MAPPED = column("time=t_ms [ms]", "position=phi [deg]", "current=Iq[0] [A]")
+CONFIRMED = column("time=time [s]", "current=current [mA]")
 #: head of the log, its columns (time [s], position [deg], current [A]) and their factors, options, notes
 READ = {
     "German": ("Zeit in s;Lage-Istwert (\u00b0);Strom / A", "txi", SAME, (), ""),
@@ -37,9 +38,9 @@ READ = {
         "Trace\nSample Time,0.001,s\nTime,Position,Current\n[s],[deg],[A]", "txi", SAME, (),
         "2 lines above the headings in line 3 skipped\n1 line between headings and rows: no samples",
     ),
-    "mapped": ("t_ms,phi,time [s],Iq[0]", "txti", (1e3, 1, 0, 1), MAPPED, "columns not used: time [s]"),
+    "mapped": ("t_ms,phi,torque [Nm],Iq[0]", "txti", (1e3, 1, 0, 1), MAPPED, "columns not used: torque [Nm]"),
     "scope": (SCOPE, "txti", (1e3, 1, 1e3, 1e3 * CONSTANT), SCOPE_AXIS, "2 lines above the headings in line 4 skipped"),
-    "stated": (axes("ms", "deg", "A"), "txi", SAME, column("time=time [s]"), ""),
+    "stated": (axes("ms", "deg", "mA"), "txi", SAME, (*CONFIRMED, AXIS[0], "800"), ""),
 }  # fmt: skip
 #: and what the line says
 REFUSED = {

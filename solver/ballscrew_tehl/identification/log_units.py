@@ -31,7 +31,7 @@ def _measured(*words: str) -> tuple[str, ...]:
 
 #: speed and velocity are taken by their unit; the names with `screw` are of the screw side of a gear
 QUANTITIES: dict[str, Quantity] = {
-    "time": Quantity(("time", "t", "zeit"), TIME),
+    "time": Quantity(("time", "t", "timestamp", "zeit", "zeitstempel"), TIME),
     "position": Quantity(_measured("position", "angle", "lage", "weg", "winkel"), LENGTH | ANGLE),
     "screw_position": Quantity(("screw_position", "screw_angle"), ANGLE),
     "speed": Quantity(_measured("speed", "velocity", "drehzahl", "geschwindigkeit"), SPEED | VELOCITY),
@@ -137,7 +137,7 @@ def log_columns(
     """Columns that are used, by signal, and the headings of the others.
 
     Parameters   units : of a row of units, empty where there is none;  stated : see stated_columns
-                 wanted : signals of the drive that are used if the log has them, before the order of EFFORT
+                 wanted : signals of the drive that are used, after stated ones, before the order of EFFORT
     Raises       ValueError: a signal missing, without unit or with an unknown one, given twice
     """
     found: dict[str, list[LogColumn]] = {}
@@ -173,8 +173,8 @@ def log_columns(
                 f'semicolons or tabs, such as {EXAMPLE}, or --column "QUANTITY=HEADING [UNIT]" for others, QUANTITY '
                 f"one of {', '.join(QUANTITIES)}"
             )
-    motion = next(name for name in MOTION if name in found)
-    effort = next(name for name in (*wanted, *EFFORT) if name in found)
+    motion = next(name for name in (*stated, *MOTION) if name in found and name in MOTION)
+    effort = next(name for name in (*stated, *wanted, *EFFORT) if name in found and name in EFFORT)
     used: dict[str, LogColumn] = {}
     for name in ("time", motion, effort, "temperature", "preload"):
         if len(columns := found.get(name, [])) > 1:
