@@ -143,8 +143,9 @@ def tables(found: Machines) -> dict[str, Any]:
         ),
         "rig_screws": {
             "count": torques.size, "low": float(torques.min()), "median": float(np.median(torques)),
-            "high": float(torques.max()), "interval": relative.tolist(), "measured": measured,
+            "high": float(torques.max()), "interval": relative.tolist(),
             "inside": {name: sum(p.low <= T <= p.high for p in found.screws) for name, T in measured.items()},
+            "measured": measured,
         },
     }  # fmt: skip
 
