@@ -195,6 +195,8 @@ COMMANDS = {
        "catalogue (--torque-nm with --preload-n, --speed-rpm, --temperature-c), fits the number of mechanistic to it."),
     "identify": Command("inertia, offset, friction and preload from a log of a drive", "identify.run_identify", (
         _option("log", "log of an axis that moves both ways", "LOG.csv"),
+        _option("--column", "a column with another heading, with its unit, as \"current=Iq_act [A]\"; may be repeated",
+                "QUANTITY=HEADING [UNIT]", action="append", default=[]),
         *(_option(quantity.option, quantity.help, quantity.metavar) for quantity in IDENTIFY_OPTIONS),
         _option("--temperature-c", "oil temperature; default: column temperature of the log", "C"),
         _option("--without-nut", "log of the same axis without the nut, whose friction is subtracted", "LOG.csv"),

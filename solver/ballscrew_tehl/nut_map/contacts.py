@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..parameters.file import Parameters, changed
+from ..physics.ball_law import Array
 from ..runtime.packed import MECHANISTIC
-
-Array = NDArray[np.float64]
 
 #: quantities of a solved contact with units; temperature_rise: of the hottest level, mean over the contact (the largest
 #: in pure rolling depends on where the pressure spike lies between the nodes); mean_rise: mean over contact and film,
