@@ -18,7 +18,7 @@ def examples_folder() -> Path:
     Raises   FileNotFoundError: neither is there
     """
     package = Path(__file__).resolve().parent
-    prefixes = (sysconfig.get_path("data"), site.getuserbase(), package.parent)  # the last: pip install --target
+    prefixes = sysconfig.get_path("data"), site.getuserbase(), package.parent  # of `pip install --target`
     for folder in (package.parents[1] / "examples", *(Path(prefix, INSTALLED) for prefix in prefixes)):
         if (folder / "torque_over_speed.py").is_file():
             return folder

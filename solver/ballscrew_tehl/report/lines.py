@@ -30,7 +30,7 @@ MEASURED_PRELOADS, MEASURED_TOP = (1000.0, 2000.0, 4000.0, 6000.0), 3000.0 * RPM
 #: preloads of the lines of any other screw over that of its operating point; speed of that point [rad/s]
 PRELOAD_SHARES, POINT_SPEED = (0.5, 1.0, 2.0), 1000.0 * RPM
 #: points of a line, those of its interval
-POINTS, INTERVALS = 161, 9
+POINTS, INTERVALS = 161, 5
 #: what the ends of the interval of a fitted set are, by what was left out of the fit
 OF_POINT = "about 80 %, from the mean error of a point left out of the fit"
 OF_TABLE = "about 80 %, from the mean error of a table left out of the fit"
@@ -183,8 +183,9 @@ def torque_lines(
     speed = np.geomspace(slowest, top, POINTS)
     force = np.linspace(max(axes["preload"][0], axes["force"][0]), preloads[-1], POINTS)
     preload = point.preload
-    total = INTERVALS * (len(preloads) + len(temperatures))
-    interval = _Intervals(parameters, friction, contact_map, measured, progress, total)
+    places = np.unique([*np.geomspace(slowest, top, INTERVALS), *speeds[speeds < top]])
+    total = len(places) * (len(preloads) + len(temperatures))
+    interval = _Intervals(parameters, friction, contact_map, measured, places, progress, total)
 
     def lines(x: Array, rows: Array, fixed: float, at: Any, with_interval: bool) -> Lines:
         places = at(x, rows[:, None])
@@ -214,20 +215,21 @@ class _Intervals:
         friction: Friction,
         contact_map: ContactMap,
         measured: bool,
+        places: Array,
         progress: Progress,
         total: int,
     ) -> None:
         self.mechanistic = friction.nut_map.law == MECHANISTIC
-        self._measured = measured
+        self._measured, self._places = measured, places
         self._of = parameters, contact_map, friction.nut_map.header["axes"], friction.entry
         self._friction, self._progress = friction, progress
         self._done, self._total = 0, total
 
     def band(self, x: Array, rows: Array, at: Callable[[Any, Any], tuple[Any, Any, Any]]) -> Band | None:
-        """Interval of each line; at : x and row -> preload, speed, temperature."""
+        """Interval of each line over speed; at : x and row -> preload, speed, temperature."""
         if not self.mechanistic:
             return _band_of_fit(self._of[0], self._friction, self._measured, x, rows, at)
-        places = np.geomspace(x[0], x[-1], INTERVALS)
+        places = self._places
         ends = np.array([[self._relative(*map(float, at(place, row))) for place in places] for row in rows])
         torque = self._friction.torque(*at(places, rows[:, None]))
         return Band(places, torque * ends[..., 0], torque * ends[..., 1], OF_CONSTANTS)

@@ -11,6 +11,7 @@ from .. import __version__
 from ..friction.baselines import nsk_torque
 from ..friction.origin import CATALOGUE_DIFFERS, carried_over
 from ..friction.sets import FITTED, MECHANISTIC, SETS
+from ..nut_map.contact_map import Array
 from ..nut_map.trend import THICK
 from ..parameters.units import CELSIUS, RPM
 from .lines import Lines
@@ -145,20 +146,17 @@ def catalogue_note(material: Material) -> str:
     return f"{CATALOGUE_DIFFERS[0].upper()}{CATALOGUE_DIFFERS[1:]}." if law else ""
 
 
-def intervals(lines: Lines) -> Html:
-    """Ends of the drawn intervals at some of their speeds."""
+def intervals(lines: Lines, speeds: Array) -> Html:
+    """Ends of the drawn intervals at the speeds of the table of torques [rad/s]."""
     band = lines.band
     if band is None:
         return Html()
-    chosen = np.unique(np.linspace(0, band.x.size - 1, 5).astype(int))
-    rows = [
-        [f"{preload:.0f}", *(f"{low[k]:.3f} to {high[k]:.3f}" for k in chosen)]
-        for preload, low, high in zip(lines.rows, band.low, band.high, strict=True)
-    ]
+    rows = []
+    for preload, *ends in zip(lines.rows, band.low, band.high, strict=True):
+        low_high = zip(*(np.interp(speeds, band.x, end) for end in ends), strict=True)
+        rows.append([f"{preload:.0f}", *(f"{low:.3f} to {high:.3f}" for low, high in low_high)])
     caption = f"Interval of the torque [N m] ({band.meaning}), oil at {lines.fixed - CELSIUS:.1f} C"
-    return table(
-        "intervals", caption, ["preload [N]", *(f"{band.x[k] / RPM:.4g} r/min" for k in chosen)], rows
-    )
+    return table("intervals", caption, ["preload [N]", *(f"{w / RPM:.0f} r/min" for w in speeds)], rows)
 
 
 def interval_note(material: Material) -> str:
