@@ -145,7 +145,10 @@ function results() {
       row.insertCell();
     }
   }
-  RESULTS.forEach(([, value, unit], n) => { body.rows[n].cells[1].textContent = `${format(value(v))} ${unit}`; });
+  RESULTS.forEach(([, value, unit], n) => {
+    const text = format(value(v));
+    body.rows[n].cells[1].textContent = text === "-" ? text : `${text} ${unit}`;
+  });
   const text = outside(v.clamped);
   if (element("outside").textContent !== text) element("outside").textContent = text;
   element("outside").hidden = !text;
@@ -164,7 +167,7 @@ function draw() {
 function numbersOfCurve() {
   const { min, max } = about.inputs.speed;
   const [curve, films] = PLOTS, shown = [...curve.lines, films.lines[0], films.lines.at(-1)];
-  const head = ["speed [r/min]", ...shown.map(({ label }) => label), ""].map((label, n) => (n && n <= curve.lines.length ? `${label} [N m]` : label));
+  const head = ["speed [r/min]", ...shown.map(({ label }) => label), ""].map((label, n) => (n && n <= curve.lines.length ? `${label} [N\u00a0m]` : label));
   head[head.indexOf("least film")] = "least film [\u00b5m]";
   table("curve", head.slice(0, -1), spaced(min, max, 13, true).map((x) => {
     const v = model({ ...state, speed: x });
@@ -196,7 +199,7 @@ function comparePoints() {
   const largest = Math.max(...rows.map((row) => Math.abs(row.share)));
   const beyond = rows.filter((row) => row.outside).length;
   element("deviation").textContent = !rows.length ? "" : [
-    `${rows.length} points: mean deviation ${(100 * mean((row) => Math.abs(row.share))).toFixed(2)} %, with its sign ${(100 * mean((row) => row.share)).toFixed(2)} %, largest ${(100 * largest).toFixed(1)} %`,
+    `${rows.length} point${rows.length > 1 ? "s" : ""}: mean deviation ${(100 * mean((row) => Math.abs(row.share))).toFixed(2)} %, with its sign ${(100 * mean((row) => row.share)).toFixed(2)} %, largest ${(100 * largest).toFixed(1)} %`,
     interval ? `; ${rows.filter((row) => row.held).length} inside the interval` : "", beyond ? `; ${beyond} outside the map` : "",
     rows.length > 300 ? "; the address of this page does not have them (more than 300)" : "", ". In the plot above: filled at its preload (2 %), temperature (1 K) and axial load, hollow at others.",
   ].join("");

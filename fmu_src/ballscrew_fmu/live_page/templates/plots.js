@@ -45,7 +45,7 @@ const PLOTS = [
 ];
 
 const series = ({ label, name, more }) => ({
-  label, stroke: () => colour(name), width: 2, dash: DASHES[name], points: { show: false }, value: (_, y) => format(y), ...more,
+  label, stroke: () => colour(name), width: 2, dash: DASHES[name], points: { show: false }, pxAlign: 0, value: (_, y) => format(y), ...more,
 });
 const dots = (label, name, filled) => ({
   label, stroke: () => colour(name), paths: () => null, value: () => "",
