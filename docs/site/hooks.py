@@ -1,8 +1,8 @@
 """Pages that mkdocs builds from other sources of the project, and formulas as MathML.
 
 index.md from README.md, changes.md from CHANGELOG.md, the tables of validation.md from the command `validate`,
-the errata of theory.md from their CSV, report.html from the command `report`, notebooks/*.md from the notebooks with
-the outputs stored in them, reference/*.md from the docstrings.
+the errata of theory.md from their CSV, report.html and live.html from the commands `report` and `page`,
+notebooks/*.md from the notebooks with the outputs stored in them, reference/*.md from the docstrings.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.report.paper_tables import PACKAGED_ERRATA
 
 DOCS = ROOT / "docs"
+PACKAGES = (ROOT / "solver", ROOT / "fmu_src")
 #: results of commands that take minutes, by what they depend on
 CACHE = ROOT / "build" / "docs_cache"
 RPM = 0.10471975511965977  # rad/s
@@ -56,7 +57,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "reference/index.md": start_page(),
         **{room.page: room_page(room) for room in rooms()},
         "torque_parts.png": picture,
-        "report.html": report(),
+        "report.html": made("report", "ballscrew_tehl", "report"),
+        "live.html": made("live", "ballscrew_fmu", "page", "--friction", "mechanistic"),
     }
     for path in sorted((DOCS / "notebooks").glob("*.ipynb")):
         pages |= notebook(path)
@@ -98,32 +100,32 @@ def on_page_content(content: str, **_: Any) -> str:
     return PICTURE.sub(r'<a href="\1" title="full size">\g<0></a>', FORMULA.sub(formula, content))
 
 
-def command(*arguments: str) -> str:
-    """What a command of the package prints."""
-    path = os.pathsep.join([str(ROOT / "solver"), *filter(None, [os.environ.get("PYTHONPATH")])])
+def command(*arguments: str, package: str = "ballscrew_tehl") -> str:
+    """What a command of a package prints."""
+    path = os.pathsep.join([*map(str, PACKAGES), *filter(None, [os.environ.get("PYTHONPATH")])])
     environment = os.environ | {"PYTHONPATH": path, "MPLBACKEND": "Agg"}
-    line = [sys.executable, "-m", "ballscrew_tehl", *arguments]
+    line = [sys.executable, "-m", package, *arguments]
     done = subprocess.run(line, env=environment, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"{' '.join(line[1:])}: exit code {done.returncode}\n{done.stderr[-2000:]}")
     return done.stdout
 
 
-def report() -> bytes:
-    """The page of the command `report`, made again when the package changes; or the file DOCS_REPORT."""
-    if given := os.environ.get("DOCS_REPORT"):
+def made(name: str, package: str, *arguments: str) -> bytes:
+    """The page that a command writes, made again when a package changes; or the file DOCS_REPORT, DOCS_LIVE."""
+    if given := os.environ.get(f"DOCS_{name.upper()}"):
         return Path(given).read_bytes()
-    package = ROOT / "solver" / "ballscrew_tehl"
     digest = hashlib.sha256()
-    for path in sorted(package.rglob("*")):
-        if path.is_file() and path.parent.name != "__pycache__":
-            digest.update(path.relative_to(package).as_posix().encode() + path.read_bytes())
-    stored = CACHE / f"report_{digest.hexdigest()[:16]}.html"
+    for folder in PACKAGES:
+        for path in sorted(folder.rglob("*")):
+            if path.is_file() and path.parent.name != "__pycache__":
+                digest.update(path.relative_to(folder).as_posix().encode() + path.read_bytes())
+    stored = CACHE / f"{name}_{digest.hexdigest()[:16]}.html"
     if not stored.exists():
         CACHE.mkdir(parents=True, exist_ok=True)
-        for old in CACHE.glob("report_*"):
+        for old in CACHE.glob(f"{name}_*"):
             old.unlink()
-        command("report", "--output", str(stored))
+        command(*arguments, "--output", str(stored), package=package)
     return stored.read_bytes()
 
 

@@ -1,4 +1,4 @@
-"""Command line of the FMUs: python -m ballscrew_fmu build|check|info|map; build is also called by build_fmu.py.
+"""Command line of the FMUs: python -m ballscrew_fmu build|check|info|map|page; build is also called by build_fmu.py.
 
 What needs the extra `fmu` is imported when a command runs.
 """
@@ -17,7 +17,7 @@ from rich.table import Table
 
 from ballscrew_tehl.cli.main import INTERRUPTED
 from ballscrew_tehl.cli.shared.extras import missing_extra
-from ballscrew_tehl.cli.shared.files import new_folder
+from ballscrew_tehl.cli.shared.files import check_output, new_folder
 
 DESCRIPTION = """\
 Build the FMUs of a screw from its map (friction and preload monitor, for Python hosts and native; the screw as a
@@ -59,6 +59,10 @@ Write the map of a screw as nut_map.bin, the form in which the native FMUs read 
 name in the resources of a native FMU, it gives the friction of this screw without a build. The friction law must be
 that of the FMU. The model description is not changed: its start values, limits and dependencies remain those of the
 map that the FMU was built with. Set the friction parameters printed here."""
+PAGE_DESCRIPTION = """\
+Write one HTML file that computes the friction of a screw in a browser: torque over speed with its interval and parts,
+film, axial force of each nut, efficiency, and measured points from a CSV file over them. It contains the C code of the
+FMU as WebAssembly and the map, and needs no network. Every FMU has it as documentation/live.html."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -90,7 +94,10 @@ def parser(prog: str, subcommands: bool, folder: Path) -> Parser:
         command.add_argument("--json", action="store_true", help="print one JSON object")
         command.set_defaults(run=run, prog=command.prog)
     text, form = "write the map of another screw for a native FMU", form | {"description": MAP_DESCRIPTION}
-    _add_map(commands.add_parser("map", help=text, **form | {"epilog": None}))
+    form |= {"epilog": None}
+    _add_map(commands.add_parser("map", help=text, **form))
+    form |= {"description": PAGE_DESCRIPTION}
+    _add_page(commands.add_parser("page", help="write one HTML file that computes in a browser", **form))
     return options
 
 
@@ -134,6 +141,14 @@ def _add_map(options: argparse.ArgumentParser) -> None:
     options.set_defaults(run=_write_map, prog=options.prog)
 
 
+def _add_page(options: argparse.ArgumentParser) -> None:
+    _add_inputs(options)
+    text = "file to write; default: %(default)s"
+    options.add_argument("--output", metavar="FILE.html", type=Path, default=Path("live.html"), help=text)
+    options.add_argument("--json", action="store_true", help="print one JSON object")
+    options.set_defaults(run=_write_page, prog=options.prog)
+
+
 def main(
     arguments: Sequence[str] | None = None,
     prog: str = "python -m ballscrew_fmu",
@@ -162,16 +177,15 @@ def _build(args: argparse.Namespace) -> int:
 
     columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("reading screw and map", total=5 if args.python_only else 17)
+        task = progress.add_task("reading screw and map", total=6 if args.python_only else 18)
         try:
-            parameters, nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
+            inputs = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
         except (ValueError, OSError) as error:
             return _print_error(args, str(error))
         try:
             with new_folder(args.output):
                 paths, text = build.build(
-                    parameters,
-                    nut_map,
+                    inputs,
                     args.output,
                     lambda text: progress.update(task, description=text, advance=1),
                     args.python_only,
@@ -185,7 +199,7 @@ def _build(args: argparse.Namespace) -> int:
         except (BuildError, SourceError) as error:
             return _print_error(args, f"no FMU delivered: {error}", code=1)
     print(text)
-    if friction := nut_map.header.get("friction"):
+    if friction := inputs.nut_map.header.get("friction"):
         print(f"friction: {friction['set']}, {friction['loss'] or 'not fitted'}; {friction['provenance']}")
         if friction["carried_over"]:
             print(friction["carried_over"], file=sys.stderr)
@@ -242,7 +256,7 @@ def _write_map(args: argparse.Namespace) -> int:
     from ballscrew_tehl.runtime.packed import map_hash
 
     try:
-        _, nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
+        nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction).nut_map
     except (ValueError, OSError) as error:
         return _print_error(args, str(error))
     try:
@@ -254,6 +268,33 @@ def _write_map(args: argparse.Namespace) -> int:
     print(f"{args.output}  map {map_hash(nut_map.header)}, {nut_map.law} friction law")
     for name, value in nut_map.header["defaults"].items():
         print(f"{name} = {value:g}")
+    return 0
+
+
+def _write_page(args: argparse.Namespace) -> int:
+    from ballscrew_fmu import build
+    from ballscrew_fmu.archive import write_whole
+    from ballscrew_fmu.native_fmu.compile import BuildError
+    from ballscrew_fmu.native_fmu.sources import SourceError
+    from ballscrew_tehl.runtime.packed import map_hash
+
+    try:
+        check_output("--output", args.output, "a file *.html, *.htm")
+        inputs = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
+    except (ValueError, OSError) as error:
+        return _print_error(args, str(error))
+    print("compiling the page; the first time this takes some 20 s", file=sys.stderr)
+    try:
+        content = inputs.live_page().encode()
+        write_whole(args.output, content)
+    except (BuildError, SourceError) as error:
+        return _print_error(args, f"no page written: {error}", code=1)
+    except OSError as error:
+        return _print_error(
+            args, f"--output {args.output}: {error.strerror or error}; needs a file that can be written"
+        )
+    found = {"file": str(args.output), "bytes": len(content), "map_hash": map_hash(inputs.nut_map.header)}
+    print(json.dumps(found) if args.json else "{file}  {bytes} bytes, map {map_hash}".format(**found))
     return 0
 
 

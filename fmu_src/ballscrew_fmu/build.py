@@ -5,10 +5,12 @@ import tempfile
 from argparse import Namespace
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 from ballscrew_fmu.checks.check import check, recovered_preload, torque_tables
 from ballscrew_fmu.checks.experiments import check_experiments
 from ballscrew_fmu.checks.reference import STEP, reference_results
+from ballscrew_fmu.live_page.page import live_page
 from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, NATIVE_MODELS, FmuModel
 from ballscrew_fmu.native_fmu import compile as native_compile
 from ballscrew_fmu.native_fmu.experiments import Reference
@@ -16,16 +18,41 @@ from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.pages.validation import validation_report
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.cli.shared.chosen import chosen_of
-from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.friction.sets import FrictionSet
+from ballscrew_tehl.nut_map.file import load_contact_map, load_map
+from ballscrew_tehl.nut_map.interval import interval_table
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.packed import MECHANISTIC
 
 Advance = Callable[[str], None]  # called with the name of the next step
 
 
+class Inputs(NamedTuple):
+    """What FMUs and live page are made of; friction_set and map_file are those of the interval, which needs both."""
+
+    parameters: Parameters
+    nut_map: NutMap
+    friction_set: FrictionSet | None = None
+    map_file: str | None = None
+
+    def live_page(self) -> str:
+        """The live page; with the interval of the mechanistic law, some seconds.
+
+        Raises       BuildError: no ziglang, or it fails;  SourceError: a file is missing
+        """
+        ends = None
+        if self.friction_set is not None and self.nut_map.law == MECHANISTIC:
+            contact_map = load_contact_map(self.map_file, self.parameters)
+            ends = interval_table(
+                self.parameters, contact_map, self.nut_map.header["axes"], self.friction_set
+            )
+        return live_page(self.parameters, self.nut_map, ends)
+
+
 def read_inputs(
     screw: str | None, map_file: str | None, kinematics: str | None, friction: str | None = None
-) -> tuple[Parameters, NutMap]:
+) -> Inputs:
     """Parameters and their nut map. Its header has start values and provenance of the friction parameters.
 
     Parameters   friction : name of a packaged set or file of calibrate --output; mechanistic without a screw takes the
@@ -33,12 +60,12 @@ def read_inputs(
     Raises       ValueError or OSError: invalid input, with a message of one line
     """
     chosen = chosen_of(Namespace(screw=screw, kinematics=kinematics, friction=friction))
-    return chosen.parameters, load_map(map_file, chosen.parameters, chosen.of_file)
+    nut_map = load_map(map_file, chosen.parameters, chosen.of_file)
+    return Inputs(chosen.parameters, nut_map, chosen.friction_set, map_file)
 
 
 def build(
-    parameters: Parameters,
-    nut_map: NutMap,
+    inputs: Inputs,
     folder: Path,
     advance: Advance = lambda text: None,
     python_only: bool = False,
@@ -49,28 +76,30 @@ def build(
     Parameters   embed_map : compile the map into the native FMUs, which then open no file
     Raises       CheckError, BuildError, SourceError: no FMU is delivered; OSError: the folder cannot be written
     """
+    parameters, nut_map = inputs.parameters, inputs.nut_map
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".build_") as scratch:
-        built, text = [], ""
+        built, text, note = [], "", ""
+        compiler = native_compile.find_compiler()
+        advance("compiling the live page")
+        page = inputs.live_page() if compiler.crosses else ""
         for model in MODELS:
             advance(f"packing {model.name}")
-            fmu = build_fmu(nut_map, Path(scratch) / f"{model.name}.fmu", model=model).path
+            fmu = build_fmu(nut_map, Path(scratch) / f"{model.name}.fmu", model=model, live_page=page).path
             advance(f"checking {model.name}")
             built.append((fmu, _checked(fmu, parameters, nut_map, model)))
             if model is FRICTION:
                 text = torque_tables(fmu, parameters, nut_map)
-        note = ""
         if not python_only:
-            compiler = native_compile.find_compiler()
             for model in NATIVE_MODELS:
                 built += _build_native(
-                    parameters, nut_map, Path(scratch), advance, model, compiler.platforms, embed_map
+                    inputs, Path(scratch), advance, model, compiler.platforms, embed_map, page
                 )
-            if not compiler.crosses:
-                note = (
-                    f"\nnative FMUs with {compiler.name} for {', '.join(compiler.platforms)} only; for Linux, "
-                    "Windows and macOS: python -m pip install ziglang"
-                )
+        if not compiler.crosses:
+            note = (
+                f"\n{compiler.name}: native FMUs for {', '.join(compiler.platforms)} only, no live page; for Linux, "
+                "Windows and macOS, and the page: python -m pip install ziglang"
+            )
         text += "\n\n" + "\n".join(f"{made.name}: {line}" for made, line in built) + note
         for made, _ in built:
             os.replace(made, folder / made.name)
@@ -78,15 +107,16 @@ def build(
 
 
 def _build_native(
-    parameters: Parameters,
-    nut_map: NutMap,
+    inputs: Inputs,
     folder: Path,
     advance: Advance,
     model: FmuModel,
     platforms: tuple[str, ...],
     embed_map: bool,
+    page: str,
 ) -> list[tuple[Path, str]]:
     """The native FMUs of a model in a folder, each with the result of its checks."""
+    parameters, nut_map = inputs.parameters, inputs.nut_map
     reference = Reference(STEP, *reference_results(nut_map, model))
     report = validation_report(parameters, nut_map)
     built = []
@@ -94,7 +124,15 @@ def _build_native(
         target = folder / native_file_name(version, model)
         advance(f"compiling {model.name}, FMI {version}")
         fmu = build_native_fmu(
-            nut_map, version, target, reference, report, platforms, model=model, embed_map=embed_map
+            nut_map,
+            version,
+            target,
+            reference,
+            report,
+            platforms,
+            model=model,
+            embed_map=embed_map,
+            live_page=page,
         ).path
         advance(f"checking {model.name}, FMI {version}")
         line = _checked(fmu, parameters, nut_map, model)

@@ -28,13 +28,13 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """Pages of the built site. The report in it has tests of its own: here it is a short page."""
+    """Pages of the built site. Report and live page have tests of their own: here they are one short page."""
     folder = tmp_path_factory.mktemp("site")
-    report = folder / "report.html"
-    report.write_text("<!doctype html><title>report</title>", encoding="utf-8")
+    short = folder / "short.html"
+    short.write_text("<!doctype html><title>short</title>", encoding="utf-8")
     command = ["-m", "mkdocs", "build", "--strict", "-f", "docs/site/mkdocs.yml", "-d", str(folder / "site")]
     # the first is an advertisement of the theme; signatures on one line need no formatter for each
-    output(*command, NO_MKDOCS_2_WARNING="1", DOCS_SIGNATURES="false", DOCS_REPORT=str(report))
+    output(*command, NO_MKDOCS_2_WARNING="1", DOCS_SIGNATURES="false", DOCS_REPORT=short, DOCS_LIVE=short)
     return {
         path: Page(path.read_text(encoding="utf-8")) for path in sorted((folder / "site").rglob("*.html"))
     }

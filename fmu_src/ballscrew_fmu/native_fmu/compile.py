@@ -35,14 +35,17 @@ class Compiler(NamedTuple):
     crosses: bool  # builds for other machines, by the option -target of zig
 
 
-_ELF = ("-fPIC", "-Wl,--build-id=none", "-lm")
+_ELF = ("-shared", "-fPIC", "-Wl,--build-id=none", "-lm")
 PLATFORMS: Mapping[str, Platform] = {  # by platform tuple of FMI 3
     "x86_64-linux": Platform("x86_64-linux-gnu.2.17", ".so", _ELF),
     "aarch64-linux": Platform("aarch64-linux-gnu.2.17", ".so", _ELF),
-    "x86_64-windows": Platform("x86_64-windows-gnu", ".dll", ()),
-    "x86_64-darwin": Platform("x86_64-macos", ".dylib", ("-fPIC",)),
-    "aarch64-darwin": Platform("aarch64-macos", ".dylib", ("-fPIC",)),
+    "x86_64-windows": Platform("x86_64-windows-gnu", ".dll", ("-shared",)),
+    "x86_64-darwin": Platform("x86_64-macos", ".dylib", ("-shared", "-fPIC")),
+    "aarch64-darwin": Platform("aarch64-macos", ".dylib", ("-shared", "-fPIC")),
 }
+_WASM = Platform(
+    "wasm32-wasi", ".wasm", ("-mexec-model=reactor", "-DBALLSCREW_NO_THREADS", "-Wl,--export-dynamic")
+)
 # -ffp-contract=off: no fused multiply-add on aarch64, so that all platforms round alike
 COMPILER_OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden")
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
@@ -137,21 +140,38 @@ def universal_library(slices: Sequence[bytes]) -> bytes:
 
 
 def _build(compiler: Compiler, sources: Mapping[str, bytes], name: str, platform: str) -> bytes:
-    target, suffix, options = PLATFORMS[platform]
+    target = PLATFORMS[platform]
+    library = f"{name}{target.suffix}"
     if platform.endswith("darwin"):
-        options = (*options, f"-Wl,-install_name,@rpath/{name}{suffix}")
+        target = target._replace(options=(*target.options, f"-Wl,-install_name,@rpath/{library}"))
+    return _compiled(compiler, sources, library, target, platform)
+
+
+def build_wasm(sources: Mapping[str, bytes], name: str) -> bytes:
+    """A WebAssembly module that imports nothing, with the functions of default visibility.
+
+    Parameters   as build_libraries
+    Raises       BuildError: there is no ziglang, or its first error
+    """
+    compiler = find_compiler()
+    if not compiler.crosses:
+        raise BuildError(f"{compiler.name} does not compile for WebAssembly: python -m pip install ziglang")
+    return _compiled(compiler, sources, f"{name}{_WASM.suffix}", _WASM, "WebAssembly")
+
+
+def _compiled(
+    compiler: Compiler, sources: Mapping[str, bytes], library: str, target: Platform, what: str
+) -> bytes:
     with tempfile.TemporaryDirectory(prefix="ballscrew_native_") as scratch:
         folder = Path(scratch)
         (folder / "fmi").mkdir()
         for file, content in sources.items():
             (folder / ("fmi" if is_fmi_header(file) else ".") / file).write_bytes(content)
         units = sorted(file for file in sources if file.endswith(".c"))
-        library = f"{name}{suffix}"
         # FMI 3.0 headers cause warnings, which -isystem suppresses
         command = [
             *compiler.command,
-            *(("-target", target) if compiler.crosses else ()),
-            "-shared",
+            *(("-target", target.target) if compiler.crosses else ()),
             *COMPILER_OPTIONS,
             # of a compiler that the sources have not been tried with, a warning is not an error
             *(WARNINGS if compiler.crosses else ()),
@@ -159,7 +179,7 @@ def _build(compiler: Compiler, sources: Mapping[str, bytes], name: str, platform
             "-isystem",
             "fmi",
         ]
-        _run([*command, "-o", library, *units, *options], folder, platform)
+        _run([*command, "-o", library, *units, *target.options], folder, what)
         return (folder / library).read_bytes()
 
 

@@ -44,11 +44,13 @@ def native_files(
     platforms: Sequence[str] = tuple(PLATFORMS),
     model: FmuModel = FRICTION,
     embed_map: bool = False,
+    live_page: str = "",
 ) -> dict[str, bytes]:
     """Files of one native FMU by path, with its token.
 
     Parameters   fmi_version : 2 or 3;  platforms : names from compile.PLATFORMS
                  embed_map : compile the map into the libraries, which then open no file
+                 live_page : for the documentation; "": none
     Raises       BuildError or SourceError, with a message of one line
     """
     header = nut_map.header
@@ -64,7 +66,9 @@ def native_files(
     if fmi_version == 2:
         files["model.png"] = icon("png")
     built_for = f"libraries for {', '.join(platforms)}"
-    documentation = native_documentation(header, fmi_version, built_for, validation, model, embed_map)
+    documentation = native_documentation(
+        header, fmi_version, built_for, validation, model, embed_map, live_page
+    )
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     if reference is not None:
         files |= {f"{FOLDER}/{name}": text for name, text in reference_files(reference, model).items()}
@@ -113,7 +117,8 @@ def build_native_fmu(
     platforms: Sequence[str] = tuple(PLATFORMS),
     model: FmuModel = FRICTION,
     embed_map: bool = False,
+    live_page: str = "",
 ) -> BuiltFmu:
     """Build one native FMU of a map, written to path. Other arguments as in native_files."""
-    files = native_files(nut_map, fmi_version, reference, validation, platforms, model, embed_map)
+    files = native_files(nut_map, fmi_version, reference, validation, platforms, model, embed_map, live_page)
     return built(path, files)

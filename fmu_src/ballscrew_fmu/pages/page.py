@@ -32,6 +32,13 @@ class Validation(NamedTuple):
     plots: Mapping[str, bytes] = {}
 
 
+#: file of the live page beside index.html; what index.html shows of it
+LIVE = "live.html"
+LIVE_BLOCK = Html(
+    '<p><a href="{0}"><b>Open the live page</b></a> ({0}, beside this page): sliders for preload, speed, temperature '
+    "and axial load, your measured points over the curve. It computes offline with the C code and the map of this "
+    'FMU.</p>\n<iframe class="live" title="Live page" loading="lazy" src="{0}"></iframe>'
+).format(LIVE)
 NOT_VALIDATED = Validation("<p>Not recorded in this build.</p>")
 
 
@@ -40,19 +47,21 @@ def icon(kind: str) -> bytes:
     return (importlib.resources.files(__package__) / "templates" / f"icon.{kind}").read_bytes()
 
 
-def documentation_files(header: Mapping[str, Any], model: FmuModel = FRICTION) -> dict[str, bytes]:
-    """Files of the documentation folder of an FMU for Python hosts, by path."""
+def documentation_files(
+    header: Mapping[str, Any], model: FmuModel = FRICTION, live_page: str = ""
+) -> dict[str, bytes]:
+    """Files of the documentation folder of an FMU for Python hosts, by path; live_page: "": none."""
     from ballscrew_tehl.refinement.refine import CAPACITY  # slow to import
 
     needs = TEMPLATES.get_template("external_dependencies.txt").render(refines=model.refines)
     licence = distribution("pythonfmu").read_text("licenses/LICENSE")
     texts = {
-        "index.html": _page(model.name, model, header, model.variables(header), CAPACITY=CAPACITY),
+        "index.html": _page(model.name, model, header, model.variables(header), live_page, CAPACITY=CAPACITY),
         "externalDependencies.txt": needs,
         "licenses/license.txt": _licences(native=False),
         "licenses/pythonfmu.txt": licence or "MIT licence; https://github.com/NTNU-IHB/PythonFMU\n",
     }
-    return {name: text.encode() for name, text in texts.items()}
+    return _with_live_page(texts, live_page)
 
 
 def native_documentation(
@@ -62,20 +71,28 @@ def native_documentation(
     validation: Validation = NOT_VALIDATED,
     model: FmuModel = FRICTION,
     embed_map: bool = False,
+    live_page: str = "",
 ) -> dict[str, bytes]:
     """Files of the documentation folder of a native FMU, by path.
 
     Parameters   platforms : platforms of the binaries, as text;  embed_map : the map is compiled in
+                 live_page : "": none
     """
     variables = (*model.native_variables(header), *((TIME,) if fmi_version == 3 else ()))
     texts = {
         "index.html": _page(
-            model.native_name, model, header, variables, native=True, fmi_version=fmi_version,
+            model.native_name, model, header, variables, live_page, native=True, fmi_version=fmi_version,
             platforms=platforms, validation=validation, embed_map=embed_map,
         ),
         "licenses/license.txt": _licences(native=True),
     }  # fmt: skip
-    return {name: text.encode() for name, text in texts.items()} | dict(validation.plots)
+    return _with_live_page(texts, live_page) | dict(validation.plots)
+
+
+def _with_live_page(texts: Mapping[str, str], live_page: str) -> dict[str, bytes]:
+    """In a file of its own: tools that show index.html need not read the map."""
+    whole = {**texts, LIVE: live_page} if live_page else texts
+    return {name: text.encode() for name, text in whole.items()}
 
 
 def _licences(native: bool) -> str:
@@ -83,7 +100,12 @@ def _licences(native: bool) -> str:
 
 
 def _page(
-    name: str, model: FmuModel, header: Mapping[str, Any], variables: tuple[Variable, ...], **about: Any
+    name: str,
+    model: FmuModel,
+    header: Mapping[str, Any],
+    variables: tuple[Variable, ...],
+    live_page: str,
+    **about: Any,
 ) -> str:
     """The page of a model. Calls of part in its template make the sections, text outside of them the introduction."""
     sections: list[tuple[str, str, Html]] = []
@@ -97,7 +119,10 @@ def _page(
         part=part, name=name, header=header, variable_rows=[_row(v) for v in variables],
         mechanistic=header["law"] == MECHANISTIC, **{"native": False, "fmi_version": 2, **about},
     )  # fmt: skip
-    return page(name, [Html(intro.strip() + "\n")], sections, Html(f"<span>map {map_hash(header)}</span>"))
+    live = [section("live", "Torque of this screw, live", LIVE_BLOCK)] if live_page else []
+    return page(
+        name, [Html(intro.strip() + "\n"), *live], sections, Html(f"<span>map {map_hash(header)}</span>")
+    )
 
 
 def _row(v: Variable) -> tuple[str, ...]:

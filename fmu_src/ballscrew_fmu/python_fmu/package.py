@@ -158,10 +158,12 @@ def fmu_files(
     sources: Mapping[str, str] | None = None,
     solver: Mapping[str, str] | None = None,
     model: FmuModel = FRICTION,
+    live_page: str = "",
 ) -> dict[str, bytes]:
     """Files of the FMU by path, with its GUID.
 
     Parameters   sources, solver : None: runtime_sources(), solver_sources()
+                 live_page : for the documentation; "": none
     """
     code = {f"{name}.py": text.encode() for name, text in (sources or runtime_sources(model)).items()}
     code["__init__.py"] = b'"""Code of one FMU, named by its content."""\n'
@@ -177,7 +179,7 @@ def fmu_files(
     files["resources/slavemodule.txt"] = script.encode()
     files[f"resources/{MAP_FILE}"] = nut_map.to_npz()
     files |= binaries(model.name, model.variables(nut_map.header))
-    documentation = documentation_files(nut_map.header, model)
+    documentation = documentation_files(nut_map.header, model, live_page)
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"
     blank = model_description(nut_map.header, "", tool, model)
@@ -192,10 +194,11 @@ def build_fmu(
     sources: Mapping[str, str] | None = None,
     solver: Mapping[str, str] | None = None,
     model: FmuModel = FRICTION,
+    live_page: str = "",
 ) -> BuiltFmu:
     """Build the FMU of a map. Same map and same code give the same bytes and GUID.
 
-    Parameters   path : of the FMU; an existing file is replaced;  sources, solver : as in fmu_files
+    Parameters   path : of the FMU; an existing file is replaced;  others as in fmu_files
     Returns      BuiltFmu
     """
-    return built(path, fmu_files(nut_map, sources, solver, model))
+    return built(path, fmu_files(nut_map, sources, solver, model, live_page))

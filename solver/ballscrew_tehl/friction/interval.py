@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..parameters.file import Parameters, load_parameters
 from ..parameters.friction_constants import BOUNDED
@@ -151,13 +151,14 @@ def torque_of_constants(
     parameters: Parameters,
     forces: Sequence[float],
     contacts: ContactValues,
-    speed: float,
-    temperature: float,
+    speed: Any,
+    temperature: Any,
     friction_set: FrictionSet,
-) -> Callable[[Mapping[str, float]], float]:
+) -> Callable[[Mapping[str, float]], Any]:
     """Torque [N.m] over values of the bounded constants by name; those not given are as in the parameters.
 
-    Parameters   forces : of the nuts [N];  contacts : of the balls, found once;  speed [rad/s] > 0, temperature [K]
+    Parameters   forces : of the nuts [N];  contacts : of the balls, found once;  speed [rad/s] > 0, temperature [K]:
+                 floats, or arrays (s, 1) and (t,), which give a torque (s, t)
                  friction_set : its coefficient k is that of the constants in the parameters. It varies with them unless
                  it was fitted to this screw or the screw file states it.
                  Calibrated on one torque: it is fitted to that torque again
@@ -171,7 +172,7 @@ def torque_of_constants(
     again = _fitted_again(parameters, contacts, friction_set) if calibrated else None
     kappa = implied_thrust(coefficient, parameters)
 
-    def torque(values: Mapping[str, float]) -> float:
+    def torque(values: Mapping[str, float]) -> Any:
         changed = with_constants(parameters, values)
         k = coefficient
         if again is not None:
@@ -219,13 +220,42 @@ def torque_interval(
     Raises       ValueError, ArithmeticError as nut_powers
     Source       head of this module
     """
-    fit = fit_of(friction_set, parameters)
     torque = torque_of_constants(parameters, forces, contacts, speed, temperature, friction_set)
     at = torque({})
     if not at > 0.0:
         return TorqueInterval(at, at, at, {}, {})
-    ends: dict[str, tuple[float, float]] = {}
-    moments: dict[str, tuple[float, float]] = {}
+    ends, moments = _ends_and_moments(torque, at, parameters, friction_set)
+    low, high = (float(at * end) for end in _ends(moments))
+    variance = sum(part for _, part in moments.values())
+    # both are the one number of the law: the bounds of ball_thrust are those of the coefficient without a fit
+    names = {"ball_thrust": FITTED_COEFFICIENT}
+    shares = {names.get(name, name): part / (variance or 1.0) for name, (_, part) in moments.items()}
+    return TorqueInterval(at, low, high, ends, dict(sorted(shares.items(), key=lambda x: -x[1])))
+
+
+def interval_ends(
+    parameters: Parameters,
+    forces: Sequence[float],
+    contacts: ContactValues,
+    speed: Array,
+    temperature: Array,
+    friction_set: FrictionSet,
+) -> tuple[Array, Array]:
+    """Ends of the interval over the torque (s, t) at speeds (s, 1) > 0 and temperatures (t,).
+
+    Others as torque_interval, at least one force > 0.
+    """
+    torque = torque_of_constants(parameters, forces, contacts, speed, temperature, friction_set)
+    return _ends(_ends_and_moments(torque, torque({}), parameters, friction_set)[1])
+
+
+def _ends_and_moments(
+    torque: Callable[[Mapping[str, float]], Any], at: Any, parameters: Parameters, friction_set: FrictionSet
+) -> tuple[dict[str, tuple[Any, Any]], dict[str, tuple[Any, Any]]]:
+    """By constant: torques at its ends, mean and variance of ln(torque); at: torque at its value."""
+    fit = fit_of(friction_set, parameters)
+    ends: dict[str, tuple[Any, Any]] = {}
+    moments: dict[str, tuple[Any, Any]] = {}
     for name in unknown_constants(parameters):
         if fit is not None and name == "ball_thrust":
             continue
@@ -234,30 +264,24 @@ def torque_interval(
         value = bound.value
         if name == "ball_thrust":
             value = implied_thrust(friction_set.net_sliding_coefficient, parameters)
-        moments[name] = uniform_moments(math.log(low / at), math.log(high / at), bound.place(value))
+        moments[name] = uniform_moments(np.log(low / at), np.log(high / at), bound.place(value))
     if fit is not None:
         low, high = ends[FITTED_COEFFICIENT] = (
             torque({FITTED_COEFFICIENT: fit.low}), torque({FITTED_COEFFICIENT: fit.high})
         )  # fmt: skip
-        moments[FITTED_COEFFICIENT] = 0.0, (math.log(high / low) / FIT_DEVIATIONS) ** 2
+        moments[FITTED_COEFFICIENT] = 0.0, (np.log(high / low) / FIT_DEVIATIONS) ** 2
         moments[LEFT_OUT] = 0.0, (SCATTER_DEVIATION * fit.left_out) ** 2
-    middle = math.log(at) + sum(mean for mean, _ in moments.values())
-    variance = sum(part for _, part in moments.values())
-    wide = DEVIATIONS * math.sqrt(variance)
-    # both are the one number of the law: the bounds of ball_thrust are those of the coefficient without a fit
-    names = {"ball_thrust": FITTED_COEFFICIENT}
-    shares = {names.get(name, name): part / (variance or 1.0) for name, (_, part) in moments.items()}
-    return TorqueInterval(
-        at,
-        # constants at one end of their interval move the middle
-        min(math.exp(middle - wide), at),
-        max(math.exp(middle + wide), at),
-        ends,
-        dict(sorted(shares.items(), key=lambda x: -x[1])),
-    )
+    return ends, moments
 
 
-def uniform_moments(low: float, high: float, place: float) -> tuple[float, float]:
+def _ends(moments: Mapping[str, tuple[Any, Any]]) -> tuple[Any, Any]:
+    """Ends over the torque; constants at one end of their interval move the middle."""
+    middle = sum(mean for mean, _ in moments.values())
+    wide = DEVIATIONS * np.sqrt(sum(part for _, part in moments.values()))
+    return np.minimum(np.exp(middle - wide), 1.0), np.maximum(np.exp(middle + wide), 1.0)
+
+
+def uniform_moments(low: Any, high: Any, place: float) -> tuple[Any, Any]:
     """Mean and variance over 0 <= x <= 1 of the parabola that is low at 0, 0 at `place`, high at 1.
 
     Without a place inside it is the straight line from low to high.

@@ -337,18 +337,18 @@ def torque_line(
     parameters: Parameters,
     forces: Sequence[float],
     contacts: ContactValues,
-    speed: float,
-    temperature: float,
+    speed: Any,
+    temperature: Any,
     ratio: float = 1.0,
-) -> tuple[float, float]:
+) -> tuple[Any, Any]:
     """Torque of the nuts without ball on ball, and what it rises by per coefficient 2 mu_b Lambda kappa [N.m].
 
-    Arguments as double_nut_parts.
+    Arguments as double_nut_parts; speed and temperature may be arrays as in nut_powers.
     """
     nuts = nuts_powers(parameters, forces, contacts, speed, temperature)
     return (
-        sum(times * float(nut.torque(ratio, 0.0)) for times, nut in nuts),
-        sum(times * float(nut.thrust_factor) * nut.ball_ball for times, nut in nuts),
+        sum(times * nut.torque(ratio, 0.0) for times, nut in nuts),
+        sum(times * nut.thrust_factor * nut.ball_ball for times, nut in nuts),
     )
 
 

@@ -14,7 +14,7 @@ from .ball_law import Array
 #: supply length of a flooded contact
 FLOODED = np.inf
 #: Gauss nodes along and across rolling of the inlet that holds no oil: 2e-4 of its loss
-NODES_ALONG, NODES_ACROSS = 5, 8
+ALONG, ACROSS = (tuple(0.5 * v for v in np.polynomial.legendre.leggauss(n)) for n in (5, 8))
 #: least factor: maps store logarithms
 LEAST_FACTOR = 1e-4
 #: film over the gap where oil begins at which the missing loss fades: its wedge is there no longer. At 1 the torque of
@@ -40,8 +40,7 @@ def missing_loss(length: float, u_e: Any, eta0: Any, film: Any, b: Any, R_x: Any
                  (contact.integrals.resistance_beyond), u_e int h dp/dx dA over X < -x < R_x, |y| < R_x. Gap h:
                  parabolas above the flattened bodies at X
     """
-    t, along = (0.5 * v for v in np.polynomial.legendre.leggauss(NODES_ALONG))
-    s, across = (0.5 * v for v in np.polynomial.legendre.leggauss(NODES_ACROSS))
+    (t, along), (s, across) = ALONG, ACROSS
     u_e, eta0, film, b, R_x, R_y = (
         np.asarray(v, float)[..., None, None] for v in (u_e, eta0, film, b, R_x, R_y)
     )

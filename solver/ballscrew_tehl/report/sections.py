@@ -24,7 +24,7 @@ from . import (
 from .claims import NEAR_WITHIN, REPRODUCED_WITHIN, Claim
 from .lines import Progress
 from .material import Material
-from .page import TEMPLATES, page, section
+from .page import TEMPLATES, Html, page, section
 
 PAPER = "https://doi.org/10.1007/s00170-022-09524-2"
 #: what the templates use beside the material
@@ -70,11 +70,18 @@ def parts_of_page(material: Material) -> list[tuple[str, str, str]]:
     ]
 
 
-def whole_page(material: Material, claimed: Sequence[Claim], progress: Progress) -> str:
-    """The page with all its parts; progress : called before and after each of them."""
+def whole_page(
+    material: Material, claimed: Sequence[Claim], progress: Progress, live: Html | None = None
+) -> str:
+    """The page with all its parts.
+
+    Parameters   progress : called before and after each of them
+                 live : fragment that computes the torque in the browser, shown first; this package cannot make it
+    """
     template = TEMPLATES.get_template("parts.html", globals=GLOBALS)
     macros: Any = template.make_module({"m": material, "claims": claimed})
-    parts, written = parts_of_page(material), []
+    parts = parts_of_page(material)
+    written = [] if live is None else [("live", "Live", section("live", "Torque of this screw, live", live))]
     with figures.style():
         for number, (name, link, title) in enumerate(parts, start=1):
             progress(number - 1, len(parts), PAGE_STEP)

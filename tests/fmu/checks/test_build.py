@@ -57,7 +57,7 @@ def script():
 
 @pytest.fixture
 def with_synthetic_map(monkeypatch, synthetic_nut_map):
-    monkeypatch.setattr(build, "read_inputs", lambda *_: (load_parameters(), synthetic_nut_map))
+    monkeypatch.setattr(build, "read_inputs", lambda *_: build.Inputs(load_parameters(), synthetic_nut_map))
 
 
 @pytest.fixture

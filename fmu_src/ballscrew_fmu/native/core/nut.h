@@ -131,4 +131,18 @@ static inline Number lambda_ratio(Number minimum_film, Number roughness)
     return lesser(divide(minimum_film, greater(roughness, constant(SMOOTH))), constant(LAMBDA_RATIO_MAX));
 }
 
+/* Share of the power that arrives in steady motion. friction: magnitude at motion */
+static inline Number efficiency_of(Number ideal_torque, Number friction, Number speed)
+{
+    const Number ideal = absolute(ideal_torque);
+
+    if (!(value_of(ideal) > 0.0)) {
+        return constant(0.0);
+    }
+    if (value_of(ideal_torque) * value_of(speed) >= 0.0) {
+        return divide(ideal, add(ideal, friction));
+    }
+    return divide(greater(subtract(ideal, friction), constant(0.0)), ideal);
+}
+
 #endif

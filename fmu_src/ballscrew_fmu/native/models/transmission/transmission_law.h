@@ -6,20 +6,6 @@
 #include "contacts.h"
 #include "friction_law.h"
 
-/* Share of the power that arrives in steady motion. friction: magnitude at motion */
-static inline Number efficiency_of(Number ideal_torque, Number friction, Number speed)
-{
-    const Number ideal = absolute(ideal_torque);
-
-    if (!(value_of(ideal) > 0.0)) {
-        return constant(0.0);
-    }
-    if (value_of(ideal_torque) * value_of(speed) >= 0.0) {
-        return divide(ideal, add(ideal, friction));
-    }
-    return divide(greater(subtract(ideal, friction), constant(0.0)), ideal);
-}
-
 static inline void transmission_outputs(const Contacts *contacts, const Parts *both, const Presliding *presliding,
                                         const Number at[], double step, Number out[])
 {

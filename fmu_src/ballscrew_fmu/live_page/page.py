@@ -1,0 +1,180 @@
+"""One HTML file that computes in a browser, offline: core and friction of the native FMU as WebAssembly, map, plots.
+
+The interval of a torque needs the balls, so that the page has a table of it (nut_map.interval.interval_table): ends
+within some tenths of a percent of the torque without axial load, some percent with one. Plots by uPlot, which is in the
+folder uplot with its licence.
+"""
+
+import base64
+import functools
+import importlib.resources
+import zlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup as Html
+from numpy.typing import NDArray
+
+from ballscrew_fmu.native_fmu.compile import build_wasm
+from ballscrew_fmu.native_fmu.map_file import map_bytes
+from ballscrew_fmu.native_fmu.sources import native_sources
+from ballscrew_fmu.variables.friction import law_name, start_preload
+from ballscrew_tehl import __version__
+from ballscrew_tehl.calibration.measurement_units import EXAMPLE, QUANTITIES
+from ballscrew_tehl.calibration.measurements import packaged_measurements
+from ballscrew_tehl.friction.interval import MEANING
+from ballscrew_tehl.nut_map.interval import TABLE_NODES
+from ballscrew_tehl.parameters.file import Parameters, load_parameters
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.report.material import PRELOAD_WORDS
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.packed import MECHANISTIC, SURFACES, map_hash
+from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE
+
+_ROOT = importlib.resources.files("ballscrew_fmu")
+_UNITS = ("map.c", "nut.c", "variables.c")  # of the sources of the FMU; the page adds page.c
+_START_SPEED = 1000.0  # [r/min]
+
+
+def _source(name: str) -> Html:
+    """A file of this room as it is."""
+    folder = "uplot" if name.startswith(("uPlot", "LICENSE")) else "templates"
+    return Html((_ROOT / "live_page" / folder / name).read_text(encoding="utf-8"))
+
+
+_TEMPLATES = Environment(
+    loader=PackageLoader("ballscrew_fmu.live_page"),
+    autoescape=True,
+    undefined=StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+)
+_TEMPLATES.globals["source"] = _source
+_TEMPLATES.policies["json.dumps_kwargs"] = {"sort_keys": False}  # the order of the inputs
+
+
+def live_page(parameters: Parameters, nut_map: NutMap, ends: NDArray[np.float64] | None) -> str:
+    """The page of a screw.
+
+    Parameters   ends : interval_table of its law with TABLE_NODES nodes; None: without interval
+    Returns      HTML, the same for the same input and compiler
+    Raises       BuildError: no ziglang, or it fails;  SourceError: a file is missing
+    """
+    header = nut_map.header
+    law = header["law"]
+    friction = header.get("friction") or {"set": "", "provenance": "", "carried_over": "", "errors": {}}
+    published, words = _published(parameters), PRELOAD_WORDS[parameters.screw.preload_kind]
+    contents = {"wasm": _packed(_module(nut_map)), "map": _packed(_by_byte(map_bytes(nut_map)))}
+    if ends is not None:
+        contents["ends"] = _packed(_by_byte(np.asarray(ends, dtype="<f8").tobytes()))
+    mean = friction["errors"].get("mean")
+    about = {
+        "law": tuple(SURFACES).index(law),
+        "lead": header.get("screw", {}).get("lead", 0.0),
+        "inputs": _inputs(header),
+        "start": _start(header),
+        "parts": [
+            ("viscous_torque", "rolling" if law == MECHANISTIC else "viscous"),
+            ("hysteresis_torque", "hysteresis"),
+            ("sliding_torque", "sliding"),
+        ],
+        "side": words.side,
+        "nodes": None if ends is None else TABLE_NODES,
+        "meaning": MEANING if ends is not None else _no_interval(mean),
+        "units": {name: {"names": q.names, "units": q.units} for name, q in QUANTITIES.items()},
+        "published": published,
+    }
+    return _TEMPLATES.get_template("page.html").render(
+        name=parameters.name,
+        words=words,
+        oil=parameters.lubricant.name,
+        law=law_name(header),
+        friction=friction,
+        roughness=f"{1e9 * header['defaults']['roughness_height']:.3g} nm",
+        inputs=[(name, entry["label"], entry["unit"]) for name, entry in about["inputs"].items()],
+        published=bool(published),
+        example=EXAMPLE,
+        map_hash=map_hash(header),
+        version=__version__,
+        about=about,
+        contents=contents,
+    )
+
+
+def live_frame(page: str) -> Html:
+    """The page as a fragment of another one, with its own styles; not fetched, for it is in the attribute."""
+    return Html('<iframe class="live" title="Live page" loading="lazy" srcdoc="{}"></iframe>').format(page)
+
+
+@functools.cache
+def _compiled(sources: tuple[tuple[str, bytes], ...]) -> bytes:
+    return build_wasm(dict(sources), "page")
+
+
+def _module(nut_map: NutMap) -> bytes:
+    sources = native_sources(nut_map.header, 2, "")
+    own = {name: text for name, text in sources.items() if name.endswith(".h") or name in _UNITS}
+    own["page.c"] = (_ROOT / "native" / "page" / "page.c").read_bytes()
+    return _compiled(tuple(sorted(own.items())))
+
+
+def _packed(content: bytes) -> str:
+    return base64.b64encode(zlib.compress(content, 9)).decode()
+
+
+def _by_byte(numbers: bytes) -> bytes:
+    """First bytes of all doubles, then their second ones: a fifth smaller when packed."""
+    return np.frombuffer(numbers, np.uint8).reshape(-1, 8).T.tobytes()
+
+
+def _inputs(header: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Fields of the page in their order: label, unit, range of the map in this unit, kind of slider."""
+    axes = header["axes"]
+    force = axes["force"][1]
+    slow, fast = (speed / RPM for speed in axes["speed"][:2])
+    cold, hot = (kelvin - CELSIUS for kelvin in axes["temperature"][:2])
+    rows = {
+        "preload": ("Preload", "N", axes["preload"][0], force, True),
+        "speed": ("Speed", "r/min", slow, fast, True),
+        "temperature": ("Oil temperature", "degC", cold, hot, False),
+        "axial_load": ("Axial load", "N", -force, force, False),
+    }
+    return {
+        name: dict(zip(("label", "unit", "min", "max", "log"), row, strict=True))
+        for name, row in rows.items()
+    }
+
+
+def _start(header: Mapping[str, Any]) -> dict[str, float]:
+    axes = header["axes"]
+    return {
+        "preload": start_preload(header),
+        "speed": round(min(_START_SPEED, axes["speed"][1] / RPM)),
+        "temperature": round(
+            min(max(30.0, axes["temperature"][0] - CELSIUS), axes["temperature"][1] - CELSIUS), 2
+        ),
+        "axial_load": 0.0,
+    }
+
+
+def _no_interval(mean: float | None) -> str:
+    fitted = "" if mean is None else f"; mean deviation from the torques of its fit {100.0 * mean:.1f} %"
+    return f"no interval for this friction set{fitted}"
+
+
+def _published(parameters: Parameters) -> list[dict[str, float]]:
+    """Measured points that are packaged, in the units of the fields; none of another screw."""
+    if parameters.screw != load_parameters().screw:
+        return []
+    return [
+        {
+            "preload": m.preload,
+            "speed": round(m.speed / RPM, 6),
+            "temperature": round(m.temperature - CELSIUS, 2),
+            "axial_load": m.axial_load,
+            "torque": m.torque,
+        }
+        for m in packaged_measurements(ASSUMED_TEMPERATURE)
+    ]

@@ -1,0 +1,193 @@
+"""The live page computes the numbers of `torque --json`, in Node and in a browser, where it also works as a page.
+
+In a browser: pip install --editable ".[test,browser]", and a Chromium of the system (apt-get install chromium).
+"""
+
+import importlib.util
+import json
+import shutil
+import zipfile
+
+import numpy as np
+import pytest
+from command_line import answer
+from fmpy.validation import validate_fmu
+from processes import output
+
+from ballscrew_fmu.__main__ import main
+from ballscrew_fmu.build import read_inputs
+from ballscrew_fmu.live_page.page import live_frame
+from ballscrew_fmu.models import MONITOR
+from ballscrew_fmu.native_fmu.compile import this_platform
+from ballscrew_fmu.native_fmu.package import build_native_fmu
+from ballscrew_fmu.python_fmu.package import build_fmu
+from ballscrew_tehl.cli.shared.chosen import EXTREMES
+from ballscrew_tehl.report.page import page as page_around
+
+pytestmark = pytest.mark.slow
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+LARGEST = 4_000_000  # [bytes]
+#: keys of the command torque by name on the page
+NUMBERS = {
+    f"{part}_torque": f"{part}_torque_nm" for part in ("friction", "viscous", "hysteresis", "sliding")
+} | EXTREMES
+ENDS = {f"torque_{end}": f"torque_{end}_nm" for end in ("low", "high")}
+COMPUTED = "points.map((at) => ({ ...live.model(at) }))"
+#: the page without a browser: its elements are objects with the texts of its scripts
+IN_NODE = f"""
+const page = require("fs").readFileSync(process.argv[1], "utf8"), points = JSON.parse(process.argv[2]), texts = {{}};
+for (const [, id, text] of page.matchAll(/<script type="[^"]*" id="(\\w+)">([^]*?)<\\/script>/g)) texts[id] = text;
+globalThis.window = globalThis;
+globalThis.document = {{ getElementById: (id) => ({{ textContent: texts[id] }}) }};
+(0, eval)(page.slice(page.lastIndexOf("<script>") + 8, page.lastIndexOf("</script>")));
+const wait = () => (globalThis.live ? console.log(JSON.stringify({COMPUTED})) : setTimeout(wait, 10));
+wait();
+"""
+GOOD = "preload [kN]; speed [1/min]; temperature [K]; torque [N mm]\n1,0; 1000; 303,15; 619,6\n2;100;303,15;1e3\n"
+
+
+@pytest.fixture(scope="session")
+def pages(tmp_path_factory):
+    """File of the live page by friction set."""
+    files = {
+        name: tmp_path_factory.mktemp("live") / f"{name}.html" for name in ("three_parameter", "mechanistic")
+    }
+    for name, file in files.items():
+        assert main(["page", "--friction", name, "--output", str(file)]) == 0
+        assert file.stat().st_size <= LARGEST
+    return files
+
+
+@pytest.fixture(scope="session")
+def browser():
+    if CHROMIUM is None or importlib.util.find_spec("playwright") is None:
+        pytest.skip("needs a Chromium of the system and the extra browser")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as found:
+        chromium = found.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def opened(browser):
+    """Function (file, address, width, **context) -> the page; no console message, error, or request but for files."""
+    found, contexts = [], []
+
+    def open_page(file, address="", width=1280, **context):
+        contexts.append(browser.new_context(viewport={"width": width, "height": 900}, **context))
+        page = contexts[-1].new_page()
+        page.on("console", lambda message: found.append(message.text))
+        page.on("pageerror", lambda error: found.append(str(error)))
+        page.on("request", lambda request: found.append(request.url) if request.url[:5] != "file:" else None)
+        page.goto(f"{file.as_uri()}{address}")
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert found == []
+
+
+def drawn(page):
+    """The page after its next picture."""
+    page.locator("#headline:not(:empty)").wait_for()
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    return page
+
+
+@pytest.mark.parametrize(
+    ("engine", "name", "count"), [("node", "three_parameter", 200), ("browser", "mechanistic", 8)]
+)
+def test_numbers_are_those_of_the_command_torque(pages, request, capsys, tmp_path, engine, name, count):
+    place = np.random.default_rng(7).uniform(size=(count, 4))
+    lo, hi = np.array([130.0, 6.0, 11.0, -4000.0]), np.array([9000.0, 5500.0, 79.0, 4000.0])
+    keys = ("preload", "speed", "temperature", "axial_load")
+    points = [dict(zip(keys, row, strict=True)) for row in np.round(lo + place * (hi - lo), 3).tolist()]
+    if engine == "browser":
+        found = drawn(request.getfixturevalue("opened")(pages[name])).evaluate(
+            f"(points) => {COMPUTED}", points
+        )
+    elif shutil.which("node") is None:
+        pytest.skip("needs Node")
+    else:
+        found = json.loads(output("-e", IN_NODE, pages[name], json.dumps(points), program="node"))
+    file = tmp_path / "points.csv"
+    rows = [",".join(map(str, point.values())) for point in points]
+    file.write_text("\n".join(["preload_n,speed_rpm,temperature_c,axial_load_n", *rows]))
+    wanted, _ = answer(capsys, "torque", "--friction", name, "--points", file)
+
+    def ratios(columns):
+        return np.array(
+            [[f[ours] / w[key] for ours, key in columns.items()] for f, w in zip(found, wanted, strict=True)]
+        )
+
+    assert np.max(np.abs(ratios(NUMBERS) - 1.0)) <= 1e-9
+    assert [f["clamped"] == 0.0 for f in found] == [w["clamped"] == [] for w in wanted]
+    if name == "mechanistic":  # from a table
+        assert np.max(np.abs(ratios(ENDS) - 1.0)) <= 0.02
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_page_by_keyboard_and_address(opened, pages, width):
+    page = drawn(opened(pages["mechanistic"], "#preload=1000&speed=1000", width))
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    text = page.inner_text("#headline")
+    page.keyboard.press("Tab")
+    page.keyboard.type("2000")
+    assert drawn(page).inner_text("#headline") != text
+    for key in ("Tab", "Tab", "Tab", "ArrowRight", *["Tab"] * 5, "Space", "Tab", "Enter"):
+        page.keyboard.press(key)
+    drawn(page).wait_for_url("**log=0**")
+    state = page.evaluate("({ ...live.state })")
+    assert (state["preload"], state["speed"] > 1000.0, state["log"]) == (2000.0, True, False)
+    assert len(page.query_selector_all("#curve tbody tr")) == 13
+    other = drawn(opened(pages["mechanistic"], page.evaluate("location.hash"), width))
+    for shown in (
+        "document.querySelector('#torque canvas').toDataURL()",
+        "document.getElementById('results').innerText",
+    ):
+        assert other.evaluate(shown) == page.evaluate(shown)
+
+
+def test_range_files_dark_and_paper(opened, pages, tmp_path):
+    colours, file = [], tmp_path / "points.csv"
+    for scheme in ("light", "dark"):
+        page = drawn(opened(pages["mechanistic"], color_scheme=scheme))
+        colours.append(page.evaluate("getComputedStyle(document.body).backgroundColor"))
+    assert colours[0] != colours[1]
+    assert page.is_hidden("#outside")
+    page.fill("#speed", "9000")
+    assert "speed 9000 r/min (the map ends at 6000 r/min)" in drawn(page).inner_text("#outside")
+    file.write_text(GOOD)
+    page.set_input_files("#file", file)
+    page.locator("#deviation", has_text="2 points: mean deviation").wait_for()
+    assert page.evaluate("live.state.points[0].torque") == pytest.approx(0.6196)
+    assert "+0.0 %" in page.inner_text("#points tbody tr:first-child")
+    for bad, line in (
+        ("preload [N], speed [r/min]\n1,2", "no column torque"),
+        (f"{GOOD}3;x;1;1", "line 4: speed = 'x'"),
+    ):
+        file.write_text(bad)
+        page.set_input_files("#file", file)
+        page.locator("#bad-file", has_text=line).wait_for()
+        assert page.evaluate("live.state.points.length") == 2
+    assert page.pdf()[:4] == b"%PDF"
+
+
+def test_fmus_and_other_pages_have_it(opened, tmp_path):
+    inputs = read_inputs(None, None, None, "three_parameter")
+    live = inputs.live_page()
+    fmus = [build_fmu(inputs.nut_map, tmp_path / "python.fmu", model=MONITOR, live_page=live)]
+    for version in (2, 3):
+        own = {"platforms": (this_platform(),), "live_page": live}
+        fmus.append(build_native_fmu(inputs.nut_map, version, tmp_path / f"{version}.fmu", **own))
+    assert [validate_fmu(str(fmu.path)) for fmu in fmus] == [[]] * 3
+    with zipfile.ZipFile(fmus[-1].path) as archive:
+        archive.extractall(tmp_path)
+    report = tmp_path / "report.html"
+    report.write_text(page_around("report", [live_frame(live)], [], ""), encoding="utf-8")
+    for file in (tmp_path / "documentation" / "index.html", report):
+        frame = opened(file).query_selector("iframe.live").content_frame()
+        frame.locator("#headline", has_text="N m").wait_for()
