@@ -6,7 +6,7 @@
 Once per shift a batch of measurements is taken while the axis moves without load. Synthetic here: torque of
 the packaged map at a random speed and temperature, then 2 % noise (standard deviation) on torque, on speed and
 on the temperature in degrees Celsius, all independent. With real measurements the map must be calibrated
-(`python -m ballscrew_tehl calibrate`), and its remaining error is systematic and not part of the intervals here.
+(`ballscrew calibrate`), and its remaining error is systematic and not part of the intervals here.
 
 Preload of a batch: that at which the mean torque of the map over the batch equals the mean measured torque
 (torque.preload_from_torque). Its interval by the delta method: with s the scatter of the relative residuals

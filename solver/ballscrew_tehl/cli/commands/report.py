@@ -66,7 +66,7 @@ def _given(args: Namespace, measured: bool) -> GivenPoint:
         value = getattr(args, quantity.name)
         if value is not None and measured:
             raise ValueError(
-                f"{quantity.option} = {value}; allowed: with --screw, the paper has its own point"
+                f"{quantity.option} = {value}; allowed: with --screw or --map, the paper has its own point"
             )
         found.append(None if value is None else SHOWN[axis].si(quantity.checked(quantity.option, value)))
     return GivenPoint(*found)
@@ -95,7 +95,7 @@ def _gathered(
         if args.map is not None or args.screw is None:
             raise
         target = f"{Path(args.screw).stem}_map.nc"
-        words = ["python", "-m", "ballscrew_tehl", "map", "build", "--screw", args.screw]
+        words = ["ballscrew", "map", "build", "--screw", args.screw]
         words += ["--kinematics", args.kinematics] if args.kinematics else []
         raise ValueError(
             f"--map (missing): {error.reason}; build it with: {shlex.join([*words, '--output', target])}; then give "

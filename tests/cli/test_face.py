@@ -1,0 +1,90 @@
+"""The command `ballscrew`: pages of help, old names, completion, rows; what a map and the library give."""
+
+import os
+import re
+import subprocess
+import sys
+
+from command_line import answer, run
+
+import ballscrew_tehl
+from ballscrew_fmu.command import BALLSCREW, FMUS, main
+from ballscrew_tehl.cli.parser import SOLVER, build_parser
+from ballscrew_tehl.nut_map.file import VG100, packaged_map
+
+
+def pages(parser, command):
+    """Command and parser of every page below one."""
+    yield command, parser
+    if command.actions:
+        (below,) = (action for action in parser._actions if action.choices and not action.option_strings)
+        for word, action in command.actions.items():
+            yield from pages(below.choices[word], action)
+
+
+def test_each_page_fits_a_screen_and_its_example_is_understood(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    for face in (BALLSCREW, SOLVER, FMUS):
+        whole = build_parser("ballscrew", face)
+        for command, parser in pages(whole, face):
+            lines = parser.format_help().splitlines()
+            assert len(lines) <= 40, parser.prog
+            assert all(len(line) <= 100 for line in lines), parser.prog
+            if command.run:
+                assert lines[2] == f"  {parser.prog} {command.example}"
+                assert whole.parse_args(lines[2].split()[1:]).run == command.run
+    assert sorted(BALLSCREW.actions) == sorted(name for names in BALLSCREW.groups.values() for name in names)
+
+
+def test_errors_carry_the_name_that_was_called(capsys):
+    for words, begins in (
+        (["map", "build"], "ballscrew map build: error: --output (missing)"),
+        (["paper", "contact"], "ballscrew paper contact: error: --load-n (missing)"),
+        (["check", "none.fmu"], "ballscrew check: error: none.fmu"),
+    ):
+        assert (main(words), capsys.readouterr().err.startswith(begins)) == (2, True), words
+
+
+def test_completion_imports_nothing_slow(tmp_path):
+    """By the protocol of argcomplete, as its functions of the shells call the program."""
+    found, line = tmp_path / "found", "ballscrew torque --pre"
+    variables = {"_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line))}
+    words = "-X", "importtime", "-c", "from ballscrew_fmu.command import main; main()"
+    environment = os.environ | variables | {"_ARGCOMPLETE_STDOUT_FILENAME": str(found)}
+    done = subprocess.run([sys.executable, *words], env=environment, capture_output=True, text=True)
+    assert (done.returncode, found.read_text()) == (0, "--preload-n ")
+    assert not re.search("numpy|pydantic|rich", done.stderr)
+
+
+def test_a_map_finds_its_screw(capsys):
+    law = packaged_map(VG100)
+    for words in (
+        ("torque", "--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30", "--map", law),
+        ("map", "info", law),
+    ):
+        alone, _ = answer(capsys, *words)
+        assert alone["kinematics"] == "rolling_frame"
+        assert alone == answer(capsys, *words, "--screw", law.with_name("gd4008_vg100.toml"))[0]
+
+
+def test_rows_fit_the_terminal_and_the_file_has_all(capsys, tmp_path, monkeypatch):
+    points, out = tmp_path / "points.csv", tmp_path / "out.csv"
+    points.write_text("preload_n,speed_rpm,temperature_c\n500,100,20\n12345,2500,80\n")
+    words = "torque", "--points", points, "--friction", "mechanistic"
+    for columns in (60, 80):
+        monkeypatch.setenv("COLUMNS", str(columns))
+        _, text, _ = run(capsys, *words)
+        assert all(len(line) <= columns for line in text.splitlines())
+        assert ("min [m]" in text) == (columns == 80)
+    assert run(capsys, *words, "--output", out)[:2] == (0, "")
+    head, *rows = (line.split(",") for line in out.read_text().splitlines())
+    found, _ = answer(capsys, *words)
+    assert head[:5] == list(found[0])[:5]
+    assert [float(row[4]) for row in rows] == [one["friction_torque_nm"] for one in found]
+
+
+def test_names_of_the_library():
+    found = {name: getattr(ballscrew_tehl, name) for name in ballscrew_tehl.__all__}
+    state = found["load_map"](packaged_map(VG100)).evaluate(2000.0, 104.7, 303.15)
+    assert 0.5 <= state.friction_torque <= 2.0
+    assert found["load_screw"]().name == "GD4008-3"
