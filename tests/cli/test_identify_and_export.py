@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from command_line import answer, run
-from servo_log import CONSTANT, GAIN, GUIDES, MASS, PIECES, emps_log, screw_log, write_log
+from servo_log import CONSTANT, GAIN, GUIDES, MASS, PIECES, main
 
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
 from ballscrew_tehl.parameters.file import load_parameters
@@ -18,12 +18,7 @@ AXIS = ("--torque-constant-nm-a", CONSTANT, "--guide-force-n", GUIDES)
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("logs")
-    nut_map = load_map(packaged_map(VG100), load_parameters(PACKAGED_VG100))
-    for name, preload, seed in (("now", 1800.0, 1), ("before", 2000.0, 2)):
-        time, angle, current = screw_log(nut_map, preload, seed)
-        columns = time, np.degrees(angle) % 360.0, current, np.full(len(time), 30.0)
-        write_log(folder / f"{name}.csv", "time [s],position [deg],current [A],temperature [degC]", *columns)
-    write_log(folder / "emps.csv", "time [s],position [m],voltage [V]", *emps_log(laps=1))
+    main(folder)
     return folder
 
 
@@ -36,7 +31,7 @@ def test_linear_axis_has_the_keys_of_its_units(capsys, logs, tmp_path):
     assert first["force_low_n"] < first["force_n"] < first["force_high_n"] < 0.0 < -first["velocity_m_s"]
     assert "offset_n" in found
     assert "one log does not tell them apart" in found["contains"]
-    assert sum(found["left_out"].values()) + found["samples"] == pytest.approx(sum(PIECES), rel=0.01)
+    assert sum(found["left_out"].values()) + found["samples"] == pytest.approx(4 * sum(PIECES), rel=0.01)
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
     code, out, _ = run(capsys, "identify", logs / "emps.csv", "--gain-n-v", GAIN)
     assert code == 0

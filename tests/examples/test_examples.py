@@ -43,6 +43,7 @@ def results(native_fmu, synthetic_nut_map, tmp_path_factory):
         "servo_axis_ssp": lambda: ((native_fmu, folder / "servo_axis.ssp"), {}),
         "servo_axis_transmission": lambda: ((native(TRANSMISSION), native_fmu), {}),
         "servo_transmission_ssp": lambda: ((native(TRANSMISSION), folder / "axis.ssp"), {"feed": 0.1}),
+        "servo_log": lambda: ((folder,), {}),
         "thermal_reduction": lambda: (((1000.0,), RATIOS), {}),
         "torque_over_speed": lambda: ((), {}),
     }
@@ -68,6 +69,7 @@ WITH_FMU = ("circular_test", "model_exchange", "preload_monitoring", "servo_axis
         "bearing_friction",
         "kinematics_comparison",
         "preload_loss",
+        "servo_log",
         "thermal_reduction",
         "torque_over_speed",
     ],

@@ -108,7 +108,7 @@ def clone(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def executed(clone):
-    """Both notebooks, run anew in the folder `small`, by their paths."""
+    """The notebooks, run anew in the folder `small`, by their paths."""
     spec = importlib.util.spec_from_file_location("notebooks", ROOT / "docs" / "site" / "notebooks.py")
     notebooks = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(notebooks)
