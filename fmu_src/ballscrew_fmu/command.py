@@ -1,3 +1,4 @@
+# PYTHON_ARGCOMPLETE_OK
 """The command `ballscrew`, of both packages, and the commands of the FMUs; what they do is in runs.
 
 The table imports nothing slow: completion reads it at every key.

@@ -17,14 +17,16 @@ def run_build(args: Namespace) -> int:
     """Build, check and deliver the FMUs, with their torque over the measured one."""
     from ballscrew_fmu import build
     from ballscrew_fmu.checks.reference import CheckError
+    from ballscrew_fmu.models import MODELS, NATIVE_MODELS
     from ballscrew_fmu.native_fmu.compile import BuildError
     from ballscrew_fmu.native_fmu.sources import SourceError
 
     folder = Path(args.output)
+    parameters, nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
+    steps = 2 * len(MODELS) + (0 if args.python_only else 4 * len(NATIVE_MODELS))
     columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("reading screw and map", total=5 if args.python_only else 17)
-        parameters, nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
+        task = progress.add_task("packing", total=steps)
         try:
             with new_folder(folder):
                 paths, text = build.build(

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 
+import pytest
 from command_line import answer, run
 
 import ballscrew_tehl
@@ -43,6 +44,9 @@ def test_errors_carry_the_name_that_was_called(capsys):
         (["check", "none.fmu"], "ballscrew check: error: none.fmu"),
     ):
         assert (main(words), capsys.readouterr().err.startswith(begins)) == (2, True), words
+    with pytest.raises(SystemExit):
+        main(["validate"])
+    assert "; is paper validate meant? (see --help)" in capsys.readouterr().err
 
 
 def test_completion_imports_nothing_slow(tmp_path):

@@ -279,6 +279,8 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(allow_abbrev=False, add_help=False, formatter_class=_Page, **settings)
+        #: names of commands by the command that they are below
+        self.below: dict[str, list[str]] = {}
         # argparse reads -1e3 and -inf as options; NaN included: it is rejected later by name
         self._negative_number_matcher = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 
@@ -302,7 +304,9 @@ class Parser(argparse.ArgumentParser):
         try:
             super()._check_value(action, value)
         except argparse.ArgumentError as error:
-            error.message += _nearest(str(value), [str(choice) for choice in action.choices or ()])
+            known = [str(choice) for choice in action.choices or ()]
+            moved = [f"{name} {value}" for name, below in self.below.items() if value in below]
+            error.message += f"; is {moved[0]} meant?" if moved else _nearest(str(value), known)
             raise
 
     def error(self, message: str) -> NoReturn:
@@ -353,6 +357,7 @@ def _filled(parser: Parser, command: Command) -> Parser:
             dest="command", required=True, metavar="COMMAND", parser_class=Parser, help=argparse.SUPPRESS
         )
         for name, action in command.actions.items():
+            parser.below[name] = list(action.actions)
             _filled(
                 below.add_parser(name, help=action.help, **_page(f"{parser.prog} {name}", action)), action
             )
