@@ -34,9 +34,8 @@ from matplotlib.figure import Figure
 from scipy.stats import t as student
 
 from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_tehl import load_map
 from ballscrew_tehl.friction.torque import preload_from_torque
-from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 
@@ -163,7 +162,7 @@ def main(screw: NutMap | None = None, lives: int = 8, seed: int = 1) -> dict[str
                  detected: share of wearing lives with an alarm after the loss began; loss_at_alarm_percent: median;
                  false_alarms: over `healthy_batches`; false_alarm_length: of the formula; shown: one wearing life
     """
-    screw = screw or load_map(None, load_parameters())
+    screw = screw or load_map()
     random = np.random.default_rng(seed)
     course = wearing()
     healthy = int(np.argmax(course < course[0]))
@@ -227,7 +226,7 @@ def compared_with_fmu(fmu: Any, screw: NutMap | None = None, seed: int = 1) -> d
     Returns      difference_percent: root mean square of their difference over the preload; deviation_percent: of a
                  batch by the FMU from the true preload, root mean square; stated_percent: by its half-widths
     """
-    screw = screw or load_map(None, load_parameters())
+    screw = screw or load_map()
     random = np.random.default_rng(seed)
     course = wearing()
     batches = [measure(screw, float(preload), random) for preload in course]

@@ -12,6 +12,7 @@ import ballscrew_tehl
 from ballscrew_fmu.command import BALLSCREW, FMUS, main
 from ballscrew_tehl.cli.parser import SOLVER, build_parser
 from ballscrew_tehl.nut_map.file import VG100, packaged_map
+from ballscrew_tehl.parameters.units import RPM
 
 
 def pages(parser, command):
@@ -38,12 +39,10 @@ def test_each_page_fits_a_screen_and_its_example_is_understood(monkeypatch):
 
 
 def test_errors_carry_the_name_that_was_called(capsys):
-    for words, begins in (
-        (["map", "build"], "ballscrew map build: error: --output (missing)"),
-        (["paper", "contact"], "ballscrew paper contact: error: --load-n (missing)"),
-        (["check", "none.fmu"], "ballscrew check: error: none.fmu"),
-    ):
-        assert (main(words), capsys.readouterr().err.startswith(begins)) == (2, True), words
+    assert main(["map", "build"]) == main(["check", "none.fmu"]) == 2
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.startswith("ballscrew map build: error: --output (missing)")
+    assert second.startswith("ballscrew check: error: none.fmu")
     with pytest.raises(SystemExit):
         main(["validate"])
     assert "; is paper validate meant? (see --help)" in capsys.readouterr().err
@@ -61,14 +60,14 @@ def test_completion_imports_nothing_slow(tmp_path):
 
 
 def test_a_map_finds_its_screw(capsys):
-    law = packaged_map(VG100)
-    for words in (
-        ("torque", "--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30", "--map", law),
-        ("map", "info", law),
-    ):
+    law, point = packaged_map(VG100), ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")
+    for words in (("map", "info", law), ("torque", *point, "--map", law)):
         alone, _ = answer(capsys, *words)
         assert alone["kinematics"] == "rolling_frame"
         assert alone == answer(capsys, *words, "--screw", law.with_name("gd4008_vg100.toml"))[0]
+    library = {name: getattr(ballscrew_tehl, name) for name in ballscrew_tehl.__all__}
+    state = library["load_map"](law).evaluate(2000.0, 1000.0 * RPM, 303.15)
+    assert float(state.friction_torque) == pytest.approx(alone["friction_torque_nm"], rel=1e-12)
 
 
 def test_rows_fit_the_terminal_and_the_file_has_all(capsys, tmp_path, monkeypatch):
@@ -85,10 +84,3 @@ def test_rows_fit_the_terminal_and_the_file_has_all(capsys, tmp_path, monkeypatc
     found, _ = answer(capsys, *words)
     assert head[:5] == list(found[0])[:5]
     assert [float(row[4]) for row in rows] == [one["friction_torque_nm"] for one in found]
-
-
-def test_names_of_the_library():
-    found = {name: getattr(ballscrew_tehl, name) for name in ballscrew_tehl.__all__}
-    state = found["load_map"](packaged_map(VG100)).evaluate(2000.0, 104.7, 303.15)
-    assert 0.5 <= state.friction_torque <= 2.0
-    assert found["load_screw"]().name == "GD4008-3"

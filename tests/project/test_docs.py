@@ -177,7 +177,7 @@ def test_commands_links_and_paths_in_the_prose_exist():
         text = page.read_text(encoding="utf-8")
         for named in re.findall(r"pip install [^\n]*?\[([a-z,]+)\]", text):
             assert set(named.split(",")) <= extras.keys()
-        for command in re.findall(r"`((?:python|ballscrew) (?!--help)[^`]+)`", BLOCK.sub("", text)):
+        for command in re.findall(r"`((?:python|ballscrew) (?!--help|COMMAND)[^`]+)`", BLOCK.sub("", text)):
             known(command)
         for name in re.findall(r"examples/(\w+)\.py", text):
             assert re.search(rf"\b{name}\b", tests), f"examples/{name}.py has no test"

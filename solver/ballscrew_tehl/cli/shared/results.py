@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import numbers
@@ -64,24 +63,15 @@ def print_results(
         print(listing(results[0], notes or {}))
 
 
-def _keys(results: Sequence[Mapping[str, Any]]) -> list[str]:
-    """A key may be in some of the results only."""
-    return list(dict.fromkeys(key for result in results for key in result))
-
-
 def _write_csv(output: str, results: Sequence[Mapping[str, Any]]) -> None:
-    with (
-        written("--output", output),
-        whole_file(Path(output)) as temporary,
-        temporary.open("w", newline="") as file,
-    ):
-        rows = csv.DictWriter(file, _keys(results), lineterminator="\n")
-        rows.writeheader()
-        for result in results:
-            rows.writerow({
-                key: " ".join(map(str, value)) if isinstance(value, list) else value
-                for key, value in plain(result).items()
-            })  # fmt: skip
+    import pandas as pd
+
+    rows = [
+        {key: " ".join(value) if isinstance(value, list) else value for key, value in result.items()}
+        for result in results
+    ]
+    with written("--output", output), whole_file(Path(output)) as temporary:
+        pd.DataFrame(rows).to_csv(temporary, index=False)
 
 
 #: last part of a key -> unit in the head of a column; width to which heads are wrapped
@@ -95,7 +85,8 @@ def _print_table(results: Sequence[Mapping[str, Any]], columns: Sequence[str]) -
     from rich.table import Table
     from rich.text import Text
 
-    console, every = Console(), _keys(results)
+    # a key may be in some of the results only
+    console, every = Console(), list(dict.fromkeys(key for result in results for key in result))
 
     def shows(key: str) -> bool:
         values = [result.get(key) for result in results]
