@@ -43,13 +43,14 @@ def print_results(
     as_list: bool,
     notes: Mapping[str, str] | None = None,
     columns: Sequence[str] = (),
-    output: str | None = None,
+    output: str | None = "",
 ) -> None:
     """One JSON object or list on stdout, a file, or readable text.
 
     Parameters   as_list : the user gave a list of points, also a list of one
                  notes : what a number of a single result means, in its line of the text
-                 columns : main keys of a list, for the table; none: all;  output : CSV file of all keys
+                 columns : main keys of a list, for the table; none: all
+                 output : CSV file of all keys; None: not given, "": the command writes none
     """
     if output:
         _write_csv(output, results)
@@ -58,7 +59,7 @@ def print_results(
     elif output:
         say(f"written: {output}")
     elif as_list:
-        _print_table(results, columns)
+        _print_table(results, columns, "--json" if output == "" else "--output FILE.csv, or --json")
     else:
         print(listing(results[0], notes or {}))
 
@@ -79,7 +80,7 @@ UNITS = {"n": "[N]", "nm": "[N.m]", "rpm": "[r/min]", "c": "[C]", "k": "[K]", "m
 HEAD = 8
 
 
-def _print_table(results: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> None:
+def _print_table(results: Sequence[Mapping[str, Any]], columns: Sequence[str], further: str) -> None:
     """As many of the columns, by default of all without texts, as fit the terminal; none of zeros only."""
     from rich.console import Console
     from rich.table import Table
@@ -107,8 +108,7 @@ def _print_table(results: Sequence[Mapping[str, Any]], columns: Sequence[str]) -
         keys.pop()
     console.print(found)
     if len(keys) < len(every):
-        where = "--output FILE.csv, or --json" if columns else "--json"
-        say(f"{len(every) - len(keys)} further columns: {where}")
+        say(f"{len(every) - len(keys)} further columns: {further}")
 
 
 def _head(key: str) -> str:
