@@ -26,6 +26,7 @@ import numpy as np
 from fmu_command import plain, run_and_plot
 from matplotlib.figure import Figure
 
+from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.calibration.measurements import Measurement
 from ballscrew_tehl.calibration.one_point import calibrate_point
 from ballscrew_tehl.friction.interval import DEVIATIONS
@@ -36,10 +37,9 @@ from ballscrew_tehl.nut_map.contact_map import MapContacts
 from ballscrew_tehl.nut_map.file import VG100, load_contact_map, load_map, packaged_map
 from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.parameters.file import load_parameters
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
-from ballscrew_tehl.validation.bearings import rows_of
 from ballscrew_tehl.validation.machines import SCREW_PRELOAD, SCREW_SPEED, rig_screw
 
 SPEED, TEMPERATURE = SCREW_SPEED * RPM, 30.0 + CELSIUS
@@ -109,7 +109,7 @@ def main() -> dict[str, Any]:
     Returns      hours; upper, lower: as `monitored`, with `alarm`, hour of the first alarm or None, and `others`, last
                  preloads with other screws
     """
-    rows = rows_of("xjtu_torque.csv")
+    rows = read_rows(PACKAGED_DATA / "xjtu_torque.csv")
     hours = np.array([float(row["hours"]) for row in rows])
     result: dict[str, Any] = {"hours": hours}
     for name in SCREWS:

@@ -24,7 +24,8 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 from reference import ROOT, room_page, rooms, start_page
 
-from ballscrew_tehl.report.errata import Erratum, errata
+from ballscrew_tehl.calibration.csv_table import read_rows
+from ballscrew_tehl.report.paper_tables import PACKAGED_ERRATA
 
 DOCS = ROOT / "docs"
 #: results of commands that take minutes, by what they depend on
@@ -76,7 +77,8 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, **_: Any) 
 
 def errata_markdown() -> str:
     """Table of the errata."""
-    rows = [Erratum._fields, ("---",) * len(Erratum._fields), *errata()]
+    found = [list(row.values()) for row in read_rows(PACKAGED_ERRATA)]
+    rows = [["where", "printed", "used", "effect"], ["---"] * 4, *found]
     return "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 

@@ -93,7 +93,7 @@ def timed(request: Request) -> Figures:
         else:
             found = solve(*materials(request), SolverOptions(thermal=False))
         seconds = time.process_time() - begun
-    names = ("h_c", "h_m", "rolling_loss", "converged", "error_estimate", "newton_steps", "deflections")
+    names = ("h_c", "h_m", "rolling_loss", "converged", "error_estimate", "iterations")
     return {name: getattr(found, name) for name in names} | {"cpu": seconds}
 
 
@@ -125,7 +125,7 @@ def serve() -> None:
 def compared(rows: pd.DataFrame) -> pd.Series:
     """Figures of one class: this code, and over the other one where there is one."""
     found = {"contacts": len(rows), "median_ms": 1e3 * rows.cpu.median(), "sum_s": rows.cpu.sum(),
-             "newton": rows.newton_steps.median(), "deflections": rows.deflections.median(),
+             "iterations": rows.iterations.median(),
              "unsolved": (rows.converged != 1).sum()}  # fmt: skip
     if "cpu_other" in rows:
         cpu, moved = rows.cpu_other, (rows.h_c / rows.h_c_other - 1.0).abs()

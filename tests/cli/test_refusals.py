@@ -126,7 +126,7 @@ REFUSALS = {
         (("log.csv", "--before", "log.csv"), "allowed: with both, which turn friction into preload"),
         (("log.csv", "--plot", "x.pdf"), "--plot = x.pdf; allowed: a file *.png"),
         (("log.csv", "--measurements", "./log.csv"), "is a file that this command reads"),
-        (("text.csv", "--gain-n-v", "1"), "text.csv: row 3: position [m] = 'x'; allowed: a number"),
+        (("text.csv", "--gain-n-v", "1"), "text.csv: line 4: position [m] = 'x'; allowed: a number"),
         (("back.csv", "--gain-n-v", "1"), "time runs backwards 1 times, first from 0.002 to 0 s after row 3"),
     ],
     "export": [
@@ -172,7 +172,11 @@ def folder(tmp_path, monkeypatch):
     time = [0.001 * k for k in range(300)]
     for name, heading, rows in (
         ("log", "time [s],position [m],current [A]", [f"{t},{t},1" for t in time]),
-        ("text", "time [s],position [m],voltage [V]", [f"{t},{t if t != 0.002 else 'x'},{t}" for t in time]),
+        (
+            "text",
+            "time [s],position [m],voltage [V]",
+            [f"{t},{'x' if 0.001 < t < 0.007 else t},{t}" for t in time],
+        ),
         ("back", "time [s],position [m],voltage [V]", [f"{t},{t},{t}" for t in time[:3] + time]),
     ):
         (tmp_path / f"{name}.csv").write_text("\n".join([heading, *rows]))

@@ -64,7 +64,7 @@ def test_stress_flux_and_heat_are_those_of_the_notes():
     """tau = e0 (u_b-u_a)/h + (z - c) h p_x, q = h (u_a + du Couette) - h^3 Poiseuille p_x; their work is the heat."""
     power = GAP**3 * CLOSED["Poiseuille"] * P_X**2
     flow, *_ = exponential_film(64, power=power)
-    at, weights = (0, 0), film_flow.layer_weights(64)
+    at, weights = (0, 0), film_flow.cumulative_matrix(64)[-1]
     c = CLOSED["1/e1"] / CLOSED["1/e0"]
     tau_a = (U_B - U_A) / GAP / CLOSED["1/e0"] - c * GAP * P_X
     assert flow.traction_x[at] == pytest.approx(tau_a + 0.5 * GAP * P_X, rel=1e-6)
@@ -87,6 +87,7 @@ def test_oil_of_the_kernels_is_that_of_the_lubricant_laws():
         table = kernels.oil_table(oil, 303.15)
         for p in (0.0, 0.4e9, 1.2e9):
             rho, slope = kernels.pressure_density(table, p)
+            assert rho == pytest.approx(lubricant.relative_density(oil.density_law, p), rel=1e-9)
             up, down = (kernels.pressure_density(table, p + d)[0] for d in (1e4, -1e4))
             assert slope == pytest.approx((up - down) / 2e4, rel=1e-5, abs=1e-16)
             for t in (303.15, 351.7, 420.2):
@@ -94,10 +95,6 @@ def test_oil_of_the_kernels_is_that_of_the_lubricant_laws():
                 ln_eta, by_t, by_factor = kernels.ln_viscosity(table, factor, t)
                 assert ln_eta == pytest.approx(
                     math.log(lubricant.viscosity(oil, p, t)), abs=2e-5 * max(1, factor)
-                )
-                expected = lubricant.density(oil, p, t) / oil.density
-                assert rho - oil.density_temperature * (t - oil.reference_temperature) == pytest.approx(
-                    expected, rel=1e-9
                 )
                 warm, cool = (math.log(lubricant.viscosity(oil, p, t + d)) for d in (0.1, -0.1))
                 assert by_t == pytest.approx((warm - cool) / 0.2, rel=1e-2, abs=1e-9)
@@ -131,7 +128,9 @@ def column(rheology, p, eta, du, p_x=0.0, p_y=0.0, **more):
     """Stress at wall a and thinning of a column that starts as a Newtonian one."""
     table = kernels.oil_table(OIL.model_copy(update={"rheology": rheology, **more}), 303.15)
     thinning, eta = np.ones(N_Z + 1), eta * np.ones(N_Z + 1)
-    tau = film_flow.wall_stress(table, p, 2e-7, p_x, p_y, du, eta, film_flow.layer_weights(N_Z), thinning)
+    tau = film_flow.wall_stress(
+        table, p, 2e-7, p_x, p_y, du, eta, film_flow.cumulative_matrix(N_Z)[-1], thinning
+    )
     return np.array(tau), thinning
 
 
@@ -152,7 +151,7 @@ def test_couette_flow_has_the_closed_stress_of_the_law(rheology):
 def test_both_wall_equations_hold(rheology):
     """int tau/e dz = u_b - u_a along, 0 across, tau = tau_a + z grad p, from stresses far below and far above."""
     rng = np.random.default_rng(5)
-    z, weights = np.linspace(0.0, 1.0, N_Z + 1), film_flow.layer_weights(N_Z)
+    z, weights = np.linspace(0.0, 1.0, N_Z + 1), film_flow.cumulative_matrix(N_Z)[-1]
     for _ in range(20):
         p, eta = 10.0 ** rng.uniform(7.0, 9.2), 10.0 ** rng.uniform(-2.0, 5.0)
         eta = eta * np.exp(-rng.uniform(0.0, 4.0) * np.sin(np.pi * z))

@@ -35,7 +35,7 @@ def test_result_is_complete_and_repeats_to_the_bit():
     assert walls[:, 0].mean() < walls[:, -1].mean()  # the faster body stays cooler
     assert 0.0 < result.temperature_rise_mean < result.temperature_rise_smooth <= result.temperature_rise
     assert 303.15 < result.mean_temperature < result.temperature.max()
-    assert min(result.seconds, result.iterations, result.newton_steps, result.deflections) > 0
+    assert min(result.seconds, result.iterations) > 0
     again = solve(conditions(srr=1.0), OIL, STEEL, COARSE)
     assert (again.h_c, again.traction_force) == (result.h_c, result.traction_force)
     cold = solved(conditions(), thermal=False)

@@ -17,17 +17,6 @@ def test_hysteresis_force_loses_the_stated_share_of_the_elastic_work():
     assert friction.hysteresis_force(load, b, r_b, 0.01) == pytest.approx(0.01 * moment / r_b, rel=1e-12)
 
 
-def test_no_slip_position_balances_the_coulomb_force_of_a_hertz_line_load():
-    for c in [0.0, 0.2, 0.338, 0.3473, 0.6, 1.0]:
-
-        def pressure(t):
-            return 0.75 * (1.0 - t * t)
-
-        outside = 2.0 * quad(pressure, c, 1.0)[0]
-        inside = 2.0 * quad(pressure, 0.0, c)[0]
-        assert friction.no_slip_position(outside - inside) == pytest.approx(c, abs=1e-12)
-
-
 def test_roughness_share_slope_is_its_derivative():
     h, step = np.array([15e-9, 40e-9, 300e-9]), 1e-13
     above, below = (friction.roughness_share(h, 24e-9 + d) for d in (step, -step))

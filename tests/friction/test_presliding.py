@@ -5,7 +5,7 @@ import pytest
 from ballscrew_tehl.friction.presliding import TRAVEL, ball_travel, contact_half_width, presliding_angle
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.runtime.constants import ELEMENTS
-from ballscrew_tehl.runtime.standstill import RELAXED, presliding_step
+from ballscrew_tehl.runtime.standstill import RELAXED, element_limits, presliding_step
 
 SCREW = load_parameters().screw
 
@@ -15,8 +15,9 @@ def test_a_ball_has_the_travel_when_all_elements_slide():
     force, coulomb, step = 2000.0, 0.7, 1e-5
     stiffness = coulomb / presliding_angle(SCREW, force)
     states, angle, torque = RELAXED.states, 0.0, 0.0
+    limits = element_limits(coulomb, stiffness)
     while torque < (1.0 - 1e-12) * coulomb:
-        states, torque, _ = presliding_step(states, 1.0, step, coulomb, stiffness, 0.0)
+        states, torque, _ = presliding_step(states, 1.0, step, coulomb, stiffness, 0.0, limits)
         angle += step
     travel = ball_travel(SCREW, angle / (1.0 - 0.5 / ELEMENTS)) / contact_half_width(SCREW, force)
     assert travel == pytest.approx(TRAVEL, rel=2e-3)

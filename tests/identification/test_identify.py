@@ -23,6 +23,7 @@ from servo_log import (
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.identification.dynamics import identify
 from ballscrew_tehl.identification.log_file import Log, read_log
+from ballscrew_tehl.identification.log_units import LogColumn
 from ballscrew_tehl.identification.preload import (
     Law,
     change_of_preload,
@@ -124,13 +125,16 @@ def test_sides_of_a_gear_and_a_lead_give_one_result(emps):
     signals = {
         "time": time, "position": position / lead * ratio, "current": GAIN * voltage * lead / ratio / 0.5,
     }  # fmt: skip
-    units = {"time": "s", "position": "rad", "current": "A"}
-    motor = signals_of(Log("log.csv", signals, units, len(time), {}, []), drive)
+    columns = {
+        "time": LogColumn(0, "", "s"),
+        "position": LogColumn(1, "", "rad"),
+        "current": LogColumn(2, "", "A"),
+    }
+    motor = signals_of(Log("log.csv", signals, columns, len(time), {}, []), drive)
     assert motor.rotary
     assert identify(motor, travel=5e-5 / lead).inertia == pytest.approx(MASS * lead**2, rel=2e-3)
-    linear = signals_of(
-        Log("log.csv", signals | {"position": position}, units | {"position": "m"}, len(time), {}, []), drive
-    )
+    signals, columns = signals | {"position": position}, columns | {"position": LogColumn(1, "", "m")}
+    linear = signals_of(Log("log.csv", signals, columns, len(time), {}, []), drive)
     assert np.allclose(linear.sections[0].motion, motor.sections[0].motion, rtol=1e-12)
 
 

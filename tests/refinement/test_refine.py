@@ -38,7 +38,7 @@ def moved(nut_map, size=0.03, parameters=GD4008, certificate=(), **more):
     arrays["coefficients"] = arrays["coefficients"] + error[..., None] * np.repeat([1, 1, -1, 1, -1], 2)
     header = {k: v for k, v in nut_map.header.items() if k not in ("content_hash", "format_version")} | more
     header |= {SCREW_FILE: screw_file_json(parameters), "certificate": dict(certificate)}
-    return NutMap.from_arrays(sealed(header, arrays), arrays)
+    return NutMap(sealed(header, arrays), arrays)
 
 
 @pytest.fixture(scope="module")

@@ -25,8 +25,12 @@ X_M = 2.0 * TC / K  # travel at which all slide
 NONE = RELAXED.states
 
 
+def stepped(states, speed, step, torque=TC, stiffness=K, damping=0.0):
+    return presliding_step(states, speed, step, torque, stiffness, damping, element_limits(torque, stiffness))
+
+
 def moved(states, travel, damping=0.0, step=1e-3):
-    return presliding_step(states, travel / step, step, TC, K, damping)
+    return stepped(states, travel / step, step, damping=damping)
 
 
 def energy(states):
@@ -104,18 +108,18 @@ def test_heat_is_the_work_less_what_is_stored_and_steps_add_up():
 
 def test_a_level_that_sinks_turns_energy_into_heat_and_one_that_rises_leaves_the_elements():
     full = element_limits(TC, K)
-    half = presliding_step(full, 0.0, 1e-3, TC / 2, K, 1.0)
+    half = stepped(full, 0.0, 1e-3, TC / 2, K, 1.0)
     assert half.states == pytest.approx(element_limits(TC / 2, K))
     assert half.heat == pytest.approx(0.75 * energy(full))
-    assert presliding_step(half.states, 0.0, 1e-3, TC, K, 1.0) == (half.states, pytest.approx(TC / 2), 0.0)
-    assert presliding_step(full, 1.0, 1e-3, 0.0, K, 1.0) == (NONE, 0.0, pytest.approx(energy(full)))
-    assert presliding_step(full, 5.0, 0.0, TC, K, 1.0) == (full, pytest.approx(TC), 0.0)
+    assert stepped(half.states, 0.0, 1e-3, TC, K, 1.0) == (half.states, pytest.approx(TC / 2), 0.0)
+    assert stepped(full, 1.0, 1e-3, 0.0, K, 1.0) == (NONE, 0.0, pytest.approx(energy(full)))
+    assert stepped(full, 5.0, 0.0, TC, K, 1.0) == (full, pytest.approx(TC), 0.0)
 
 
 def test_power_at_an_instant_is_the_limit_of_the_heat_of_a_short_step():
     for share in (-0.9, 0.5, 0.8, 0.99, 1.0):
         states = initial_elements(share, 0.0, TC, K).states
-        step = presliding_step(states, 0.05, 1e-9, TC, K, 0.0)
+        step = stepped(states, 0.05, 1e-9)
         assert presliding_power(states, 0.05, TC, K) == pytest.approx(step.heat / 1e-9, rel=1e-6, abs=1e-9)
     assert presliding_power(NONE, 1.0, 0.0, K) == 0.0
     assert presliding_power(element_limits(TC, K), 2.0, TC, K) == pytest.approx(2.0 * TC)
@@ -180,7 +184,7 @@ def rotor(stiffness, damping, load, seconds, inertia=0.01, step=1e-3, omega=0.0,
     states, torque, angle, at = NONE, 0.0, 0.0, (lambda value, t: value(t) if callable(value) else value)
     speeds, angles = [], []
     for n in range(round(seconds / step)):
-        result = presliding_step(states, omega, step, at(coulomb, n * step), stiffness, damping)
+        result = stepped(states, omega, step, at(coulomb, n * step), stiffness, damping)
         angle += step * omega
         omega += step * (at(load, n * step) - (torque if parallel else result.torque)) / inertia
         states, torque = result.states, result.torque

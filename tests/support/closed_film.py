@@ -17,17 +17,16 @@ def hamrock_dowson(groups: FilmGroups, radius_ratio):
 
 
 class HamrockDowsonFilm:
-    """Central film of a screw; contact_angle: of all balls [rad], None = each ball at the angle under its load."""
+    """Central film of a screw, each ball at the contact angle under its load."""
 
     name = "hamrock_dowson"
 
-    def __init__(self, parameters, contact_angle=None):
-        self.parameters, self.contact_angle = parameters, contact_angle
+    def __init__(self, parameters):
+        self.parameters = parameters
 
     def central_film(self, raceway, load, speed, temperature):
         screw, oil = self.parameters.screw, self.parameters.lubricant
-        angle = contact_angle_at_ball_load(screw, load) if self.contact_angle is None else self.contact_angle
-        R_x, R_y = reduced_radii(screw, angle, raceway)
+        R_x, R_y = reduced_radii(screw, contact_angle_at_ball_load(screw, load), raceway)
         u_e = surface_speeds(self.parameters, raceway, speed).u_e
         warm = pressure_viscosity(oil, temperature) / pressure_viscosity(oil, oil.reference_temperature)
         groups = film_groups(

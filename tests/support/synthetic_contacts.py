@@ -158,7 +158,7 @@ def nut_map_of(built: BuiltMap, film="solved", ratio=7.0, net=0.005, roughness=3
     arrays = {name: built.arrays[name] for name in STORED if name != "extreme_coefficients"}
     surfaces = built.arrays[f"{VISCOUS}{film}"], built.arrays["extreme_coefficients"]
     arrays["coefficients"] = np.concatenate(surfaces, axis=-1)
-    return NutMap.from_arrays(sealed(header, arrays), arrays)
+    return NutMap(sealed(header, arrays), arrays)
 
 
 def same_map(one, two):

@@ -112,7 +112,7 @@ def make_map(
         "defaults": DEFAULTS if law == FILM_SHEAR else MECHANISTIC_DEFAULTS, "screw": SCREW,
         "presliding_angle": PRESLIDING_ANGLE, "certificate": {}, "version": "0.1.0",
     }  # fmt: skip
-    return NutMap.from_arrays(sealed(header, arrays), arrays)
+    return NutMap(sealed(header, arrays), arrays)
 
 
 @functools.cache

@@ -5,23 +5,19 @@ import json
 import pytest
 from command_line import answer, run
 
+from ballscrew_tehl.calibration.csv_table import read_rows
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.validation import machines as compared
 from ballscrew_tehl.validation.bearing_formulas import skf_torque
 from ballscrew_tehl.validation.bearings import (
     BEARINGS,
+    SKF_TORQUE,
     bearing_points,
     conformity_ratios,
     operating_points,
-    rows_of,
 )
-from ballscrew_tehl.validation.machines import Machines, groove_points, rig_torques, screw_points, spread
-from ballscrew_tehl.validation.machines_text import (
-    USUAL_NU_N,
-    machines_text,
-    rolling_exponents,
-    rolling_spreads,
-    total_spreads,
-)
+from ballscrew_tehl.validation.machines import Machines, groove_points, rig_torques, screw_points
+from ballscrew_tehl.validation.machines_text import USUAL_NU_N, machines_text, spread, tables
 
 
 def quiet(finished, total, what):
@@ -29,7 +25,7 @@ def quiet(finished, total, what):
 
 
 def test_skf_formula_gives_the_data_to_their_digits():
-    rows = rows_of("skf_torque.csv")
+    rows = read_rows(SKF_TORQUE)
     assert len(rows) == 70
     names = {name.replace(" ", ""): of for name, of in BEARINGS.items()}
     for row in rows:
@@ -44,7 +40,7 @@ def test_skf_formula_gives_the_data_to_their_digits():
 def found():
     """Points of the data and of one more bearing, groove rows that take least time, a fifth of the screws."""
     points = [p for p in operating_points() if BEARINGS[p[0]].in_data or p[:2] == ("7204 B", 0.1)]
-    rows = rows_of("balan_rolling_torque.csv")
+    rows = read_rows(PACKAGED_DATA / "balan_rolling_torque.csv")
     return Machines(
         bearing_points(quiet, points),
         conformity_ratios(),
@@ -56,23 +52,23 @@ def found():
 @pytest.mark.slow
 def test_bearings_within_the_acceptance(found):
     """Film and hysteresis; totals above nu n = 5e5 not: 51108 is beyond its limiting speed there, up to 1.85."""
-    usual = f"data, nu n <= {USUAL_NU_N:g}"
-    rolling = rolling_spreads(found)["law, film and hysteresis"][usual]
+    usual, all_ = f"data, nu n <= {USUAL_NU_N:g}", tables(found)
+    rolling = all_["rolling_over_skf"]["law, film and hysteresis"][usual]
     assert rolling.points == 60
     assert 0.8 <= rolling.mean <= 1.25
     assert rolling.scatter <= 1.35
-    total = total_spreads(found)["law"]
+    total = all_["total_over_skf"]["law"]
     below, above = total["data, nu n < 10000"], total["data, 10000 to 500000"]
     assert (below.points, above.points) == (15, 45)
     assert 0.4 <= below.low <= below.high <= 2.0
     assert 0.6 <= above.low <= above.high <= 1.6
     assert total["data, above"].high <= 2.0
     # the film alone has not enough load in it, with the hysteresis SKF's exponents come out
-    powers = rolling_exponents(found)
+    powers = all_["rolling_exponents"]
     assert powers["SKF"] == pytest.approx((0.54, 0.59), abs=0.005)
     assert powers["law, film and hysteresis"] == pytest.approx(powers["SKF"], abs=0.08)
     # better than the inlet that is full as far as R_x
-    flooded = rolling_spreads(found)["law, flooded film"][usual]
+    flooded = all_["rolling_over_skf"]["law, flooded film"][usual]
     assert flooded.scatter > 1.3 * rolling.scatter
 
 

@@ -206,6 +206,8 @@ COMMANDS = {
     "identify": Command("inertia, offset, friction and preload from a log of a drive",
                         _command("identify:run_identify"), (
         option("log", "log of an axis that moves both ways", "LOG.csv"),
+        option("--column", "a column by its heading and unit: \"current=Iq_act [A]\" (repeat it)", "NAME=HEADING",
+               action="append", default=[]),
         *_of((*IDENTIFY_OPTIONS, TEMPERATURE)),
         option("--without-nut", "log of the same axis without the nut, which is subtracted", "LOG.csv"),
         option("--before", "earlier log of the same axis: change of the preload", "LOG.csv"),
@@ -213,8 +215,8 @@ COMMANDS = {
         option("--measurements", "write points for calibrate, with their standard errors", "FILE.csv"),
     ), OF_MAP, "log.csv --torque-constant-nm-a 0.8 --map my_map.nc",
         "Columns by headings with units: time [s], position [mm], [rad], [deg] or speed [r/min], velocity [m/s]; "
-        "current [A], torque [N.m], force [N] or voltage [V]; optional temperature [degC], preload [N]. Prints inertia "
-        "or mass, offset and friction over speed with 95 % intervals; with a map or a screw also the preload."),
+        "current [A], torque [N.m], force [N] or voltage [V]; optional temperature [degC], preload [N]. With a map "
+        "or a screw also the preload. All with 95 % intervals."),
     "calibrate": Command("fit the friction parameters to measured torques", _command("calibrate:run_calibrate"), (
         option("measurements", "measured torques", "MEASUREMENTS.csv", nargs="?"),
         *_of(CALIBRATION_POINT),

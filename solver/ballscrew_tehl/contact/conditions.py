@@ -73,14 +73,6 @@ class ContactConditions:
                 f"u_1, u_2 = {self.u_1}, {self.u_2} m/s; needs finite with u_1 + u_2 not 0: no oil is drawn in"
             )
 
-    def reversed(self) -> ContactConditions:
-        """The mirror image that rolls the other way round."""
-        return self.at_speed(-1.0)
-
-    def at_speed(self, ratio: float) -> ContactConditions:
-        """The same contact with both speeds times a ratio."""
-        return replace(self, u_1=ratio * self.u_1, u_2=ratio * self.u_2)
-
     @property
     def u_e(self) -> float:
         """Entrainment speed [m/s]."""
@@ -267,14 +259,9 @@ def choose_grid(options: SolverOptions, film: float, curvature_y: float, kappa: 
     return GridChoice(x_in, x_out, y_max, options.n_x, lines, inlet_length(film), options.y_max is None)
 
 
-def narrow(scales: Scales) -> bool:
-    """Whether the pressure of a cold fast film is narrow: NARROW_LINES times the lines."""
-    return NARROW_M[0] <= scales.M <= NARROW_M[1] and scales.L >= NARROW_L
-
-
 def expected_grid(c: ContactConditions, scales: Scales, film: float, options: SolverOptions) -> GridChoice:
     """The grid of an operating point for an expected film [b^2/R_x]."""
     kappa = scales.hertz.b / scales.hertz.a
-    if narrow(scales):
+    if NARROW_M[0] <= scales.M <= NARROW_M[1] and scales.L >= NARROW_L:
         options = replace(options, density=NARROW_LINES * options.density)
     return choose_grid(options, film, c.R_x / c.R_y / kappa**2, kappa)

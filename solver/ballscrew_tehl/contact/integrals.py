@@ -5,12 +5,12 @@ The contact is the Hertz ellipse X^2 + Y^2 <= 1.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ..physics.lubricant import eta0
-from .half_space.grid import TINY, Array
+from .half_space.grid import Array
 from .problem import ContactProblem, Iteration
 
 #: length over which temperatures are averaged for the smoothed maximum, and pressures for the core [b]: wider than a
@@ -18,24 +18,6 @@ from .problem import ContactProblem, Iteration
 SMOOTHED_OVER = 0.2
 #: integrals of p^2 and p^3 of a smoothed Hertz pressure over those of the pressure itself (test: by quadrature)
 SMOOTHED_HERTZ = 0.98808, 0.98627
-
-
-class ContactIntegrals(NamedTuple):
-    """Integrals of one solution: the fields of ContactResult with the same names."""
-
-    rolling_resistance: float
-    resistance_beyond: float
-    rolling_loss: float
-    traction_force_1: float
-    traction_force_2: float
-    shear_heat: float
-    compression_heat: float
-    mean_temperature: float
-    mean_viscosity: float
-    temperature_rise_mean: float
-    temperature_rise_smooth: float
-    core_pressure: float
-    core_area: float
 
 
 def pressure_core(x: Array, pressure: Array, area: Array) -> tuple[float, float]:
@@ -135,16 +117,6 @@ def _beyond_radius(problem: ContactProblem, gap: Array, cells: Array) -> float:
     return lacking - float(np.sum(outside * cells))
 
 
-def walls(u_e: float, traction_force: float, rolling_resistance: float) -> dict[str, float]:
-    """Forces on the walls: the pressure flow adds to both the same stress, h/2 dp/dx, against the motion.
-
-    traction_force: of mid-film on body 2, as in ContactResult.
-    Source       Johnson & Cameron 1967
-    """
-    drag = -float(np.sign(u_e)) * 0.5 * rolling_resistance
-    return {"traction_force_1": -traction_force + drag, "traction_force_2": traction_force + drag}
-
-
 def _means_over(x: Array, values: Array, length: float) -> Array:
     """Means of piecewise linear values (n_y, n_x) over x - length/2 to x + length/2 at the inner nodes."""
     steps = 0.5 * (values[:, 1:] + values[:, :-1]) * np.diff(x)
@@ -153,8 +125,11 @@ def _means_over(x: Array, values: Array, length: float) -> Array:
     return np.array([np.interp(high, x, line) - np.interp(low, x, line) for line in total]) / (high - low)
 
 
-def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: float) -> ContactIntegrals:
-    """Integrals of a state whose flow is up to date; traction_force: of mid-film on body 2, as in ContactResult."""
+def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: float) -> dict[str, float]:
+    """Fields of ContactResult of a state whose flow is up to date; traction_force: of mid-film on body 2 [N].
+
+    Source       forces on the walls: Johnson & Cameron 1967
+    """
     hertz, grid, c, flow = problem.scales.hertz, problem.geometry.grid, problem.given, it.flow
     pressure = np.maximum(it.state.p, 0.0) * hertz.p_max
     gap = it.state.gap * problem.scales.h_unit
@@ -182,20 +157,12 @@ def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: fl
         rise_smooth = float(_means_over(grid.x, hottest, SMOOTHED_OVER).max())
         temperature = float(np.sum(inside * (it.temperature @ layers)) / np.sum(inside))
     core_pressure, core_area = pressure_core(grid.x, np.maximum(it.state.p, 0.0) * hertz.p_max, area)
-    # viscosity that carries the stress of sliding at its shear rate
-    viscosity = gap / np.maximum(flow.fluidity, TINY)
-    sheared = np.exp(np.sum(inside * np.log(np.maximum(viscosity, TINY))) / np.sum(inside))
-    return ContactIntegrals(
-        rolling_resistance=resistance,
-        resistance_beyond=beyond,
-        rolling_loss=abs(c.u_e) * resistance,
-        **walls(c.u_e, traction_force, resistance),
-        shear_heat=shear,
-        compression_heat=compression,
-        mean_temperature=temperature,
-        mean_viscosity=float(sheared),
-        temperature_rise_mean=rise_mean,
-        temperature_rise_smooth=rise_smooth,
-        core_pressure=core_pressure,
-        core_area=core_area,
-    )
+    # the pressure flow adds to both walls the same stress, h/2 dp/dx, against the motion
+    drag = -float(np.sign(c.u_e)) * 0.5 * resistance
+    return {
+        "rolling_resistance": resistance, "resistance_beyond": beyond, "rolling_loss": abs(c.u_e) * resistance,
+        "traction_force_1": drag - traction_force, "traction_force_2": drag + traction_force,
+        "shear_heat": shear, "compression_heat": compression, "mean_temperature": temperature,
+        "temperature_rise_mean": rise_mean, "temperature_rise_smooth": rise_smooth,
+        "core_pressure": core_pressure, "core_area": core_area,
+    }  # fmt: skip

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from ..parameters.file import LubricantParameters, SolidParameters
-from .conditions import ContactConditions, SolverOptions, cells_in_inlet, expected_grid, scales_of
+from .conditions import ContactConditions, SolverOptions, expected_grid, scales_of
 from .film import flow as film_flow
 from .film import kernels, transport
 from .film.linear import LinearSystem, LineFactors
@@ -18,16 +17,8 @@ from .film.reynolds import FLOOR_SHARE, Film, GridChoice, NewtonHistory, Reynold
 from .film.transport import HeatTransport
 from .half_space.grid import Array
 
-#: least gap, as a share of the present film, in flow and energy equation while an iterate overlaps; moved to 0.02: no
-#: effect, to 0.5: films change by 1.5e-5
+#: least gap, as a share of the present film, in flow and energy equation while an iterate overlaps
 LEAST_GAP_SHARE = 0.1
-
-
-class Traction(NamedTuple):
-    """Shear on body 2: force along rolling [N]; heat of sliding [W]."""
-
-    force: float
-    heat: float
 
 
 @dataclass
@@ -99,7 +90,7 @@ class ContactProblem:
         self.given = conditions
         if conditions.u_e < 0.0:
             # reversed rolling is the mirror image
-            conditions = conditions.reversed()
+            conditions = replace(conditions, u_1=-conditions.u_1, u_2=-conditions.u_2)
         self.conditions, self.oil, self.solid, self.options = conditions, oil, solid, options
         self.scales = scales_of(conditions, oil)
         film = self.scales.warm_film if options.thermal else self.scales.film_estimate
@@ -117,10 +108,6 @@ class ContactProblem:
         x, gap = self.geometry.grid.x, it.state.gap[0]
         k = int(np.argmin(np.abs(x)))
         return float(np.polyval(np.polyfit(x[k - 1 : k + 2], gap[k - 1 : k + 2], 2), 0.0))
-
-    def cells_in_inlet(self, film: float) -> float:
-        """Grid cells in the inlet length of the central line for a film [b^2/R_x]."""
-        return cells_in_inlet(self.geometry.grid.x, film)
 
     @cached_property
     def isothermal_film(self) -> Film:
@@ -201,9 +188,9 @@ class ContactProblem:
         flow.gradient_x[:] *= hertz.p_max / hertz.b
         flow.gradient_y[:] *= hertz.p_max / hertz.a
 
-    def traction(self, it: Iteration) -> Traction:
-        """Stress of mid-film integrated over the contact."""
+    def traction(self, it: Iteration) -> tuple[float, float]:
+        """Stress of mid-film integrated over the contact: force on body 2 along rolling [N], heat of sliding [W]."""
         hertz, flow = self.scales.hertz, it.flow
         area = self.geometry.grid.weights * (hertz.a * hertz.b)
         heat = float(np.sum(area * (flow.traction_x * (self.speeds.u_b - self.speeds.u_a))))
-        return Traction(-float(np.sum(area * flow.traction_x)), heat)
+        return -float(np.sum(area * flow.traction_x)), heat

@@ -38,12 +38,11 @@ class ContactResult:
     h_c, h_m: central and minimum film [m]; p_max: largest pressure [Pa]; converged, and the reason why the iteration
     stopped; M, L: Moes numbers; branch: "resolved", or "asymptotic" where no grid holds the inlet and films are
     extrapolated over load; error_estimate: relative, of h_c, from grid, layers, extent of the energy equation and
-    tolerance; grid_film: h_c of the grid, before it is extrapolated [m]; iterations of pressure and temperature,
-    newton_steps and deflections of the last grid, seconds of all.
+    tolerance; grid_film: h_c of the grid, before it is extrapolated [m]; iterations of pressure and temperature of
+    the last grid, seconds of all.
     temperature_rise: largest in the film [K]. Of pure rolling it is that of the pressure spike and grows with the
     nodes; temperature_rise_mean: of the film's hottest level, mean over the contact, temperature_rise_smooth: its
-    largest mean over 0.2 b [K]; mean_temperature: of the film over contact and thickness [K]; mean_viscosity: of the
-    sheared film, geometric mean over the contact [Pa s].
+    largest mean over 0.2 b [K]; mean_temperature: of the film over contact and thickness [K].
     traction_force [N]: of mid-film on body 2, positive where it drags body 2 towards u_1; traction_force_1, _2: film on
     the surfaces of both bodies along rolling [N]; sliding_heat: of the traction [W]; shear_heat: by sliding and by the
     pressure flow, compression_heat [W], both on the grid; rolling_resistance: integral of h dp/dx dA [N], of a flooded
@@ -67,14 +66,11 @@ class ContactResult:
     error_estimate: float = math.nan
     grid_film: float = math.nan
     iterations: int = 0
-    newton_steps: int = 0
-    deflections: int = 0
     seconds: float = 0.0
     temperature_rise: float = math.nan
     temperature_rise_mean: float = math.nan
     temperature_rise_smooth: float = math.nan
     mean_temperature: float = math.nan
-    mean_viscosity: float = math.nan
     traction_force: float = math.nan
     traction_force_1: float = math.nan
     traction_force_2: float = math.nan

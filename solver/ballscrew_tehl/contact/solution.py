@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .conditions import inlet_length
+from .conditions import cells_in_inlet, inlet_length
 from .coupled import CONVERGED_AT
 from .film.reynolds import GridChoice, ReynoldsState
-from .half_space.grid import Array, Grid
+from .half_space.grid import Array
 from .integrals import contact_integrals
 from .problem import ContactProblem, Iteration
 from .result import ContactResult, HeatBalance
@@ -36,11 +36,6 @@ class ContactSolution(ContactResult):
     choice: GridChoice = field(repr=False)
 
     @property
-    def grid(self) -> Grid:
-        """The grid of the fields."""
-        return Grid(self.x, self.y, self.choice.open_side)
-
-    @property
     def usable(self) -> bool:
         """Whether the grid holds it."""
         return self.converged and self.branch == "resolved"
@@ -53,8 +48,8 @@ def solution_of(
     grid, scales = problem.geometry.grid, problem.scales
     if problem.plain:
         problem.update_flow(it, problem.uniform_temperature())
-    traction = problem.traction(it)
-    sign = -1.0 if problem.given.u_e < 0.0 else 1.0
+    force, sliding_heat = problem.traction(it)
+    force *= -1.0 if problem.given.u_e < 0.0 else 1.0
     h_c, h_m = _films(problem, it, extrapolation)
     converged, reason = it.converged, it.reason
     if converged and not min(h_m, h_c) > 0.0:
@@ -68,13 +63,11 @@ def solution_of(
         temperature_rise=0.0
         if it.temperature is None
         else float(it.temperature.max()) - problem.given.temperature,
-        traction_force=sign * traction.force,
-        sliding_heat=traction.heat,
+        traction_force=force,
+        sliding_heat=sliding_heat,
         converged=converged,
         reason=reason,
         iterations=it.iterations,
-        newton_steps=len(it.history.change),
-        deflections=it.history.deflections,
         M=scales.M,
         L=scales.L,
         branch=_branch(problem, it),
@@ -82,7 +75,7 @@ def solution_of(
         error_estimate=error + CONVERGED_AT * problem.options.tolerance,
         grid_film=problem.central_film(it) * scales.h_unit,
         heat_balance=None if it.heat_flows is None else HeatBalance(*it.heat_flows),
-        **contact_integrals(problem, it, sign * traction.force)._asdict(),
+        **contact_integrals(problem, it, force),
         x=grid.x,
         y=grid.y,
         pressure=np.maximum(it.state.p, 0.0) * scales.hertz.p_max,
@@ -109,7 +102,8 @@ def _branch(problem: ContactProblem, it: Iteration) -> str:
     film = problem.central_film(it)
     if it.temperature is not None:
         film = max(film, problem.scales.film_estimate)
-    return "resolved" if problem.cells_in_inlet(film) >= RESOLVED_CELLS else "asymptotic"
+    cells = cells_in_inlet(problem.geometry.grid.x, film)
+    return "resolved" if cells >= RESOLVED_CELLS else "asymptotic"
 
 
 def least_film(problem: ContactProblem, it: Iteration) -> tuple[float, int]:

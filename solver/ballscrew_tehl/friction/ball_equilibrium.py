@@ -19,10 +19,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..physics.ball_law import Array
 from ..physics.ball_motion import ContactMotion, rolling_motion
 from .equilibrium_kernels import AROUND, MOST_STEPS, RADIAL, Motion, equilibria
-
-Array = NDArray[np.float64]
 
 
 class BallMotion(NamedTuple):

@@ -32,26 +32,22 @@ def nsk_slope(screw: ScrewParameters) -> float:
     return 0.05 * screw.lead / (2.0 * math.pi * math.sqrt(math.tan(screw.lead_angle)))
 
 
-def zhou_slope(screw: ScrewParameters) -> float:
-    """Drag torque per newton of preload after Zhou.
-
-    Returns      2 mu (r_m + r_b cos(beta))/sin(beta) [N.m/N]; 0.3987 N.m per kN for the GD4008-3
-    Source       the form and mu = 0.0065 that reproduce the values of Zhou's model printed in Zhao 2023 Table
-                 2 at 4 to 6 kN to all digits; the formula itself is not printed there
-    """
-    beta = screw.contact_angle
-    arm = screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(beta)
-    return 2.0 * ZHOU_COEFFICIENT * arm / math.sin(beta)
-
-
 def nsk_torque(screw: ScrewParameters, preload: Any) -> np.ndarray:
     """Drag torque of the double nut after NSK [N.m]; preload [N], see nsk_slope."""
     return np.asarray(preload) * nsk_slope(screw)
 
 
 def zhou_torque(screw: ScrewParameters, preload: Any) -> np.ndarray:
-    """Drag torque of the double nut after Zhou [N.m]; preload [N], see zhou_slope."""
-    return np.asarray(preload) * zhou_slope(screw)
+    """Drag torque of the double nut after Zhou [N.m].
+
+    Parameters   preload : P [N]
+    Returns      2 mu P (r_m + r_b cos(beta))/sin(beta); 0.3987 N.m per kN for the GD4008-3
+    Source       the form and mu = 0.0065 that reproduce the values of Zhou's model printed in Zhao 2023 Table
+                 2 at 4 to 6 kN to all digits; the formula itself is not printed there
+    """
+    beta = screw.contact_angle
+    arm = screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(beta)
+    return np.asarray(preload) * (2.0 * ZHOU_COEFFICIENT * arm / math.sin(beta))
 
 
 def jungnickel_torque(parameters: Parameters, preload: float, speed: float, temperature: float) -> float:

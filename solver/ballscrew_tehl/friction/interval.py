@@ -28,18 +28,14 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..parameters.file import Parameters, load_parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_VG100
+from ..physics.ball_law import Array
 from .mechanistic import ContactValues, ball_ball_coefficient, law_constants, torque_line
 from .sets import CALIBRATED_AT, FrictionSet, load_friction_sets
 from .torque import nut_forces
-
-Array = NDArray[np.float64]
 
 #: standard deviations of a normal quantity to the ends of the interval that holds 80 % of it
 DEVIATIONS = 1.2816

@@ -24,14 +24,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..parameters.file import FOUR_POINT, FrictionParameters, Parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.units import RPM
-from ..physics.asperity import asperity_share
-from ..physics.ball_law import contact_angle_at_ball_load
+from ..physics.ball_law import Array, contact_angle_at_ball_load
 from ..physics.ball_motion import ContactMotion, contact_motion, neighbour_sliding
+from ..physics.film import asperity_share
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import entrainment_speed
 from ..physics.load import nut_loads
@@ -39,8 +38,6 @@ from ..physics.lubricant import ambient_density, eta0, viscosity
 from ..physics.rolling_resistance import replenishment_factor
 from ..physics.supply import FLOODED, supply_factor
 from .torque import TorqueParts, check_motion, hysteresis_sum
-
-Array = NDArray[np.float64]
 
 #: SKF's geometry constant of single-row angular contact, and ball diameter over D - d of such bearings
 K_Z, BALL_OVER_SECTION = 4.4, 0.3
@@ -374,4 +371,4 @@ def double_nut_parts(
         rolling += times * ratio * (nut.rolling_screw + nut.rolling_nut)
         hysteresis += times * nut.hysteresis
         sliding += times * (nut.shear + coefficient * nut.thrust_factor * nut.ball_ball)
-    return TorqueParts(rolling, hysteresis, sliding, rolling + hysteresis + sliding)
+    return TorqueParts(rolling, hysteresis, sliding)

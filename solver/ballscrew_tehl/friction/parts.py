@@ -53,27 +53,14 @@ def hysteresis_force(load: Any, b: Any, ball_radius: float, coefficient: float) 
     return 3.0 * coefficient * np.asarray(load) * b / (16.0 * ball_radius)
 
 
-def no_slip_position(net_share: Any) -> Any:
-    """Lines without slip on a Hertz line load that slips forward outside and backward inside of them.
-
-    Parameters   net_share : net sliding coefficient over Coulomb coefficient, 1 - 3c + c^3, -1..1
-    Returns      c as a fraction of the semi-axis, 0..1; 2 cos(4 pi/9) in free rolling
-    Source       Zhao 2023, Eq. (21); errata: the printed c = a^2/(6 d_b) is a length, c must be a fraction; the middle
-                 integral is printed with the opposite sign and half the weight of the stated result.
-                 c = 2 cos(theta) turns c^3 - 3c = net_share - 1 into 2 cos(3 theta) = net_share - 1
-    Example
-                 >>> float(np.round(no_slip_position(0.0037 / 0.15), 4))
-                 0.338
-    """
-    return 2.0 * np.cos(np.arccos((np.asarray(net_share) - 1.0) / 2.0) / 3.0 - 2.0 * np.pi / 3.0)
-
-
 def sliding_force(load: Any, net_coefficient: Any) -> Any:
     """Sliding friction of one ball, counted once per ball and not once per raceway.
 
     Parameters   load : Q [N], >= 0;  net_coefficient : mu_s (1 - 3c + c^3) [1], fitted as one number
     Returns      net_coefficient Q [N]
-    Source       Zhao 2023, Eqs. (20)-(21), c by no_slip_position
+    Source       Zhao 2023, Eqs. (20)-(21), c the lines without slip as a fraction of the semi-axis; errata: the
+                 printed c = a^2/(6 d_b) is a length; the middle integral is printed with the opposite sign and half the
+                 weight of the stated result
     """
     return np.asarray(load) * net_coefficient
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ..parameters.screw import ScrewParameters
 from ..physics.ball_law import check_force, preload_ball_load
-from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ..physics.hertz import RACEWAYS, ball_ellipse
 from ..physics.kinematics import cage_speed
 
 #: travel of a ball from rest to rolling over the contact half width along rolling: 2 to 4 (De Moerlooze & Al-Bender
@@ -23,10 +23,7 @@ def contact_half_width(screw: ScrewParameters, force: float) -> float:
     """
     check_force("force", force)
     load = preload_ball_load(screw, force, screw.loaded_ball_count)
-    contacts = (
-        ellipse(load, *reduced_radii(screw, screw.contact_angle, raceway), E_prime(screw))
-        for raceway in RACEWAYS
-    )
+    contacts = (ball_ellipse(screw, screw.contact_angle, raceway, load) for raceway in RACEWAYS)
     return sum(float(contact.b) for contact in contacts) / len(RACEWAYS)
 
 

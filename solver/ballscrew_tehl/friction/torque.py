@@ -13,7 +13,7 @@ import numpy as np
 
 from ..parameters.file import FOUR_POINT, Parameters, ScrewParameters
 from ..physics.ball_law import check_force, contact_angle_at_ball_load
-from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ..physics.hertz import RACEWAYS, ball_ellipse
 from ..physics.kinematics import four_point_spin_share, surface_speeds
 from ..physics.load import double_nut_loads, nut_loads
 from ..physics.lubricant import eta0
@@ -57,8 +57,7 @@ class NutSums(NamedTuple):
             self.viscous_screw * roughness_share(self.film_screw, roughness_height)
             + self.viscous_nut * roughness_share(self.film_nut, roughness_height)
         )
-        sliding = net_coefficient * self.sliding
-        return TorqueParts(viscous, self.hysteresis, sliding, viscous + self.hysteresis + sliding)
+        return TorqueParts(viscous, self.hysteresis, net_coefficient * self.sliding)
 
 
 class TorqueParts(NamedTuple):
@@ -67,10 +66,14 @@ class TorqueParts(NamedTuple):
     viscous: float
     hysteresis: float
     sliding: float
-    total: float
+
+    @property
+    def total(self) -> float:
+        """Their sum."""
+        return self.viscous + self.hysteresis + self.sliding
 
 
-NO_TORQUE = TorqueParts(0.0, 0.0, 0.0, 0.0)
+NO_TORQUE = TorqueParts(0.0, 0.0, 0.0)
 UNLOADED = NutSums(0.0, 0.0, math.inf, math.inf, 0.0, 0.0)
 
 
@@ -88,13 +91,11 @@ def nut_sums(
     speed: Any,
     temperature: Any,
     film_model: FilmModel,
-    contact_angle: float | None = None,
 ) -> NutSums:
-    """Sum the friction of all balls of one nut.
+    """Sum the friction of all balls of one nut, at the contact angle under the mean load.
 
     Parameters   loads : (n,) ball loads [N], >= 0;  speed : screw speed [rad/s], > 0;  temperature [K]: floats, or
                  arrays that broadcast to (...), for a film model that gives (n, ...)
-                 contact_angle : [rad]; None = the angle under the mean load
     Returns      NutSums, viscous_* and film_* (...); UNLOADED if no ball carries load
     Raises       ValueError: speed not positive, load negative or not finite
     Source       Zhao 2023, Eqs. (23)-(24) for one nut: T = sum F (r_m + r_b cos(beta)) cos(lambda); viscous
@@ -109,39 +110,35 @@ def nut_sums(
     if loads.size == 0:
         return UNLOADED
     screw = parameters.screw
-    beta = _contact_angle(screw, loads, contact_angle)
-    arm = _arm(screw, beta)
+    beta = _contact_angle(screw, loads)
     viscosity = eta0(parameters.lubricant, temperature)
     by_ball = (slice(None), *(None,) * np.broadcast(speed, temperature).ndim)
     viscous, film = {}, {}
     for raceway in RACEWAYS:
-        contact = ellipse(loads, *reduced_radii(screw, beta, raceway), E_prime(screw))
+        contact = ball_ellipse(screw, beta, raceway, loads)
         h = film_model.central_film(raceway, loads, speed, temperature)
         speeds = surface_speeds(parameters, raceway, speed)
         force = viscous_force(contact.a[by_ball], contact.b[by_ball], viscosity, speeds.u_1 - speeds.u_2, h)
         total = force.sum(axis=0)
-        viscous[raceway] = _plain(arm * total)
+        viscous[raceway] = _plain(_arm(screw, beta) * total)
         film[raceway] = _plain(np.sqrt(total / np.sum(force / h**2, axis=0)))
-    alone = load_torques(parameters, loads, contact_angle)
+    alone = load_torques(parameters, loads)
     return NutSums(viscous["screw"], viscous["nut"], film["screw"], film["nut"], *alone)
 
 
-def load_torques(
-    parameters: Parameters, loads: np.ndarray, contact_angle: float | None = None
-) -> tuple[float, float]:
+def load_torques(parameters: Parameters, loads: np.ndarray) -> tuple[float, float]:
     """Hysteresis torque, and sliding torque at coefficient 1 [N.m], of a nut; arguments as nut_sums, loads > 0."""
-    screw = parameters.screw
-    arm = _arm(screw, _contact_angle(screw, loads, contact_angle))
+    arm = _arm(parameters.screw, _contact_angle(parameters.screw, loads))
     sliding = arm * float(sliding_force(loads, 1.0).sum())
-    return arm * hysteresis_sum(parameters, loads, contact_angle), sliding
+    return arm * hysteresis_sum(parameters, loads), sliding
 
 
-def hysteresis_sum(parameters: Parameters, loads: np.ndarray, contact_angle: float | None = None) -> float:
+def hysteresis_sum(parameters: Parameters, loads: np.ndarray) -> float:
     """Force of the hysteresis of all balls on both raceways [N]; arguments as nut_sums, loads > 0."""
     screw, total = parameters.screw, 0.0
-    beta = _contact_angle(screw, loads, contact_angle)
+    beta = _contact_angle(screw, loads)
     for raceway in RACEWAYS:
-        b = ellipse(loads, *reduced_radii(screw, beta, raceway), E_prime(screw)).b
+        b = ball_ellipse(screw, beta, raceway, loads).b
         losses = hysteresis_force(
             loads, b, 0.5 * screw.ball_diameter, parameters.friction.hysteresis_coefficient
         )
@@ -149,8 +146,8 @@ def hysteresis_sum(parameters: Parameters, loads: np.ndarray, contact_angle: flo
     return total
 
 
-def _contact_angle(screw: ScrewParameters, loads: np.ndarray, given: float | None) -> float:
-    return float(contact_angle_at_ball_load(screw, loads.mean())) if given is None else given
+def _contact_angle(screw: ScrewParameters, loads: np.ndarray) -> float:
+    return float(contact_angle_at_ball_load(screw, loads.mean()))
 
 
 def _arm(screw: ScrewParameters, beta: float) -> float:
@@ -206,16 +203,13 @@ def double_nut_torque(
     return total
 
 
-def four_point_spin_bound(
-    parameters: Parameters, preload: float, axial_load: float = 0.0, coefficient: float | None = None
-) -> float:
+def four_point_spin_bound(parameters: Parameters, preload: float, axial_load: float = 0.0) -> float:
     """Most that the spin of oversize balls can add to the friction torque, which the model does not include.
 
     Parameters   preload : [N], >= 0;  axial_load : [N]
-                 coefficient : Coulomb coefficient [1]; None = friction.sliding_coefficient
     Returns      torque [N m], >= 0, of the balls that touch four flanks; 0 where all touch two
     Raises       ValueError: not finite, negative preload
-    Validity     dry or boundary friction over the whole ellipse; a film shears with less
+    Validity     friction.sliding_coefficient, dry or boundary, over the whole ellipse; a film shears with less
     Source       a ball that four flanks hold cannot roll on all of them. Between Coulomb contacts it moves so that the
                  least power is lost; the motion of four_point_spin_share is one that it can choose, so the power of its
                  spins, 3/8 mu Q a E(e) each (Harris), is a bound for every axial load
@@ -223,7 +217,7 @@ def four_point_spin_bound(
     screw = parameters.screw
     if screw.preload_kind != FOUR_POINT:
         return 0.0
-    mu = parameters.friction.sliding_coefficient if coefficient is None else coefficient
+    mu = parameters.friction.sliding_coefficient
     both = double_nut_loads(screw, preload, axial_load, screw.ball_count)
     beta = screw.contact_angle
     share = float(four_point_spin_share(screw, beta))
@@ -231,7 +225,7 @@ def four_point_spin_bound(
     torque = 0.0
     for raceway, part in zip(RACEWAYS, (share, 1.0 - share), strict=True):
         for loads in (both.Q_a, both.Q_b):
-            contact = ellipse(loads[held], *reduced_radii(screw, beta, raceway), E_prime(screw))
+            contact = ball_ellipse(screw, beta, raceway, loads[held])
             moments = spin_moment(loads[held], contact.a, contact.b, mu)
             torque += abs(part) * math.sin(beta) * float(np.sum(moments))
     return torque

@@ -1,109 +1,82 @@
 """Log of a drive from a CSV file: the signals that are needed, in SI, read in pieces.
 
-Fields are separated by commas, semicolons or tabs. With semicolons or tabs numbers may have decimal commas. Lines
-before the headings that begin with # are comments.
+Fields are separated by commas, semicolons or tabs. Numbers may have decimal commas. A few damaged rows are left out.
 """
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Callable, Sequence
+import io
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from .log_units import EFFORT, EXAMPLE, MOTION, QUANTITIES, log_columns
+from .log_format import MISSING, Format, is_number, read_format
+from .log_units import QUANTITIES, LogColumn
 
 Array = NDArray[np.float64]
 #: finished, total, what
 Progress = Callable[[int, int, str], None]
 
-#: rows of a piece; bytes looked at for headings and separator; bytes that the progress counts as one
-PIECE, HEAD, MEGABYTE = 200_000, 65536, 1_000_000
+#: bytes of a piece; bytes that the progress counts as one
+PIECE, MEGABYTE = 16_000_000, 1_000_000
 #: size from which reading is a stage of its own [MB]
 WORTH_SAYING = 5
-#: fewest rows of a log; largest share of rows without a value; share of repeated
+#: fewest rows of a log; largest share of rows without a value, of damaged rows; share of repeated
 #: time stamps from which on they have too few digits;  most error of such a stamp over its last digit
-FEWEST, MOST_EMPTY, FEW_REPEATED, DIGIT = 200, 0.5, 0.05, 1.5
-#: what stands for a missing value
-MISSING = [
-    "",
-    "nan",
-    "NaN",
-    "NAN",
-    "null",
-    "NULL",
-    "-",
-    "n/a",
-    "N/A",
-    "inf",
-    "-inf",
-    "Inf",
-    "-Inf",
-    "1.#QNAN",
-    "-1.#IND",
-]
+FEWEST, MOST_EMPTY, MOST_DAMAGED, FEW_REPEATED, DIGIT = 200, 0.5, 0.01, 0.05, 1.5
 
 
 class Log(NamedTuple):
-    """Signals by name [SI], equally long, without missing values; unit as written; rows, rows left out, notes."""
+    """Signals by name [SI], equally long, without missing values; their columns; rows, rows left out, notes."""
 
     path: Path
     signals: dict[str, Array]
-    units: dict[str, str]
+    columns: dict[str, LogColumn]
     rows: int
     left_out: dict[str, int]
     notes: list[str]
 
 
-class _Format(NamedTuple):
-    headings: list[str]
-    separator: str
-    decimal: str
-    skipped: int
-    encoding: str
-
-
 def read_log(
-    path: Path | str, progress: Progress = lambda finished, total, what: None, wanted: Sequence[str] = ()
+    path: Path | str,
+    progress: Progress = lambda finished, total, what: None,
+    wanted: Sequence[str] = (),
+    stated: Mapping[str, str] = {},
 ) -> Log:
     """Signals of a log.
 
     Parameters   wanted : signals of the drive that are used if the log has them, before the order of EFFORT
-    Raises       ValueError: cannot be read, headings not understood, text among numbers, too few rows, no motion
+                 stated : heading with its unit, by signal, of columns that have other headings
+    Raises       ValueError: cannot be read, headings not understood, damaged rows, too few rows, time not rising
     """
     path = Path(path)
-    form = _format(path)
     try:
-        columns, unused = log_columns(form.headings)
+        form = read_format(path, stated, wanted)
+        signals, damaged, first = _numbers(path, form, progress)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    used = _used(columns, wanted)
-    table = _numbers(path, form, [columns[name][0] for name in used], progress)
-    signals, units = {}, {}
-    for name in used:
-        heading, units[name] = columns[name]
-        factor, offset = QUANTITIES[name].units[units[name]]
-        values = table.pop(heading)
+    columns, notes = form.columns, form.notes
+    rows = len(signals["time"]) + damaged
+    for name, values in signals.items():
+        factor, offset = QUANTITIES[name].units[columns[name].unit]
         if not np.isfinite(values).any():
-            raise ValueError(f"{path}: column {heading!r} has no numbers; allowed: a number in each row")
+            raise ValueError(
+                f"{path}: column {columns[name].heading!r} has no numbers; allowed: a number in each row"
+            )
         values += offset
         values *= factor
-        signals[name] = values
-    rows = len(signals["time"])
-    unused = [heading for heading in unused if heading]
-    notes = [f"columns not used: {', '.join(unused)}"] if unused else []
-    if ignored := [columns[name][0] for name in columns if name not in used]:
-        notes.append(
-            f"columns not used beside {', '.join(columns[name][0] for name in used)}: {', '.join(ignored)}"
-        )
+    if form.unused:
+        notes.append(f"columns not used: {', '.join(form.unused)}")
+    if damaged:
+        notes.append(f"{damaged} damaged row{'s' * (damaged > 1)} left out, the first: {first}")
     # a temperature or preload may be logged more slowly
-    needed = [name for name in used if name not in ("temperature", "preload")]
+    needed = [name for name in signals if name not in ("temperature", "preload")]
     good = np.logical_and.reduce([np.isfinite(signals[name]) for name in needed])
-    left_out = {"rows without a number": int(rows - good.sum())}
+    left_out = {"rows without a number": int((~good).sum()), "damaged rows": damaged}
     if not rows >= FEWEST or not good.sum() >= max(FEWEST, MOST_EMPTY * rows):
         raise ValueError(
             f"{path}: {rows} rows, {int(good.sum())} of them complete; allowed: at least {FEWEST} rows, "
@@ -111,116 +84,83 @@ def read_log(
         )
     if not good.all():
         signals = {name: values[good] for name, values in signals.items()}
-    return Log(path, _in_time(path, signals, left_out, notes), units, rows, left_out, notes)
+    return Log(path, _in_time(path, signals, left_out, notes), columns, rows, left_out, notes)
 
 
-def _used(columns: dict[str, tuple[str, str]], wanted: Sequence[str]) -> list[str]:
-    motion = next(name for name in MOTION if name in columns)
-    effort = next(name for name in (*wanted, *EFFORT) if name in columns)
-    return ["time", motion, effort, *(name for name in ("temperature", "preload") if name in columns)]
+def _numbers(path: Path, form: Format, progress: Progress) -> tuple[dict[str, Array], int, str]:
+    """Columns of numbers by signal, NaN where a value is missing; number of damaged rows left out, the first of them.
 
-
-def _format(path: Path) -> _Format:
-    """Headings, separator, decimal sign, lines before the headings."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(HEAD)
-    except OSError as error:
-        raise ValueError(f"{path}: cannot be read ({error.strerror}); give a CSV file") from error
-    encoding = "utf-16" if head[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-    try:
-        text = head[: len(head) // 2 * 2].decode(encoding)
-    except UnicodeDecodeError as error:
-        # a character that the piece has cut
-        if encoding != "utf-16" and error.start < len(head) - 4:
-            encoding = "cp1252"
-        text = head.decode(encoding, "replace")
-    if "\0" in text:
-        raise ValueError(f"{path}: is no text; allowed: a CSV file with a line of headings")
-    lines = text.splitlines()
-    skipped = 0
-    while skipped < len(lines) and (
-        not lines[skipped].strip(" \t;,")
-        or lines[skipped].lstrip().startswith("#")
-        or lines[skipped].startswith("sep=")
-    ):
-        skipped += 1
-    if len(lines) < skipped + 2:
-        raise ValueError(f"{path}: no rows; allowed: a line of headings and one line per sample")
-    first = lines[skipped]
-    separator = next((mark for mark in ";\t" if mark in first), ",")
-    headings = [
-        field.strip() for field in next(csv.reader([first], delimiter=separator, skipinitialspace=True))
-    ]
-    if all(_is_number(heading) for heading in headings):
-        raise ValueError(
-            f"{path}: no line of headings, the first line is {first[:40]!r}; allowed: headings with units, such as "
-            f"{EXAMPLE}"
-        )
-    if twice := sorted({heading for heading in headings if heading and headings.count(heading) > 1}):
-        raise ValueError(f"{path}: columns given twice: {', '.join(twice)}; allowed: each heading once")
-    decimal = "," if separator != "," and "," in lines[skipped + 1] else "."
-    if separator == "," and len(lines[skipped + 1].split(",")) == 2 * len(headings) > 2:
-        raise ValueError(
-            f"{path}: {2 * len(headings)} fields under {len(headings)} headings; numbers with decimal commas need "
-            "semicolons between the fields"
-        )
-    return _Format(headings, separator, decimal, skipped, encoding)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text.replace(",", "."))
-    except ValueError:
-        return False
-    return True
-
-
-def _numbers(path: Path, form: _Format, wanted: list[str], progress: Progress) -> dict[str, Array]:
-    """Columns of numbers by heading; NaN where a field is empty or stands for a missing value."""
-    size = max(path.stat().st_size // MEGABYTE, 1)
-    parts: dict[str, list[Array]] = {heading: [] for heading in wanted}
-    numbers = [form.headings.index(heading) for heading in wanted]
-    with path.open("rb") as raw:
-        pieces = pd.read_csv(
-            raw, sep=form.separator, decimal=form.decimal, skiprows=form.skipped + 1, header=None,
-            usecols=numbers, names=list(range(len(form.headings))), index_col=False, chunksize=PIECE,
-            na_values=MISSING, keep_default_na=False, skipinitialspace=True, encoding=form.encoding,
-            low_memory=False, encoding_errors="replace", on_bad_lines="error",
-        )  # fmt: skip
-        try:
-            for piece in pieces:
-                for number, heading in zip(numbers, wanted, strict=True):
-                    parts[heading].append(_checked(path, heading, piece[number], form))
-                if size >= WORTH_SAYING:
-                    progress(min(raw.tell() // MEGABYTE, size), size, "MB of the log read")
-        except pd.errors.EmptyDataError:
-            pass
-        except pd.errors.ParserError as error:
-            raise ValueError(
-                f"{path}: {str(error).strip()}; allowed: as many fields in each row as headings"
-            ) from error
-    return {heading: np.concatenate(found or [np.empty(0)]) for heading, found in parts.items()}
-
-
-def _checked(path: Path, heading: str, values: pd.Series, form: _Format) -> Array:
-    """Values of a column.
-
-    Raises       ValueError: text among them
+    Raises       ValueError: too many are damaged
     """
-    if pd.api.types.is_numeric_dtype(values.dtype) and values.dtype != bool:
-        return values.to_numpy(dtype=np.float64)
-    text = values.astype(str)
-    found = pd.to_numeric(text.str.replace(",", ".") if form.decimal == "," else text, errors="coerce")
-    bad = found.isna() & values.notna()
-    if bad.any():
-        at = int(np.argmax(bad.to_numpy()))
+    size = max(path.stat().st_size // MEGABYTE, 1)
+    parts: dict[str, list[Array]] = {name: [] for name in form.columns}
+    rows, line, count, first = 0, form.skipped, 0, ""
+    with path.open("rb") as raw:
+        for piece in _pieces(raw, form):
+            try:
+                values, damaged = _piece(piece, form)
+            except pd.errors.ParserError as error:
+                raise ValueError(f"below line {line}: {error}; allowed: quotes in pairs") from error
+            for name, found in values.items():
+                parts[name].append(found[~damaged] if damaged.any() else found)
+            if damaged.any() and not first:
+                first = _damage(piece.decode(errors="replace"), line, int(np.argmax(damaged)), form)
+            rows, count, line = rows + len(damaged), count + int(damaged.sum()), line + piece.count(b"\n")
+            if size >= WORTH_SAYING:
+                progress(min(raw.tell() // MEGABYTE, size), size, "MB of the log read")
+    if count > MOST_DAMAGED * rows:
         raise ValueError(
-            f"{path}: row {int(values.index[at]) + 1}: {heading} = {str(values.iloc[at])[:40]!r}; allowed: a "
-            "number, or "
-            "an empty field for a sample that is missing"
+            f"{first}; allowed: a number, or an empty field for a sample that is missing, in each field of a heading "
+            f"({count} of {rows} rows are damaged, at most {100.0 * MOST_DAMAGED:g} % are left out)"
         )
-    return found.to_numpy(dtype=np.float64)
+    return {name: np.concatenate(found) for name, found in parts.items()}, count, first
+
+
+def _pieces(raw: BinaryIO, form: Format) -> Iterator[bytes]:
+    """The rows in pieces of whole lines, ASCII or UTF-8."""
+    file: Any = io.TextIOWrapper(raw, form.recoded, "replace") if form.recoded else raw
+    for _ in range(form.skipped):
+        file.readline()
+    while piece := file.read(PIECE):
+        whole = piece + file.readline()
+        yield whole.encode() if isinstance(whole, str) else whole
+
+
+def _piece(piece: bytes, form: Format) -> tuple[dict[str, Array], NDArray[np.bool_]]:
+    """Values of some lines by signal, NaN where missing or text; which rows have text or too many fields."""
+    places = [column.place for column in form.columns.values()]
+    # one field more than a row may have, which pandas would drop
+    longer = f"{form.separator * form.fields}\n".encode()
+    table = pd.read_csv(
+        io.BytesIO(longer + piece), sep=form.separator, decimal=form.decimal, header=None,
+        names=list(range(form.fields + 1)), usecols=[*places, form.fields], index_col=False, na_values=MISSING,
+        keep_default_na=False, skipinitialspace=True, low_memory=False, encoding_errors="replace",
+    )[1:]  # fmt: skip
+    damaged = table[form.fields].notna().to_numpy()
+    values = {}
+    for name, place in zip(form.columns, places, strict=True):
+        column = table[place]
+        if not pd.api.types.is_numeric_dtype(column.dtype):
+            written = column.astype(str)
+            numbers = written.str.replace(",", ".") if form.decimal == "," else written
+            found = pd.to_numeric(numbers, errors="coerce")
+            damaged = damaged | (found.isna() & column.notna()).to_numpy()
+            column = found
+        values[name] = column.to_numpy(dtype=np.float64)
+    return values, damaged
+
+
+def _damage(text: str, line: int, row: int, form: Format) -> str:
+    """What is wrong with a row of a piece;  line : lines above the piece."""
+    number, written = [(k, one) for k, one in enumerate(text.split("\n"), line + 1) if one.strip()][row]
+    fields = [field.strip('" \r') for field in written.split(form.separator)]
+    if len(fields) > form.fields:
+        return f"line {number}: {len(fields)} fields under {form.fields} headings"
+    for column in form.columns.values():
+        value = fields[column.place] if column.place < len(fields) else ""
+        if value not in MISSING and not is_number(value, form.decimal):
+            return f"line {number}: {column.heading} = {value[:20]!r}"
+    return f"line {number}: {written[:20]!r}"
 
 
 def _in_time(

@@ -68,7 +68,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     time, left_out, notes = log.signals["time"], dict(log.left_out), list(log.notes)
     motion = log.signals[motion_name]
     of_speed = motion_name.endswith("speed")
-    angular = log.units[motion_name] in ANGLE or log.units[motion_name] in SPEED
+    angular = log.columns[motion_name].unit in ANGLE or log.columns[motion_name].unit in SPEED
     rotary = effort_name in ("torque", "screw_torque", "current")
     _check_options(drive, effort_name, rotary, angular)
     for name in (motion_name, effort_name):
@@ -83,7 +83,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         raise ValueError(
             f"{log.path}: time between samples = {step:.4g} s; allowed: at most {1.0 / SLOWEST:g} s: check the "
             "unit of "
-            f"time ({log.units['time']}), or log faster"
+            f"time ({log.columns['time'].unit}), or log faster"
         )
     wraps: Array = np.empty(0)
     if not of_speed:
@@ -212,7 +212,7 @@ def _unwrapped(time: Array, position: Array, log: Log, name: str) -> tuple[Array
         around = 0.5 * (step[np.maximum(jumps - 1, 0)] + step[np.minimum(jumps + 1, len(step) - 1)])
         # a neighbour may be a jump itself
         sizes = np.abs(step[jumps] - np.where(np.abs(around) > 0.25 * span, 0.0, around))
-        period, unit = float(np.median(sizes)), log.units[name]
+        period, unit = float(np.median(sizes)), log.columns[name].unit
         factor = ANGLE.get(unit, (1.0, 0.0))[0]
         turns = round(period / (2.0 * math.pi))
         if unit in ANGLE and turns and abs(period / (2.0 * math.pi * turns) - 1.0) <= SAME_WRAP:

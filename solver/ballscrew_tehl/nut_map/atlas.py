@@ -24,7 +24,7 @@ from ..parameters.oil import ROELANDS_PRESSURE
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.ball_formula import moes_groups_of
 from ..physics.film import thermal_load_parameter
-from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from ..physics.hertz import RACEWAYS, E_prime, ball_ellipse
 from ..physics.kinematics import surface_speeds
 from ..physics.lubricant import eta0, temperature_slope
 from .contacts import CORE, FILMS, MEAN_RISE, Array, ContactRange
@@ -103,7 +103,7 @@ def ball_groups(parameters: Parameters, raceway: str, points: Array) -> Array:
     groups, R_x, R_y = moes_groups_of(parameters, raceway, load, speed, temperature)
     screw = parameters.screw
     # as in film_formula: the pressure varies little with the angle
-    p_max = ellipse(load, *reduced_radii(screw, screw.contact_angle, raceway), E_prime(screw)).p_max
+    p_max = ball_ellipse(screw, screw.contact_angle, raceway, load).p_max
     u_e = surface_speeds(parameters, raceway, speed).u_e
     N, slope = oil_groups(parameters.lubricant, u_e, temperature)
     z = np.full_like(load, parameters.lubricant.z_roelands)

@@ -210,7 +210,7 @@ def thermal_values(
     """What is interpolated of a contact with heat, solved without and with it; a film above THICKEST has no loss."""
     columns = dict(zip(GROUPS, groups.tolist(), strict=True))
     c, own = hot.conditions, hot
-    force = biboulet_houpert_point(c.load, c.u_e, c.R_x, c.R_y, c.E_prime, eta0(oil, c.temperature)).force
+    force = biboulet_houpert_point(c.load, c.u_e, c.R_x, c.R_y, c.E_prime, eta0(oil, c.temperature))
     film = scales.film_estimate * scales.h_unit
     core = core_of(scales.M, scales.L, scales.hertz)
     closed = {

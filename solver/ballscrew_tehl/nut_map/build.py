@@ -428,7 +428,8 @@ def build_map(
         "atlas_share": atlas_share(contact_map),
     }
     arrays, forces = {}, force_values(parameters, grid)
-    if sampling.has_mechanistic(parameters):
+    if films is parameters:
+        # balls that roll have the mechanistic law
         viscous, alone = mechanistic_values(parameters, contact_map, grid, workers, progress)
         arrays[f"{VISCOUS}{MECHANISTIC}"] = fit(np.log(viscous), (0, 1, 2))
         forces[:, :TORQUE_CURVES] = alone

@@ -25,13 +25,12 @@ from numpy.typing import NDArray
 from ..parameters.file import Parameters
 from ..physics.ball_formula import (
     LEAST_ROLLING,
-    drawn_ellipse,
     film_formula,
     minimum_rolling_loss,
     moes_groups_of,
     rolling_formula,
 )
-from ..physics.hertz import RACEWAYS, HertzContact
+from ..physics.hertz import RACEWAYS, HertzContact, ball_ellipse
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0
 from ..runtime.packed import MECHANISTIC
@@ -272,7 +271,8 @@ def core_formula(
 ) -> tuple[Array, Array]:
     """Pressure [Pa] and area [m2] of the core that the solved ones are divided by: rigid, and by Hertz."""
     groups = moes_groups_of(parameters, raceway, load, speed, temperature)[0]
-    return core_of(groups.M, groups.L, drawn_ellipse(parameters, raceway, load))
+    angle = parameters.screw.contact_angle
+    return core_of(groups.M, groups.L, ball_ellipse(parameters.screw, angle, raceway, load))
 
 
 def core_of(M: Any, L: Any, hertz: HertzContact) -> tuple[Array, Array]:
@@ -397,12 +397,8 @@ class ContactMap:
     def evaluate(self, raceway: str, name: str, load: Array, speed: float, temperature: float) -> Array:
         """Interpolated quantity for ball loads (n,) [N] at one speed [rad/s] and temperature [K].
 
-        Raises       ValueError: outside the sampled range, unknown raceway or quantity
+        Raises       ValueError: outside the sampled range
         """
-        if raceway not in self.contacts or name not in MAPPED:
-            raise ValueError(
-                f"raceway, quantity = {raceway}, {name}; allowed: {', '.join(self.contacts)} and {', '.join(MAPPED)}"
-            )
         load = np.asarray(load, dtype=float)
         self.range.check(load, speed, temperature)
         points = np.stack(np.broadcast_arrays(load, float(speed), float(temperature)), axis=-1)

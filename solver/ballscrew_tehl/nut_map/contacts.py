@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..parameters.file import Parameters, changed
+from ..physics.ball_law import Array
 from ..runtime.packed import MECHANISTIC
-
-Array = NDArray[np.float64]
 
 #: the command that messages advise
 BUILD_MAP = "ballscrew map build --screw FILE.toml --output MAP.nc"

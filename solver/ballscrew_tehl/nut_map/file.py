@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..friction.baselines import nsk_torque
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
@@ -47,14 +46,22 @@ from ..runtime.packed import (
     sealed,
 )
 from ..whole_file import whole_file
-from .contacts import BUILD_MAP, POINTS, QUANTITIES, ROLLING_FRAME, VISCOUS, ContactRange, SolvedContacts
+from .contacts import (
+    BUILD_MAP,
+    POINTS,
+    QUANTITIES,
+    ROLLING_FRAME,
+    VISCOUS,
+    Array,
+    ContactRange,
+    SolvedContacts,
+)
 from .interval import BAND, band, band_numbers, band_point
 
 if TYPE_CHECKING:
     from .contact_map import ContactMap
     from .grid import BuiltMap
 
-Array = NDArray[np.float64]
 #: dimensions, values and attributes of a variable of the file
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 
@@ -352,7 +359,7 @@ def load_map(
         presliding_angle=presliding_angle(parameters.screw, 1.0),
     )
     header["screw"] = screw_numbers(parameters.screw, band_point(header["axes"], parameters.screw)[0])
-    return NutMap.from_arrays(sealed(header, arrays), arrays)
+    return NutMap(sealed(header, arrays), arrays)
 
 
 def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:

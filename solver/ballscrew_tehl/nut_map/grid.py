@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from ..parameters.file import LubricantParameters, Parameters, ScrewParameters
 from ..parameters.screw import WIDEST_ENDS
-from ..parameters.units import CELSIUS, RPM
+from ..parameters.units import CELSIUS, RPM, SHOWN
 from ..physics.load import nut_loads
 from ..physics.lubricant import eta0
 from ..physics.rating import ball_pressure
@@ -43,8 +43,6 @@ MIN_SHARE = 0.25
 #: (ln eta0 > -9.67); largest pressure [Pa]: of the static rating
 WIDEST_VISCOSITY = 1e-4, 1e4
 MAX_PRESSURE = 2.0 * PRESSURE_LIMIT
-#: unit of an axis in messages, which is that of the options, and factor and shift from SI
-SHOWN = {"preload": ("N", 1.0, 0.0), "speed": ("r/min", 1.0 / RPM, 0.0), "temperature": ("C", 1.0, -CELSIUS)}
 #: digits of the ends of a range
 DIGITS = 2
 
@@ -80,20 +78,20 @@ def largest_pressure(screw: ScrewParameters, force: float) -> float:
     return ball_pressure(screw, float(nut_loads(screw, force, screw.loaded_ball_count).max()))
 
 
-def force_at_pressure(screw: ScrewParameters, pressure: float = PRESSURE_LIMIT) -> float:
-    """Axial force of one nut [N] at which the largest Hertz pressure of its balls reaches a limit [Pa].
+def force_at_pressure(screw: ScrewParameters) -> float:
+    """Axial force of one nut [N] at which the largest Hertz pressure of its balls reaches PRESSURE_LIMIT.
 
     Raises       ValueError: not between MIN_FORCE and LARGEST_FORCE
     """
 
     def excess(ln_force: float) -> float:
-        return largest_pressure(screw, math.exp(ln_force)) / pressure - 1.0
+        return largest_pressure(screw, math.exp(ln_force)) / PRESSURE_LIMIT - 1.0
 
     ends = math.log(MIN_FORCE), math.log(LARGEST_FORCE)
     if not excess(ends[0]) < 0.0 < excess(ends[1]):
         raise ValueError(
-            f"pressure limit = {1e-9 * pressure:.3g} GPa; no axial force from {MIN_FORCE:g} to {LARGEST_FORCE:g} N "
-            "reaches it: check ball diameter, groove radii and ball count, or give --preload-n"
+            f"pressure limit = {1e-9 * PRESSURE_LIMIT:.3g} GPa; no axial force from {MIN_FORCE:g} to "
+            f"{LARGEST_FORCE:g} N reaches it: check ball diameter, groove radii and ball count, or give --preload-n"
         )
     return math.exp(brentq(excess, *ends, xtol=1e-6))
 
@@ -170,11 +168,11 @@ def _refuse_ends(parameters: Parameters, ends: Mapping[str, tuple[float, float]]
     """Raise ValueError, in the units of the options, unless a map can have these ends of its axes."""
     what = {}
     for name, (low, high) in ends.items():
-        (unit, scale, shift), (least, most) = SHOWN[name], WIDEST_ENDS[name]
-        what[name] = f"{name} = {scale * low + shift:.6g} to {scale * high + shift:.6g} {unit}"
+        shown, (least, most) = SHOWN[name], WIDEST_ENDS[name]
+        what[name] = f"{name} = {shown.of(low):.6g} to {shown.of(high):.6g} {shown.unit}"
         if not least <= low < high <= most:
             raise ValueError(
-                f"{what[name]}; needs {scale * least + shift:.6g} <= lowest < highest <= {scale * most + shift:.6g}"
+                f"{what[name]}; needs {shown.of(least):.6g} <= lowest < highest <= {shown.of(most):.6g}"
             )
     pressure = 1e-9 * largest_pressure(parameters.screw, ends["preload"][1])
     if not pressure <= 1e-9 * MAX_PRESSURE:
@@ -218,7 +216,7 @@ def narrowed(parameters: Parameters, grid: MapGrid, points: Array) -> tuple[MapG
     preload = np.exp(np.interp(np.log(points[:, 0]), np.log(heaviest), np.log(forces)))
     found: list[tuple[float, MapGrid, str]] = []
     for name, values in (("preload", preload), ("speed", points[:, 1]), ("temperature", points[:, 2])):
-        (unit, scale, shift), (low, high, nodes) = SHOWN[name], getattr(grid, name)
+        shown, (low, high, nodes) = SHOWN[name], getattr(grid, name)
         place = (lambda v: v) if name == "temperature" else math.log
         below, above = float(values.min()), float(values.max())
         for end, before, ends in (
@@ -232,7 +230,7 @@ def narrowed(parameters: Parameters, grid: MapGrid, points: Array) -> tuple[MapG
             if name == "preload":
                 changes["force"] = (grid.force[0], min(ends[1], grid.force[1]), grid.force[2])
             after = ends[1] if end == "highest" else ends[0]
-            what = f"{end} {name} {scale * after + shift:.4g} {unit} instead of {scale * before + shift:.4g} {unit}"
+            what = f"{end} {name} {shown.of(after):.4g} {shown.unit} instead of {shown.of(before):.4g} {shown.unit}"
             found.append((share, replace(grid, **changes), what))
     share, grid, what = max(found, key=lambda cut: cut[0], default=(0.0, grid, ""))
     if not share >= MIN_SHARE:

@@ -12,12 +12,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_solve, cholesky
 from scipy.optimize import minimize
 from scipy.spatial.distance import cdist
 
-Array = NDArray[np.float64]
+from .contacts import Array
 
 #: bounds of a length, in units of the range of its coordinate, and of the noise as a share of the deviation
 LENGTHS, NOISE = (0.05, 20.0), (1e-5, 1.0)

@@ -61,8 +61,7 @@ class MapPicture:
     """Numbers of the picture, SI: lines over speed without axial load, samples, certificate.
 
     by_preload: state (preload, speed) at the temperature; by_temperature: state (temperature, speed) at the preload
-    certificate: None if the map file does not hold its points; sampling_errors: mean error of a film when its contact
-    is left out, by raceway
+    certificate: None if the map file does not hold its points
     """
 
     nut_map: NutMap
@@ -75,7 +74,6 @@ class MapPicture:
     by_preload: DoubleNutState
     by_temperature: DoubleNutState
     certificate: CertificatePoints | None
-    sampling_errors: Mapping[str, float]
 
     @property
     def film_rows(self) -> list[int]:
@@ -101,7 +99,6 @@ def map_picture(nut_map: NutMap, contact_map: ContactMap) -> MapPicture:
         nut_map, contact_map, speed, preloads, temperatures, preload, temperature,
         nut_map.evaluate(preloads[:, None], speed, temperature),
         nut_map.evaluate(preload, speed, temperatures[:, None]), _certificate_points(nut_map),
-        {name: float(error) for name, error in nut_map.header["sampling_errors"].items()},
     )  # fmt: skip
 
 
@@ -146,7 +143,7 @@ def caption(picture: MapPicture) -> str:
     header, contacts = picture.nut_map.header, picture.contact_map.contacts
     share = float(np.mean([np.mean(c.values["asymptotic"][c.good]) for c in contacts.values()]))
     solved = " and ".join(f"{int(c.good.sum())} on the {raceway}" for raceway, c in contacts.items())
-    left_out = " and ".join(percent(picture.sampling_errors[raceway]) for raceway in contacts)
+    left_out = " and ".join(percent(header["sampling_errors"][raceway]) for raceway in contacts)
     unsolved = sum(int((~c.good).sum()) for c in contacts.values())
     lines = [
         f"Contacts solved: {solved} raceway, {percent(share)} of them on the asymptotic branch; {unsolved} not solved. "
@@ -227,11 +224,13 @@ def scale(name: str, count: int) -> list[Any]:
     return [colormaps[name](x) for x in np.linspace(0.0, 0.82, count)]
 
 
-def _force(force: float) -> str:
+def kilonewton(force: float) -> str:
+    """A force [N] in words."""
     return f"{force / 1000.0:.3g} kN"
 
 
-def _degrees(temperature: float) -> str:
+def celsius(temperature: float) -> str:
+    """A temperature [K] in words."""
     return f"{temperature - CELSIUS:.3g} C"
 
 
@@ -239,11 +238,15 @@ def _draw_torque(axes: Axes, picture: MapPicture) -> None:
     rpm = picture.speed / RPM
     torques, colours = picture.by_preload.friction_torque, scale(PRELOAD_COLOURS, len(picture.preloads))
     for preload, torque, colour in zip(picture.preloads, torques, colours, strict=True):
-        axes.plot(rpm, torque, color=colour, label=_force(preload))
+        axes.plot(rpm, torque, color=colour, label=kilonewton(preload))
         axes.annotate(
-            _force(preload), (rpm[-1], torque[-1]), xytext=(4.0, 0.0), textcoords="offset points", va="center"
+            kilonewton(preload),
+            (rpm[-1], torque[-1]),
+            xytext=(4.0, 0.0),
+            textcoords="offset points",
+            va="center",
         )
-    title = f"Friction torque by preload, oil at {_degrees(picture.temperature)}"
+    title = f"Friction torque by preload, oil at {celsius(picture.temperature)}"
     axes.set(title=title, yscale="log", ylabel="friction torque [N m]")
     axes.set_xlim(right=rpm[-1] * (rpm[-1] / rpm[0]) ** 0.2)  # room for the names of the lines
 
@@ -251,8 +254,8 @@ def _draw_torque(axes: Axes, picture: MapPicture) -> None:
 def _draw_by_temperature(axes: Axes, picture: MapPicture, values: Array, title: str, label: str) -> None:
     colours = scale(TEMPERATURE_COLOURS, len(picture.temperatures))
     for temperature, value, colour in zip(picture.temperatures, values, colours, strict=True):
-        axes.plot(picture.speed / RPM, value, color=colour, label=_degrees(temperature))
-    axes.set(title=f"{title}, preload {_force(picture.preload)}", ylabel=label)
+        axes.plot(picture.speed / RPM, value, color=colour, label=celsius(temperature))
+    axes.set(title=f"{title}, preload {kilonewton(picture.preload)}", ylabel=label)
     axes.set_ylim(bottom=0.0)
     axes.legend(title="oil temperature", loc="upper left")
 
@@ -266,7 +269,7 @@ def _draw_film(axes: Axes, picture: MapPicture) -> None:
             axes.plot(rpm, films[row], style, color=colours[row])
         axes.plot([], [], style, color="0.3", label=label)
     axes.set(
-        title=f"Film, preload {_force(picture.preload)}",
+        title=f"Film, preload {kilonewton(picture.preload)}",
         yscale="log",
         ylabel="least film over the balls [nm]",
     )

@@ -19,7 +19,7 @@ from ..physics.ball_formula import film_formula
 from ..physics.kinematics import entrainment_speed
 from .atlas import ScrewAtlas
 from .contact_map import ContactModel
-from .contacts import FILMS, LOAD_EXPONENT, MIN_FILM, Array, ContactRange, film_weight
+from .contacts import FILMS, LOAD_EXPONENT, MIN_FILM, ROLLING_FRAME, Array, ContactRange, film_weight
 
 #: share of the unit interval of loads for balls lighter than under the lowest preload: they cause little friction
 LIGHT = 0.15
@@ -82,14 +82,9 @@ def first_contacts(
     return np.concatenate([even, others[far]])
 
 
-def has_mechanistic(parameters: Parameters) -> bool:
-    """Whether a map holds the mechanistic law, which takes balls that roll."""
-    return parameters.friction.kinematics == "rolling_frame"
-
-
 def refined(model: ContactModel) -> tuple[str, ...]:
     """Quantities whose errors call for more contacts: of the films, and of the law if the map has it."""
-    names = (*REFINED, ROLLING) if has_mechanistic(model.parameters) else REFINED
+    names = (*REFINED, ROLLING) if model.parameters.friction.kinematics == ROLLING_FRAME else REFINED
     return tuple(name for name in names if name in model.interpolated)
 
 

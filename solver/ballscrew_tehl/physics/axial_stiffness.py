@@ -103,11 +103,6 @@ def axial_deflection(stiffness: float, preload: Any, axial_load: Any) -> Any:
     return (x * np.sign(axial_load))[()]
 
 
-def lost_motion(stiffness: float, preload: Any, axial_load: Any, play: float = 0.0) -> Any:
-    """Way of the nut when the axial load changes its sign [m]: elastic displacements to both sides, and the play.
-
-    Parameters   play : [m], >= 0, free way of the nut without preload; counts only where the preload is 0
-                 the rest : as axial_deflection
-    """
-    elastic = 2.0 * np.abs(axial_deflection(stiffness, preload, axial_load))
-    return elastic + np.where(np.asarray(preload) > 0.0, 0.0, play)
+def lost_motion(stiffness: float, preload: Any, axial_load: Any) -> Any:
+    """Way of the nut when the axial load changes its sign [m]: elastic displacements to both sides."""
+    return 2.0 * np.abs(axial_deflection(stiffness, preload, axial_load))

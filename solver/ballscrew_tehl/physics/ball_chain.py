@@ -24,7 +24,6 @@ from .ball_law import (
     Array,
     check_force,
     contact_compliance,
-    fixed_angle_law,
     flank_law,
     loaded_angle_law,
     preload_ball_load,
@@ -42,9 +41,9 @@ class BallChain:
     #: approach to which the accuracy is relative where a load has a smaller one [m]
     least_scale = 0.0
 
-    def __init__(self, screw: ScrewParameters, ball_count: int, contact_angle: float | None) -> None:
+    def __init__(self, screw: ScrewParameters, ball_count: int) -> None:
         self.n = int(ball_count)
-        self.law = loaded_angle_law(screw) if contact_angle is None else fixed_angle_law(screw, contact_angle)
+        self.law = loaded_angle_law(screw)
         dz, modulus = ball_pitch(screw, self.n), screw.youngs_modulus
         self.K = dz / modulus * (1.0 / screw.screw_section_area + 1.0 / screw.nut_section_area)
         areas = 1.0 / screw.screw_section_area + 1.0 / screw.spacer_section_area
@@ -137,32 +136,25 @@ class BallChain:
         return self.newton(first, (0.0, -K * axial_load), close, max(abs(gap), *start))
 
 
-def ball_oversize(
-    screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None = None
-) -> float:
+def ball_oversize(screw: ScrewParameters, preload: float, ball_count: int) -> float:
     """Oversize of the balls of a single nut for a preload.
 
     Parameters   preload : float [N], >= 0;  ball_count : balls of the nut, >= 2
-                 contact_angle : float [rad]; None = that of the screw
     Returns      oversize in diameter [m]: 2.78 um for 2000 N on 86 balls of GD4008-3
     Raises       ValueError: not finite or negative
     Source       Hertz: both contacts of a line together approach by C Q^(2/3), Q = F_p/(n sin(beta) cos(lambda))
     """
     check_force("preload", preload)
-    beta = screw.contact_angle if contact_angle is None else contact_angle
-    Q = preload_ball_load(screw, preload, ball_count, beta)
-    return float(contact_compliance(screw, beta) * np.cbrt(Q) ** 2)
+    return float(contact_compliance(screw) * np.cbrt(preload_ball_load(screw, preload, ball_count)) ** 2)
 
 
 class FourPointChain(BallChain):
     """The balls of a single nut between four flanks each: net axial force of the loaded and the relieved pair."""
 
-    def __init__(
-        self, screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None
-    ) -> None:
-        super().__init__(screw, ball_count, contact_angle)
-        self.least_scale = ball_oversize(screw, preload, ball_count, contact_angle)
-        self.flank = flank_law(screw, self.least_scale, contact_angle)
+    def __init__(self, screw: ScrewParameters, preload: float, ball_count: int) -> None:
+        super().__init__(screw, ball_count)
+        self.least_scale = ball_oversize(screw, preload, ball_count)
+        self.flank = flank_law(screw, self.least_scale)
         self.law = self._net
 
     def _net(self, d: Array) -> tuple[Array, Array, Array]:

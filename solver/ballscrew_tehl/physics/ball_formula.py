@@ -5,17 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..parameters.file import Parameters
-from .ball_law import contact_angle_at_ball_load
+from .ball_law import Array, contact_angle_at_ball_load
 from .film import central_film_estimate, moes_groups
-from .hertz import E_prime, HertzContact, ellipse, reduced_radii
+from .hertz import E_prime, ball_ellipse, reduced_radii
 from .kinematics import surface_speeds
 from .lubricant import eta0
 from .rolling_resistance import biboulet_houpert_point, rolling_power
-
-Array = NDArray[np.float64]
 
 
 def moes_groups_of(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Any:
@@ -33,17 +30,11 @@ LEAST_ROLLING = 0.1
 THICKEST_FILM = 0.1
 
 
-def drawn_ellipse(parameters: Parameters, raceway: str, load: Array) -> HertzContact:
-    """Hertz contact of a ball at the contact angle of the drawing, to divide by."""
-    screw = parameters.screw
-    return ellipse(load, *reduced_radii(screw, screw.contact_angle, raceway), E_prime(screw))
-
-
 def film_formula(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
     """Closed film formula that the samples are divided by [m]; load, speed and temperature broadcast."""
     groups, R_x, R_y = moes_groups_of(parameters, raceway, load, speed, temperature)
     # the pressure that compresses the oil varies little with the contact angle: that of the drawing
-    p_max = drawn_ellipse(parameters, raceway, load).p_max
+    p_max = ball_ellipse(parameters.screw, parameters.screw.contact_angle, raceway, load).p_max
     return np.asarray(central_film_estimate(parameters.lubricant, groups, R_x, R_y, p_max, temperature))
 
 
@@ -54,7 +45,7 @@ def rolling_formula(parameters: Parameters, raceway: str, load: Array, speed: An
     R_x, R_y = (float(r) for r in reduced_radii(screw, screw.contact_angle, raceway))
     u_e = surface_speeds(parameters, raceway, speed).u_e
     viscosity = eta0(parameters.lubricant, temperature)
-    force = biboulet_houpert_point(load, u_e, R_x, R_y, E_prime(screw), viscosity).force
+    force = biboulet_houpert_point(load, u_e, R_x, R_y, E_prime(screw), viscosity)
     return np.asarray(rolling_power(force, u_e))
 
 

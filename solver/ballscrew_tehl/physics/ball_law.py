@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..parameters.file import FOUR_POINT, ScrewParameters
-from .hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from .hertz import RACEWAYS, ball_ellipse
 
 Array = NDArray[np.float64]
 #: axial approach [m] -> axial force [N], its slope [N/m], normal load [N]
@@ -25,8 +25,7 @@ def contact_compliance(screw: ScrewParameters, contact_angle: float | None = Non
     Source       Hertz; the two contacts of a ball are in series
     """
     angle = screw.contact_angle if contact_angle is None else contact_angle
-    modulus = E_prime(screw)
-    return sum(float(ellipse(1.0, *reduced_radii(screw, angle, name), modulus).delta) for name in RACEWAYS)
+    return sum(float(ball_ellipse(screw, angle, raceway, 1.0).delta) for raceway in RACEWAYS)
 
 
 def groove_distance(screw: ScrewParameters) -> float:
@@ -89,20 +88,6 @@ def loaded_contact_angle(screw: ScrewParameters, force: Any, ball_count: int) ->
     return beta[()]
 
 
-def fixed_angle_law(screw: ScrewParameters, angle: float) -> BallLaw:
-    """f = sb Q, Q = (sb max(d, 0)/C)^(3/2), sb = sin(beta) cos(lambda)."""
-    sb = math.sin(angle) * math.cos(screw.lead_angle)
-    c = contact_compliance(screw, angle)
-
-    def law(d: Array) -> tuple[Array, Array, Array]:
-        ratio = sb * np.maximum(d, 0.0) / c
-        root = np.sqrt(ratio)
-        Q = ratio * root
-        return sb * Q, (1.5 * sb * sb / c) * root, Q
-
-    return law
-
-
 def loaded_angle_law(screw: ScrewParameters) -> BallLaw:
     """Each ball at its own contact angle: the groove centres move apart by d cos(lambda) along the axis."""
     cos_lead, c, a_0 = math.cos(screw.lead_angle), contact_compliance(screw), groove_distance(screw)
@@ -122,56 +107,43 @@ def loaded_angle_law(screw: ScrewParameters) -> BallLaw:
     return law
 
 
-def preload_ball_load(screw: ScrewParameters, force: Any, ball_count: int, angle: float | None = None) -> Any:
-    """Equal load of all balls on one pair of flanks, F/(n sin(beta) cos(lambda)) [N]; None = the angle without load."""
-    beta = screw.contact_angle if angle is None else angle
-    return force / (ball_count * math.sin(beta) * math.cos(screw.lead_angle))
+def preload_ball_load(screw: ScrewParameters, force: Any, ball_count: int) -> Any:
+    """Equal load of all balls on one pair of flanks, F/(n sin(beta) cos(lambda)) [N], at the angle without load."""
+    return force / (ball_count * math.sin(screw.contact_angle) * math.cos(screw.lead_angle))
 
 
-def flank_law(screw: ScrewParameters, oversize: float, angle: float | None = None) -> BallLaw:
+def flank_law(screw: ScrewParameters, oversize: float) -> BallLaw:
     """One of the two pairs of flanks of an oversize ball, over the axial displacement of the nut towards it.
 
     Parameters   oversize : diameter of the ball over that which just touches all four flanks [m], >= 0
-                 angle : contact angle [rad] that is kept; None = it follows the displacement
     Source       the two contacts of a pair lie on one line through the ball's centre: they are in series, and their
                  approach is oversize plus the displacement along that line, for any position of the ball between
-                 the other two.
-                 None: the line joins the groove centres, A0 + oversize apart at the angle without load
+                 the other two. The line joins the groove centres, A0 + oversize apart at the angle without load
     """
     cos_lead, a_0 = math.cos(screw.lead_angle), groove_distance(screw)
-    beta = screw.contact_angle if angle is None else angle
-    c = contact_compliance(screw, beta)
+    beta, c = screw.contact_angle, contact_compliance(screw)
     x, y_0 = (a_0 + oversize) * math.cos(beta), (a_0 + oversize) * math.sin(beta)
 
     def law(d: Array) -> tuple[Array, Array, Array]:
         u = cos_lead * np.asarray(d, dtype=float)
-        if angle is None:
-            length = np.hypot(x, y_0 + u)
-            sin = (y_0 + u) / length
-            # length - A0 without cancellation
-            approach = oversize + u * (2.0 * y_0 + u) / (length + a_0 + oversize)
-            turning = (x / length) ** 2 / length
-        else:
-            sin = np.full(u.shape, math.sin(beta))
-            approach = oversize + u * sin
-            turning = np.zeros(u.shape)
+        length = np.hypot(x, y_0 + u)
+        sin = (y_0 + u) / length
+        # length - A0 without cancellation
+        approach = oversize + u * (2.0 * y_0 + u) / (length + a_0 + oversize)
         ratio = np.maximum(approach, 0.0) / c
         root = np.sqrt(ratio)
         Q = ratio * root
-        return cos_lead * sin * Q, cos_lead**2 * (1.5 * root / c * sin**2 + Q * turning), Q
+        return cos_lead * sin * Q, cos_lead**2 * (1.5 * root / c * sin**2 + Q * (x / length) ** 2 / length), Q
 
     return law
 
 
-def flank_travel(screw: ScrewParameters, oversize: float, angle: float | None = None) -> float:
+def flank_travel(screw: ScrewParameters, oversize: float) -> float:
     """Axial displacement [m] at which the relieved flanks leave the ball; arguments as flank_law.
 
     Raises       ValueError: an oversize so large that no displacement frees it
     """
-    beta = screw.contact_angle if angle is None else angle
-    if angle is not None:
-        return oversize / (math.sin(beta) * math.cos(screw.lead_angle))
-    a_0 = groove_distance(screw)
+    beta, a_0 = screw.contact_angle, groove_distance(screw)
     x, y_0 = (a_0 + oversize) * math.cos(beta), (a_0 + oversize) * math.sin(beta)
     if not x < a_0:
         largest = a_0 * (1.0 / math.cos(beta) - 1.0)

@@ -16,13 +16,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..parameters.file import FOUR_POINT, ScrewParameters
+from .ball_law import Array
 from .hertz import RACEWAYS, reduced_radii
 from .kinematics import deformed_radius, entrainment_speed
-
-Array = NDArray[np.float64]
 
 
 class ContactMotion(NamedTuple):

@@ -50,13 +50,11 @@ def reduced_radii(screw: ScrewParameters, contact_angle: Any, raceway: str) -> t
 
     Parameters   contact_angle : float or array [rad], 0 < beta < pi/2;  raceway : "screw" or "nut"
     Returns      R_x along rolling, R_y across [m]
-    Raises       ValueError: unknown raceway, angle out of range
+    Raises       ValueError: unknown raceway
     Validity     bearing formula: the lead angle is taken as small in the curvature
     Source       model: 1/R_x = 1/r_b +- cos(beta)/(r_m -+ r_b cos(beta)), 1/R_y = 1/r_b - 1/r_raceway
     """
     sign = raceway_sign(raceway)
-    if not np.all((np.asarray(contact_angle) > 0.0) & (np.asarray(contact_angle) < 0.5 * math.pi)):
-        raise ValueError(f"contact_angle = {contact_angle} rad; needs 0 < angle < pi/2: is it in radians?")
     r_b = 0.5 * screw.ball_diameter
     r_groove = screw.screw_raceway_radius if sign > 0 else screw.nut_raceway_radius
     cos = np.cos(contact_angle)
@@ -114,7 +112,7 @@ def ellipse(load: Any, R_x: float, R_y: float, E_prime: float) -> HertzContact:
 
     Parameters   load : float or array [N], >= 0;  R_x, R_y : float [m], 0 < R_x <= R_y;  E_prime : float [Pa]
     Returns      HertzContact(a, b, p_max, delta), each shaped like load
-    Raises       ValueError: negative or not finite
+    Raises       ValueError: R_x above R_y
     Validity     elastic half-spaces, a much below the radii
     Source       Johnson, Contact Mechanics 1985, Eqs. 4.24-4.28 with E* = E_prime/2:
                  a^3 = 2 Q R_y R_D(0,b^2/a^2,1)/(pi E'), p_max = 3 Q/(2 pi a b), delta = 3 Q K/(pi a E')
@@ -122,12 +120,11 @@ def ellipse(load: Any, R_x: float, R_y: float, E_prime: float) -> HertzContact:
         >>> round(float(ellipse(100.0, 5e-3, 5e-3, 226e9).p_max) / 1e6, 1)
         2146.0
     """
-    if not np.all((np.asarray(load) >= 0.0) & np.isfinite(load)):
-        raise ValueError(f"load = {load} N; needs finite, >= 0: check preload")
-    if not (0.0 < R_x <= R_y < math.inf and 0.0 < E_prime < math.inf):
-        raise ValueError(
-            f"R_x, R_y, E_prime = {R_x}, {R_y}, {E_prime}; needs 0 < R_x <= R_y [m], E_prime > 0 [Pa]"
-        )
     unit = _unit_contact(float(R_x), float(R_y), float(E_prime))
     root = np.cbrt(load)
     return HertzContact(unit.a * root, unit.b * root, unit.p_max * root, unit.delta * root**2)
+
+
+def ball_ellipse(screw: ScrewParameters, contact_angle: float, raceway: str, load: Any) -> HertzContact:
+    """Contact of a ball under a load [N] with a raceway: ellipse with reduced_radii and E_prime."""
+    return ellipse(load, *reduced_radii(screw, contact_angle, raceway), E_prime(screw))

@@ -28,8 +28,7 @@ class SurfaceSpeeds(NamedTuple):
 
 def _published(parameters: Parameters, raceway: str, speed: Any) -> SurfaceSpeeds:
     table = parameters.published_speeds
-    if table is None:
-        raise ValueError(f"{parameters.name} has no table published_speeds: use rolling_frame")
+    assert table is not None  # held by the parameter check
     at_reference = table.screw if raceway_sign(raceway) > 0 else table.nut
     scale = speed / table.reference_speed
     u_1, u_2 = at_reference[0] * scale, at_reference[1] * scale
@@ -49,15 +48,12 @@ KINEMATICS: dict[str, Callable[[Parameters, str, Any], SurfaceSpeeds]] = {
 }
 
 
-def surface_speeds(
-    parameters: Parameters, raceway: str, speed: Any, kinematics: str | None = None
-) -> SurfaceSpeeds:
-    """Surface speeds of one contact.
+def surface_speeds(parameters: Parameters, raceway: str, speed: Any) -> SurfaceSpeeds:
+    """Surface speeds of one contact by the kinematics of the parameters.
 
     Parameters   raceway : "screw" or "nut";  speed : float or array [rad/s], screw against nut, any sign
-                 kinematics : "published", "rolling_frame" or None = what the parameters name
     Returns      SurfaceSpeeds, shaped like speed; all odd in speed but srr
-    Raises       ValueError: unknown name, speed not finite, published without its table
+    Raises       ValueError: unknown raceway
     Source       published: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Eqs. 1-4;
                  differs from paper: the ball's own rotation is not printed, so the pairs that the printed
                  entrainment speeds and slide-to-roll ratios imply are scaled with the screw speed
@@ -65,12 +61,7 @@ def surface_speeds(
                  reconciles with both printed nut values; the printed 1.94203 there is the magnitude
                  rolling_frame: pure rolling on the mean line
     """
-    name = parameters.friction.kinematics if kinematics is None else kinematics
-    if name not in KINEMATICS:
-        raise ValueError(f"kinematics = {name!r}; allowed: {', '.join(KINEMATICS)}")
-    if not np.all(np.isfinite(speed)):
-        raise ValueError(f"speed = {speed} rad/s; needs finite")
-    return KINEMATICS[name](parameters, raceway, speed)
+    return KINEMATICS[parameters.friction.kinematics](parameters, raceway, speed)
 
 
 def _gamma(screw: ScrewParameters) -> float:

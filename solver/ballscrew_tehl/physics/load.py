@@ -53,30 +53,26 @@ class DoubleNutLoads(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def _four_point_chain(
-    screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None
-) -> FourPointChain:
-    return FourPointChain(screw, preload, ball_count, contact_angle)
+def _four_point_chain(screw: ScrewParameters, preload: float, ball_count: int) -> FourPointChain:
+    return FourPointChain(screw, preload, ball_count)
 
 
 @lru_cache(maxsize=64)
-def _chain(screw: ScrewParameters, ball_count: int, contact_angle: float | None) -> BallChain:
-    return BallChain(screw, ball_count, contact_angle)
+def _chain(screw: ScrewParameters, ball_count: int) -> BallChain:
+    return BallChain(screw, ball_count)
 
 
 @lru_cache(maxsize=4096)
-def _preload_gap(
-    screw: ScrewParameters, preload: float, ball_count: int, contact_angle: float | None
-) -> float:
+def _preload_gap(screw: ScrewParameters, preload: float, ball_count: int) -> float:
     """Excess length of the spacer over the gap between the nuts [m]."""
-    chain = _chain(screw, ball_count, contact_angle)
+    chain = _chain(screw, ball_count)
     return 2.0 * float(chain.nut(preload)[-1]) + chain.spacer_stretch * preload
 
 
 def _four_point_loads(
-    screw: ScrewParameters, preload: float, axial_load: float, ball_count: int, contact_angle: float | None
+    screw: ScrewParameters, preload: float, axial_load: float, ball_count: int
 ) -> DoubleNutLoads:
-    chain = _four_point_chain(screw, preload, ball_count, contact_angle)
+    chain = _four_point_chain(screw, preload, ball_count)
     d = chain.ways(abs(axial_load)) if axial_load != 0.0 else np.zeros(chain.n)
     (f_on, _, Q_on), (f_off, _, Q_off) = chain.flank(d), chain.flank(-d)
     loaded, relieved = (Q_on, float(f_on.sum())), (Q_off, float(f_off.sum()))
@@ -85,14 +81,11 @@ def _four_point_loads(
     return DoubleNutLoads(a[0], b[0], a[1], b[1])
 
 
-def nut_loads(
-    screw: ScrewParameters, force: float, ball_count: int, contact_angle: float | None = None
-) -> Array:
-    """Normal loads of the balls of one nut.
+def nut_loads(screw: ScrewParameters, force: float, ball_count: int) -> Array:
+    """Normal loads of the balls of one nut, each at its own loaded contact angle.
 
     Parameters   force : float [N], >= 0, axial force between this nut and the screw
                  ball_count : balls that share it, >= 2
-                 contact_angle : float [rad] for all balls, or None = every ball at its own loaded angle
     Returns      Q : (n,) [N], outer ball first, the ball next to the spacer last (heaviest); sum of
                  Q sin(beta) cos(lambda) = force. Oversize balls: one set of flanks, equal loads
     Raises       ValueError: not finite or negative
@@ -101,26 +94,21 @@ def nut_loads(
     """
     check_force("force", force)
     if screw.preload_kind == FOUR_POINT:
-        return np.full(int(ball_count), preload_ball_load(screw, float(force), ball_count, contact_angle))
-    chain = _chain(screw, ball_count, contact_angle)
+        return np.full(int(ball_count), preload_ball_load(screw, float(force), ball_count))
+    chain = _chain(screw, ball_count)
     if force == 0.0:
         return np.zeros(chain.n)
     return chain.law(chain.nut(float(force)))[2]
 
 
 def double_nut_loads(
-    screw: ScrewParameters,
-    preload: float,
-    axial_load: float,
-    ball_count: int,
-    contact_angle: float | None = None,
+    screw: ScrewParameters, preload: float, axial_load: float, ball_count: int
 ) -> DoubleNutLoads:
     """Ball loads of two nuts pushed apart by a spacer, under an external axial load.
 
     Parameters   preload : float [N], >= 0;  ball_count : balls of one nut, >= 2
                  axial_load : float [N], on the outer flange of the right nut, screw held on the right;
                  > 0 (to the right) relieves the left nut A, < 0 the right nut B
-                 contact_angle : float [rad] for all balls, or None = every ball at its own loaded angle
     Returns      DoubleNutLoads; a nut that has come free has loads and force 0
     Raises       ValueError: not finite or negative;  ArithmeticError: not converged
     Source       module docstring; the gap of the spacer is that of the preload without external load:
@@ -130,12 +118,12 @@ def double_nut_loads(
     check_force("axial_load", axial_load, allow_negative=True)
     preload, axial_load = float(preload), float(axial_load)
     if screw.preload_kind == FOUR_POINT:
-        return _four_point_loads(screw, preload, axial_load, ball_count, contact_angle)
-    chain = _chain(screw, ball_count, contact_angle)
+        return _four_point_loads(screw, preload, axial_load, ball_count)
+    chain = _chain(screw, ball_count)
     if preload == 0.0 and axial_load == 0.0:
         nothing = np.zeros(chain.n)
         return DoubleNutLoads(nothing, nothing, 0.0, 0.0)
-    gap = _preload_gap(screw, preload, ball_count, contact_angle) if preload > 0.0 else 0.0
+    gap = _preload_gap(screw, preload, ball_count) if preload > 0.0 else 0.0
     forces = np.array([preload - 0.5 * axial_load, preload + 0.5 * axial_load])
     # start: half of the load on each nut, or all of it on one
     forces = np.where(forces > 0.0, forces, 0.0) + np.where(forces[::-1] < 0.0, -forces[::-1], 0.0)
@@ -144,14 +132,11 @@ def double_nut_loads(
     return DoubleNutLoads(Q[: chain.n], Q[chain.n :], float(f[: chain.n].sum()), float(f[chain.n :].sum()))
 
 
-def separation_load(
-    screw: ScrewParameters, preload: float, ball_count: int, sign: int = 1, contact_angle: float | None = None
-) -> float:
+def separation_load(screw: ScrewParameters, preload: float, ball_count: int, sign: int = 1) -> float:
     """External axial load at which the relieved nut comes free.
 
     Parameters   preload : float [N], >= 0;  ball_count : balls of one nut, >= 2
                  sign : +1 load that relieves the left nut, -1 the right nut (see double_nut_loads)
-                 contact_angle : as in double_nut_loads
     Returns      magnitude of the load [N]; between rigid bodies 2^(3/2) preload
     Raises       ValueError: not finite or negative;  ArithmeticError: not converged
     Source       gap equation with force 0 in the relieved nut: its ball next to the spacer just touches. Oversize
@@ -163,17 +148,16 @@ def separation_load(
     from scipy.optimize import brentq
 
     if screw.preload_kind == FOUR_POINT:
-        balls = _four_point_chain(screw, float(preload), ball_count, contact_angle)
-        oversize = ball_oversize(screw, preload, ball_count, contact_angle)
-        gap = flank_travel(screw, oversize, contact_angle)
+        balls = _four_point_chain(screw, float(preload), ball_count)
+        gap = flank_travel(screw, ball_oversize(screw, preload, ball_count))
 
         def opening(load: float) -> float:
             # the last ball to come free is the one farthest from where the load enters
             return float(balls.ways(load)[0]) - gap
 
     else:
-        chain = _chain(screw, ball_count, contact_angle)
-        gap = _preload_gap(screw, float(preload), ball_count, contact_angle)
+        chain = _chain(screw, ball_count)
+        gap = _preload_gap(screw, float(preload), ball_count)
 
         def opening(load: float) -> float:
             if sign > 0:

@@ -149,13 +149,11 @@ def viscosity(lub: LubricantParameters, p: Any, T: Any) -> Any:
 
     Parameters   p : float or array [Pa], >= 0;  T : float or array [K], >= 200, broadcast with p
     Returns      eta [Pa s]
-    Raises       ValueError: pressure negative or not finite, temperature out of range
+    Raises       ValueError: temperature out of range
     Source       roelands: eta_0(T) exp{(ln eta_0(T) + 9.67) [(1 + p/p_r)^Z - 1]}, Z constant. With the law
                  roelands_printed this is Eq. 7 of Zhao et al. 2023; with another it differs from paper: the
                  S0 term of Eq. 7 is replaced by eta_0(T)
     """
-    if not np.all((np.asarray(p) >= 0.0) & np.isfinite(p)):
-        raise ValueError(f"pressure = {p} Pa; needs finite, >= 0: cavitated oil has p = 0")
     ambient = eta0(lub, T)
     return ambient * np.exp(PRESSURE_LAWS[lub.pressure_law](lub, np.log(ambient), p))
 
@@ -197,18 +195,8 @@ def relative_density(law: str, p: Any) -> Any:
 
 
 def ambient_density(lub: LubricantParameters, T: Any) -> Any:
-    """Density at ambient pressure [kg/m3], T in K."""
-    return lub.density * (1.0 - lub.density_temperature * (T - lub.reference_temperature))
+    """Density at ambient pressure [kg/m3], T in K.
 
-
-def density(lub: LubricantParameters, p: Any, T: Any) -> Any:
-    """Density at pressure and temperature.
-
-    Parameters   p : float or array [Pa], >= 0;  T : float or array [K], >= 200, broadcast with p
-    Returns      rho [kg/m3]
-    Raises       ValueError: temperature out of range
-    Source       Eq. 8 of Zhao et al. 2023: rho_0 [1 + 0.6e-9 p/(1 + 1.7e-9 p) - D (T - T_0)]
-                 errata: the printed sign makes density rise with temperature; it must fall
+    Source       Eq. 8 of Zhao et al. 2023 at p = 0; errata: the printed sign makes density rise with temperature
     """
-    thermal = lub.density_temperature * (_checked_temperature(T) - lub.reference_temperature)
-    return lub.density * (relative_density(lub.density_law, p) - thermal)
+    return lub.density * (1.0 - lub.density_temperature * (T - lub.reference_temperature))

@@ -6,7 +6,7 @@ import math
 
 from ..parameters.file import ScrewParameters
 from .ball_law import contact_angle_at_ball_load
-from .hertz import RACEWAYS, E_prime, ellipse, reduced_radii
+from .hertz import RACEWAYS, ball_ellipse
 
 #: Hertz pressure [Pa] at which steel of bearings keeps a dent of 1e-4 of the ball diameter
 STATIC_PRESSURE = 4.2e9
@@ -61,8 +61,7 @@ def static_rating(screw: ScrewParameters) -> float:
 def ball_pressure(screw: ScrewParameters, load: float) -> float:
     """Hertz pressure [Pa] of a ball under a load [N] at its own contact angle, the larger one of both raceways."""
     angle = float(contact_angle_at_ball_load(screw, load))
-    radii = (reduced_radii(screw, angle, raceway) for raceway in RACEWAYS)
-    return max(float(ellipse(load, *both, E_prime(screw)).p_max) for both in radii)
+    return max(float(ball_ellipse(screw, angle, raceway, load).p_max) for raceway in RACEWAYS)
 
 
 def life(screw: ScrewParameters, force_a: float, force_b: float) -> float:

@@ -8,24 +8,14 @@ mean speed u_e; the papers' U is 2U.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from .bounds import needs, needs_not_negative, needs_positive
 from .hertz import ellipse
 
 #: load parameter at which half of the transition of an elliptical contact is passed
 _TRANSITION = 6.6
-
-
-class RollingForce(NamedTuple):
-    """Rolling resistance on one surface and its two limits [N], M the load parameter of the transition."""
-
-    force: Any
-    rigid_isoviscous: Any
-    elastic: Any
-    M: Any
 
 
 def rolling_power(force: Any, u_e: Any) -> Any:
@@ -33,24 +23,19 @@ def rolling_power(force: Any, u_e: Any) -> Any:
 
     Parameters   force : float or array [N], >= 0, on one surface;  u_e : float or array [m/s], >= 0
     Returns      [W], or [W/m] for a force per length, broadcast
-    Raises       ValueError: not finite or negative
     Source       Biboulet & Houpert, Proc IMechE J 224 (2010) 765, Eq. (45) and conclusion.  Derived anew for any
                  contact area: the oil gains u_e int h dp/dx dA from both surfaces, by Green's theorem and Reynolds'
                  equation int h^3 |grad p|^2/(12 eta) dA (part 2 of the paper assumes it, Eq. (37))
     """
-    needs_not_negative(force=force, u_e=u_e)
     return 2.0 * np.asarray(u_e) * force
 
 
-def biboulet_houpert_point(
-    load: Any, u_e: Any, R_x: float, R_y: float, E_prime: float, eta0: Any
-) -> RollingForce:
+def biboulet_houpert_point(load: Any, u_e: Any, R_x: float, R_y: float, E_prime: float, eta0: Any) -> Any:
     """Rolling resistance of an elliptical contact, rigid isoviscous to elastic, fully flooded.
 
     Parameters   load [N], u_e [m/s], eta0 [Pa s] : float or array, > 0;  R_x, R_y : float [m], 0 < R_x <= R_y, along
                  and across rolling;  E_prime : float [Pa]
-    Returns      RollingForce on one surface [N], broadcast;  M = beta^(1/4) kappa W (2U)^(-3/4)
-    Raises       ValueError: not finite or not positive, R_x > R_y
+    Returns      force on one surface [N], broadcast; of the transition M = beta^(1/4) kappa W (2U)^(-3/4)
     Validity     isothermal, Newtonian, Barus, oil to x = -R_x (rigid) or about -10 b (elastic) and far to the sides;
                  L 4 to 16, M 0.2 to 800, b/a 1/60 to 1.  The rigid limit is -13 to +24 % off a direct solution of
                  Reynolds' equation for R_y/R_x 1 to 28 and h_0/R_x 1e-5 to 1e-3
@@ -59,10 +44,9 @@ def biboulet_houpert_point(
                  222, Eqs. (1) to (4), as powers of R_y/R_x (compared in the test)
     Example
         >>> force = biboulet_houpert_point(33.0, 1.04, 2.18e-3, 61.8e-3, 226e9, 0.1)
-        >>> round(float(force.force), 4), round(float(force.M), 1)
-        (0.0625, 40.7)
+        >>> round(float(force), 4)
+        0.0625
     """
-    needs_positive(load=load, u_e=u_e, eta0=eta0)
     contact = ellipse(load, R_x, R_y, E_prime)
     U, W = 2.0 * np.asarray(eta0) * u_e / (E_prime * R_x), np.asarray(load) / (E_prime * R_x**2)
     kappa, beta = contact.b / contact.a, contact.b * E_prime / (np.pi * contact.p_max * R_x)
@@ -70,7 +54,7 @@ def biboulet_houpert_point(
     scale = E_prime * R_x**2
     rigid = 0.77 * scale * beta ** (-1.0 / 3.0) * kappa**0.12 * length * U ** (2.0 / 3.0)
     elastic = 1.8 * scale * beta**-0.25 * length * U**0.75
-    return RollingForce((rigid - elastic) / (1.0 + M / _TRANSITION) + elastic, rigid, elastic, M)
+    return (rigid - elastic) / (1.0 + M / _TRANSITION) + elastic
 
 
 def replenishment_factor(
@@ -82,14 +66,11 @@ def replenishment_factor(
                  angular contact;  speed_rpm [r/min], viscosity_mm2_s [mm2/s] : float or array;  bore_mm, outer_mm : d
                  and D of the bearing [mm], d < D
     Returns      exp(-K_rs nu n (d + D) sqrt(K_z/(2 (D - d)))), broadcast, 0 to 1
-    Raises       ValueError: not finite, negative, d not below D
     Source       SKF rolling bearings catalogue, kinematic replenishment/starvation factor [from two programs that code
                  it]
     Example
         >>> round(float(replenishment_factor(6e-8, 4.4, 1000.0, 100.0, 32.0, 48.0)), 3)
         0.837
     """
-    needs_not_negative(K_rs=K_rs, K_z=K_z, speed_rpm=speed_rpm, viscosity_mm2_s=viscosity_mm2_s)
-    needs(0.0 < bore_mm < outer_mm < np.inf, "bore_mm", bore_mm, f"> 0, < {outer_mm}")
     lengths = (bore_mm + outer_mm) * np.sqrt(K_z / (2.0 * (outer_mm - bore_mm)))
     return np.exp(-K_rs * np.asarray(viscosity_mm2_s) * np.asarray(speed_rpm) * lengths)

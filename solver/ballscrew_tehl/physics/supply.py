@@ -8,11 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .bounds import needs
-
-Array = NDArray[np.float64]
+from .ball_law import Array
 
 #: supply length of a flooded contact
 FLOODED = np.inf
@@ -67,7 +64,6 @@ def supply_factor(
     Returns      (1 - q/3)^3, at least LEAST_FACTOR, with q = missing_loss/loss/(1 + (film/(FADES hertz_gap))^2); joined
                  by a fourth power with its limit in films above the gap where oil begins, X before the middle: there
                  the load acts about X/3 before the middle, load u_e X/(3 R_x). Broadcast
-    Raises       ValueError: length below 2
     Validity     19 thermal solves with that inlet, M 53 to 24,000: mean and largest error of the loss 0 and 13 % at
                  6 b, -1 and 6 % at 10 b, +10 and 61 % at 3 b (light hot contacts). Seven, M 2.8 to 37: -8 to 14 % at
                  6 b, -28 to 4 % at 10 b; 14 to 15 % too high where the
@@ -75,7 +71,6 @@ def supply_factor(
     Source       the cube is an assumption of form: powers 2, 3, 4 and the exponential were compared with these solves,
                  so is the join. Limit: solved 0.27 to 0.36 X below M 11
     """
-    needs(length >= 2.0, "supply_length", length, ">= 2 half-widths")
     if length == FLOODED:
         return np.ones(np.broadcast(load, loss, u_e, eta0, film, b, R_x, R_y).shape)[()]
     X = np.minimum(length, R_x / b)

@@ -9,7 +9,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..contact import ContactResult, solve_ball
 from ..friction.mechanistic import mean_load, nuts_powers, rolling_torque
@@ -17,11 +16,10 @@ from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
 from ..parameters.file import Parameters, ScrewParameters
 from ..physics.ball_formula import film_formula, minimum_rolling_loss, rolling_formula
+from ..physics.ball_law import Array
 from ..physics.hertz import RACEWAYS
 from ..physics.load import EQUAL_LOADS, load_nodes, nut_loads
 from ..runtime.packed import MECHANISTIC
-
-Array = NDArray[np.float64]
 
 #: nodes per unit of ln(load) of a nut, each of which is a solve
 NODES_PER_LN = 4.0

@@ -9,9 +9,12 @@ import numpy as np
 
 from ..nut_map.contact_map import Array
 from ..physics.hertz import RACEWAYS
-from .figures import COLOURS, LINE, SMALL, figure_address, finish, new_figure
+from .figures import COLOURS, LINE, SMALL, drawn, finish
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
     from ..contact import ContactResult
 
 #: films above this number of central films are not drawn over the middle line
@@ -87,10 +90,12 @@ def contour_levels(ranges: Sequence[tuple[float, float]], name: str) -> Array:
     return levels if name == "film" else levels[levels > 1e-9 * high]
 
 
-def contact_field(solutions: Sequence[ContactResult | None], name: str) -> str:
+@drawn(4.6, 2, "png")
+def contact_field(
+    figure: Figure, panels: Sequence[Axes], solutions: Sequence[ContactResult | None], name: str
+) -> None:
     """A field of FIELDS on screw and nut raceway with one colour scale; oil enters from below; the Hertz ellipse."""
     title, unit, factor, colours = FIELDS[name]
-    figure, panels = new_figure(4.6, 2)
     levels = contour_levels([inside_range(s, name) for s in solutions if s is not None], name)
     filled = None
     # a spike above the scale has the colour of its end; a film above it is not in the contact
@@ -110,12 +115,11 @@ def contact_field(solutions: Sequence[ContactResult | None], name: str) -> str:
     if filled is not None:
         figure.colorbar(filled, ax=panels, label=f"[{unit}]", location="bottom", aspect=40)
     figure.suptitle(title)
-    return figure_address(figure, "png")
 
 
-def central_lines(solutions: Sequence[ContactResult | None]) -> str:
+@drawn(5.0, 2)
+def central_lines(figure: Figure, panels: Sequence[Axes], solutions: Sequence[ContactResult | None]) -> None:
     """Pressure and film along the middle of both contacts."""
-    figure, panels = new_figure(5.0, 2)
     for axes, raceway, s in zip(panels, RACEWAYS, solutions, strict=True):
         finish(axes, "", "pressure [GPa]", f"{raceway} raceway")
         if s is None:
@@ -135,4 +139,3 @@ def central_lines(solutions: Sequence[ContactResult | None]) -> str:
         handles = [*axes.get_legend_handles_labels()[0], *right.get_legend_handles_labels()[0]]
         right.legend(handles=handles, loc="upper left", fontsize=SMALL)
     panels[-1].set_xlabel("along rolling [um], oil enters from the left")
-    return figure_address(figure, "svg")

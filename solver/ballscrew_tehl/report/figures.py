@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import wraps
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..calibration.measurements import packaged_measurements
 from ..friction.baselines import nsk_torque, zhou_torque
-from ..nut_map.plot import map_figure, scale
+from ..nut_map.plot import celsius, kilonewton, map_figure, scale
 from ..nut_map.trend import THICK
 from ..parameters.units import CELSIUS, RPM
 from ..runtime.packed import MECHANISTIC
@@ -66,12 +67,21 @@ def style() -> Iterator[None]:
         yield
 
 
-def new_figure(height: float = 3.4, rows: int = 1) -> tuple[Figure, Any]:
-    """A figure of WIDTH with its axes, one below the other."""
-    from matplotlib.figure import Figure
+def drawn(height: float = 3.4, rows: int = 1, kind: str = "svg") -> Callable[[Callable[..., None]], Any]:
+    """Makes of what draws in a figure of WIDTH, with its axes one below the other, what returns its address."""
 
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
-    return figure, figure.subplots(rows, 1)
+    def decorated(draw: Callable[..., None]) -> Callable[..., str]:
+        @wraps(draw)
+        def address(*content: Any) -> str:
+            from matplotlib.figure import Figure
+
+            figure = Figure(figsize=(WIDTH, height), layout="constrained")
+            draw(figure, figure.subplots(rows, 1), *content)
+            return figure_address(figure, kind)
+
+        return address
+
+    return decorated
 
 
 def finish(axes: Axes, xlabel: str, ylabel: str, title: str = "") -> None:
@@ -80,9 +90,9 @@ def finish(axes: Axes, xlabel: str, ylabel: str, title: str = "") -> None:
     axes.grid(alpha=0.3)
 
 
-def measured_against_computed(material: Material) -> str:
+@drawn(4.6)
+def measured_against_computed(figure: Figure, axes: Axes, material: Material) -> None:
     """Every measured torque of Tables 2 and 4 with the torques of the models; the chosen friction set."""
-    figure, axes = new_figure(4.6)
     tables = [t for t in material.tables[material.chosen.entry.name] if t.unit == "N.m"]
     highest = 1.08 * max(row.measured for table in tables for row in table.rows)
     axes.plot([0.0, highest], [0.0, highest], color="0.4", linewidth=1.0)
@@ -100,24 +110,23 @@ def measured_against_computed(material: Material) -> str:
     finish(axes, "measured torque [N m]", "computed torque [N m]")
     handles, labels = axes.get_legend_handles_labels()
     axes.legend(handles[::-1], labels[::-1], loc="upper left")
-    return figure_address(figure, "svg")
 
 
-def parts_over_speed(material: Material) -> str:
+@drawn(4.8)
+def parts_over_speed(figure: Figure, axes: Axes, material: Material) -> None:
     """Parts of the torque over speed, stacked, at a preload of the middle."""
     speed = material.lines.over_speed.x
-    figure, axes = _stacked(material, speed / RPM, middle(material.lines.over_speed.rows), speed)
+    _stack(figure, axes, material, speed / RPM, middle(material.lines.over_speed.rows), speed)
     over_log_speed(axes)
     finish(axes, "screw speed [r/min]", "friction torque [N m]")
-    return figure_address(figure, "svg")
 
 
-def parts_over_preload(material: Material) -> str:
+@drawn(4.8)
+def parts_over_preload(figure: Figure, axes: Axes, material: Material) -> None:
     """The same over preload at a speed of the middle."""
     preload = material.lines.over_preload.x
-    figure, axes = _stacked(material, preload / 1000.0, preload, middle(material.lines.over_preload.rows))
+    _stack(figure, axes, material, preload / 1000.0, preload, middle(material.lines.over_preload.rows))
     finish(axes, "preload [kN]", "friction torque [N m]")
-    return figure_address(figure, "svg")
 
 
 def middle(rows: Any) -> float:
@@ -136,21 +145,19 @@ def named_parts(material: Material, preload: Any, speed: Any) -> dict[str, Any]:
     return {"sliding": sliding, "hysteresis": hysteresis, "viscous": viscous}
 
 
-def _stacked(material: Material, x: Any, preload: Any, speed: Any) -> tuple[Figure, Axes]:
-    """Figure with the parts over x, from the bottom those that change least with speed."""
+def _stack(figure: Figure, axes: Axes, material: Material, x: Any, preload: Any, speed: Any) -> None:
+    """The parts over x, from the bottom those that change least with speed."""
     parts = named_parts(material, preload, speed)
-    figure, axes = new_figure(4.8)
     axes.stackplot(x, list(parts.values()), labels=list(parts), colors=[STACK[name] for name in parts])
     axes.set_xlim(x[0], x[-1])
     axes.set_ylim(0.0, 1.02 * float(np.sum(list(parts.values()), axis=0).max()))
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles[::-1], labels[::-1], loc="outside lower center")
-    return figure, axes
 
 
-def deviations(material: Material) -> str:
+@drawn(6.4)
+def deviations(figure: Figure, axes: Axes, material: Material) -> None:
     """Relative deviation of every computed torque from the measured one, by both friction sets and by the paper."""
-    figure, axes = new_figure(6.4)
     tables = {name: [t for t in found if t.unit == "N.m"] for name, found in material.tables.items()}
     first = next(iter(tables.values()))
     labels = [
@@ -174,16 +181,15 @@ def deviations(material: Material) -> str:
     axes.set_ylim(place[-1] + 0.6, place[0] - 0.6)
     finish(axes, "deviation from the measurement [%]", "")
     figure.legend(loc="outside upper center", ncols=1)
-    return figure_address(figure, "svg")
 
 
 def _draw(
     axes: Axes, lines: Lines, unit: float, labels: Sequence[str], colours: str, shift: float = 0.0
-) -> None:
-    """Lines with their intervals, dashed where their trend is marked; x over unit, less shift."""
+) -> list[Any]:
+    """Lines with their intervals, dashed where their trend is marked; x over unit, less shift; returns the colours."""
     marked = np.broadcast_to(lines.marked.unphysical, lines.torque.shape)
-    x = lines.x / unit - shift
-    for k, (label, colour) in enumerate(zip(labels, scale(colours, len(labels)), strict=True)):
+    x, shades = lines.x / unit - shift, scale(colours, len(labels))
+    for k, (label, colour) in enumerate(zip(labels, shades, strict=True)):
         axes.plot(x, np.where(marked[k], np.nan, lines.torque[k]), color=colour, linewidth=LINE, label=label)
         if marked[k].any():
             axes.plot(x, np.where(marked[k], lines.torque[k], np.nan), "--", color=colour, linewidth=LINE)
@@ -192,12 +198,13 @@ def _draw(
             ends = lines.band.low[k], lines.band.high[k]
             axes.fill_between(places, *ends, color=colour, alpha=0.22, linewidth=0.0)
     axes.set_ylim(bottom=0.0)
+    return shades
 
 
-def _legend(axes: Axes, title: str = "", room: float = 1.3) -> None:
+def _legend(axes: Axes, title: str = "") -> None:
     """A legend in the upper left, with room for it above the lines."""
     low, high = axes.get_ylim()
-    axes.set_ylim(low, room * high)
+    axes.set_ylim(low, 1.3 * high)
     axes.legend(title=title, loc="upper left", ncols=2)
 
 
@@ -211,136 +218,116 @@ def over_log_speed(axes: Axes) -> None:
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 
-def _kilonewton(forces: Any) -> list[str]:
-    return [f"{force / 1000.0:.3g} kN" for force in forces]
-
-
 def _rpm(speeds: Any) -> list[str]:
     return [f"{speed / RPM:.0f} r/min" for speed in speeds]
 
 
-def _celsius(temperatures: Any) -> list[str]:
-    return [f"{temperature - CELSIUS:.3g} C" for temperature in temperatures]
-
-
-def torque_over_speed(material: Material) -> str:
+@drawn(4.2)
+def torque_over_speed(figure: Figure, axes: Axes, material: Material) -> None:
     """One line per preload; measured torques as circles, else the catalogue torque at its speed."""
-    figure, axes = new_figure(4.2)
     lines = material.lines.over_speed
-    _draw(axes, lines, RPM, _kilonewton(lines.rows), "cividis")
-    colours = scale("cividis", len(lines.rows))
+    colours = _draw(axes, lines, RPM, [kilonewton(force) for force in lines.rows], "cividis")
     if material.measured:
-        for m in packaged_measurements(ASSUMED_TEMPERATURE):
-            for preload, colour in zip(lines.rows, colours, strict=True):
-                if m.preload == preload:
-                    axes.plot(m.speed / RPM, m.torque, "o", color=colour, markeredgecolor="black")
-        axes.plot([], [], "o", color="white", markeredgecolor="black", label="measured")
+        points = [(m.preload, m.speed / RPM, m.torque) for m in packaged_measurements(ASSUMED_TEMPERATURE)]
+        mark, label = "o", "measured"
     else:
         over_log_speed(axes)
-        for preload, colour in zip(lines.rows, colours, strict=True):
-            torque = nsk_torque(material.parameters.screw, preload)
-            axes.plot(CATALOGUE_RPM, torque, "D", color=colour, markeredgecolor="black")
-        axes.plot([], [], "D", color="white", markeredgecolor="black", label="catalogue")
+        torques = nsk_torque(material.parameters.screw, lines.rows)
+        points = [(f, CATALOGUE_RPM, T) for f, T in zip(lines.rows, torques, strict=True)]
+        mark, label = "D", "catalogue"
+    _mark(axes, points, lines.rows, colours, mark)
+    axes.plot([], [], mark, color="white", markeredgecolor="black", label=label)
     finish(axes, "screw speed [r/min]", "friction torque [N m]", f"oil at {lines.fixed - CELSIUS:.0f} C")
     _legend(axes, "preload")
-    return figure_address(figure, "svg")
 
 
-def torque_by_temperature(material: Material) -> str:
+def _mark(
+    axes: Axes, points: Sequence[tuple[float, float, float]], rows: Any, colours: Any, mark: str
+) -> None:
+    """Points, each the value of its line with x and y, in the colour of that line; those of no line are left out."""
+    for value, x, y in points:
+        for row, colour in zip(rows, colours, strict=True):
+            if abs(value / row - 1.0) < 1e-6:
+                axes.plot(x, y, mark, color=colour, markeredgecolor="black")
+
+
+@drawn(4.2)
+def torque_by_temperature(figure: Figure, axes: Axes, material: Material) -> None:
     """One line over speed per temperature."""
-    figure, axes = new_figure(4.2)
     lines = material.lines.by_temperature
-    _draw(axes, lines, RPM, _celsius(lines.rows), "plasma")
+    _draw(axes, lines, RPM, [celsius(T) for T in lines.rows], "plasma")
     over_log_speed(axes)
-    title = f"preload {lines.fixed / 1000:.3g} kN"
-    finish(axes, "screw speed [r/min]", "friction torque [N m]", title)
+    finish(axes, "screw speed [r/min]", "friction torque [N m]", f"preload {kilonewton(lines.fixed)}")
     _legend(axes, "oil")
-    return figure_address(figure, "svg")
 
 
-def torque_over_preload(material: Material) -> str:
+@drawn(4.2)
+def torque_over_preload(figure: Figure, axes: Axes, material: Material) -> None:
     """One line per speed, and the two formulas without speed."""
-    figure, axes = new_figure(4.2)
     lines, screw = material.lines.over_preload, material.parameters.screw
     formulas = [("NSK" if material.measured else "catalogue", nsk_torque, COLOURS[3])]
     if material.measured:
         formulas.append(("Zhou", zhou_torque, COLOURS[2]))
     for name, formula, colour in formulas:
         axes.plot(lines.x / 1000.0, formula(screw, lines.x), "-.", color=colour, label=name)
-    _draw(axes, lines, 1000.0, _rpm(lines.rows), "plasma")
+    colours = _draw(axes, lines, 1000.0, _rpm(lines.rows), "plasma")
     if material.measured:
-        colours = scale("plasma", len(lines.rows))
-        for m in packaged_measurements(ASSUMED_TEMPERATURE):
-            for speed, colour in zip(lines.rows, colours, strict=True):
-                if abs(m.speed / speed - 1.0) < 1e-6:
-                    axes.plot(m.preload / 1000.0, m.torque, "o", color=colour, markeredgecolor="black")
+        found = packaged_measurements(ASSUMED_TEMPERATURE)
+        _mark(axes, [(m.speed, m.preload / 1000.0, m.torque) for m in found], lines.rows, colours, "o")
     axes.set_xlim(left=0.0)
     finish(axes, "preload [kN]", "friction torque [N m]", f"oil at {lines.fixed - CELSIUS:.0f} C")
     _legend(axes)
-    return figure_address(figure, "svg")
 
 
-def torque_over_temperature(material: Material) -> str:
+@drawn()
+def torque_over_temperature(figure: Figure, axes: Axes, material: Material) -> None:
     """One line per speed."""
-    figure, axes = new_figure()
     lines = material.lines.over_temperature
     _draw(axes, lines, 1.0, _rpm(lines.rows), "plasma", CELSIUS)
-    finish(axes, "oil temperature [C]", "friction torque [N m]", f"preload {lines.fixed / 1000:.3g} kN")
+    finish(axes, "oil temperature [C]", "friction torque [N m]", f"preload {kilonewton(lines.fixed)}")
     _legend(axes)
-    return figure_address(figure, "svg")
 
 
-def film_over_speed(lines: FilmLines) -> str:
+def _over_speed_of_films(axes: Axes, lines: FilmLines, ylabel: str) -> None:
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter("{x:g}")
+    over_log_speed(axes)
+    finish(axes, "screw speed [r/min]", ylabel, f"preload {kilonewton(lines.preload)}")
+
+
+@drawn(4.4)
+def film_over_speed(figure: Figure, axes: Axes, lines: FilmLines) -> None:
     """Central films of both raceways and the least film over speed, one colour per temperature."""
-    figure, axes = new_figure(4.4)
-    rpm = lines.speed / RPM
-    drawn = (
-        ("central, screw", lines.central_screw, "-"),
-        ("central, nut", lines.central_nut, "--"),
-        ("minimum", lines.minimum, ":"),
-    )
     colours = scale("plasma", len(lines.temperatures))
-    for name, films, kind in drawn:
-        for film, colour in zip(films, colours, strict=True):
-            axes.plot(rpm, 1e9 * film, kind, color=colour, linewidth=LINE)
-        axes.plot([], [], kind, color="0.3", label=name)
-    for label, colour in zip(_celsius(lines.temperatures), colours, strict=True):
-        axes.plot([], [], color=colour, linewidth=5.0, label=label)
-    axes.set_yscale("log")
-    axes.yaxis.set_major_formatter("{x:g}")
-    over_log_speed(axes)
-    finish(
-        axes,
-        "screw speed [r/min]",
-        "least film over the balls [nm]",
-        f"preload {lines.preload / 1000:.3g} kN",
-    )
-    figure.legend(loc="outside lower center", ncols=3)
-    return figure_address(figure, "svg")
-
-
-def lambda_over_speed(lines: FilmLines) -> str:
-    """Lambda over speed, one line per temperature, with the limits of mixed and full film."""
-    figure, axes = new_figure(4.4)
-    for value, label, colour in zip(
-        lines.lambda_ratio,
-        _celsius(lines.temperatures),
-        scale("plasma", len(lines.temperatures)),
-        strict=True,
+    state = lines.state
+    for name, films, kind in (
+        ("central, screw", state.film_thickness_central_screw, "-"),
+        ("central, nut", state.film_thickness_central_nut, "--"),
+        ("minimum", state.film_thickness_min, ":"),
     ):
+        for film, colour in zip(films, colours, strict=True):
+            axes.plot(lines.speed / RPM, 1e9 * film, kind, color=colour, linewidth=LINE)
+        axes.plot([], [], kind, color="0.3", label=name)
+    for label, colour in zip(map(celsius, lines.temperatures), colours, strict=True):
+        axes.plot([], [], color=colour, linewidth=5.0, label=label)
+    _over_speed_of_films(axes, lines, "least film over the balls [nm]")
+    figure.legend(loc="outside lower center", ncols=3)
+
+
+@drawn(4.4)
+def lambda_over_speed(figure: Figure, axes: Axes, lines: FilmLines) -> None:
+    """Lambda over speed, one line per temperature, with the limits of mixed and full film."""
+    labels, colours = map(celsius, lines.temperatures), scale("plasma", len(lines.temperatures))
+    for value, label, colour in zip(lines.state.lambda_ratio, labels, colours, strict=True):
         axes.plot(lines.speed / RPM, value, color=colour, linewidth=LINE, label=label)
-    axes.set_yscale("log")
-    axes.yaxis.set_major_formatter("{x:g}")
-    over_log_speed(axes)
+    _over_speed_of_films(axes, lines, "lambda")
     axes.axhspan(*MIXED, color="0.85", zorder=0, label=f"{MIXED[0]:g} to {MIXED[1]:g}: mixed")
-    finish(axes, "screw speed [r/min]", "lambda", f"preload {lines.preload / 1000:.3g} kN")
     figure.legend(loc="outside lower center", ncols=2)
-    return figure_address(figure, "svg")
 
 
-def load_distribution(balls: BallLoads) -> str:
+@drawn()
+def load_distribution(figure: Figure, axes: Axes, balls: BallLoads) -> None:
     """Load of every ball of both nuts, one line per axial load."""
-    figure, axes = new_figure()
     for case, colour in zip(balls.cases, ("black", *COLOURS), strict=False):
         count = case.loads.Q_a.size
         label = f"{case.axial_load / 1000:.2f} kN"
@@ -353,31 +340,23 @@ def load_distribution(balls: BallLoads) -> str:
     axes.set_ylim(bottom=0.0)
     low, high = axes.get_ylim()
     axes.set_ylim(low, 1.15 * high)
-    finish(
-        axes,
-        f"ball, relieved {balls.words.side} left, loaded {balls.words.side} right",
-        "ball load [N]",
-        f"preload {balls.preload / 1000:.3g} kN",
-    )
-    axes.legend(title="axial load", loc="upper left")
-    return figure_address(figure, "svg")
-
-
-def nut_forces(balls: BallLoads) -> str:
-    """Axial forces of both nuts over the axial load, with the load at which the relieved nut is unloaded."""
-    figure, axes = new_figure()
     side = balls.words.side
-    for force, label, colour in zip(
-        balls.forces, (f"relieved {side}", f"loaded {side}"), COLOURS, strict=False
-    ):
-        axes.plot(balls.axial_loads / 1000.0, force / 1000.0, color=colour, linewidth=LINE, label=label)
+    finish(axes, f"ball, relieved {side} left, loaded {side} right", "ball load [N]",
+           f"preload {kilonewton(balls.preload)}")  # fmt: skip
+    axes.legend(title="axial load", loc="upper left")
+
+
+@drawn()
+def nut_forces(figure: Figure, axes: Axes, balls: BallLoads) -> None:
+    """Axial forces of both nuts over the axial load, with the load at which the relieved nut is unloaded."""
+    side = balls.words.side
+    for force, name, colour in zip(balls.forces, ("relieved", "loaded"), COLOURS, strict=False):
+        x, y = balls.axial_loads / 1000.0, force / 1000.0
+        axes.plot(x, y, color=colour, linewidth=LINE, label=f"{name} {side}")
     axes.axvline(balls.separation / 1000.0, color="0.4", linestyle=":", label=f"relieved {side} unloaded")
     axes.set_ylim(bottom=0.0)
-    finish(
-        axes, "axial load [kN]", f"axial force of the {side} [kN]", f"preload {balls.preload / 1000:.3g} kN"
-    )
+    finish(axes, "axial load [kN]", f"axial force of the {side} [kN]", f"preload {kilonewton(balls.preload)}")
     axes.legend(loc="upper left")
-    return figure_address(figure, "svg")
 
 
 def map_picture_address(material: Material) -> str:

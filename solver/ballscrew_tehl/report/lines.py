@@ -15,14 +15,13 @@ from ..mechanics import catalogue_preload
 from ..nut_map.contact_map import Array, ContactMap
 from ..nut_map.interval import map_interval, nearest
 from ..nut_map.trend import Trend, unphysical_trend
+from ..nut_map.workers import Progress
 from ..parameters.file import Parameters
 from ..parameters.identity import parameters_hash
 from ..parameters.units import CELSIUS, RPM, SHOWN
 from ..runtime.evaluate import NutMap
+from ..runtime.nut_law import DoubleNutState
 from ..runtime.packed import MECHANISTIC
-
-#: called with finished, total and the name of the step
-Progress = Callable[[int, int, str], None]
 
 #: speeds of lines over preload and temperature [rad/s]; only those within the map are drawn
 LINE_SPEEDS = tuple(rpm * RPM for rpm in (100.0, 500.0, 1000.0, 2500.0))
@@ -103,15 +102,12 @@ class Lines(NamedTuple):
 
 
 class FilmLines(NamedTuple):
-    """Films [m] and lambda over speed at one preload [N], one row per temperature [K]."""
+    """State of the nut over speed at one preload [N], one row per temperature [K]: its films and lambda."""
 
     speed: Array
     temperatures: Array
     preload: float
-    central_screw: Array
-    central_nut: Array
-    minimum: Array
-    lambda_ratio: Array
+    state: DoubleNutState
 
 
 class TorqueLines(NamedTuple):
@@ -187,8 +183,8 @@ def torque_lines(
     speed = np.geomspace(slowest, top, POINTS)
     force = np.linspace(max(axes["preload"][0], axes["force"][0]), preloads[-1], POINTS)
     preload = point.preload
-    interval = _Intervals(parameters, friction, contact_map, measured, progress)
-    interval.expect(len(preloads) + len(temperatures))
+    total = INTERVALS * (len(preloads) + len(temperatures))
+    interval = _Intervals(parameters, friction, contact_map, measured, progress, total)
 
     def lines(x: Array, rows: Array, fixed: float, at: Any, with_interval: bool) -> Lines:
         places = at(x, rows[:, None])
@@ -202,7 +198,9 @@ def torque_lines(
         lines(speed, temperatures, preload, lambda x, row: (preload, x, row), interval.mechanistic),
         lines(force, speeds, temperature, lambda x, row: (x, row, temperature), not interval.mechanistic),
         lines(np.linspace(cold, hot, POINTS), speeds, preload, lambda x, row: (preload, row, x), False),
-        _films(friction, speed, temperatures, preload),
+        FilmLines(
+            speed, temperatures, preload, friction.nut_map.evaluate(preload, speed, temperatures[:, None])
+        ),
         interval.at_point(point),
     )
 
@@ -217,16 +215,13 @@ class _Intervals:
         contact_map: ContactMap,
         measured: bool,
         progress: Progress,
+        total: int,
     ) -> None:
         self.mechanistic = friction.nut_map.law == MECHANISTIC
         self._measured = measured
         self._of = parameters, contact_map, friction.nut_map.header["axes"], friction.entry
         self._friction, self._progress = friction, progress
-        self._done = self._total = 0
-
-    def expect(self, rows: int) -> None:
-        """Lines that will have an interval."""
-        self._total = rows * INTERVALS
+        self._done, self._total = 0, total
 
     def band(self, x: Array, rows: Array, at: Callable[[Any, Any], tuple[Any, Any, Any]]) -> Band | None:
         """Interval of each line; at : x and row -> preload, speed, temperature."""
@@ -294,11 +289,3 @@ def _band_of_fit(
 def _is_measured_line(preload: float, speed: float) -> bool:
     """Whether Tables 2 and 4 of the paper lie on a line: at 1000 N, or at 100 r/min; what varies on it is NaN."""
     return preload == MEASURED_PRELOADS[0] or math.isclose(speed, LINE_SPEEDS[0])
-
-
-def _films(friction: Friction, speed: Array, temperatures: Array, preload: float) -> FilmLines:
-    state = friction.nut_map.evaluate(preload, speed, temperatures[:, None])
-    return FilmLines(
-        speed, temperatures, preload, state.film_thickness_central_screw, state.film_thickness_central_nut,
-        state.film_thickness_min, state.lambda_ratio,
-    )  # fmt: skip

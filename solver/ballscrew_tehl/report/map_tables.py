@@ -72,7 +72,7 @@ def _percent(share: float) -> str:
 
 def _marks(material: Material) -> list[tuple[str, str]]:
     """Marks on the lines of this page."""
-    lines, films = material.lines, material.lines.films
+    lines, state = material.lines, material.lines.films.state
     shares = {
         "over speed": lines.over_speed,
         "over speed by temperature": lines.by_temperature,
@@ -85,12 +85,13 @@ def _marks(material: Material) -> list[tuple[str, str]]:
         if (share := float(np.mean(of.marked.unphysical))) > 0.0
     ]
     rows = [("dashed lines of torque", ", ".join(found) or "none")]
-    thin = float(np.mean(films.minimum < MIN_FILM))
+    thin = float(np.mean(state.film_thickness_min < MIN_FILM))
     if thin > 0.0:
         rows.append(("films below a nanometre", f"{_percent(thin)} of the lines of the film; not solved, they continue "
                      "the films above"))  # fmt: skip
     thick = THICKEST_FILM * 0.5 * material.parameters.screw.ball_diameter
-    share = float(np.mean(np.maximum(films.central_screw, films.central_nut) > thick))
+    central = np.maximum(state.film_thickness_central_screw, state.film_thickness_central_nut)
+    share = float(np.mean(central > thick))
     if share > 0.0:
         rows.append(("films above a tenth of the ball radius", f"{_percent(share)} of the lines of the film; the "
                      "rolling loss is its lower bound there"))  # fmt: skip

@@ -6,14 +6,17 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from ..calibration.csv_table import read_rows
+from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.hertz import RACEWAYS
 from ..validation.section5 import printed_values
 from .claims import VERDICTS, Claim, verdict_on
-from .errata import errata
 from .material import Material, torque_of_contacts
 from .page import Html, element, table
 from .tables import percent_of, words
 
+#: where, what is printed, what is used instead, the effect with the packaged screw
+PACKAGED_ERRATA = PACKAGED_DATA / "zhao2023_errata.csv"
 #: name of a verdict -> its mark
 Verdict = Callable[[str], Html]
 
@@ -121,6 +124,7 @@ def traction_times(material: Material) -> str:
 
 
 def errata_table() -> Html:
-    """The errata with their effects."""
+    """The errata with their effects, in the order of the paper's equations, as the documentation has them."""
+    rows = [list(row.values()) for row in read_rows(PACKAGED_ERRATA)]
     caption = "Misprints and gaps of the paper, with their effect (set three parameter)"
-    return table("errata", caption, ["where", "printed", "used here", "effect"], errata(), text=True)
+    return table("errata", caption, ["where", "printed", "used here", "effect"], rows, text=True)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..nut_map.plot import scale
+from ..nut_map.plot import kilonewton, scale
 from ..parameters.units import RPM
 from ..physics.axial_stiffness import separation_deflection_load
 from ..physics.rating import STATIC_PRESSURE
-from .figures import LINE, figure_address, finish, new_figure
+from .figures import LINE, drawn, finish
 from .screw_numbers import ScrewNumbers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: field -> label of its axis, factor from SI
 QUANTITIES = {
@@ -29,10 +29,10 @@ QUANTITIES = {
 RIGID = ("axial_stiffness", "lost_motion")
 
 
-def over_axial_load(numbers: ScrewNumbers, name: str) -> str:
+@drawn()
+def over_axial_load(figure: Figure, axes: Axes, numbers: ScrewNumbers, name: str) -> None:
     """A field of QUANTITIES over the axial load, one line per preload; dots: the preload is released."""
     label, factor = QUANTITIES[name]
-    figure, axes = new_figure()
     values = factor * numbers.line(name)
     separation = numbers.line("separation_load")[:, 0]
     if name in RIGID:
@@ -41,17 +41,17 @@ def over_axial_load(numbers: ScrewNumbers, name: str) -> str:
     for preload, line, apart, colour in zip(
         numbers.preloads, values, separation / 1000.0, scale("cividis", len(values)), strict=True
     ):
-        axes.plot(x, line, color=colour, linewidth=LINE, label=f"{preload / 1000.0:.3g} kN")
+        axes.plot(x, line, color=colour, linewidth=LINE, label=kilonewton(preload))
         axes.plot(apart, np.interp(apart, x, line), "o", color=colour, markeredgecolor="black", markersize=5)
-    DETAILS.get(name, _from_zero)(axes)
+    if name == "life_turns":
+        axes.set_yscale("log")
+    elif name == "contact_pressure_max":
+        _with_static_pressure(axes)
+    else:
+        axes.set_ylim(bottom=0.0)
     finish(axes, "axial load [kN]", label)
     axes.set_xlim(x[0], x[-1])
     figure.legend(title="preload; dot: relieved side unloaded", loc="outside upper center", ncols=3)
-    return figure_address(figure, "svg")
-
-
-def _from_zero(axes: Axes) -> None:
-    axes.set_ylim(bottom=0.0)
 
 
 def _with_static_pressure(axes: Axes) -> None:
@@ -61,36 +61,23 @@ def _with_static_pressure(axes: Axes) -> None:
     axes.set_ylim(0.0, 1.08e-9 * STATIC_PRESSURE)
 
 
-def _logarithmic(axes: Axes) -> None:
-    axes.set_yscale("log")
-
-
-DETAILS: dict[str, Callable[[Any], None]] = {
-    "contact_pressure_max": _with_static_pressure,
-    "life_turns": _logarithmic,
-}
-
-
-def stiffness_over_preload(numbers: ScrewNumbers) -> str:
+@drawn()
+def stiffness_over_preload(figure: Figure, axes: Axes, numbers: ScrewNumbers) -> None:
     """Axial stiffness without axial load over the preload, with the preloads of the other figures."""
-    figure, axes = new_figure()
     preload, stiffness = numbers.preload_line
     axes.plot(preload / 1000.0, 1e-6 * stiffness, color="0.3", linewidth=LINE)
     for force, colour in zip(numbers.preloads, scale("cividis", len(numbers.preloads)), strict=True):
         at = np.interp(force, preload, 1e-6 * stiffness)
-        axes.plot(
-            force / 1000.0, at, "o", color=colour, markeredgecolor="black", label=f"{force / 1000.0:.3g} kN"
-        )
+        axes.plot(force / 1000.0, at, "o", color=colour, markeredgecolor="black", label=kilonewton(force))
     finish(axes, "preload [kN]", "axial stiffness [N/um]", "without axial load")
     axes.set_xlim(0.0, preload[-1] / 1000.0)
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="lower right")
-    return figure_address(figure, "svg")
 
 
-def efficiency_over_axial_load(numbers: ScrewNumbers) -> str:
+@drawn(4.0)
+def efficiency_over_axial_load(figure: Figure, axes: Axes, numbers: ScrewNumbers) -> None:
     """Efficiency both ways over the axial load, one colour per speed."""
-    figure, axes = new_figure(4.0)
     colours = scale("plasma", len(numbers.speeds))
     x = numbers.axial_loads / 1000.0
     for speed, driving, back, colour in zip(
@@ -102,7 +89,5 @@ def efficiency_over_axial_load(numbers: ScrewNumbers) -> str:
     axes.plot([], [], "--", color="0.3", label="nut drives")
     axes.set_xlim(x[0], x[-1])
     axes.set_ylim(0.0, 100.0)
-    point = numbers.point
-    finish(axes, "axial load [kN]", "efficiency [%]", f"preload {point.preload / 1000.0:.3g} kN")
+    finish(axes, "axial load [kN]", "efficiency [%]", f"preload {kilonewton(numbers.point.preload)}")
     figure.legend(loc="outside lower center", ncols=2)
-    return figure_address(figure, "svg")

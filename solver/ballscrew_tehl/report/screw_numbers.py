@@ -68,10 +68,13 @@ def screw_numbers(
         for share in AXIAL_SHARES
     )
     force = np.linspace(0.0, PRELOAD_END * float(preloads[-1]), PRELOADS)
-    driving, backdriving = _efficiencies(parameters, nut_map, point, axial_loads, speeds)
+    both = np.array([
+        [efficiency_at(parameters, nut_map, point, float(load), float(speed)) for load in axial_loads]
+        for speed in speeds
+    ])  # fmt: skip
     return ScrewNumbers(
         point, constants, preloads, axial_loads, lines, table,
-        (force, axial_stiffness(constants.stiffness, force)), speeds, driving, backdriving,
+        (force, axial_stiffness(constants.stiffness, force)), speeds, both[..., 0], both[..., 1],
     )  # fmt: skip
 
 
@@ -82,15 +85,3 @@ def efficiency_at(
     state = nut_map.evaluate(point.preload, speed, point.temperature, axial_load)
     found = efficiency(parameters.screw, axial_load, float(state.friction_torque))
     return (math.nan, math.nan) if found is None or not state.in_range else (found.driving, found.backdriving)
-
-
-def _efficiencies(
-    parameters: Parameters, nut_map: NutMap, point: OperatingPoint, axial_loads: Array, speeds: Array
-) -> tuple[Array, Array]:
-    both = np.array(
-        [
-            [efficiency_at(parameters, nut_map, point, float(load), float(speed)) for load in axial_loads]
-            for speed in speeds
-        ]
-    )
-    return both[..., 0], both[..., 1]

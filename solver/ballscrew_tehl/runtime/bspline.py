@@ -124,7 +124,7 @@ def map_arrays(
                  force_values : (n_force, 5), > 0, columns: packed.FORCE_CURVES
                  separation_ratio : (n_preload, 2), > 0: separation load over preload, axial load > 0 and < 0
                  relieved_share : (n_preload, n_share, 2): (force of relieved nut over preload)^(2/3), 1 .. 0
-    Returns      arrays for NutMap.from_arrays
+    Returns      arrays for NutMap
     Raises       ValueError: a value that must be positive is not
     """
     for name, array in (

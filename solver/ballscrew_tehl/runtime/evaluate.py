@@ -57,7 +57,7 @@ class NutMap:
     """
 
     def __init__(self, header: Mapping[str, Any], arrays: Mapping[str, Array]) -> None:
-        """Checked: MapError if the header or an array is not what the format says."""
+        """Header with the content_hash of packed.sealed, coefficient arrays; MapError if either is damaged."""
         arrays = {name: np.ascontiguousarray(array, dtype=np.float64) for name, array in arrays.items()}
         check(header, arrays)
         self.header: Mapping[str, Any] = header
@@ -80,11 +80,6 @@ class NutMap:
         # the same by the side of the axial load, > 0 first; lists are faster for the few numbers of one point
         self.separation_lists = self._separation.T.tolist()
         self.sharing_lists = self._sharing.transpose(2, 0, 1).tolist()
-
-    @classmethod
-    def from_arrays(cls, header: Mapping[str, Any], arrays: Mapping[str, Array]) -> "NutMap":
-        """Map of a header (with the content_hash of packed.sealed) and its coefficient arrays."""
-        return cls(header, arrays)
 
     @classmethod
     def from_npz(cls, path: Path | str) -> "NutMap":

@@ -149,7 +149,7 @@ def presliding_friction(
                  stiffness : held_stiffness;  damping : as in presliding_step
     """
     limits = element_limits(coulomb_torque, stiffness)
-    result = _step(before.states, speed, step or 0.0, coulomb_torque, stiffness, damping, limits)
+    result = presliding_step(before.states, speed, step or 0.0, coulomb_torque, stiffness, damping, limits)
     sign = result.torque / coulomb_torque if coulomb_torque > 0.0 else 0.0
     if step:
         return CoulombFriction(sign, result.heat / step, _held(result.states, limits, stiffness))
@@ -181,7 +181,13 @@ def presliding_power(states: States, speed: float, coulomb_torque: float, stiffn
 
 
 def presliding_step(
-    before: States, speed: float, step: float, coulomb_torque: float, stiffness: float, damping: float
+    before: States,
+    speed: float,
+    step: float,
+    coulomb_torque: float,
+    stiffness: float,
+    damping: float,
+    limits: States,
 ) -> PreslidingStep:
     """Elasto-slip elements over one step with the speed held: exact, passive for any step size.
 
@@ -191,25 +197,13 @@ def presliding_step(
                  stiffness : of all elements [N.m/rad], >= 0; 0 where there is no Coulomb torque
                  damping : of all elements [N.m.s/rad], >= 0, of those that stick their share; explicit coupling
                            with an inertia J needs it: stiffness < (damping/step)(1 - step damping/J)
+                 limits : element_limits of this torque and stiffness
     Returns      PreslidingStep; heat + change of the stored energy = work of the mean torque of the step
     Validity     the torque is that at the end of the step; it may point along the motion while the elements spring
                  back. It and the mean torque are limited to the Coulomb torque: at a reversal with 1000 rad/s2 the
                  damping alone would reach several times that. The work at the torque of the end is not less than at
                  the mean torque without damping, so that the limited law is passive at both.
     """
-    limits = element_limits(coulomb_torque, stiffness)
-    return _step(before, speed, step, coulomb_torque, stiffness, damping, limits)
-
-
-def _step(
-    before: States,
-    speed: float,
-    step: float,
-    coulomb_torque: float,
-    stiffness: float,
-    damping: float,
-    limits: States,
-) -> PreslidingStep:
     root = math.sqrt(stiffness / ELEMENTS)
     direction, travel = math.copysign(1.0, speed), abs(speed) * step
     way = direction * root * travel

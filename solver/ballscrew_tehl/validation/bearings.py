@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -10,6 +9,7 @@ from functools import cache
 from typing import NamedTuple
 
 from ..caged_bearing import CAGED, Bearing, BearingTorque, bearing
+from ..calibration.csv_table import read_rows
 from ..friction.mechanistic import nuts_powers
 from ..nut_map.workers import Progress
 from ..parameters.packaged_data import PACKAGED_DATA
@@ -17,6 +17,8 @@ from ..parameters.units import RPM
 from ..physics.supply import FLOODED
 from .bearing_formulas import houpert_rolling, palmgren_torque, skf_torque
 
+#: torques by the friction model of SKF
+SKF_TORQUE = PACKAGED_DATA / "skf_torque.csv"
 #: oil of the bearings, and its temperature [K]
 VISCOSITY_GRADE, BEARING_TEMPERATURE = 68, 313.15
 #: the law with other supplies of oil
@@ -92,16 +94,10 @@ class BearingPoint(NamedTuple):
         return self.skf_rolling + self.skf_sliding
 
 
-def rows_of(name: str) -> list[dict[str, str]]:
-    """Rows of a packaged CSV file by heading."""
-    with (PACKAGED_DATA / name).open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
-
-
 def operating_points() -> Iterator[Point]:
     """The data, then the other bearings."""
     known = {name.replace(" ", ""): name for name in BEARINGS}
-    for row in rows_of("skf_torque.csv"):
+    for row in read_rows(SKF_TORQUE):
         rolling, sliding = (1e-3 * float(row[f"skf_{part}_Nmm"]) for part in ("rolling", "sliding"))
         share, nu_n = float(row["axial_load_over_C"]), float(row["nu_n_mm2_s_r_min"])
         yield known[row["bearing"]], share, nu_n, (rolling, sliding)

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..calibration.fit import TorqueBasis, fit_values
 from ..calibration.measurements import Measurement, packaged_measurements
@@ -23,8 +22,6 @@ from ..parameters.file import Parameters
 from ..parameters.units import RPM
 from ..runtime.evaluate import NutMap
 from .tables import ASSUMED_TEMPERATURE, Evaluate
-
-Array = NDArray[np.float64]
 
 #: inferred, not printed: coefficients of friction over speed in the text on Fig. 16 of Zhao et al. (2023), on the scale
 #: that the measured 1 and 6 kN at 100 r/min fix, if their ends are 1 and 6 kN

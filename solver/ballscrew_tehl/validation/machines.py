@@ -13,23 +13,22 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
-
-import numpy as np
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from ..caged_bearing import bearing
+from ..calibration.csv_table import read_rows
 from ..friction.interval import torque_interval
 from ..friction.mechanistic import nuts_powers
 from ..friction.sets import default_friction_set
 from ..nut_map.atlas_only import AtlasContacts
 from ..nut_map.workers import Progress
 from ..parameters.file import Parameters, graded_oil, load_parameters
-from ..parameters.packaged_data import PACKAGED_VG100
+from ..parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ..parameters.units import CELSIUS, RPM
 from ..physics.lubricant import eta0
 from ..physics.supply import FLOODED
-from .bearings import BearingPoint, bearing_points, conformity_ratios, rows_of
+from .bearings import BearingPoint, bearing_points, conformity_ratios
 
 
 class GroovePoint(NamedTuple):
@@ -66,7 +65,7 @@ def groove_points(progress: Progress, rows: Sequence[Mapping[str, str]] = ()) ->
     """
     from scipy.optimize import brentq
 
-    oil, rows, found = graded_oil(68, 95.0), rows or rows_of("balan_rolling_torque.csv"), []
+    oil, rows, found = graded_oil(68, 95.0), rows or read_rows(PACKAGED_DATA / "balan_rolling_torque.csv"), []
     warm = float(brentq(lambda T: float(eta0(oil, T)) - GROOVE_VISCOSITY, 290.0, 350.0))
     for done, row in enumerate(rows):
         progress(done, len(rows), "balls in open grooves")
@@ -125,7 +124,7 @@ def screw_points(progress: Progress, oils: Sequence[int] = SCREW_OILS) -> list[S
 
 def rig_torques() -> dict[str, float]:
     """Torque of the two screws of the rig when new [N.m]."""
-    first = rows_of("xjtu_torque.csv")[0]
+    first = read_rows(PACKAGED_DATA / "xjtu_torque.csv")[0]
     return {name: float(first[f"{name}_Nm"]) for name in ("upper", "lower")}
 
 
@@ -143,32 +142,3 @@ def machines(progress: Progress) -> Machines:
     return Machines(
         bearing_points(progress), conformity_ratios(), groove_points(progress), screw_points(progress)
     )
-
-
-class Spread(NamedTuple):
-    """Of ratios: number, geometric mean, scatter factor exp(std ln), least and largest."""
-
-    points: int
-    mean: float
-    scatter: float
-    low: float
-    high: float
-
-
-def spread(ratios: Any) -> Spread:
-    """Spread of ratios (n,) > 0."""
-    ratios = np.asarray(ratios, dtype=float)
-    logs = np.log(ratios)
-    return Spread(
-        ratios.size, math.exp(logs.mean()), math.exp(logs.std()), float(ratios.min()), float(ratios.max())
-    )
-
-
-def exponents(points: list[BearingPoint], torque: Callable[[BearingPoint], float]) -> tuple[float, float]:
-    """Exponents of axial load and of nu n of a torque over points, with one level for each bearing."""
-    names = sorted({p.bearing for p in points})
-    columns = [
-        [math.log(p.axial_load), math.log(p.nu_n), *(p.bearing == name for name in names)] for p in points
-    ]
-    found = np.linalg.lstsq(np.array(columns, float), np.log([torque(p) for p in points]), rcond=None)[0]
-    return float(found[0]), float(found[1])

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .bearings import BEARINGS, CONFORMITY_NU_N, CONFORMITY_SHARE, NU_N, SHARES, BearingPoint
-from .machines import Machines, Spread, exponents, rig_torques, spread
+from .machines import Machines, rig_torques
 
 Torque = Callable[[BearingPoint], float]
+#: whether a point belongs to a set, by the name of the set
+Sets = Mapping[str, Callable[[Any], bool]]
 
-#: nu n [mm2/s r/min] up to which bearings of this size are run, and up to which the exponents are fitted
-USUAL_NU_N, EXPONENT_NU_N = 5e5, 1e5
-#: nu n from which on the film carries
-FILM_NU_N = 1e4
+#: nu n [mm2/s r/min] up to which bearings of this size are run, up to which the exponents are fitted, and from which on
+#: the film carries
+USUAL_NU_N, EXPONENT_NU_N, FILM_NU_N = 5e5, 1e5, 1e4
 #: rolling parts [N.m] by name
 ROLLING: dict[str, Torque] = {
     "law, film": lambda p: p.law.rolling,
@@ -32,102 +34,120 @@ TOTALS: dict[str, Torque] = {
     "Palmgren, oil mist": lambda p: p.total["palmgren_mist"],
     "Palmgren, oil bath": lambda p: p.total["palmgren_bath"],
 }
-#: sets of points by name
-POINTS: dict[str, Callable[[BearingPoint], bool]] = {
+POINTS: Sets = {
     f"data, nu n <= {USUAL_NU_N:g}": lambda p: p.in_data and p.nu_n <= USUAL_NU_N,
     "data, all": lambda p: p.in_data,
     "five other bearings": lambda p: not p.in_data,
 }
+REGIMES: Sets = {
+    f"nu n < {FILM_NU_N:g}": lambda p: p.nu_n < FILM_NU_N,
+    f"{FILM_NU_N:g} to {USUAL_NU_N:g}": lambda p: FILM_NU_N <= p.nu_n <= USUAL_NU_N,
+    "above": lambda p: p.nu_n > USUAL_NU_N,
+}
 
 
-def rolling_spreads(found: Machines) -> dict[str, dict[str, Spread]]:
-    """Rolling part over that of SKF: by law, by set of points."""
+class Spread(NamedTuple):
+    """Of ratios: number, geometric mean, scatter factor exp(std ln), least and largest."""
+
+    points: int
+    mean: float
+    scatter: float
+    low: float
+    high: float
+
+
+def spread(ratios: Any) -> Spread:
+    """Spread of ratios (n,) > 0."""
+    ratios = np.asarray(ratios, dtype=float)
+    logs = np.log(ratios)
+    return Spread(
+        ratios.size, math.exp(logs.mean()), math.exp(logs.std()), float(ratios.min()), float(ratios.max())
+    )
+
+
+def spreads(points: Sequence[Any], ratio: Callable[[Any], float], sets: Sets) -> dict[str, Spread]:
+    """Spread of a ratio over the points of each set."""
+    return {name: spread([ratio(p) for p in points if chosen(p)]) for name, chosen in sets.items()}
+
+
+def _over(top: Torque, bottom: Torque) -> Torque:
+    return lambda p: top(p) / bottom(p)
+
+
+def _equal(name: str, value: float) -> Callable[[Any], bool]:
+    return lambda p: getattr(p, name) == value
+
+
+def exponents(points: Sequence[BearingPoint], torque: Torque) -> tuple[float, float]:
+    """Exponents of axial load and of nu n of a torque over points, with one level for each bearing."""
+    names = sorted({p.bearing for p in points})
+    columns = [
+        [math.log(p.axial_load), math.log(p.nu_n), *(p.bearing == name for name in names)] for p in points
+    ]
+    found = np.linalg.lstsq(np.array(columns, float), np.log([torque(p) for p in points]), rcond=None)[0]
+    return float(found[0]), float(found[1])
+
+
+def tables(found: Machines) -> dict[str, Any]:
+    """All tables by name: bearings over SKF's friction model, grooves over the measurement, screws of the rig.
+
+    Ratios of rolling and total part as Spread by law and set of points, exponents (load, nu n) by law, totals by nu n
+    and load over rating as (least, largest), points whose total by SKF is inside the interval of the law as (hits, all)
+    """
+    bearings, torques = found.bearings, np.array([p.torque for p in found.screws])
+    at_nu_n = {f"{nu_n:g}": _equal("nu_n", nu_n) for nu_n in NU_N}
+    slow = [p for p in bearings if p.in_data and p.nu_n <= EXPONENT_NU_N]
+    by_load = {
+        nu_n: {f"{share:g} C": [p for p in bearings if at(p) and p.share == share] for share in SHARES}
+        for nu_n, at in at_nu_n.items()
+    }
+    balls = sorted({p.ball_diameter for p in found.grooves})
+    relative = np.median([(p.low / p.torque, p.high / p.torque) for p in found.screws], axis=0)
+    measured = rig_torques()
     return {
-        name: {
-            of: spread([torque(p) / p.skf_rolling for p in found.bearings if chosen(p)])
+        "rolling_over_skf": {
+            name: spreads(bearings, _over(torque, lambda p: p.skf_rolling), POINTS)
+            for name, torque in ROLLING.items()
+        },
+        "rolling_exponents": {
+            name: exponents(slow, torque)
+            for name, torque in ({"SKF": lambda p: p.skf_rolling} | ROLLING).items()
+        },
+        "sliding_over_skf": spreads(bearings, lambda p: p.law.sliding / p.skf_sliding, at_nu_n),
+        "total_over_skf": {
+            name: {
+                f"{of}, {regime}": ratios
+                for of, in_data in (("data", True), ("others", False))
+                for regime, ratios in spreads(
+                    [p for p in bearings if p.in_data is in_data], _over(torque, lambda p: p.skf), REGIMES
+                ).items()
+            }
+            for name, torque in TOTALS.items()
+        },
+        "total_by_load": {
+            nu_n: {
+                share: (min(ratios), max(ratios))
+                for share, points in by_share.items()
+                if (ratios := [p.law.total / p.skf for p in points])
+            }
+            for nu_n, by_share in by_load.items()
+        },
+        "inside_interval": {
+            of: (sum(p.law.low <= p.skf <= p.law.high for p in bearings if chosen(p)), sum(map(chosen, bearings)))
             for of, chosen in POINTS.items()
-        }
-        for name, torque in ROLLING.items()
-    }
-
-
-def sliding_spreads(found: Machines) -> dict[str, Spread]:
-    """Sliding part of the law over that of SKF, by nu n; all bearings."""
-    return {
-        f"{nu_n:g}": spread([p.law.sliding / p.skf_sliding for p in found.bearings if p.nu_n == nu_n])
-        for nu_n in NU_N
-    }
-
-
-def total_spreads(found: Machines) -> dict[str, dict[str, Spread]]:
-    """Total over that of SKF: by law, by set of points and regime."""
-    below, above = f"nu n < {FILM_NU_N:g}", f"{FILM_NU_N:g} to {USUAL_NU_N:g}"
-    regimes: dict[str, Callable[[BearingPoint], bool]] = {
-        below: lambda p: p.nu_n < FILM_NU_N,
-        above: lambda p: FILM_NU_N <= p.nu_n <= USUAL_NU_N,
-        "above": lambda p: p.nu_n > USUAL_NU_N,
-    }
-    return {
-        name: {
-            f"{of}, {regime}": spread([torque(p) / p.skf for p in found.bearings if chosen(p) and within(p)])
-            for of, chosen in (("data", POINTS["data, all"]), ("others", POINTS["five other bearings"]))
-            for regime, within in regimes.items()
-        }
-        for name, torque in TOTALS.items()
-    }
-
-
-def total_by_load(found: Machines) -> dict[str, dict[str, tuple[float, float]]]:
-    """Least and largest total of the law over that of SKF, by nu n and load over rating; all bearings."""
-    return {
-        f"{nu_n:g}": {
-            f"{share:g} C": (min(ratios), max(ratios))
-            for share in SHARES
-            if (ratios := [p.law.total / p.skf for p in found.bearings if (p.nu_n, p.share) == (nu_n, share)])
-        }
-        for nu_n in NU_N
-    }
-
-
-def inside_interval(found: Machines) -> dict[str, tuple[int, int]]:
-    """Points whose torque by SKF is inside the interval of the law, and all, by set of points."""
-    return {
-        of: (
-            sum(p.law.low <= p.skf <= p.law.high for p in found.bearings if chosen(p)),
-            sum(map(chosen, found.bearings)),
-        )
-        for of, chosen in POINTS.items()
-    }
-
-
-def rolling_exponents(found: Machines) -> dict[str, tuple[float, float]]:
-    """Exponents of load and nu n of the rolling part, data up to EXPONENT_NU_N."""
-    points = [p for p in found.bearings if p.in_data and p.nu_n <= EXPONENT_NU_N]
-    laws: dict[str, Torque] = {"SKF": lambda p: p.skf_rolling, **ROLLING}
-    return {name: exponents(points, torque) for name, torque in laws.items()}
-
-
-def screw_summary(found: Machines) -> dict[str, Any]:
-    """Torques of all plausible screws; medians of the ends of their intervals; how many of these hold a torque."""
-    torques = np.array([p.torque for p in found.screws])
-    relative = np.array([(p.low / p.torque, p.high / p.torque) for p in found.screws])
-    return {
-        "count": torques.size, "low": float(torques.min()), "median": float(np.median(torques)),
-        "high": float(torques.max()), "interval": np.median(relative, axis=0).tolist(),
-        "inside": {
-            name: sum(p.low <= measured <= p.high for p in found.screws)
-            for name, measured in rig_torques().items()
+        },
+        "conformities": found.conformities,
+        "open_grooves": spreads(
+            found.grooves, lambda p: p.flooded / p.measured,
+            {f"{d:g} mm": _equal("ball_diameter", d) for d in balls},
+        ),
+        "rig_screws": {
+            "count": torques.size, "low": float(torques.min()), "median": float(np.median(torques)),
+            "high": float(torques.max()), "interval": relative.tolist(),
+            "inside": {name: sum(p.low <= T <= p.high for p in found.screws) for name, T in measured.items()},
+            "measured": measured,
         },
     }  # fmt: skip
-
-
-def groove_spreads(found: Machines) -> dict[str, Spread]:
-    """Flooded rolling torque over the measured one, by ball diameter."""
-    balls = sorted({p.ball_diameter for p in found.grooves})
-    return {
-        f"{d:g} mm": spread([p.flooded / p.measured for p in found.grooves if p.ball_diameter == d])
-        for d in balls
-    }
 
 
 def machines_json(found: Machines) -> dict[str, Any]:
@@ -138,62 +158,61 @@ def machines_json(found: Machines) -> dict[str, Any]:
             return table._asdict()
         return {name: plain(entry) for name, entry in table.items()} if isinstance(table, dict) else table
 
-    tables = {
-        "rolling_over_skf": rolling_spreads(found), "rolling_exponents": rolling_exponents(found),
-        "sliding_over_skf": sliding_spreads(found), "total_over_skf": total_spreads(found),
-        "total_by_load": total_by_load(found), "inside_interval": inside_interval(found),
-        "conformities": found.conformities, "open_grooves": groove_spreads(found),
-        "rig_screws": screw_summary(found) | {"measured": rig_torques()},
-    }  # fmt: skip
-    return {name: plain(table) for name, table in tables.items()} | {
+    return plain(tables(found)) | {
         "bearings": [p._asdict() | {"law": p.law._asdict()} for p in found.bearings],
         "grooves": [p._asdict() for p in found.grooves],
         "screws": [p._asdict() for p in found.screws],
     }
 
 
-def _line(name: str, spreads: list[Spread]) -> str:
+#: headings of a Spread
+MEANS = f"{'mean':>8}{'scat.':>6}{'range':>14}"
+
+
+def _line(name: str, *each: Spread) -> str:
     return f"  {name:34}" + "".join(
-        f"{s.mean:8.2f}{s.scatter:6.2f}{s.low:7.2f} to {s.high:5.2f}" for s in spreads
+        f"{s.mean:8.2f}{s.scatter:6.2f}{s.low:7.2f} to {s.high:5.2f}" for s in each
     )
+
+
+def _by_set(table: Mapping[str, Mapping[str, Spread]], beginning: str = "") -> list[str]:
+    """Lines of a table of spreads by law and set, of the sets whose names begin so."""
+    names = [of for of in next(iter(table.values())) if of.startswith(beginning)]
+    return [
+        f"{'':36}" + "".join(f"{of:>28}" for of in names),
+        f"{'':36}" + MEANS * len(names),
+        *(_line(law, *(by[of] for of in names)) for law, by in table.items()),
+    ]
 
 
 def machines_text(found: Machines) -> str:
     """All tables."""
-    rolling, total, width = rolling_spreads(found), total_spreads(found), 28
-    heads = f"{'':36}" + "".join(f"{'mean':>8}{'scat.':>6}{'range':>14}" for _ in range(3))
-    inside = inside_interval(found)
+    all_, others = tables(found), ", ".join(name for name, of in BEARINGS.items() if not of.in_data)
+    by_load, inside, screws = (all_[name] for name in ("total_by_load", "inside_interval", "rig_screws"))
+    low, high = screws["interval"]
     lines = [
         "Bearings under an axial load, ISO VG 68 at 40 C, over SKF's friction model. Nothing is fitted to them.",
-        "mean: geometric; scat.: exp(standard deviation of ln). Others: " + ", ".join(
-            name for name, of in BEARINGS.items() if not of.in_data) + ", ratings",
+        f"mean: geometric; scat.: exp(standard deviation of ln). Others: {others}, ratings",
         "and limiting speeds from memory; balls of all bearings from their ratings.",
         "",
         "Rolling part over SKF's",
-        f"{'':36}" + "".join(f"{of:>{width}}" for of in POINTS),
-        heads,
-        *(_line(name, list(by.values())) for name, by in rolling.items()),
+        *_by_set(all_["rolling_over_skf"]),
         "",
         f"Exponents of the rolling part, data with nu n <= {EXPONENT_NU_N:g}: load, nu n",
-        *(f"  {name:34}{load:8.2f}{speed:6.2f}" for name, (load, speed) in rolling_exponents(found).items()),
+        *(f"  {law:34}{load:8.2f}{speed:6.2f}" for law, (load, speed) in all_["rolling_exponents"].items()),
         "",
         "Sliding part of the law over SKF's, all bearings",
-        f"  {'nu n':34}{'mean':>8}{'scat.':>6}{'range':>14}",
-        *(_line(nu_n, [s]) for nu_n, s in sliding_spreads(found).items()),
+        f"  {'nu n':34}{MEANS}",
+        *(_line(*of) for of in all_["sliding_over_skf"].items()),
         "",
         "Total over SKF's, without drag",
-    ]  # fmt: skip
-    for of in ("data", "others"):
-        columns = [key for key in next(iter(total.values())) if key.startswith(of + ",")]
-        lines += [f"{'':36}" + "".join(f"{key:>{width}}" for key in columns), heads]
-        lines += [_line(name, [by[key] for key in columns]) for name, by in total.items()]
-    by_load = total_by_load(found)
-    lines += [
+        *_by_set(all_["total_over_skf"], "data,"),
+        *_by_set(all_["total_over_skf"], "others,"),
         "",
         "Total of the law over SKF's by nu n and load over dynamic rating, all bearings",
         f"  {'nu n':8}" + "".join(f"{of:>16}" for of in by_load[f"{NU_N[0]:g}"]),
         *(
-            f"  {nu_n:8}" + "".join(f"{low:8.2f} to {high:4.2f}" for low, high in by.values())
+            f"  {nu_n:8}" + "".join(f"{least:8.2f} to {most:4.2f}" for least, most in by.values())
             for nu_n, by in by_load.items()
         ),
         "  SKF's total inside the interval of the law: "
@@ -208,18 +227,16 @@ def machines_text(found: Machines) -> str:
         ),
         "",
         "Three balls between open grooves (Balan et al. 2015): rolling torque, flooded, over the measured one",
-        f"  {'ball':34}{'mean':>8}{'scat.':>6}{'range':>14}",
-        *(_line(ball, [s]) for ball, s in groove_spreads(found).items()),
+        f"  {'ball':34}{MEANS}",
+        *(_line(*of) for of in all_["open_grooves"].items()),
         "",
-    ]
-    screws, measured = screw_summary(found), rig_torques()
-    low, high = screws["interval"]
-    lines += [
         "New ball screws of a degradation rig: lead 8 mm, preload 1500 N, 100 r/min; else unknown",
-        "  measured " + " and ".join(f"{torque:.4f}" for torque in measured.values()) + " N.m",
+        "  measured " + " and ".join(f"{torque:.4f}" for torque in screws["measured"].values()) + " N.m",
         f"  law of {screws['count']} double nuts that they could be: {screws['low']:.3f} to {screws['high']:.3f}, "
         f"median {screws['median']:.3f} N.m; interval {low:.2f} to {high:.2f} times the torque",
-        *(f"  {measured[name]:.4f} N.m is inside the interval of {hits} of {screws['count']}"
-          for name, hits in screws["inside"].items()),
-    ]  # fmt: skip
+        *(
+            f"  {screws['measured'][name]:.4f} N.m is inside the interval of {hits} of {screws['count']}"
+            for name, hits in screws["inside"].items()
+        ),
+    ]
     return "\n".join(lines)

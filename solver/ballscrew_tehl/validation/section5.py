@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
+from ..calibration.csv_table import read_rows
 from ..contact import ContactResult, SolverOptions, ball_conditions, solve
 from ..parameters.file import Parameters, changed
 from ..parameters.packaged_data import PACKAGED_DATA
@@ -58,8 +58,7 @@ class ContactRow(NamedTuple):
 
 def printed_values() -> list[dict[str, str]]:
     """Rows of the paper: quantity, screw, nut, unit, note."""
-    text = (PACKAGED_DATA / "zhao2023_section5_contact.csv").read_text(encoding="utf-8")
-    return list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+    return read_rows(PACKAGED_DATA / "zhao2023_section5_contact.csv")
 
 
 def _solve(parameters: Parameters, raceway: str, options: SolverOptions) -> ContactResult:

@@ -9,12 +9,12 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..calibration.measurements import Measurement
 from ..friction.sets import FrictionSet
 from ..parameters.file import Parameters
 from ..parameters.units import RPM
+from ..physics.ball_law import Array
 from ..physics.kinematics import entrainment_speed
 from ..physics.load import nut_loads
 from ..runtime.evaluate import NutMap
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 #: parts from the bottom of the stack with their colours (Okabe & Ito)
 PARTS = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from argparse import Namespace
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,12 +25,13 @@ if TYPE_CHECKING:
 
 
 class _Axis(NamedTuple):
-    """Numbers of the options: those of IDENTIFY_OPTIONS, lead of the screw [m/rad], the law; None: not given."""
+    """The options: numbers of IDENTIFY_OPTIONS, lead of the screw [m/rad], law, None: not given; headings by signal."""
 
     given: dict[str, float | None]
     lead: float | None
     law: Law | None
     progress: Progress
+    columns: Mapping[str, str] = {}
 
     @property
     def known(self) -> float:
@@ -43,7 +45,9 @@ class _Axis(NamedTuple):
 def run_identify(args: Namespace) -> int:
     """Fit of a log, its friction and preload, and the files that are wanted."""
     from ...identification import output
+    from ...identification.log_units import stated_columns
 
+    columns = stated_columns(args.column)
     given = {
         quantity.name: None if getattr(args, quantity.name) is None
         else quantity.checked(quantity.option, getattr(args, quantity.name))
@@ -51,7 +55,7 @@ def run_identify(args: Namespace) -> int:
     }  # fmt: skip
     _check(args, given)
     with progress_bar(QUIET) as progress:
-        axis = _axis(args, given, progress)
+        axis = _axis(args, given, progress)._replace(columns=columns)
         found = _identified(args.log, axis)
         data = output.identified_data(found)
         friction, curve, other = None, None, _without_nut(args, axis)
@@ -135,6 +139,7 @@ def _identified(path: str, axis: _Axis) -> Identified:
     from ...identification.dynamics import identify
     from ...identification.log_file import read_log
     from ...identification.motion import TRAVEL, TRAVEL_ANGLE
+    from ...identification.plausible import check_units
     from ...identification.signals import Drive, signals_of
 
     given = axis.given
@@ -142,7 +147,9 @@ def _identified(path: str, axis: _Axis) -> Identified:
     # a log may have both: the one whose option is given is meant
     options = {"current": drive.torque_constant, "voltage": drive.gain}
     wanted = [name for name, value in options.items() if value is not None]
-    signals = signals_of(read_log(path, axis.progress, wanted), drive)
+    log = read_log(path, axis.progress, wanted, axis.columns)
+    signals = signals_of(log, drive)
+    check_units(log, signals, None if axis.law is None else axis.law.nut_map)
     inertia = given["inertia_kgm2"] if signals.rotary else given["mass_kg"]
     other = given["mass_kg"] if signals.rotary else given["inertia_kgm2"]
     if other is not None:

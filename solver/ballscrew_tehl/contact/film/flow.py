@@ -91,21 +91,8 @@ def cumulative(f, dz, out):
 
 
 @kernel
-def layer_weights(n):
-    """Weights (n+1,) of the integral from 0 to 1 that `cumulative` ends with; all positive."""
-    w = np.empty(n + 1)
-    unit, out = np.zeros(n + 1), np.empty(n + 1)
-    for k in range(n + 1):
-        unit[k] = 1.0
-        cumulative(unit, 1.0 / n, out)
-        w[k] = out[n]
-        unit[k] = 0.0
-    return w
-
-
-@kernel
 def cumulative_matrix(n):
-    """Matrix (n+1, n+1) of `cumulative` on the unit interval; its last row is layer_weights."""
+    """Matrix (n+1, n+1) of `cumulative` on the unit interval; its last row has the weights of the integral to 1."""
     out = np.empty((n + 1, n + 1))
     unit = np.zeros(n + 1)
     column = np.empty(n + 1)
@@ -275,7 +262,7 @@ def film_flow(oil, x, p, h, t, speeds, flow):
     ny, nx = p.shape
     n = t.shape[2] - 1
     dz = 1.0 / n
-    weights = layer_weights(n)
+    weights = cumulative_matrix(n)[n]
     du = speeds.u_b - speeds.u_a
     eta, rho, e, f_x, f_y, u, v = np.empty((7, n + 1))
     for j in range(ny):

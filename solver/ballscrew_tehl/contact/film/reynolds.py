@@ -21,23 +21,20 @@ from scipy.special import elliprd
 from ...physics.hertz import ratio_of_axes
 from ..half_space.deflection import LineConvolution, deflection_operator
 from ..half_space.dry import dry_contact
-from ..half_space.grid import TINY, Array, Grid, graded_grid, uniform_grid
+from ..half_space.grid import TINY, Array, Grid, graded_grid
 from . import kernels
 from .linear import LinearSystem, LineFactors, factor_lines, gmres
 from .transport import HeatTransport
 
 TARGET_LOAD = 2.0 * np.pi / 3.0
-# "moved to": measured on five to nine contacts (rolling, circles, thick and thin films, a hot inlet, shear thinning);
-# all converge, and their films change by less than 2e-4. Before temperatures followed the pressure; not repeated since.
-# "16 contacts": measured since, on both kinematics, 5 to 98 N, 300 to 4500 rpm.
+# Effects of the numbers below: tests/benchmarks/constant_effects.py. "16 contacts": of both kinematics, 5 to 98 N, 300
+# to 4500 rpm.
 #: deepest pressure of an iterate, as a share of its largest: bounds the negative load of cavitated nodes; the penalty
 #: that holds them is stiff in inverse proportion
 LEAST_PRESSURE = 1e-6
-#: factor of the penalty over the wedge flux and the conductance of a cavitated node; moved to 100: 11 % more Newton
-#: steps, to 3: 2 % fewer
+#: factor of the penalty over the wedge flux and the conductance of a cavitated node
 PENALTY = 10.0
-#: largest pressure change of one Newton step, relative to p_max or to the largest pressure if that is lower; moved to
-#: 0.1 or 1: 5 % more Newton steps
+#: largest pressure change of one Newton step, relative to p_max or to the largest pressure if that is lower
 STEP_LIMIT = 0.3
 #: relative residual at which GMRES ends; 16 contacts: an eighth fewer Newton steps than at 0.02, for with factors of an
 #: earlier state small residuals hide large errors of the pressure; and its most iterations
@@ -51,17 +48,14 @@ RENEW_ABOVE = 0.05
 #: iterations with factors that leave out the heat carried along the lines, after which it is put in
 MOST_KRYLOV_STILL = 24
 #: a step turns back if its projection on the last one is below -TURN of it; steps alternate if two of the last four
-#: turned back and the last is above ALTERNATING times the least of three; TURN moved to 0.9: 5 % more Newton steps,
-#: ALTERNATING moved to 0.2 or 0.9: no effect
+#: turned back and the last is above ALTERNATING times the least of three
 TURN, ALTERNATING = 0.5, 0.5
-#: smallest share of its fluidity that a node keeps in one Newton step; moved to 0.3: 4 % more Newton steps, to 0.01: no
-#: effect
+#: smallest share of its fluidity that a node keeps in one Newton step
 LEAST_FLUIDITY = 0.05
 #: the edge of cavitation is settled at nodes below this pressure, relative to the largest, and above this share of the
-#: flow in the diagonal of the node; sweeps for it. Moved to 0.004 or 0.1, and to 20 sweeps: no effect
+#: flow in the diagonal of the node; sweeps for it
 EDGE_PRESSURE, EDGE_FLOW_SHARE, EDGE_SWEEPS = 0.02, 0.9, 100
-#: share of the expected film below which the flow is that of a lifted gap while iterating; moved to 0.05 or 0.5: no
-#: effect
+#: share of the expected film below which the flow is that of a lifted gap while iterating
 FLOOR_SHARE = 0.2
 #: Newton steps after which a patient solve goes over to pseudo time
 NEWTON_STEPS = 30
@@ -73,8 +67,7 @@ PSEUDO_CHANGE = 0.3
 HELD_ABOVE = 50.0
 #: largest change of ln(film) between two held approaches of a thick film
 THICK_STEP = 1.5
-#: film [b^2/R_x] above which it is thicker than the flattening of the bodies; moved to 0.5: 5 % fewer Newton steps, to
-#: 8: no effect
+#: film [b^2/R_x] above which it is thicker than the flattening of the bodies
 THICK_FILM = 2.0
 #: load error, relative, that a converged solution may have
 LOAD_TOLERANCE = 1e-4
@@ -89,18 +82,16 @@ class GridChoice:
     n_y lines over the half plane Y >= 0; open_side: the film goes on beyond them.
     """
 
-    x_in: float = -2.5
-    x_out: float = 1.5
-    y_max: float = 1.5
-    n_x: int = 129
-    n_y: int = 17
-    inlet: float | None = None
+    x_in: float
+    x_out: float
+    y_max: float
+    n_x: int
+    n_y: int
+    inlet: float
     open_side: bool = False
 
     def build(self) -> Grid:
-        """The grid; uniform without an inlet length."""
-        if self.inlet is None:
-            return uniform_grid(self.x_in, self.x_out, self.y_max, self.n_x, self.n_y, self.open_side)
+        """The grid."""
         return graded_grid(self.x_in, self.x_out, self.y_max, self.n_x, self.n_y, self.inlet, self.open_side)
 
     def halved(self) -> GridChoice | None:
@@ -145,8 +136,6 @@ class NewtonHistory:
     change: list[float] = field(default_factory=list)
     load_error: list[float] = field(default_factory=list)
     krylov: list[int] = field(default_factory=list)
-    deflections: int = 0
-    factorisations: int = 0
     converged: bool = False
     finite: bool = True
     reason: str = "not started"
@@ -163,8 +152,6 @@ class NewtonHistory:
         """Append the steps of a later part of the same solve."""
         for name in ("residual", "change", "load_error", "krylov"):
             getattr(self, name).extend(getattr(later, name))
-        self.deflections += later.deflections
-        self.factorisations += later.factorisations
         self.converged, self.finite, self.reason = later.converged, later.finite, later.reason
 
 
@@ -457,13 +444,11 @@ def _linear_step(
         for carried, most in (*still, (True, MOST_KRYLOV)):
             if not factor_lines(system, factors, carried):
                 raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
-            history.factorisations += 1
             again, left = gmres(system, factors, rhs, KRYLOV_TOLERANCE, most, delta)
             used += again
             if left <= KRYLOV_TOLERANCE:
                 break
     history.krylov.append(used)
-    history.deflections += used + 1
     return delta, factors
 
 

@@ -11,6 +11,8 @@ from .grid import Array, Grid
 LEAST_NODES = 40
 #: growth of the width until that many nodes are under pressure
 WIDENING = 1.5
+#: change of pressure [p_max] that ends the iteration, and its most steps
+TOLERANCE, MOST_STEPS = 1e-10, 400
 
 
 def dry_contact(
@@ -18,8 +20,6 @@ def dry_contact(
     undeformed: Array,
     deflection: LineConvolution,
     load: float,
-    tolerance: float = 1e-10,
-    max_steps: int = 400,
 ) -> tuple[Array, float]:
     """Pressure >= 0 and approach with gap = 0 under pressure and >= 0 elsewhere, for a given load.
 
@@ -44,7 +44,7 @@ def dry_contact(
     direction = np.zeros_like(p)
     g_old, fresh = 1.0, 0.0
     h_0 = 0.0
-    for _ in range(max_steps):
+    for _ in range(MOST_STEPS):
         contact = p > 0.0
         gap = undeformed + deflection(p)
         h_0 = -float(np.sum((weights * gap)[contact]) / np.sum(weights[contact]))
@@ -63,7 +63,7 @@ def dry_contact(
         p_new *= load / np.sum(weights * p_new)
         change = float(np.max(np.abs(p_new - p)))
         p = p_new
-        if not change > tolerance:
+        if not change > TOLERANCE:
             break
     gap = undeformed + deflection(p)
     return p, -float(gap[p > 0.0].mean())

@@ -80,13 +80,6 @@ class Grid:
         return weights
 
 
-def uniform_grid(
-    x_in: float, x_out: float, y_max: float, n_x: int, n_y: int, open_side: bool = False
-) -> Grid:
-    """Uniform grid over x_in..x_out [b] and 0..y_max [a]."""
-    return Grid(np.linspace(x_in, x_out, n_x), np.linspace(0.0, y_max, n_y), open_side)
-
-
 def _bump(x: Array, centre: float, half_width: float) -> Array:
     """Smooth plateau of height 1, about 2*half_width wide."""
     return 1.0 / (1.0 + np.abs((x - centre) / half_width) ** 6)
@@ -99,7 +92,7 @@ def _nodes(fine: Array, density: Array, n: int) -> Array:
 
 
 def graded_grid(
-    x_in: float, x_out: float, y_max: float, n_x: int, n_y: int, inlet: float = 0.1, open_side: bool = False
+    x_in: float, x_out: float, y_max: float, n_x: int, n_y: int, inlet: float, open_side: bool = False
 ) -> Grid:
     """Grid refined where the film forms and where it leaves.
 
