@@ -34,3 +34,7 @@ def __getattr__(name: str) -> Any:
     from pkgutil import resolve_name
 
     return resolve_name(f"{__name__}.{_PLACES[name]}")
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]
