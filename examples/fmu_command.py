@@ -30,7 +30,7 @@ def no_fmu(path: Path) -> str:
     if zipfile.is_zipfile(path):
         return ""
     problem = "is no FMU" if path.exists() else "not found"
-    return f"{path} {problem}; run build_fmu.py first, or name an FMU with --fmu"
+    return f"{path} {problem}; run ballscrew build first, or name an FMU with --fmu"
 
 
 def run_with_fmu(

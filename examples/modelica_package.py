@@ -30,8 +30,7 @@ from rich.console import Console
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, PLATFORMS, WARNINGS, BuildError, find_compiler
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
 from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
-from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl import load_map, load_screw
 
 NAME = "BallScrewFriction"
 SOURCE = Path(__file__).resolve().parent / "modelica" / NAME
@@ -119,14 +118,16 @@ def main(arguments: list[str] | None = None) -> int:
     parser = Parser(
         prog="modelica_package.py", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    parser.add_argument("--screw", metavar="FILE.toml", help="screw file; default: the packaged GD4008-3")
+    parser.add_argument(
+        "--screw", metavar="FILE.toml", help="screw file; default: that in the map, or the packaged GD4008-3"
+    )
     parser.add_argument("--map", metavar="FILE", help="map of this screw; default: the packaged one")
     parser.add_argument(
         "--output", type=Path, default=OUTPUT, help="folder to write to; default: %(default)s"
     )
     options = parser.parse_args(arguments)
     try:
-        nut_map = load_map(options.map, load_parameters(options.screw))
+        nut_map = load_map(options.map, load_screw(options.screw) if options.screw else None)
         with Console(stderr=True).status("compiling the library"):
             package = assemble(nut_map, options.output)
     except (OSError, ValueError, BuildError) as error:

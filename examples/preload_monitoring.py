@@ -6,7 +6,7 @@
 Once per shift a batch of measurements is taken while the axis moves without load. Synthetic here: torque of
 the packaged map at a random speed and temperature, then 2 % noise (standard deviation) on torque, on speed and
 on the temperature in degrees Celsius, all independent. With real measurements the map must be calibrated
-(`python -m ballscrew_tehl calibrate`), and its remaining error is systematic and not part of the intervals here.
+(`ballscrew calibrate`), and its remaining error is systematic and not part of the intervals here.
 
 Preload of a batch: that at which the mean torque of the map over the batch equals the mean measured torque
 (torque.preload_from_torque). Its interval by the delta method: with s the scatter of the relative residuals
@@ -34,9 +34,8 @@ from matplotlib.figure import Figure
 from scipy.stats import t as student
 
 from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_tehl import load_map
 from ballscrew_tehl.friction.torque import preload_from_torque
-from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 
@@ -163,7 +162,7 @@ def main(screw: NutMap | None = None, lives: int = 8, seed: int = 1) -> dict[str
                  detected: share of wearing lives with an alarm after the loss began; loss_at_alarm_percent: median;
                  false_alarms: over `healthy_batches`; false_alarm_length: of the formula; shown: one wearing life
     """
-    screw = screw or load_map(None, load_parameters())
+    screw = screw or load_map()
     random = np.random.default_rng(seed)
     course = wearing()
     healthy = int(np.argmax(course < course[0]))
@@ -227,7 +226,7 @@ def compared_with_fmu(fmu: Any, screw: NutMap | None = None, seed: int = 1) -> d
     Returns      difference_percent: root mean square of their difference over the preload; deviation_percent: of a
                  batch by the FMU from the true preload, root mean square; stated_percent: by its half-widths
     """
-    screw = screw or load_map(None, load_parameters())
+    screw = screw or load_map()
     random = np.random.default_rng(seed)
     course = wearing()
     batches = [measure(screw, float(preload), random) for preload in course]

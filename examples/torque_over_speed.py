@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 from fmu_command import run_and_plot
 
+from ballscrew_tehl import load_map
 from ballscrew_tehl.calibration.measurements import packaged_measurements
-from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.units import RPM
 
 PRELOADS = (1000.0, 2000.0, 4000.0, 6000.0)  # N
@@ -18,7 +17,7 @@ TEMPERATURE = 303.0  # K
 
 def main() -> dict[str, np.ndarray]:
     """Torque [N.m] (preload, speed) over screw speed [r/min] from the map, and the measured points."""
-    nut_map = load_map(None, load_parameters())
+    nut_map = load_map()
     rpm = np.geomspace(10.0, 3000.0, 200)
     torque = []
     for preload in PRELOADS:

@@ -57,7 +57,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "reference/index.md": start_page(),
         **{room.page: room_page(room) for room in rooms()},
         "torque_parts.png": picture,
-        "report.html": made("report", "ballscrew_tehl", "report"),
+        "report.html": made("report", "ballscrew_fmu.command", "report"),
         "live.html": made("live", "ballscrew_fmu", "page", "--friction", "mechanistic"),
     }
     for path in sorted((DOCS / "notebooks").glob("*.ipynb")):

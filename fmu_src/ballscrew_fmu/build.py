@@ -55,11 +55,11 @@ def read_inputs(
 ) -> Inputs:
     """Parameters and their nut map. Its header has start values and provenance of the friction parameters.
 
-    Parameters   friction : name of a packaged set or file of calibrate --output; mechanistic without a screw takes the
-                 GD4008-3 with an oil ISO VG 100
+    Parameters   friction : name of a packaged set or file of ballscrew calibrate --output; mechanistic without
+                 a screw and a map takes the GD4008-3 with an oil ISO VG 100
     Raises       ValueError or OSError: invalid input, with a message of one line
     """
-    chosen = chosen_of(Namespace(screw=screw, kinematics=kinematics, friction=friction))
+    chosen = chosen_of(Namespace(screw=screw, map=map_file, kinematics=kinematics, friction=friction))
     nut_map = load_map(map_file, chosen.parameters, chosen.of_file)
     return Inputs(chosen.parameters, nut_map, chosen.friction_set, map_file)
 

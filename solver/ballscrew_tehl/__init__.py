@@ -1,7 +1,40 @@
-"""Friction torque of preloaded double-nut ball screws from thermal elastohydrodynamic lubrication.
+"""Friction torque of preloaded ball screws from thermal elastohydrodynamic lubrication.
 
-The package imports nothing by itself: a command line answer must not wait for a compiler.
+The names of __all__ are the library; what is not among them is internal and may move. They are imported when they are
+used: a command line answer must not wait for a compiler.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .caged_bearing import bearing
+    from .calibration.measured import calibrate
+    from .contact import solve
+    from .nut_map.file import load_map
+    from .parameters.file import load_parameters as load_screw
 
 __version__ = "0.1.0"
 __date__ = "2026-11-21"  # of this version; before its release, of the start of the work on it
+__all__ = ["bearing", "calibrate", "load_map", "load_screw", "solve"]
+
+_PLACES = {
+    "bearing": "caged_bearing:bearing",
+    "calibrate": "calibration.measured:calibrate",
+    "load_map": "nut_map.file:load_map",
+    "load_screw": "parameters.file:load_parameters",
+    "solve": "contact:solve",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__} has no attribute {name}")
+    from pkgutil import resolve_name
+
+    return resolve_name(f"{__name__}.{_PLACES[name]}")
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

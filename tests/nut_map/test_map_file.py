@@ -42,7 +42,6 @@ from ballscrew_tehl.nut_map.left_out import left_out_deviations
 from ballscrew_tehl.parameters import identity
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.refinement import direct
-from ballscrew_tehl.refinement.refine import map_parameters
 from ballscrew_tehl.runtime.packed import POINT, MapError
 
 CERTIFICATE = {"points": 3, "torque_error_max": 5e-4}
@@ -159,7 +158,7 @@ def resaved(source: Path, target: Path, **attributes) -> Path:
 
 
 def test_missing_cut_foreign_and_older_files_are_refused(saved, tmp_path):
-    assert refusal(tmp_path / "none.nc").startswith("no such map file: build it with python -m")
+    assert refusal(tmp_path / "none.nc").startswith("no such map file: build it with ballscrew map build")
     assert "not a readable map file" in refusal(tmp_path)
     whole, path = saved.read_bytes(), tmp_path / "cut.nc"
     for part in (b"", b"text\n" * 99, *(whole[: int(share * len(whole)) - 1] for share in (0.02, 0.5, 1.0))):
@@ -349,7 +348,7 @@ def test_band_is_the_interval_at_its_point_and_follows_the_constants(law, monkey
     assert (band["low"], band["high"]) == pytest.approx(found.relative, rel=1e-12)
     own = changed(LAW, friction={"boundary_friction": 0.1, "supply_length": math.inf})
     other = load_map(law, own)
-    assert map_parameters(other.header).friction.supply_length == math.inf
+    assert identity.map_parameters(other.header) == own
     flooded, starved = (each.evaluate(2000.0, 50.0, 303.15).viscous_torque for each in (other, nut_map))
     assert flooded >= 1.005 * starved
     # torque within the error of the spline through the nodes of this small map, also with the constants of the screw

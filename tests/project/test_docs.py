@@ -22,7 +22,7 @@ import pytest
 from paths import FMU_SUPPORT, ROOT
 from processes import output
 
-from ballscrew_fmu.__main__ import parser as fmu_parser
+from ballscrew_fmu.command import BALLSCREW, BUILD
 from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.python_fmu.package import build_fmu
@@ -56,14 +56,12 @@ def commands(text: str) -> list[str]:
 def known(command: str) -> None:
     """Raises if a command of the project has options that it does not know, or names a file that is not there."""
     program, *words = shlex.split(command.partition(" #")[0])
-    match words:
-        case ["-m", "ballscrew_tehl", *rest]:
-            build_parser().parse_args(rest)
-        case ["-m", "ballscrew_fmu", *rest]:
-            fmu_parser("ballscrew_fmu", True, Path("dist")).parse_args(rest)
-        case ["build_fmu.py", *rest]:
-            fmu_parser("build_fmu.py", False, Path("dist")).parse_args(rest)
-        case ["-m", *_]:
+    match [program, *words]:
+        case ["ballscrew", *rest]:
+            build_parser("ballscrew", BALLSCREW).parse_args(rest)
+        case [_, "build_fmu.py", *rest]:
+            build_parser("build_fmu.py", BUILD).parse_args(rest)
+        case [_, "-m", *_]:
             assert all((ROOT / word).exists() for word in words if word.startswith(("tests/", "docs/")))
         case _:
             script = ROOT / (words[0] if words else program)
@@ -179,7 +177,7 @@ def test_commands_links_and_paths_in_the_prose_exist():
         text = page.read_text(encoding="utf-8")
         for named in re.findall(r"pip install [^\n]*?\[([a-z,]+)\]", text):
             assert set(named.split(",")) <= extras.keys()
-        for command in re.findall(r"`(python [^`]+)`", BLOCK.sub("", text)):
+        for command in re.findall(r"`((?:python|ballscrew) (?!--help|COMMAND)[^`]+)`", BLOCK.sub("", text)):
             known(command)
         for name in re.findall(r"examples/(\w+)\.py", text):
             assert re.search(rf"\b{name}\b", tests), f"examples/{name}.py has no test"

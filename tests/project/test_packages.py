@@ -11,12 +11,11 @@ from processes import output
 BUILD = "from setuptools import build_meta as b; print(b.build_sdist('out')); print(b.build_wheel('out'))"
 #: run with the unpacked wheel alone: a point of the map, a screw file, an FMU for Python hosts
 USE = """
-from ballscrew_fmu.__main__ import main as fmu
-from ballscrew_tehl.cli.main import main as tehl
-assert tehl(["torque", "--preload-n", "2000", "--speed-rpm", "500", "--temperature-c", "30", "--json"]) == 0
-assert tehl(["init", "my.toml"]) == 0
-assert fmu(["build", "--python-only", "--output", "fmus"]) == 0
-assert fmu(["check", "fmus/BallScrewFriction.fmu"]) == 0
+from ballscrew_fmu.command import main
+assert main(["torque", "--preload-n", "2000", "--speed-rpm", "500", "--temperature-c", "30", "--json"]) == 0
+assert main(["init", "my.toml"]) == 0
+assert main(["build", "--python-only", "--output", "fmus"]) == 0
+assert main(["check", "fmus/BallScrewFriction.fmu"]) == 0
 import ballscrew_tehl
 print(ballscrew_tehl.__file__)
 """

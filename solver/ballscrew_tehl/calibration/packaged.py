@@ -294,7 +294,7 @@ def calibrate_packaged(
 
 
 HEADER = """\
-Friction parameters fitted to measured torques; written by `python -m ballscrew_tehl calibrate --packaged`.
+Friction parameters fitted to measured torques; written by `ballscrew calibrate --packaged`.
 A set belongs to its kinematics and its film model. Errors are absolute relative deviations from the measured
 torque; intervals are half-widths (95 %, Student-t). Losses: least_squares: sum of squared relative errors of the
 distinct points. soft_l1: the same with absolute values above 1 %."""

@@ -1,4 +1,4 @@
-"""Commands and their options, as a table; a parser with one line per error.
+"""Commands and their options, as a table; a parser with one line per error and a page of help with an example first.
 
 Names of choices are repeated here, so that building the parser imports none of the modules that define them; a test
 compares both.
@@ -19,10 +19,13 @@ from .shared.quantities import (
     CALIBRATION_POINT,
     CURRENT_UNIT,
     IDENTIFY_OPTIONS,
+    PRELOAD,
     PRELOAD_POINT,
     RATIO,
     REPORT_POINT,
     SCREW_POINT,
+    SPEED,
+    TEMPERATURE,
     TORQUE_CONSTANT,
     TORQUE_POINT,
     Quantity,
@@ -47,220 +50,208 @@ Metavar = str | tuple[str, ...] | None
 
 
 class Command(NamedTuple):
-    """Help, module and function below `commands`, options; or the commands below it."""
+    """A command, or the commands below it.
+
+    help: one line;  run: package.module:function;  options: its own, shared: those of several commands
+    example: what follows the name of the command;  interrupted: what is said after Ctrl-C
+    groups: headings over names of actions
+    """
 
     help: str
     run: str = ""
     options: Sequence[Option] = ()
+    shared: Sequence[Option] = ()
+    example: str = ""
     description: str = ""
     actions: Mapping[str, Command] = {}
+    groups: Mapping[str, Sequence[str]] = {}
+    interrupted: str = ""
 
 
-def _option(flag: str, text: str, metavar: Metavar = None, **settings: Any) -> Option:
+def option(flag: str, text: str, metavar: Metavar = None, **settings: Any) -> Option:
+    """An option of the table."""
     return flag, {"help": text} | ({} if metavar is None else {"metavar": metavar}) | settings
 
 
-def _switch(flag: str, text: str) -> Option:
-    return _option(flag, text, action="store_true")
+def switch(flag: str, text: str) -> Option:
+    """An option without a value."""
+    return option(flag, text, action="store_true")
 
 
 def _choice(flag: str, names: Sequence[str], text: str, **settings: Any) -> Option:
-    return _option(flag, text, choices=names, **settings)
+    return option(flag, text, choices=names, **settings)
 
 
 def _numbers(flag: str, text: str, metavar: Metavar = "N", kind: Any = float, **settings: Any) -> Option:
-    return _option(flag, text, metavar, type=kind, **settings)
+    return option(flag, text, metavar, type=kind, **settings)
 
 
-def _point(quantities: Sequence[Quantity]) -> list[Option]:
-    """One option per quantity, and --points."""
-    options = []
-    for quantity in quantities:
-        note = "" if quantity.default is None else f" (default {quantity.default:g})"
-        options.append(
-            _option(quantity.option, f"{quantity.help}; {quantity.allowed}{note}", quantity.metavar)
-        )
-    names = ", ".join(quantity.name for quantity in quantities)
-    text = f"many points: columns {names}; an option applies to every row without that column"
-    return [*options, _option("--points", text, "FILE.csv")]
+def _of(quantities: Sequence[Quantity], **settings: Any) -> list[Option]:
+    """An option for each quantity."""
+    return [option(one.option, one.help, one.metavar, **settings) for one in quantities]
+
+
+def _command(module: str) -> str:
+    return f"{__package__}.commands.{module}"
 
 
 # fmt: off
-JSON = _switch("--json", "JSON on stdout (a list with --points), logs on stderr")
-SCREW = _option("--screw", "screw file; default: the packaged GD4008-3", "FILE.toml")
-KINEMATIC = _choice("--kinematics", KINEMATICS, "surface speeds and friction law; default: as in the screw file")
-OF_SCREW = (SCREW, KINEMATIC, JSON)
-OF_MAP = (
-    *OF_SCREW, _option("--map", "map file; default: the packaged map", "FILE"),
-    _option("--friction", "two_parameter, three_parameter, mechanistic, or a file that calibrate --output has written; "
-            "default: as in the screw file. mechanistic without --screw takes the GD4008-3 with an oil ISO VG 100",
-            "NAME|FILE"),
+HELP = option("-h --help", "show this page", action="help")
+JSON = switch("--json", "JSON on stdout, logs on stderr")
+SCREW = option("--screw", "screw file; default: that in the map, or the packaged GD4008-3", "FILE.toml")
+KINEMATIC = _choice("--kinematics", KINEMATICS, "published or rolling_frame: speeds and law; default: by the screw",
+                    metavar="LAW")
+MAP_FILE = option("--map", "map file, which holds its screw; default: the packaged map", "FILE.nc")
+FRICTION = option("--friction", "two_parameter, three_parameter, mechanistic, or a file of calibrate", "NAME|FILE")
+INPUTS = (SCREW, MAP_FILE, FRICTION, KINEMATIC)
+OF_SCREW, OF_MAP = (SCREW, KINEMATIC, JSON), (*INPUTS, JSON)
+OUTPUT = "file to write"
+ROWS = (
+    option("--points", "many points: rows with columns such as preload_n or preload [kN]", "FILE.csv"),
+    option("--output", "the answers with all columns, in place of a table", "FILE.csv"),
 )
-MAP_FILE = _option("file", "map file; default: the packaged map", "FILE", nargs="?")
+GIVEN_MAP = option("map", "map file; default: the packaged map", "FILE.nc", nargs="?")
 WORKERS = (
     _numbers("--workers", "processes; default: one per core", kind=int),
-    _option("--dask", "solve on a Dask cluster: tcp://HOST:PORT of its scheduler", "ADDRESS"),
+    option("--dask", "solve on a Dask cluster: tcp://HOST:PORT of its scheduler", "ADDRESS"),
 )
-COUNT = "operating points to compare with direct solves (default "
+PLOT = option("--plot", "draw the result", "FILE.png")
+
+
+def _count(default: int, what: str = "points compared with direct solves (+5 %% at low speed)") -> Option:
+    return _numbers("--count", f"{what}; default: {default}", kind=int, default=default)
+
+
 MAP_ACTIONS = {
-    "build": Command("solve the contacts and write the map of a screw", "map_build.run_map_build", (
-        _option("--output", "where to write the map", "FILE"),
-        *(_numbers(f"--{name}", f"range in {unit}; default: table [map] of the screw file, else what the screw and its "
-                   "oil allow", ("LO", "HI"), nargs=2)
-          for name, unit in (("preload-n", "N"), ("speed-rpm", "r/min"), ("temperature-c", "degrees Celsius"))),
-        _numbers("--tolerance", "mean error of a film when its contact is left out, at which no more contacts are "
-                 "solved; default: 0.0015", "E"),
-        *WORKERS,
-        _option("--family", "a map for every screw file *.toml there; --output: folder of the maps", "FOLDER"),
-        _numbers("--count", f"{COUNT}%(default)s)", kind=int, default=POINTS),
-        *OF_SCREW,
-    )),
-    "atlas": Command("solve the contacts of the atlas that maps begin with", "map_build.run_map_atlas", (
-        _option("--output", "where to write it", "FILE.npz", required=True),
-        _numbers("--count", "random contacts that it is compared with", kind=int, default=1000),
-        *WORKERS, JSON,
-    )),
-    "check": Command("load a map, verify its hash and compare it with direct solves", "map_file.run_map_check", (
-        MAP_FILE, _numbers("--count", f"{COUNT}%(default)s)", kind=int, default=CHECK_POINTS), *OF_SCREW,
-    )),
-    "info": Command("axes, parameters, version and certificate of a map", "map_file.run_map_info",
-                    (MAP_FILE, *OF_SCREW)),
-    "plot": Command("draw torque, film, temperature rise, samples and certificate of a map", "map_file.run_map_plot", (
-        MAP_FILE,
-        _option("--output", "where to write the picture", "FILE.png", required=True),
-        _choice("--error", CERTIFIED, "error that colours the points of the certificate (default %(default)s)",
-                default=CERTIFIED[0]),
-        *OF_SCREW,
-    )),
+    "build": Command("solve the contacts of a screw and write its map", _command("map_build:run_map_build"), (
+        option("--output", OUTPUT, "FILE.nc"),
+        *(_numbers(f"--{name}", f"range of the map [{unit}]", ("LO", "HI"), nargs=2)
+          for name, unit in (("preload-n", "N"), ("speed-rpm", "r/min"), ("temperature-c", "C"))),
+        _numbers("--tolerance", "mean error of a film whose contact is left out; default: 0.0015", "E"),
+        option("--family", "a map for every *.toml in this folder; --output: folder", "FOLDER"),
+        _count(POINTS),
+    ), (*WORKERS, *OF_SCREW), "--screw my.toml --output my_map.nc",
+        "Ranges: by these options, else table [map] of the screw file, else what the screw and its oil allow. The map "
+        "holds its screw, oil, and errors against direct solves.",
+        interrupted="the same command again continues it"),
+    "check": Command("compare a map with direct solves", _command("map_file:run_map_check"),
+                     (GIVEN_MAP, _count(CHECK_POINTS)), OF_SCREW, "my_map.nc"),
+    "info": Command("axes, parameters, version and certificate of a map", _command("map_file:run_map_info"),
+                    (GIVEN_MAP,), OF_SCREW, "my_map.nc"),
+    "plot": Command("draw torque, film, temperature rise and errors of a map", _command("map_file:run_map_plot"), (
+        GIVEN_MAP,
+        option("--output", OUTPUT, "FILE.png", required=True),
+        _choice("--error", CERTIFIED, "error that colours the points; default: torque", default=CERTIFIED[0]),
+    ), OF_SCREW, "my_map.nc --output my_map.png"),
+}
+PAPER = {
+    "validate": Command("the model compared with measured torques and published models",
+                        _command("validate:run_validate"), (
+        switch("--contacts", "the contact of section 5.1 of the paper, a circle of a multigrid"),
+        switch("--machines", "bearings, balls in open grooves, two foreign screws (a minute)"),
+        PLOT,
+    ), OF_MAP, "--plot shares.png",
+        "The picture: parts of the mechanistic law over speed; with --machines the law over the measurements."),
+    "contact": Command("solve one elastohydrodynamic contact", _command("contact:run_contact"), (
+        option("--load-n", "load [N]", "N"),
+        option("--radius-x-m", "reduced radius along rolling [m]", "M"),
+        option("--radius-y-m", "reduced radius across rolling [m], not below the other", "M"),
+        option("--u1-m-s", "speed of surface 1 [m/s]", "S"),
+        option("--u2-m-s", "speed of surface 2 [m/s]", "S"),
+        option("--temperature-k", "temperature of oil and bodies [K]", "K"),
+        _choice("--rheology", RHEOLOGIES, "default: that of the oil"),
+        switch("--isothermal", "without the energy equation"),
+        option("--moes", "Moes load and lubricant number", ("M", "L"), nargs=2),
+        option("--radius-ratio", "0 < R_x/R_y <= 1", "R_X/R_Y"),
+        _choice("--law", LAWS, "barus (incompressible) or roelands (compressible)"),
+        option("--domain", "along and across rolling [Hertz half-widths]", ("XA", "XB", "Y"), nargs=3),
+        option("--refine", "truth check: nodes, layers and domain times K, 1 to 8", "K"),
+    ), (*ROWS, SCREW, JSON), "--moes 20 5 --radius-ratio 1 --law barus",
+        "By its dimensions, thermal unless --isothermal, with oil and steel of --screw; or by its Moes numbers: "
+        "--moes, --radius-ratio, --law. The default domain is wide enough not to starve."),
+    "atlas": Command("solve the contacts of the atlas that maps begin with", _command("map_build:run_map_atlas"), (
+        option("--output", OUTPUT, "FILE.npz", required=True),
+        _count(1000, "random contacts that it is compared with"),
+    ), (*WORKERS, JSON), "--output atlas.npz", interrupted=MAP_ACTIONS["build"].interrupted),
 }
 COMMANDS = {
-    "contact": Command("solve one elastohydrodynamic contact", "contact.run_contact", (
-        _option("--load-n", "load [N]", "N"),
-        _option("--radius-x-m", "reduced radius along rolling [m]", "M"),
-        _option("--radius-y-m", "reduced radius across rolling [m], not below the other", "M"),
-        _option("--u1-m-s", "speed of surface 1 [m/s]", "S"),
-        _option("--u2-m-s", "speed of surface 2 [m/s]", "S"),
-        _option("--temperature-k", "temperature of oil and bodies [K]", "K"),
-        _option("--screw", "oil, solid and modulus; default: the packaged GD4008-3", "FILE.toml"),
-        _choice("--rheology", RHEOLOGIES, "default: that of the oil, newtonian in the packaged one"),
-        _switch("--isothermal", "without the energy equation"),
-        _option("--moes", "Moes load and lubricant number", ("M", "L"), nargs=2),
-        _option("--radius-ratio", "0 < R_x/R_y <= 1", "R_X/R_Y"),
-        _choice("--law", LAWS, "barus (incompressible) or roelands (compressible)"),
-        _option("--domain", "domain in Hertz half-widths, along rolling and across; default: wide enough not to starve",
-                ("XA", "XB", "Y"), nargs=3),
-        _option("--refine", "truth check: nodes, lines and layers, extent of film and energy domain times K, 1 to 8",
-                "K"),
-        _option("--points", "many contacts: columns named like the options, load_n, moes (two numbers), ...",
-                "FILE.csv"),
-        JSON,
-    ), "Solve one contact: by its dimensions (thermal unless --isothermal), or by its Moes numbers (isothermal; "
-       "--moes, --radius-ratio, --law)."),
-    "torque": Command("friction torque of the nut at an operating point", "torque.run_torque", (
-        *_point(TORQUE_POINT), _switch("--direct", "solve the contacts instead of reading the map"), *OF_MAP,
-    )),
-    "preload": Command("preload from a measured friction torque", "preload.run_preload",
-                       (*_point(PRELOAD_POINT), *OF_MAP)),
-    "screw": Command("loads, pressure, stiffness, preload release, life and efficiency of a screw", "screw.run_screw", (
-        *_point(SCREW_POINT),
-        _numbers("--speed-rpm", "both: efficiency and hours too, from the map", "RPM"),
-        _numbers("--temperature-c", "both: efficiency and hours too, from the map", "C"),
-        *OF_MAP,
-    )),
-    "catalogue": Command("drag torque as catalogues state it (JIS B 1192), load ratings", "screw.run_catalogue", (
-        _numbers("--preload-n", "preload of the nut; default: 5 %% of the dynamic rating"), *OF_SCREW,
-    )),
-    "map": Command("build, check, describe or draw a map", actions=MAP_ACTIONS),
-    "calibrate": Command("fit the friction parameters to measured torques", "calibrate.run_calibrate", (
-        _option("measurements", "measured torques", "MEASUREMENTS.csv", nargs="?"),
-        *(_option(quantity.option, f"instead of a file, one point: {quantity.help}", quantity.metavar)
-          for quantity in CALIBRATION_POINT[:3]),
-        _switch("--packaged", "refit the packaged sets to the paper's tables"),
-        _option("--output", "where to write the sets, for build_fmu.py --friction (--packaged: data of the package)",
-                "FILE.toml"),
-        _option("--plot", "draw computed over measured torque", "FILE.png"),
-        _choice("--set", SET_NAMES, "parameters to fit: mechanistic with kinematics rolling_frame, the others with "
-                "published; default: as in the screw file, --packaged: all"),
-        _choice("--loss", LOSS_NAMES, "default: least_squares; --packaged: that of the set"),
-        _option("--temperature-c", "oil temperature of the one point, or of rows without one; default: reference "
-                "of the oil", "C"),
-        _choice("--drop", DROP_KINDS, "leave out impossible rows, rows outside the map, outliers (may be repeated); "
-                "dropped rows are listed", action="append", default=[]),
-        _option("--map", "take the films from this map of the screw; default: solve every point", "FILE"),
-        *OF_SCREW,
-    ), "Fit the friction parameters to measured torques. Headings of the file name the units, for example "
-       "preload [N], speed [r/min], temperature [degC], torque [N.m], or preload_n, speed_rpm, ...; optional: "
-       "temperature, axial_load, torque_uncertainty or weight, table, comment. Prints errors, errors of left-out "
-       "points, 95 % intervals, correlations, outliers and what the data do not identify. One torque, measured or of a "
-       "catalogue (--torque-nm with --preload-n, --speed-rpm, --temperature-c), fits the number of mechanistic to it."),
-    "identify": Command("inertia, offset, friction and preload from a log of a drive", "identify.run_identify", (
-        _option("log", "log of an axis that moves both ways", "LOG.csv"),
-        _option("--column", "a column with another heading, with its unit, as \"current=Iq_act [A]\"; may be repeated",
-                "QUANTITY=HEADING [UNIT]", action="append", default=[]),
-        *(_option(quantity.option, quantity.help, quantity.metavar) for quantity in IDENTIFY_OPTIONS),
-        _option("--temperature-c", "oil temperature; default: column temperature of the log", "C"),
-        _option("--without-nut", "log of the same axis without the nut, whose friction is subtracted", "LOG.csv"),
-        _option("--before", "earlier log of the same axis: change of the preload", "LOG.csv"),
-        _option("--plot", "draw friction over speed and the residual over position", "FILE.png"),
-        _option("--measurements", "write points for calibrate, with their standard errors", "FILE.csv"),
-        *OF_MAP,
-    ), "Least squares on the inverse dynamics of a log. Headings of the file name the units: time [s], position [mm], "
-       "[rad], [deg] or speed [r/min], velocity [m/s]; current [A], torque [N.m], force [N] or voltage [V]; optional "
-       "temperature [degC], preload [N]. Prints inertia or mass, offset and friction over speed in each direction with "
-       "95 % intervals, and what was left out. With --screw and --map also the preload with its interval."),
-    "export": Command("friction of a map as a table for a controller or a tool", "export.run_export", (
-        _choice("--format", EXPORT_FORMATS, "twincat: compensation list frict_comp of TwinCAT CNC and ISG kernels; "
-                "modelica: text of a CombiTable1Ds; matlab: a function with its breakpoints", required=True),
-        _option("--output", "where to write it; with several preloads or temperatures a list each, named by them",
-                "PATH", required=True),
-        _option("--preload-n", "preloads [N]; default: 5 %% of the dynamic rating", "N", nargs="+"),
-        _option("--temperature-c", "oil temperatures; default: reference of the oil", "C", nargs="+"),
-        *(_option(quantity.option, f"twincat: {quantity.help}", quantity.metavar)
-          for quantity in (TORQUE_CONSTANT, RATIO, CURRENT_UNIT)),
-        _numbers("--points", "most entries of a list (default 20), speeds of a table (default 40)", kind=int),
-        *OF_MAP,
-    ), "Friction torque over speed, preload and temperature with its interval. Every file states units and signs. The "
-       "entries of a compensation list have the least largest error."),
-    "validate": Command("compare the model with measured torques and published models", "validate.run_validate", (
-        _switch("--contacts", "solve instead the contact of section 5.1 of the paper with both kinematics and a circle "
-                "of a public multigrid; shows the published values"),
-        _switch("--machines", "compare instead the mechanistic law with bearings, balls in open grooves and two ball "
-                "screws of others (a minute)"),
-        _option("--plot", "draw which part of the mechanistic law carries what share of the torque; with --machines "
-                "law over measurements", "FILE.png"),
-        *OF_MAP,
-    )),
-    "report": Command("one HTML page: the screw, torques with intervals, films, a contact, the map; without --screw "
-                      "the paper", "report.run_report", (
-        _option("--output", "where to write the page", "FILE.html", required=True),
-        *(_option(quantity.option, f"with --screw: {quantity.help} of the page; default: {default}", quantity.metavar)
-          for quantity, default in zip(
-              REPORT_POINT, ("5 %% of the dynamic rating", "1000", "reference of the oil"), strict=True)),
-        *OF_MAP,
-    ), "Write one HTML page without external files: with --screw about that screw, its oil and its map, without it "
-       "about the measured screw of the paper. Solves the contacts of one ball (some seconds)."),
-    "init": Command("write a commented screw file to fill in", "screw.run_init", (
-        _option("file", "a new file", "FILE.toml"),
-        _choice("--oil", OILS, "how the oil is given: by two viscosities or by ISO grade and viscosity index (default "
-                "%(default)s)", default=OILS[0]),
-        _choice("--lubricant", LUBRICANTS, "grease: base oil by grade, NLGI grade (default %(default)s)",
-                default=LUBRICANTS[0]),
-        *(_numbers(f"--{name}", f"{text}", metavar, kind) for name, text, metavar, kind in (
-            ("diameter-mm", "nominal diameter of the catalogue, with --lead-mm: a file of that screw, in which what "
-             "is not given is marked as assumed", "D", float),
-            ("lead-mm", "its lead", "P", float), ("ball-mm", "ball diameter", "D", float),
-            ("turns", "loaded turns of one nut", "N", float), ("starts", "starts of the thread", "N", int))),
-        JSON,
-    )),
-    "oil": Command("viscosity, density and pressure-viscosity coefficient of an oil", "oil.run_oil", (
+    "init": Command("write a commented screw file to fill in", _command("screw:run_init"), (
+        option("file", "a new file", "FILE.toml"),
+        _choice("--oil", OILS, "oil by two viscosities, or by ISO grade and viscosity index", default=OILS[0]),
+        _choice("--lubricant", LUBRICANTS, "grease: base oil by grade, NLGI grade", default=LUBRICANTS[0]),
+        *(_numbers(f"--{name}", text, metavar, kind) for name, text, metavar, kind in (
+            ("diameter-mm", "nominal diameter of the catalogue", "D", float), ("lead-mm", "lead", "P", float),
+            ("ball-mm", "ball diameter", "D", float), ("turns", "loaded turns of one nut", "N", float),
+            ("starts", "starts of the thread", "N", int))),
+    ), (JSON,), "my.toml --diameter-mm 32 --lead-mm 10",
+        "With diameter and lead a file of that screw, in which what is not given is marked as assumed."),
+    "screw": Command("loads, pressure, stiffness, life, efficiency, catalogue torque",
+                     _command("screw:run_screw"),
+                     (*_of(SCREW_POINT), *_of((SPEED, TEMPERATURE), type=float)), (*ROWS, *OF_MAP),
+                     "--screw my.toml --preload-n 1000 --axial-load-n 1500",
+                     "Default of the preload: 5 % of the dynamic rating. With speed and temperature also efficiency "
+                     "and hours, from the map. Catalogue torque: drag torque by JIS B 1192."),
+    "oil": Command("viscosity, density and pressure-viscosity coefficient of an oil", _command("oil:run_oil"), (
         _numbers("--iso-vg", "ISO 3448 viscosity grade", "GRADE", int),
         _numbers("--viscosity-index", "viscosity index (ASTM D2270)", "VI"),
         _numbers("--density-15c-kg-m3", "density at 15 C; default: a paraffinic oil", "RHO"),
-        _option("--screw", "the oil of this screw file instead", "FILE.toml"),
-        JSON,
-    ), "A mineral oil by its ISO grade and viscosity index, or the oil of a screw file, at 20 to 100 C, with "
-       "assumptions and their errors."),
+    ), (SCREW, JSON), "--iso-vg 68 --viscosity-index 95",
+        "A mineral oil by its grade, or the oil of a screw file, at 20 to 100 C, with assumptions and their errors."),
+    "map": Command("build, check, describe or draw a map", actions=MAP_ACTIONS),
+    "torque": Command("friction torque with its parts, films and interval", _command("torque:run_torque"), (
+        *_of(TORQUE_POINT), switch("--direct", "solve the contacts instead of reading the map"),
+    ), (*ROWS, *OF_MAP), "--preload-n 2000 --speed-rpm 1000 --temperature-c 30 --map my_map.nc"),
+    "preload": Command("preload behind a measured friction torque", _command("preload:run_preload"), _of(PRELOAD_POINT),
+                       (*ROWS, *OF_MAP), "--torque-nm 0.8 --speed-rpm 100 --temperature-c 30 --map my_map.nc"),
+    "identify": Command("inertia, offset, friction and preload from a log of a drive",
+                        _command("identify:run_identify"), (
+        option("log", "log of an axis that moves both ways", "LOG.csv"),
+        option("--column", "a column by its heading and unit: \"current=Iq_act [A]\" (repeat it)", "NAME=HEADING",
+               action="append", default=[]),
+        *_of((*IDENTIFY_OPTIONS, TEMPERATURE)),
+        option("--without-nut", "log of the same axis without the nut, which is subtracted", "LOG.csv"),
+        option("--before", "earlier log of the same axis: change of the preload", "LOG.csv"),
+        PLOT,
+        option("--measurements", "write points for calibrate, with their standard errors", "FILE.csv"),
+    ), OF_MAP, "log.csv --torque-constant-nm-a 0.8 --map my_map.nc",
+        "Columns by headings with units: time [s], position [mm], [rad], [deg] or speed [r/min], velocity [m/s]; "
+        "current [A], torque [N.m], force [N] or voltage [V]; optional temperature [degC], preload [N]. With a map "
+        "or a screw also the preload. All with 95 % intervals."),
+    "calibrate": Command("fit the friction parameters to measured torques", _command("calibrate:run_calibrate"), (
+        option("measurements", "measured torques", "MEASUREMENTS.csv", nargs="?"),
+        *_of(CALIBRATION_POINT),
+        option("--output", "where to write the sets, for --friction", "FILE.toml"),
+        PLOT,
+        _choice("--set", SET_NAMES, "parameters to fit; default: as in the screw file"),
+        _choice("--loss", LOSS_NAMES, "default: least_squares"),
+        _choice("--drop", DROP_KINDS, "rows to leave out (repeat it for several)", action="append", default=[]),
+        switch("--packaged", "refit the packaged sets to the paper's tables"),
+    ), (SCREW, MAP_FILE, KINEMATIC, JSON), "measurements.csv --map my_map.nc --output friction.toml",
+        "Columns by headings with units: preload [N], speed [r/min], temperature [degC], torque [N.m]; optional "
+        "axial_load, torque_uncertainty or weight, table, comment. Or one torque, measured or of a catalogue: the four "
+        "options of a point. Without a map every point is solved. Prints errors, 95 % intervals, outliers and what "
+        "the data do not identify."),
+    "export": Command("friction of a map as a table for a controller or a tool", _command("export:run_export"), (
+        _choice("--format", EXPORT_FORMATS, "twincat: list frict_comp; modelica: CombiTable1Ds",
+                required=True),
+        option("--output", OUTPUT + "; of several lists the stem of their names", "PATH", required=True),
+        *_of((PRELOAD, TEMPERATURE), nargs="+"),
+        *_of((TORQUE_CONSTANT, RATIO, CURRENT_UNIT)),
+        _numbers("--points", "most entries of a list (20), speeds of a table (40)", kind=int),
+    ), OF_MAP, "--map my_map.nc --format csv --output friction.csv",
+        "Torque over speed, preload and temperature with its interval; units and signs are in the file. Defaults: 5 % "
+        "of the dynamic rating, reference temperature of the oil. Motor options: of twincat."),
+    "report": Command("one HTML page on a screw: torques, films, a contact, the map", _command("report:run_report"), (
+        option("--output", OUTPUT, "FILE.html", required=True), *_of(REPORT_POINT),
+    ), OF_MAP, "--map my_map.nc --output my_report.html",
+        "One page without external files; without screw and map about the measured screw of the paper. Default of the "
+        "point: 5 % of the dynamic rating, 1000 r/min, reference temperature of the oil."),
 }
+#: python -m ballscrew_tehl, with every name at its old place
+SOLVER = Command("Friction torque of preloaded ball screws.", actions={
+    **COMMANDS, "catalogue": COMMANDS["screw"], "validate": PAPER["validate"], "contact": PAPER["contact"],
+    "map": COMMANDS["map"]._replace(actions={**MAP_ACTIONS, "atlas": PAPER["atlas"]}),
+})
 # fmt: on
 
 
@@ -272,11 +263,26 @@ def _nearest(given: str, known: Iterable[str]) -> str:
     return f"; is {near[0]} meant?" if near else ""
 
 
+class _Page(argparse.HelpFormatter):
+    """Lines that begin with a space as they are, others filled."""
+
+    def __init__(self, prog: str, **settings: Any) -> None:
+        super().__init__(prog, **settings | {"max_help_position": 30})
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        fill = super()._fill_text
+        return "\n".join(
+            line if line[:1] in ("", " ") else fill(line, width, indent) for line in text.split("\n")
+        )
+
+
 class Parser(argparse.ArgumentParser):
     """One line per error; no abbreviations, which a later option could make ambiguous."""
 
     def __init__(self, **settings: Any) -> None:
-        super().__init__(allow_abbrev=False, **settings)
+        super().__init__(allow_abbrev=False, add_help=False, formatter_class=_Page, **settings)
+        #: names of commands by the command that they are below
+        self.below: dict[str, list[str]] = {}
         # argparse reads -1e3 and -inf as options; NaN included: it is rejected later by name
         self._negative_number_matcher = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 
@@ -288,9 +294,9 @@ class Parser(argparse.ArgumentParser):
             words = list(itertools.takewhile(lambda word: word.startswith("-"), words))
         known = self._option_string_actions
         for word in itertools.takewhile(lambda word: word != "--", words):
-            option = word.partition("=")[0]
-            if option.startswith("--") and option not in known:
-                self.error(f"unrecognized arguments: {option}{_nearest(option, known)}")
+            flag = word.partition("=")[0]
+            if flag.startswith("--") and flag not in known:
+                self.error(f"unrecognized arguments: {flag}{_nearest(flag, known)}")
         parsed, left = super().parse_known_args(args, namespace)
         if left:
             self.error(f"unrecognized arguments: {' '.join(left)}")
@@ -300,7 +306,9 @@ class Parser(argparse.ArgumentParser):
         try:
             super()._check_value(action, value)
         except argparse.ArgumentError as error:
-            error.message += _nearest(str(value), [str(choice) for choice in action.choices or ()])
+            known = [str(choice) for choice in action.choices or ()]
+            moved = [f"{name} {value}" for name, below in self.below.items() if value in below]
+            error.message += f"; is {moved[0]} meant?" if moved else _nearest(str(value), known)
             raise
 
     def error(self, message: str) -> NoReturn:
@@ -308,22 +316,51 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: error: {message} (see --help)\n")
 
 
-def build_parser() -> Parser:
-    """The whole command line."""
-    parser = Parser(prog="ballscrew_tehl", description="Friction torque of preloaded ball screws.")
-    parser.add_argument("--version", action="version", version=f"ballscrew_tehl {__version__}")
-    _add(
-        parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=Parser), COMMANDS
+def build_parser(prog: str, command: Command) -> Parser:
+    """The whole command line of a face, or of one command.
+
+    Parameters   prog : name of the program in help and messages
+    """
+    version = option(
+        "--version", "show the version", action="version", version=f"ballscrew-tehl {__version__}"
     )
+    return _filled(Parser(**_page(prog, command)), command._replace(shared=(*command.shared, version)))
+
+
+def _page(prog: str, command: Command) -> dict[str, Any]:
+    """Name, usage and head of the page of help: an example first."""
+    needed = ["COMMAND"] if command.actions else []
+    for flag, settings in command.options:
+        word = settings.get("metavar", flag.strip("-").upper())
+        if not flag.startswith("-"):
+            needed.append(f"[{word}]" if settings.get("nargs") == "?" else word)
+        elif settings.get("required"):
+            needed.append(f"{flag} {word}")
+    lines = [f"  {prog} {command.example}\n"] if command.example else []
+    about = f"{command.help[:1].upper()}{command.help[1:].rstrip('.')}.", command.description
+    lines.append(" ".join(about) if not command.actions else about[0] + "\n")
+    if command.actions:
+        for title, names in (command.groups or {"commands": list(command.actions)}).items():
+            lines += [f"{title}:", *(f"  {name:<10}  {command.actions[name].help}" for name in names)]
+        lines.append(f"\n{about[1]}")
+    return {"prog": prog, "usage": " ".join([prog, *needed, "[options]"]), "description": "\n".join(lines)}
+
+
+def _filled(parser: Parser, command: Command) -> Parser:
+    """A parser with the options of a command and the parsers of those below it."""
+    parser.set_defaults(run=command.run, prog=parser.prog, interrupted=command.interrupted)
+    for title, options in {"options": command.options, "common options": (*command.shared, HELP)}.items():
+        group = parser.add_argument_group(title)
+        for flag, settings in options:
+            group.add_argument(*flag.split(), **settings)
+    if command.actions:
+        # listed by the head of the page
+        below = parser.add_subparsers(
+            dest="command", required=True, metavar="COMMAND", parser_class=Parser, help=argparse.SUPPRESS
+        )
+        for name, action in command.actions.items():
+            parser.below[name] = list(action.actions)
+            _filled(
+                below.add_parser(name, help=action.help, **_page(f"{parser.prog} {name}", action)), action
+            )
     return parser
-
-
-def _add(commands: argparse._SubParsersAction, table: Mapping[str, Command]) -> None:
-    for name, command in table.items():
-        parser = commands.add_parser(name, help=command.help, description=command.description or None)
-        for flag, settings in command.options:
-            parser.add_argument(flag, **settings)
-        if command.actions:
-            _add(parser.add_subparsers(dest="action", required=True, metavar="ACTION"), command.actions)
-        else:
-            parser.set_defaults(run=command.run)

@@ -28,6 +28,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ..parameters.file import Parameters, load_parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash

@@ -1,6 +1,6 @@
 """Fitted friction parameters: the numbers, their provenance and uncertainty.
 
-The packaged sets live in data/friction_sets.toml, written by `python -m ballscrew_tehl calibrate --packaged`.
+The packaged sets live in data/friction_sets.toml, written by `ballscrew calibrate --packaged`.
 A set belongs to one kinematics and to one film model: with a film that is 5 to 10 % thinner the ratio moves
 as much.
 """
@@ -151,7 +151,7 @@ def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSe
 
     Raises       ValueError: file missing or of another form, no set of the kinematics, a value out of range
     """
-    sets = load_friction_sets(path, "give a file that calibrate --output has written")
+    sets = load_friction_sets(path, "give a file that ballscrew calibrate --output has written")
     chosen = parameters.friction
     fitting = {
         name: sets[key] for name in LAW_SETS[chosen.kinematics] if (key := (chosen.kinematics, name)) in sets

@@ -191,7 +191,8 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
     if not coldest <= temperature <= hottest:
         raise ValueError(
             f"temperature = {temperature - 273.15:.4g} C; allowed by the map: {coldest - 273.15:.4g} to "
-            f"{hottest - 273.15:.4g} C: check unit and --temperature-c, or map build with other --temperature-c"
+            f"{hottest - 273.15:.4g} C: check unit and --temperature-c, or ballscrew map build with other "
+            "--temperature-c"
         )
     friction = _inside(friction, law)
     lowest, highest = law.preloads

@@ -202,9 +202,7 @@ def load_atlas(path: Path | None = None) -> Atlas:
     except Exception as error:  # a damaged zip fails in many ways
         raise AtlasError(f"{path}: not a readable atlas ({type(error).__name__}: {error})") from error
     if found != ATLAS_FORMAT:
-        raise AtlasError(
-            f"{path}: atlas format {found}; expected {ATLAS_FORMAT}: python -m ballscrew_tehl map atlas"
-        )
+        raise AtlasError(f"{path}: atlas format {found}; expected {ATLAS_FORMAT}: ballscrew paper atlas")
     digest = content_hash(arrays)
     if digest != header["hash"]:
         raise AtlasError(

@@ -334,7 +334,7 @@ def screw_atlases(parameters: Parameters, range_: ContactRange, atlas: str) -> d
     if packaged.hash != atlas:
         raise AtlasError(
             f"contacts over the atlas {atlas[:12]}; packaged: {packaged.hash[:12]}: build the map again with "
-            "python -m ballscrew_tehl map build"
+            "ballscrew map build"
         )
     return {raceway: _screw_atlas(packaged, parameters, raceway, range_) for raceway in RACEWAYS}
 

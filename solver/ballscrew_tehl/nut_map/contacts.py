@@ -13,6 +13,8 @@ from ..parameters.file import Parameters, changed
 from ..physics.ball_law import Array
 from ..runtime.packed import MECHANISTIC
 
+#: the command that messages advise
+BUILD_MAP = "ballscrew map build --screw FILE.toml --output MAP.nc"
 #: quantities of a solved contact with units; temperature_rise: of the hottest level, mean over the contact (the largest
 #: in pure rolling depends on where the pressure spike lies between the nodes); mean_rise: mean over contact and film,
 #: below 0 where oil that expands cools more than shear heats; rolling_loss, core_pressure, core_area: of the thermal

@@ -20,8 +20,15 @@ from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.origin import carried_over, refuse_other_fit
 from ..friction.presliding import presliding_angle
 from ..friction.sets import FrictionSet, default_friction_set
-from ..parameters.file import Parameters, ScrewParameters
-from ..parameters.identity import map_parameters_json, parameters_hash, without_names
+from ..parameters.file import Parameters, ScrewParameters, load_parameters
+from ..parameters.identity import (
+    SCREW_FILE,
+    map_parameters,
+    map_parameters_json,
+    parameters_hash,
+    screw_file_json,
+    without_names,
+)
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.axial_stiffness import axial_stiffness, contact_stiffness
 from ..physics.ball_law import loaded_contact_angle
@@ -39,7 +46,16 @@ from ..runtime.packed import (
     sealed,
 )
 from ..whole_file import whole_file
-from .contacts import POINTS, QUANTITIES, ROLLING_FRAME, VISCOUS, Array, ContactRange, SolvedContacts
+from .contacts import (
+    BUILD_MAP,
+    POINTS,
+    QUANTITIES,
+    ROLLING_FRAME,
+    VISCOUS,
+    Array,
+    ContactRange,
+    SolvedContacts,
+)
 from .interval import BAND, band, band_numbers, band_point
 
 if TYPE_CHECKING:
@@ -141,6 +157,7 @@ def _header(built: BuiltMap, certificate: Mapping[str, Any]) -> dict[str, Any]:
         },
         parameters_json=map_parameters_json(parameters),
         parameters_hash=parameters_hash(parameters),
+        screw_file=screw_file_json(parameters),
     )
 
 
@@ -178,7 +195,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     from scipy.io import netcdf_file
 
     if not path.exists():
-        raise MapError(f"{path}: no such map file: build it with python -m ballscrew_tehl map build")
+        raise MapError(f"{path}: no such map file: build it with {BUILD_MAP}")
     try:
         with netcdf_file(path, "r", mmap=False) as file:
             attributes = {name: getattr(file, name) for name in ("format_version", "content_hash", "header")}
@@ -190,14 +207,10 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
         header = json.loads(text) if found == FILE_FORMAT else {}
     except Exception as error:  # damaged netCDF fails in many ways
         raise MapError(
-            f"{path}: not a readable map file ({type(error).__name__}: {error}): "
-            "build it with python -m ballscrew_tehl map build"
+            f"{path}: not a readable map file ({type(error).__name__}: {error}): build it with {BUILD_MAP}"
         ) from error
     if found != FILE_FORMAT:
-        raise MapError(
-            f"{path}: map file format {found}; expected {FILE_FORMAT}: build it with python -m "
-            f"ballscrew_tehl map build --screw FILE --output {path}"
-        )
+        raise MapError(f"{path}: map file format {found}; expected {FILE_FORMAT}: build it with {BUILD_MAP}")
     actual = _file_hash(text, variables)
     if actual != digest:
         raise MapError(
@@ -252,8 +265,7 @@ def _refuse_other_parameters(
             raise OtherParametersError(
                 f"no packaged map fits {parameters.name} with {parameters.lubricant.name} ({where} = {wanted}, in "
                 f"{path.name} {found})",
-                "build one (python -m ballscrew_tehl map build --screw FILE --output MAP.nc) and give it with --map, "
-                "or solve points with torque --direct",
+                f"build one ({BUILD_MAP}) and give it with --map, or solve points with ballscrew torque --direct",
             )
         raise OtherParametersError(
             f"{path}: map of other parameters: {where} = {found}; expected {wanted}",
@@ -284,18 +296,42 @@ def _provenance(friction: FrictionSet, parameters: Parameters, axes: Mapping[str
     }
 
 
+def screw_of_map(path: Path | str) -> Parameters:
+    """Screw and oil that a map file was built for.
+
+    Raises       ValueError: missing, damaged or of another format
+    """
+    header, _ = _read(Path(path))
+    try:
+        return map_parameters(header)
+    except ValueError as error:
+        raise MapError(f"{path}: {error}") from error
+
+
 def load_map(
-    path: Path | str | None, parameters: Parameters, friction_set: FrictionSet | None = None
+    path: Path | str | None = None,
+    parameters: Parameters | None = None,
+    friction_set: FrictionSet | None = None,
 ) -> NutMap:
     """Nut map of a screw, with the film model and the default friction parameters of its friction set.
 
     Parameters   path : map file; None = the packaged map of the parameters' kinematics
+                 parameters : screw and oil, with which those of the file are compared; None = those of the file, and
+                 without a file the packaged GD4008-3
                  friction_set : None = the packaged set that the parameters select, with their overrides
+    Returns      NutMap, whose evaluate(preload [N], speed [rad/s], temperature [K]) gives torque, films and extremes
     Raises       MapError (a ValueError): missing, damaged, of another format or of other parameters
+    Example      the packaged screw at 2000 N, 1000 r/min, 30 C
+        >>> state = load_map().evaluate(preload=2000.0, speed=104.7, temperature=303.15)
+        >>> f"{state.friction_torque:.2f} N m"
+        '1.32 N m'
     """
+    if parameters is None:
+        parameters = load_parameters() if path is None else screw_of_map(path)
     packaged, path = path is None, _path_for(path, parameters)
     header, variables = _read(path)
     _refuse_other_parameters(path, header, parameters, packaged)
+    header[SCREW_FILE] = screw_file_json(parameters)
     if friction_set is not None:
         refuse_other_fit(friction_set, parameters)
     friction = friction_set or default_friction_set(parameters)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from typing import Any
 
-from .file import Parameters, parameters_json
+from .file import ParameterError, Parameters, parameters_json
 
 #: oil parameters that a map of a Newtonian oil does not depend on
 RHEOLOGY = (
@@ -35,6 +36,8 @@ GIVEN_BY = {
     "lubricant": ("iso_vg", "viscosity_index", "density_15c", "nlgi"),
     "screw": ("return_ball_count", "dynamic_rating"),
 }
+#: key of the header of a map
+SCREW_FILE = "screw_file"
 #: fields added after the first maps; they enter only where they differ from this
 LATER = {"screw": {"preload_kind": "double_nut"}}
 
@@ -61,6 +64,23 @@ def map_parameters_json(parameters: Parameters) -> str:
         for name in RHEOLOGY:
             content["lubricant"].pop(name, None)
     return _canonical(content)
+
+
+def screw_file_json(parameters: Parameters) -> str:
+    """All that a screw file has given, SI: entry SCREW_FILE of the header of a map."""
+    return json.dumps(parameters.model_dump(mode="json", exclude_unset=True), sort_keys=True)
+
+
+def map_parameters(header: Mapping[str, Any]) -> Parameters:
+    """Parameters that a map was built for, or loaded with, from its header.
+
+    Raises       ParameterError (a ValueError): the header carries none
+    """
+    if SCREW_FILE not in header:
+        raise ParameterError(
+            "a map of an earlier version, without its screw: give the screw file, or build it again"
+        )
+    return Parameters.model_validate_json(header[SCREW_FILE])
 
 
 def without_names(text: str) -> dict[str, Any]:

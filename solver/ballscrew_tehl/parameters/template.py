@@ -46,7 +46,7 @@ NOTES = {
     ),
     "lubricant": (
         "A mineral oil in two numbers: iso_vg and viscosity_index. All others but name may be omitted; they follow by",
-        "published rules (python -m ballscrew_tehl oil; init --oil iso_vg writes that form). Or laws and numbers.",
+        "published rules (ballscrew oil; init --oil iso_vg writes that form). Or laws and numbers.",
     ),
     "grease": (
         "A grease: enter the numbers of its base oil (data sheet: ISO VG or viscosity at 40 degC, viscosity index).",
@@ -69,9 +69,9 @@ _HEAD = """\
 # Every key ends with its unit, one of
 #   {units}
 # A key after # may be omitted and then has the value shown. Next steps:
-#   python -m ballscrew_tehl torque --screw THIS.toml --preload-n 1000 --speed-rpm 500 --temperature-c 30 --direct
-#   python -m ballscrew_tehl map build --screw THIS.toml --output my_map.nc
-#   python build_fmu.py --screw THIS.toml --map my_map.nc
+#   ballscrew torque --screw THIS.toml --preload-n 1000 --speed-rpm 500 --temperature-c 30 --direct
+#   ballscrew map build --screw THIS.toml --output my_map.nc
+#   ballscrew build --map my_map.nc
 """
 
 

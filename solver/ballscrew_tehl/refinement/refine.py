@@ -12,7 +12,6 @@ state continues exactly as the original.
 
 from __future__ import annotations
 
-import json
 import logging
 import math
 import time
@@ -24,8 +23,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..parameters.file import Parameters
+from ..parameters.identity import map_parameters
 from ..physics.hertz import RACEWAYS
-from ..physics.supply import FLOODED
 from ..runtime.packed import MECHANISTIC
 from .corrections import Array, CorrectionStore
 from .direct import NutContacts
@@ -76,29 +75,6 @@ class _LookUp(NamedTuple):
     viscous: float  # torque up to a factor common to both nuts
     deviation: float  # of ln(viscous)
     distance: float  # to the nearest solved point [cells]
-
-
-def map_parameters(header: Mapping[str, Any]) -> Parameters:
-    """Parameters that a map was built for, from its header.
-
-    Raises       ValueError: the header carries none
-    """
-    content = json.loads(header["parameters_json"])
-    oil, friction = content.get("lubricant", {}), content.get("friction", {})
-    # not in the identity of the map
-    constants = dict(header.get(MECHANISTIC, {}))
-    if constants:
-        oil["eyring_stress"] = constants.pop("eyring_stress")
-        friction |= constants
-        stated = friction.get("set", "three_parameter")
-        friction["set"] = MECHANISTIC if header.get("law") == MECHANISTIC else stated
-        if friction["replenishment_constant"] > 0.0:
-            del friction["supply_length"]
-        elif friction["supply_length"] is None:
-            friction["supply_length"] = FLOODED
-    if oil.get("viscosity_law") == "astm_d341":
-        del oil["viscosity"]  # follows from the two points
-    return Parameters.model_validate_json(json.dumps(content))
 
 
 class Refinement:

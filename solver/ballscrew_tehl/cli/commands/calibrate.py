@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
+from ...calibration.measured import calibrate, films_of, solved_film
 from ...calibration.measurements import Measurement
 from ...friction.origin import refuse_other_fit, with_set
 from ...friction.sets import MECHANISTIC, PACKAGED_SETS, FrictionSet, check_usable, write_friction_sets
 from ...parameters.file import Parameters
 from ...parameters.packaged_data import PACKAGED_VG100
 from ...parameters.units import CELSIUS, RPM
-from ..shared.chosen import screw_hint, screw_of
+from ..shared.chosen import screw_of
 from ..shared.files import check_output, new_folder, written
 from ..shared.progress import QUIET, progress_bar
 from ..shared.quantities import CALIBRATION_POINT, TEMPERATURE
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from ...friction.mechanistic import ContactValues
     from ...friction.torque import FilmModel
 
-    #: name -> film model, or contacts of the mechanistic law
-    Films = Callable[[str], FilmModel | ContactValues]
-
 
 def run_calibrate(args: Namespace) -> int:
     """Fit to the user's measurements or to one torque, or refit the packaged sets."""
@@ -35,7 +32,7 @@ def run_calibrate(args: Namespace) -> int:
         raise ValueError("calibrate needs either MEASUREMENTS.csv, --torque-nm with its point, or --packaged")
     point = _point(args) if one else None
     # as torque --friction mechanistic does
-    law = (one or args.set == MECHANISTIC) and args.screw is None and not args.packaged
+    law = (one or args.set == MECHANISTIC) and not (args.screw or args.map or args.packaged)
     parameters = screw_of(args, PACKAGED_VG100 if law else None)
     if law:
         say(f"no --screw: {parameters.name} with {parameters.lubricant.name} ({PACKAGED_VG100.name})")
@@ -52,7 +49,7 @@ def run_calibrate(args: Namespace) -> int:
             write_friction_sets(
                 args.output,
                 {(found.kinematics, found.name): found},
-                "Fitted by python -m ballscrew_tehl calibrate",
+                "Fitted by ballscrew calibrate",
             )
         say(f"written: {args.output}")
     if args.json:
@@ -104,7 +101,7 @@ def _of_point(args: Namespace, parameters: Parameters, point: Measurement) -> _F
     from ...calibration.one_point import calibrate_point, point_data, point_text
 
     with_set(parameters, MECHANISTIC)
-    films, outside = _films(args, parameters)
+    films, outside = films_of(parameters, args.map)
     if reason := outside(point):
         raise ValueError(f"outside the map: {reason}; remedy: a larger map, or none")
     result = calibrate_point(point, parameters, cast("ContactValues", films(MECHANISTIC)))
@@ -139,66 +136,14 @@ def _screw_file_lines(found: FrictionSet) -> list[str]:
 
 
 def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
-    from ...calibration.measurement_file import read_measurement_file
-    from ...calibration.user import calibrate_file
-
-    temperature = parameters.lubricant.reference_temperature
-    if args.temperature_c is not None:
-        temperature = TEMPERATURE.checked("--temperature-c", args.temperature_c) + CELSIUS
-    file = read_measurement_file(args.measurements, temperature)
-    film_model, outside = _films(args, parameters)
+    temperature = args.temperature_c
+    if temperature is not None:
+        temperature = TEMPERATURE.checked("--temperature-c", temperature) + CELSIUS
     with progress_bar(QUIET) as progress:
-        return calibrate_file(
-            file, parameters, film_model, args.set or parameters.friction.set, args.loss or "least_squares",
-            args.drop, outside, progress,
+        return calibrate(
+            args.measurements, parameters, args.map, name=args.set, temperature=temperature,
+            loss=args.loss or "least_squares", drop=args.drop, progress=progress,
         )  # fmt: skip
-
-
-def _films(args: Namespace, parameters: Parameters) -> tuple[Films, Callable[[Measurement], str]]:
-    """Film models by name or contacts of the mechanistic law, and why a point is outside the map, "" if it is not."""
-    if args.map is None:
-        return lambda film: _solved(film, parameters), lambda m: ""
-    from ...friction.torque import nut_forces
-    from ...nut_map.contact_map import MapContacts, SolvedFilm
-    from ...nut_map.file import load_contact_map, load_map
-
-    with screw_hint(args, args.map):
-        contact_map = load_contact_map(args.map, parameters)
-    axes = load_map(args.map, parameters).header["axes"]
-
-    def outside(m: Measurement) -> str:
-        forces = [force for force in nut_forces(parameters, m.preload, m.axial_load) if force > 0.0]
-        checks = (
-            ("force of a nut", "N", "force", 1.0, forces),
-            ("speed", "r/min", "speed", RPM, [m.speed]),
-            ("temperature", "K", "temperature", 1.0, [m.temperature]),
-        )
-        found = []
-        for what, unit, axis, factor, values in checks:
-            low, high = axes[axis][:2]
-            # a value on the edge of the map may be off by rounding
-            if not all(low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9) for value in values):
-                shown = ", ".join(f"{value / factor:.6g}" for value in dict.fromkeys(values))
-                found.append(
-                    f"{what} = {shown} {unit}; allowed: {low / factor:.6g} to {high / factor:.6g} {unit}"
-                )
-        return "; ".join(found)
-
-    def films(name: str) -> FilmModel | ContactValues:
-        if name == MapContacts.name:
-            return MapContacts(contact_map)
-        return SolvedFilm(contact_map, name == "solved_thermal")
-
-    return films, outside
-
-
-def _solved(name: str, parameters: Parameters) -> FilmModel | ContactValues:
-    """Film model by its name, or the contacts of the mechanistic law, by the solver."""
-    from ...refinement.direct import DirectContacts, DirectFilm
-
-    if name == DirectContacts.name:
-        return DirectContacts(parameters)
-    return DirectFilm(parameters, name == "solved_thermal")
 
 
 def _packaged(args: Namespace, parameters: Parameters) -> int:
@@ -214,7 +159,7 @@ def _packaged(args: Namespace, parameters: Parameters) -> int:
     check_output("--output", output, "a file *.toml")
 
     def film_model(variant: Parameters, name: str) -> FilmModel | ContactValues:
-        return _solved(FILM_OF_SET[name], variant)
+        return solved_film(FILM_OF_SET[name], variant)
 
     with new_folder(Path(output).parent):
         sets = calibrate_packaged(film_model, parameters, output, say, args.set)

@@ -11,10 +11,14 @@ from typing import Any
 from ... import __version__
 from ...calibration.csv_table import read_rows
 from ..parser import LAWS, RHEOLOGIES
+from ..shared.points import check_rows
 from ..shared.progress import QUIET, progress_bar
 from ..shared.results import print_results
 
 DIMENSIONS = ("load_n", "radius_x_m", "radius_y_m", "u1_m_s", "u2_m_s", "temperature_k")
+#: of a table
+COLUMNS = ("Hc", "Hm", "M", "L", "h_c_m", "h_m_m", "p_max_pa", "temperature_rise_k", "traction_force_n", "converged",
+           "error_estimate")  # fmt: skip
 MOES = ("moes", "radius_ratio", "law")
 
 
@@ -106,6 +110,7 @@ def run_contact(args: Namespace) -> int:
             _read(f"{args.points}: row {index}: ", {**given, **row})
             for index, row in enumerate(filled, start=1)
         ]
+    check_rows(args)
     results: list[dict[str, Any]] = []
     with progress_bar(QUIET) as progress:
         for contact in contacts:
@@ -113,8 +118,9 @@ def run_contact(args: Namespace) -> int:
             results.append(_solve(contact, args.screw))
         progress(len(results), len(contacts), "contacts solved")
     print_results(
-        [{**result, "version": __version__} for result in results], args.json, args.points is not None
-    )
+        [{**result, "version": __version__} for result in results], args.json, args.points is not None, {}, COLUMNS,
+        args.output,
+    )  # fmt: skip
     return 0 if all(result["converged"] for result in results) else 1
 
 

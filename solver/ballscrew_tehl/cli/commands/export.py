@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 #: file names by format; speeds of a table, points of a compensation list and the speeds that it is fitted to
 KINDS = {"twincat": "a file *.lis, *.txt", "csv": "a file *.csv", "modelica": "a file *.txt", "matlab": "a file *.m",
          "json": "a file *.json"}  # fmt: skip
+#: of the table of lists
+COLUMNS = ("file", "preload_n", "temperature_c", "entries", "largest_error_nm", "error_bound_nm")
 SPEEDS, MOST_POINTS, CURVE = 40, 20, 400
 
 
@@ -62,7 +64,7 @@ def run_export(args: Namespace) -> int:
         with written("--output", path), whole_file(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
         say(f"written: {path}")
-    print_results(answer, args.json, args.format == "twincat")
+    print_results(answer, args.json, args.format == "twincat", columns=COLUMNS)
     return 0
 
 

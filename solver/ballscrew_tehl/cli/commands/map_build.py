@@ -1,4 +1,4 @@
-"""The commands `map build` and `map atlas`."""
+"""The commands `map build` and `paper atlas`."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _build_one(wanted: _Wanted, args: Namespace, executor: Executor, progress: P
     if unsolved:
         say(
             f"{unsolved} of {built.header['contacts']} contacts did not converge and are interpolated from the others: "
-            "see contacts_not_solved in `map info`"
+            "see contacts_not_solved in ballscrew map info"
         )
     if built.header["range_cut"]:
         say(
@@ -85,8 +85,8 @@ def _build_one(wanted: _Wanted, args: Namespace, executor: Executor, progress: P
     ]
     if poor:
         say(
-            f"{path}: a poor map, errors of {'; '.join(poor)}: see certificate in `map info`; remedy: a narrower "
-            "range, or a smaller --tolerance"
+            f"{path}: a poor map, errors of {'; '.join(poor)}: see certificate in ballscrew map info; remedy: a "
+            "narrower range, or a smaller --tolerance"
         )
     journal.discard()
     return {"file": str(path), "file_hash": file_hash, **certificate_totals(certificate)}
@@ -166,7 +166,8 @@ def run_map_build(args: Namespace) -> int:
         if not results:
             raise ArithmeticError(text)
         say(text)
-    print_results(results, args.json, args.family is not None)
+    columns = ("file", *(f"{name}_error_{key}" for name in POOR for key in ("mean", "99", "max")))
+    print_results(results, args.json, args.family is not None, columns=columns)
     return 0
 
 
@@ -174,10 +175,9 @@ def _screws(args: Namespace) -> list[tuple[Parameters, Path]]:
     """Parameters and map file of every map that is asked for."""
     if args.family is not None:
         return _family(args)
-    parameters = screw_of(args)
     if args.output is None:
         raise ValueError("--output (missing); allowed: a file *.nc for the map")
-    return [(parameters, Path(args.output))]
+    return [(_screw(args, args.screw), Path(args.output))]
 
 
 def _opened(parameters: Parameters, path: Path, args: Namespace, stack: ExitStack) -> _Wanted:
@@ -213,10 +213,11 @@ def _family(args: Namespace) -> list[tuple[Parameters, Path]]:
         raise ValueError(f"--family = {folder}; allowed: a folder with screw files *.toml")
     target = Path(args.output) if args.output else folder
     try_folder(f"--output = {target}", target)
-    return [
-        (screw_of(Namespace(screw=str(file), kinematics=args.kinematics)), target / f"{file.stem}.nc")
-        for file in files
-    ]
+    return [(_screw(args, str(file)), target / f"{file.stem}.nc") for file in files]
+
+
+def _screw(args: Namespace, file: str | None) -> Parameters:
+    return screw_of(Namespace(screw=file, map=None, kinematics=args.kinematics))
 
 
 def run_map_atlas(args: Namespace) -> int:

@@ -12,7 +12,7 @@ from ...friction.sets import default_friction_set
 from ...nut_map.certificate import STAGE, claim, deviation_from_direct, points_of
 from ...parameters.units import SHOWN
 from ...runtime.packed import certificate_totals
-from ..shared.chosen import screw_hint, screw_of
+from ..shared.chosen import screw_of
 from ..shared.files import check_output, written
 from ..shared.progress import progress_bar
 from ..shared.quantities import whole_number
@@ -52,8 +52,7 @@ def run_map_info(args: Namespace) -> int:
     """Axes, film model, friction defaults, version, hashes and certificate of a map."""
     from ...nut_map.file import load_map
 
-    with screw_hint(args, args.file):
-        header = load_map(args.file, screw_of(args)).header
+    header = load_map(args.map, screw_of(args)).header
     if args.json:
         print_results([header], True, False)
         return 0
@@ -76,7 +75,7 @@ def _rows(header: Mapping[str, Any]) -> dict[str, Any]:
         elif isinstance(value, Mapping):
             simple = {name: entry for name, entry in value.items() if not isinstance(entry, Mapping | None)}
             rows |= {f"{key}.{name}": entry for name, entry in simple.items()}
-        elif key != "parameters_json":
+        elif key not in ("parameters_json", "screw_file"):
             rows[key] = value
     return {key: "-" if value == "" else value for key, value in rows.items()}
 
@@ -112,8 +111,7 @@ def run_map_check(args: Namespace) -> int:
 
     parameters = screw_of(args)
     whole_number("--count", args.count)
-    with screw_hint(args, args.file):
-        nut_map = load_map(args.file, parameters)
+    nut_map = load_map(args.map, parameters)
     with progress_bar() as progress:
         # the first point may take as long as compiling the solver
         progress(0, points_of(args.count), STAGE)
@@ -138,10 +136,9 @@ def run_map_plot(args: Namespace) -> int:
     from ...nut_map.file import load_contact_map, load_map
     from ...nut_map.plot import map_figure, map_picture, save_figure
 
-    with screw_hint(args, args.file):
-        nut_map = load_map(args.file, parameters)
+    nut_map = load_map(args.map, parameters)
     say(f"drawing {path}")
-    picture = map_picture(nut_map, load_contact_map(args.file, parameters))
+    picture = map_picture(nut_map, load_contact_map(args.map, parameters))
     file_hash = picture.nut_map.header["file_hash"]
     figure = map_figure(picture, args.error)
     with written("--output", path):

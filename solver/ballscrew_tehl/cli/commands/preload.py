@@ -24,6 +24,16 @@ def _at(point: Mapping[str, float]) -> str:
     return f"{point['speed_rpm']:g} r/min and {point['temperature_c']:g} C"
 
 
+#: of a table
+COLUMNS = (
+    "torque_nm",
+    "speed_rpm",
+    "temperature_c",
+    "preload_n",
+    "preload_low_n",
+    "preload_high_n",
+    "in_range",
+)
 #: what is said of ends of an interval that the map cuts off
 AT_EDGE = "preload_at_edge"
 
@@ -72,7 +82,7 @@ def run_preload(args: Namespace) -> int:
                 raise ValueError(
                     f"torque_nm = {point['torque_nm']:.6g} at {_at(point)}; allowed: {least:.4g} to {most:.4g} N.m, "
                     f"the torques of this map there (preload {lowest:g} to {highest:g} N); remedy: check unit and sign "
-                    "of the torque, or map build with a higher --preload-n"
+                    "of the torque, or ballscrew map build with a higher --preload-n"
                 )
             if point["torque_nm"] < least:
                 below.append((point, least))
@@ -96,12 +106,13 @@ def run_preload(args: Namespace) -> int:
         say(
             f"in_range: false; {which}torque_nm {point['torque_nm']:.6g} is below {least:.4g} N.m, the lowest torque "
             f"that this map answers at {_at(point)} (preload {lowest:g} N): preload_n is extrapolated, not reliable; "
-            "remedy: check the unit and what was subtracted from the torque, or map build with a lower --preload-n"
+            "remedy: check the unit and what was subtracted from the torque, or ballscrew map build with a lower "
+            "--preload-n"
         )
     if cut := [result for result in results if AT_EDGE in result]:
         which = "" if len(results) == 1 else f"{len(cut)} of {len(results)} points, the first: "
         ends = " and ".join(f"preload_{end}_n" for end in cut[0][AT_EDGE])
         say(f"{AT_EDGE}: {which}{ends} at {_at(cut[0])}: the interval goes beyond the map")
     say_outside([result for result in results if result["clamped"] != ["preload"]], axes)
-    print_results(results, args.json, bool(args.points))
+    print_results(results, args.json, bool(args.points), columns=COLUMNS, output=args.output)
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import shlex
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,10 +22,14 @@ if TYPE_CHECKING:
     from ...nut_map.workers import Progress
     from ...report.lines import GivenPoint
     from ...report.material import Material
+    from ...report.page import Html
 
 
-def run_report(args: Namespace) -> int:
-    """Gather, draw, write; the file is complete or does not exist."""
+def run_report(args: Namespace, live: Callable[[], Html | None] = lambda: None) -> int:
+    """Gather, draw, write; the file is complete or does not exist.
+
+    Parameters   live : makes the fragment that computes in the browser; this package cannot
+    """
     path = Path(args.output)
     check_output("--output", path, "a file *.html, *.htm")
     selected = chosen_of(args)
@@ -35,7 +39,7 @@ def run_report(args: Namespace) -> int:
     importlib.import_module("matplotlib")
     with progress_bar() as progress:
         material = _gathered(args, selected, measured, given, progress)
-        text, claimed = _page(material, progress)
+        text, claimed = _page(material, progress, live())
     with written("--output", path), whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     tables = material.tables.items()
@@ -66,7 +70,7 @@ def _given(args: Namespace, measured: bool) -> GivenPoint:
         value = getattr(args, quantity.name)
         if value is not None and measured:
             raise ValueError(
-                f"{quantity.option} = {value}; allowed: with --screw, the paper has its own point"
+                f"{quantity.option} = {value}; allowed: with --screw or --map, the paper has its own point"
             )
         found.append(None if value is None else SHOWN[axis].si(quantity.checked(quantity.option, value)))
     return GivenPoint(*found)
@@ -95,7 +99,7 @@ def _gathered(
         if args.map is not None or args.screw is None:
             raise
         target = f"{Path(args.screw).stem}_map.nc"
-        words = ["python", "-m", "ballscrew_tehl", "map", "build", "--screw", args.screw]
+        words = ["ballscrew", "map", "build", "--screw", args.screw]
         words += ["--kinematics", args.kinematics] if args.kinematics else []
         raise ValueError(
             f"--map (missing): {error.reason}; build it with: {shlex.join([*words, '--output', target])}; then give "
@@ -103,15 +107,15 @@ def _gathered(
         ) from error
 
 
-def _page(material: Material, progress: Progress) -> tuple[str, dict[str, str]]:
+def _page(material: Material, progress: Progress, live: Html | None) -> tuple[str, dict[str, str]]:
     """The page, and the verdicts on the statements of the paper."""
     from ...report.claims import claims
     from ...report.sections import whole_page
 
     if not material.measured:
-        return whole_page(material, [], progress), {}
+        return whole_page(material, [], progress, live), {}
     found = claims(material.parameters, material.frictions, material.tables[material.chosen.entry.name])
-    return whole_page(material, found, progress), {claim.id: claim.verdicts[0] for claim in found}
+    return whole_page(material, found, progress, live), {claim.id: claim.verdicts[0] for claim in found}
 
 
 def flat(nested: Mapping[str, Any], before: str = "") -> dict[str, Any]:

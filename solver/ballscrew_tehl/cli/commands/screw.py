@@ -1,4 +1,4 @@
-"""The commands screw, catalogue and init: what a ball-screw program states of a screw; a screw file to fill in."""
+"""The commands screw and init: what a ball-screw program states of a screw; a screw file to fill in."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ import math
 from argparse import Namespace
 from typing import TYPE_CHECKING, Any
 
-from ...friction.baselines import nsk_torque
 from ...mechanics import CATALOGUE_SHARE, LoadedScrew, efficiency, loaded_screw, screw_constants
 from ...parameters.file import ScrewParameters
 from ...parameters.units import CELSIUS, RPM
-from ...physics.rating import STATIC_PRESSURE, computed_dynamic_rating, dynamic_rating, static_rating
-from ..shared.chosen import chosen_of, say_outside, screw_of
+from ...physics.rating import STATIC_PRESSURE, computed_dynamic_rating, dynamic_rating
+from ..shared.chosen import chosen_of, say_outside
 from ..shared.files import check_output, written
 from ..shared.points import read_points
 from ..shared.quantities import SCREW_POINT, SPEED, TEMPERATURE
@@ -34,23 +33,30 @@ UNITS = {
     "lost_motion": "_m",
     "catalogue_torque": "_nm",
 }
+#: of a table
+COLUMNS = (
+    "preload_n", "axial_load_n", "catalogue_torque_nm", "friction_torque_nm", "efficiency", "in_range", "static_safety",
+    "life_turns", "contact_pressure_max_pa",
+)  # fmt: skip
 KEYS = [name + UNITS.get(name, "") for name in LoadedScrew._fields]
 
 
 def run_screw(args: Namespace) -> int:
-    """Loads, pressure, stiffness, life and, with a map, efficiency at one or many loads."""
+    """Catalogue torque, loads, pressure, stiffness, life and, with a map, efficiency at one or many loads."""
     chosen = chosen_of(args)
     screw = chosen.parameters.screw
     needs_map = args.speed_rpm is not None
     if needs_map != (args.temperature_c is not None):
         raise ValueError("--speed-rpm and --temperature-c: give both, for the efficiency, or none")
+    if args.preload_n is None:
+        args.preload_n = CATALOGUE_SHARE * dynamic_rating(screw)
     points = read_points(args, SCREW_POINT)
     constants = screw_constants(screw)
     _compare_rating(screw)
     results: list[dict[str, Any]] = []
     for point in points:
         found = loaded_screw(screw, constants, point["preload_n"], point["axial_load_n"])
-        results.append({**point, **dict(zip(KEYS, found, strict=True))})
+        results.append({**point, **dict(zip(KEYS, found, strict=True)), "conditions": CONDITIONS})
     if crushed := [result for result in results if result["pressure_over_static"] > 1.0]:
         pressure = 1e-9 * crushed[0]["contact_pressure_max_pa"]
         say(f"contact pressure {pressure:.3g} GPa; the static rating allows {1e-9 * STATIC_PRESSURE:.3g} GPa")
@@ -66,7 +72,7 @@ def run_screw(args: Namespace) -> int:
             result |= {"speed_rpm": speed, "temperature_c": temperature, "friction_torque_nm": torque}
             if point["preload_n"] > nut_map.header["axes"]["preload"][1]:
                 # the torque is that of the edge of the map: another preload
-                result.pop("catalogue_torque_nm")
+                del result["catalogue_torque_nm"], result["conditions"]
             if (both := efficiency(screw, point["axial_load_n"], torque)) is not None:
                 result |= {"efficiency": both.driving, "efficiency_backdriving": both.backdriving}
             result |= {
@@ -83,6 +89,8 @@ def run_screw(args: Namespace) -> int:
         args.json,
         bool(args.points),
         _notes(points[0]["axial_load_n"], args.speed_rpm),
+        COLUMNS,
+        args.output,
     )
     return 0
 
@@ -114,28 +122,6 @@ def _notes(axial_load: float, speed: float | None) -> dict[str, str]:
         # torque and maps take the loads of each nut as by a preload of its force
         notes |= dict.fromkeys(("ball_load_max_n", "contact_pressure_max_pa"), STRETCHED)
     return notes
-
-
-def run_catalogue(args: Namespace) -> int:
-    """Catalogue torque of a screw at a preload, by default 5 % of its dynamic rating."""
-    parameters = screw_of(args)
-    screw = parameters.screw
-    rating = dynamic_rating(screw)
-    preload = CATALOGUE_SHARE * rating if args.preload_n is None else args.preload_n
-    if not (math.isfinite(preload) and preload >= 0.0):
-        raise ValueError(f"--preload-n = {preload:g}; allowed: a finite number >= 0")
-    _compare_rating(screw)
-    result = {
-        "preload_n": preload,
-        "preload_over_dynamic": preload / rating,
-        "catalogue_torque_nm": float(nsk_torque(screw, preload)),
-        "dynamic_load_rating_n": rating,
-        "static_load_rating_n": static_rating(screw),
-        "conditions": CONDITIONS,
-        "screw": parameters.name,
-    }
-    print_results([result], args.json, False)
-    return 0
 
 
 def _sizes(args: Namespace) -> CatalogueSizes | None:

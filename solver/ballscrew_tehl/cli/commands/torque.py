@@ -25,6 +25,11 @@ if TYPE_CHECKING:
     from ...runtime.evaluate import NutMap
 
 
+#: of a table, those that a narrow one leaves out last
+COLUMNS = (
+    "preload_n", "speed_rpm", "temperature_c", "axial_load_n", "friction_torque_nm", "torque_low_nm", "torque_high_nm",
+    "in_range", "film_thickness_min_m",
+)  # fmt: skip
 #: torque at which motion begins, of an answer at speed 0
 BREAKAWAY = "breakaway_torque_nm"
 #: what is said of a film beyond lubrication theory, of a torque that goes the wrong way, of oversize balls
@@ -74,6 +79,8 @@ def run_torque(args: Namespace) -> int:
         args.json,
         bool(args.points),
         _notes(points[0]),
+        COLUMNS,
+        args.output,
     )
     return 0
 

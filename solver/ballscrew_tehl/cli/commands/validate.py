@@ -53,7 +53,7 @@ def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
         (entry, with_set(chosen.parameters, entry.name), args.map)
         for entry in other_sets(chosen.friction_set, chosen.parameters)
     ]
-    if args.screw is None and chosen.friction_set.name != MECHANISTIC:
+    if not (args.screw or args.map) and chosen.friction_set.name != MECHANISTIC:
         own = load_parameters(PACKAGED_VG100)
         wanted.append((default_friction_set(own), own, None))
     with progress_bar(QUIET) as progress:

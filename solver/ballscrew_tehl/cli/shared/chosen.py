@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,12 +20,17 @@ if TYPE_CHECKING:
 
 
 def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
-    """The parameters selected by --screw and --kinematics.
+    """The parameters selected by --screw, else those in the file of --map, and by --kinematics.
 
-    Parameters   default : screw file without --screw; None = the packaged one
-    Raises       ParameterError (a ValueError)
+    Parameters   default : screw file without both; None = the packaged one
+    Raises       ParameterError, MapError (a ValueError)
     """
-    parameters = load_parameters(default if args.screw is None else args.screw)
+    if args.screw is None and args.map is not None:
+        from ...nut_map.file import screw_of_map
+
+        parameters = screw_of_map(args.map)
+    else:
+        parameters = load_parameters(args.screw or default)
     if args.kinematics in (None, parameters.friction.kinematics):
         return parameters
     if args.kinematics == "published" and parameters.published_speeds is None:
@@ -36,21 +40,6 @@ def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
     # numbers in the screw file belong to its own law
     own = without_overrides(parameters, LAW_SETS[args.kinematics][0])
     return changed(own, friction={"kinematics": args.kinematics})
-
-
-@contextmanager
-def screw_hint(args: Namespace, file: str | None) -> Iterator[None]:
-    """Where a given map is not that of the packaged screw, say that its screw file is missing on the command line."""
-    from ...nut_map.file import OtherParametersError
-
-    try:
-        yield
-    except OtherParametersError as error:
-        if file is None or args.screw is not None:
-            raise
-        raise ValueError(
-            f"{error}; without --screw that is the packaged GD4008-3: give the screw file of the map by --screw"
-        ) from error
 
 
 class Chosen(NamedTuple):
@@ -64,8 +53,7 @@ class Chosen(NamedTuple):
         """The map of --map with the film and the numbers of the friction set."""
         from ...nut_map.file import load_map
 
-        with screw_hint(args, args.map):
-            return load_map(args.map, self.parameters, self.of_file)
+        return load_map(args.map, self.parameters, self.of_file)
 
     @property
     def described(self) -> dict[str, str]:
@@ -86,7 +74,7 @@ class Chosen(NamedTuple):
 
 
 def chosen_of(args: Namespace) -> Chosen:
-    """Screw and friction set selected by --screw, --kinematics and --friction.
+    """Screw and friction set selected by --screw, --map, --kinematics and --friction.
 
     Raises       ValueError: no such set or file, a file for another screw or other kinematics
     """
@@ -100,9 +88,9 @@ def chosen_of(args: Namespace) -> Chosen:
         return Chosen(parameters, default_friction_set(parameters), None)
     if not Path(name).is_file():
         raise ValueError(
-            f"--friction = {name}; allowed: {', '.join(packaged)}, or a file of calibrate --output"
+            f"--friction = {name}; allowed: {', '.join(packaged)}, or a file of ballscrew calibrate --output"
         )
-    sets = load_friction_sets(name, "give a file that calibrate --output has written")
+    sets = load_friction_sets(name, "give a file that ballscrew calibrate --output has written")
     only_law = all(entry.film_model == MECHANISTIC for entry in sets.values())
     parameters = screw_of(args, PACKAGED_VG100 if only_law else None)
     found = friction_set_of_file(name, parameters)
@@ -132,8 +120,8 @@ def say_outside(results: Sequence[Mapping[str, Any]], axes: Mapping[str, Any]) -
     light = list(first["clamped"]) == ["preload"] and first["preload_n"] < axes["preload"][0]
     edge = "extrapolated from its lowest preload" if light else "those at its edge"
     say(
-        f"in_range: false; {which}{values} is outside the map, the numbers are {edge} (ranges: map info; a larger "
-        "map: map build; without a map: torque --direct)"
+        f"in_range: false; {which}{values} is outside the map, the numbers are {edge} (ranges: ballscrew "
+        "map info; a larger map: ballscrew map build; without a map: ballscrew torque --direct)"
     )
 
 

@@ -11,8 +11,17 @@ from pathlib import Path
 from ...calibration.csv_table import read_rows
 from ...calibration.measurement_units import Column, column_of
 from ...parameters.units import CELSIUS, RPM
+from .files import check_output
 from .quantities import Quantity
 from .results import say
+
+
+def check_rows(args: Namespace) -> None:
+    """Refuse an --output that could not be written."""
+    if args.output:
+        check_output(
+            "--output", args.output, "a file *.csv", (args.points, args.screw, getattr(args, "map", None))
+        )
 
 
 def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[str, float]]:
@@ -20,6 +29,7 @@ def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[st
 
     Raises       ValueError: a value missing or not allowed, an unknown column similar to a known one
     """
+    check_rows(args)
     common: dict[str, float] = {}
     for quantity in quantities:
         given = getattr(args, quantity.name)

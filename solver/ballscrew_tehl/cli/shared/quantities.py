@@ -80,26 +80,17 @@ IDENTIFY_OPTIONS = (
     TORQUE_CONSTANT,
     Quantity("gain_n_v", "force of the drive over its voltage [N/V]", 1e-6, 1e9),
     RATIO,
-    Quantity("lead_mm", "lead of the screw [mm]; default: that of --screw", 1e-2, 1e3),
-    Quantity(
-        "inertia_kgm2", "known inertia at the screw, axis included [kg m2]; default: fitted", 1e-12, 1e6
-    ),
-    Quantity("mass_kg", "known moved mass, screw and motor included [kg]; default: fitted", 1e-6, 1e7),
-    Quantity("guide_force_n", "friction of guides and covers, which is subtracted [N]", 0.0, MOST_FORCE),
-    Quantity(
-        "seal_torque_nm", "friction of seals and bearings at the screw, which is subtracted [N.m]", 0.0, 1e6
-    ),
-    PRELOAD._replace(help="known preload [N]: for --measurements, or with --before", not_zero=True),
+    Quantity("lead_mm", "lead of the screw [mm]; default: that of the screw file", 1e-2, 1e3),
+    Quantity("inertia_kgm2", "known inertia at the screw, axis included [kg m2]", 1e-12, 1e6),
+    Quantity("mass_kg", "known moved mass, screw and motor included [kg]", 1e-6, 1e7),
+    Quantity("guide_force_n", "friction of guides and covers, subtracted [N]", 0.0, MOST_FORCE),
+    Quantity("seal_torque_nm", "friction of seals and bearings, subtracted [N.m]", 0.0, 1e6),
+    PRELOAD._replace(help="known preload [N]: for --measurements or --before", not_zero=True),
     Quantity("before_preload_n", "known preload of the log before [N]", 0.0, not_zero=True),
     TEMPERATURE._replace(name="before_temperature_c", help="oil temperature of the log before [C]"),
-    Quantity(
-        "delay_ms",
-        "delay of current, torque, force or voltage behind the motion; default: estimated",
-        -1e3,
-        1e3,
-    ),
-    Quantity("cutoff_hz", "cutoff of the filter [Hz]; default: by the noise of the motion", 1e-3, 1e6),
-    Quantity("bins", "bins of speed in each direction; default: by the number of samples", 3, 1000),
+    Quantity("delay_ms", "delay of the drive's signal; default: estimated [ms]", -1e3, 1e3),
+    Quantity("cutoff_hz", "of the filter; default: by the noise of the motion [Hz]", 1e-3, 1e6),
+    Quantity("bins", "bins of speed in each direction; default: by the samples", 3, 1000),
 )
 
 

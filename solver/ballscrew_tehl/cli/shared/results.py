@@ -1,4 +1,4 @@
-"""Results of a command: JSON, a table, or a listing that fits a terminal."""
+"""Results of a command: JSON, CSV, or a table or listing that fits a terminal."""
 
 from __future__ import annotations
 
@@ -8,7 +8,15 @@ import numbers
 import sys
 import textwrap
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
+
+from ...whole_file import whole_file
+from .files import written
+
+
+class CommandError(Exception):
+    """A check or a build that failed, on input that is allowed: one line, exit code 1."""
 
 
 def say(text: str) -> None:
@@ -30,26 +38,86 @@ def plain(value: Any) -> Any:
 
 
 def print_results(
-    results: Sequence[Mapping[str, Any]], as_json: bool, as_list: bool, notes: Mapping[str, str] | None = None
+    results: Sequence[Mapping[str, Any]],
+    as_json: bool,
+    as_list: bool,
+    notes: Mapping[str, str] | None = None,
+    columns: Sequence[str] = (),
+    output: str | None = "",
 ) -> None:
-    """One JSON object or list on stdout, or a readable table.
+    """One JSON object or list on stdout, a file, or readable text.
 
     Parameters   as_list : the user gave a list of points, also a list of one
                  notes : what a number of a single result means, in its line of the text
+                 columns : main keys of a list, for the table; none: all
+                 output : CSV file of all keys; None: not given, "": the command writes none
     """
+    if output:
+        _write_csv(output, results)
     if as_json:
         print(json.dumps(plain(results if as_list else results[0]), allow_nan=False))
+    elif output:
+        say(f"written: {output}")
     elif as_list:
-        # a key may be in some of the results only
-        whole = {key: value for result in reversed(results) for key, value in result.items()}
-        order = dict.fromkeys(key for result in results for key in result)
-        keys = [key for key in order if not isinstance(whole[key], str)]
-        print(table([keys] + [[shown(result.get(key)) for key in keys] for result in results]))
+        _print_table(results, columns, "--json" if output == "" else "--output FILE.csv, or --json")
     else:
         print(listing(results[0], notes or {}))
 
 
-def shown(value: Any) -> str:
+def _write_csv(output: str, results: Sequence[Mapping[str, Any]]) -> None:
+    import pandas as pd
+
+    rows = [
+        {key: " ".join(value) if isinstance(value, list) else value for key, value in result.items()}
+        for result in results
+    ]
+    with written("--output", output), whole_file(Path(output)) as temporary:
+        pd.DataFrame(rows).to_csv(temporary, index=False)
+
+
+#: last part of a key -> unit in the head of a column; width to which heads are wrapped
+UNITS = {"n": "[N]", "nm": "[N.m]", "rpm": "[r/min]", "c": "[C]", "k": "[K]", "m": "[m]", "pa": "[Pa]"}
+HEAD = 8
+
+
+def _print_table(results: Sequence[Mapping[str, Any]], columns: Sequence[str], further: str) -> None:
+    """As many of the columns, by default of all without texts, as fit the terminal; none of zeros only."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    # a key may be in some of the results only
+    console, every = Console(), list(dict.fromkeys(key for result in results for key in result))
+
+    def shows(key: str) -> bool:
+        values = [result.get(key) for result in results]
+        return any(isinstance(value, bool) or value not in (None, 0.0) for value in values) and (
+            key in columns or not any(isinstance(value, str) for value in values)
+        )
+
+    keys = [key for key in columns or every if shows(key)]
+    while True:
+        found = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+        for key in keys:
+            found.add_column(Text(_head(key)), justify="right", vertical="bottom", no_wrap=True)
+        for result in results:
+            found.add_row(*(shown(result.get(key), 5) for key in keys))
+        whole = console.measure(found, options=console.options.update(width=10_000)).maximum
+        if len(keys) == 1 or whole <= console.width:
+            break
+        keys.pop()
+    console.print(found)
+    if len(keys) < len(every):
+        say(f"{len(every) - len(keys)} further columns: {further}")
+
+
+def _head(key: str) -> str:
+    *words, unit = key.split("_")
+    words.append(UNITS.get(unit, unit) if words else unit)
+    return "\n".join(textwrap.wrap(" ".join(words), HEAD, break_long_words=False))
+
+
+def shown(value: Any, digits: int = 6) -> str:
     """A value as text for a table."""
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -57,7 +125,7 @@ def shown(value: Any) -> str:
         return ", ".join(shown(entry) for entry in value) or "-"
     if isinstance(value, int | str):
         return str(value)
-    return "-" if value is None else f"{float(value):.6g}"
+    return "-" if value is None else f"{float(value):.{digits}g}"
 
 
 #: columns of a terminal; widest column of keys, longer ones have their value behind them

@@ -1,0 +1,80 @@
+# PYTHON_ARGCOMPLETE_OK
+"""The command `ballscrew`, of both packages, and the commands of the FMUs; what they do is in runs.
+
+The table imports nothing slow: completion reads it at every key.
+"""
+
+import sys
+from collections.abc import Sequence
+
+from ballscrew_tehl.cli import main as cli
+from ballscrew_tehl.cli.parser import COMMANDS, INPUTS, JSON, OUTPUT, PAPER, Command, option, switch
+
+RUNS = "ballscrew_fmu.runs"
+# fmt: off
+BUILD = Command("build and check the FMUs of a screw from its map", f"{RUNS}:run_build", (
+    option("--output", "folder for the FMUs; default: %(default)s", "FOLDER", default="dist"),
+    switch("--python-only", "only the FMUs for Python hosts"),
+    switch("--embed-map", "native FMUs that open no file, of 15 MB each, for real-time targets"),
+), INPUTS, "--map my_map.nc --friction friction.toml --output my_fmus",
+    "Friction, preload monitor, transmission and axis, for Python hosts and native: C compiled with ziglang for Linux, "
+    "Windows and macOS (the first time some minutes), without it for this machine only. Each FMU is validated by fmpy "
+    "and replayed against the map; FMUs are delivered only if all checks pass. Same input, same bytes. Exit codes: 0 "
+    "done, 1 a check or the compiler failed, 2 invalid input.", interrupted="no FMU delivered")
+FMU_FILE = option("fmu", "an FMU of this program", "FILE.fmu")
+#: of the FMUs, in both faces
+FMU_COMMANDS = {
+    "build": BUILD,
+    "check": Command("validate an FMU and replay the reference that it carries", f"{RUNS}:run_check", (FMU_FILE,),
+                     (JSON,), "dist/BallScrewFriction.fmu"),
+    "info": Command("kinds, platforms and variables of an FMU", f"{RUNS}:run_info", (FMU_FILE,), (JSON,),
+                    "dist/BallScrewFriction.fmu"),
+    "page": Command("the FMU in one HTML page that computes in any browser", f"{RUNS}:run_page", (
+        option("--output", f"{OUTPUT}; default: %(default)s", "FILE.html", default="live.html"),
+    ), (*INPUTS, JSON), "--map my_map.nc --output my.html",
+        "Torque over speed with its interval and parts, film, axial force of each nut, efficiency, and measured points "
+        "from a CSV file over them. It contains the C code of the FMU as WebAssembly, and the map; no network. "
+        "Every FMU has it as documentation/live.html."),
+}
+EXAMPLES = Command("the example scripts: list them, or copy them into a folder", f"{RUNS}:run_examples", (
+    option("--copy", "new folder for the scripts; default: they are listed", "FOLDER"),
+), (), "--copy examples", "They find the FMUs in the folder dist beside theirs, where `ballscrew build` puts them.")
+PACK = Command("write a map as nut_map.bin, for a native FMU that is built", f"{RUNS}:run_pack", (
+    option("--output", f"{OUTPUT}; default: %(default)s", "FILE.bin", default="nut_map.bin"),
+), INPUTS, "--map my_map.nc --output nut_map.bin",
+    "Put in place of the file of this name in the resources of a native FMU of the same law, it gives the friction of "
+    "this screw without a build. Start values, limits and dependencies stay those of the FMU: set the parameters that "
+    "are printed.")
+FMUS = Command("FMUs of a ball screw.", actions={**FMU_COMMANDS, "map": PACK})
+BALLSCREW = Command(
+    "Friction of preloaded ball screws by thermal elastohydrodynamic lubrication.",
+    example="torque --preload-n 2000 --speed-rpm 1000 --temperature-c 30",
+    description="Options of a command, with an example: ballscrew COMMAND --help\n"
+    'Completion: eval "$(register-python-argcomplete ballscrew)" in bash and zsh\n'
+    "  register-python-argcomplete --shell fish ballscrew | source, in fish",
+    actions={
+        **COMMANDS, **FMU_COMMANDS,
+        "map": COMMANDS["map"]._replace(actions={**COMMANDS["map"].actions, "pack": PACK}),
+        "report": COMMANDS["report"]._replace(run=f"{RUNS}:run_report"),
+        "examples": EXAMPLES,
+        "paper": Command("comparison with the paper, and what maps are made of", actions=PAPER),
+    },
+    groups={
+        "your screw": ("init", "screw", "oil", "map"),
+        "torque and preload": ("torque", "preload"),
+        "measurements": ("identify", "calibrate"),
+        "tables and pages": ("export", "report", "page"),
+        "FMUs": ("build", "check", "info", "examples"),
+        "research": ("paper",),
+    },
+)
+# fmt: on
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command `ballscrew`. Returns the exit code: see ballscrew_tehl.cli.main."""
+    return cli.main(arguments, "ballscrew", BALLSCREW)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

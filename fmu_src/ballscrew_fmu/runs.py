@@ -1,0 +1,170 @@
+"""What the commands of the FMUs do. What needs the extra `fmu` is imported when a command runs."""
+
+import ast
+import hashlib
+import json
+from argparse import Namespace
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from ballscrew_tehl.cli.shared.files import check_output, new_folder
+from ballscrew_tehl.cli.shared.results import CommandError, say
+
+
+def run_build(args: Namespace) -> int:
+    """Build, check and deliver the FMUs, with their torque over the measured one."""
+    from ballscrew_fmu import build
+    from ballscrew_fmu.checks.reference import CheckError
+    from ballscrew_fmu.models import MODELS, NATIVE_MODELS
+    from ballscrew_fmu.native_fmu.compile import BuildError
+    from ballscrew_fmu.native_fmu.sources import SourceError
+
+    folder = Path(args.output)
+    inputs = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
+    steps = 1 + 2 * len(MODELS) + (0 if args.python_only else 4 * len(NATIVE_MODELS))
+    columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("packing", total=steps)
+        try:
+            with new_folder(folder):
+                paths, text = build.build(
+                    inputs,
+                    folder,
+                    lambda text: progress.update(task, description=text, advance=1),
+                    args.python_only,
+                    args.embed_map,
+                )
+        except OSError as error:
+            reason = error.strerror or error
+            raise ValueError(f"--output {folder}: {reason}; needs a folder that can be written") from error
+        except CheckError as error:
+            raise CommandError(f"check failed, no FMU delivered: {error}") from error
+        except (BuildError, SourceError) as error:
+            raise CommandError(f"no FMU delivered: {error}") from error
+    print(text)
+    if friction := inputs.nut_map.header.get("friction"):
+        print(f"friction: {friction['set']}, {friction['loss'] or 'not fitted'}; {friction['provenance']}")
+        if friction["carried_over"]:
+            say(friction["carried_over"])
+    for path in paths:
+        content = path.read_bytes()
+        print(f"{path}  {len(content) / 1024:.0f} kB\nsha256 {hashlib.sha256(content).hexdigest()}")
+    return 0
+
+
+def run_check(args: Namespace) -> int:
+    """Validate an FMU and replay its reference."""
+    from ballscrew_fmu.checks.file_check import check_file
+    from ballscrew_fmu.checks.reference import CheckError
+
+    try:
+        lines = check_file(Path(args.fmu))
+    except CheckError as error:
+        raise CommandError(f"{args.fmu}: {error}") from error
+    print(json.dumps({"file": args.fmu, "checks": lines}) if args.json else "\n".join(lines))
+    return 0
+
+
+def run_info(args: Namespace) -> int:
+    """Kinds, platforms and variables of an FMU."""
+    from ballscrew_fmu.checks.file_check import fmu_info
+
+    info = fmu_info(Path(args.fmu))
+    if args.json:
+        print(json.dumps(info))
+        return 0
+    print(
+        f"{info['model']}, FMI {info['fmi_version']}, {' and '.join(info['kinds'])}, {', '.join(info['platforms'])}"
+    )
+    print(f"{info['description']}\n{info['tool']}, {info['token']}")
+    if info["map"]:
+        print(info["map"])
+    table = Table(box=None, pad_edge=False)
+    for title in ("variable", "causality", "unit", "start", "min", "max"):
+        table.add_column(title, justify="left" if title in ("variable", "causality", "unit") else "right")
+    for v in info["variables"]:
+        cells = (v["name"], v["causality"], v["unit"], v["start"], v["min"], v["max"])
+        table.add_row(*("" if cell is None else str(cell) for cell in cells))
+    Console(width=110).print(table)
+    return 0
+
+
+def run_pack(args: Namespace) -> int:
+    """Write a map in the form in which native FMUs read it."""
+    from ballscrew_fmu import build
+    from ballscrew_fmu.archive import write_whole
+    from ballscrew_fmu.native_fmu.map_file import map_bytes
+    from ballscrew_tehl.runtime.packed import map_hash
+
+    nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction).nut_map
+    try:
+        write_whole(Path(args.output), map_bytes(nut_map))
+    except OSError as error:
+        reason = error.strerror or error
+        raise ValueError(f"--output {args.output}: {reason}; needs a file that can be written") from error
+    print(f"{args.output}  map {map_hash(nut_map.header)}, {nut_map.law} friction law")
+    for name, value in nut_map.header["defaults"].items():
+        print(f"{name} = {value:g}")
+    return 0
+
+
+def run_page(args: Namespace) -> int:
+    """Write the live page of a screw."""
+    from ballscrew_fmu import build
+    from ballscrew_fmu.archive import write_whole
+    from ballscrew_fmu.native_fmu.compile import BuildError
+    from ballscrew_fmu.native_fmu.sources import SourceError
+    from ballscrew_tehl.runtime.packed import map_hash
+
+    check_output("--output", Path(args.output), "a file *.html, *.htm")
+    inputs = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
+    say("compiling the page; the first time this takes some 20 s")
+    try:
+        content = inputs.live_page().encode()
+        write_whole(Path(args.output), content)
+    except (BuildError, SourceError) as error:
+        raise CommandError(f"no page written: {error}") from error
+    except OSError as error:
+        reason = error.strerror or error
+        raise ValueError(f"--output {args.output}: {reason}; needs a file that can be written") from error
+    found = {"file": args.output, "bytes": len(content), "map_hash": map_hash(inputs.nut_map.header)}
+    print(json.dumps(found) if args.json else "{file}  {bytes} bytes, map {map_hash}".format(**found))
+    return 0
+
+
+def run_report(args: Namespace) -> int:
+    """The report of ballscrew_tehl with the live page in it; without ziglang it has none."""
+    from ballscrew_fmu import build
+    from ballscrew_fmu.live_page.page import live_frame
+    from ballscrew_fmu.native_fmu.compile import BuildError
+    from ballscrew_tehl.cli.commands.report import run_report
+    from ballscrew_tehl.report.page import Html
+
+    def live() -> Html | None:
+        try:
+            inputs = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
+            return live_frame(inputs.live_page())
+        except BuildError as error:
+            say(f"the report has no live page: {error}")
+            return None
+
+    return run_report(args, live)
+
+
+def run_examples(args: Namespace) -> int:
+    """List or copy the example scripts."""
+    from ballscrew_fmu.example_files import copy_examples, examples_folder
+
+    try:
+        scripts = (
+            sorted(examples_folder().glob("*.py")) if args.copy is None else copy_examples(Path(args.copy))
+        )
+    except OSError as error:
+        raise ValueError(f"--copy {args.copy}: {error.strerror or error}") from error
+    for script in scripts:
+        title = (ast.get_docstring(ast.parse(script.read_bytes())) or "").partition("\n")[0]
+        print(f"{script.name if args.copy is None else script}  {title}")
+    return 0
