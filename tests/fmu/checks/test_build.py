@@ -124,7 +124,7 @@ def raising(error):
     return fail
 
 
-def scaled(*arguments, original=reference.presliding_outputs):
+def scaled(*arguments, original=reference.friction_results):
     return [{n: v * (1.0 + 1e-8) for n, v in row.items()} for row in original(*arguments)]
 
 
@@ -137,7 +137,7 @@ def native_differs(fmu, *arguments, original=check.check_replay):
 FRICTION, MONITOR = PYTHON
 FAILURES = {  # name to patch: what is there instead, message
     "fmpy.validation.validate_fmu": (lambda _: ["first", "second"], f"validation of {FRICTION}: first | second"),
-    "ballscrew_fmu.checks.reference.presliding_outputs": (scaled, f"{FRICTION}: replay step"),
+    "ballscrew_fmu.checks.reference.friction_results": (scaled, f"{FRICTION}: replay step"),
     "ballscrew_fmu.checks.check.table3": (raising(RuntimeError("no preload")), f"{MONITOR}: no preload"),
     "ballscrew_fmu.checks.check.check_replay": (native_differs, "BallScrewFrictionNative_fmi3.fmu: another torque"),
 }  # fmt: skip

@@ -14,7 +14,7 @@ from ballscrew_fmu.__main__ import main
 from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks import check as checks
 from ballscrew_fmu.checks.experiments import check_experiments, run_experiments
-from ballscrew_fmu.checks.reference import CheckError, expected_outputs, reference_input
+from ballscrew_fmu.checks.reference import CheckError, friction_results, reference_input
 from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
 from ballscrew_fmu.models import FRICTION, MONITOR, NATIVE_MODELS
 from ballscrew_fmu.native_fmu.compile import this_platform
@@ -167,11 +167,10 @@ def test_what_is_not_an_fmu_is_refused_in_one_line(tmp_path, capsys):
 
 
 def test_experiments_with_parameters_run_from_the_manifest_alone(synthetic_nut_map, tmp_path):
-    rows, outputs, heat = list(reference_input(synthetic_nut_map.header))[:40], [], 0.0
-    for row in rows:
-        outputs.append(expected_outputs(synthetic_nut_map, 0.7, row, heat))
-        heat = outputs[-1]["heat"]
-    reference = Reference(1e-3, rows, outputs, {"presliding": False, "regularization_speed": 0.7})
+    rows = list(reference_input(synthetic_nut_map.header))[:40]
+    parameters = {"presliding": False, "regularization_speed": 0.7}
+    outputs = friction_results(synthetic_nut_map, rows, **parameters)
+    reference = Reference(1e-3, rows, outputs, parameters)
     fmu = build_native_fmu(
         synthetic_nut_map, 2, tmp_path / "a.fmu", reference, platforms=(this_platform(),)
     ).path

@@ -9,12 +9,7 @@ from importers import REPLAYS, STEP, deviation, needs
 from paths import writable
 from processes import RUNS_HERE
 
-from ballscrew_fmu.checks.reference import (
-    expected_outputs,
-    monitor_outputs,
-    presliding_outputs,
-    reference_input,
-)
+from ballscrew_fmu.checks.reference import friction_results, monitor_outputs, reference_input
 from ballscrew_fmu.models import FRICTION, MONITOR
 
 pytestmark = [
@@ -34,9 +29,10 @@ def test_replay_gives_the_numbers_of_the_map(case, kind, built, tmp_path, monkey
     needs(case.tool)
     rows = list(reference_input(synthetic_nut_map.header))
     if case.kind == "CS":
-        expected = presliding_outputs(synthetic_nut_map, rows, STEP)
+        expected = friction_results(synthetic_nut_map, rows, STEP)
     else:  # without presliding, which is then a matter of the solver; no event gives off heat
-        expected = [expected_outputs(synthetic_nut_map, 0.1, row) | {"heat": 0.0} for row in rows]
+        found = friction_results(synthetic_nut_map, rows, STEP, presliding=False)
+        expected = [row | {"heat": 0.0} for row in found]
     folder = tmp_path / writable(SPECIAL_FOLDER)
     folder.mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(folder))

@@ -23,6 +23,7 @@ from synthetic_map import closed_form
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.variables.friction import ELEMENT_STATES, FIRST_REFERENCE, native_variables
 from ballscrew_tehl.runtime.constants import ELEMENTS
+from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 OK, WARNING, DISCARD, ERROR = range(4)
@@ -73,12 +74,12 @@ class NativeInstance:
         early_return: bool = False,
         intermediate: Sequence[int] = (),
         update: Callable[..., None] | None = None,
-        law: str = FILM_SHEAR,
+        nut_map: NutMap = NUT_MAP,
         model: FmuModel = FRICTION,
         sanitize: bool = False,
     ) -> None:
-        library = compiled_model(closed_form(law), model, sanitize)
-        variables = model.native_variables(NUT_MAP.header)
+        library = compiled_model(nut_map, model, sanitize)
+        variables = model.native_variables(nut_map.header)
         self.names = {v.name: n for n, v in enumerate(variables, FIRST_REFERENCE)}
         self.output = next(v.name for v in variables if v.causality == "output")
         self.indicators = sum(v.indicates for v in variables)

@@ -26,6 +26,7 @@ from native_library import (
     doubles,
 )
 from native_model import compiled_model
+from synthetic_map import closed_form
 
 from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
@@ -85,7 +86,7 @@ def one_life(rng: random.Random, version: int, kind: str, event_mode: bool, mode
     functions, given, taken = counting_functions() if version == 2 else (None, [], [])
     good = 0
     with NativeInstance(
-        version, kind, event_mode=event_mode, early_return=event_mode, functions=functions, model=model, law=law,
+        version, kind, event_mode=event_mode, early_return=event_mode, functions=functions, model=model, nut_map=closed_form(law),
         sanitize=True, logging=version == 3,
     ) as one:  # fmt: skip
         state, saved = "i", []
