@@ -10,7 +10,7 @@ import pytest
 import stub_solver
 from filelock import FileLock
 from native_reference import REFERENCE, VALIDATION
-from synthetic_map import make_map
+from synthetic_map import closed_form
 
 from ballscrew_fmu.checks.reference import STEP, reference_results
 from ballscrew_fmu.models import FRICTION
@@ -42,9 +42,9 @@ def built(tmp_path_factory):
         path = folder / f"{law}_{kind}_{model.name}.fmu"
         with FileLock(f"{path}.lock"):
             if not path.exists() and kind == "python":
-                build_fmu(make_map(law=law), path, solver=stub_solver.SOURCES, model=model)
+                build_fmu(closed_form(law), path, solver=stub_solver.SOURCES, model=model)
             elif not path.exists():
-                nut_map = make_map(law=law)
+                nut_map = closed_form(law)
                 reference = Reference(STEP, *reference_results(nut_map, model))
                 platforms = (this_platform(),)
                 build_native_fmu(nut_map, kind, path, reference, platforms=platforms, model=model)

@@ -8,7 +8,7 @@ import zipfile
 
 import pytest
 from reference_screw import GD4008, published_rows
-from synthetic_map import LAWS, make_map
+from synthetic_map import LAWS, closed_form, make_map
 
 from ballscrew_fmu.__main__ import main
 from ballscrew_fmu.archive import write_fmu
@@ -47,9 +47,9 @@ def one_line(capsys, code, *arguments):
 @pytest.mark.parametrize(("model", "kind", "law"), CASES, ids=lambda x: getattr(x, "name", str(x)))
 def test_every_fmu_replays_the_map_and_its_own_reference(built, model, kind, law, capsys):
     fmu = built(model, kind, law)
-    assert "no finding" in checks.check(fmu, make_map(law=law), model)
+    assert "no finding" in checks.check(fmu, closed_form(law), model)
     if model is FRICTION:  # the limit of the others is that of a search, and of differences
-        assert checks.check_replay(fmu, make_map(law=law), model) <= 1e-12
+        assert checks.check_replay(fmu, closed_form(law), model) <= 1e-12
     if kind != "python":
         found = run_experiments(fmu)
         assert {name.removeprefix(model.native_name) for name in found} == {"_smoke_test", "_validation"}

@@ -84,7 +84,12 @@ def test_values_outside_the_map_are_flagged_and_reported_once_and_zeros_are_no_n
     outside += [{"speed": 400.0}, {"temperature": 400.0}, {"axial_load": 11000.0, "torque": 3.8}]
     for inputs in outside:
         with opened() as one:
-            for values, inside in ((GOOD, True), (GOOD | inputs, False), (GOOD | inputs, False), (GOOD, True)):
+            for values, inside in (
+                (GOOD, True),
+                (GOOD | inputs, False),
+                (GOOD | inputs, False),
+                (GOOD, True),
+            ):
                 assert one.step(**values)
                 assert one.get("in_range") is inside
             named = [text.split()[0] for status, text in one.messages if status == WARNING]

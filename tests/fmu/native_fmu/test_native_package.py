@@ -1,10 +1,8 @@
 """Packing the native FMUs: members, reproducible bytes, libraries for five platforms, clear errors."""
 
 import importlib.util
-import os
 import re
 import shutil
-import subprocess
 import sys
 import zipfile
 from pathlib import Path
@@ -14,12 +12,12 @@ from fmu_checks import exports, findings, fmi_functions, machine_of
 from native_model import FLAGS
 from native_reference import REFERENCE, VALIDATION
 from paths import SUPPORT
+from processes import output
 from synthetic_map import make_map
 
 from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks.check import check
-from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
-from ballscrew_fmu.models import MODELS
+from ballscrew_fmu.checks.replay import kind_of
 from ballscrew_fmu.native_fmu import compile as native_build
 from ballscrew_fmu.native_fmu.compile import BuildError, build_libraries, universal_library
 from ballscrew_fmu.native_fmu.map_file import map_bytes
@@ -35,7 +33,6 @@ from ballscrew_fmu.native_fmu.sources import (
 pytestmark = pytest.mark.slow
 VERSIONS = pytest.mark.parametrize("version", [2, 3])
 HOST = ("x86_64-windows" if sys.platform == "win32" else f"x86_64-{sys.platform}",)
-KINDS = {2: FmuInstance, 3: Fmu3Instance}
 BINARIES = {
     2: {"linux64/.so", "win64/.dll", "darwin64/.dylib", "aarch64-linux/.so", "aarch64-darwin/.dylib"},
     3: {
@@ -93,13 +90,13 @@ def test_another_process_and_folder_build_the_same_bytes(synthetic_nut_map, tmp_
     other = tmp_path / "a folder with another name"
     other.mkdir()
     here = build_native_fmu(synthetic_nut_map, 3, tmp_path / "here.fmu", REFERENCE, VALIDATION, HOST)
-    environment = {**os.environ, "TMPDIR": str(other), "TEMP": str(other), "TMP": str(other)}
-    command = [sys.executable, "-c", BUILD_AGAIN, str(SUPPORT), str(other / "again.fmu"), *HOST]
-    run = subprocess.run(command, capture_output=True, text=True, cwd=other, env=environment)
-    assert run.returncode == 0, run.stderr[-2000:]
-    assert (other / "again.fmu").read_bytes() == here.path.read_bytes()
-    for nut_map, reference in ((make_map(1.01), REFERENCE), (synthetic_nut_map, None)):
-        assert token_of(native_files(nut_map, 3, reference, VALIDATION, HOST)) != here.guid
+    again = other / "again.fmu"
+    temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(other))
+    output("-c", BUILD_AGAIN, SUPPORT, again, *HOST, folder=other, **temporary)
+    assert again.read_bytes() == here.path.read_bytes()
+    contents = ((synthetic_nut_map, REFERENCE), (make_map(1.01), REFERENCE), (synthetic_nut_map, None))
+    tokens = {token_of(native_files(nut_map, 3, of, VALIDATION, ())) for nut_map, of in contents}
+    assert len({*tokens, here.guid}) == 4
 
 
 def test_libraries_of_all_platforms(native_fmus, native_unpacked):
@@ -124,8 +121,7 @@ def test_libraries_of_all_platforms(native_fmus, native_unpacked):
     readelf = shutil.which("readelf") or pytest.skip("no readelf")
     for folder in ("x86_64-linux", "aarch64-linux"):
         (library,) = (Path(native_unpacked[3]) / "binaries" / folder).iterdir()
-        command = [readelf, "-W", "--dyn-syms", str(library)]
-        text = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        text = output("-W", "--dyn-syms", library, program=readelf)
         defined = {line.split()[7] for line in text.splitlines() if re.search(r"GLOBAL +DEFAULT +\d+ ", line)}
         assert defined == set(fmi_functions(3))
         versions = {n for line in text.splitlines() for n in re.findall(r"GLIBC_([\d.]+)", line)}
@@ -141,11 +137,11 @@ def test_the_sources_compile_without_ziglang(native_unpacked, tmp_path, version)
     root = Path(importlib.util.find_spec("fmpy").origin).parent / "c-code"
     units = re.findall(r'SourceFile name="([^"]+)"', (folder / "sources/buildDescription.xml").read_text())
     place = folder / "binaries" / {2: "linux64", 3: "x86_64-linux"}[version] / f"{NATIVE_NAME}.so"
-    command = [compiler, "-std=c99", "-O2", "-fPIC", "-shared", f"-I{root}", "-o", str(place)]
-    command += [*FLAGS, *units, "-lm"]
-    subprocess.run(command, cwd=folder / "sources", check=True, timeout=300)
+    command = ["-std=c99", "-fPIC", "-shared", f"-I{root}", "-o", place, *FLAGS, *units, "-lm"]
+    output(*command, program=compiler, folder=folder / "sources")
     assert exports(place, fmi_functions(version)) == []
-    with KINDS[version](folder) as one, KINDS[version](native_unpacked[version]) as two:
+    kind = kind_of(folder)
+    with kind(folder) as one, kind(native_unpacked[version]) as two:
         for speed in (-3.0, 0.2, 250.0):
             assert one.step(speed=speed)
             assert two.step(speed=speed)
@@ -154,15 +150,14 @@ def test_the_sources_compile_without_ziglang(native_unpacked, tmp_path, version)
     old = "guid" if version == 2 else "instantiationToken"
     description.write_text(re.sub(f'{old}="[^"]+"', f'{old}="other"', description.read_text(), count=1))
     with pytest.raises(Exception, match=r"[Ii]nstantiate"):
-        KINDS[version](folder)
+        kind(folder)
 
 
-@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.layer)
-def test_an_fmu_with_its_map_compiled_in_passes_the_checks_of_the_build(synthetic_nut_map, tmp_path, model):
-    files = native_files(synthetic_nut_map, 2, platforms=HOST, model=model, embed_map=True)
+def test_an_fmu_with_its_map_compiled_in_passes_the_checks_of_the_build(synthetic_nut_map, tmp_path):
+    files = native_files(synthetic_nut_map, 2, platforms=HOST, embed_map=True)
     assert not any(name.startswith("resources/") for name in files)
     write_fmu(tmp_path / "embedded.fmu", files)
-    assert "no finding" in check(tmp_path / "embedded.fmu", synthetic_nut_map, model)
+    assert "no finding" in check(tmp_path / "embedded.fmu", synthetic_nut_map)
 
 
 # --- errors ---

@@ -7,6 +7,7 @@ import ctypes
 import math
 from collections.abc import Callable, Sequence
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from fmpy.fmi2 import (
@@ -54,6 +55,7 @@ class Message(NamedTuple):
 class NativeInstance:
     """One instance; use it in a `with` block.
 
+    Parameters   library : of an FMU for Python hosts; None: that of the runtime, compiled for the tests
     Attributes   messages : everything it logged since it exists, or why it does not
                  opening : what was logged at instantiation
                  handle : None if instantiation failed
@@ -77,9 +79,10 @@ class NativeInstance:
         nut_map: NutMap = NUT_MAP,
         model: FmuModel = FRICTION,
         sanitize: bool = False,
+        library: Path | None = None,
     ) -> None:
-        library = compiled_model(nut_map, model, sanitize)
-        variables = model.native_variables(nut_map.header)
+        table = model.variables if library else model.native_variables
+        library, variables = library or compiled_model(nut_map, model, sanitize), table(nut_map.header)
         self.names = {v.name: n for n, v in enumerate(variables, FIRST_REFERENCE)}
         self.output = next(v.name for v in variables if v.causality == "output")
         self.indicators = sum(v.indicates for v in variables)

@@ -24,7 +24,7 @@ TOKEN = "{test}"
 # compiled programs and libraries of all sessions of this user, a day after their last use removed
 CACHE = Path(tempfile.gettempdir()) / f"ballscrew_native_{os.getuid() if hasattr(os, 'getuid') else ''}"
 FLAGS = tuple(os.environ.get("BALLSCREW_CFLAGS", "").split())  # in addition, e.g. "-O3 -ffp-contract=fast"
-SANITIZERS = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SANITIZERS = ("-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 ROOM = 8192  # [bytes] more than a Model takes
 DAY = 86400.0  # [s]
 
