@@ -116,29 +116,33 @@ def replaced(end, change):
     return new
 
 
-DAMAGES = [  # of native FMUs
+DAMAGES = [  # of the reference experiments of a native FMU
     (with_cell(lambda x: math.nan), "the reference in the FMU is nan"),
     (lambda files: with_table(files, lambda lines: lines[:9]), "_validation_out.csv: 8 rows; 240 steps"),
     (lambda files: with_table(files, lambda lines: [*lines[:9], "a,b"]), "not a table of numbers"),
     (replaced("_validation_out.csv", lambda content: content[:-3]), "its checksum differs"),
     (replaced("_validation_out.csv", lambda content: None), "No such file"),
     (replaced(MANIFEST, lambda content: b"<broken"), "fmi-ls-manifest.xml: not XML"),
-    (replaced(".so", lambda content: content[:5000]), "cannot|ends the process"),
-    (replaced("nut_map.bin", lambda content: content[:-8]), "nut_map.bin|damaged"),
+]
+BROKEN = [  # what the process that runs the FMU says, or that it ended
+    (2, ".so", lambda content: content[:5000], "cannot|ends the process"),
+    (2, "nut_map.bin", lambda content: content[:-8], "nut_map.bin|damaged"),
+    ("python", "nut_map.npz", lambda content: content[: len(content) // 2], ""),
 ]
 
 
 def test_damage_is_one_line(built, tmp_path, capsys):
-    damaged, whole = tmp_path / "damaged.fmu", members(built(FRICTION, 2))
-    for change, message in DAMAGES:
-        write_fmu(damaged, change(whole))
-        assert re.search(message, one_line(capsys, 1, "check", damaged)), message
-    write_fmu(damaged, replaced("nut_map.npz", lambda c: c[: len(c) // 2])(members(built())))
-    assert one_line(capsys, 1, "check", damaged)
-    for model in NATIVE_MODELS:
-        write_fmu(damaged, with_cell(lambda x: 1.0 + x)(members(built(model, 3))))
-        with pytest.raises(CheckError, match=r"_validation: .* at .* s = .*; the reference in the FMU is"):
+    damaged = tmp_path / "damaged.fmu"
+    differs = with_cell(lambda x: 1.0 + x), r"_validation: .* at .* s = .*; the reference in the FMU is"
+    cases = [(FRICTION, *damage) for damage in DAMAGES] + [(model, *differs) for model in NATIVE_MODELS]
+    for model, change, message in cases:
+        write_fmu(damaged, change(members(built(model, 3))))
+        with pytest.raises(CheckError, match=message) as error:
             check_experiments(damaged)
+        assert "\n" not in str(error.value)
+    for kind, end, change, message in BROKEN:
+        write_fmu(damaged, replaced(end, change)(members(built(FRICTION, kind))))
+        assert re.search(message, one_line(capsys, 1, "check", damaged)), message
 
 
 def test_another_map_in_a_native_fmu_is_named(built, synthetic_nut_map, tmp_path, capsys):
