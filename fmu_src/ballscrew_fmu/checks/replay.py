@@ -1,10 +1,11 @@
 """An FMU of FMI 2.0 or 3.0 stepped in fmpy, with variables by name, for the checks and the tests."""
 
+import math
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import fmpy
 from fmpy.fmi1 import FMICallException
@@ -20,6 +21,7 @@ from fmpy.fmi2 import (
 from fmpy.fmi3 import FMU3Slave
 
 FMI2_DISCARD = 2
+Rows = Sequence[Mapping[str, Any]]  # outputs of steps by name
 
 
 class FmuInstance:
@@ -131,6 +133,32 @@ class Fmu3Instance(FmuInstance):
 
     def _log_fmi3(self, _environment: Any, status: int, _category: bytes, message: bytes) -> None:
         self.messages.append((status, message.decode()))
+
+
+class Difference(NamedTuple):
+    """The largest one between outputs and their references; NaN counts as the largest."""
+
+    relative: float
+    row: int
+    name: str
+    found: float
+    expected: float
+
+
+def largest_difference(found: Rows, expected: Rows) -> Difference:
+    """Of two sequences of outputs by name.
+
+    Raises       ValueError: their names or lengths differ
+    """
+    names = {row.keys() == wanted.keys() for row, wanted in zip(found, expected, strict=True)}
+    if names != {True}:
+        raise ValueError(f"outputs {sorted(found[0])}; expected {sorted(expected[0])}")
+    differences = [
+        Difference(abs(row[name] - value) / max(abs(value), 1e-300), n, name, row[name], value)
+        for n, (row, wanted) in enumerate(zip(found, expected, strict=True))
+        for name, value in wanted.items()
+    ]
+    return max(differences, key=lambda one: (math.isnan(one.relative), one.relative))
 
 
 def kind_of(fmu: Path | str) -> type[FmuInstance]:

@@ -71,9 +71,9 @@ def test_a_replay_that_differs_or_is_not_a_number_is_found(tmp_path, capsys, mon
     for name, text in (("nan", 'float("nan") + '), ("late", "(1e-3 if speed < -200.0 else 0.0) + ")):
         code = sources["runtime_outputs"].replace(whole, whole + text)
         fmu = build_fmu(make_map(), tmp_path / f"{name}.fmu", sources | {"runtime_outputs": code}).path
-        with pytest.raises(CheckError, match=r"replay step \d+: friction_torque = "):
+        with pytest.raises(CheckError, match=r"replay step \d+: friction_torque\w* = "):
             checks.check(fmu, make_map())
-        assert "friction_torque = " in one_line(capsys, 1, "check", fmu)
+        assert "friction_torque" in one_line(capsys, 1, "check", fmu)
     other = build_fmu(make_map(viscous_scale=1.0 + 1e-8), tmp_path / "other.fmu").path
     with pytest.raises(CheckError, match=r"replay step \d+: .* the map gives"):
         checks.check(other, make_map())

@@ -112,8 +112,8 @@ def test_model_exchange_has_the_states_torques_and_heat_of_co_simulation():
 @pytest.mark.parametrize("early_return", [True, False])
 @pytest.mark.parametrize("set_in_event_mode", [True, False])
 def test_co_simulation_reports_changes_of_in_range_and_nothing_else(early_return, set_in_event_mode):
-    """An event that the importer does not handle is handled by the next step. Results are those without event mode, with
-    the heat of a preload that vanishes and of elements that are switched off, and the stiffness of the screw."""
+    """An event that the importer does not handle is handled by the next step. Results are as without event mode, also
+    where a preload vanishes, elements are switched off and the stiffness of the screw changes."""
     rows, events = profile(5), []
     for n in (60, 61, 80):
         rows[n] |= {"preload": 0.0, "axial_load": 0.0}

@@ -12,9 +12,8 @@ from pathlib import Path
 
 import pytest
 from fmu_checks import fmi_functions
-from native_host import c_host
 from native_library import NativeInstance
-from native_model import FLAGS, compiled_model, compiler
+from native_model import FLAGS, c_host, compiled_model, compiler
 from native_walk import WALKED, sealed_map
 from paths import FMU_SUPPORT, ROOT, SUPPORT
 from synthetic_map import closed_form, make_map

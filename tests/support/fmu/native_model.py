@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from filelock import FileLock
+from paths import NATIVE_HOSTS
 
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
@@ -98,6 +99,18 @@ def compiled_model(nut_map, model: FmuModel = FRICTION, sanitize: bool = False) 
     if sanitize and len(compiler()) > 1:
         raise FileNotFoundError("no C compiler of the system: sanitizers not run")
     return _library(nut_map, model, SANITIZERS if sanitize else ())
+
+
+def c_host(nut_map, name: str, *options: str, runtime: bool = True) -> Path:
+    """Program of a C file of native/, linked with the runtime of both versions if `runtime`, beside the map.
+
+    Raises       FileNotFoundError: sanitizers, but no compiler of the system
+    """
+    if len(compiler()) > 1 and any("sanitize" in option for option in options):
+        raise FileNotFoundError("no C compiler of the system: sanitizers not run")
+    sources = {n: text for n, text in runtime_sources(nut_map).items() if runtime or not n.endswith(".c")}
+    sources |= {MAP_FILE: map_bytes(nut_map), f"{name}.c": (NATIVE_HOSTS / f"{name}.c").read_bytes()}
+    return compile_once(sources, name, *options)
 
 
 class NativeModel:
