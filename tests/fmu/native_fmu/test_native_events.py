@@ -1,12 +1,13 @@
 """Events of model exchange against steps; event mode, early return, intermediate update of FMI 3 co-simulation."""
 
 import math
-from ctypes import byref, c_bool, c_double, c_size_t
+from ctypes import byref, c_bool, c_double
 
 import fmpy
 import numpy as np
 import pytest
-from native_library import CS, DISCARD, ERROR, INDICATORS, ME, OK, NativeInstance, doubles
+from native_library import CS, DISCARD, ERROR, INDICATORS, NUT_MAP, OK, NativeInstance
+from native_model import NativeModel
 
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
@@ -14,6 +15,7 @@ from ballscrew_tehl.runtime.constants import ELEMENTS
 
 pytestmark = pytest.mark.slow
 STEP = 1e-3
+RATES = [f"{name}_rate" for name in ELEMENT_STATES]
 # from rest; next to no damping, which in a step is that of its mean
 PRESLIDING = {"presliding_stiffness": 1500.0, "presliding_damping": 1e-12, "presliding_side": 1e-20}
 
@@ -31,45 +33,6 @@ def profile(seed, swing=600.0, count=120):
     return rows
 
 
-class Exchange:
-    """Model exchange at constant inputs: rates are constant between events, so these are where lines cross 0."""
-
-    def __init__(self, row):
-        self.one = NativeInstance(3, ME).start(**PRESLIDING, **row)
-        assert self.one.update()[0] == OK
-        self.one.call("EnterContinuousTimeMode")
-        self.heat, self.events = 0.0, 0
-
-    def event(self):
-        assert self.one.call("EnterEventMode") == OK
-        assert self.one.update()[0] == OK
-        assert self.one.call("EnterContinuousTimeMode") == OK
-
-    def follow(self, seconds):
-        """Indicators after this time; the states stay there."""
-        at = self.states + seconds * np.array(self.one.rates())
-        assert self.one.call("SetContinuousStates", doubles(*at), c_size_t(ELEMENTS)) == OK
-        return np.array(self.one.vector("GetEventIndicators", len(INDICATORS)))
-
-    def step(self, seconds, row):
-        self.one.set(**row)
-        self.event()  # the inputs jump
-        while seconds > 0.0:
-            self.states = np.array(self.one.vector("GetContinuousStates"))
-            now = np.array(self.one.vector("GetEventIndicators", len(INDICATORS)))
-            then = self.follow(seconds)
-            crossed = (now > 0.0) & (then <= 0.0)
-            taken = seconds * min([1.0, *(now[crossed] / (now - then)[crossed])])
-            self.follow(0.0)
-            self.heat += taken * self.one.get("power_loss")[0]  # constant between events
-            seconds -= taken
-            # beyond by rounding: the indicator has changed its sign
-            self.follow(taken * (1.0 + 1e-13) + 1e-18 if crossed.any() else taken)
-            if crossed.any():
-                self.events += 1
-                self.event()
-
-
 def leave_event_mode(one):
     """The states do not belong to the importer."""
     assert one.update() == (OK, False)
@@ -85,25 +48,51 @@ def started(early_return=True, update=None, **values):
     return one
 
 
+def exchange_step(one, row):
+    """Heat and events of a step of model exchange at constant inputs: rates are constant between events, so these are
+    where lines cross 0."""
+
+    def read(*names):
+        return np.array([one.get(name) for name in names])
+
+    one.latch(**row)
+    one.event()  # the inputs jump
+    left, heat, events = STEP, 0.0, 0
+    while left > 0.0:
+        now, states, rates = read(*INDICATORS), read(*ELEMENT_STATES), read(*RATES)
+        power = one.get("power_loss")
+        one.latch(**dict(zip(ELEMENT_STATES, states + left * rates, strict=True)))
+        then = read(*INDICATORS)
+        crossed = (now > 0.0) & (then <= 0.0)
+        taken = left * min([1.0, *(now[crossed] / (now - then)[crossed])])
+        heat, left = heat + taken * power, left - taken
+        if crossed.any():  # beyond by rounding: the indicator has changed its sign
+            beyond = states + (taken * (1.0 + 1e-13) + 1e-18) * rates
+            one.latch(**dict(zip(ELEMENT_STATES, beyond, strict=True)))
+            one.event()
+            events += 1
+    return heat, events
+
+
 def test_model_exchange_has_the_states_torques_and_heat_of_co_simulation():
     """To rounding while the Coulomb torque stays; or within the time in which elements that slide follow it."""
     for swing, tolerance in ((0.0, 1e-9), (600.0, 0.1)):
-        rows = profile(3, swing=swing)
-        exchange = Exchange(rows[0])
-        with NativeInstance(3).start(**PRESLIDING, **rows[0]) as steps:
-            for n, row in enumerate(rows):
-                exchange.step(STEP, row)
-                steps.set(**row)
-                assert steps.step(n * STEP, STEP) == OK
-                (torque,), (expected,) = exchange.one.get("friction_torque"), steps.get("friction_torque")
-                assert abs(torque - expected) <= tolerance
-                if not swing:
-                    states = np.subtract(exchange.one.get(*ELEMENT_STATES), steps.get(*ELEMENT_STATES))
-                    assert np.max(np.abs(states)) <= 1e-8
-            heat = exchange.heat + exchange.one.get("heat")[0]
-            assert abs(heat - steps.get("heat")[0]) <= tolerance * heat
-        assert exchange.events >= 60
-        exchange.one.__exit__()
+        rows, total = profile(3, swing=swing), np.zeros(2)
+        exchange, steps = NativeModel(NUT_MAP, continuous=True), NativeModel(NUT_MAP)
+        for one in (exchange, steps):
+            one.latch(**PRESLIDING, **rows[0])
+        exchange.initial_event()
+        for row in rows:
+            total += exchange_step(exchange, row)
+            steps.step(STEP, **row)
+            assert abs(exchange.get("friction_torque") - steps.get("friction_torque")) <= tolerance
+            if not swing:
+                states = [exchange.get(name) - steps.get(name) for name in ELEMENT_STATES]
+                assert np.max(np.abs(states)) <= 1e-8
+        heat, events = total
+        heat += exchange.get("heat")
+        assert abs(heat - steps.get("heat")) <= tolerance * heat
+        assert events >= 60
 
 
 # --- event mode of co-simulation ---
