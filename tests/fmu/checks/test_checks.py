@@ -4,9 +4,9 @@ import hashlib
 import json
 import math
 import re
-import zipfile
 
 import pytest
+from fmu_checks import members
 from reference_screw import GD4008, published_rows
 from synthetic_map import LAWS, closed_form, make_map
 
@@ -15,7 +15,7 @@ from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks import check as checks
 from ballscrew_fmu.checks.experiments import check_experiments, run_experiments
 from ballscrew_fmu.checks.reference import CheckError, friction_results, reference_input
-from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
+from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.models import FRICTION, NATIVE_MODELS
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.experiments import FOLDER, MANIFEST, Reference
@@ -26,14 +26,10 @@ from ballscrew_tehl.nut_map.file import load_map
 
 pytestmark = pytest.mark.slow
 
-KIND = {"python": FmuInstance, 2: FmuInstance, 3: Fmu3Instance}
-CASES = [(m, kind, LAWS[0]) for m in NATIVE_MODELS for kind in KIND if m.slave or kind != "python"]
+CASES = [
+    (m, kind, LAWS[0]) for m in NATIVE_MODELS for kind in ("python", 2, 3) if m.slave or kind != "python"
+]
 CASES += [(FRICTION, "python", LAWS[1]), (FRICTION, 3, LAWS[1])]
-
-
-def members(fmu):
-    with zipfile.ZipFile(fmu) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
 
 
 def one_line(capsys, code, *arguments):

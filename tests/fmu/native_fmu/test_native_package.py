@@ -8,7 +8,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from fmu_checks import exports, findings, fmi_functions, machine_of
+from fmu_checks import exports, findings, fmi_functions, machine_of, members
 from native_model import FLAGS
 from native_reference import REFERENCE, VALIDATION
 from paths import SUPPORT
@@ -56,18 +56,13 @@ def native_unpacked(native_fmus):
     return {v: fmpy.extract(str(path), unzipdir=str(path.with_suffix(""))) for v, path in native_fmus.items()}
 
 
-def read(path):
-    with zipfile.ZipFile(path) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
-
-
 def token_of(files):
     return re.search(rb'MODEL_TOKEN "([^"]+)"', files["sources/variables.h"])[1].decode()
 
 
 @VERSIONS
 def test_members(native_fmus, synthetic_nut_map, tmp_path, version):
-    files = read(native_fmus[version])
+    files = members(native_fmus[version])
     found = {
         re.sub(rf"binaries/([\w-]+)/{NATIVE_NAME}", r"\1/", n) for n in files if n.startswith("binaries/")
     }
@@ -114,7 +109,7 @@ def test_another_process_and_folder_build_the_same_bytes(synthetic_nut_map, tmp_
 
 
 def test_libraries_of_all_platforms(native_fmus, native_unpacked):
-    files = {name.removeprefix("binaries/"): content for name, content in read(native_fmus[2]).items()}
+    files = {name.removeprefix("binaries/"): content for name, content in members(native_fmus[2]).items()}
     fat, thin = (files[f"{folder}/{NATIVE_NAME}.dylib"] for folder in ("darwin64", "aarch64-darwin"))
     assert machine_of(fat) == ("mach", (0x01000007, 0x0100000C))
     assert thin in fat

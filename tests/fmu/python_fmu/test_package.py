@@ -3,12 +3,12 @@
 import json
 import sys
 import uuid
-import zipfile
 from pathlib import Path
 
 import fmpy
 import pytest
 import pythonfmu
+from fmu_checks import members
 from paths import SUPPORT
 from processes import output
 from synthetic_map import make_map
@@ -20,11 +20,6 @@ from ballscrew_fmu.python_fmu.package import build_fmu, fmu_files, runtime_sourc
 from ballscrew_fmu.python_fmu.solver_cache import digest
 
 pytestmark = pytest.mark.slow
-
-
-def members(path):
-    with zipfile.ZipFile(path) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
 
 
 BUILD = """
