@@ -51,18 +51,14 @@ def started(early_return=True, update=None, **values):
 def exchange_step(one, row):
     """Heat and events of a step of model exchange at constant inputs: rates are constant between events, so these are
     where lines cross 0."""
-
-    def read(*names):
-        return np.array([one.get(name) for name in names])
-
     one.latch(**row)
     one.event()  # the inputs jump
     left, heat, events = STEP, 0.0, 0
     while left > 0.0:
-        now, states, rates = read(*INDICATORS), read(*ELEMENT_STATES), read(*RATES)
+        now, states, rates = (one.values(names) for names in (INDICATORS, ELEMENT_STATES, RATES))
         power = one.get("power_loss")
         one.latch(**dict(zip(ELEMENT_STATES, states + left * rates, strict=True)))
-        then = read(*INDICATORS)
+        then = one.values(INDICATORS)
         crossed = (now > 0.0) & (then <= 0.0)
         taken = left * min([1.0, *(now[crossed] / (now - then)[crossed])])
         heat, left = heat + taken * power, left - taken
@@ -87,8 +83,8 @@ def test_model_exchange_has_the_states_torques_and_heat_of_co_simulation():
             steps.step(STEP, **row)
             assert abs(exchange.get("friction_torque") - steps.get("friction_torque")) <= tolerance
             if not swing:
-                states = [exchange.get(name) - steps.get(name) for name in ELEMENT_STATES]
-                assert np.max(np.abs(states)) <= 1e-8
+                difference = exchange.values(ELEMENT_STATES) - steps.values(ELEMENT_STATES)
+                assert np.max(np.abs(difference)) <= 1e-8
         heat, events = total
         heat += exchange.get("heat")
         assert abs(heat - steps.get("heat")) <= tolerance * heat

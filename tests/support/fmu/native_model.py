@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+import numpy as np
 from filelock import FileLock
 from paths import NATIVE_HOSTS
 
@@ -143,6 +144,9 @@ class NativeModel:
 
     def get(self, name: str) -> float:
         return self._library.model_get(self._model, self._place[name])
+
+    def values(self, names: Iterable[str]) -> np.ndarray:
+        return np.array([self.get(name) for name in names])
 
     def latch(self, **values: float) -> None:
         self.set(**values)
