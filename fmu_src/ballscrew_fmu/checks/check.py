@@ -48,13 +48,12 @@ def check_replay(fmu: Path, nut_map: NutMap, model: FmuModel = FRICTION) -> floa
     rows, expected = reference_results(nut_map, model)
     outputs = replay(fmu, rows, STEP)
     try:
-        worst = largest_difference(outputs, expected)
+        worst, n, name, value, wanted = largest_difference(outputs, expected)
     except ValueError as error:
         raise CheckError(f"replay: {error}") from error
-    if not worst.relative <= AGREEMENT:
-        values = f"{worst.found!r}; the map gives {worst.expected!r}"
-        raise CheckError(f"replay step {worst.row}: {worst.name} = {values}")
-    return worst.relative
+    if not worst <= AGREEMENT:
+        raise CheckError(f"replay step {n}: {name} = {value!r}; the map gives {wanted!r}")
+    return worst
 
 
 def torque_tables(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:

@@ -102,12 +102,12 @@ def _run(folder: Path, place: Path, experiment: ElementTree.Element) -> Comparis
     if not np.allclose(found["time"][1:], wanted["time"], rtol=0.0, atol=1e-6 * times["stepSize"]):
         raise CheckError(f"{experiment.get('name')}: steps end at other times than the references")
     ends = wanted.pop("time")
-    worst = largest_difference(
-        [{name: row[name].item() for name in wanted} for row in found[1:]],
+    worst, n, name, value, reference = largest_difference(
+        [{name: float(row[name]) for name in wanted} for row in found[1:]],
         [dict(zip(wanted, row, strict=True)) for row in np.transpose([*wanted.values()]).tolist()],
     )
-    values = f"{float(worst.found)!r}; the reference in the FMU is {worst.expected!r}"
-    return Comparison(len(ends), worst.relative, f"{worst.name} at {ends[worst.row]:g} s = {values}")
+    where = f"{name} at {ends[n]:g} s = {value!r}; the reference in the FMU is {reference!r}"
+    return Comparison(len(ends), worst, where)
 
 
 def _content(path: Path) -> bytes:

@@ -5,7 +5,7 @@ import shutil
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import fmpy
 from fmpy.fmi1 import FMICallException
@@ -135,30 +135,19 @@ class Fmu3Instance(FmuInstance):
         self.messages.append((status, message.decode()))
 
 
-class Difference(NamedTuple):
-    """The largest one between outputs and their references; NaN counts as the largest."""
-
-    relative: float
-    row: int
-    name: str
-    found: float
-    expected: float
-
-
-def largest_difference(found: Rows, expected: Rows) -> Difference:
-    """Of two sequences of outputs by name.
+def largest_difference(found: Rows, expected: Rows) -> tuple[float, int, str, Any, Any]:
+    """The largest relative one of two sequences of outputs, NaN before all; its row, name, value found and expected.
 
     Raises       ValueError: their names or lengths differ
     """
-    names = {row.keys() == wanted.keys() for row, wanted in zip(found, expected, strict=True)}
-    if names != {True}:
+    if any(row.keys() != wanted.keys() for row, wanted in zip(found, expected, strict=True)):
         raise ValueError(f"outputs {sorted(found[0])}; expected {sorted(expected[0])}")
-    differences = [
-        Difference(abs(row[name] - value) / max(abs(value), 1e-300), n, name, row[name], value)
+    differences = (
+        (abs(row[name] - value) / max(abs(value), 1e-300), n, name, row[name], value)
         for n, (row, wanted) in enumerate(zip(found, expected, strict=True))
         for name, value in wanted.items()
-    ]
-    return max(differences, key=lambda one: (math.isnan(one.relative), one.relative))
+    )
+    return max(differences, key=lambda one: (math.isnan(one[0]), one[0]))
 
 
 def kind_of(fmu: Path | str) -> type[FmuInstance]:

@@ -32,7 +32,7 @@ START = {
     FRICTION: PRESLIDING | {"preload": 1500.0, "axial_load": 200.0},
     TRANSMISSION: PRESLIDING | {"position": -1e-6},
     MONITOR: {"torque": 0.8, "speed": 30.0, "initial_preload": 700.0},
-    AXIS: PRESLIDING | {"guide_coulomb": 200.0, "support_stiffness": 2e8},
+    AXIS: PRESLIDING | {"guide_coulomb": 0.5, "support_stiffness": 2e8},  # slides at 2.2e-3
 }
 LATER = (0.002, 0.02, -0.01, 1.0, 0.0)
 HEAD = 24  # [bytes] magic, checksum, layout, size
