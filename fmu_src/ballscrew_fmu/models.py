@@ -129,6 +129,7 @@ TRANSMISSION = FmuModel(
         "friction/friction_law.h",
         "friction/model.c",
         "friction/named_parts.h",
+        "friction/screw_model.h",
         "friction/screw_state.h",
         "friction/tangent.h",
         "friction/tangent_law.h",
@@ -159,7 +160,7 @@ AXIS = FmuModel(
         ),
         HEAT,
     ),
-    borrowed=("transmission/contacts.h", "friction/named_parts.h"),
+    borrowed=("transmission/contacts.h", "friction/named_parts.h", "friction/screw_model.h"),
     step_derivatives=False,  # of a step of many parts they would cost as much as differences of steps
     parts=False,  # inputs are constant in a step, which finds its events itself
 )

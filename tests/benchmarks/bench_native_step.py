@@ -15,8 +15,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
 sys.path.insert(0, str(Path(__file__).parents[1] / "support" / "fmu"))
-from native_host import c_host
-from native_model import TOKEN
+from native_model import TOKEN, c_host
 from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.models import FRICTION

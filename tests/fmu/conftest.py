@@ -2,21 +2,19 @@
 
 import functools
 import os
-import sys
 from pathlib import Path
 
 import fmpy
 import pytest
 import stub_solver
 from filelock import FileLock
-from native_reference import REFERENCE, VALIDATION
-from synthetic_map import make_map
+from synthetic_map import closed_form
 
 from ballscrew_fmu.checks.reference import STEP, reference_results
 from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.experiments import Reference
-from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
+from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
@@ -42,9 +40,9 @@ def built(tmp_path_factory):
         path = folder / f"{law}_{kind}_{model.name}.fmu"
         with FileLock(f"{path}.lock"):
             if not path.exists() and kind == "python":
-                build_fmu(make_map(law=law), path, solver=stub_solver.SOURCES, model=model)
+                build_fmu(closed_form(law), path, solver=stub_solver.SOURCES, model=model)
             elif not path.exists():
-                nut_map = make_map(law=law)
+                nut_map = closed_form(law)
                 reference = Reference(STEP, *reference_results(nut_map, model))
                 platforms = (this_platform(),)
                 build_native_fmu(nut_map, kind, path, reference, platforms=platforms, model=model)
@@ -91,34 +89,3 @@ def user_cache(monkeypatch, tmp_path_factory):
     for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
         monkeypatch.setenv(name, str(folder))
     return folder
-
-
-@pytest.fixture(scope="session")
-def slave_module():
-    """Module of the slave of an unpacked FMU that is loaded; others may be loaded as well."""
-
-    def find(folder):
-        return sys.modules[next(Path(folder).glob("resources/_ballscrew_*")).name + ".python_fmu_slave"]
-
-    return find
-
-
-@pytest.fixture(scope="session")
-def native_fmus(tmp_path_factory, synthetic_nut_map):
-    """The native FMUs for all platforms, by FMI version."""
-    folder = tmp_path_factory.mktemp("native")
-    return {
-        version: build_native_fmu(
-            synthetic_nut_map, version, folder / native_file_name(version), REFERENCE, VALIDATION
-        ).path
-        for version in (2, 3)
-    }
-
-
-@pytest.fixture(scope="session")
-def native_unpacked(native_fmus):
-    """Folders where they are unpacked, by FMI version."""
-    return {
-        version: fmpy.extract(str(path), unzipdir=str(path.parent / f"unpacked_{version}"))
-        for version, path in native_fmus.items()
-    }

@@ -5,7 +5,7 @@ from pathlib import Path
 from fmpy import validation
 
 from ballscrew_fmu.checks.reference import STEP, CheckError, reference_results
-from ballscrew_fmu.checks.replay import FmuInstance, kind_of, replay
+from ballscrew_fmu.checks.replay import FmuInstance, kind_of, largest_difference, replay
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.calibration.measurements import PACKAGED_PRELOAD
@@ -45,17 +45,14 @@ def check_replay(fmu: Path, nut_map: NutMap, model: FmuModel = FRICTION) -> floa
 
     Raises       CheckError: an output differs by more than AGREEMENT
     """
-    rows, wanted = reference_results(nut_map, model)
-    worst = 0.0
-    results = replay(fmu, rows, STEP)
-    for n, (outputs, expected) in enumerate(zip(results, wanted, strict=True)):
-        if outputs.keys() != expected.keys():
-            raise CheckError(f"replay: outputs {sorted(outputs)}; expected {sorted(expected)}")
-        for name, value in outputs.items():
-            difference = abs(value - expected[name]) / max(abs(expected[name]), 1e-300)
-            if not difference <= AGREEMENT:
-                raise CheckError(f"replay step {n}: {name} = {value!r}; the map gives {expected[name]!r}")
-            worst = max(worst, difference)
+    rows, expected = reference_results(nut_map, model)
+    outputs = replay(fmu, rows, STEP)
+    try:
+        worst, n, name, value, wanted = largest_difference(outputs, expected)
+    except ValueError as error:
+        raise CheckError(f"replay: {error}") from error
+    if not worst <= AGREEMENT:
+        raise CheckError(f"replay step {n}: {name} = {value!r}; the map gives {wanted!r}")
     return worst
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from ballscrew_fmu.checks.check import AGREEMENT
 from ballscrew_fmu.checks.reference import CheckError
+from ballscrew_fmu.checks.replay import largest_difference
 from ballscrew_fmu.native_fmu.experiments import EXPERIMENT_TYPE, FOLDER, MANIFEST, SSV_NAMESPACE
 
 
@@ -101,19 +102,12 @@ def _run(folder: Path, place: Path, experiment: ElementTree.Element) -> Comparis
     if not np.allclose(found["time"][1:], wanted["time"], rtol=0.0, atol=1e-6 * times["stepSize"]):
         raise CheckError(f"{experiment.get('name')}: steps end at other times than the references")
     ends = wanted.pop("time")
-    return max(
-        (_compared(name, ends, found[name][1:], values) for name, values in wanted.items()),
-        # a difference that is not a number is the largest
-        key=lambda one: (np.isnan(one.difference), one.difference),
+    worst, n, name, value, reference = largest_difference(
+        [{name: float(row[name]) for name in wanted} for row in found[1:]],
+        [dict(zip(wanted, row, strict=True)) for row in np.transpose([*wanted.values()]).tolist()],
     )
-
-
-def _compared(name: str, ends: Any, found: Any, wanted: Any) -> Comparison:
-    """One output at the ends of the steps (n,) [s], found and wanted (n,)."""
-    differences = np.abs(found - wanted) / np.maximum(np.abs(wanted), 1e-300)
-    k = int(np.argmax(differences))  # the first NaN, if there is one
-    place = f"{name} at {ends[k]:g} s = {float(found[k])!r}; the reference in the FMU is {float(wanted[k])!r}"
-    return Comparison(len(ends), float(differences[k]), place)
+    where = f"{name} at {ends[n]:g} s = {value!r}; the reference in the FMU is {reference!r}"
+    return Comparison(len(ends), worst, where)
 
 
 def _content(path: Path) -> bytes:

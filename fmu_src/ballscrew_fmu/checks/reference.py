@@ -1,5 +1,6 @@
 """Reference inputs of the models and the outputs of the map for them, which a built FMU must reproduce."""
 
+import functools
 import math
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -10,18 +11,17 @@ from ballscrew_fmu.checks.replay import replay
 from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION, FmuModel
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.package import build_native_fmu
-from ballscrew_fmu.variables.friction import Variable
+from ballscrew_fmu.variables.friction import INPUTS, Variable
 from ballscrew_fmu.variables.monitor import monitor_variables
 from ballscrew_fmu.variables.transmission import transmission_variables
 from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
-from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters
 from ballscrew_tehl.runtime.standstill import (
     RELAXED,
-    CoulombFriction,
+    Elements,
     held_stiffness,
     presliding_friction,
     regularised_friction,
@@ -53,47 +53,46 @@ def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
         }
 
 
-def expected_outputs(
-    nut_map: NutMap, regularization_speed: float, row: Mapping[str, float], heat: float = 0.0
-) -> dict[str, Any]:
-    """Outputs of the FMU without presliding after a step with this input, from the map; heat: before it [J]."""
-    state = nut_map.evaluate(**row)
-    coulomb = regularised_friction(state.coulomb_torque, row["speed"], STEP, regularization_speed, RELAXED)
-    return _outputs(nut_map, state, row, coulomb, STEP, heat)
+def friction_step(
+    nut_map: NutMap, given: Mapping[str, float], step: float, before: Elements
+) -> tuple[dict[str, Any], Elements]:
+    """Outputs of BallScrewFriction at the end of a step, except heat, and the elements there.
 
-
-def presliding_outputs(
-    nut_map: NutMap, rows: Iterable[Mapping[str, float]], step: float = STEP
-) -> list[dict[str, Any]]:
-    """Outputs of the FMU with the start values of its parameters after each step of a sequence, from the map."""
-    defaults = dict(zip(DEFAULTS, nut_map.defaults, strict=True))
-    net, breakaway = defaults["net_sliding_coefficient"], defaults["breakaway_factor"]
-    elements, heat, results = RELAXED, 0.0, []
-    for row in rows:
-        state = nut_map.evaluate(**row)
-        present = nut_map.presliding_stiffness(row["preload"], row["axial_load"], net, breakaway)
-        stiffness = held_stiffness(elements, present)
-        coulomb = presliding_friction(
-            state.coulomb_torque, row["speed"], step, elements, stiffness, DAMPING_TIME * stiffness
+    Parameters   given : inputs and parameters by name;  step : [s];  before : elements at its start
+    """
+    preload, speed, temperature, axial_load = (given[v.name] for v in INPUTS)
+    friction = FrictionParameters(*(given[name] for name in DEFAULTS))
+    nut = nut_map.evaluate(preload, speed, temperature, axial_load, *friction)
+    if given["presliding"]:
+        present = given["presliding_stiffness"] or nut_map.presliding_stiffness(
+            preload, axial_load, friction.net_sliding_coefficient, friction.breakaway_factor
         )
-        elements = coulomb.elements
-        results.append(_outputs(nut_map, state, row, coulomb, step, heat))
-        heat = results[-1]["heat"]
+        stiffness = held_stiffness(before, present)
+        damping = given["presliding_damping"] or DAMPING_TIME * stiffness
+        law = presliding_friction(nut.coulomb_torque, speed, step, before, stiffness, damping)
+    else:
+        law = regularised_friction(nut.coulomb_torque, speed, step, given["regularization_speed"], before)
+    outputs = friction_outputs(nut, speed, law, loads_a=axial_load >= 0.0)
+    outputs["range_margin"] = nut_map.range_margin(preload, speed, temperature, axial_load)
+    return outputs, law.elements
+
+
+def friction_results(
+    nut_map: NutMap, inputs: Iterable[Mapping[str, float]], step: float = STEP, **parameters: float
+) -> list[dict[str, Any]]:
+    """Outputs of BallScrewFriction after each step of an input sequence, from a new instance.
+
+    Parameters   inputs : rows by name;  step : [s]
+                 parameters : by name; the others keep their start values
+    """
+    table = FRICTION.variables(nut_map.header)
+    given = {v.name: float(v.start or 0.0) for v in table if v.causality == "parameter"} | parameters
+    elements, heat, results = RELAXED, 0.0, []
+    for row in inputs:
+        outputs, elements = friction_step(nut_map, {**given, **row}, step, elements)
+        heat = outputs["heat"] = heat + step * outputs["power_loss"]
+        results.append({v.name: outputs[v.name] for v in table if v.causality == "output"})
     return results
-
-
-def _outputs(
-    nut_map: NutMap,
-    state: DoubleNutState,
-    row: Mapping[str, float],
-    coulomb: CoulombFriction,
-    step: float,
-    heat: float = 0.0,
-) -> dict[str, Any]:
-    outputs = friction_outputs(state, row["speed"], coulomb, loads_a=row["axial_load"] >= 0.0)
-    outputs["range_margin"] = nut_map.range_margin(**row)
-    outputs["heat"] = heat + step * outputs["power_loss"]
-    return {v.name: outputs[v.name] for v in FRICTION.variables(nut_map.header) if v.causality == "output"}
 
 
 def reference_results(
@@ -104,16 +103,14 @@ def reference_results(
     Raises       CheckError: the preload of the monitor differs from the one its reference torque is computed from
     """
     if model is AXIS:
-        loads = list(axis_input(nut_map.header))
-        return loads, axis_outputs(nut_map, loads)
+        return axis_results(nut_map)
     if model is TRANSMISSION:
         motion = list(transmission_input(nut_map.header, STEP))
         return motion, transmission_outputs(nut_map, motion, STEP)
-    starts = {v.name: v.start or 0.0 for v in FRICTION.variables(nut_map.header)}
     rows = list(reference_input(nut_map.header))
     if model is not MONITOR:
-        return rows, presliding_outputs(nut_map, rows)
-    results = [expected_outputs(nut_map, starts["regularization_speed"], row) for row in rows]
+        return rows, friction_results(nut_map, rows)
+    results = friction_results(nut_map, rows, presliding=False)
     inputs = [
         {"torque": result["friction_torque"]}
         | {name: row[name] for name in ("speed", "temperature", "axial_load")}
@@ -233,12 +230,14 @@ def axis_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
         }
 
 
-def axis_outputs(nut_map: NutMap, inputs: Sequence[dict[str, float]]) -> list[dict[str, Any]]:
-    """Outputs of the axis, which has no twin in Python, from an FMU for this machine. Checked: the balance of energies,
-    and the friction against the map.
+@functools.lru_cache(maxsize=2)  # an FMU of each version has these references and is compared with them
+def axis_results(nut_map: NutMap) -> tuple[list[dict[str, float]], list[dict[str, Any]]]:
+    """Reference input of the axis and its outputs. It has no twin in Python: they are those of an FMU for this machine.
+    Checked: the balance of energies, and the friction against the map.
 
     Raises       CheckError
     """
+    inputs = list(axis_input(nut_map.header))
     with tempfile.TemporaryDirectory(prefix="ballscrew_axis_") as scratch:
         made = build_native_fmu(
             nut_map, 2, Path(scratch) / "axis.fmu", platforms=(this_platform(),), model=AXIS
@@ -257,4 +256,4 @@ def axis_outputs(nut_map: NutMap, inputs: Sequence[dict[str, float]]) -> list[di
             raise CheckError(
                 f"axis, step {n}: viscous_torque = {found['viscous_torque']!r}; the map {nut.viscous_torque!r}"
             )
-    return results
+    return inputs, results

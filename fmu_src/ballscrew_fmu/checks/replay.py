@@ -1,8 +1,9 @@
 """An FMU of FMI 2.0 or 3.0 stepped in fmpy, with variables by name, for the checks and the tests."""
 
+import math
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from fmpy.fmi2 import (
 from fmpy.fmi3 import FMU3Slave
 
 FMI2_DISCARD = 2
+Rows = Sequence[Mapping[str, Any]]  # outputs of steps by name
 
 
 class FmuInstance:
@@ -131,6 +133,21 @@ class Fmu3Instance(FmuInstance):
 
     def _log_fmi3(self, _environment: Any, status: int, _category: bytes, message: bytes) -> None:
         self.messages.append((status, message.decode()))
+
+
+def largest_difference(found: Rows, expected: Rows) -> tuple[float, int, str, Any, Any]:
+    """The largest relative one of two sequences of outputs, NaN before all; its row, name, value found and expected.
+
+    Raises       ValueError: their names or lengths differ
+    """
+    if any(row.keys() != wanted.keys() for row, wanted in zip(found, expected, strict=True)):
+        raise ValueError(f"outputs {sorted(found[0])}; expected {sorted(expected[0])}")
+    differences = (
+        (abs(row[name] - value) / max(abs(value), 1e-300), n, name, row[name], value)
+        for n, (row, wanted) in enumerate(zip(found, expected, strict=True))
+        for name, value in wanted.items()
+    )
+    return max(differences, key=lambda one: (math.isnan(one[0]), one[0]))
 
 
 def kind_of(fmu: Path | str) -> type[FmuInstance]:

@@ -23,10 +23,19 @@ of events alone, supplied_energy is 0.
 """
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
-from ballscrew_fmu.variables.friction import ELEMENT_STATES, PARAMETERS, STATES, Header, Variable, of_map
+from ballscrew_fmu.variables.friction import (
+    ELEMENT_STATES,
+    PARAMETERS,
+    STATES,
+    Header,
+    Names,
+    Variable,
+    film_rows,
+    of_map,
+    row_with,
+)
 from ballscrew_fmu.variables.transmission import ROWS as TRANSMISSION_ROWS
 from ballscrew_fmu.variables.transmission import of_screw
 from ballscrew_tehl.runtime.constants import AXIS_DAMPING_TIME
@@ -55,29 +64,17 @@ _INERTIA = ("motor_inertia", "screw_inertia", "screw_diameter", "screw_length")
 _MASS = ("screw_mass", "screw_diameter", "screw_length", "support_stiffness", "inclination")
 
 
-def _shared(
-    row: str, depends_on: tuple[str, ...] = (), initially: tuple[str, ...] = (), **changes: Any
-) -> Variable:
-    """A row of another table with its own dependencies."""
-    shared = _ROWS[row]
-    fields = {field: value for field, value in shared.of_map.items() if not field.endswith("depends_on")}
-    return shared._replace(depends_on=depends_on, initially_depends_on=initially, of_map=fields)._replace(
-        **changes
-    )
+def _shared(row: str, depends_on: Names = (), initially: Names = (), **changes: Any) -> Variable:
+    return row_with(_ROWS[row], depends_on, initially, **changes)
 
 
-def _energy(
-    name: str, description: str, depends_on: tuple[str, ...], initially: tuple[str, ...] = ()
-) -> Variable:
+def _energy(name: str, description: str, depends_on: Names, initially: Names = ()) -> Variable:
     return Variable(
-        name, "output", description, "J", nominal=1.0, quantity="Energy", depends_on=depends_on,
-        initially_depends_on=initially,
+        name, "output", description, "J", nominal=1.0, depends_on=depends_on, initially_depends_on=initially,
     )  # fmt: skip
 
 
-def _state(
-    name: str, description: str, unit: str, initially: tuple[str, ...] = (), **fields: Any
-) -> Variable:
+def _state(name: str, description: str, unit: str, initially: Names = (), **fields: Any) -> Variable:
     """A state that follows from the parameters at the start. As an output it depends on itself alone."""
     return Variable(name, description=description, unit=unit, initially_depends_on=initially, **fields)
 
@@ -91,12 +88,7 @@ def _parameter(
 
 
 def _rate(
-    of: str,
-    unit: str,
-    nominal: float,
-    depends_on: tuple[str, ...],
-    initially: tuple[str, ...] = (),
-    **fields: Any,
+    of: str, unit: str, nominal: float, depends_on: Names, initially: Names = (), **fields: Any
 ) -> Variable:
     return Variable(
         f"{of}_rate", "local", f"Time derivative of {of}", unit, nominal=nominal, depends_on=depends_on,
@@ -105,35 +97,32 @@ def _rate(
 
 
 _START = ("initial_position", "lead")
-_OF_SHAFT: Mapping[str, Any] = {"causality": "output", "display_unit": "deg", "quantity": "Angle"}
-_ANGLE_RATE: Mapping[str, Any] = {"display_unit": "rev/min", "quantity": "AngularVelocity"}
-_VELOCITY: Mapping[str, Any] = {"display_unit": "m/min", "quantity": "Velocity"}
-_LENGTH: Mapping[str, Any] = {"display_unit": "um", "quantity": "Length"}
-_FORCE_OUT: Mapping[str, Any] = {"unit": "N", "nominal": 1000.0, "quantity": "Force"}
 _ACCELERATED = (*_DAMPED, *_LAW)
 
 ROWS = (
     Variable(
         "motor_torque", "input", "Torque of the motor on the screw, in the air gap", "N.m", 0.0, nominal=10.0,
-        quantity="Torque",
     ),
     Variable(
         "external_force", "input", "Force of the process on the table, along the position", "N", 0.0, nominal=1000.0,
-        quantity="Force",
     ),
     _ROWS["temperature"],
     _ROWS["preload"],
-    _state("angle", "Angle of the screw", "rad", _START, nominal=1.0, depends_on=("angle",), **_OF_SHAFT),
     _state(
-        "speed", "Speed of the screw", "rad/s", nominal=10.0, causality="output", depends_on=("speed",), **_ANGLE_RATE
+        "angle", "Angle of the screw", "rad", _START, causality="output", nominal=1.0, display_unit="deg",
+        depends_on=("angle",),
+    ),
+    _state(
+        "speed", "Speed of the screw", "rad/s", nominal=10.0, causality="output", depends_on=("speed",),
+        display_unit="rev/min",
     ),
     _state(
         "position", "Position of the table, along the screw", "m", _START, causality="output", nominal=0.1,
-        quantity="Length", depends_on=("position",),
+        depends_on=("position",),
     ),
     _state(
         "velocity", "Velocity of the table", "m/s", causality="output", nominal=0.1, depends_on=("velocity",),
-        **_VELOCITY,
+        display_unit="m/min",
     ),
     _shared("friction_torque", _TORQUE, (*_ELASTIC, *_LAW)),
     _shared("viscous_torque", _FRICTION, (*_ELASTIC, *_LAW)),
@@ -142,15 +131,15 @@ ROWS = (
     _shared("friction_torque_nut_a", _TORQUE, (*_ELASTIC, *_LAW)),
     _shared("friction_torque_nut_b", _TORQUE, (*_ELASTIC, *_LAW)),
     Variable(
-        "guide_force", "output", "Friction of the guide, opposes the motion of the table", depends_on=_GUIDE,
-        initially_depends_on=_GUIDED, **_FORCE_OUT,
+        "guide_force", "output", "Friction of the guide, opposes the motion of the table", "N", nominal=1000.0,
+        depends_on=_GUIDE, initially_depends_on=_GUIDED,
     ),
     _shared("nut_force", _FORCE, _DAMPED, description="Force of the screw on the table through the nut"),
     _shared("force_nut_a", _LOADS, _ELASTIC),
     _shared("force_nut_b", _LOADS, _ELASTIC),
     Variable(
         "lost_motion", "output", "Way by which the screw leads the table: lead angle/(2 pi) - position", "m",
-        nominal=1e-6, depends_on=("angle", "position"), initially_depends_on=_START, **_LENGTH,
+        nominal=1e-6, depends_on=("angle", "position"), initially_depends_on=_START, display_unit="um",
     ),
     _shared("axial_stiffness", _LOADS, _ELASTIC),
     _shared(
@@ -161,7 +150,7 @@ ROWS = (
         "heat", "output",
         "Heat of all steps of co-simulation since the start. Model exchange: of events only, at which power_loss has "
         "no time; add the integral of power_loss",
-        "J", nominal=100.0, quantity="Energy", depends_on=_ALL, from_zero=True,
+        "J", nominal=100.0, depends_on=_ALL, from_zero=True,
     ),
     _energy(
         "stored_energy", "Elastic energy of contacts, support and friction, 0 without load",
@@ -178,51 +167,40 @@ ROWS = (
         "Work of motor torque and external force in all steps of co-simulation. Model exchange: 0, integrate power",
         _ALL,
     )._replace(from_zero=True),
-    *(
-        _shared(name, _LOADS if name in ("contact_pressure_max", "ball_load_max") else _FRICTION,
-                (*_ELASTIC, *(("roughness_height",) if name == "lambda_ratio" else ())))
-        for name in (
-            "film_thickness_min", "film_thickness_central_screw", "film_thickness_central_nut",
-            "film_temperature_rise", "contact_pressure_max", "ball_load_max", "lambda_ratio",
-        )
-    ),
+    *film_rows(_LOADS, _FRICTION, _ELASTIC),
     _shared(
         "in_range", _FRICTION, _ELASTIC,
         description="False while speed, temperature, preload or the force of a nut is outside the map and clamped for "
         "the friction",
     ),
     _shared("range_margin", _FRICTION, _ELASTIC),
-    _parameter("motor_inertia", "Inertia of motor and coupling", "kg.m2", 3e-3, 1e-3, quantity="MomentOfInertia"),
-    _parameter(
-        "screw_inertia", "Inertia of the screw. 0: of a cylinder of steel", "kg.m2", 0.0, 1e-3,
-        quantity="MomentOfInertia",
-    ),
+    _parameter("motor_inertia", "Inertia of motor and coupling", "kg.m2", 3e-3, 1e-3),
+    _parameter("screw_inertia", "Inertia of the screw. 0: of a cylinder of steel", "kg.m2", 0.0, 1e-3),
     _parameter(
         "screw_mass", "Mass of the screw, used with a support. 0: of a cylinder of steel", "kg", 0.0, 10.0,
-        quantity="Mass",
     ),
     _parameter(
-        "screw_diameter", "Diameter of the screw, for inertia and mass", "m", nominal=0.01, quantity="Length",
+        "screw_diameter", "Diameter of the screw, for inertia and mass", "m", nominal=0.01,
         of_map={"start": of_screw("diameter")},
     ),
-    _parameter("screw_length", "Length of the screw, for inertia and mass", "m", 1.0, quantity="Length"),
-    _parameter("table_mass", "Mass of the table with its load", "kg", 300.0, 100.0, quantity="Mass"),
+    _parameter("screw_length", "Length of the screw, for inertia and mass", "m", 1.0),
+    _parameter("table_mass", "Mass of the table with its load", "kg", 300.0, 100.0),
     _parameter("guide_viscous", "Viscous friction of the guide", "N.s/m", 400.0, 100.0),
-    _parameter("guide_coulomb", "Coulomb friction of the guide (assumed)", "N", 50.0, 100.0, quantity="Force"),
+    _parameter("guide_coulomb", "Coulomb friction of the guide (assumed)", "N", 50.0, 100.0),
     _parameter(
-        "guide_presliding_travel", "Elastic travel of the guide before it slides (assumed)", "m", 1e-5, 1e-5, **_LENGTH
+        "guide_presliding_travel", "Elastic travel of the guide before it slides (assumed)", "m", 1e-5, 1e-5,
+        display_unit="um",
     ),
     _parameter(
         "inclination", "Inclination of the screw: pi/2 with the position upwards", "rad", 0.0, minimum=-0.5 * math.pi,
-        maximum=0.5 * math.pi, display_unit="deg", quantity="Angle",
+        maximum=0.5 * math.pi, display_unit="deg",
     ),
     _parameter(
         "support_stiffness", "Axial stiffness of the bearings of the screw and their seat. 0: rigid", "N/m", 0.0, 1e8,
-        display_unit="N/um", quantity="TranslationalSpringConstant",
+        display_unit="N/um",
     ),
     _parameter(
-        "initial_position", "Position of the table at the start", "m", 0.0, 0.1, minimum=-1000.0, quantity="Length",
-        fixed=True,
+        "initial_position", "Position of the table at the start", "m", 0.0, 0.1, minimum=-1000.0, fixed=True,
     ),
     _parameter(
         "error_bound", "Allowed relative error of a part of a step of co-simulation", "1", 1e-6, 1e-6, minimum=1e-9
@@ -241,42 +219,37 @@ ROWS = (
 LOCALS = (
     _state(
         "screw_displacement", "Axial displacement of the screw in its support, a continuous state", "m",
-        causality="local", nominal=1e-6, **_LENGTH,
+        causality="local", nominal=1e-6, display_unit="um",
     ),
     _state(
         "screw_velocity", "Axial velocity of the screw, a continuous state", "m/s", causality="local", nominal=1e-2,
-        **_VELOCITY,
+        display_unit="m/min",
     ),
     *(
         _state(
             name, f"Deflection of presliding element {i} times the root of its stiffness, a continuous state", "rad",
             (*_ELASTIC, *_LAW, "temperature", "preload"), causality="local", nominal=1e-3, display_unit="deg",
-            quantity="Angle",
         )
         for i, name in enumerate(_ELEMENTS, 1)
     ),
     _state(
         "guide_element", "Deflection of the guide times the root of its stiffness, a continuous state", "m",
-        causality="local", nominal=1e-2, **_LENGTH,
+        causality="local", nominal=1e-2, display_unit="um",
     ),
-    _rate("angle", "rad/s", 10.0, ("speed",), **_ANGLE_RATE),
-    _rate(
-        "speed", "rad/s2", 100.0, (*_FORCE, *_TORQUE, "motor_torque"), (*_ACCELERATED, *_INERTIA),
-        quantity="AngularAcceleration",
-    ),
-    _rate("position", "m/s", 0.1, ("velocity",), **_VELOCITY),
+    _rate("angle", "rad/s", 10.0, ("speed",), display_unit="rev/min"),
+    _rate("speed", "rad/s2", 100.0, (*_FORCE, *_TORQUE, "motor_torque"), (*_ACCELERATED, *_INERTIA)),
+    _rate("position", "m/s", 0.1, ("velocity",), display_unit="m/min"),
     _rate(
         "velocity", "m/s2", 1.0, (*_FORCE, *_GUIDE, "external_force"),
         (*_DAMPED, *_GUIDED, "table_mass", "inclination"),
-        quantity="Acceleration",
     ),
-    _rate(_SCREW[0], "m/s", 1e-2, (_SCREW[1],), ("support_stiffness",), **_VELOCITY),
-    _rate(_SCREW[1], "m/s2", 1.0, _FORCE, (*_DAMPED, *_MASS), quantity="Acceleration"),
+    _rate(_SCREW[0], "m/s", 1e-2, (_SCREW[1],), ("support_stiffness",), display_unit="m/min"),
+    _rate(_SCREW[1], "m/s2", 1.0, _FORCE, (*_DAMPED, *_MASS)),
     *(
-        _rate(name, "rad/s", 0.1, (*_FRICTION, name), (*_ELASTIC, *_LAW), **_ANGLE_RATE)
+        _rate(name, "rad/s", 0.1, (*_FRICTION, name), (*_ELASTIC, *_LAW), display_unit="rev/min")
         for name in _ELEMENTS
     ),
-    _rate("guide_element", "m/s", 1.0, _GUIDE, _GUIDED, **_VELOCITY),
+    _rate("guide_element", "m/s", 1.0, _GUIDE, _GUIDED, display_unit="m/min"),
     _shared("in_range_indicator", _FRICTION, _ELASTIC),
     _shared("stiffness_indicator", _LOADS, (*_ELASTIC, *_LAW)),
     *(

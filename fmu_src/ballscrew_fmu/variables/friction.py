@@ -15,37 +15,39 @@ from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 FIRST_REFERENCE = 1  # OMSimulator 3 takes the value references of FMI 3 dependencies for indices from 1
 Header = Mapping[str, Any]  # of a map
 OfMap = Callable[[Header], Any]
+Names = tuple[str, ...]  # of variables
 
 
 class Unit(NamedTuple):
-    """SI unit with the exponents of its base units and its display units (name, factor, offset)."""
+    """SI unit: exponents of its base units, display units (name, factor, offset), quantity of all variables with it."""
 
     base: Mapping[str, int]
     displays: tuple[tuple[str, float, float], ...] = ()
+    quantity: str | None = None
 
 
 # display value = factor * SI value + offset; digits as in the FMI standard and in Modelica
 UNITS: Mapping[str, Unit] = {
-    "N": Unit({"kg": 1, "m": 1, "s": -2}),
-    "rad/s": Unit({"rad": 1, "s": -1}, (("rev/min", 9.549296585513721, 0.0),)),
-    "rad/s2": Unit({"rad": 1, "s": -2}),
-    "m/s": Unit({"m": 1, "s": -1}, (("m/min", 60.0, 0.0),)),
-    "m/s2": Unit({"m": 1, "s": -2}),
-    "kg": Unit({"kg": 1}),
-    "kg.m2": Unit({"kg": 1, "m": 2}),
-    "K": Unit({"K": 1}, (("degC", 1.0, -273.15),)),
-    "N.m": Unit({"kg": 1, "m": 2, "s": -2}),
-    "W": Unit({"kg": 1, "m": 2, "s": -3}),
-    "m": Unit({"m": 1}, (("um", 1e6, 0.0), ("nm", 1e9, 0.0))),
-    "N/m": Unit({"kg": 1, "s": -2}, (("N/um", 1e-6, 0.0),)),
+    "N": Unit({"kg": 1, "m": 1, "s": -2}, (), "Force"),
+    "rad/s": Unit({"rad": 1, "s": -1}, (("rev/min", 9.549296585513721, 0.0),), "AngularVelocity"),
+    "rad/s2": Unit({"rad": 1, "s": -2}, (), "AngularAcceleration"),
+    "m/s": Unit({"m": 1, "s": -1}, (("m/min", 60.0, 0.0),), "Velocity"),
+    "m/s2": Unit({"m": 1, "s": -2}, (), "Acceleration"),
+    "kg": Unit({"kg": 1}, (), "Mass"),
+    "kg.m2": Unit({"kg": 1, "m": 2}, (), "MomentOfInertia"),
+    "K": Unit({"K": 1}, (("degC", 1.0, -273.15),), "ThermodynamicTemperature"),
+    "N.m": Unit({"kg": 1, "m": 2, "s": -2}, (), "Torque"),
+    "W": Unit({"kg": 1, "m": 2, "s": -3}, (), "Power"),
+    "m": Unit({"m": 1}, (("um", 1e6, 0.0), ("nm", 1e9, 0.0)), "Length"),
+    "N/m": Unit({"kg": 1, "s": -2}, (("N/um", 1e-6, 0.0),), "TranslationalSpringConstant"),
     "N.s/m": Unit({"kg": 1, "s": -1}),
-    "J": Unit({"kg": 1, "m": 2, "s": -2}),
-    "Pa": Unit({"kg": 1, "m": -1, "s": -2}, (("GPa", 1e-9, 0.0),)),
+    "J": Unit({"kg": 1, "m": 2, "s": -2}, (), "Energy"),
+    "Pa": Unit({"kg": 1, "m": -1, "s": -2}, (("GPa", 1e-9, 0.0),), "Pressure"),
     "N.m/N": Unit({"m": 1}),
     "N.m/rad": Unit({"kg": 1, "m": 2, "s": -2, "rad": -1}),
     "N.m.s/rad": Unit({"kg": 1, "m": 2, "s": -1, "rad": -1}),
-    "rad": Unit({"rad": 1}, (("deg", 57.29577951308232, 0.0),)),
-    "s": Unit({"s": 1}),
+    "rad": Unit({"rad": 1}, (("deg", 57.29577951308232, 0.0),), "Angle"),
+    "s": Unit({"s": 1}, (), "Time"),
     "1": Unit({}),
 }
 
@@ -62,10 +64,9 @@ class Variable(NamedTuple):
     maximum: float | None = None
     nominal: float | None = None
     display_unit: str | None = None
-    quantity: str | None = None
     relative: bool = False  # a difference: the offset of the display unit does not apply
-    depends_on: tuple[str, ...] = ()  # inputs that an output depends on
-    initially_depends_on: tuple[str, ...] = ()  # parameters that it depends on too in initialization mode
+    depends_on: Names = ()  # inputs that an output depends on
+    initially_depends_on: Names = ()  # parameters that it depends on too in initialization mode
     from_zero: bool = False  # 0 at the start, so that it depends on nothing in initialization mode
     fixed: bool = False  # a parameter that is used at initialization only
     derivative_of: str | None = None  # the continuous state of which this is the time derivative
@@ -79,6 +80,12 @@ class Variable(NamedTuple):
         if self.causality == "parameter":
             return "fixed" if self.fixed else "tunable"
         return "discrete" if self.unit is None else "continuous"
+
+    @property
+    def quantity(self) -> str | None:
+        if self.unit is None or self.indicates:
+            return None
+        return "TemperatureDifference" if self.relative else UNITS[self.unit].quantity
 
     @property
     def initial_dependencies(self) -> tuple[str, ...]:
@@ -188,25 +195,22 @@ def _of_viscous(*others: str) -> OfMap:
     return _by_law((ratio, "roughness_height", *_REFINED, *others), (ratio, *_REFINED, *others))
 
 
-_TORQUE: Mapping[str, Any] = {"unit": "N.m", "quantity": "Torque"}
 _FILM: Mapping[str, Any] = {
-    "unit": "m", "minimum": 0.0, "nominal": 1e-7, "display_unit": "um", "quantity": "Length",
+    "unit": "m", "minimum": 0.0, "nominal": 1e-7, "display_unit": "um",
     "depends_on": _ALL, "initially_depends_on": _REFINED, "needs": "films",
 }  # fmt: skip
 
 INPUTS = (
     Variable(
-        "preload", "input", "Preload of the screw", "N", minimum=0.0, nominal=1000.0, quantity="Force",
+        "preload", "input", "Preload of the screw", "N", minimum=0.0, nominal=1000.0,
         of_map={"start": start_preload, "maximum": highest("force")},
     ),
     Variable(
         "speed", "input", "Speed of the screw relative to the nut", "rad/s", 0.0, nominal=100.0,
-        display_unit="rev/min", quantity="AngularVelocity",
-        of_map={"minimum": _minus(highest("speed")), "maximum": highest("speed")},
+        display_unit="rev/min", of_map={"minimum": _minus(highest("speed")), "maximum": highest("speed")},
     ),
     Variable(
-        "temperature", "input", "Oil temperature at the contact inlet", "K", nominal=300.0,
-        display_unit="degC", quantity="ThermodynamicTemperature",
+        "temperature", "input", "Oil temperature at the contact inlet", "K", nominal=300.0, display_unit="degC",
         of_map={
             "start": _nearest(303.15, lowest("temperature"), highest("temperature")),
             "minimum": lowest("temperature"), "maximum": highest("temperature"),
@@ -214,29 +218,28 @@ INPUTS = (
     ),
     Variable(
         "axial_load", "input", "Axial load on the nut body, positive if it loads the nut at whose flange it acts",
-        "N", 0.0, nominal=1000.0, quantity="Force",
-        of_map={"minimum": _minus(highest("force")), "maximum": highest("force")},
+        "N", 0.0, nominal=1000.0, of_map={"minimum": _minus(highest("force")), "maximum": highest("force")},
     ),
 )  # fmt: skip
 OUTPUTS = (
     Variable(
         "friction_torque", "output",
         "Friction torque, opposes the motion: J dw/dt = motor torque - friction_torque",
-        nominal=1.0, depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING)}, **_TORQUE,
+        "N.m", nominal=1.0, depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING)},
     ),
     Variable(
-        "viscous_torque", "output", "", nominal=1.0, depends_on=_ALL, **_TORQUE,
+        "viscous_torque", "output", "", "N.m", nominal=1.0, depends_on=_ALL,
         of_map={
             "description": _by_law("Viscous part of friction_torque", "Hydrodynamic rolling part of friction_torque"),
             "initially_depends_on": _of_viscous(),
         },
     ),
     Variable(
-        "hysteresis_torque", "output", "Hysteresis part of friction_torque", nominal=0.01,
-        initially_depends_on=_SIGN, of_map={"depends_on": _coulomb()}, **_TORQUE,
+        "hysteresis_torque", "output", "Hysteresis part of friction_torque", "N.m", nominal=0.01,
+        initially_depends_on=_SIGN, of_map={"depends_on": _coulomb()},
     ),
     Variable(
-        "sliding_torque", "output", "", nominal=1.0,
+        "sliding_torque", "output", "", "N.m", nominal=1.0,
         of_map={
             "description": _by_law(
                 "Sliding part of friction_torque", "Sliding part of friction_torque: slip in contacts and between balls"
@@ -244,13 +247,11 @@ OUTPUTS = (
             "depends_on": _coulomb(),
             "initially_depends_on": _by_law(_SLIDING, (*_SLIDING, *_REFINED)),
         },
-        **_TORQUE,
     ),
     Variable(
         "power_loss", "output",
         "Dissipated power, less than torque times speed while elements store energy",
-        "W", minimum=0.0, nominal=100.0, quantity="Power", depends_on=_ALL,
-        of_map={"initially_depends_on": _of_viscous(*_SLIDING)},
+        "W", minimum=0.0, nominal=100.0, depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING)},
     ),
     Variable("film_thickness_min", "output", "Minimum film thickness of all contacts", **_FILM),
     Variable(
@@ -261,16 +262,15 @@ OUTPUTS = (
     ),
     Variable(
         "film_temperature_rise", "output", "Temperature rise of a film, mean over the contact, highest of all contacts",
-        "K", minimum=0.0, nominal=10.0, quantity="TemperatureDifference", relative=True, depends_on=_ALL,
-        initially_depends_on=_REFINED, needs="films",
+        "K", minimum=0.0, nominal=10.0, relative=True, depends_on=_ALL, initially_depends_on=_REFINED, needs="films",
     ),
     Variable(
         "contact_pressure_max", "output", "Maximum Hertz pressure of the most loaded ball", "Pa", minimum=0.0,
-        nominal=1e9, display_unit="GPa", quantity="Pressure", depends_on=_FORCES, needs="films",
+        nominal=1e9, display_unit="GPa", depends_on=_FORCES, needs="films",
     ),
     Variable(
         "ball_load_max", "output", "Load of the most loaded ball", "N", minimum=0.0, nominal=10.0,
-        quantity="Force", depends_on=_FORCES, needs="films",
+        depends_on=_FORCES, needs="films",
     ),
     Variable(
         "lambda_ratio", "output", "Minimum film thickness divided by roughness_height, at most 1000", "1",
@@ -290,16 +290,16 @@ OUTPUTS = (
         "heat", "output",
         "Heat of all steps of co-simulation since the start. Model exchange: of events only, at which power_loss has "
         "no time; add the integral of power_loss",
-        "J", nominal=100.0, quantity="Energy", depends_on=_ALL, from_zero=True,
+        "J", nominal=100.0, depends_on=_ALL, from_zero=True,
     ),
     Variable(
         "friction_torque_nut_a", "output",
-        "Part of friction_torque of the nut that a positive axial_load loads", nominal=1.0, depends_on=_ALL,
-        of_map={"initially_depends_on": _of_viscous(*_SLIDING)}, **_TORQUE,
+        "Part of friction_torque of the nut that a positive axial_load loads", "N.m", nominal=1.0, depends_on=_ALL,
+        of_map={"initially_depends_on": _of_viscous(*_SLIDING)},
     ),
     Variable(
-        "friction_torque_nut_b", "output", "Part of friction_torque of the other nut", nominal=1.0, depends_on=_ALL,
-        of_map={"initially_depends_on": _of_viscous(*_SLIDING)}, **_TORQUE,
+        "friction_torque_nut_b", "output", "Part of friction_torque of the other nut", "N.m", nominal=1.0,
+        depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING)},
     ),
 )  # fmt: skip
 PARAMETERS = (
@@ -324,7 +324,7 @@ PARAMETERS = (
         },
     ),
     Variable(
-        "roughness_height", "parameter", "", "m", minimum=0.0, nominal=1e-8, display_unit="nm", quantity="Length",
+        "roughness_height", "parameter", "", "m", minimum=0.0, nominal=1e-8, display_unit="nm",
         of_map={
             "start": _default("roughness_height"),
             "description": _by_law(
@@ -340,7 +340,7 @@ PARAMETERS = (
     Variable(
         "regularization_speed", "parameter",
         "Without presliding, Coulomb parts are multiplied by tanh(speed/regularization_speed). 0: by sign(speed)",
-        "rad/s", 0.1, 0.0, nominal=0.1, display_unit="rev/min", quantity="AngularVelocity",
+        "rad/s", 0.1, 0.0, nominal=0.1, display_unit="rev/min",
     ),
     Variable(
         "presliding", "parameter",
@@ -375,6 +375,27 @@ PARAMETERS = (
 )  # fmt: skip
 
 
+def row_with(row: Variable, depends_on: Names, initially: Names, **changes: Any) -> Variable:
+    """A row for the table of another model, with its own dependencies."""
+    fields = {field: value for field, value in row.of_map.items() if not field.endswith("depends_on")}
+    return row._replace(of_map=fields, depends_on=depends_on, initially_depends_on=initially)._replace(
+        **changes
+    )
+
+
+def film_rows(loads: Names, loads_and_motion: Names, initially: Names) -> list[Variable]:
+    """The outputs of films and contacts for the table of another model, which depend on these."""
+    return [
+        row_with(
+            row,
+            loads if row.depends_on == _FORCES else loads_and_motion,
+            (*initially, *(("roughness_height",) if row.name == "lambda_ratio" else ())),
+        )
+        for row in OUTPUTS
+        if row.needs == "films"
+    ]
+
+
 def fmu_variables(header: Header) -> tuple[Variable, ...]:
     """The table for the map with this header: inputs, then outputs, then parameters."""
     return of_map((*INPUTS, *OUTPUTS, *PARAMETERS), header)
@@ -395,13 +416,13 @@ STATES = (  # native FMUs only
             name, "local",
             f"Deflection of elasto-slip element {i} times the root of its stiffness, a continuous state; half its "
             "square is its energy in J",
-            "rad", 0.0, nominal=1e-2, quantity="Angle",
+            "rad", 0.0, nominal=1e-2,
         )
         for i, name in enumerate(ELEMENT_STATES, 1)
     ),
     *(
         Variable(
-            f"{name}_rate", "local", f"Time derivative of {name}", "rad/s", nominal=1.0, quantity="AngularVelocity",
+            f"{name}_rate", "local", f"Time derivative of {name}", "rad/s", nominal=1.0,
             initially_depends_on=(*_SLIPPING, *other_elements(name)), derivative_of=name,
             of_map={"depends_on": _coulomb(name)},
         )
@@ -447,7 +468,7 @@ def native_variables(header: Header) -> tuple[Variable, ...]:
     return (*table, *of_map(STATES, header))
 
 
-TIME = Variable("time", "independent", "Time", "s", quantity="Time")  # FMI 3 only, after the table
+TIME = Variable("time", "independent", "Time", "s")  # FMI 3 only, after the table
 
 
 def places(variables: tuple[Variable, ...], causality: str) -> tuple[int, ...]:

@@ -22,25 +22,25 @@ ROWS = (
     Variable(
         "torque", "input",
         "Measured friction torque without inertia torque, positive if it opposes positive speed",
-        "N.m", 0.0, nominal=1.0, quantity="Torque",
+        "N.m", 0.0, nominal=1.0,
     ),
     _ROWS["speed"],
     _ROWS["temperature"],
     _ROWS["axial_load"],
     Variable(
         "preload", "output", "Preload of the screw. Below speed_min: the last one that was in range",
-        "N", minimum=0.0, nominal=1000.0, quantity="Force", depends_on=_ALL, initially_depends_on=_PRELOAD,
+        "N", minimum=0.0, nominal=1000.0, depends_on=_ALL, initially_depends_on=_PRELOAD,
     ),
     Variable(
         "preload_half_width", "output",
         "Half-width of the preload interval: both uncertainties over torque_sensitivity, at most the end of the map",
-        "N", minimum=0.0, nominal=100.0, quantity="Force", depends_on=_ALL,
+        "N", minimum=0.0, nominal=100.0, depends_on=_ALL,
         initially_depends_on=_INTERVAL, of_map={"maximum": highest("force")},
     ),
     *(
         Variable(
             f"preload_{end}", "output", f"{end.capitalize()} end of the preload interval, within the map", "N",
-            minimum=0.0, nominal=1000.0, quantity="Force", depends_on=_ALL, initially_depends_on=_INTERVAL,
+            minimum=0.0, nominal=1000.0, depends_on=_ALL, initially_depends_on=_INTERVAL,
             of_map={"maximum": highest("force")},
         )
         for end in ("low", "high")
@@ -63,15 +63,15 @@ ROWS = (
     *(_ROWS[name] for name in _FRICTION),
     Variable(
         "speed_min", "parameter", "Magnitude of speed below which the torque does not determine the preload",
-        "rad/s", 1.0, 0.0, nominal=1.0, display_unit="rev/min", quantity="AngularVelocity",
+        "rad/s", 1.0, 0.0, nominal=1.0, display_unit="rev/min",
     ),
     Variable(
         "torque_uncertainty", "parameter", "Half-width of the uncertainty interval of the measured torque", "N.m",
-        0.02, 0.0, nominal=0.01, quantity="Torque",
+        0.02, 0.0, nominal=0.01,
     ),
     Variable(
         "initial_preload", "parameter", "Preload reported before the first valid estimate", "N", minimum=0.0,
-        nominal=1000.0, quantity="Force", fixed=True, of_map=_ROWS["preload"].of_map,
+        nominal=1000.0, fixed=True, of_map=_ROWS["preload"].of_map,
     ),
     Variable(
         "law_uncertainty", "parameter",

@@ -10,10 +10,13 @@ from ballscrew_fmu.variables.friction import (
     PARAMETERS,
     STATES,
     Header,
+    Names,
     OfMap,
     Variable,
+    film_rows,
     of_map,
     other_elements,
+    row_with,
 )
 from ballscrew_tehl.runtime.transmission import CONTACT_DAMPING_TIME
 
@@ -31,41 +34,33 @@ def of_screw(name: str) -> OfMap:
     return lambda header: float(header["screw"][name])
 
 
-def _friction_row(name: str, **changes: Any) -> Variable:
+def _friction_row(
+    name: str,
+    depends_on: Names = (*_ALL, *ELEMENT_STATES),
+    initially: Names = (*_ELASTIC, *_FRICTION),
+    **changes: Any,
+) -> Variable:
     """An output of BallScrewFriction, which here depends on both nut forces and with them on the motion."""
-    shared = _ROWS[name]
-    fields = {field: value for field, value in shared.of_map.items() if not field.endswith("depends_on")}
-    row = shared._replace(
-        depends_on=(*_ALL, *ELEMENT_STATES), initially_depends_on=(*_ELASTIC, *_FRICTION), of_map=fields
-    )
-    return row._replace(**changes)
+    return row_with(_ROWS[name], depends_on, initially, **changes)
 
 
-_TORQUE: Mapping[str, Any] = {
-    "unit": "N.m", "nominal": 1.0, "quantity": "Torque", "depends_on": (*_ALL, *ELEMENT_STATES),
-    "initially_depends_on": (*_ELASTIC, *_FRICTION),
-}  # fmt: skip
-_FORCE: Mapping[str, Any] = {"unit": "N", "nominal": 1000.0, "quantity": "Force", "depends_on": _LOADS}
-_POWER: Mapping[str, Any] = {"unit": "W", "nominal": 100.0, "quantity": "Power"}
+_FORCE: Mapping[str, Any] = {"unit": "N", "nominal": 1000.0, "depends_on": _LOADS}
+_POWER: Mapping[str, Any] = {"unit": "W", "nominal": 100.0}
 ROWS = (
     Variable(
         "angle", "input", "Angle of the screw, at the start of a step", "rad", 0.0, nominal=1.0, display_unit="deg",
-        quantity="Angle",
     ),
     _ROWS["speed"]._replace(description="Speed of the screw"),
     Variable(
         "position", "input", "Position of the nut along the screw, at the start of a step", "m", 0.0, nominal=0.1,
-        quantity="Length",
     ),
-    Variable(
-        "velocity", "input", "Velocity of the nut", "m/s", 0.0, nominal=0.1, display_unit="m/min", quantity="Velocity",
-    ),
+    Variable("velocity", "input", "Velocity of the nut", "m/s", 0.0, nominal=0.1, display_unit="m/min"),
     _ROWS["temperature"],
     _ROWS["preload"]._replace(description="Preload of the screw without axial load"),
     Variable(
         "screw_torque", "output",
         "Torque that the screw takes: J dw/dt = motor torque - screw_torque; lead/(2 pi) nut_force + friction_torque",
-        **{**_TORQUE, "initially_depends_on": (*_DAMPED, *_FRICTION)},
+        "N.m", nominal=1.0, depends_on=(*_ALL, *ELEMENT_STATES), initially_depends_on=(*_DAMPED, *_FRICTION),
     ),
     Variable(
         "nut_force", "output", "Force of the screw on the nut: m dv/dt = nut_force - other forces",
@@ -75,8 +70,8 @@ ROWS = (
     _friction_row("viscous_torque", depends_on=_ALL),
     _friction_row("hysteresis_torque"),
     _friction_row("sliding_torque"),
-    Variable("friction_torque_nut_a", "output", "Friction torque of the nut loaded by a positive nut_force", **_TORQUE),
-    Variable("friction_torque_nut_b", "output", "Friction torque of the other nut", **_TORQUE),
+    _friction_row("friction_torque_nut_a", description="Friction torque of the nut loaded by a positive nut_force"),
+    _friction_row("friction_torque_nut_b", description="Friction torque of the other nut"),
     Variable(
         "force_nut_a", "output", "Force of the contacts of the nut that a positive nut_force loads", minimum=0.0,
         initially_depends_on=_ELASTIC, **_FORCE,
@@ -91,11 +86,11 @@ ROWS = (
     ),
     Variable(
         "axial_deflection", "output", "Way by which the screw leads the nut: lead angle/(2 pi) - position", "m",
-        nominal=1e-6, display_unit="um", quantity="Length", depends_on=_MOTION, initially_depends_on=("lead",),
+        nominal=1e-6, display_unit="um", depends_on=_MOTION, initially_depends_on=("lead",),
     ),
     Variable(
         "axial_stiffness", "output", "Stiffness of the nut at this load", "N/m", minimum=0.0, nominal=1e9,
-        display_unit="N/um", quantity="TranslationalSpringConstant", depends_on=_LOADS, initially_depends_on=_ELASTIC,
+        display_unit="N/um", depends_on=_LOADS, initially_depends_on=_ELASTIC,
     ),
     Variable(
         "efficiency", "output",
@@ -112,49 +107,40 @@ ROWS = (
     ),
     _friction_row(
         "power_loss", description="Dissipated power of friction and damping, mean of the step",
-        initially_depends_on=(*_DAMPED, *_FRICTION),
+        initially=(*_DAMPED, *_FRICTION),
     ),
     Variable(
         "stored_energy", "output",
         "Elastic energy of contacts and presliding, 0 without load: shaft_power - nut_power - power_loss is its rate",
-        "J", nominal=1e-3, quantity="Energy", depends_on=(*_ALL, *ELEMENT_STATES),
-        initially_depends_on=(*_ELASTIC, *_FRICTION),
+        "J", nominal=1e-3, depends_on=(*_ALL, *ELEMENT_STATES), initially_depends_on=(*_ELASTIC, *_FRICTION),
     ),
-    *(
-        _friction_row(name, depends_on=_LOADS if name in ("contact_pressure_max", "ball_load_max") else _ALL,
-                      initially_depends_on=(*_ELASTIC, *(("roughness_height",) if name == "lambda_ratio" else ())))
-        for name in (
-            "film_thickness_min", "film_thickness_central_screw", "film_thickness_central_nut",
-            "film_temperature_rise", "contact_pressure_max", "ball_load_max", "lambda_ratio",
-        )
-    ),
+    *film_rows(_LOADS, _ALL, _ELASTIC),
     _ROWS["in_range"]._replace(
         description="False while an input or the force of a nut is outside the map and clamped for the friction",
         depends_on=_ALL, initially_depends_on=_ELASTIC,
     ),
     _ROWS["range_margin"]._replace(depends_on=_ALL, initially_depends_on=_ELASTIC),
-    _friction_row("heat", initially_depends_on=()),
+    _friction_row("heat", initially=()),
     Variable(
         "lead", "parameter", "Travel of the nut in one turn of the screw", "m", minimum=0.0, nominal=0.01,
-        quantity="Length", of_map={"start": of_screw("lead")},
+        of_map={"start": of_screw("lead")},
     ),
     Variable(
         "nut_stiffness", "parameter",
         "Axial stiffness of the unloaded nut at stiffness_preload; start value: Hertz contacts between rigid bodies",
-        "N/m", minimum=0.0, nominal=1e9, display_unit="N/um", quantity="TranslationalSpringConstant",
-        of_map={"start": of_screw("nut_stiffness")},
+        "N/m", minimum=0.0, nominal=1e9, display_unit="N/um", of_map={"start": of_screw("nut_stiffness")},
     ),
     Variable(
         "stiffness_preload", "parameter", "Preload at which the nut has nut_stiffness", "N", minimum=0.0,
-        nominal=1000.0, quantity="Force", of_map={"start": of_screw("stiffness_preload")},
+        nominal=1000.0, of_map={"start": of_screw("stiffness_preload")},
     ),
     Variable(
         "axial_play", "parameter", "Free way of the nut while preload is 0", "m", 0.0, 0.0, nominal=1e-5,
-        display_unit="um", quantity="Length",
+        display_unit="um",
     ),
     Variable(
         "contact_damping_time", "parameter", "Damping of the contacts divided by their stiffness (assumed)",
-        "s", CONTACT_DAMPING_TIME, 0.0, nominal=1e-5, quantity="Time",
+        "s", CONTACT_DAMPING_TIME, 0.0, nominal=1e-5,
     ),
     *(_ROWS[name] for name in _FRICTION),
 )  # fmt: skip

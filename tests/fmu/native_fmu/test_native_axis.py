@@ -30,10 +30,6 @@ def axis(continuous=False, **values):
     return one
 
 
-def values(one, names):
-    return np.array([one.get(name) for name in names])
-
-
 def loads(time):
     """Torque with a reversal, and a force for some time: constant over a millisecond."""
     return {
@@ -49,13 +45,13 @@ def stepped(stop, step=1e-3, **parameters):
         one.set(**loads(1e-3 * n))
         for _ in range(round(1e-3 / step)):
             one.step(step)
-        rows.append(values(one, SHOWN))
+        rows.append(one.values(SHOWN))
     return np.array(rows), one
 
 
 def imbalance(one):
     """Error of the energies over the throughput."""
-    kept = values(one, ("heat", "kinetic_energy", "potential_energy", "stored_energy"))
+    kept = one.values(("heat", "kinetic_energy", "potential_energy", "stored_energy"))
     return abs(one.get("supplied_energy") - kept.sum()) / np.abs(kept).sum()
 
 
@@ -72,7 +68,7 @@ def test_small_vibrations_have_the_frequencies_of_the_linear_axis(support):
     squares, modes = np.linalg.eigh(root @ stiffness @ root)
     one.step(1e-6, external_force=1e3)
     one.set(external_force=0.0)
-    q, v = (values(one, names)[: len(lever)] for names in (("angle", "position", "screw_displacement"),
+    q, v = (one.values(names)[: len(lever)] for names in (("angle", "position", "screw_displacement"),
                                                            ("speed", "velocity", "screw_velocity")))  # fmt: skip
     omega = np.sqrt(np.maximum(squares, 1e-12))
     a, b = modes.T @ np.linalg.solve(root, q), modes.T @ np.linalg.solve(root, v)
@@ -80,7 +76,7 @@ def test_small_vibrations_have_the_frequencies_of_the_linear_axis(support):
         one.step(1e-4)
     t = 30e-4
     expected = root @ modes @ (a * np.cos(omega * t) + b * np.sin(omega * t) / omega)
-    found = values(one, ("angle", "position", "screw_displacement"))[: len(lever)]
+    found = one.values(("angle", "position", "screw_displacement"))[: len(lever)]
     scale = np.abs(root @ np.abs(modes) @ (np.abs(a) + np.abs(b) * np.minimum(1.0 / omega, t)))
     assert np.abs(found - expected).max() / scale.max() <= 1e-4
     assert imbalance(one) <= 1e-12
@@ -91,10 +87,10 @@ def integrated(one, time, end):
 
     def at(names, y):
         one.latch(**dict(zip(STATES, y, strict=True)))
-        return values(one, names)
+        return one.values(names)
 
     solver = LSODA(
-        lambda _, y: at(RATES, y), time, values(one, STATES), end, first_step=1e-7, rtol=1e-9, atol=1e-12
+        lambda _, y: at(RATES, y), time, one.values(STATES), end, first_step=1e-7, rtol=1e-9, atol=1e-12
     )
     while solver.status == "running":
         solver.step()
@@ -129,7 +125,7 @@ def test_co_simulation_and_model_exchange_agree(support):
             slips += time < end
             assert slips < 1000
             one.event()
-        rows.append(values(one, SHOWN))
+        rows.append(one.values(SHOWN))
     assert slips >= 7  # each element and the guide
     difference = np.abs(found - np.array(rows)).max(axis=0) / np.ptp(np.array(rows), axis=0)
     # model exchange lets sliding elements follow their limit with a delay, seen in the torque at a reversal
@@ -152,7 +148,7 @@ def test_steps_of_any_length_give_the_same_motion_and_energies_balance(support):
         one = axis(**parameters)
         for _ in range(round(2e-2 / step)):
             one.step(step, motor_torque=3.0)
-        ends.append(values(one, SHOWN))
+        ends.append(one.values(SHOWN))
     assert np.ptp(ends, axis=0) == pytest.approx(np.zeros(len(SHOWN)), abs=1e-4 * np.abs(ends[0]).max())
     assert np.allclose(ends[0], ends[2], rtol=1e-4, atol=1e-9)
 
@@ -191,7 +187,7 @@ def test_any_values_give_finite_results():
             one.step(
                 10.0 ** rng.uniform(-7.0, -1.0), **{v.name: drawn(v) for v in settable if rng.random() < 0.1}
             )
-            assert np.isfinite(values(one, one.names)).all()
+            assert np.isfinite(one.values(one.names)).all()
 
 
 @SUPPORTED
@@ -213,7 +209,7 @@ def test_derivatives_are_those_of_differences(support):
         slopes, ends, middle = np.array(one.derivative(outputs, **{name: 1.0})), [], one.get(name)
         for side in (-1.0, 1.0):
             one.latch(**{name: middle + side * step})
-            ends.append(values(one, outputs))
+            ends.append(one.values(outputs))
         one.latch(**{name: middle})
         differences = (ends[1] - ends[0]) / (2.0 * step)
         allowed = 1e-5 * np.abs(differences) + 1e-7 * np.abs(ends[0] / step)

@@ -8,9 +8,9 @@ from ctypes import byref, c_double, c_size_t
 from pathlib import Path
 from urllib.parse import quote
 
-import fmpy
 import numpy as np
 import pytest
+from fmu_checks import fmi_functions
 from native_calls import LEGAL, STATES, STATES_WITH_EVENTS, UNSUPPORTED, arguments, is_legal
 from native_library import (
     CS,
@@ -71,13 +71,13 @@ def test_a_call_is_accepted_where_it_is_legal_and_refused_elsewhere(version, eve
 
 @both_versions
 def test_the_table_has_all_functions_of_the_standard_and_none_crashes_without_an_instance(version):
-    header = Path(fmpy.__file__).parent / "c-code" / f"fmi{version}Functions.h"
-    found = re.findall(
-        rf"^\s*FMI{version}_Export fmi{version}\w+TYPE\s+fmi\d(\w+);", header.read_text(), re.M
-    )
-    apart = {"GetVersion", "GetTypesPlatform", "FreeInstance", "Instantiate", "InstantiateCoSimulation",
-             "InstantiateModelExchange", "InstantiateScheduledExecution"}  # fmt: skip
-    assert set(found) - apart == set(LEGAL[version])
+    found = {name.removeprefix(f"fmi{version}") for name in fmi_functions(version)}
+    apart = {n for n in found if n.startswith("Instantiate")} | {
+        "GetVersion",
+        "GetTypesPlatform",
+        "FreeInstance",
+    }
+    assert found - apart == set(LEGAL[version])
     with NativeInstance(version) as one:
         given = {name: arguments(one, name) for name in LEGAL[version]}
         get_version = one.library[f"fmi{version}GetVersion"]
@@ -540,7 +540,6 @@ def test_without_its_map_there_is_no_instance(tmp_path):
         "cannot be opened": str(tmp_path / "none"), "cannot be": str(tmp_path / "folder"),
         "friction law mechanistic, expected film_shear": put_map(tmp_path / "law", map_bytes(closed_form(MECHANISTIC))),
         "truncated": put_map(tmp_path / "short", good[:-8]), "not a nut map": put_map(tmp_path / "empty", b""),
-        "checksum": put_map(tmp_path / "damaged", good[:-1] + bytes([good[-1] ^ 1])),
     }  # fmt: skip
     for version in (2, 3):
         for found, place in cases.items():

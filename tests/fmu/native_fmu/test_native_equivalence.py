@@ -7,19 +7,12 @@ import pytest
 from native_model import NativeModel
 from synthetic_map import closed_form
 
+from ballscrew_fmu.checks.reference import friction_step
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
-from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
-from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
-from ballscrew_tehl.runtime.standstill import (
-    RELAXED,
-    held_stiffness,
-    initial_elements,
-    presliding_friction,
-    regularised_friction,
-)
+from ballscrew_tehl.runtime.standstill import RELAXED, initial_elements
 from ballscrew_tehl.runtime.transmission import TransmissionInputs, TransmissionParameters, transmission_step
 
 pytestmark = pytest.mark.slow
@@ -100,26 +93,6 @@ def measured(rng, n):
 # --- values ---
 
 
-def python_friction(nut_map, given, step, before):
-    """Outputs of BallScrewFriction at the end of a step, and the elements there."""
-    at = (given["preload"], given["speed"], given["temperature"], given["axial_load"])
-    net, breakaway = given["net_sliding_coefficient"], given["breakaway_factor"]
-    friction = given["apparent_viscosity_ratio"], net, given["roughness_height"], breakaway
-    nut = nut_map.evaluate(*at, *friction)
-    coulomb, speed = nut.coulomb_torque, given["speed"]
-    if given["presliding"]:
-        stiffness = given["presliding_stiffness"] or nut_map.presliding_stiffness(
-            at[0], at[3], net, breakaway
-        )
-        stiffness = held_stiffness(before, stiffness)
-        damping = given["presliding_damping"] or DAMPING_TIME * stiffness
-        law = presliding_friction(coulomb, speed, step, before, stiffness, damping)
-    else:
-        law = regularised_friction(coulomb, speed, step, given["regularization_speed"], before)
-    out = friction_outputs(nut, speed, law, at[3] >= 0.0)
-    return out | {"range_margin": nut_map.range_margin(*at)}, law.elements
-
-
 @pytest.mark.parametrize("model", [FRICTION, TRANSMISSION], ids=["friction", "transmission"])
 def test_random_steps_are_those_of_python(model, nut_map):
     """All outputs, the elements and the heat; steps of any length, also of 0; loads and parameters jump."""
@@ -140,7 +113,7 @@ def test_random_steps_are_those_of_python(model, nut_map):
         for each in (one, quiet):
             each.step(step, **inputs, **given)
         if model is FRICTION:
-            expected, elements = python_friction(nut_map, inputs | given, step, before)
+            expected, elements = friction_step(nut_map, inputs | given, step, before)
             heat = expected["heat"] = heat + step * expected["power_loss"]
             scale = {}
         else:
@@ -295,7 +268,7 @@ def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):
                 one.step(step, **base | change)
             else:
                 one.latch(**base | change)
-            return np.array([one.get(name) for name in outputs])
+            return one.values(outputs)
 
         values = outputs_at()
         if model is MONITOR and abs(base["speed"]) > base["speed_min"] and not one.get("in_range"):

@@ -1,21 +1,21 @@
 """Events of model exchange against steps; event mode, early return, intermediate update of FMI 3 co-simulation."""
 
 import math
-from ctypes import byref, c_bool, c_double, c_size_t
+from ctypes import byref, c_bool, c_double
 
 import fmpy
 import numpy as np
 import pytest
-from native_host import native_folder
-from native_library import CS, DISCARD, ERROR, INDICATORS, ME, NUT_MAP, OK, NativeInstance, doubles
+from native_library import CS, DISCARD, ERROR, INDICATORS, NUT_MAP, OK, NativeInstance
+from native_model import NativeModel
 
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl.runtime.constants import ELEMENTS
-from ballscrew_tehl.runtime.standstill import element_limits
 
 pytestmark = pytest.mark.slow
 STEP = 1e-3
+RATES = [f"{name}_rate" for name in ELEMENT_STATES]
 # from rest; next to no damping, which in a step is that of its mean
 PRESLIDING = {"presliding_stiffness": 1500.0, "presliding_damping": 1e-12, "presliding_side": 1e-20}
 
@@ -33,48 +33,8 @@ def profile(seed, swing=600.0, count=120):
     return rows
 
 
-class Exchange:
-    """Model exchange at constant inputs: rates are constant between events, so these are where lines cross 0."""
-
-    def __init__(self, row):
-        self.one = NativeInstance(3, ME).start(**PRESLIDING, **row)
-        assert self.one.update()[0] == OK
-        self.one.call("EnterContinuousTimeMode")
-        self.heat, self.events = 0.0, 0
-
-    def event(self):
-        assert self.one.call("EnterEventMode") == OK
-        assert self.one.update()[0] == OK
-        assert self.one.call("EnterContinuousTimeMode") == OK
-
-    def follow(self, seconds):
-        """Indicators after this time; the states stay there."""
-        at = self.states + seconds * np.array(self.one.rates())
-        assert self.one.call("SetContinuousStates", doubles(*at), c_size_t(ELEMENTS)) == OK
-        return np.array(self.one.vector("GetEventIndicators", len(INDICATORS)))
-
-    def step(self, seconds, row):
-        self.one.set(**row)
-        self.event()  # the inputs jump
-        while seconds > 0.0:
-            self.states = np.array(self.one.vector("GetContinuousStates"))
-            now = np.array(self.one.vector("GetEventIndicators", len(INDICATORS)))
-            then = self.follow(seconds)
-            crossed = (now > 0.0) & (then <= 0.0)
-            taken = seconds * min([1.0, *(now[crossed] / (now - then)[crossed])])
-            self.follow(0.0)
-            self.heat += taken * self.one.get("power_loss")[0]  # constant between events
-            seconds -= taken
-            # beyond by rounding: the indicator has changed its sign
-            self.follow(taken * (1.0 + 1e-13) + 1e-18 if crossed.any() else taken)
-            if crossed.any():
-                self.events += 1
-                self.event()
-
-
-def handle(one):
-    """Event mode and back; the states do not belong to the importer."""
-    assert one.call("EnterEventMode") == OK
+def leave_event_mode(one):
+    """The states do not belong to the importer."""
     assert one.update() == (OK, False)
     assert one.call("EnterStepMode") == OK
 
@@ -82,44 +42,77 @@ def handle(one):
 def started(early_return=True, update=None, **values):
     """In step mode of an instance with event mode."""
     one = NativeInstance(3, CS, event_mode=True, early_return=early_return, update=update)
-    one.start(**PRESLIDING | {"speed": 2.0} | values)
+    one.start(**values)
     assert one.update()[0] == OK
     assert one.call("EnterStepMode") == OK
     return one
 
 
+def exchange_step(one, row):
+    """Heat and events of a step of model exchange at constant inputs: rates are constant between events, so these are
+    where lines cross 0."""
+    one.latch(**row)
+    one.event()  # the inputs jump
+    left, heat, events = STEP, 0.0, 0
+    while left > 0.0:
+        now, states, rates = (one.values(names) for names in (INDICATORS, ELEMENT_STATES, RATES))
+        power = one.get("power_loss")
+        one.latch(**dict(zip(ELEMENT_STATES, states + left * rates, strict=True)))
+        then = one.values(INDICATORS)
+        crossed = (now > 0.0) & (then <= 0.0)
+        taken = left * min([1.0, *(now[crossed] / (now - then)[crossed])])
+        heat, left = heat + taken * power, left - taken
+        if crossed.any():  # beyond by rounding: the indicator has changed its sign
+            beyond = states + (taken * (1.0 + 1e-13) + 1e-18) * rates
+            one.latch(**dict(zip(ELEMENT_STATES, beyond, strict=True)))
+            one.event()
+            events += 1
+    return heat, events
+
+
 def test_model_exchange_has_the_states_torques_and_heat_of_co_simulation():
     """To rounding while the Coulomb torque stays; or within the time in which elements that slide follow it."""
     for swing, tolerance in ((0.0, 1e-9), (600.0, 0.1)):
-        rows = profile(3, swing=swing)
-        exchange = Exchange(rows[0])
-        with NativeInstance(3).start(**PRESLIDING, **rows[0]) as steps:
-            for n, row in enumerate(rows):
-                exchange.step(STEP, row)
-                steps.set(**row)
-                assert steps.step(n * STEP, STEP) == OK
-                (torque,), (expected,) = exchange.one.get("friction_torque"), steps.get("friction_torque")
-                assert abs(torque - expected) <= tolerance
-                if not swing:
-                    states = np.subtract(exchange.one.get(*ELEMENT_STATES), steps.get(*ELEMENT_STATES))
-                    assert np.max(np.abs(states)) <= 1e-8
-            heat = exchange.heat + exchange.one.get("heat")[0]
-            assert abs(heat - steps.get("heat")[0]) <= tolerance * heat
-        assert exchange.events >= 60
-        exchange.one.__exit__()
+        rows, total = profile(3, swing=swing), np.zeros(2)
+        exchange, steps = NativeModel(NUT_MAP, continuous=True), NativeModel(NUT_MAP)
+        for one in (exchange, steps):
+            one.latch(**PRESLIDING, **rows[0])
+        exchange.initial_event()
+        for row in rows:
+            total += exchange_step(exchange, row)
+            steps.step(STEP, **row)
+            assert abs(exchange.get("friction_torque") - steps.get("friction_torque")) <= tolerance
+            if not swing:
+                difference = exchange.values(ELEMENT_STATES) - steps.values(ELEMENT_STATES)
+                assert np.max(np.abs(difference)) <= 1e-8
+        heat, events = total
+        heat += exchange.get("heat")
+        assert abs(heat - steps.get("heat")) <= tolerance * heat
+        assert events >= 60
 
 
 # --- event mode of co-simulation ---
 
 
 @pytest.mark.parametrize("early_return", [True, False])
-def test_co_simulation_reports_changes_of_in_range_and_nothing_else(early_return):
-    """An event that the importer does not handle is handled by the next step. Results are those without event mode."""
+@pytest.mark.parametrize("set_in_event_mode", [True, False])
+def test_co_simulation_reports_changes_of_in_range_and_nothing_else(early_return, set_in_event_mode):
+    """An event that the importer does not handle is handled by the next step. Results are as without event mode, also
+    where a preload vanishes, elements are switched off and the stiffness of the screw changes."""
     rows, events = profile(5), []
-    with started(early_return, **rows[0]) as one, NativeInstance(3).start(**PRESLIDING, **rows[0]) as plain:
+    for n in (60, 61, 80):
+        rows[n] |= {"preload": 0.0, "axial_load": 0.0}
+    start = {"presliding_side": 0.1, **rows[0]}
+    with started(early_return, **start) as one, NativeInstance(3).start(**start) as plain:
         for n, row in enumerate(rows):
+            if set_in_event_mode:
+                assert one.call("EnterEventMode") == OK
             for fmu in (one, plain):
                 fmu.set(**row)
+                assert fmu.set_boolean("presliding", n < 100) == OK
+            if set_in_event_mode:
+                one.get("friction_torque")
+                leave_event_mode(one)
             needed, early, reached = one.step_to_event(n * STEP, STEP)
             if needed:
                 events.append(n)
@@ -127,59 +120,17 @@ def test_co_simulation_reports_changes_of_in_range_and_nothing_else(early_return
                 assert reached == n * STEP
                 state = one.save()
                 if n == 30:
-                    handle(one)
+                    assert one.call("EnterEventMode") == OK
+                    leave_event_mode(one)
                 assert one.step_to_event(n * STEP, STEP) == (False, False, n * STEP + STEP)
                 assert one.restore(state) == OK  # an event that is due is saved
                 assert one.step_to_event(n * STEP, STEP)[0] is False
             assert plain.step(n * STEP, STEP) == OK
             assert one.outputs() == pytest.approx(plain.outputs(), rel=1e-12, abs=1e-15)
-    assert events == ([30, 33] if early_return else [])
-
-
-@pytest.mark.parametrize("in_event_mode", [False, True])
-def test_the_stiffness_of_the_screw_follows_the_loads_as_without_event_mode(in_event_mode):
-    """All outputs are the same, with the heat of elements whose stiffness vanishes or that are switched off."""
-    with (
-        NativeInstance(3, CS, event_mode=True).start(presliding_side=0.1, speed=0.5) as one,
-        NativeInstance(3).start(presliding_side=0.1, speed=0.5) as plain,
-    ):
-        one.update()
-        one.call("EnterStepMode")
-        for n, preload in enumerate((2000.0, 2500.0, 1500.0, 0.0, 0.0, 2000.0, 2000.0, 2000.0)):
-            if in_event_mode:
-                assert one.call("EnterEventMode") == OK
-            for fmu in (one, plain):
-                fmu.set(preload=preload)
-                assert n != 7 or fmu.set_boolean("presliding", False) == OK
-            if in_event_mode:
-                one.get("friction_torque")
-                assert one.update() == (OK, False)
-                assert one.call("EnterStepMode") == OK
-            assert n not in (3, 7) or all(state > 1e-4 for state in plain.get(*ELEMENT_STATES))
-            assert one.step_to_event(n * STEP, STEP) == (False, False, n * STEP + STEP)
-            assert plain.step(n * STEP, STEP) == OK
-            assert one.outputs() == pytest.approx(plain.outputs(), rel=1e-12, abs=1e-15)
+            if n in (59, 99):
+                assert np.max(np.abs(plain.get(*ELEMENT_STATES))) > 1e-4
         assert one.get(*ELEMENT_STATES) == [0.0] * ELEMENTS
-
-
-def test_energy_above_a_coulomb_torque_that_decreases_is_heat_once():
-    """The power of the next step, no other, has what the elements stored above their limits."""
-    stiffness, size, speed = 400.0, 1e-4, 2.0
-    with started(presliding_stiffness=stiffness, presliding_side=0.9, preload=4000.0) as one:
-        before = np.array(one.get(*ELEMENT_STATES))
-        one.set(preload=1000.0)
-        one.step_to_event(0.0, size)
-        coulomb, (viscous,) = sum(one.get("hysteresis_torque", "sliding_torque")), one.get("viscous_torque")
-        limits = np.array(element_limits(coulomb, stiffness))
-        assert one.get(*ELEMENT_STATES) == pytest.approx(limits, rel=1e-12)
-        moved, lost = (coulomb + viscous) * speed * size, 0.5 * float(np.sum(before**2 - limits**2))
-        assert lost > moved
-        total = 0.0
-        for n, heat in enumerate((lost + moved, moved, moved, moved)):
-            assert one.get("power_loss")[0] * size == pytest.approx(heat, rel=1e-9)
-            total += heat
-            assert one.get("heat")[0] == pytest.approx(total, rel=1e-9)
-            assert one.step_to_event((n + 1) * size, size) == (False, False, pytest.approx((n + 2) * size))
+    assert events == ([30, 33, 60, 62, 80, 81] if early_return and not set_in_event_mode else [])
 
 
 def test_the_warning_of_long_steps_is_not_given_at_rest_nor_for_short_parts():
@@ -214,7 +165,8 @@ def test_the_monitor_reports_motion_and_range_and_the_transmission_has_no_event_
             event, early, reached = one.step_to_event(n * STEP, STEP)
             assert event == early == (reached == n * STEP) == expected
             if event:
-                handle(one)
+                assert one.call("EnterEventMode") == OK
+                leave_event_mode(one)
                 assert one.step_to_event(n * STEP, STEP)[:2] == (False, False)
             plain.step(n * STEP, STEP)
             assert one.get("preload", "preload_half_width") == plain.get("preload", "preload_half_width")
@@ -319,9 +271,9 @@ def test_other_calls_within_an_intermediate_update_are_refused():
             assert "Intermediate Update Mode" in one.last
 
 
-def test_fmpy_follows_the_events(tmp_path):
+def test_fmpy_follows_the_events(folder_of):
     """fmpy's master with event mode and early return: a row at each event, and the values without."""
-    folder = native_folder(tmp_path / "fmu", NUT_MAP, 3)
+    folder = folder_of(FRICTION, 3)
     steps = [(0.0, 303.15), (0.004, 303.15), (0.004, 400.0), (0.008, 400.0), (0.008, 310.0)]
     common = dict(
         fmi_type="CoSimulation", stop_time=0.012, output_interval=STEP, start_values=PRESLIDING | {"speed": 2.0},

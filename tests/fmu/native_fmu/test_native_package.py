@@ -1,27 +1,25 @@
 """Packing the native FMUs: members, reproducible bytes, libraries for five platforms, clear errors."""
 
-import importlib.util
-import os
 import re
 import shutil
-import subprocess
 import sys
 import zipfile
 from pathlib import Path
 
+import fmpy
 import pytest
-from fmu_checks import exports, findings, fmi_functions, machine_of
+from fmu_checks import exports, findings, fmi_functions, machine_of, members
 from native_model import FLAGS
 from native_reference import REFERENCE, VALIDATION
 from paths import SUPPORT
-from synthetic_map import make_map
+from processes import output
+from synthetic_map import closed_form, make_map
 
 from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks.check import check
-from ballscrew_fmu.checks.replay import Fmu3Instance, FmuInstance
-from ballscrew_fmu.models import MODELS
+from ballscrew_fmu.checks.replay import kind_of
 from ballscrew_fmu.native_fmu import compile as native_build
-from ballscrew_fmu.native_fmu.compile import BuildError, build_libraries, universal_library
+from ballscrew_fmu.native_fmu.compile import PLATFORMS, BuildError, build_libraries, universal_library
 from ballscrew_fmu.native_fmu.map_file import map_bytes
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_files
 from ballscrew_fmu.native_fmu.sources import (
@@ -35,19 +33,27 @@ from ballscrew_fmu.native_fmu.sources import (
 pytestmark = pytest.mark.slow
 VERSIONS = pytest.mark.parametrize("version", [2, 3])
 HOST = ("x86_64-windows" if sys.platform == "win32" else f"x86_64-{sys.platform}",)
-KINDS = {2: FmuInstance, 3: Fmu3Instance}
+BUILT_FOR = {2: tuple(PLATFORMS), 3: ("x86_64-linux", "x86_64-windows")}
 BINARIES = {
     2: {"linux64/.so", "win64/.dll", "darwin64/.dylib", "aarch64-linux/.so", "aarch64-darwin/.dylib"},
-    3: {
-        "x86_64-linux/.so", "x86_64-windows/.dll", "x86_64-darwin/.dylib", "aarch64-linux/.so",
-        "aarch64-darwin/.dylib",
-    },
-}  # fmt: skip
+    3: {"x86_64-linux/.so", "x86_64-windows/.dll"},
+}
 
 
-def read(path):
-    with zipfile.ZipFile(path) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
+@pytest.fixture(scope="module")
+def native_fmus(tmp_path_factory):
+    """By FMI version."""
+    folder = tmp_path_factory.mktemp("native")
+    return {
+        v: build_native_fmu(closed_form(), v, folder / f"{v}.fmu", REFERENCE, VALIDATION, platforms).path
+        for v, platforms in BUILT_FOR.items()
+    }
+
+
+@pytest.fixture(scope="module")
+def native_unpacked(native_fmus):
+    """Folders where they are unpacked."""
+    return {v: fmpy.extract(str(path), unzipdir=str(path.with_suffix(""))) for v, path in native_fmus.items()}
 
 
 def token_of(files):
@@ -56,7 +62,7 @@ def token_of(files):
 
 @VERSIONS
 def test_members(native_fmus, synthetic_nut_map, tmp_path, version):
-    files = read(native_fmus[version])
+    files = members(native_fmus[version])
     found = {
         re.sub(rf"binaries/([\w-]+)/{NATIVE_NAME}", r"\1/", n) for n in files if n.startswith("binaries/")
     }
@@ -93,41 +99,39 @@ def test_another_process_and_folder_build_the_same_bytes(synthetic_nut_map, tmp_
     other = tmp_path / "a folder with another name"
     other.mkdir()
     here = build_native_fmu(synthetic_nut_map, 3, tmp_path / "here.fmu", REFERENCE, VALIDATION, HOST)
-    environment = {**os.environ, "TMPDIR": str(other), "TEMP": str(other), "TMP": str(other)}
-    command = [sys.executable, "-c", BUILD_AGAIN, str(SUPPORT), str(other / "again.fmu"), *HOST]
-    run = subprocess.run(command, capture_output=True, text=True, cwd=other, env=environment)
-    assert run.returncode == 0, run.stderr[-2000:]
-    assert (other / "again.fmu").read_bytes() == here.path.read_bytes()
-    for nut_map, reference in ((make_map(1.01), REFERENCE), (synthetic_nut_map, None)):
-        assert token_of(native_files(nut_map, 3, reference, VALIDATION, HOST)) != here.guid
+    again = other / "again.fmu"
+    temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(other))
+    output("-c", BUILD_AGAIN, SUPPORT, again, *HOST, folder=other, **temporary)
+    assert again.read_bytes() == here.path.read_bytes()
+    contents = ((synthetic_nut_map, REFERENCE), (make_map(1.01), REFERENCE), (synthetic_nut_map, None))
+    tokens = {token_of(native_files(nut_map, 3, of, VALIDATION, ())) for nut_map, of in contents}
+    assert len({*tokens, here.guid}) == 4
 
 
 def test_libraries_of_all_platforms(native_fmus, native_unpacked):
-    thin = read(native_fmus[3])
-    slices = [thin[f"binaries/{p}/{NATIVE_NAME}.dylib"] for p in ("x86_64-darwin", "aarch64-darwin")]
-    fat = universal_library(slices)
+    files = {name.removeprefix("binaries/"): content for name, content in members(native_fmus[2]).items()}
+    fat, thin = (files[f"{folder}/{NATIVE_NAME}.dylib"] for folder in ("darwin64", "aarch64-darwin"))
     assert machine_of(fat) == ("mach", (0x01000007, 0x0100000C))
-    assert all(content in fat for content in slices)
+    assert thin in fat
     with pytest.raises(BuildError, match="not a known Mach-O"):
-        universal_library([slices[0], thin[f"binaries/x86_64-linux/{NATIVE_NAME}.so"]])
+        universal_library([thin, files[f"linux64/{NATIVE_NAME}.so"]])
     # macOS does not load an unsigned arm64 library: load command 0x1d names the signature
     commands, place = [], 32
-    for _ in range(int.from_bytes(slices[1][16:20], "little")):
-        commands.append(int.from_bytes(slices[1][place : place + 4], "little"))
-        place += int.from_bytes(slices[1][place + 4 : place + 8], "little")
+    for _ in range(int.from_bytes(thin[16:20], "little")):
+        commands.append(int.from_bytes(thin[place : place + 4], "little"))
+        place += int.from_bytes(thin[place + 4 : place + 8], "little")
     assert 0x1D in commands
-    assert f"@rpath/{NATIVE_NAME}.dylib".encode() in slices[1]
-    windows = thin[f"binaries/x86_64-windows/{NATIVE_NAME}.dll"]
+    assert f"@rpath/{NATIVE_NAME}.dylib".encode() in thin
+    windows = files[f"win64/{NATIVE_NAME}.dll"]
     needed = {name.lower() for name in re.findall(rb"[\w.-]+\.dll", windows, re.IGNORECASE)}
     others = {n for n in needed if not n.startswith((b"api-ms-win-crt-", b"kernel32", b"ntdll"))}
     assert others == {f"{NATIVE_NAME}.dll".lower().encode()}
     readelf = shutil.which("readelf") or pytest.skip("no readelf")
-    for folder in ("x86_64-linux", "aarch64-linux"):
-        (library,) = (Path(native_unpacked[3]) / "binaries" / folder).iterdir()
-        command = [readelf, "-W", "--dyn-syms", str(library)]
-        text = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    for folder in ("linux64", "aarch64-linux"):
+        (library,) = (Path(native_unpacked[2]) / "binaries" / folder).iterdir()
+        text = output("-W", "--dyn-syms", library, program=readelf)
         defined = {line.split()[7] for line in text.splitlines() if re.search(r"GLOBAL +DEFAULT +\d+ ", line)}
-        assert defined == set(fmi_functions(3))
+        assert defined == set(fmi_functions(2))
         versions = {n for line in text.splitlines() for n in re.findall(r"GLIBC_([\d.]+)", line)}
         assert all(tuple(map(int, n.split("."))) <= (2, 17) for n in versions)
 
@@ -138,14 +142,14 @@ def test_the_sources_compile_without_ziglang(native_unpacked, tmp_path, version)
     compiler = shutil.which("cc") or pytest.skip("no C compiler")
     folder = tmp_path / "fmu"
     shutil.copytree(native_unpacked[version], folder)
-    root = Path(importlib.util.find_spec("fmpy").origin).parent / "c-code"
+    root = Path(fmpy.__file__).parent / "c-code"
     units = re.findall(r'SourceFile name="([^"]+)"', (folder / "sources/buildDescription.xml").read_text())
     place = folder / "binaries" / {2: "linux64", 3: "x86_64-linux"}[version] / f"{NATIVE_NAME}.so"
-    command = [compiler, "-std=c99", "-O2", "-fPIC", "-shared", f"-I{root}", "-o", str(place)]
-    command += [*FLAGS, *units, "-lm"]
-    subprocess.run(command, cwd=folder / "sources", check=True, timeout=300)
+    command = ["-std=c99", "-fPIC", "-shared", f"-I{root}", "-o", place, *FLAGS, *units, "-lm"]
+    output(*command, program=compiler, folder=folder / "sources")
     assert exports(place, fmi_functions(version)) == []
-    with KINDS[version](folder) as one, KINDS[version](native_unpacked[version]) as two:
+    kind = kind_of(folder)
+    with kind(folder) as one, kind(native_unpacked[version]) as two:
         for speed in (-3.0, 0.2, 250.0):
             assert one.step(speed=speed)
             assert two.step(speed=speed)
@@ -154,15 +158,14 @@ def test_the_sources_compile_without_ziglang(native_unpacked, tmp_path, version)
     old = "guid" if version == 2 else "instantiationToken"
     description.write_text(re.sub(f'{old}="[^"]+"', f'{old}="other"', description.read_text(), count=1))
     with pytest.raises(Exception, match=r"[Ii]nstantiate"):
-        KINDS[version](folder)
+        kind(folder)
 
 
-@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.layer)
-def test_an_fmu_with_its_map_compiled_in_passes_the_checks_of_the_build(synthetic_nut_map, tmp_path, model):
-    files = native_files(synthetic_nut_map, 2, platforms=HOST, model=model, embed_map=True)
+def test_an_fmu_with_its_map_compiled_in_passes_the_checks_of_the_build(synthetic_nut_map, tmp_path):
+    files = native_files(synthetic_nut_map, 2, platforms=HOST, embed_map=True)
     assert not any(name.startswith("resources/") for name in files)
     write_fmu(tmp_path / "embedded.fmu", files)
-    assert "no finding" in check(tmp_path / "embedded.fmu", synthetic_nut_map, model)
+    assert "no finding" in check(tmp_path / "embedded.fmu", synthetic_nut_map)
 
 
 # --- errors ---

@@ -198,6 +198,9 @@ def test_elements_that_are_switched_off_while_they_slide_are_not_counted_twice()
     assert one.event()
     assert [one.get(name) for name in ELEMENT_STATES] == [0.0] * 6
     assert one.get("power_loss") == pytest.approx(sliding, rel=1e-12)
+    one.latch(presliding=1.0, **STIFF)
+    one.event()
+    assert rates(one) == pytest.approx([5.0 * ROOT] * 6)  # and stick when they are switched on again
 
 
 # --- balance of power of the transmission ---

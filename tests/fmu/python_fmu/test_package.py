@@ -1,16 +1,16 @@
 """Packing of the FMUs for Python hosts: reproducible, isolated from others in the process, numpy only, its end."""
 
 import json
-import subprocess
 import sys
 import uuid
-import zipfile
 from pathlib import Path
 
 import fmpy
 import pytest
 import pythonfmu
+from fmu_checks import members
 from paths import SUPPORT
+from processes import output
 from synthetic_map import make_map
 
 from ballscrew_fmu.archive import NAMESPACE
@@ -20,19 +20,6 @@ from ballscrew_fmu.python_fmu.package import build_fmu, fmu_files, runtime_sourc
 from ballscrew_fmu.python_fmu.solver_cache import digest
 
 pytestmark = pytest.mark.slow
-
-
-def members(path):
-    with zipfile.ZipFile(path) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
-
-
-def output_of(script, *arguments, **options):
-    """What a script prints in a process of its own, which has to end without error."""
-    command = [sys.executable, "-c", script, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, **options)
-    assert (done.returncode, done.stderr) == (0, ""), done.stderr[-2000:]
-    return done.stdout
 
 
 BUILD = """
@@ -47,7 +34,7 @@ print(build_fmu(make_map(), sys.argv[2]).sha256)
 def test_another_process_builds_the_same_bytes_and_other_content_has_another_guid(tmp_path):
     """The bytes do not depend on hash seed and state of the interpreter."""
     own = build_fmu(make_map(), tmp_path / "a.fmu")
-    assert output_of(BUILD, SUPPORT, tmp_path / "b.fmu").strip() == own.sha256
+    assert output("-c", BUILD, SUPPORT, tmp_path / "b.fmu").strip() == own.sha256
     assert (tmp_path / "b.fmu").read_bytes() == own.path.read_bytes()
     files = members(own.path)
     blank = files["modelDescription.xml"].replace(own.guid.encode(), b"")
@@ -77,7 +64,7 @@ print(json.dumps([sorted(set(sys.modules) - before), sorted(sys.modules), path =
 
 
 def test_a_step_imports_numpy_only(fmu):
-    new, everything, path_is_kept = json.loads(output_of(STEP_AND_LIST_MODULES, fmu))
+    new, everything, path_is_kept = json.loads(output("-c", STEP_AND_LIST_MODULES, fmu))
     heavy = {"scipy", "numba", "pandas", "pydantic", "xarray", "matplotlib", "ballscrew_tehl", "pythonfmu"}
     assert heavy.isdisjoint(everything)
     roots = {name.partition(".")[0] for name in new}
@@ -140,7 +127,7 @@ def test_copies_versions_and_maps_in_one_process(tmp_path, built):
     changed = sources["runtime_outputs"].replace(whole, "= 2.0 * (viscous + hysteresis + sliding)")
     assert changed != sources["runtime_outputs"]
     build_fmu(make_map(), tmp_path / "doubled.fmu", sources | {"runtime_outputs": changed})
-    found = json.loads(output_of(SCENARIO, tmp_path).splitlines()[-1])
+    found = json.loads(output("-c", SCENARIO, tmp_path).splitlines()[-1])
 
     def torque(preload=2000.0, scale=1.0):
         return make_map(scale).evaluate(preload, 30.0, 303.15).friction_torque
@@ -183,7 +170,7 @@ def test_libraries_can_free_memory_at_the_end_and_each_library_is_reset_once(fmu
     """Without the reset two of three such processes abort with "corrupted double-linked list"."""
     other = fmpy.extract(str(fmu), unzipdir=str(tmp_path / "other"))
     for seed in range(3):
-        assert output_of(HOST, seed, unpacked, unpacked, other, unpacked) == "[1, 1, 2, 2]\n"
+        assert output("-c", HOST, seed, unpacked, unpacked, other, unpacked) == "[1, 1, 2, 2]\n"
 
 
 def test_pythonfmu_still_has_the_fault():

@@ -2,13 +2,11 @@
 
 import json
 import math
-import os
-import subprocess
-import sys
 
 import fmpy
 import pytest
 import stub_solver
+from processes import output
 
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.python_fmu.package import build_fmu
@@ -27,17 +25,19 @@ def of_status(instance, status):
     return [text for found, text in instance.messages if found == status]
 
 
+def refinement_of(instance):
+    """What a saved state has of it."""
+    return json.loads(instance.slave.serializeFMUstate(instance.slave.getFMUstate())[CHECKSUM:])["refinement"]
+
+
 def run(instance, speeds):
     return [(instance.step(speed=speed), instance.outputs()) for speed in speeds]
 
 
 def of_process(script, cache, *arguments):
     """JSON in the last line that a script prints, with a separate cache folder."""
-    environment = os.environ | {name: str(cache) for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME")}
-    command = [sys.executable, "-c", script, *map(str, arguments)]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr[-2000:]
-    return json.loads(done.stdout.splitlines()[-1])
+    folders = dict.fromkeys(("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"), str(cache))
+    return json.loads(output("-c", script, *arguments, **folders).splitlines()[-1])
 
 
 # --- the slave, with the stub ---
@@ -87,16 +87,14 @@ def test_an_unsolved_contact_is_reported_once_and_an_error_leaves_the_map_in_use
         for _ in range(2):
             assert one.step(preload=stub_solver.UNSOLVED)
         assert of_status(one, WARNING) == ["refine: no convergence (logged once)"]
-        kept = json.loads(one.slave.serializeFMUstate(one.slave.getFMUstate())[CHECKSUM:])["refinement"]
+        kept = refinement_of(one)
         for _ in range(2):
             assert one.step(preload=stub_solver.BROKEN)
             assert plain.step(preload=stub_solver.BROKEN, speed=20.0)
         (message,) = of_status(one, ERROR)
         assert message == "refine: RuntimeError: broken; results are those of the map"
         assert one.get(FILM) == plain.get(FILM)
-        assert (
-            json.loads(one.slave.serializeFMUstate(one.slave.getFMUstate())[CHECKSUM:])["refinement"] == kept
-        )
+        assert refinement_of(one) == kept
 
 
 # --- the cache ---

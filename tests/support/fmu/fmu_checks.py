@@ -4,6 +4,7 @@ import ctypes
 import io
 import re
 import struct
+import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -34,6 +35,12 @@ MACHINES = {
     "aarch64-darwin": ("mach", (0x0100000C,)),
 }  # fmt: skip
 FMI_HEADER = re.compile(r"fmi[23](Functions|FunctionTypes|TypesPlatform|PlatformTypes)\.h")
+
+
+def members(fmu):
+    """Contents of an FMU file by path."""
+    with zipfile.ZipFile(fmu) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
 
 
 def variables_of(root):

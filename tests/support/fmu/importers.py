@@ -54,9 +54,6 @@ def as_row(fmu: Path, values: Mapping[str, Any]) -> Row:
     return row | {name: bool(values[name]) if values[name] in (0.0, 1.0) else values[name] for name in flags}
 
 
-# --- replays ---
-
-
 def in_fmpy_steps(fmu: Path, rows: Rows) -> Iterator[Row]:
     with kind_of(fmu)(fmu) as instance:
         for row in rows:
@@ -169,25 +166,3 @@ REPLAYS = (
     Replay("ecos", "fixed-step algorithm", "CS", (2, 3), in_ecos),
     Replay("pathsim_fmi", "co-simulation block", "CS", (2, 3), in_pathsim),
 )
-
-# --- comparison ---
-
-
-def differences(found: np.ndarray, expected: np.ndarray) -> np.ndarray:
-    """Element by element, over max(|expected|, 1e-3 of full scale of the column)."""
-    scale = np.maximum(np.abs(expected), 1e-3 * np.abs(expected).max(axis=0))
-    return np.abs(found - expected) / np.where(scale > 0.0, scale, 1.0)
-
-
-def deviation(found: Sequence[Row], expected: Sequence[Row]) -> float:
-    """Largest difference; infinite for NaN, other names or another Boolean."""
-    if len(found) != len(expected) or any(a.keys() != b.keys() for a, b in zip(found, expected, strict=True)):
-        return float("inf")
-    flags = [name for name, value in expected[0].items() if isinstance(value, bool)]
-    if any(a[name] is not bool(b[name]) for a, b in zip(found, expected, strict=True) for name in flags):
-        return float("inf")
-    values = [
-        np.array([[row[name] for name in expected[0]] for row in rows], float) for rows in (found, expected)
-    ]
-    worst = float(differences(*values).max())
-    return worst if np.isfinite(worst) else float("inf")

@@ -7,6 +7,7 @@ import ctypes
 import math
 from collections.abc import Callable, Sequence
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from fmpy.fmi2 import (
@@ -23,6 +24,7 @@ from synthetic_map import closed_form
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.variables.friction import ELEMENT_STATES, FIRST_REFERENCE, native_variables
 from ballscrew_tehl.runtime.constants import ELEMENTS
+from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 OK, WARNING, DISCARD, ERROR = range(4)
@@ -53,6 +55,7 @@ class Message(NamedTuple):
 class NativeInstance:
     """One instance; use it in a `with` block.
 
+    Parameters   library : of an FMU for Python hosts; None: that of the runtime, compiled for the tests
     Attributes   messages : everything it logged since it exists, or why it does not
                  opening : what was logged at instantiation
                  handle : None if instantiation failed
@@ -73,12 +76,13 @@ class NativeInstance:
         early_return: bool = False,
         intermediate: Sequence[int] = (),
         update: Callable[..., None] | None = None,
-        law: str = FILM_SHEAR,
+        nut_map: NutMap = NUT_MAP,
         model: FmuModel = FRICTION,
         sanitize: bool = False,
+        library: Path | None = None,
     ) -> None:
-        library = compiled_model(closed_form(law), model, sanitize)
-        variables = model.native_variables(NUT_MAP.header)
+        table = model.variables if library else model.native_variables
+        library, variables = library or compiled_model(nut_map, model, sanitize), table(nut_map.header)
         self.names = {v.name: n for n, v in enumerate(variables, FIRST_REFERENCE)}
         self.output = next(v.name for v in variables if v.causality == "output")
         self.indicators = sum(v.indicates for v in variables)

@@ -12,7 +12,9 @@ import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+import numpy as np
 from filelock import FileLock
+from paths import NATIVE_HOSTS
 
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
@@ -24,7 +26,7 @@ TOKEN = "{test}"
 # compiled programs and libraries of all sessions of this user, a day after their last use removed
 CACHE = Path(tempfile.gettempdir()) / f"ballscrew_native_{os.getuid() if hasattr(os, 'getuid') else ''}"
 FLAGS = tuple(os.environ.get("BALLSCREW_CFLAGS", "").split())  # in addition, e.g. "-O3 -ffp-contract=fast"
-SANITIZERS = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SANITIZERS = ("-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 ROOM = 8192  # [bytes] more than a Model takes
 DAY = 86400.0  # [s]
 
@@ -100,6 +102,18 @@ def compiled_model(nut_map, model: FmuModel = FRICTION, sanitize: bool = False) 
     return _library(nut_map, model, SANITIZERS if sanitize else ())
 
 
+def c_host(nut_map, name: str, *options: str, runtime: bool = True) -> Path:
+    """Program of a C file of native/, linked with the runtime of both versions if `runtime`, beside the map.
+
+    Raises       FileNotFoundError: sanitizers, but no compiler of the system
+    """
+    if len(compiler()) > 1 and any("sanitize" in option for option in options):
+        raise FileNotFoundError("no C compiler of the system: sanitizers not run")
+    sources = {n: text for n, text in runtime_sources(nut_map).items() if runtime or not n.endswith(".c")}
+    sources |= {MAP_FILE: map_bytes(nut_map), f"{name}.c": (NATIVE_HOSTS / f"{name}.c").read_bytes()}
+    return compile_once(sources, name, *options)
+
+
 class NativeModel:
     """One Model with its map."""
 
@@ -130,6 +144,9 @@ class NativeModel:
 
     def get(self, name: str) -> float:
         return self._library.model_get(self._model, self._place[name])
+
+    def values(self, names: Iterable[str]) -> np.ndarray:
+        return np.array([self.get(name) for name in names])
 
     def latch(self, **values: float) -> None:
         self.set(**values)

@@ -26,11 +26,13 @@ from native_library import (
     doubles,
 )
 from native_model import compiled_model
+from synthetic_map import closed_form
 
 from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 LIVES, CALLS, DAMAGES, FILES = 12, 150, 4, 600  # instances of a kind, calls of each, damaged states, files
+WALKED = ((FRICTION, FILM_SHEAR), (MONITOR, FILM_SHEAR), (TRANSMISSION, MECHANISTIC), (AXIS, FILM_SHEAR))
 ODD = (math.nan, math.inf, -math.inf, 1e30, -1e300, -1.0, 0.0, 5e-324, 1e29, 1.7e308)
 TARGET = {  # state after a call
     "EnterInitializationMode": "n", "EnterEventMode": "e", "EnterContinuousTimeMode": "c", "EnterStepMode": "s",
@@ -85,8 +87,8 @@ def one_life(rng: random.Random, version: int, kind: str, event_mode: bool, mode
     functions, given, taken = counting_functions() if version == 2 else (None, [], [])
     good = 0
     with NativeInstance(
-        version, kind, event_mode=event_mode, early_return=event_mode, functions=functions, model=model, law=law,
-        sanitize=True, logging=version == 3,
+        version, kind, event_mode=event_mode, early_return=event_mode, functions=functions, model=model,
+        nut_map=closed_form(law), sanitize=True, logging=version == 3,
     ) as one:  # fmt: skip
         state, saved = "i", []
         for _ in range(CALLS):
@@ -173,12 +175,7 @@ def damaged_maps(rng: random.Random) -> None:
 def main() -> None:
     rng = random.Random(int(sys.argv[1]))
     good = 0
-    for model, law in (
-        (FRICTION, FILM_SHEAR),
-        (MONITOR, FILM_SHEAR),
-        (TRANSMISSION, MECHANISTIC),
-        (AXIS, FILM_SHEAR),
-    ):
+    for model, law in WALKED:
         for _ in range(LIVES):
             for version in (2, 3):
                 for kind in STATES:

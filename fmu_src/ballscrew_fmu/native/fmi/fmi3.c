@@ -451,9 +451,12 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
 
     BEGIN(DoStep, CO_SIMULATION, STEP_MODE)
     (void)noSetFMUStatePriorToCurrentPoint;
+#if MODEL_PARTS
     if (self->event_mode || self->update != NULL) {
         status = instance_step_in_parts(self, currentCommunicationPoint, communicationStepSize, &end);
-    } else {
+    } else
+#endif
+    {
         status = instance_step(self, currentCommunicationPoint, communicationStepSize, false, true);
     }
     put_bool(eventHandlingNeeded, end.event);

@@ -27,6 +27,13 @@ inline bool model_accepts(int reference, double value)
     return value >= model_variables[reference].lowest && value < TOO_LARGE;
 }
 
+/* Whether its value is set and not computed. */
+static inline bool model_is_set(const Variable *variable)
+{
+    return variable->causality == CAUSALITY_INPUT || variable->causality == CAUSALITY_PARAMETER
+           || variable->causality == CAUSALITY_STATE;
+}
+
 /* Value of a variable: as set for inputs and parameters, computed for all others (booleans 0 or 1). */
 double model_get(Model *model, int reference);
 
@@ -53,11 +60,10 @@ bool model_possible(const Model *model);
 /* Clear the map and all fields that are computed from the others. */
 void model_clear_computed(Model *model);
 
-/* Co-simulation with event mode: advance by step > 0 with constant inputs, at most to the next event. Returns the time
-   advanced [s]; *due: there is an event at its end. Outputs are those at its end. */
-double model_step_to_event(Model *model, double step, bool *due);
-
-/* A step in parts: power of the part just made [W], 0 if the model has none; mean of all parts, which replaces it. */
+/* Models with MODEL_PARTS. Co-simulation with event mode: whether there is an event at the latched point; within a step
+   there is none. A step in parts: power of the part just made [W], 0 if the model has none; mean of all parts, which
+   replaces it. */
+bool model_event_due(Model *model);
 double model_power(Model *model);
 void model_set_mean_power(Model *model, double mean);
 

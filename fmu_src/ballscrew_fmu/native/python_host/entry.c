@@ -45,33 +45,12 @@ static const char *const phases[] = {"Initialization Mode", "Step Mode", "Termin
 #define SCRIPT_FILE "slavemodule.txt"
 #define LONGEST_TOKEN 127
 
-#define FORWARDED(X)                                                                                               \
-    X(SetDebugLogging)                                                                                             \
-    X(SetupExperiment)                                                                                             \
-    X(EnterInitializationMode)                                                                                     \
-    X(ExitInitializationMode)                                                                                      \
-    X(Terminate)                                                                                                   \
-    X(Reset)                                                                                                       \
-    X(GetReal)                                                                                                     \
-    X(GetInteger)                                                                                                  \
-    X(GetBoolean)                                                                                                  \
-    X(GetString)                                                                                                   \
-    X(SetReal)                                                                                                     \
-    X(SetInteger)                                                                                                  \
-    X(SetBoolean)                                                                                                  \
-    X(SetString)                                                                                                   \
-    X(GetFMUstate)                                                                                                 \
-    X(SetFMUstate)                                                                                                 \
-    X(FreeFMUstate)                                                                                                \
-    X(SerializedFMUstateSize)                                                                                      \
-    X(SerializeFMUstate)                                                                                           \
-    X(DeSerializeFMUstate)                                                                                         \
-    X(GetDirectionalDerivative)                                                                                    \
-    X(SetRealInputDerivatives)                                                                                     \
-    X(GetRealOutputDerivatives)                                                                                    \
-    X(DoStep)                                                                                                      \
-    X(CancelStep)                                                                                                  \
-    X(GetRealStatus)
+#define FORWARDED(X)                                                                                             \
+    X(SetDebugLogging) X(SetupExperiment) X(EnterInitializationMode) X(ExitInitializationMode) X(Terminate)      \
+    X(Reset) X(GetReal) X(GetInteger) X(GetBoolean) X(GetString) X(SetReal) X(SetInteger) X(SetBoolean)          \
+    X(SetString) X(GetFMUstate) X(SetFMUstate) X(FreeFMUstate) X(SerializedFMUstateSize) X(SerializeFMUstate)    \
+    X(DeSerializeFMUstate) X(GetDirectionalDerivative) X(SetRealInputDerivatives) X(GetRealOutputDerivatives)    \
+    X(DoStep) X(CancelStep) X(GetRealStatus)
 #define OWN(X) X(Instantiate) X(FreeInstance)
 #define AS_POINTER(name) fmi2##name##TYPE *name;
 
@@ -86,6 +65,7 @@ typedef struct {
     fmi2CallbackFunctions callbacks; /* given to pythonfmu, which keeps their address */
     fmi2CallbackLogger logger;       /* of the importer; NULL: none */
     fmi2ComponentEnvironment environment;
+    char *folder; /* of the resources, while the instance is made */
     bool logs_errors;
     bool failed; /* state "error" of the standard: a call was refused */
     char name[1]; /* of the instance */
@@ -142,12 +122,13 @@ static fmi2Status fail(Entry *entry, const char *call, const char *format, ...)
 }
 
 /* Logs why there is no instance, and frees it. */
-static fmi2Component refuse(Entry *entry, fmi2String name, const char *reason, const char *detail)
+static fmi2Component refuse(Entry *entry, const char *reason, const char *detail)
 {
     char message[1200];
 
     (void)snprintf(message, sizeof message, "%s%.1000s", reason, detail);
-    log_message(entry, name != NULL ? name : "", fmi2Error, categories[fmi2Error], message);
+    log_message(entry, entry->name, fmi2Error, categories[fmi2Error], message);
+    free(entry->folder);
     free(entry);
     return NULL;
 }
@@ -275,6 +256,7 @@ static bool is_utf8(const char *text)
     return true;
 }
 
+/* strstr is a macro of C11 in some libraries */
 static bool contains(const char *text, const char *part)
 {
     while (*text != '\0' && strncmp(text, part, strlen(part)) != 0) {
@@ -362,18 +344,18 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         entry->logger = functions->logger;
         entry->environment = functions->componentEnvironment;
     }
-    if (instanceName == NULL || instanceName[strspn(instanceName, " \t\r\n\f\v")] == '\0') {
-        return refuse(entry, instanceName, "instance name is empty; needs a name", "");
+    if (entry->name[strspn(entry->name, " \t\r\n\f\v")] == '\0') {
+        return refuse(entry, "instance name is empty; needs a name", "");
     }
     if (fmuType != fmi2CoSimulation) {
-        return refuse(entry, instanceName, "this FMU is for co-simulation only", "");
+        return refuse(entry, "this FMU is for co-simulation only", "");
     }
     if (fmuResourceLocation == NULL) {
-        return refuse(entry, instanceName, "location of the resources is NULL", "");
+        return refuse(entry, "location of the resources is NULL", "");
     }
-    folder = calloc(1, strlen(fmuResourceLocation) + 1);
+    entry->folder = folder = calloc(1, strlen(fmuResourceLocation) + 1);
     if (folder == NULL) {
-        return refuse(entry, instanceName, "not enough memory", "");
+        return refuse(entry, "not enough memory", "");
     }
     path_of_uri(fmuResourceLocation, folder);
     length = strlen(folder);
@@ -382,26 +364,22 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     }
     if (!is_utf8(folder) || readable_path(folder) == NULL || contains(folder, "%20")
         || contains(folder, "file://")) {
-        free(folder);
-        return refuse(entry, instanceName,
+        return refuse(entry,
                       "Python cannot be given this folder of resources; unpack the FMU below a path without %20 and "
                       "with characters that the system can name in UTF-8: ",
                       fmuResourceLocation);
     }
     if (!first_line(folder, SCRIPT_FILE, token, (int)sizeof token)
         || !first_line(folder, TOKEN_FILE, token, (int)sizeof token)) {
-        free(folder);
-        return refuse(entry, instanceName, "no resources of this FMU in ", fmuResourceLocation);
+        return refuse(entry, "no resources of this FMU in ", fmuResourceLocation);
     }
     if (fmuGUID == NULL || strcmp(fmuGUID, token) != 0) {
-        free(folder);
         (void)snprintf(reason, sizeof reason, "%.100s, the resources have %s: they belong to different FMUs",
                        fmuGUID != NULL ? fmuGUID : "NULL", token);
-        return refuse(entry, instanceName, "GUID is ", reason);
+        return refuse(entry, "GUID is ", reason);
     }
     if (!load(&entry->calls, reason, sizeof reason)) {
-        free(folder);
-        return refuse(entry, instanceName,
+        return refuse(entry,
                       "needs a host that runs Python, see documentation/externalDependencies.txt; "
                       "elsewhere use the native FMU. " LIBRARY ": ",
                       reason);
@@ -411,6 +389,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     entry->slave = entry->calls.Instantiate(instanceName, fmuType, fmuGUID, folder, &entry->callbacks, visible,
                                             loggingOn);
     free(folder);
+    entry->folder = NULL;
     if (entry->slave == NULL) { /* logged by pythonfmu */
         free(entry);
         return NULL;

@@ -128,9 +128,7 @@ static bool event(Instance *instance)
 
     memcpy(set, model->value, sizeof set);
     for (int i = 0; instance->now.unchecked && i < VARIABLE_COUNT; ++i) {
-        const enum Causality causality = model_variables[i].causality;
-        invalid[i] = (causality == CAUSALITY_INPUT || causality == CAUSALITY_PARAMETER || causality == CAUSALITY_STATE)
-                     && !model_accepts(i, set[i]);
+        invalid[i] = model_is_set(&model_variables[i]) && !model_accepts(i, set[i]);
         model->value[i] = invalid[i] ? model->latched[i] : set[i];
     }
     changed = model_event(model);

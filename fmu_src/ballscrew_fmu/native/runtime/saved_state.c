@@ -227,11 +227,9 @@ static bool possible(const Situation *situation)
         return false;
     }
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
-        const enum Causality causality = model_variables[i].causality;
-        const bool set = causality == CAUSALITY_INPUT || causality == CAUSALITY_PARAMETER
-                         || causality == CAUSALITY_STATE;
-        if (set && !((unchecked || model_accepts(i, situation->model.value[i]))
-                     && model_accepts(i, situation->model.latched[i]))) {
+        if (model_is_set(&model_variables[i])
+            && !((unchecked || model_accepts(i, situation->model.value[i]))
+                 && model_accepts(i, situation->model.latched[i]))) {
             return false;
         }
     }

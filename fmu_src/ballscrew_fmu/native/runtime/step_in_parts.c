@@ -1,7 +1,7 @@
 /* Co-simulation steps of FMI 3 in parts: to events, to intermediate updates, with early return. */
-#include <math.h>
-
 #include "instance.h"
+
+#if MODEL_PARTS
 
 #define PARTS 8 /* equal parts of a step with intermediate updates; a power of 2, so that their ends are exact */
 
@@ -46,21 +46,22 @@ static Status make_parts(Instance *instance, double time, double step, StepEnd *
     }
     do {
         const double end_of_part = instance->update != NULL && part < PARTS ? step * part / PARTS : step;
-        const double to = end_of_part < until ? end_of_part : until;
-        double advanced = to - done;
+        const double to = end_of_part < until ? end_of_part : until, length = to - done;
 
         if (model->events) {
-            advanced = model_step_to_event(model, to - done, &due);
-        } else {
-            model_step(model, to - done);
+            model_latch(model);
+            due = model_event_due(model);
         }
-        energy += advanced > 0.0 ? advanced * model_power(model) : 0.0;
-        longest = advanced > longest ? advanced : longest;
-        count += advanced > 0.0;
-        done = due && advanced < to - done ? done + advanced : to;
+        if (!due) {
+            model_step(model, length);
+            energy += length * model_power(model);
+            longest = length > longest ? length : longest;
+            ++count;
+            done = to;
+        }
         now->time = time + done;
         now->stale = false;
-        if (due && done < until) {
+        if (due) {
             if (instance->early_return) {
                 break;
             }
@@ -113,3 +114,5 @@ Status instance_step_in_parts(Instance *instance, double time, double step, Step
     }
     return make_parts(instance, time, step, end);
 }
+
+#endif

@@ -54,7 +54,7 @@ bool instance_is_valid(Instance *instance)
     const double *value = instance->now.model.value;
 
     for (unsigned i = 0; instance->now.unchecked && i < (unsigned)VARIABLE_COUNT; ++i) {
-        if (settable_in(&model_variables[i]) != 0U && !model_accepts((int)i, value[i])) {
+        if (model_is_set(&model_variables[i]) && !model_accepts((int)i, value[i])) {
             (void)invalid(instance, i, value[i]);
             return false;
         }
@@ -73,6 +73,19 @@ void instance_follow(Instance *instance)
             model_latch(&instance->now.model);
         }
     }
+}
+
+/* Whether a value may be stored now; if not, the call has failed. */
+static bool can_be_set(Instance *instance, unsigned index)
+{
+    char here[32];
+
+    if ((settable_in(&model_variables[index]) & instance->now.state) != 0U) {
+        return true;
+    }
+    instance_list_states(instance->now.state, here, sizeof here);
+    (void)instance_fail(instance, "%s cannot be set in %s", model_variables[index].name, here);
+    return false;
 }
 
 Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[])
@@ -104,10 +117,8 @@ Status instance_set_reals(Instance *instance, const unsigned references[], size_
         if (!is_real(index)) {
             return unknown(instance, "settable Real", references[i]);
         }
-        if ((settable_in(&model_variables[index]) & instance->now.state) == 0U) {
-            char here[32];
-            instance_list_states(instance->now.state, here, sizeof here);
-            return instance_fail(instance, "%s cannot be set in %s", model_variables[index].name, here);
+        if (!can_be_set(instance, index)) {
+            return STATUS_ERROR;
         }
     }
     for (size_t i = 0; i < count; ++i) {
@@ -145,10 +156,8 @@ Status instance_set_boolean(Instance *instance, unsigned reference, bool value)
     if (index >= (unsigned)VARIABLE_COUNT || is_real(index)) {
         return unknown(instance, "settable Boolean", reference);
     }
-    if ((settable_in(&model_variables[index]) & instance->now.state) == 0U) {
-        char here[32];
-        instance_list_states(instance->now.state, here, sizeof here);
-        return instance_fail(instance, "%s cannot be set in %s", model_variables[index].name, here);
+    if (!can_be_set(instance, index)) {
+        return STATUS_ERROR;
     }
     model_set(&instance->now.model, (int)index, value ? 1.0 : 0.0);
     instance->now.stale = true;

@@ -1,7 +1,6 @@
 /* Life cycle, outputs, events and derivatives of BallScrewAxis. */
-#include "model.h"
+#include "screw_model.h"
 
-#include <math.h>
 #include <string.h>
 
 /* --- from the latched point to outputs --- */
@@ -12,7 +11,7 @@ static double held_stiffness(const Model *model)
     return model->began ? ELEMENTS * model->level.elements.root * model->level.elements.root : 0.0;
 }
 
-static const Point *locate(Model *model)
+static inline const Point *locate(Model *model)
 {
     if (!model->located) {
         point_locate(model->map, model->latched, held_stiffness(model), &model->point);
@@ -40,27 +39,7 @@ static void compute_outputs(Model *model)
     model->outputs_known = true;
 }
 
-static void compute_films(Model *model)
-{
-    const Point *point = locate(model);
-    Films films;
-
-    nut_films(model->map, &point->loads, &point->conditions, &films);
-    film_outputs(&films, model->latched, model->value);
-    model->films_known = true;
-}
-
 /* --- interface --- */
-
-void model_reset(Model *model, const Map *map, bool continuous)
-{
-    model_start(model, map, continuous);
-    model->in_range = true;
-    model_latch(model);
-}
-
-extern bool model_accepts(int reference, double value);
-extern void model_set(Model *model, int reference, double value);
 
 /* States at the start: at rest at initial_position, without deflection, elements by presliding_side. */
 static void initial_states(Model *model)
@@ -141,34 +120,6 @@ void model_step(Model *model, double step)
 
 bool model_step_cut(const Model *model) { return model->cut; }
 
-/* with events it changes, after the initial one, at events only */
-static bool in_range(Model *model)
-{
-    return model->events && model->began ? model->in_range : model_clamped(model) == 0U;
-}
-
-double model_get(Model *model, int reference)
-{
-    const Variable *variable = &model_variables[reference];
-
-    if (reference == IN_RANGE) {
-        return in_range(model);
-    }
-    if (reference == RANGE_MARGIN) {
-        model->value[RANGE_MARGIN] = point_margin(model->map, locate(model), model->latched);
-    } else if (variable->causality == CAUSALITY_INDICATOR) {
-        model_indicators(model);
-    } else if (variable->causality == CAUSALITY_OUTPUT && variable->needs == NEEDS_FILMS) {
-        if (!model->films_known) {
-            compute_films(model);
-        }
-    } else if ((variable->causality == CAUSALITY_OUTPUT || variable->causality == CAUSALITY_RATE)
-               && !model->outputs_known) {
-        compute_outputs(model);
-    }
-    return model->value[reference];
-}
-
 unsigned model_clamped(Model *model)
 {
     const Point *point = locate(model);
@@ -205,20 +156,10 @@ void model_clear_computed(Model *model)
 
 /* --- events --- */
 
-#define RANGE_HYSTERESIS 1e-6 /* of an axis: avoids repeated events at the limit of the map */
-#define SPEED_HYSTERESIS 1e-6 /* [rad/s], [m/s] */
-#define CLAMP_FROM (1.0 + LEVEL_MARGIN) /* of the limit: an element that moves away from it is clamped */
-
-/* Sliding: until the speed reverses. Following: to the limit, which is higher where the motion is away from it. */
-static double slip_indicator(double element, double speed, double limit, int slip)
+/* Without a limit, an element that sticks has no event. */
+static double indicator_of(double element, double speed, double limit, int slip)
 {
-    if (slip != 0) {
-        return slip * speed + SPEED_HYSTERESIS;
-    }
-    if (!(limit > 0.0)) {
-        return 1.0;
-    }
-    return (element * speed > 0.0 ? limit : CLAMP_FROM * limit) - fabs(element);
+    return slip != 0 || limit > 0.0 ? slip_indicator(element, speed, limit, slip) : 1.0;
 }
 
 /* [N.m/rad] of the loads */
@@ -232,11 +173,6 @@ static double present_stiffness(Model *model)
     return ELEMENTS * level.root * level.root;
 }
 
-static int direction_of(const Model *model, int element)
-{
-    return (model->slips >> element & 1U) != 0U ? model->slip : 0;
-}
-
 static double limit_of(Model *model, int element)
 {
     return (2.0 * element + 1.0) * locate(model)->level.unit;
@@ -246,24 +182,23 @@ void model_indicators(Model *model)
 {
     const double *at = model->latched;
     double *out = model->value;
-    const double margin = point_margin(model->map, locate(model), at);
 
-    out[IN_RANGE_INDICATOR] = margin + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
+    out[IN_RANGE_INDICATOR] = range_indicator(model);
     out[STIFFNESS_INDICATOR] = model->began && model->continuous
                                    ? distance_to_stiffness(held_stiffness(model), present_stiffness(model))
                                    : 1.0;
     for (int i = 0; i < ELEMENTS; ++i) {
         out[SLIP_INDICATOR_1 + i] =
-            slip_indicator(at[PRESLIDING_ELEMENT_1 + i], at[SPEED], limit_of(model, i), direction_of(model, i));
+            indicator_of(at[PRESLIDING_ELEMENT_1 + i], at[SPEED], limit_of(model, i), slip_of_element(model, i));
     }
-    out[GUIDE_SLIP_INDICATOR] = slip_indicator(at[GUIDE_ELEMENT], at[VELOCITY], model->point.mechanics.guide_limit,
-                                               model->guide_slip);
+    out[GUIDE_SLIP_INDICATOR] =
+        indicator_of(at[GUIDE_ELEMENT], at[VELOCITY], model->point.mechanics.guide_limit, model->guide_slip);
 }
 
 /* Direction of slip of an element after an event, and its state. */
 static int slip_after_event(double *element, double speed, double limit, int slip)
 {
-    const double indicator = slip_indicator(*element, speed, limit, slip);
+    const double indicator = indicator_of(*element, speed, limit, slip);
 
     if (slip != 0) {
         if (!(indicator < 0.0)) {
@@ -295,7 +230,7 @@ bool model_event(Model *model)
     if (!model->continuous) {
         return false;
     }
-    model->in_range = model->in_range ? !(value[IN_RANGE_INDICATOR] < 0.0) : value[IN_RANGE_INDICATOR] > 0.0;
+    model->in_range = range_after_event(model);
     if (stiffness_follows(model->slips == (1U << ELEMENTS) - 1U
                               || elements_free(&value[PRESLIDING_ELEMENT_1], locate(model)->level.unit),
                           held_stiffness(model), present_stiffness(model))) {
@@ -305,7 +240,7 @@ bool model_event(Model *model)
     stored = energy_of_elements(&value[PRESLIDING_ELEMENT_1]) + 0.5 * value[GUIDE_ELEMENT] * value[GUIDE_ELEMENT];
     for (int i = 0; i < ELEMENTS; ++i) {
         const int one =
-            slip_after_event(&value[PRESLIDING_ELEMENT_1 + i], at[SPEED], limit_of(model, i), direction_of(model, i));
+            slip_after_event(&value[PRESLIDING_ELEMENT_1 + i], at[SPEED], limit_of(model, i), slip_of_element(model, i));
         slips |= one != 0 ? 1U << i : 0U;
         slip = one != 0 ? one : slip;
     }
@@ -328,22 +263,6 @@ void model_initial_event(Model *model)
     model->level.elements = locate(model)->level;
     model->began = true;
     (void)model_event(model);
-}
-
-/* Co-simulation has no event mode and no parts. */
-double model_step_to_event(Model *model, double step, bool *due)
-{
-    *due = false;
-    model_step(model, step);
-    return step;
-}
-
-double model_power(Model *model) { return model_get(model, POWER_LOSS); }
-
-void model_set_mean_power(Model *model, double mean)
-{
-    (void)model;
-    (void)mean;
 }
 
 /* --- derivatives --- */

@@ -1,9 +1,7 @@
 /* Life cycle, elasto-slip elements, events and derivatives of a screw with friction: of BallScrewFriction and BallScrewTransmission.
    What they compute at a point is in friction_point.h and transmission_point.h. */
-#include "model.h"
+#include "screw_model.h"
 
-#include <float.h>
-#include <math.h>
 #include <string.h>
 
 #include "tangent.h"
@@ -15,7 +13,6 @@ static bool presliding(const Model *model)
     return model->latched[PRESLIDING] != 0.0;
 }
 
-/* Loads and conditions of the latched point. */
 static inline const Point *locate(Model *model)
 {
     if (!model->located) {
@@ -43,21 +40,6 @@ static inline double present_stiffness(Model *model)
 
     (void)locate(model);
     return stiffness_at(model->latched, model->map, &model->point.loads, &friction);
-}
-
-static inline void compute_films(Model *model)
-{
-    const Point *point = locate(model);
-    Films films;
-
-    nut_films(model->map, &point->loads, &point->conditions, &films);
-    film_outputs(&films, model->latched, model->value);
-    model->films_known = true;
-}
-
-static inline double range_margin(Model *model)
-{
-    return point_margin(model->map, locate(model), model->latched);
 }
 
 static Moment moment_of(const Model *model)
@@ -105,7 +87,7 @@ static void compute_presliding(Model *model)
     }
 }
 
-static void compute_torque(Model *model)
+static void compute_outputs(Model *model)
 {
     const Moment moment = moment_of(model);
     Presliding now;
@@ -124,20 +106,10 @@ static void compute_torque(Model *model)
     point_outputs(&model->point, friction_parts(model), &now, model->latched, model->step, model->value);
     heat_output(&moment, model->value);
     model->value[POWER_LOSS] += model->power_of_parts;
-    model->torque_known = true;
+    model->outputs_known = true;
 }
 
 /* --- interface --- */
-
-void model_reset(Model *model, const Map *map, bool continuous)
-{
-    model_start(model, map, continuous);
-    model->in_range = true;
-    model_latch(model);
-}
-
-extern bool model_accepts(int reference, double value);
-extern void model_set(Model *model, int reference, double value);
 
 static void latch(Model *model, double step)
 {
@@ -149,7 +121,7 @@ static void latch(Model *model, double step)
     model->power_of_parts = 0.0;
     memcpy(model->before, &model->value[PRESLIDING_ELEMENT_1], sizeof model->before);
     model->from_side = !model->began && memcmp(model->before, model->initial, sizeof model->before) == 0;
-    model->located = model->parts_known = model->torque_known = model->films_known = false;
+    model->located = model->parts_known = model->outputs_known = model->films_known = false;
     if (!presliding(model)) {
         model->element_torque = model->element_power = model->element_supply = 0.0;
     }
@@ -213,36 +185,6 @@ bool model_step_too_long(Model *model, double step, double *stiffness, double *d
            && fabs(model->element_torque) < (1.0 - ROUNDING_SHARE) * coulomb_magnitude(friction_parts(model));
 }
 
-/* with events it changes, after the initial one, at events only */
-static bool in_range(Model *model)
-{
-    return model->events && model->began ? model->in_range : model_clamped(model) == 0U;
-}
-
-double model_get(Model *model, int reference)
-{
-    const Variable *variable = &model_variables[reference];
-
-    if (reference == IN_RANGE) {
-        return in_range(model);
-    }
-    if (reference == RANGE_MARGIN) {
-        model->value[RANGE_MARGIN] = range_margin(model);
-    } else if (variable->causality == CAUSALITY_INDICATOR) {
-        model_indicators(model);
-    } else if (variable->causality == CAUSALITY_OUTPUT && variable->needs == NEEDS_FILMS) {
-        if (!model->films_known) {
-            compute_films(model);
-        }
-    } else if (variable->causality == CAUSALITY_OUTPUT
-               || (variable->causality == CAUSALITY_RATE && model->continuous)) {
-        if (!model->torque_known) {
-            compute_torque(model);
-        }
-    }
-    return model->value[reference];
-}
-
 unsigned model_clamped(Model *model)
 {
     return point_clamped(model->map, locate(model), model->latched);
@@ -266,28 +208,14 @@ void model_clear_computed(Model *model)
     model->map = NULL;
     memset(&model->point, 0, sizeof model->point);
     memset(&model->parts, 0, sizeof model->parts);
-    model->located = model->parts_known = model->torque_known = model->films_known = false;
+    model->located = model->parts_known = model->outputs_known = model->films_known = false;
 }
 
 /* --- events --- */
 
-#define RANGE_HYSTERESIS 1e-6 /* of an axis: avoids repeated events at the limit of the map */
-#define SPEED_HYSTERESIS 1e-6 /* [rad/s] */
-
 static double present_limit(Model *model)
 {
     return presliding_level(coulomb_magnitude(friction_parts(model)), model->stiffness, 0.0).unit;
-}
-
-/* Of an element that sticks: its limit. */
-static double distance_to_slip(double element, double speed, double limit)
-{
-    const double along = with_sign_of(element, speed);
-
-    if (!(limit > 0.0)) {
-        return element == 0.0 ? 1.0 : -1.0;
-    }
-    return speed != 0.0 && along > 0.0 ? limit - along : (1.0 + LEVEL_MARGIN) * limit - fabs(element);
 }
 
 void model_indicators(Model *model)
@@ -296,26 +224,21 @@ void model_indicators(Model *model)
     const bool modes = presliding(model) && model->continuous;
     double *out = model->value, unit;
 
-    out[IN_RANGE_INDICATOR] = range_margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
+    out[IN_RANGE_INDICATOR] = range_indicator(model);
     if (modes && !model->began) {
         compute_presliding(model);
     }
     out[STIFFNESS_INDICATOR] = modes ? distance_to_stiffness(model->stiffness, present_stiffness(model)) : 1.0;
     unit = modes ? present_limit(model) : 0.0;
     for (int i = 0; i < ELEMENTS; ++i) {
-        const double element = at[PRESLIDING_ELEMENT_1 + i], limit = (2.0 * i + 1.0) * unit;
+        const double element = at[PRESLIDING_ELEMENT_1 + i];
+        const int slip = slip_of_element(model, i);
+        const bool decides = modes && (slip != 0 || unit > 0.0); /* without a limit, an element that is loaded slips */
 
-        out[SLIP_INDICATOR_1 + i] = !modes                           ? 1.0
-                                    : (model->slips >> i & 1U) != 0U ? model->slip * at[SPEED] + SPEED_HYSTERESIS
-                                                                     : distance_to_slip(element, at[SPEED], limit);
+        out[SLIP_INDICATOR_1 + i] = decides ? slip_indicator(element, at[SPEED], (2.0 * i + 1.0) * unit, slip)
+                                    : modes && element != 0.0 ? -1.0
+                                                              : 1.0;
     }
-}
-
-static bool range_after_event(const Model *model)
-{
-    const double margin = model->value[IN_RANGE_INDICATOR];
-
-    return model->in_range ? !(margin < 0.0) : margin > 0.0;
 }
 
 /* Elements of model exchange after an event at the latched point, whose indicators are known. True if one
@@ -391,27 +314,18 @@ bool model_event(Model *model)
 }
 
 /* The elements slide within a step, exactly: only in_range has events. */
-double model_step_to_event(Model *model, double step, bool *due)
+bool model_event_due(Model *model)
 {
-    model_latch(model);
     model_indicators(model);
-    *due = range_after_event(model) != model->in_range;
-    if (*due) {
-        return 0.0;
-    }
-    model_step(model, step);
-    return step;
+    return range_after_event(model) != model->in_range;
 }
 
-double model_power(Model *model)
-{
-    return model_get(model, POWER_LOSS);
-}
+double model_power(Model *model) { return model_get(model, POWER_LOSS); }
 
 void model_set_mean_power(Model *model, double mean)
 {
     model->power_of_parts += mean - model_get(model, POWER_LOSS);
-    model->torque_known = false;
+    model->outputs_known = false;
 }
 
 /* --- derivatives --- */

@@ -36,7 +36,7 @@ struct Model {
 #ifdef MODEL_COUPLING
     Coupling coupling; /* co-simulation: with the masses of the importer */
 #endif
-    bool located, parts_known, torque_known, films_known;
+    bool located, parts_known, outputs_known, films_known;
     Point point; /* the latched one */
     Parts parts;
 };

@@ -252,18 +252,12 @@ bool model_event(Model *model)
     return false;
 }
 
-double model_step_to_event(Model *model, double step, bool *due)
+bool model_event_due(Model *model)
 {
     bool range, rests;
 
-    model_latch(model);
     modes_after_event(model, &range, &rests);
-    *due = range != model->in_range || rests != model->rests;
-    if (*due) {
-        return 0.0;
-    }
-    model_step(model, step);
-    return step;
+    return range != model->in_range || rests != model->rests;
 }
 
 double model_power(Model *model)

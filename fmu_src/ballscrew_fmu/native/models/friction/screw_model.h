@@ -1,0 +1,97 @@
+/* Reset, outputs on demand and range of a model of a screw: what friction/model.c and axis/model.c have in common. */
+#ifndef BALLSCREW_SCREW_MODEL_H
+#define BALLSCREW_SCREW_MODEL_H
+
+#include "model.h"
+
+#include <math.h>
+
+#define RANGE_HYSTERESIS 1e-6 /* of an axis: avoids repeated events at the limit of the map */
+#define SPEED_HYSTERESIS 1e-6 /* [rad/s], [m/s] */
+
+/* Of the model, at the latched point: loads and conditions; all outputs and rates except range and films. */
+static inline const Point *locate(Model *model);
+static void compute_outputs(Model *model);
+
+void model_reset(Model *model, const Map *map, bool continuous)
+{
+    model_start(model, map, continuous);
+    model->in_range = true;
+    model_latch(model);
+}
+
+extern bool model_accepts(int reference, double value);
+extern void model_set(Model *model, int reference, double value);
+
+static inline void compute_films(Model *model)
+{
+    const Point *point = locate(model);
+    Films films;
+
+    nut_films(model->map, &point->loads, &point->conditions, &films);
+    film_outputs(&films, model->latched, model->value);
+    model->films_known = true;
+}
+
+static inline double range_margin(Model *model)
+{
+    return point_margin(model->map, locate(model), model->latched);
+}
+
+/* with events it changes, after the initial one, at events only */
+static bool in_range(Model *model)
+{
+    return model->events && model->began ? model->in_range : model_clamped(model) == 0U;
+}
+
+static inline double range_indicator(Model *model)
+{
+    return range_margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
+}
+
+static inline bool range_after_event(const Model *model)
+{
+    const double margin = model->value[IN_RANGE_INDICATOR];
+
+    return model->in_range ? !(margin < 0.0) : margin > 0.0;
+}
+
+double model_get(Model *model, int reference)
+{
+    const Variable *variable = &model_variables[reference];
+
+    if (reference == IN_RANGE) {
+        return in_range(model);
+    }
+    if (reference == RANGE_MARGIN) {
+        model->value[RANGE_MARGIN] = range_margin(model);
+    } else if (variable->causality == CAUSALITY_INDICATOR) {
+        model_indicators(model);
+    } else if (variable->causality == CAUSALITY_OUTPUT && variable->needs == NEEDS_FILMS) {
+        if (!model->films_known) {
+            compute_films(model);
+        }
+    } else if ((variable->causality == CAUSALITY_OUTPUT || variable->causality == CAUSALITY_RATE)
+               && !model->outputs_known) {
+        compute_outputs(model);
+    }
+    return model->value[reference];
+}
+
+/* Of an elasto-slip element. Sliding in a direction: until the speed reverses. Sticking: to its limit > 0, which is
+   higher where the motion is away from it. */
+static inline double slip_indicator(double element, double speed, double limit, int slip)
+{
+    const bool towards = speed != 0.0 && with_sign_of(element, speed) > 0.0;
+
+    return slip != 0 ? slip * speed + SPEED_HYSTERESIS
+                     : (towards ? limit : (1.0 + LEVEL_MARGIN) * limit) - fabs(element);
+}
+
+/* Direction in which an element of the screw slides after the last event; 0: it sticks. */
+static inline int slip_of_element(const Model *model, int element)
+{
+    return (model->slips >> element & 1U) != 0U ? model->slip : 0;
+}
+
+#endif
