@@ -115,14 +115,16 @@ def _page(
         sections.append((key, title, section(key, title, caller())))
         return ""
 
+    connected = [v.causality in ("input", "output") for v in variables]
     intro = TEMPLATES.get_template(f"{model.layer}.html").render(
-        part=part, name=name, header=header, variable_rows=[_row(v) for v in variables],
-        mechanistic=header["law"] == MECHANISTIC, **{"native": False, "fmi_version": 2, **about},
+        part=part, name=name, model=model, header=header, mechanistic=header["law"] == MECHANISTIC,
+        connections=[_row(v) for v, here in zip(variables, connected, strict=True) if here],
+        others=[_row(v) for v, here in zip(variables, connected, strict=True) if not here],
+        **{"native": False, "fmi_version": 2, **about},
     )  # fmt: skip
-    live = [section("live", "Torque of this screw, live", LIVE_BLOCK)] if live_page else []
-    return page(
-        name, [Html(intro.strip() + "\n"), *live], sections, Html(f"<span>map {map_hash(header)}</span>")
-    )
+    if live_page:  # after what to connect
+        sections.insert(1, ("live", "Live", section("live", "Torque of this screw, live", LIVE_BLOCK)))
+    return page(name, [Html(intro.strip() + "\n")], sections, Html(f"<span>map {map_hash(header)}</span>"))
 
 
 def _row(v: Variable) -> tuple[str, ...]:

@@ -99,8 +99,12 @@ def test_all_fmus_with_own_friction_parameters_are_checked_and_documented(
         assert page.loaded == [] or {name for _, name, _ in page.loaded} == {"src"}
         for part in PAGE:
             assert part in text, (fmu.name, part)
-        rows = {row[0]: row[1:] for row in page.tables["variable_table"]}
-        assert list(rows)[1:] == list(starts)
+        connections, others = (
+            {row[0]: row[1:] for row in page.tables[name][1:]} for name in ("connect", "variable_table")
+        )
+        rows = connections | others
+        assert sorted(rows) == sorted(starts)
+        assert {row[0] for row in connections.values()} == {"input", "output"}
         assert rows["temperature"][:3] == ["input", "K (degC)", "303.15"]
         if fmu.name.startswith("BallScrewFrictionNative"):
             assert "Table 4: torque over speed" in text
