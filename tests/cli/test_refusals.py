@@ -73,7 +73,7 @@ REFUSALS = {
             (("--iso-vg", "70", "--viscosity-index", "95"), "70")],
     "map": [(("polish",), "invalid choice: 'polish'"), (("buidl",), "; is build meant?")],
     "map info": [(("none.nc",), "none.nc"), (("{vg100}",), "give the screw file of the map by --screw"),
-                 (("{vg100}", "--screw", "{example}"), "map of other parameters")],
+                 (("{vg100}", "--screw", "{example}"), "(lead_mm = 8.0, ")],
     "map check": [(("--count", "0"), "--count = 0"), (("{vg100}",), "give the screw file of the map by --screw")],
     "map plot": [((), "arguments are required: --output"), (("--ouput", "x.png"), "; is --output meant?")],
     "map atlas": [(("--output", "x.npz", "--count", "0"), "--count = 0; allowed: a whole number >= 1"),

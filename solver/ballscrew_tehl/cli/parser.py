@@ -201,6 +201,7 @@ COMMANDS = {
         _option("--before", "earlier log of the same axis: change of the preload", "LOG.csv"),
         _option("--plot", "draw friction over speed and the residual over position", "FILE.png"),
         _option("--measurements", "write points for calibrate, with their standard errors", "FILE.csv"),
+        _option("--output", "write what --json prints, for export --identified", "FILE.json"),
         *OF_MAP,
     ), "Least squares on the inverse dynamics of a log. Headings of the file name the units: time [s], position [mm], "
        "[rad], [deg] or speed [r/min], velocity [m/s]; current [A], torque [N.m], force [N] or voltage [V]; optional "
