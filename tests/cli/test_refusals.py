@@ -123,6 +123,8 @@ REFUSALS = {
         (("log.csv", "--torque-constant-nm-a", "0"), "--torque-constant-nm-a = 0; allowed: 1e-06 to 10000"),
         (("log.csv", "--torque-constant-nm-a", "1", "--lead-mm", "8"), "log.csv: current is constant"),
         (("log.csv", "--mass-kg", "1", "--inertia-kgm2", "1"), "--inertia-kgm2 and --mass-kg; allowed: one of them"),
+        (("log.csv", "--offset-n", "1", "--offset-nm", "1"), "--offset-nm and --offset-n; allowed: one of them"),
+        (("log.csv", "--offset-nm", "1+-x"), "standard error of --offset-nm = x; allowed: 0 to 1e+07"),
         (("log.csv", "--before", "log.csv"), "allowed: with both, which turn friction into preload"),
         (("log.csv", "--plot", "x.pdf"), "--plot = x.pdf; allowed: a file *.png"),
         (("log.csv", "--measurements", "./log.csv"), "is a file that this command reads"),
@@ -138,6 +140,9 @@ REFUSALS = {
         ((*EXPORT, "csv", "--output", "x.csv", "--points", "2"), "--points = 2; allowed: a whole number >= 3"),
         ((*EXPORT, "csv", "--output", "x.csv", "--preload-n", "9", "99999"), "preload = 9 N; allowed by the map: 120 "),
         ((*EXPORT, "csv", "--output", "x.csv", "--temperature-c", "303"), "is 303 K = 29.85 C meant?"),
+        ((*EXPORT, "csv", "--output", "x.csv", "--speed-rpm", "9", "9000"), "allowed: a rising range in 5 to 6000 "),
+        ((*EXPORT, "csv", "--output", "x.csv", "--identified", "log.csv"), "--screw with --identified; allowed: with"),
+        (("--format", "csv", "--output", "x.csv", "--identified", "log.csv"), "that identify --output has written"),
     ],
     "validate": [(("--friction", "four_parameter"), "--friction = four_parameter; allowed: ")],
     "report": [

@@ -207,19 +207,24 @@ COMMANDS = {
        "[rad], [deg] or speed [r/min], velocity [m/s]; current [A], torque [N.m], force [N] or voltage [V]; optional "
        "temperature [degC], preload [N]. Prints inertia or mass, offset and friction over speed in each direction with "
        "95 % intervals, and what was left out. With --screw and --map also the preload with its interval."),
-    "export": Command("friction of a map as a table for a controller or a tool", "export.run_export", (
+    "export": Command("friction of a map or a log as a table for a controller or a tool", "export.run_export", (
         _choice("--format", EXPORT_FORMATS, "twincat: compensation list frict_comp of TwinCAT CNC and ISG kernels; "
                 "modelica: text of a CombiTable1Ds; matlab: a function with its breakpoints", required=True),
         _option("--output", "where to write it; with several preloads or temperatures a list each, named by them",
                 "PATH", required=True),
         _option("--preload-n", "preloads [N]; default: 5 %% of the dynamic rating", "N", nargs="+"),
         _option("--temperature-c", "oil temperatures; default: reference of the oil", "C", nargs="+"),
+        _option("--identified", "instead of a map: friction of the whole axis, as identify --output has written it",
+                "FILE.json"),
+        _option("--speed-rpm", "range of the screw's speed; default: that of the map or log", ("LO", "HI"), nargs=2),
+        _option("--lead-mm", "with --identified: lead of the screw [mm]; default: that of the log", "MM"),
         *(_option(quantity.option, f"twincat: {quantity.help}", quantity.metavar)
           for quantity in (TORQUE_CONSTANT, RATIO, CURRENT_UNIT)),
         _numbers("--points", "most entries of a list (default 20), speeds of a table (default 40)", kind=int),
         *OF_MAP,
     ), "Friction torque over speed, preload and temperature with its interval. Every file states units and signs. The "
-       "entries of a compensation list have the least largest error."),
+       "entries of a compensation list have the least largest error. With --identified each direction by itself, in a "
+       "compensation list their mean."),
     "validate": Command("compare the model with measured torques and published models", "validate.run_validate", (
         _switch("--contacts", "solve instead the contact of section 5.1 of the paper with both kinematics and a circle "
                 "of a public multigrid; shows the published values"),
