@@ -147,6 +147,29 @@ def test_impossible_rows_stop_the_fit_unless_dropped(capsys, measured):
     assert "20 points of 24 rows, without rows 3, 7, 12, 20" in entry["provenance"]
 
 
+def test_repeats_are_named_left_out_together_and_tell_why_a_fit_is_poor(capsys, tmp_path, torques):
+    """Noise 0.5 %, stated 0.1 %: repeats show it. A law of another shape: repeats that agree show that."""
+    for slope, apart, cause in (
+        (0.0, 0.005, "too small by that factor"),
+        (0.1, 1e-4, "does not fit in shape"),
+    ):
+        rows = []
+        for (preload, rpm, celsius, axial), torque in zip(POINTS, torques.tolist(), strict=True):
+            value = torque * rpm**slope
+            twice = (1.0 - apart, 1.0 + apart) if (rpm, celsius) == (100.0, 20.0) else (1.0,)
+            rows += [f"{preload},{rpm},{celsius},{value * x!r},{axial},{1e-3 * value}" for x in twice]
+        path = tmp_path / "repeats.csv"
+        path.write_text("\n".join([f"{HEAD},torque error [N.m]", *rows]) + "\n")
+        found, _ = run(capsys, str(path), "--map", MAP)
+        calibration = found["published.three_parameter"]["calibration"]
+        assert any("100 r/min: rows 3, 4 (lines 4, 5): " in note for note in calibration["notes"])
+        predicted = [(1.0 + p["left_out_deviation"]) * p["measured_nm"] for p in calibration["points"]]
+        assert predicted[2] == pytest.approx(predicted[3], rel=1e-9)
+        assert calibration["repeat_over_uncertainty"] == pytest.approx(1e3 * apart * 2.0**0.5, rel=1e-3)
+        _, text, _ = command_line.run(capsys, "calibrate", str(path), "--map", MAP)
+        assert cause in text
+
+
 def test_few_points_and_bad_options_are_one_line(capsys, tmp_path, measured):
     lines = (tmp_path / measured()).read_text().splitlines()
     path = tmp_path / "few.csv"

@@ -1,6 +1,7 @@
 """The commands identify and export as a user runs them: answers, files, the way from a log to a calibration."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -50,7 +51,25 @@ def test_from_a_log_to_preload_change_and_calibration(capsys, logs, tmp_path):
     assert "torque error [N.m]" in points.read_text()
     fitted, _ = answer(capsys, "calibrate", points, *MAP, "--output", fit)
     assert next(iter(fitted.values()))["calibration"]["error_over_uncertainty"] < 5.0
-    again, _ = answer(capsys, "identify", logs / "now.csv", *AXIS, *MAP, "--friction", fit)
+    words = (*AXIS, *MAP, "--friction", fit, "--output", tmp_path / "now.json")
+    code, text, _ = run(capsys, "identify", logs / "now.csv", *words)
+    assert code == 0
+    # the answer before the table
+    assert [line.split()[0] for line in text.splitlines()[:4]] == ["preload", "shape", "inertia", "offset"]
+    again = json.loads((tmp_path / "now.json").read_text())
+    # the friction of the whole axis as a list of the drive
+    written = "--identified", tmp_path / "now.json", "--format", "twincat", "--speed-rpm", "100", "1200"
+    (entry,), _ = answer(capsys, "export", *written, "--output", tmp_path / "now.lis")
+    assert entry["largest_error_share"] <= 2e-3
+    velocity, current = (
+        np.array(re.findall(rf"\[\d+\]\.{key} +(\S+)", (tmp_path / "now.lis").read_text()), float)
+        for key in ("in", "out")
+    )
+    middle = next(row for row in again["friction"] if 550.0 < row["speed_rpm"] < 650.0)
+    at = np.interp(middle["speed_rpm"] / 60.0 * 8e3, velocity, current)
+    assert at * 1e-3 * CONSTANT == pytest.approx(middle["torque_nm"], rel=0.02)
+    assert velocity[1] >= 100.0 / 60.0 * 8e3
+    assert velocity[-1] <= 1200.0 / 60.0 * 8e3
     assert again["preload_low_n"] < 1800.0 < again["preload_high_n"]
     assert again["preload_high_n"] - again["preload_low_n"] < found["preload_high_n"] - found["preload_low_n"]
 

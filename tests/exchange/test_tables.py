@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+from ballscrew_tehl.exchange import axis
 from ballscrew_tehl.exchange.formats import csv_text, json_text, matlab_text, modelica_text, twincat_text
 from ballscrew_tehl.exchange.piecewise import few_points
 from ballscrew_tehl.exchange.tables import FrictionTable
@@ -70,7 +71,7 @@ def test_matlab_function_is_read_back():
 
 def test_compensation_list_is_read_back():
     points = few_points(SPEED, TORQUE[:, 0, 0], 5)
-    text = twincat_text(TABLE, points, 1.0 / 0.8, 1e-3, "preload 1000 N")
+    text = twincat_text(TABLE, 8e-3, points, 1.0 / 0.8, 1e-3, "preload 1000 N")
     entries = dict(re.findall(r"^(frict_comp\S+)\s+(\S+)$", text, re.MULTILINE))
     assert (entries["frict_comp.mode"], entries["frict_comp.table_entries"]) == ("3", "6")
     speed, current = (
@@ -80,3 +81,54 @@ def test_compensation_list_is_read_back():
     assert np.all(np.diff(speed) > 0.0)
     back = np.interp(SPEED * 8e3 / (2.0 * np.pi), speed, current) * 1e-3 * 0.8
     assert np.max(np.abs(back - TORQUE[:, 0, 0])) == pytest.approx(points.error, abs=1e-9)
+
+
+def identified(path, rotary=True):
+    """Friction that is 0.1 higher forwards, as identify writes it."""
+    speed, effort = ("speed_rpm", "torque_{}nm") if rotary else ("velocity_m_s", "force_{}n")
+    both = np.r_[-SPEED[::-1], SPEED]
+    value = np.sign(both) * (0.5 + 0.01 * np.abs(both) ** 0.5) + 0.05
+    keys = speed, *(effort.format(part) for part in ("", "low_", "high_", "error_")), "samples"
+    columns = (
+        both / (RPM if rotary else 1.0),
+        value,
+        value - 0.01,
+        value + 0.01,
+        0.005 + 0.0 * both,
+        99.0 + 0.0 * both,
+    )
+    rows = [dict(zip(keys, map(float, row), strict=True)) for row in zip(*columns, strict=True)]
+    kind = {"kind": "rotary", "torque_constant_nm_a": 0.8, "lead_mm": 8.0} if rotary else {"kind": "linear"}
+    path.write_text(json.dumps({**kind, "friction": rows, "log": "now.csv"}))
+    return both, value
+
+
+@pytest.mark.parametrize("rotary", [True, False])
+def test_friction_of_an_axis_is_read_back_in_each_direction(tmp_path, rotary):
+    path = tmp_path / "identified.json"
+    speed, value = identified(path, rotary)
+    found = axis.read_identified(path)
+    one = RPM if rotary else 1.0
+    lines = [line for line in axis.csv_text(found).splitlines() if not line.startswith("#")]
+    assert lines[0].startswith("speed [r/min],torque [N.m]," if rotary else "velocity [m/s],force [N],")
+    rows = np.array([numbers(line) for line in lines[1:]])
+    assert np.allclose(rows, np.column_stack([speed / one, value, value - 0.01, value + 0.01]), rtol=1e-6)
+    data = json.loads(axis.json_text(found))
+    assert np.allclose(data["torque_nm" if rotary else "force_n"], value, rtol=1e-6)
+    text = axis.modelica_text(found)
+    table = np.array([numbers(line) for line in text.split("double friction_1(15,4)\n")[1].splitlines()])
+    assert np.allclose(np.delete(table, 7, axis=0), rows * [one, 1.0, 1.0, 1.0], rtol=1e-6)
+    assert np.all(table[7] == 0.0)
+    given = {
+        key: numbers(row) for key, row in re.findall(r"t\.(\w+) = \[(.*?)\];", axis.matlab_text(found, "f"))
+    }
+    assert np.allclose(given["speed"], table[:, 0])
+    assert np.allclose(given["value"], table[:, 1], rtol=1e-6)
+    if rotary:
+        both = found.between(2.0, 100.0).mean
+        assert np.allclose(both.speed, SPEED[1:-1])
+        assert np.allclose(both.mean, 0.5 + 0.01 * both.speed**0.5, rtol=1e-6)
+        assert np.allclose(both.difference, 0.05, rtol=1e-6)
+    else:
+        with pytest.raises(ValueError, match="--lead-mm"):
+            _ = found.mean

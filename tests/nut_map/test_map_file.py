@@ -197,20 +197,26 @@ def test_flipped_bits_are_refused_or_change_nothing(saved, tmp_path):
 
 def test_map_of_another_screw_is_refused_and_that_of_the_same_one_is_not(saved, law):
     """Nor is a double nut a single one; rounding, the range of a map and names are no other screw."""
-    for table, key, value in (
-        ("screw", "ball_diameter", 4.764e-3), ("solid", "density", 7800.0),
-        ("lubricant", "viscosity", 0.033 * (1.0 + 1e-11)), ("friction", "hysteresis_coefficient", 0.011),
-        ("published_speeds", "reference_speed", 300.0),
+    for table, key, value, found, expected in (
+        ("screw", "ball_diameter", 4.764e-3, "ball_diameter_mm = 4.763", "ball_diameter_mm = 4.764"),
+        ("solid", "density", 7800.0, "density_kg_m3 = 7870.0", "density_kg_m3 = 7800.0"),
+        ("lubricant", "viscosity", 0.033 * (1.0 + 1e-11), "viscosity = 0.033", "viscosity = 0.03300000000033"),
+        ("friction", "hysteresis_coefficient", 0.011, "coefficient = 0.01", "coefficient = 0.011"),
+        ("published_speeds", "reference_speed", 300.0, "reference_speed_", "reference_speed_"),
     ):  # fmt: skip
-        found, other = getattr(getattr(GD4008, table), key), changed(GD4008, **{table: {key: value}})
+        other = changed(GD4008, **{table: {key: value}})
         for load in (load_map, load_contact_map):
-            assert refusal(saved, other, load) == (
-                f"map of other parameters: {table}.{key} = {found}; expected {value}: build a map for this screw"
-            )
+            of_map, of_file = refusal(saved, other, load).split("; the screw file is of ")
+            assert found in of_map
+            assert expected in of_file
+            assert "map build --screw" in of_file
+    # geometry first
+    both = changed(GD4008, screw={"ball_diameter": 4.764e-3}, lubricant={"density": 880.0})
+    assert refusal(saved, both).index("ball_diameter_mm") < refusal(saved, both).index("density")
     for path, screw in ((saved, GD4008), (law, LAW)):
         for kind in ("single_nut_offset", "single_nut_oversize_ball"):
             single = changed(screw, screw={"preload_kind": kind})
-            assert "screw.preload_kind" in refusal(path, single)
+            assert f'preload_kind = "{kind}"' in refusal(path, single)
             assert identity.parameters_hash(single) != identity.parameters_hash(screw)
     near = changed(GD4008, screw={"lead_angle": math.nextafter(GD4008.screw.lead_angle, 1.0)})
     narrow = changed(GD4008, map={"preload_min": 500.0, "preload_max": 3000.0})

@@ -35,6 +35,7 @@ from ..physics.load import nut_loads
 from .diagnostics import free_parameters, profile_limits
 from .fit import LOSSES, TorqueBasis, Values, fit_values
 from .measurements import Measurement, packaged_measurements
+from .repeats import repeats_of
 
 #: of one nut: NutSums or NutPowers
 Nut = TypeVar("Nut")
@@ -144,15 +145,17 @@ def _deviations(basis: TorqueBasis, values: Values) -> np.ndarray:
 def left_out_deviations(
     basis: TorqueBasis, count: int, loss: str, progress: Progress = lambda finished, total, what: None
 ) -> np.ndarray:
-    """model/measured - 1 of each point by the fit to all others (n,)."""
-    everything = range(len(basis))
-    missed = []
-    for i in everything:
-        progress(i, len(basis), "fits without one point")
-        values = fit_values(basis.subset([j for j in everything if j != i]), count, loss)
-        missed.append(basis.torque(values)[i] / basis.measured[i] - 1.0)
-    progress(len(basis), len(basis), "fits without one point")
-    return np.array(missed)
+    """model/measured - 1 of each point by the fit to all others, without its repeats if enough points are left (n,)."""
+    missed = np.empty(len(basis))
+    groups = repeats_of(basis.measurements)
+    if len(groups) <= count:
+        groups = [[i] for i in range(len(basis))]
+    for number, group in enumerate(groups):
+        progress(number, len(groups), "fits without one point")
+        values = fit_values(basis.subset([j for j in range(len(basis)) if j not in group]), count, loss)
+        missed[group] = basis.torque(values)[group] / basis.measured[group] - 1.0
+    progress(len(groups), len(groups), "fits without one point")
+    return missed
 
 
 def leave_one_table_out(basis: TorqueBasis, count: int, loss: str) -> dict[str, dict[str, float]]:

@@ -42,6 +42,7 @@ from .packaged import (
     left_out_deviations,
     torque_basis,
 )
+from .repeats import repeat_notes, repeat_scatter, repeats_of, spread_advice
 
 #: kinds of rows that --drop leaves out of a fit
 DROPS = ("impossible", "outside", "outliers")
@@ -62,7 +63,8 @@ class Calibration:
     """Result of a calibration.
 
     friction_set  with limits and what is not identified;  basis  the points of the fit
-    points        diagnostics of these points;  left_out  model/measured - 1 of each by the fit to the others (n,)
+    points        diagnostics of these points
+    left_out      model/measured - 1 of each by the fit to the others, without its repeats (n,)
     dropped       rows left out of the fit, with the reason;  notes  assumptions and warnings, one sentence each
     condition     condition number of the scaled derivatives of the fit
     spread        root of the weighted mean square error over the stated uncertainties, None without these
@@ -128,7 +130,7 @@ def _check_count(points: list[Measurement], name: str) -> list[str]:
     Raises       ValueError: fewer distinct operating points than fitted parameters
     """
     count = len(SETS[name])
-    distinct = {(m.preload, m.speed, m.temperature, m.axial_load) for m in points}
+    distinct = repeats_of(points)
     if len(distinct) < count or len(points) <= count:
         need = f"the {count} parameters of {name} need" if count > 1 else f"the parameter of {name} needs"
         fits = name in SMALLER and len(points) == count and len(distinct) >= count - 1
@@ -172,7 +174,7 @@ def calibrate_file(
     """
     with_set(parameters, name)
     points, dropped = usable_points(file, parameters, drop, outside)
-    notes = [*file.notes, *_check_count(points, name)]
+    notes = [*file.notes, *repeat_notes(points, file.lines), *_check_count(points, name)]
     count = len(SETS[name])
     film = film_model(FILM_OF_SET[name])
     check_level(points, parameters, film, name, file)
@@ -335,6 +337,7 @@ def calibration_data(result: Calibration) -> dict[str, Any]:
         "not_identified": result.friction_set.not_identified,
         "condition": result.condition,
         "error_over_uncertainty": result.spread,
+        "repeat_over_uncertainty": repeat_scatter(result.basis.measurements),
     }
 
 
@@ -361,7 +364,10 @@ def calibration_text(result: Calibration) -> str:
         )
     lines.append(f"    condition number of the scaled derivatives: {result.condition:.3g}")
     if result.spread is not None:
-        lines.append(f"    errors over stated uncertainties: {result.spread:.2g} (about 1 expected)")
+        advice = spread_advice(result.spread, repeat_scatter(result.basis.measurements))
+        lines.append(
+            f"    errors over stated uncertainties: {result.spread:.2g} (about 1 expected){advice and f': {advice}'}"
+        )
     if found.not_identified:
         lines.append("Not identified by these data:")
         lines += [f"    {name}: {why}" for name, why in found.not_identified.items()]

@@ -18,6 +18,7 @@ from .. import __version__
 from .shared.quantities import (
     CALIBRATION_POINT,
     CURRENT_UNIT,
+    LEAD,
     IDENTIFY_OPTIONS,
     PRELOAD,
     PRELOAD_POINT,
@@ -213,6 +214,7 @@ COMMANDS = {
         option("--before", "earlier log of the same axis: change of the preload", "LOG.csv"),
         PLOT,
         option("--measurements", "write points for calibrate, with their standard errors", "FILE.csv"),
+        option("--output", "write what --json prints, for export --identified", "FILE.json"),
     ), OF_MAP, "log.csv --torque-constant-nm-a 0.8 --map my_map.nc",
         "Columns by headings with units: time [s], position [mm], [rad], [deg] or speed [r/min], velocity [m/s]; "
         "current [A], torque [N.m], force [N] or voltage [V]; optional temperature [degC], preload [N]. With a map "
@@ -231,12 +233,15 @@ COMMANDS = {
         "axial_load, torque_uncertainty or weight, table, comment. Or one torque, measured or of a catalogue: the four "
         "options of a point. Without a map every point is solved. Prints errors, 95 % intervals, outliers and what "
         "the data do not identify."),
-    "export": Command("friction of a map as a table for a controller or a tool", _command("export:run_export"), (
+    "export": Command("friction of a map or a log as a table for a controller or a tool",
+                      _command("export:run_export"), (
         _choice("--format", EXPORT_FORMATS, "twincat: list frict_comp; modelica: CombiTable1Ds",
                 required=True),
         option("--output", OUTPUT + "; of several lists the stem of their names", "PATH", required=True),
         *_of((PRELOAD, TEMPERATURE), nargs="+"),
-        *_of((TORQUE_CONSTANT, RATIO, CURRENT_UNIT)),
+        option("--identified", "not of a map: of the whole axis, by identify --output", "FILE.json"),
+        option("--speed-rpm", "range of the screw's speed; default: of map or log", ("LO", "HI"), nargs=2),
+        *_of((LEAD, TORQUE_CONSTANT, RATIO, CURRENT_UNIT)),
         _numbers("--points", "most entries of a list (20), speeds of a table (40)", kind=int),
     ), OF_MAP, "--map my_map.nc --format csv --output friction.csv",
         "Torque over speed, preload and temperature with its interval; units and signs are in the file. Defaults: 5 % "

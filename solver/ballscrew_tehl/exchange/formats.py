@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
+from typing import Protocol
 
 import numpy as np
 
@@ -17,12 +18,21 @@ from ..parameters.units import CELSIUS, RPM
 from .piecewise import Points
 from .tables import FrictionTable
 
-SIGN = "the torque opposes the motion: the drive needs it in the direction of the speed; same magnitude both ways"
+
+class Described(Protocol):
+    """What the comments of a file say: content and sign, names with texts."""
+
+    @property
+    def head(self) -> tuple[str, str]: ...
+    @property
+    def about(self) -> dict[str, str]: ...
 
 
-def _about(table: FrictionTable, mark: str) -> list[str]:
-    head = ["friction torque of a preloaded ball screw at the screw, axial load 0", SIGN]
-    return [f"{mark} {line}" for line in (*head, *(f"{name}: {text}" for name, text in table.about.items()))]
+def comment(table: Described, mark: str) -> list[str]:
+    """Lines of comment at the head of a file."""
+    return [
+        f"{mark} {line}" for line in (*table.head, *(f"{name}: {text}" for name, text in table.about.items()))
+    ]
 
 
 def _points(table: FrictionTable) -> Iterator[tuple[int, int, str]]:
@@ -35,7 +45,7 @@ def _points(table: FrictionTable) -> Iterator[tuple[int, int, str]]:
 def csv_text(table: FrictionTable) -> str:
     """One row for each preload, temperature and speed, both directions."""
     limits = table.low is not None and table.high is not None
-    lines = [*_about(table, "#"), "preload [N],temperature [degC],speed [r/min],torque [N.m]"
+    lines = [*comment(table, "#"), "preload [N],temperature [degC],speed [r/min],torque [N.m]"
              + (",torque low [N.m],torque high [N.m]" if limits else "")]  # fmt: skip
     for j, k, _ in _points(table):
         both = [(-1.0, i) for i in reversed(range(len(table.speed)))] + [
@@ -57,7 +67,7 @@ def csv_text(table: FrictionTable) -> str:
 def json_text(table: FrictionTable) -> str:
     """Axes and arrays, units in the keys."""
     data = {
-        "about": {**table.about, "sign": SIGN, "order": "torque_nm[speed][preload][temperature]"},
+        "about": {**table.about, "sign": table.head[1], "order": "torque_nm[speed][preload][temperature]"},
         "speed_rpm": (table.speed / RPM).tolist(),
         "preload_n": table.preload.tolist(),
         "temperature_c": (table.temperature - CELSIUS).tolist(),
@@ -70,7 +80,7 @@ def json_text(table: FrictionTable) -> str:
 
 def modelica_text(table: FrictionTable) -> str:
     """A table for each preload and temperature, odd in speed: columns speed, torque, low, high."""
-    lines = ["#1", *_about(table, "#")]
+    lines = ["#1", *comment(table, "#")]
     limits = table.low is not None and table.high is not None
     lines.append(
         "# columns: speed [rad/s], torque [N.m]" + (", low [N.m], high [N.m]" if limits else "")
@@ -87,7 +97,7 @@ def modelica_text(table: FrictionTable) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _matlab(name: str, values: np.ndarray) -> str:
+def matlab_row(name: str, values: np.ndarray) -> str:
     return f"t.{name} = [{' '.join(f'{value:.10g}' for value in values)}];"
 
 
@@ -96,18 +106,18 @@ def matlab_text(table: FrictionTable, name: str) -> str:
     size = f"[{len(table.speed)} {len(table.preload)} {len(table.temperature)}]"
     lines = [
         f"function [torque, t] = {name}(speed, preload, temperature)",
-        *_about(table, "%"),
+        *comment(table, "%"),
         f"% torque [N.m] = {name}(speed [rad/s], preload [N], temperature [degC]); [~, t] = {name}() gives the "
         "breakpoints",
         "% t.torque(speed, preload, temperature), for a Simulink n-D Lookup Table. Below the lowest speed "
         "straight to 0",
-        _matlab("speed", table.speed),
-        _matlab("preload", table.preload),
-        _matlab("temperature", table.temperature - CELSIUS),
+        matlab_row("speed", table.speed),
+        matlab_row("preload", table.preload),
+        matlab_row("temperature", table.temperature - CELSIUS),
     ]
     for key, values in (("torque", table.torque), ("torque_low", table.low), ("torque_high", table.high)):
         if values is not None:
-            lines += [_matlab(key, values.ravel(order="F")), f"t.{key} = reshape(t.{key}, {size});"]
+            lines += [matlab_row(key, values.ravel(order="F")), f"t.{key} = reshape(t.{key}, {size});"]
     axes = [key for key in ("speed", "preload", "temperature") if len(getattr(table, key)) > 1]
     inside = ", ".join(
         f"max(min({'abs(speed)' if key == 'speed' else key}, t.{key}(end)), t.{key}(1))" for key in axes
@@ -128,20 +138,20 @@ def matlab_text(table: FrictionTable, name: str) -> str:
 
 
 def twincat_text(
-    table: FrictionTable, points: Points, current_per_torque: float, unit: float, where: str
+    table: Described, lead: float, points: Points, current_per_torque: float, unit: float, where: str
 ) -> str:
     """Compensation list: motor current over velocity, from 0 at rest.
 
     Parameters   points : speed of the screw [rad/s], torque [N.m];  current_per_torque : [A/(N.m)]
-                 unit : one of the drive's current [A];  where : preload and temperature
+                 lead [m];  unit : one of the drive's current [A];  where : preload and temperature, or directions
     """
-    per_turn = 1e6 * table.lead / (2.0 * math.pi)  # um for one radian
+    per_turn = 1e6 * lead / (2.0 * math.pi)  # um for one radian
     entries = [
         (0.0, 0.0),
         *((w * per_turn, t * current_per_torque / unit) for w, t in zip(points.x, points.y, strict=True)),
     ]
     lines = [
-        *_about(table, "#"),
+        *comment(table, "#"),
         f"# {where}",
         f"# in: velocity of the axis [um/s]; out: motor current, 1 = {unit:.6g} A (the unit of the drive, "
         "P-COMP-00047)",

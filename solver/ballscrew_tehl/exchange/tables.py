@@ -35,17 +35,23 @@ class FrictionTable(NamedTuple):
     lead: float
     about: dict[str, str]
 
+    @property
+    def head(self) -> tuple[str, str]:
+        """Content and sign."""
+        return (
+            "friction torque of a preloaded ball screw at the screw, axial load 0",
+            "the torque opposes the motion: the drive needs it in the direction of the speed; same magnitude both ways",
+        )
 
-def speeds_of(nut_map: NutMap, count: int) -> Array:
-    """Speeds [rad/s] from the lowest of a map to its highest, evenly over their logarithm."""
-    low, high = nut_map.header["axes"]["speed"][:2]
+
+def speeds_of(low: float, high: float, count: int) -> Array:
+    """Speeds [rad/s] evenly over their logarithm."""
     return np.clip(np.geomspace(low, high, count), low, high)
 
 
-def curve_speeds(nut_map: NutMap, count: int) -> Array:
+def curve_speeds(low: float, high: float, count: int) -> Array:
     """Speeds that a list is fitted to: half of them evenly over their logarithm, half evenly."""
-    even = speeds_of(nut_map, count // 2)
-    return np.unique(np.r_[even, np.linspace(even[0], even[-1], count - count // 2)])
+    return np.unique(np.r_[speeds_of(low, high, count // 2), np.linspace(low, high, count - count // 2)])
 
 
 def friction_table(

@@ -10,40 +10,44 @@ bins, weighted by their samples, as published identifications have it. Friction 
 Standard errors: the sandwich with clusters of time (pieces of a run between reversals), so that the correlation by the
 filter and by the position counts; for a bin, shrunk towards what the independent samples of the filtered residual give,
 times the mean ratio of both. Intervals: 95 %, Student's t, and in quadrature what follows from the width of a bin and
-from half the cutoff: SMEAR times the change of a bin, COARSER times that of the inertia. The effect of a filter on a
-smooth curve goes as 1/cutoff^2, so that a third of the change would do there. Forces that are not measured act on the
-inertia through the controller, more so at a high cutoff. The limits of the inertia also hold the share MOST_NOISE that
-the choice of the cutoff allows.
+from half the cutoff: SMEAR times the change of a bin, COARSER times that of the inertia, LATER times that of the delay
+(added, as a bias), as much from FARTHER times the travel behind reversals. The effect of a filter on a smooth curve
+goes as 1/cutoff^2, so that a third of the change would do there. Forces that are not measured act on the inertia
+through the controller, more so at a high cutoff. The limits of the inertia also hold the share MOST_NOISE that the
+choice of the cutoff allows.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
+from .directions import LIMIT, Friction, both_ways, varies
 from .log_file import Array, Progress
 from .motion import MOST_NOISE, Samples, effort_later, filtered
+from .regression import CONFIDENCE, FEWEST_BINS, Bins, alone, clusters_of, power, slope_moves, within
 from .signals import Signals
 
-#: most and fewest bins of a direction; samples of the log for one bin
-MOST_BINS, FEWEST_BINS, FOR_A_BIN = 60, 6, 150
 #: fewest samples of the log in a bin, and independent ones
 FEWEST, FEWEST_INDEPENDENT = 10, 2.0
-#: longest cluster [s], or so many periods of the cutoff
-CLUSTER, CLUSTER_PERIODS = 0.25, 10.0
 #: clusters that the pooled error of a bin counts as
 POOLED = 4.0
-CONFIDENCE = 0.95
 #: most delay looked for [s], and in samples
 MOST_DELAY, MOST_DELAY_SAMPLES = 5e-3, 4.0
 #: samples that the delay is estimated from
 FOR_DELAY = 60_000
-#: change of a bin and of the inertia by half the cutoff, as it counts in their intervals
-SMEAR, COARSER = 0.75, 1.5
+#: change of a bin, of the inertia and of the delay by half the cutoff, as it counts in their intervals; the noise of an
+#: encoder that comes back through the controller moves the delay as the cutoff or more, all of it at most twice that,
+#: a bias, which adds to the random half
+SMEAR, COARSER, LATER = 0.75, 1.5, 2.0
+#: travel left out behind a reversal over the usual one, whose effect on inertia and delay counts the same, for friction
+#: may still rise; share of the samples that has to be left
+FARTHER, FARTHER_LEFT = 4.0, 0.5
 #: pieces of the residual over the position
 PLACES = 24
 #: mean square of their mean residuals over the standard errors from which on friction depends on the position
@@ -54,23 +58,13 @@ VAGUE = 0.2
 
 
 @dataclass(frozen=True)
-class Friction:
-    """Bins of speed in rising order: speed, friction without the offset, standard error, 95 % limits, samples."""
-
-    speed: Array
-    value: Array
-    error: Array
-    low: Array
-    high: Array
-    samples: np.ndarray
-
-
-@dataclass(frozen=True)
 class Identified:
     """What a log says of an axis (SI: kg, N, m/s or kg m2, N m, rad/s).
 
-    inertia with 95 % limits, None where it was given;  offset with limits;  friction
-    delay [s] of the effort behind the motion;  residual : root mean square, filtered;  explained : share of variance
+    inertia with 95 % limits, None where it was given;  offset with limits
+    offset_error : standard one of an offset that was given, None = the offset is by convention;  friction
+    delay [s] of the effort behind the motion with limits, None where it was given
+    residual : root mean square, filtered;  explained : share of variance
     places : position, mean residual, its standard error;  cutoff [Hz];  samples used;  left_out by reason;  notes
     """
 
@@ -79,8 +73,10 @@ class Identified:
     inertia_limits: tuple[float, float] | None
     offset: float
     offset_limits: tuple[float, float]
+    offset_error: float | None
     friction: Friction
     delay: float
+    delay_limits: tuple[float, float] | None
     residual: float
     explained: float
     places: tuple[Array, Array, Array]
@@ -90,65 +86,6 @@ class Identified:
     notes: list[str]
     temperature: float | None
     preload: float | None
-
-
-@dataclass(frozen=True)
-class _Bins:
-    """Bins of the magnitude of speed: their number in each direction, lowest and highest end."""
-
-    number: int
-    low: float
-    high: float
-
-    @classmethod
-    def of(cls, samples: Samples, wanted: int | None = None) -> _Bins:
-        """As many as there are samples for, or as wanted."""
-        size = np.abs(samples.speed)
-        smaller = min(int((samples.speed > 0.0).sum()), int((samples.speed < 0.0).sum())) * samples.each
-        number = wanted or int(np.clip(smaller // FOR_A_BIN, FEWEST_BINS, MOST_BINS))
-        return cls(number, float(size.min()), float(size.max()))
-
-    def place(self, speed: Array) -> np.ndarray:
-        """Number of the bin of each speed, those of negative speed first."""
-        wide = (self.high - self.low or 1.0) / self.number
-        place = np.clip(((np.abs(speed) - self.low) / wide).astype(int), 0, self.number - 1)
-        return np.where(speed < 0.0, self.number - 1 - place, self.number + place)
-
-    def tally(self, place: np.ndarray, weights: Array | None = None) -> Array:
-        """Samples, or their sum of weights, by bin."""
-        return np.asarray(np.bincount(place, weights, 2 * self.number), dtype=np.float64)
-
-
-def _within(values: Array, speed: Array, bins: np.ndarray, count: Array) -> Array:
-    """Values less a straight line over speed in each bin: friction may rise within it."""
-    safe = np.maximum(count, 1.0)
-
-    def mean(of: Array) -> Array:
-        return np.asarray(np.bincount(bins, of, len(count)) / safe)
-
-    across = speed - mean(speed)[bins]
-    rest = values - mean(values)[bins]
-    spread = mean(across**2)
-    slope = np.where(spread > 0.0, mean(across * rest) / np.where(spread > 0.0, spread, 1.0), 0.0)
-    return np.asarray(rest - slope[bins] * across)
-
-
-def _alone(samples: Samples, bins: np.ndarray, count: Array) -> Array:
-    """What of the acceleration is neither friction, a straight line over speed in each bin, nor an error of the delay.
-
-    That moves the effort by the inertia times the jerk.
-    """
-    acceleration, jerk = (
-        _within(values, samples.speed, bins, count) for values in (samples.acceleration, samples.jerk)
-    )
-    power = float(jerk @ jerk)
-    return acceleration - (float(jerk @ acceleration) / power if power > 0.0 else 0.0) * jerk
-
-
-def _power(acceleration: Array, samples: Samples) -> float:
-    """Sum of squares of the acceleration without its noise, which would make the inertia too small; at least half."""
-    whole = float(acceleration @ acceleration)
-    return max(whole - len(acceleration) * samples.noise, 0.5 * whole)
 
 
 def estimated_delay(signals: Signals, cutoff: float, travel: float) -> tuple[float, bool]:
@@ -162,15 +99,15 @@ def estimated_delay(signals: Signals, cutoff: float, travel: float) -> tuple[flo
     samples = filtered(part, travel, cutoff)
     if len(samples.speed) < FEWEST:
         return 0.0, True
-    edges = _Bins.of(samples)
+    edges = Bins.of(samples)
     bins = edges.place(samples.speed)
     count = edges.tally(bins)
-    acceleration = _within(samples.acceleration, samples.speed, bins, count)
-    power, later = float(acceleration @ acceleration), effort_later(part, samples)
+    acceleration = within(samples.acceleration, samples.speed, bins, count)
+    squares, later = float(acceleration @ acceleration), effort_later(part, samples)
 
     def residual(delay: float) -> float:
-        effort = _within(later(delay), samples.speed, bins, count)
-        slope = float(acceleration @ effort) / power
+        effort = within(later(delay), samples.speed, bins, count)
+        slope = float(acceleration @ effort) / squares
         return float(np.sum((effort - slope * acceleration) ** 2))
 
     most = max(MOST_DELAY, MOST_DELAY_SAMPLES * signals.step)
@@ -192,12 +129,14 @@ def identify(
     cutoff: float | None = None,
     bins_wanted: int | None = None,
     progress: Progress = lambda finished, total, what: None,
+    offset: tuple[float, float] | None = None,
 ) -> Identified:
     """Fit to the signals.
 
     Parameters   inertia : [kg] or [kg m2], None = free;  travel : left out behind a reversal, as the position
                  delay : of the effort [s], None = estimated;  cutoff : of the filter [Hz], None = chosen
                  bins_wanted : bins of a direction, None = by the number of samples
+                 offset : known, with its standard error [N] or [N m], None = by convention
     Raises       ValueError: motion in one direction only, too few samples, inertia not determined
     Source       head of this module
     """
@@ -213,19 +152,23 @@ def identify(
                 "apart by "
                 "both directions; remedy: a log that moves both ways, with longer strokes"
             )
-    inside = True
+    known, later = delay is not None, effort_later(signals, samples)
     if delay is None:
         delay, inside = estimated_delay(signals, samples.cutoff, travel)
-    if not inside:
-        notes.append(
-            f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of "
-            "one log"
-        )
-    samples = replace(samples, effort=effort_later(signals, samples)(delay))
-    edges = _Bins.of(samples, bins_wanted)
+        if not inside:
+            notes.append(
+                f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of "
+                "one log"
+            )
+    samples = replace(samples, effort=later(delay))
+    edges = Bins.of(samples, bins_wanted)
     bins = edges.place(samples.speed)
     count = edges.tally(bins)
-    coarser = _coarser(signals, travel, 0.5 * samples.cutoff, delay, edges, inertia)
+    given = _Given(inertia, offset, delay, known)
+    farther = filtered(signals, FARTHER * travel, samples.cutoff)
+    others = [_other(signals, filtered(signals, travel, 0.5 * samples.cutoff), edges, given)]
+    if len(farther.speed) >= FARTHER_LEFT * len(samples.speed):
+        others.append(_other(signals, farther, edges, given))
     enough = (count * samples.each >= FEWEST) & (count * samples.each * samples.rate >= FEWEST_INDEPENDENT)
     use = enough[bins]
     left_out = signals.left_out | samples.left_out
@@ -241,78 +184,103 @@ def identify(
         samples = replace(samples, **{name: getattr(samples, name)[use] for name in names})
     kept = np.flatnonzero(enough)
     bins = np.cumsum(enough)[bins[use]] - 1
-    change = coarser[0], coarser[1][kept]
-    return _fit(signals, samples, bins, change, inertia, delay, left_out, notes)
+    others = [other._replace(total=other.total[kept]) for other in others]
+    return _fit(signals, samples, bins, others, given, left_out, notes)
 
 
-def _coarser(
-    signals: Signals, travel: float, cutoff: float, delay: float, edges: _Bins, inertia: float | None
-) -> tuple[float, Array]:
-    """Inertia and total of each bin with another cutoff; NaN where there are none."""
-    samples = filtered(signals, travel, cutoff)
+class _Given(NamedTuple):
+    """What identify was given; delay as used, delay_known: it was given."""
+
+    inertia: float | None
+    offset: tuple[float, float] | None
+    delay: float
+    delay_known: bool
+
+
+class _Other(NamedTuple):
+    """Inertia, delay and total of each bin with another cutoff or travel; NaN where there are none."""
+
+    inertia: float
+    delay: float
+    total: Array
+
+
+def _other(signals: Signals, samples: Samples, edges: Bins, given: _Given) -> _Other:
     if not len(samples.speed):
-        return math.nan, np.full(2 * edges.number, math.nan)
+        return _Other(math.nan, math.nan, np.full(2 * edges.number, math.nan))
     bins = edges.place(samples.speed)
     count = edges.tally(bins)
-    effort = effort_later(signals, samples)(delay)
-    acceleration = _alone(samples, bins, count)
-    power = _power(acceleration, samples)
-    value = (
-        inertia if inertia is not None else float(acceleration @ effort) / power if power > 0.0 else math.nan
-    )
+    effort = effort_later(signals, samples)(given.delay)
+    acceleration, jerk = alone(samples, bins, count)
+    value = given.inertia
+    if value is None:
+        value = float(acceleration @ effort) / power(acceleration, samples)
+    late = float(jerk @ effort) / max(value * float(jerk @ jerk), 1e-300)
     safe = np.where(count * samples.each * samples.rate >= FEWEST_INDEPENDENT, count, math.nan)
-    return value, edges.tally(bins, effort - value * samples.acceleration) / safe
+    return _Other(value, given.delay - late, edges.tally(bins, effort - value * samples.acceleration) / safe)
 
 
 def _fit(
-    signals: Signals, samples: Samples, bins: np.ndarray, coarser: tuple[float, Array], inertia: float | None,
-    delay: float, left_out: dict[str, int], notes: list[str],
+    signals: Signals, samples: Samples, bins: np.ndarray, others: list[_Other], given: _Given,
+    left_out: dict[str, int], notes: list[str],
 ) -> Identified:  # fmt: skip
     count = np.bincount(bins).astype(float)
-    acceleration = _alone(samples, bins, count)
-    power = _power(acceleration, samples)
-    free = inertia is None
-    value = float(acceleration @ samples.effort) / max(power, 1e-300) if inertia is None else inertia
+    acceleration, jerk = alone(samples, bins, count)
+    squares = power(acceleration, samples)
+    value = given.inertia
+    if value is None:
+        value = float(acceleration @ samples.effort) / squares
     mean_acceleration = np.bincount(bins, samples.acceleration) / count
     total = np.bincount(bins, samples.effort) / count - value * mean_acceleration
     residual = samples.effort - value * samples.acceleration - total[bins]
     speed = np.bincount(bins, samples.speed) / count
     share = _offset_weights(speed, count)
-    offset = float(share @ total)
-    clusters, of_bin = _clusters(samples, signals.step, bins)
+    offset, offset_error = given.offset or (float(share @ total), 0.0)
+    if given.offset:
+        share = np.zeros(len(count))
+    clusters, of_bin = clusters_of(samples, signals.step, bins)
     # sums of what each cluster moves: bins alone, the inertia, the values reported
     size = int(clusters.max()) + 1
     own = np.bincount(clusters * len(count) + bins, residual, size * len(count)).reshape(size, -1) / count
-    by_inertia = (
-        np.bincount(clusters, acceleration * residual, size) / max(power, 1e-300) if free else np.zeros(size)
-    )
+    independent = count * samples.each * samples.rate
+    freedom = max(1.0 - 2.0 * (len(count) + 1.0) / float(independent.sum()), 0.1)
+    by_inertia, inertia_half = slope_moves(acceleration, residual, clusters, squares, freedom)
+    if given.inertia is not None:
+        by_inertia = np.zeros(size)
     moved = own - np.outer(by_inertia, mean_acceleration)
     of_offset = moved @ share
     values = moved - of_offset[:, None]
     few = size / max(size - 1.0, 1.0)
     deviation = float(np.sqrt(np.mean(residual**2)))
-    independent = count * samples.each * samples.rate
     plain = deviation**2 / independent
     seen = few * np.sum(values**2, axis=0)
     ratio = max(float(np.sum(seen * of_bin) / np.sum(plain * of_bin)), 1.0)
     degrees = POOLED + of_bin - 1.0
     errors = np.sqrt((POOLED * ratio * plain + (of_bin - 1.0) * seen) / degrees)
     friction = total - offset
-    smeared = SMEAR * np.nan_to_num(coarser[1] - total)
+    smeared = SMEAR * np.nan_to_num(others[0].total - total)
     wide = np.sqrt(
         (student.ppf(0.5 + 0.5 * CONFIDENCE, degrees) * errors) ** 2
         + _within_a_bin(speed, friction) ** 2
         + smeared**2
+        + (LIMIT * offset_error) ** 2
     )
     usual = float(student.ppf(0.5 + 0.5 * CONFIDENCE, max(size - 1, 1)))
-    offset_wide = math.hypot(usual * math.sqrt(few * float(of_offset @ of_offset)), float(share @ smeared))
+    # a bin that one cluster fills hides the error of that
+    offset_variance = max(few * float(of_offset @ of_offset), ratio * float(share**2 @ plain))
+    offset_wide = math.hypot(usual * math.sqrt(offset_variance), float(share @ smeared), LIMIT * offset_error)
+    delay, delay_limits = given.delay, None
+    if not given.delay_known:
+        _, half = slope_moves(jerk, residual, clusters, max(value * float(jerk @ jerk), 1e-300), freedom)
+        half += math.hypot(*(LATER * float(np.nan_to_num(other.delay - delay)) for other in others))
+        delay_limits = delay - half, delay + half
     noise = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
     limits = None
-    if free:
-        error = math.sqrt(few * float(by_inertia @ by_inertia)) * usual
+    if given.inertia is None:
         half = math.hypot(
-            error, max(noise, MOST_NOISE) * value, COARSER * float(np.nan_to_num(coarser[0] - value))
-        )
+            inertia_half, max(noise, MOST_NOISE) * value,
+            *(COARSER * float(np.nan_to_num(other.inertia - value)) for other in others),
+        )  # fmt: skip
         limits = value - half, value + half
         what, option = ("inertia", "--inertia-kgm2") if signals.rotary else ("mass", "--mass-kg")
         if value < -half:
@@ -331,6 +299,17 @@ def _fit(
         raise ValueError(
             f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: less than half: {SIGN}"
         )
+    errors = np.hypot(errors, offset_error)
+    bins_found = Friction(
+        speed, friction, errors, friction - wide, friction + wide, (count * samples.each).astype(int)
+    )
+    both = both_ways(bins_found, offset_error)
+    if varies(both):
+        notes.append(
+            f"(f+ - f-)/2, half the difference of friction between the directions, varies with speed, "
+            f"{both.difference.min():+.3g} to {both.difference.max():+.3g} {'N m' if signals.rotary else 'N'}"
+            + ("" if given.offset else ": it cannot all be an offset")
+        )
     places = _places(samples, residual)
     uneven = float(np.mean((places[1] / places[2]) ** 2)) if len(places[1]) else 0.0
     if uneven > UNEVEN:
@@ -341,8 +320,8 @@ def _fit(
         )
     return Identified(
         signals.rotary, value, limits, offset, (offset - offset_wide, offset + offset_wide),
-        Friction(speed, friction, errors, friction - wide, friction + wide, (count * samples.each).astype(int)),
-        delay, deviation, 1.0 - deviation**2 / max(float(np.var(samples.effort)), 1e-300),
+        given.offset[1] if given.offset else None, bins_found, delay, delay_limits,
+        deviation, 1.0 - deviation**2 / max(float(np.var(samples.effort)), 1e-300),
         places, samples.cutoff, len(bins) * samples.each, left_out, notes,
         signals.temperature, signals.preload,
     )  # fmt: skip
@@ -367,16 +346,6 @@ def _offset_weights(speed: Array, count: Array) -> Array:
     shape = np.column_stack([np.ones(len(speed)), np.sign(speed), speed])
     weighted = shape * count[:, None]
     return np.asarray(np.linalg.pinv(shape.T @ weighted)[0] @ weighted.T)
-
-
-def _clusters(samples: Samples, step: float, bins: np.ndarray) -> tuple[np.ndarray, Array]:
-    """Number of the cluster of each sample, and clusters of each bin."""
-    length = max(int(max(CLUSTER, CLUSTER_PERIODS / samples.cutoff) / step), 1)
-    piece = samples.index // length
-    key = samples.run.astype(np.int64) * (int(piece.max()) + 1) + piece
-    _, clusters = np.unique(key, return_inverse=True)
-    pairs = np.unique(clusters.astype(np.int64) * (int(bins.max()) + 1) + bins)
-    return clusters, np.bincount(pairs % (int(bins.max()) + 1), minlength=int(bins.max()) + 1).astype(float)
 
 
 def _places(samples: Samples, residual: Array) -> tuple[Array, Array, Array]:

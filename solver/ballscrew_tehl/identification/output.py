@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .. import __version__
 from ..parameters.units import CELSIUS, RPM
+from .directions import LIMIT, both_ways, varies
 from .dynamics import Identified
 from .preload import Apart, Change, FoundPreload, ScrewFriction, measurement_rows
 
@@ -52,6 +54,7 @@ def _limits(key: str, value: float, limits: tuple[float, float] | None) -> dict[
 def identified_data(found: Identified) -> dict[str, Any]:
     """Keys of --json."""
     units, friction = units_of(found), found.friction
+    both = both_ways(friction, found.offset_error or 0.0)
     motion = "acceleration" if not found.rotary else "angular acceleration"
     data: dict[str, Any] = {
         "kind": "rotary" if found.rotary else "linear",
@@ -62,6 +65,7 @@ def identified_data(found: Identified) -> dict[str, Any]:
         ),
         **_limits(units.inertia, found.inertia, found.inertia_limits),
         **_limits(units.offset, found.offset, found.offset_limits),
+        "offset_given": found.offset_error is not None,
         "friction": [
             {
                 units.speed: float(friction.speed[i]) / units.one,
@@ -73,7 +77,16 @@ def identified_data(found: Identified) -> dict[str, Any]:
             }
             for i in range(len(friction.speed))
         ],
-        "delay_s": found.delay,
+        "direction_difference": [
+            {
+                units.speed: float(speed) / units.one,
+                units.effort.format(""): float(half),
+                units.effort.format("error_"): math.hypot(error, found.offset_error or 0.0),
+            }
+            for speed, half, error in zip(both.speed, both.difference, both.error, strict=True)
+        ],
+        "direction_difference_varies": varies(both),
+        **_limits("delay_{}s", found.delay, found.delay_limits),
         "cutoff_hz": found.cutoff,
         units.effort.format("residual_"): found.residual,
         "explained": found.explained,
@@ -128,24 +141,29 @@ def apart_data(apart: Apart) -> dict[str, Any]:
 
 
 def identified_text(found: Identified, data: dict[str, Any]) -> str:
-    """The result as text."""
+    """The result as text: the answer, friction over speed, what was left out, notes."""
     units = units_of(found)
     inertia, effort, _ = units.shown
-    name = "inertia" if found.rotary else "mass"
-    given = " (given)"
-    if found.inertia_limits is not None:
-        given = f", 95 %: {found.inertia_limits[0]:.5g} to {found.inertia_limits[1]:.5g}"
+    if found.offset_error is None:
+        key = units.offset.format("").replace("_", "-")
+        of_offset = (
+            "; by convention what friction alike in both directions leaves: one log cannot tell it from a difference "
+            f"of friction between them; if it is known: --{key}"
+        )
+    else:
+        of_offset = f" (given); {_difference(found)}"
     lines = [
-        f"{name:<10}{found.inertia:.6g} {inertia}{given}",
-        f"{'offset':<10}{found.offset:.5g} {effort}, 95 %: {found.offset_limits[0]:.5g} to "
-        f"{found.offset_limits[1]:.5g}; by convention what friction alike in both directions leaves: one log cannot "
-        "tell it from a difference of friction between them",
-        f"{'delay':<10}{1e3 * found.delay:.3g} ms of the {'torque' if found.rotary else 'force'} behind the motion",
+        *_preload_lines(data),
+        _line("inertia" if found.rotary else "mass", found.inertia, inertia, found.inertia_limits),
+        _line("offset", found.offset, effort, found.offset_limits if found.offset_error != 0.0 else ()) + of_offset,
+        _line("delay", 1e3 * found.delay, "ms", found.delay_limits and [1e3 * end for end in found.delay_limits])
+        + f" of the {'torque' if found.rotary else 'force'} behind the motion: sampling, filters and hold of the "
+        "drive; friction that still rises behind reversals adds to it",
         f"{'filter':<10}{found.cutoff:.4g} Hz; {100.0 * found.explained:.2f} % of the variance explained, residual "
         f"{found.residual:.3g} {effort}",
         "",
         *_friction_lines(found),
-    ]
+    ]  # fmt: skip
     mean, error = found.places[1], found.places[2]
     lines += [
         "",
@@ -154,31 +172,53 @@ def identified_text(found: Identified, data: dict[str, Any]) -> str:
     ]
     lines.append(f"samples used: {found.samples}; left out: " + (
         ", ".join(f"{count} {reason}" for reason, count in data["left_out"].items()) or "none"))  # fmt: skip
+    notes = [*found.notes, *([data["contains"]] if "contains" in data else [])]
+    return "\n".join([*lines, *(f"note: {note}" for note in notes)])
+
+
+def _line(name: str, value: float, unit: str, limits: Sequence[float] | None) -> str:
+    """A value with its limits, None: it was given, empty: none are shown."""
+    ends = " (given)" if limits is None else f", 95 %: {limits[0]:.5g} to {limits[1]:.5g}" if limits else ""
+    return f"{name:<10}{value:.6g} {unit}{ends}"
+
+
+def _difference(found: Identified) -> str:
+    """What a known offset leaves to friction."""
+    both = both_ways(found.friction, found.offset_error or 0.0)
+    if not len(both.speed):
+        return "no speed that both directions have in common"
+    weight = 1.0 / both.error**2
+    mean = float(np.average(both.difference, weights=weight))
+    half = LIMIT * math.hypot(float(np.sum(weight)) ** -0.5, found.offset_error or 0.0)
+    return f"friction's own (f+ - f-)/2 {mean:+.3g} +- {half:.2g} {units_of(found).shown[1]} in the mean"
+
+
+def _preload_lines(data: dict[str, Any]) -> list[str]:
+    """Preload, its change, the part without the nut."""
+    lines = []
     if "preload_n" in data:
         lines += [
-            "",
-            f"preload {data['preload_n']:.5g} N, {data['preload_low_n']:.5g} to {data['preload_high_n']:.5g} N "
+            f"{'preload':<10}{data['preload_n']:.5g} N, {data['preload_low_n']:.5g} to {data['preload_high_n']:.5g} N "
             f"({data['preload_interval']})",
-            f"shape over speed: law {'fits' if data['shape_fits'] else 'does not fit'} within the errors, deviation "
-            f"{100.0 * data['shape_deviation']:.2g} %, exponent of speed {data['shape_exponent_difference']:+.2g}",
+            f"{'shape':<10}over speed: law {'fits' if data['shape_fits'] else 'does not fit'} within the errors, "
+            f"deviation {100.0 * data['shape_deviation']:.2g} %, exponent of speed "
+            f"{data['shape_exponent_difference']:+.2g}",
         ]
     if "preload_ratio" in data:
         change, low, high = (
             100.0 * (data[key] - 1.0) for key in ("preload_ratio", "preload_ratio_low", "preload_ratio_high")
         )
         lines.append(
-            f"change of the preload since the log before: {change:+.2f} %, {low:+.2f} to {high:+.2f} % (from "
+            f"{'change':<10}{change:+.2f} % of the preload since the log before, {low:+.2f} to {high:+.2f} % (from "
             f"{data['preload_before_n']:.5g} N)"
         )
     if "without_nut_nm" in data:
         lines.append(
-            f"part that does not depend on the preload {data['without_nut_nm']:.3g} N m, "
-            f"{data['without_nut_low_nm']:.3g} to "
-            f"{data['without_nut_high_nm']:.3g}; law times {data['law_factor']:.3g}, {data['law_factor_low']:.3g} to "
-            f"{data['law_factor_high']:.3g}"
+            f"{'other':<10}part that does not depend on the preload {data['without_nut_nm']:.3g} N m, "
+            f"{data['without_nut_low_nm']:.3g} to {data['without_nut_high_nm']:.3g}; law times "
+            f"{data['law_factor']:.3g}, {data['law_factor_low']:.3g} to {data['law_factor_high']:.3g}"
         )
-    notes = [*found.notes, *([data["contains"]] if "contains" in data else [])]
-    return "\n".join([*lines, *(f"note: {note}" for note in notes)])
+    return lines
 
 
 def _friction_lines(found: Identified) -> list[str]:

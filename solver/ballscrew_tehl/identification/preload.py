@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.stats import norm
 
 from ..friction.sets import FrictionSet
 from ..parameters.file import Parameters
 from ..parameters.units import RPM
+from .directions import LIMIT, both_ways
 from .dynamics import Identified
 from .log_file import Array
 
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
 #: relative error of the law's shape over speed that is allowed for
 SHAPE = 0.01
-#: standard deviations of a 95 % limit
-LIMIT = float(norm.ppf(0.975))
 #: fewest speeds within a map
 FEWEST_SPEEDS = 3
 #: share of a torque that it has to have left without known parts
@@ -91,7 +89,6 @@ def screw_friction(found: Identified, lead: float | None) -> ScrewFriction:
     Parameters   lead : [m/rad], needed of a linear axis
     Raises       ValueError: no lead, speeds of both directions apart
     """
-    friction = found.friction
     scale = 1.0
     if not found.rotary:
         if lead is None:
@@ -99,24 +96,12 @@ def screw_friction(found: Identified, lead: float | None) -> ScrewFriction:
                 "--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis"
             )
         scale = lead
-    ahead, back = friction.speed > 0.0, friction.speed < 0.0
-    other = -friction.speed[back][::-1]
-    speed = friction.speed[ahead]
-    both = (speed >= other[0] * 0.97) & (speed <= other[-1] * 1.03)
-    if not both.any():
+    both = both_ways(found.friction, found.offset_error or 0.0)
+    if not len(both.speed):
         raise ValueError(
             "no speed that both directions have in common; allowed: a log with the same speeds both ways"
         )
-    speed = speed[both]
-
-    def reverse(values: Array) -> Array:
-        return np.asarray(np.interp(speed, other, values[back][::-1]))
-
-    torque = 0.5 * (friction.value[ahead][both] - reverse(friction.value))
-    half = 0.5 * (friction.high - friction.low) / LIMIT
-    error = 0.5 * np.hypot(half[ahead][both], reverse(half))
-    samples = friction.samples[ahead][both] + reverse(friction.samples.astype(float))
-    return ScrewFriction(speed / scale, torque * scale, error * scale, samples)
+    return ScrewFriction(both.speed / scale, both.mean * scale, both.error * scale, both.samples)
 
 
 def without(friction: ScrewFriction, known: float, other: ScrewFriction | None = None) -> ScrewFriction:

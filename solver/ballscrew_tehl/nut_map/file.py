@@ -23,11 +23,11 @@ from ..friction.sets import FrictionSet, default_friction_set
 from ..parameters.file import Parameters, ScrewParameters, load_parameters
 from ..parameters.identity import (
     SCREW_FILE,
+    differences,
     map_parameters,
     map_parameters_json,
     parameters_hash,
     screw_file_json,
-    without_names,
 )
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.axial_stiffness import axial_stiffness, contact_stiffness
@@ -219,21 +219,6 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     return dict(header, file_hash=digest), variables
 
 
-#: relative difference of parameters that conversion of units makes
-ROUNDING = 1e-12
-
-
-def _same(one: Any, other: Any) -> bool:
-    """Whether two parameters are equal, numbers but for rounding."""
-    if isinstance(one, float) and isinstance(other, float):
-        return math.isclose(one, other, rel_tol=ROUNDING)
-    if isinstance(one, dict) and isinstance(other, dict):
-        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
-    if isinstance(one, list) and isinstance(other, list):
-        return len(one) == len(other) and all(map(_same, one, other))
-    return bool(one == other)
-
-
 class OtherParametersError(MapError):
     """A map of another screw or oil; reason: which one was tried, and what differs."""
 
@@ -252,25 +237,19 @@ def _refuse_other_parameters(
 
     Raises       OtherParametersError
     """
-    ours, theirs = map(without_names, (map_parameters_json(parameters), header["parameters_json"]))
-    for table in sorted(set(ours) | set(theirs)):
-        a, b = theirs.get(table), ours.get(table)
-        if _same(a, b):
-            continue
-        where, found, wanted = table, a, b
-        if isinstance(a, dict) and isinstance(b, dict):
-            key = next(key for key in sorted(set(a) | set(b)) if not _same(a.get(key), b.get(key)))
-            where, found, wanted = f"{table}.{key}", a.get(key), b.get(key)
-        if packaged:
-            raise OtherParametersError(
-                f"no packaged map fits {parameters.name} with {parameters.lubricant.name} ({where} = {wanted}, in "
-                f"{path.name} {found})",
-                f"build one ({BUILD_MAP}) and give it with --map, or solve points with ballscrew torque --direct",
-            )
+    found = differences(header["parameters_json"], map_parameters_json(parameters))
+    if found is None:
+        return
+    theirs, ours = found
+    if packaged:
         raise OtherParametersError(
-            f"{path}: map of other parameters: {where} = {found}; expected {wanted}",
-            "build a map for this screw",
+            f"no packaged map fits {ours}; {path.name} is of {theirs}",
+            f"build one ({BUILD_MAP}) and give it with --map, or solve points with ballscrew torque --direct",
         )
+    raise OtherParametersError(
+        f"{path}: this map is of {theirs}; the screw file is of {ours}",
+        f"{BUILD_MAP} makes its own (about 70 s)",
+    )
 
 
 def _path_for(path: Path | str | None, parameters: Parameters) -> Path:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from .file import ParameterError, Parameters, parameters_json
+from .file import TABLES, ParameterError, Parameters, parameters_json
 
 #: oil parameters that a map of a Newtonian oil does not depend on
 RHEOLOGY = (
@@ -40,6 +41,10 @@ GIVEN_BY = {
 SCREW_FILE = "screw_file"
 #: fields added after the first maps; they enter only where they differ from this
 LATER = {"screw": {"preload_kind": "double_nut"}}
+#: fields by which screws and oils are told apart first; most that a message names
+FIRST, NAMED = ("lead", "ball_diameter", "nominal_radius", "viscosity"), 3
+#: relative difference of parameters that conversion of units makes
+ROUNDING = 1e-12
 
 
 def map_parameters_json(parameters: Parameters) -> str:
@@ -89,6 +94,51 @@ def without_names(text: str) -> dict[str, Any]:
     for table in (content, content.get("lubricant", {})):
         table.pop("name", None)
     return content
+
+
+def differences(theirs: str, ours: str) -> tuple[str, str] | None:
+    """Two texts of map_parameters_json as screw, oil and their first differences; None: the same but for names.
+
+    Example
+                 >>> text = '{"lubricant":{"name":"VG 100"},"name":"mine","screw":{"lead":%s}}'
+                 >>> differences(text % 0.008, text % 0.01)
+                 ('mine with VG 100 (lead_mm = 8.0)', 'mine with VG 100 (lead_mm = 10.0)')
+    """
+    one, other = without_names(theirs), without_names(ours)
+    tables = dict.fromkeys([*TABLES, *one, *other])
+    found = [entries for table in tables for entries in _in_table(table, one.get(table), other.get(table))]
+    if not found:
+        return None
+    texts = []
+    for side, text in enumerate((theirs, ours)):
+        content = json.loads(text)
+        entries = ", ".join(entry[side] for entry in found[:NAMED])
+        texts.append(f"{content['name']} with {content['lubricant']['name']} ({entries})")
+    return texts[0], texts[1]
+
+
+def _in_table(table: str, one: Any, other: Any) -> Iterator[tuple[str, str]]:
+    """Fields of a table that differ, as both files have them."""
+    from .template import entry_of
+
+    known = TABLES[table].model_fields if table in TABLES else {}
+    sides = [LATER.get(table, {}) | (content or {}) for content in (one, other)]
+    for field in dict.fromkeys([*(name for name in FIRST if name in known), *known, *sides[0], *sides[1]]):
+        a, b = (side.get(field) for side in sides)
+        if not _same(a, b):
+            pair = (entry_of(table, field, a), entry_of(table, field, b)) if field in known else ("", "")
+            yield pair if pair[0] != pair[1] else (f"{field} = {a}", f"{field} = {b}")
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Whether two parameters are equal, numbers but for rounding."""
+    if isinstance(one, float) and isinstance(other, float):
+        return math.isclose(one, other, rel_tol=ROUNDING)
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(_same, one, other))
+    return bool(one == other)
 
 
 def parameters_hash(parameters: Parameters) -> str:

@@ -188,14 +188,23 @@ def _unit(field: str, dimension: Any) -> str:
     return FIELD_UNITS.get(field) or SHEET_UNITS.get(dimension) or next(iter(UNITS[dimension]))
 
 
-def _in_file(value: Any, dimension: Any, unit: str) -> str:
-    if isinstance(value, tuple):
-        return "[" + ", ".join(_in_file(v, dimension, unit) for v in value) + "]"
+def entry_of(table: str, field: str, value: Any) -> str:
+    """A value [SI] as a line of a screw file, to 6 digits: lead_mm = 8.0."""
+    extra = TABLES[table].model_fields[field].json_schema_extra
+    dimension = extra.get("dimension") if isinstance(extra, dict) else None
+    unit = _unit(field, dimension)
+    key = f"{field}_{unit}" if unit else field
+    return f"{key} = {'none' if value is None else _in_file(value, dimension, unit, 6)}"
+
+
+def _in_file(value: Any, dimension: Any, unit: str, digits: int = 12) -> str:
+    if isinstance(value, (tuple, list)):
+        return "[" + ", ".join(_in_file(v, dimension, unit, digits) for v in value) + "]"
     if isinstance(value, str):
         return f'"{value}"'
     if isinstance(value, int) and dimension is None:
         return str(value)
-    text = f"{_converted(value, dimension, unit):.12g}"
+    text = f"{_converted(value, dimension, unit):.{digits}g}"
     return text if any(mark in text for mark in ".en") else f"{text}.0"
 
 

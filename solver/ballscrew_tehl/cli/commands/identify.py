@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from argparse import Namespace
 from collections.abc import Mapping
@@ -14,8 +15,8 @@ from ...whole_file import whole_file
 from ..shared.chosen import chosen_of
 from ..shared.files import check_output, written
 from ..shared.progress import QUIET, progress_bar
-from ..shared.quantities import IDENTIFY_OPTIONS, TEMPERATURE
-from ..shared.results import print_results, say
+from ..shared.quantities import IDENTIFY_OPTIONS, OFFSET_ERROR, TEMPERATURE
+from ..shared.results import plain, print_results, say
 
 if TYPE_CHECKING:
     from ...identification.dynamics import Identified
@@ -24,8 +25,15 @@ if TYPE_CHECKING:
     from ...identification.preload import FoundPreload, Law, ScrewFriction
 
 
+#: a number of the screw, and the same of a linear axis
+INERTIAS, OFFSETS = ("inertia_kgm2", "mass_kg"), ("offset_nm", "offset_n")
+
+
 class _Axis(NamedTuple):
-    """The options: numbers of IDENTIFY_OPTIONS, lead of the screw [m/rad], law, None: not given; headings by signal."""
+    """The options: numbers of IDENTIFY_OPTIONS, lead of the screw [m/rad], law, None: not given; headings by signal.
+
+    offset_error : standard one of the known offset, in its unit
+    """
 
     given: dict[str, float | None]
     lead: float | None
@@ -41,23 +49,34 @@ class _Axis(NamedTuple):
             raise ValueError("--lead-mm or --screw (missing); needed with --guide-force-n")
         return seal + guide * (self.lead or 0.0)
 
+    def stated(self, rotary: bool, names: tuple[str, str], power: int) -> tuple[float, float] | None:
+        """A number that is given for the screw or for the linear axis, for the one of the log; factor to it.
+
+        Parameters   names : for the screw, for the linear axis;  power : of the lead that turns the second to the first
+        """
+        own, other = names if rotary else names[::-1]
+        direct, value = self.given[own], self.given[other]
+        if direct is not None or value is None:
+            return None if direct is None else (direct, 1.0)
+        own, other = (f"--{name.replace('_', '-')}" for name in (own, other))
+        if self.lead is None:
+            kind = "torque or current" if rotary else "force or voltage"
+            raise ValueError(f"{other} with a {kind}; allowed: with --lead-mm or --screw, or {own}")
+        factor = self.lead ** (power if rotary else -power)
+        return value * factor, factor
+
 
 def run_identify(args: Namespace) -> int:
     """Fit of a log, its friction and preload, and the files that are wanted."""
     from ...identification import output
     from ...identification.log_units import stated_columns
 
-    columns = stated_columns(args.column)
-    given = {
-        quantity.name: None if getattr(args, quantity.name) is None
-        else quantity.checked(quantity.option, getattr(args, quantity.name))
-        for quantity in IDENTIFY_OPTIONS
-    }  # fmt: skip
+    columns, given = stated_columns(args.column), _given(args)
     _check(args, given)
     with progress_bar(QUIET) as progress:
         axis = _axis(args, given, progress)._replace(columns=columns)
         found = _identified(args.log, axis)
-        data = output.identified_data(found)
+        data = output.identified_data(found) | {"log": Path(args.log).name, **_of_drive(axis)}
         friction, curve, other = None, None, _without_nut(args, axis)
         if axis.law is not None or args.measurements or args.without_nut or axis.known:
             friction = _nut(found, axis, other)
@@ -80,6 +99,10 @@ def run_identify(args: Namespace) -> int:
         with written("--plot", args.plot):
             save_figure(figure, Path(args.plot))
         say(f"written: {args.plot}")
+    if args.output:
+        with written("--output", args.output), whole_file(Path(args.output)) as temporary:
+            temporary.write_text(json.dumps(plain(data), indent=1) + "\n", encoding="utf-8")
+        say(f"written: {args.output}")
     if args.json:
         print_results([data], True, False)
     else:
@@ -87,10 +110,34 @@ def run_identify(args: Namespace) -> int:
     return 0
 
 
+def _given(args: Namespace) -> dict[str, float | None]:
+    """Numbers of IDENTIFY_OPTIONS by name, and offset_error."""
+    given: dict[str, float | None] = {"offset_error": 0.0}
+    for quantity in IDENTIFY_OPTIONS:
+        text = getattr(args, quantity.name)
+        if text is not None and quantity.name in OFFSETS:
+            text, both, error = text.partition("+-")
+            if both:
+                given["offset_error"] = OFFSET_ERROR.checked(f"standard error of {quantity.option}", error)
+        given[quantity.name] = None if text is None else quantity.checked(quantity.option, text)
+    return given
+
+
+def _of_drive(axis: _Axis) -> dict[str, float | None]:
+    """What export needs of the axis."""
+    return {
+        "lead_mm": None if axis.lead is None else 2e3 * math.pi * axis.lead,
+        "torque_constant_nm_a": axis.given["torque_constant_nm_a"],
+        "ratio": axis.given["ratio"] or 1.0,
+    }
+
+
 def _check(args: Namespace, given: dict[str, float | None]) -> None:
     """Refuse what cannot be together, before the log is read."""
-    if given["inertia_kgm2"] is not None and given["mass_kg"] is not None:
-        raise ValueError("--inertia-kgm2 and --mass-kg; allowed: one of them")
+    for one, other in (INERTIAS, OFFSETS):
+        if given[one] is not None and given[other] is not None:
+            names = (name.replace("_", "-") for name in (one, other))
+            raise ValueError(f"--{' and --'.join(names)}; allowed: one of them")
     with_map = args.map is not None or args.screw is not None or args.friction is not None
     if args.before and not with_map:
         raise ValueError(
@@ -100,6 +147,7 @@ def _check(args: Namespace, given: dict[str, float | None]) -> None:
     for option, path, kind in (
         ("--plot", args.plot, "a file *.png"),
         ("--measurements", args.measurements, "a file *.csv"),
+        ("--output", args.output, "a file *.json"),
     ):
         if path:
             check_output(option, path, kind, inputs=(*logs, args.screw, args.map))
@@ -123,7 +171,10 @@ def _axis(args: Namespace, given: dict[str, float | None], progress: Progress) -
         try:
             nut_map = chosen.nut_map(args)
         except ValueError:
-            say("no --map: the lead of the screw is used, no preload is computed")
+            say(
+                "no --map: the lead of the screw is used, no preload is computed; map build --screw "
+                f"{args.screw} --output MAP.nc makes its map (about 70 s)"
+            )
             return _Axis(given, own, None, progress)
     else:
         nut_map = chosen.nut_map(args)
@@ -150,22 +201,16 @@ def _identified(path: str, axis: _Axis) -> Identified:
     log = read_log(path, axis.progress, wanted, axis.columns)
     signals = signals_of(log, drive)
     check_units(log, signals, None if axis.law is None else axis.law.nut_map)
-    inertia = given["inertia_kgm2"] if signals.rotary else given["mass_kg"]
-    other = given["mass_kg"] if signals.rotary else given["inertia_kgm2"]
-    if other is not None:
-        if axis.lead is None:
-            what = (
-                "--mass-kg with a torque or current"
-                if signals.rotary
-                else "--inertia-kgm2 with a force or voltage"
-            )
-            raise ValueError(f"{what}; allowed: with --lead-mm or --screw, or the other one of them")
-        inertia = other * axis.lead**2 if signals.rotary else other / axis.lead**2
+    inertia, offset = axis.stated(signals.rotary, INERTIAS, 2), axis.stated(signals.rotary, OFFSETS, 1)
+    if offset is not None:
+        offset = offset[0], offset[1] * (given["offset_error"] or 0.0)
     travel = TRAVEL if not signals.rotary else TRAVEL / axis.lead if axis.lead else TRAVEL_ANGLE
     delay = None if given["delay_ms"] is None else 1e-3 * given["delay_ms"]
     bins = None if given["bins"] is None else int(given["bins"])
     try:
-        return identify(signals, inertia, travel, delay, given["cutoff_hz"], bins, axis.progress)
+        return identify(
+            signals, inertia and inertia[0], travel, delay, given["cutoff_hz"], bins, axis.progress, offset
+        )
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 

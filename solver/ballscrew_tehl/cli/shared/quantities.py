@@ -76,13 +76,23 @@ REPORT_POINT = (PRELOAD, SPEED, TEMPERATURE)
 TORQUE_CONSTANT = Quantity("torque_constant_nm_a", "torque of the motor over its current [N.m/A]", 1e-6, 1e4)
 RATIO = Quantity("ratio", "turns of the motor for one of the screw; default: 1", 1e-3, 1e3)
 CURRENT_UNIT = Quantity("current_unit_a", "one of the current of the drive [A]; default: 0.001", 1e-9, 1e3)
+LEAD = Quantity("lead_mm", "lead of the screw [mm]; default: that of --screw", 1e-2, 1e3)
+OFFSET = Quantity(
+    "offset_nm",
+    "known torque of gravity at the screw [N.m], X or X+-STANDARD_ERROR",
+    -MOST_FORCE,
+    MOST_FORCE,
+)
+OFFSET_ERROR = OFFSET._replace(min_=0.0)
 IDENTIFY_OPTIONS = (
     TORQUE_CONSTANT,
     Quantity("gain_n_v", "force of the drive over its voltage [N/V]", 1e-6, 1e9),
     RATIO,
-    Quantity("lead_mm", "lead of the screw [mm]; default: that of the screw file", 1e-2, 1e3),
+    LEAD,
     Quantity("inertia_kgm2", "known inertia at the screw, axis included [kg m2]", 1e-12, 1e6),
     Quantity("mass_kg", "known moved mass, screw and motor included [kg]", 1e-6, 1e7),
+    OFFSET,
+    OFFSET._replace(name="offset_n", help="the same as a force [N]"),
     Quantity("guide_force_n", "friction of guides and covers, subtracted [N]", 0.0, MOST_FORCE),
     Quantity("seal_torque_nm", "friction of seals and bearings, subtracted [N.m]", 0.0, 1e6),
     PRELOAD._replace(help="known preload [N]: for --measurements or --before", not_zero=True),

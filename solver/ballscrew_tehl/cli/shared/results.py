@@ -87,7 +87,10 @@ def _print_table(results: Sequence[Mapping[str, Any]], columns: Sequence[str], f
     from rich.text import Text
 
     # a key may be in some of the results only
-    console, every = Console(force_jupyter=False), list(dict.fromkeys(key for result in results for key in result))
+    console, every = (
+        Console(force_jupyter=False),
+        list(dict.fromkeys(key for result in results for key in result)),
+    )
 
     def shows(key: str) -> bool:
         values = [result.get(key) for result in results]

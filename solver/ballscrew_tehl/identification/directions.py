@@ -1,0 +1,68 @@
+"""Friction of both directions at common speeds: their mean, and how far they differ."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2, norm
+
+from .log_file import Array
+from .regression import CONFIDENCE
+
+#: standard deviations of a 95 % limit
+LIMIT = float(norm.ppf(0.5 + 0.5 * CONFIDENCE))
+#: chance that a difference that is the same at all speeds is taken for one that varies
+CHANCE = 1e-3
+
+
+class Friction(NamedTuple):
+    """Bins of speed in rising order: speed, friction without the offset, standard error, 95 % limits, samples."""
+
+    speed: Array
+    value: Array
+    error: Array
+    low: Array
+    high: Array
+    samples: np.ndarray
+
+
+class BothWays(NamedTuple):
+    """At common speeds > 0: half of the magnitudes' sum and of their difference, error of both, samples.
+
+    A known offset moves all differences by its error, which is not in theirs.
+    """
+
+    speed: Array
+    mean: Array
+    difference: Array
+    error: Array
+    samples: Array
+
+
+def both_ways(friction: Friction, offset_error: float = 0.0) -> BothWays:
+    """At the speeds of the positive direction that the other one has as well; empty if there are none.
+
+    Parameters   offset_error : standard error of a known offset, which the errors of the bins hold
+    """
+    ahead, back = friction.speed > 0.0, friction.speed < 0.0
+    other = -friction.speed[back][::-1]
+    speed = friction.speed[ahead]
+    both = (speed >= other[0] * 0.97) & (speed <= other[-1] * 1.03)
+    speed = speed[both]
+
+    def reverse(values: Array) -> Array:
+        return np.asarray(np.interp(speed, other, values[back][::-1]))
+
+    value, against = friction.value[ahead][both], -reverse(friction.value)
+    half = 0.5 * (friction.high - friction.low) / LIMIT
+    error = 0.5 * np.sqrt(half[ahead][both] ** 2 + reverse(half) ** 2 - 2.0 * offset_error**2)
+    samples = friction.samples[ahead][both] + reverse(friction.samples.astype(float))
+    return BothWays(speed, 0.5 * (value + against), 0.5 * (value - against), error, samples)
+
+
+def varies(both: BothWays) -> bool:
+    """Whether the difference of the directions depends on speed, so that it cannot all be an offset."""
+    weight = 1.0 / both.error**2
+    squares = float(np.sum(weight * (both.difference - np.average(both.difference, weights=weight)) ** 2))
+    return len(weight) > 1 and squares > float(chi2.ppf(1.0 - CHANCE, len(weight) - 1))
