@@ -42,7 +42,7 @@ REFUSALS = {
         ((*POINT, "--preload"), "unrecognized arguments: --preload; is --preload-n meant?"),
         (("left", "over"), "unrecognized arguments: left over"),
         ((*POINT, "--screw", "none.toml"), "none.toml: cannot be read"),
-        ((*POINT, "--map", "{vg100}", "--screw", "{published}"), "map of other parameters: friction.kinematics = "),
+        ((*POINT, "--map", "{vg100}", "--screw", "{published}"), "this map is of GD"),
         ((*POINT, "--output", "x.txt"), "--output = x.txt; allowed: a file *.csv"),
         ((*POINT, "--kinematics", "rolling"), "; is rolling_frame meant?"),
         ((*POINT, "--friction", "four_parameter"), "--friction = four_parameter; allowed: "),

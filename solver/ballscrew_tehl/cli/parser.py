@@ -18,8 +18,8 @@ from .. import __version__
 from .shared.quantities import (
     CALIBRATION_POINT,
     CURRENT_UNIT,
-    LEAD,
     IDENTIFY_OPTIONS,
+    LEAD,
     PRELOAD,
     PRELOAD_POINT,
     RATIO,
@@ -216,9 +216,8 @@ COMMANDS = {
         option("--measurements", "write points for calibrate, with their standard errors", "FILE.csv"),
         option("--output", "write what --json prints, for export --identified", "FILE.json"),
     ), OF_MAP, "log.csv --torque-constant-nm-a 0.8 --map my_map.nc",
-        "Columns by headings with units: time [s], position [mm], [rad], [deg] or speed [r/min], velocity [m/s]; "
-        "current [A], torque [N.m], force [N] or voltage [V]; optional temperature [degC], preload [N]. With a map "
-        "or a screw also the preload. All with 95 % intervals."),
+        "Columns by headings: time [s], position [mm] or speed [r/min], current [A], torque [N.m], force [N] or "
+        "voltage [V]. With a map also the preload."),
     "calibrate": Command("fit the friction parameters to measured torques", _command("calibrate:run_calibrate"), (
         option("measurements", "measured torques", "MEASUREMENTS.csv", nargs="?"),
         *_of(CALIBRATION_POINT),

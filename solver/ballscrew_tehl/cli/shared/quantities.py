@@ -76,7 +76,7 @@ REPORT_POINT = (PRELOAD, SPEED, TEMPERATURE)
 TORQUE_CONSTANT = Quantity("torque_constant_nm_a", "torque of the motor over its current [N.m/A]", 1e-6, 1e4)
 RATIO = Quantity("ratio", "turns of the motor for one of the screw; default: 1", 1e-3, 1e3)
 CURRENT_UNIT = Quantity("current_unit_a", "one of the current of the drive [A]; default: 0.001", 1e-9, 1e3)
-LEAD = Quantity("lead_mm", "lead of the screw [mm]; default: that of --screw", 1e-2, 1e3)
+LEAD = Quantity("lead_mm", "lead of the screw [mm]; default: by screw or map", 1e-2, 1e3)
 OFFSET = Quantity(
     "offset_nm",
     "known torque of gravity at the screw [N.m], X or X+-STANDARD_ERROR",
