@@ -216,8 +216,7 @@ COMMANDS = {
         option("--measurements", "write points for calibrate, with their standard errors", "FILE.csv"),
         option("--output", "write what --json prints, for export --identified", "FILE.json"),
     ), OF_MAP, "log.csv --torque-constant-nm-a 0.8 --map my_map.nc",
-        "Columns by headings: time [s], position [mm] or speed [r/min], current [A], torque [N.m], force [N] or "
-        "voltage [V]. With a map also the preload."),
+        "Columns: time [s], position [mm] or speed [r/min], current [A], torque [N.m], force [N] or voltage [V]."),
     "calibrate": Command("fit the friction parameters to measured torques", _command("calibrate:run_calibrate"), (
         option("measurements", "measured torques", "MEASUREMENTS.csv", nargs="?"),
         *_of(CALIBRATION_POINT),
