@@ -10,10 +10,11 @@ bins, weighted by their samples, as published identifications have it. Friction 
 Standard errors: the sandwich with clusters of time (pieces of a run between reversals), so that the correlation by the
 filter and by the position counts; for a bin, shrunk towards what the independent samples of the filtered residual give,
 times the mean ratio of both. Intervals: 95 %, Student's t, and in quadrature what follows from the width of a bin and
-from half the cutoff: SMEAR times the change of a bin, COARSER times that of the inertia, LATER times that of the delay,
-as much from FARTHER times the travel behind reversals. The effect of a filter on a smooth curve goes as 1/cutoff^2, so
-that a third of the change would do there. Forces that are not measured act on the inertia through the controller, more
-so at a high cutoff. The limits of the inertia also hold the share MOST_NOISE that the choice of the cutoff allows.
+from half the cutoff: SMEAR times the change of a bin, COARSER times that of the inertia, LATER times that of the delay
+(added, as a bias), as much by FARTHER times the travel behind reversals. The effect of a filter on a smooth curve goes
+as 1/cutoff^2, so that a third of the change would do there. Forces that are not measured act on the inertia through the
+controller, more so at a high cutoff. The limits of the inertia also hold the share MOST_NOISE that the choice of the
+cutoff allows.
 """
 
 from __future__ import annotations
@@ -41,7 +42,8 @@ MOST_DELAY, MOST_DELAY_SAMPLES = 5e-3, 4.0
 #: samples that the delay is estimated from
 FOR_DELAY = 60_000
 #: change of a bin, of the inertia and of the delay by half the cutoff, as it counts in their intervals; the noise of an
-#: encoder that comes back through the controller moves the delay as the cutoff or more, all of it at most twice that
+#: encoder that comes back through the controller moves the delay as the cutoff or more, all of it at most twice that,
+#: a bias, which adds to the random half
 SMEAR, COARSER, LATER = 0.75, 1.5, 2.0
 #: travel left out behind a reversal over the usual one, whose effect on inertia and delay counts the same, for friction
 #: may still rise; share of the samples that has to be left
@@ -270,7 +272,7 @@ def _fit(
     delay, delay_limits = given.delay, None
     if not given.delay_known:
         _, half = slope_moves(jerk, residual, clusters, max(value * float(jerk @ jerk), 1e-300), freedom)
-        half = math.hypot(half, *(LATER * float(np.nan_to_num(other.delay - delay)) for other in others))
+        half += math.hypot(*(LATER * float(np.nan_to_num(other.delay - delay)) for other in others))
         delay_limits = delay - half, delay + half
     noise = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
     limits = None

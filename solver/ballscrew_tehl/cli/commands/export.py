@@ -226,5 +226,5 @@ def _of_log(args: Namespace, output: Path, most: int) -> Files:
     text = twincat_text(found, found.lead, points, *current, where)
     return {output: text}, [head | {
         "entries": len(points.x) + 1, "largest_error_nm": points.error, "error_bound_nm": points.bound,
-        "largest_error_share": points.error / float(both.mean.mean()), "directions_differ_nm": apart,
+        "largest_error_share": points.error / float(both.mean.mean()), "direction_difference_nm": apart,
     }]  # fmt: skip
