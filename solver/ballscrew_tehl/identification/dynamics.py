@@ -11,10 +11,10 @@ Standard errors: the sandwich with clusters of time (pieces of a run between rev
 filter and by the position counts; for a bin, shrunk towards what the independent samples of the filtered residual give,
 times the mean ratio of both. Intervals: 95 %, Student's t, and in quadrature what follows from the width of a bin and
 from half the cutoff: SMEAR times the change of a bin, COARSER times that of the inertia, LATER times that of the delay
-(added, as a bias), as much from FARTHER times the travel behind reversals. The effect of a filter on a smooth curve
-goes as 1/cutoff^2, so that a third of the change would do there. Forces that are not measured act on the inertia
-through the controller, more so at a high cutoff. The limits of the inertia also hold the share MOST_NOISE that the
-choice of the cutoff allows.
+(added, as a bias), as much by FARTHER times the travel behind reversals. The effect of a filter on a smooth curve goes
+as 1/cutoff^2, so that a third of the change would do there. Forces that are not measured act on the inertia through the
+controller, more so at a high cutoff. The limits of the inertia also hold the share MOST_NOISE that the choice of the
+cutoff allows.
 """
 
 from __future__ import annotations
