@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ballscrew_tehl.cli.shared.files import check_output, new_folder
+from ballscrew_tehl.cli.shared.files import check_output, new_folder, written
 from ballscrew_tehl.cli.shared.results import CommandError, say
 
 
@@ -119,18 +119,16 @@ def run_page(args: Namespace) -> int:
     from ballscrew_fmu.native_fmu.sources import SourceError
     from ballscrew_tehl.runtime.packed import map_hash
 
-    check_output("--output", Path(args.output), "a file *.html, *.htm")
+    output = check_output("--output", args.output, "a file *.html, *.htm")
     inputs = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
     say("compiling the page; the first time this takes some 20 s")
     try:
         content = inputs.live_page().encode()
-        write_whole(Path(args.output), content)
     except (BuildError, SourceError) as error:
         raise CommandError(f"no page written: {error}") from error
-    except OSError as error:
-        reason = error.strerror or error
-        raise ValueError(f"--output {args.output}: {reason}; needs a file that can be written") from error
-    found = {"file": args.output, "bytes": len(content), "map_hash": map_hash(inputs.nut_map.header)}
+    with written("--output", output):
+        write_whole(output, content)
+    found = {"file": str(output), "bytes": len(content), "map_hash": map_hash(inputs.nut_map.header)}
     print(json.dumps(found) if args.json else "{file}  {bytes} bytes, map {map_hash}".format(**found))
     return 0
 

@@ -216,7 +216,8 @@ COMMANDS = {
         option("--measurements", "write points for calibrate, with their standard errors", "FILE.csv"),
         option("--output", "write what --json prints, for export --identified", "FILE.json"),
     ), OF_MAP, "log.csv --torque-constant-nm-a 0.8 --map my_map.nc",
-        "Columns: time [s], position [mm] or speed [r/min], current [A], torque [N.m], force [N] or voltage [V]."),
+        "Columns with units: time [s], position [mm] or speed [r/min], current [A], torque [N.m], force [N] or "
+        "voltage [V]."),
     "calibrate": Command("fit the friction parameters to measured torques", _command("calibrate:run_calibrate"), (
         option("measurements", "measured torques", "MEASUREMENTS.csv", nargs="?"),
         *_of(CALIBRATION_POINT),
@@ -243,7 +244,9 @@ COMMANDS = {
         _numbers("--points", "most entries of a list (20), speeds of a table (40)", kind=int),
     ), OF_MAP, "--map my_map.nc --format csv --output friction.csv",
         "Torque over speed, preload and temperature with its interval; units and signs are in the file. Defaults: 5 % "
-        "of the dynamic rating, reference temperature of the oil. Motor options: of twincat."),
+        "of the dynamic rating, reference temperature of the oil, whole range of speed. Options of motor and lead: of "
+        "twincat, which is over the velocity of the axis. With --identified each direction by itself, in a list the "
+        "mean."),
     "report": Command("one HTML page on a screw: torques, films, a contact, the map", _command("report:run_report"), (
         option("--output", OUTPUT, "FILE.html", required=True), *_of(REPORT_POINT),
     ), OF_MAP, "--map my_map.nc --output my_report.html",

@@ -79,7 +79,7 @@ CURRENT_UNIT = Quantity("current_unit_a", "one of the current of the drive [A]; 
 LEAD = Quantity("lead_mm", "lead of the screw [mm]; default: by screw or map", 1e-2, 1e3)
 OFFSET = Quantity(
     "offset_nm",
-    "known torque of gravity at the screw [N.m], X or X+-STANDARD_ERROR",
+    "known torque of gravity or tilt, X or X+-STANDARD_ERROR [N.m]",
     -MOST_FORCE,
     MOST_FORCE,
 )
