@@ -22,6 +22,7 @@ from fmpy.fmi3 import FMU3Slave
 
 FMI2_DISCARD = 2
 Rows = Sequence[Mapping[str, Any]]  # outputs of steps by name
+FLOOR = 0.01  # of the largest value of an output: smaller ones are compared with this
 
 
 class FmuInstance:
@@ -138,12 +139,16 @@ class Fmu3Instance(FmuInstance):
 def largest_difference(found: Rows, expected: Rows) -> tuple[float, int, str, Any, Any]:
     """The largest relative one of two sequences of outputs, NaN before all; its row, name, value found and expected.
 
+    Relative to the value, or to FLOOR of the largest value of that output where the value is smaller: the force on a
+    nut is a difference of forces, and rounds as they do.
+
     Raises       ValueError: their names or lengths differ
     """
     if any(row.keys() != wanted.keys() for row, wanted in zip(found, expected, strict=True)):
         raise ValueError(f"outputs {sorted(found[0])}; expected {sorted(expected[0])}")
+    floors = {name: FLOOR * max(abs(row[name]) for row in expected) for name in expected[0]}
     differences = (
-        (abs(row[name] - value) / max(abs(value), 1e-300), n, name, row[name], value)
+        (abs(row[name] - value) / max(1e-300, abs(value), floors[name]), n, name, row[name], value)
         for n, (row, wanted) in enumerate(zip(found, expected, strict=True))
         for name, value in wanted.items()
     )

@@ -15,7 +15,7 @@ from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks import check as checks
 from ballscrew_fmu.checks.experiments import check_experiments, run_experiments
 from ballscrew_fmu.checks.reference import CheckError, friction_results, reference_input
-from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_fmu.checks.replay import FmuInstance, largest_difference
 from ballscrew_fmu.models import FRICTION, NATIVE_MODELS
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.experiments import FOLDER, MANIFEST, Reference
@@ -201,3 +201,12 @@ def test_the_fmu_equals_the_command_line_over_the_published_tables(tmp_path, cap
     text = checks.torque_tables(fmu, GD4008, nut_map)
     shown = f"{printed[0]['friction_torque_nm']:.4f}"
     assert all(word in text for word in ("measured", "Table 2", "Table 4", shown))
+
+
+def test_a_difference_of_forces_is_compared_with_their_size():
+    expected = [{"nut_force": 400.0}, {"nut_force": 0.42}]
+    for error, place, relative in ((4.6e-10, 1, 1.15e-10), (1e-5, 1, 2.5e-6), (math.nan, 1, math.nan)):
+        found = [{"nut_force": 400.0}, {"nut_force": 0.42 + error}]
+        worst, row, name, *_ = largest_difference(found, expected)
+        assert (row, name) == (place, "nut_force")
+        assert worst == pytest.approx(relative, rel=1e-3, nan_ok=True)
