@@ -93,19 +93,26 @@ def read_identified(path: Path | str) -> AxisFriction:
         values = [np.array([row[key] for row in rows], dtype=np.float64) for key in keys]
         values[0] = values[0] * (RPM if rotary else 1.0)
         found = Friction(*values)
-        lead, about = data.get("lead_mm"), {"log": str(data.get("log"))}
+        stated = [data.get(key) for key in ("lead_mm", "torque_constant_nm_a", "ratio")]
+        lead, constant, ratio = (None if one is None else float(one) for one in stated)
+        if not (
+            all(one is None or 0.0 < one < math.inf for one in (lead, constant, ratio))
+            and np.isfinite(values).all()
+            and bool(np.all(np.diff(found.speed) > 0.0))
+            and found.speed[0] < 0.0 < found.speed[-1]
+        ):
+            raise ValueError("friction in both directions at rising speeds, positive numbers of the drive")
+        about = {"log": str(data.get("log"))}
         for key in ("temperature_c", "preload_n", "offset_nm" if rotary else "offset_n"):
             if data.get(key) is not None:
                 about[key] = f"{data[key]:.6g}"
     except OSError as error:
         raise ValueError(f"--identified = {path}: cannot be read ({error.strerror})") from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
         raise ValueError(
             f"--identified = {path}; allowed: a file that identify --output has written"
         ) from error
-    return AxisFriction(
-        rotary, found, lead and 1e-3 * lead, data.get("torque_constant_nm_a"), data.get("ratio") or 1.0, about
-    )
+    return AxisFriction(rotary, found, lead and 1e-3 * lead, constant, ratio or 1.0, about)
 
 
 def _rows(axis: AxisFriction, one: float = 1.0) -> list[str]:

@@ -55,8 +55,8 @@ def run_export(args: Namespace) -> int:
         )
     whole_number("--points", args.points)
     most = args.points or (MOST_POINTS if args.format == "twincat" else SPEEDS)
-    if most < 3:
-        raise ValueError(f"--points = {most}; allowed: a whole number >= 3")
+    if not 3 <= most <= CURVE:
+        raise ValueError(f"--points = {most}; allowed: a whole number, 3 to {CURVE}")
     files, answer = (_of_map if args.identified is None else _of_log)(args, output, most)
     for path, text in files.items():
         with written("--output", path), whole_file(path) as temporary:

@@ -142,6 +142,12 @@ def _sizes(args: Namespace) -> CatalogueSizes | None:
             raise ValueError(f"{option} = {value:g}; allowed: a finite number > 0")
     if (ball := given["ball_mm"]) is not None and not ball < 0.5 * given["diameter_mm"]:
         raise ValueError(f"--ball-mm = {ball:g}; allowed: less than half of --diameter-mm")
+    starts = given["starts"] or 1
+    if ball is not None and not ball < given["lead_mm"] / starts:
+        raise ValueError(
+            f"--ball-mm = {ball:g}; allowed: less than --lead-mm over --starts = {given['lead_mm'] / starts:g} mm, or "
+            "grooves meet"
+        )
     return CatalogueSizes(**{name: value for name, value in given.items() if value is not None})
 
 
