@@ -137,7 +137,7 @@ REFUSALS = {
         ((*EXPORT, "csv", "--output", "x.lis"), "--output = x.lis; allowed: a file *.csv"),
         ((*EXPORT, "csv", "--output", "x.csv", "--torque-constant-nm-a", "1"), "allowed only with --format twincat"),
         ((*EXPORT, "matlab", "--output", "1 x.m"), "allowed: the name of a MATLAB function"),
-        ((*EXPORT, "csv", "--output", "x.csv", "--points", "2"), "--points = 2; allowed: a whole number >= 3"),
+        ((*EXPORT, "csv", "--output", "x.csv", "--points", "2"), "--points = 2; allowed: a whole number, 3 to 400"),
         ((*EXPORT, "csv", "--output", "x.csv", "--preload-n", "9", "99999"), "preload = 9 N; allowed by the map: 120 "),
         ((*EXPORT, "csv", "--output", "x.csv", "--temperature-c", "303"), "is 303 K = 29.85 C meant?"),
         ((*EXPORT, "csv", "--output", "x.csv", "--speed-rpm", "9", "9000"), "allowed: a rising range in 5 to 6000 "),
