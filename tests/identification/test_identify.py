@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from servo_log import (
     CONSTANT,
     FRICTION,
@@ -135,16 +136,37 @@ def test_given_mass_fewer_bins_and_a_given_cutoff(emps):
     assert len(found.friction.speed) == 24
 
 
+def missing_at_wraps(time, position, voltage):
+    """An encoder that starts again each 20 mm, three rows missing at some of its jumps."""
+    wrapped = (position - position.min()) % 0.02
+    jumps = np.flatnonzero(np.abs(np.diff(wrapped)) > 0.01)[::7]
+    return [np.delete(s, (jumps[:, None] + np.arange(3)).ravel()) for s in (time, wrapped, voltage)]
+
+
+def jittered(time, position, voltage):
+    """Sampled up to 0.2 steps off, and stamped so."""
+    seen = time + np.random.default_rng(1).uniform(-2e-4, 2e-4, len(time))
+    return seen, CubicSpline(time, position)(seen), np.interp(seen, time, voltage)
+
+
 @pytest.mark.parametrize(
     ("headings", "change", "note"),
     [
         ("time [ms],position [mm],voltage [V]", lambda t, x, u: (1e3 * t, 1e3 * x, u), ""),
         (EMPS, lambda t, x, u: (t, (x - x.min()) % 0.02, u), "every 0.02 m: joined"),
+        (EMPS, lambda t, x, u: missing_at_wraps(t, x, u), "every 0.02 m: joined"),
+        (EMPS, lambda t, x, u: jittered(t, x, u), "uneven sampling"),
         (EMPS, lambda t, x, u: [np.delete(s, np.s_[9000:9300]) for s in (t, x, u)], "1 gap in time"),
         (EMPS, lambda t, x, u: (t, x, np.where(np.arange(len(t)) % 97, u, np.nan)), "uneven sampling"),
         (EMPS, lambda t, x, u: (np.round(t, 2), x, u), "taken as evenly sampled"),
         (EMPS, lambda t, x, u: (t, x + 0.05 * (t > 9.0), u), "1 jump of the position"),
         (EMPS, lambda t, x, u: (t, x + (np.arange(len(t)) == 4000), u), ""),
+        (EMPS, lambda t, x, u: (t, x, u + 5e3 * (np.arange(len(t)) == 4000)), ""),
+        (
+            EMPS,
+            lambda t, x, u: (t, x, np.where(np.arange(len(t)) == 4000, 1e300, u)),
+            "1 values of voltage beyond",
+        ),
         ("time [s],velocity [mm/min],force [N]", lambda t, x, u: (t, 6e4 * np.gradient(x, t), GAIN * u), ""),
     ],
 )
@@ -153,6 +175,11 @@ def test_units_wraps_gaps_missing_samples_and_jumps(emps, tmp_path, headings, ch
     found = identify(signals_of(log, Drive(gain=GAIN)), travel=5e-5)
     assert found.inertia == pytest.approx(MASS, rel=2e-3)
     assert note in "\n".join(found.notes)
+
+
+def test_a_given_mass_that_explains_nothing_is_refused(emps):
+    with pytest.raises(ValueError, match="inertia given = 9.5e.07 kg; the log shows about 95.* kg"):
+        of_emps(*emps, inertia=1e6 * 95.0)
 
 
 def test_sides_of_a_gear_and_a_lead_give_one_result(emps):

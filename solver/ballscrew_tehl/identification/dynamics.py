@@ -269,12 +269,23 @@ def _fit(
     # a bin that one cluster fills hides the error of that
     offset_variance = max(few * float(of_offset @ of_offset), ratio * float(share**2 @ plain))
     offset_wide = math.hypot(usual * math.sqrt(offset_variance), float(share @ smeared), LIMIT * offset_error)
-    delay, delay_limits = given.delay, None
+    delay, delay_limits, places = given.delay, None, _places(samples, residual)
     if not given.delay_known:
         _, half = slope_moves(jerk, residual, clusters, max(value * float(jerk @ jerk), 1e-300), freedom)
         half += math.hypot(*(LATER * float(np.nan_to_num(other.delay - delay)) for other in others))
+        # friction over the position is not random: what it alone moves
+        if len(places[0]) > 1:
+            of_place = np.interp(samples.position, places[0], places[1])
+            half += abs(float(jerk @ of_place)) / max(value * float(jerk @ jerk), 1e-300)
         delay_limits = delay - half, delay + half
     noise = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
+    explained = 1.0 - deviation**2 / max(float(np.var(samples.effort)), 1e-300)
+    if not explained >= 0.0:
+        seen, unit = float(acceleration @ samples.effort) / squares, "kg m2" if signals.rotary else "kg"
+        raise ValueError(
+            f"inertia given = {value:.4g} {unit}; the log shows about {seen:.3g} {unit}, and the given one explains "
+            "nothing of the effort; remedy: check it and the units of the log, or leave it out"
+        )
     limits = None
     if given.inertia is None:
         half = math.hypot(
@@ -310,7 +321,6 @@ def _fit(
             f"{both.difference.min():+.3g} to {both.difference.max():+.3g} {'N m' if signals.rotary else 'N'}"
             + ("" if given.offset else ": it cannot all be an offset")
         )
-    places = _places(samples, residual)
     uneven = float(np.mean((places[1] / places[2]) ** 2)) if len(places[1]) else 0.0
     if uneven > UNEVEN:
         effort = float(np.sqrt(np.mean(places[1] ** 2)))
@@ -321,8 +331,7 @@ def _fit(
     return Identified(
         signals.rotary, value, limits, offset, (offset - offset_wide, offset + offset_wide),
         given.offset[1] if given.offset else None, bins_found, delay, delay_limits,
-        deviation, 1.0 - deviation**2 / max(float(np.var(samples.effort)), 1e-300),
-        places, samples.cutoff, len(bins) * samples.each, left_out, notes,
+        deviation, explained, places, samples.cutoff, len(bins) * samples.each, left_out, notes,
         signals.temperature, signals.preload,
     )  # fmt: skip
 

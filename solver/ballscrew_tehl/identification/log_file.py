@@ -28,6 +28,8 @@ WORTH_SAYING = 5
 #: fewest rows of a log; largest share of rows without a value, of damaged rows; share of repeated
 #: time stamps from which on they have too few digits;  most error of such a stamp over its last digit
 FEWEST, MOST_EMPTY, MOST_DAMAGED, FEW_REPEATED, DIGIT = 200, 0.5, 0.01, 0.05, 1.5
+#: a value beyond this is damaged [SI]
+LARGEST = 1e12
 
 
 class Log(NamedTuple):
@@ -63,6 +65,13 @@ def read_log(
     rows = len(signals["time"]) + damaged
     for name, values in signals.items():
         factor, offset = QUANTITIES[name].units[columns[name].unit]
+        beyond = np.abs(values) > LARGEST / factor
+        if beyond.any():
+            values[beyond] = np.nan
+            notes.append(
+                f"{int(beyond.sum())} values of {name} beyond {LARGEST:g} (SI) left out, the first in row "
+                f"{int(np.argmax(beyond)) + 1}"
+            )
         if not np.isfinite(values).any():
             raise ValueError(
                 f"{path}: column {columns[name].heading!r} has no numbers; allowed: a number in each row"

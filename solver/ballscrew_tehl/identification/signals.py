@@ -7,13 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import median_filter
 
 from .log_file import Array, Log
 from .log_units import ANGLE, EFFORT, MOTION, SPEED
 
-#: a step of time longer than this many usual ones is a gap; jumps of a position that are all equal within this share
-#: are those of an encoder that starts again
-GAP, SAME_WRAP = 4.5, 0.02
+#: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
+#: share are those of an encoder that starts again; most of the jumps that may be none
+GAP, SAME_WRAP, NO_WRAPS = 4.5, 0.02, 0.1
 #: a jump is this many times the largest usual step;  steps that count as usual
 JUMP, USUAL = 8.0, 0.999
 #: slowest sampling [1/s];  steps of time that differ by more than this share are uneven
@@ -85,13 +87,15 @@ def signals_of(log: Log, drive: Drive) -> Signals:
             "unit of "
             f"time ({log.columns['time'].unit}), or log faster"
         )
+    resolution = _resolution(time)
     wraps: Array = np.empty(0)
     if not of_speed:
-        motion, left_out["single samples that jump"] = _despiked(motion)
-        motion, wraps, wrap_note = _unwrapped(time, motion, log, motion_name)
+        motion, left_out[f"single samples of {motion_name} that jump"] = _despiked(motion)
+        motion, wraps, wrap_note = _unwrapped(time, motion, log, motion_name, resolution)
         notes += wrap_note
     motion = motion * _scale(rotary, angular, drive, motion_name)
-    effort = _effort(drive, effort_name, log.signals[effort_name])
+    effort, left_out[f"single samples of {effort_name} that jump"] = _despiked(log.signals[effort_name])
+    effort = _effort(drive, effort_name, effort)
     ends = np.flatnonzero(steps > GAP * step) + 1
     if ends.size:
         notes.append(
@@ -103,17 +107,17 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         )
     cuts = np.unique(np.r_[ends, wraps]).astype(int)
     inside = steps[steps <= GAP * step]
-    even = float(np.ptp(inside)) <= UNEVEN * step or (
-        # time stamps that are rounded
-        float(np.max(np.abs(inside - step))) <= 0.5 * step and abs(inside.mean() / step - 1.0) <= 1e-2
-    )
-    mean_step = float(inside.mean())
+    mean_step, spread = float(inside.mean()), float(np.ptp(inside))
+    rounded = float(np.max(np.abs(inside - step))) <= min(1.01 * resolution, 0.5 * step)
+    even = spread <= UNEVEN * step or (rounded and abs(mean_step / step - 1.0) <= 1e-2)
     if even and abs(mean_step / step - 1.0) <= 1e-2:
         step = mean_step
     if not even:
         notes.append(
             f"uneven sampling, {inside.min():.3g} to {inside.max():.3g} s: interpolated on {step:.4g} s"
         )
+    elif spread > UNEVEN * step:
+        notes.append(f"time rounded to {resolution:.3g} s: taken as evenly sampled, each {step:.6g} s")
     sections, short = [], 0
     for first, last in zip(np.r_[0, cuts], np.r_[cuts, len(time)], strict=True):
         if last - first < SHORTEST:
@@ -122,7 +126,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         t, x, y = time[first:last], motion[first:last], effort[first:last]
         if not even:
             new = np.arange(t[0], t[-1], step)
-            x, y = np.interp(new, t, x), np.interp(new, t, y)
+            x, y = CubicSpline(t, x)(new), np.interp(new, t, y)
         sections.append(Section(float(t[0]), x, y))
     left_out["samples in pieces too short"] = short
     if not sections:
@@ -185,7 +189,7 @@ def _effort(drive: Drive, name: str, values: Array) -> Array:
 
 
 def _despiked(position: Array) -> tuple[Array, int]:
-    """The position without single samples that jump there and back, and their number."""
+    """A position or effort without single samples that jump there and back, and their number."""
     step = np.diff(position)
     limit = min(0.5 * float(np.ptp(position)), JUMP * float(np.quantile(np.abs(step), USUAL)))
     there, back = step[:-1], step[1:]
@@ -199,40 +203,57 @@ def _despiked(position: Array) -> tuple[Array, int]:
     return mended, int(spikes.size)
 
 
-def _unwrapped(time: Array, position: Array, log: Log, name: str) -> tuple[Array, Array, list[str]]:
+def _unwrapped(
+    time: Array, position: Array, log: Log, name: str, resolution: float
+) -> tuple[Array, Array, list[str]]:
     """The position without the jumps of an encoder that starts again; samples behind other jumps; a note.
 
-    A jump of an angle by less than a usual step from whole turns is one as well.
+    A step that differs by whole periods from what the speed of its neighbours gives over its time is such a jump.
+    resolution : of the time [s]
     """
     step, times = np.diff(position), np.diff(time)
-    span, size = float(np.ptp(position)), np.abs(step)
-    together = times <= GAP * float(np.median(times))
-    jumps = np.flatnonzero((size > 0.5 * span) & together)
-    if jumps.size:
-        around = 0.5 * (step[np.maximum(jumps - 1, 0)] + step[np.minimum(jumps + 1, len(step) - 1)])
-        # a neighbour may be a jump itself
-        sizes = np.abs(step[jumps] - np.where(np.abs(around) > 0.25 * span, 0.0, around))
-        period, unit = float(np.median(sizes)), log.columns[name].unit
+    half, usual_time = 0.5 * float(np.ptp(position)), float(np.median(times))
+    together, far = times <= GAP * usual_time, np.abs(step) > half
+    # of neighbours that are mostly no jumps
+    usual_step = median_filter(step / times, 5, mode="mirror") * times
+    notes, other = [], far & together
+    if other.any():
+        period, unit = float(np.median(np.abs(step - usual_step)[other])), log.columns[name].unit
         factor = ANGLE.get(unit, (1.0, 0.0))[0]
         turns = round(period / (2.0 * math.pi))
         if unit in ANGLE and turns and abs(period / (2.0 * math.pi * turns) - 1.0) <= SAME_WRAP:
             period = 2.0 * math.pi * turns
-        if np.all(np.abs(sizes / period - 1.0) <= SAME_WRAP):
+        wraps = np.round((usual_step - step) / period)
+        joined = step + period * wraps
+        speed = np.pad(joined / times, 1, mode="edge")
+        before, after = speed[:-2], speed[2:]
+        unsure = 0.5 * np.abs(after - before) * times + resolution * np.maximum(np.abs(before), np.abs(after))
+        differs = np.abs(joined - 0.5 * (before + after) * times) > SAME_WRAP * period + unsure
+        jumps = (wraps != 0.0) & together
+        if (differs & jumps).sum() <= NO_WRAPS * jumps.sum():
+            other, step, usual_step = differs & jumps, joined, median_filter(joined, 5, mode="mirror")
+            position = position[0] + np.r_[0.0, np.cumsum(joined)]
             shown = f"{period / factor:.6g} {unit if unit in ANGLE else 'm'}"
-            note = f"position starts again {jumps.size} times, every {shown}: joined"
-            return np.asarray(np.unwrap(position, period=period)), np.empty(0), [note]
-    usual = float(np.quantile(size, USUAL))
-    jumps = np.flatnonzero((size > JUMP * usual) & together)
-    if not jumps.size or usual == 0.0:
-        return position, np.empty(0), []
-    sizes = size[jumps]
+            notes = [f"position starts again {int((jumps & ~differs).sum())} times, every {shown}: joined"]
+    size = np.abs(step)
+    usual = float(np.quantile(np.abs(usual_step), USUAL) or np.quantile(size, USUAL))
+    jumps = np.flatnonzero(other | ((size > JUMP * usual) & together & (usual > 0.0)))
     if jumps.size > 0.01 * len(position):
+        sizes = size[jumps]
         raise ValueError(
             f"{log.path}: position jumps {jumps.size} times, by {sizes.min():.4g} to {sizes.max():.4g} (SI); "
             "allowed: a "
             "position without jumps, or jumps of one size, those of an encoder that starts again"
         )
-    return position, (jumps + 1).astype(np.float64), []
+    return position, (jumps + 1).astype(np.float64), notes
+
+
+def _resolution(time: Array) -> float:
+    """Least difference between steps of time beyond rounding of the numbers [s], 0: they are all equal."""
+    differences = np.diff(np.unique(np.diff(time)))
+    rounding = 4.0 * np.spacing(np.abs(time).max())
+    seen = differences[differences > rounding]
+    return float(seen.min()) if seen.size else 0.0
 
 
 def _quantum(values: Array) -> float:
