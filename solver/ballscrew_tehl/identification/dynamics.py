@@ -269,14 +269,10 @@ def _fit(
     # a bin that one cluster fills hides the error of that
     offset_variance = max(few * float(of_offset @ of_offset), ratio * float(share**2 @ plain))
     offset_wide = math.hypot(usual * math.sqrt(offset_variance), float(share @ smeared), LIMIT * offset_error)
-    delay, delay_limits, places = given.delay, None, _places(samples, residual)
+    delay, delay_limits = given.delay, None
     if not given.delay_known:
         _, half = slope_moves(jerk, residual, clusters, max(value * float(jerk @ jerk), 1e-300), freedom)
         half += math.hypot(*(LATER * float(np.nan_to_num(other.delay - delay)) for other in others))
-        # friction over the position is not random: what it alone moves
-        if len(places[0]) > 1:
-            of_place = np.interp(samples.position, places[0], places[1])
-            half += abs(float(jerk @ of_place)) / max(value * float(jerk @ jerk), 1e-300)
         delay_limits = delay - half, delay + half
     noise = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
     explained = 1.0 - deviation**2 / max(float(np.var(samples.effort)), 1e-300)
@@ -321,12 +317,14 @@ def _fit(
             f"{both.difference.min():+.3g} to {both.difference.max():+.3g} {'N m' if signals.rotary else 'N'}"
             + ("" if given.offset else ": it cannot all be an offset")
         )
+    places = _places(samples, residual)
     uneven = float(np.mean((places[1] / places[2]) ** 2)) if len(places[1]) else 0.0
     if uneven > UNEVEN:
         effort = float(np.sqrt(np.mean(places[1] ** 2)))
         notes.append(
             f"friction depends on the position: mean residuals there {effort:.2g} {'N m' if signals.rotary else 'N'} "
             "(root mean square); the intervals hold for the positions of this log"
+            + ("" if given.delay_known else ", that of the delay leaves out the bias by them")
         )
     return Identified(
         signals.rotary, value, limits, offset, (offset - offset_wide, offset + offset_wide),
