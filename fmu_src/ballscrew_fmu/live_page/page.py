@@ -13,8 +13,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup as Html
 from numpy.typing import NDArray
 
 from ballscrew_fmu.native_fmu.compile import build_wasm
@@ -29,6 +27,7 @@ from ballscrew_tehl.nut_map.interval import TABLE_NODES
 from ballscrew_tehl.parameters.file import Parameters, load_parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.report.material import PRELOAD_WORDS
+from ballscrew_tehl.report.page import Html, environment
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC, SURFACES, map_hash
 from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE
@@ -44,13 +43,7 @@ def _source(name: str) -> Html:
     return Html((_ROOT / "live_page" / folder / name).read_text(encoding="utf-8"))
 
 
-_TEMPLATES = Environment(
-    loader=PackageLoader("ballscrew_fmu.live_page"),
-    autoescape=True,
-    undefined=StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-)
+_TEMPLATES = environment("ballscrew_fmu.live_page")
 _TEMPLATES.globals["source"] = _source
 _TEMPLATES.policies["json.dumps_kwargs"] = {"sort_keys": False}  # the order of the inputs
 

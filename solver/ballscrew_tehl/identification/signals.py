@@ -84,8 +84,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     if not step * SLOWEST <= 1.0:
         raise ValueError(
             f"{log.path}: time between samples = {step:.4g} s; allowed: at most {1.0 / SLOWEST:g} s: check the "
-            "unit of "
-            f"time ({log.columns['time'].unit}), or log faster"
+            f"unit of time ({log.columns['time'].unit}), or log faster"
         )
     resolution = _resolution(time)
     wraps: Array = np.empty(0)
@@ -242,8 +241,7 @@ def _unwrapped(
         sizes = size[jumps]
         raise ValueError(
             f"{log.path}: position jumps {jumps.size} times, by {sizes.min():.4g} to {sizes.max():.4g} (SI); "
-            "allowed: a "
-            "position without jumps, or jumps of one size, those of an encoder that starts again"
+            "allowed: a position without jumps, or jumps of one size, those of an encoder that starts again"
         )
     return position, (jumps + 1).astype(np.float64), notes
 

@@ -8,14 +8,20 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup as Html
 
-TEMPLATES = Environment(
-    loader=PackageLoader("ballscrew_tehl.report"),
-    autoescape=True,
-    undefined=StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-    keep_trailing_newline=True,
-)
+
+def environment(package: str) -> Environment:
+    """Templates of a room, escaped; a name that is not given is an error."""
+    return Environment(
+        loader=PackageLoader(package),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+
+
+TEMPLATES = environment("ballscrew_tehl.report")
 _ELEMENTS: Any = TEMPLATES.get_template("elements.html").module
 
 
