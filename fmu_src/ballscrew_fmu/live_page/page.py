@@ -26,9 +26,9 @@ from ballscrew_tehl.calibration.measurements import packaged_measurements
 from ballscrew_tehl.cli.commands.torque import OF_A_NUT
 from ballscrew_tehl.cli.shared.quantities import TORQUE_POINT
 from ballscrew_tehl.friction.interval import MEANING
+from ballscrew_tehl.nut_map import trend
 from ballscrew_tehl.nut_map.contacts import MIN_FILM
 from ballscrew_tehl.nut_map.interval import TABLE_NODES
-from ballscrew_tehl.nut_map.trend import MIN_FORCE_RATIO, too_thick, too_thin
 from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters, load_parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.ball_formula import THICKEST_FILM
@@ -40,6 +40,7 @@ from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE
 
 _ROOT = importlib.resources.files("ballscrew_fmu")
 _UNITS = ("map.c", "nut.c", "variables.c")  # of the sources of the FMU; the page adds page.c
+_TRENDS = ["", *(trend.Trend(*at).text for at in ((True, False), (False, True), (True, True)))]
 _START_SPEED = 1000.0  # [r/min]
 
 
@@ -83,7 +84,8 @@ def live_page(parameters: Parameters, nut_map: NutMap, ends: NDArray[np.float64]
         "side": words.side,
         "loaded": OF_A_NUT,
         "cautions": _cautions(parameters),
-        "slip": MIN_FORCE_RATIO if law == MECHANISTIC and kind == FOUR_POINT else 0.0,
+        "trend": (trend.THICK, trend.STEP_K, trend.STEP_LN, trend.MIN_CHANGE, _TRENDS),
+        "slip": trend.MIN_FORCE_RATIO if law == MECHANISTIC and kind == FOUR_POINT else 0.0,
         "nodes": None if ends is None else TABLE_NODES,
         "meaning": MEANING if ends is not None else _no_interval(mean),
         "units": {name: {"names": q.names, "units": q.units} for name, q in QUANTITIES.items()},
@@ -159,7 +161,8 @@ def _finite(*numbers: float) -> tuple[float | None, ...]:
 def _cautions(parameters: Parameters) -> list[tuple[str, str, float, float | None, str]]:
     """Results with a caution: name, label, least and largest value without it, words of the command torque."""
     thickest = THICKEST_FILM * 0.5 * parameters.screw.ball_diameter
-    thin, thick = too_thin(0.5 * MIN_FILM), too_thick(2.0 * thickest, 0.5 * parameters.screw.ball_diameter)
+    thin = trend.too_thin(0.5 * MIN_FILM)
+    thick = trend.too_thick(2.0 * thickest, 0.5 * parameters.screw.ball_diameter)
     return [
         (f"film_thickness_{place}", label, least, most, text.split(", ", 1)[1])
         for place, label, least, most, text in (

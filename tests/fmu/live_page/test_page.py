@@ -174,6 +174,15 @@ def test_fields_take_commas_and_refuse_other_texts(opened, pages):
     assert page.inner_text("#headline") not in ("-", torque)
     page.fill("#temperature", "30,125")  # 30125 degC is none
     assert drawn(page).evaluate("live.state.temperature") == 30.125
+    for address, caution in (
+        ("#preload=130&speed=10&temperature=75", "no continuum"),
+        (
+            "#preload=162&speed=1573&temperature=10.7&axial_load=-171",
+            "rises with temperature in a thick film",
+        ),
+    ):  # as the command torque
+        other = drawn(opened(pages["three_parameter"], address))
+        assert caution in other.inner_text("#outside")
     page.fill("#preload", "0")
     assert "no torque and no interval" in drawn(page).inner_text("#headline-interval")
 

@@ -118,12 +118,27 @@ function outside(clamped) {
   return `Out of range: ${found.join("; ")}. The numbers are ${light ? "extrapolated from the lowest preload" : "those at the edge"} of the map.`;
 }
 
-// What the command torque says of a result with it.
-function cautions(v) {
+// Words on a trend of the torque that thick films do not have: nut_map.trend, by differences of the same steps.
+function trend(at) {
+  const [thick, kelvin, log, least, words] = about.trend, { temperature } = at, speed = Math.abs(at.speed);
+  const within = (key, x) => Math.min(Math.max(x, about.inputs[key].min), about.inputs[key].max);
+  if (!(model(at).lambda_ratio > thick) || within("speed", speed) !== speed || within("temperature", temperature) !== temperature) return "";
+  const change = (key, ...ends) => {
+    const [first, second] = ends.map((x) => model({ ...at, speed, [key]: within(key, x) }).friction_torque);
+    return Math.abs(second - first) > least * first ? second - first : 0;
+  };
+  const rises = change("temperature", temperature - kelvin / 2, temperature + kelvin / 2) > 0;
+  return words[rises + 2 * (change("speed", speed * Math.exp(-log / 2), speed * Math.exp(log / 2)) < 0)];
+}
+
+// What the command torque says of the results at a point with them.
+function cautions(at) {
+  const odd = trend(at), v = model(at); // the values are those of the last call
   const found = about.cautions.filter(([name, , least, most]) => v[name] && (v[name] < least || v[name] > (most ?? Infinity)));
   const [relieved, loaded] = [v.force_nut_a, v.force_nut_b].sort((a, b) => a - b);
   const slip = v.preload > 0 && relieved > 0 && relieved < about.slip * loaded;
   return [
+    ...(odd ? [`Caution: ${odd}.`] : []),
     ...found.map(([name, label, , , words]) => `Caution: ${label} ${format(1e6 * v[name], 2)} \u00b5m, ${words}.`),
     ...(slip ? ["Caution: oversize balls slip on one set of flanks, the torque of the map is within some 10 %."] : []),
   ];
@@ -156,7 +171,7 @@ function headline(v) {
 
 // Fills the results. Returns a sentence about them.
 function results() {
-  const v = model(state), stale = Object.values(wrong).join(" "), [torque, words] = headline(v);
+  const cares = cautions(state), v = model(state), stale = Object.values(wrong).join(" "), [torque, words] = headline(v);
   element("headline").textContent = torque;
   element("headline-interval").textContent = words;
   element("desk").classList.toggle("stale", stale !== "");
@@ -173,7 +188,7 @@ function results() {
     body.rows[n].cells[0].textContent = loaded && state.axial_load ? `${label} (${loaded})` : label;
     body.rows[n].cells[1].textContent = text === "-" ? text : `${text} ${unit}`;
   });
-  const text = [outside(v.clamped), ...cautions(v)].join(" ").trim();
+  const text = [outside(v.clamped), ...cares].join(" ").trim();
   if (element("outside").textContent !== text) element("outside").textContent = text;
   element("outside").hidden = !text;
   return stale ? `${stale} ${words}.` : `${format(v.friction_torque, 3)} newton metres at ${INPUTS.map(named).join(", ")}. ${text}`;
