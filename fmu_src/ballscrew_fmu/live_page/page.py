@@ -8,6 +8,7 @@ folder uplot with its licence.
 import base64
 import functools
 import importlib.resources
+import math
 import zlib
 from collections.abc import Mapping
 from typing import Any
@@ -22,10 +23,15 @@ from ballscrew_fmu.variables.friction import law_name, start_preload
 from ballscrew_tehl import __version__
 from ballscrew_tehl.calibration.measurement_units import EXAMPLE, QUANTITIES
 from ballscrew_tehl.calibration.measurements import packaged_measurements
+from ballscrew_tehl.cli.commands.torque import OF_A_NUT
+from ballscrew_tehl.cli.shared.quantities import TORQUE_POINT
 from ballscrew_tehl.friction.interval import MEANING
+from ballscrew_tehl.nut_map import trend
+from ballscrew_tehl.nut_map.contacts import MIN_FILM
 from ballscrew_tehl.nut_map.interval import TABLE_NODES
-from ballscrew_tehl.parameters.file import Parameters, load_parameters
+from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters, load_parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.physics.ball_formula import THICKEST_FILM
 from ballscrew_tehl.report.material import PRELOAD_WORDS
 from ballscrew_tehl.report.page import Html, environment
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -34,6 +40,7 @@ from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE
 
 _ROOT = importlib.resources.files("ballscrew_fmu")
 _UNITS = ("map.c", "nut.c", "variables.c")  # of the sources of the FMU; the page adds page.c
+_TRENDS = ["", *(trend.Trend(*at).text for at in ((True, False), (False, True), (True, True)))]
 _START_SPEED = 1000.0  # [r/min]
 
 
@@ -58,7 +65,8 @@ def live_page(parameters: Parameters, nut_map: NutMap, ends: NDArray[np.float64]
     header = nut_map.header
     law = header["law"]
     friction = header.get("friction") or {"set": "", "provenance": "", "carried_over": "", "errors": {}}
-    published, words = _published(parameters), PRELOAD_WORDS[parameters.screw.preload_kind]
+    kind = parameters.screw.preload_kind
+    published, words = _published(parameters), PRELOAD_WORDS[kind]
     contents = {"wasm": _packed(_module(nut_map)), "map": _packed(_by_byte(map_bytes(nut_map)))}
     if ends is not None:
         contents["ends"] = _packed(_by_byte(np.asarray(ends, dtype="<f8").tobytes()))
@@ -74,6 +82,10 @@ def live_page(parameters: Parameters, nut_map: NutMap, ends: NDArray[np.float64]
             ("sliding_torque", "sliding"),
         ],
         "side": words.side,
+        "loaded": OF_A_NUT,
+        "cautions": _cautions(parameters),
+        "trend": (trend.THICK, trend.STEP_K, trend.STEP_LN, trend.MIN_CHANGE, _TRENDS),
+        "slip": trend.MIN_FORCE_RATIO if law == MECHANISTIC and kind == FOUR_POINT else 0.0,
         "nodes": None if ends is None else TABLE_NODES,
         "meaning": MEANING if ends is not None else _no_interval(mean),
         "units": {name: {"names": q.names, "units": q.units} for name, q in QUANTITIES.items()},
@@ -123,7 +135,7 @@ def _by_byte(numbers: bytes) -> bytes:
 
 
 def _inputs(header: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Fields of the page in their order: label, unit, range of the map in this unit, kind of slider."""
+    """Fields in their order: label, unit, range of the map in this unit, kind of slider; least and most allowed."""
     axes = header["axes"]
     force = axes["force"][1]
     slow, fast = (speed / RPM for speed in axes["speed"][:2])
@@ -134,10 +146,31 @@ def _inputs(header: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         "temperature": ("Oil temperature", "degC", cold, hot, False),
         "axial_load": ("Axial load", "N", -force, force, False),
     }
+    names = ("label", "unit", "min", "max", "log", "least", "most")
     return {
-        name: dict(zip(("label", "unit", "min", "max", "log"), row, strict=True))
-        for name, row in rows.items()
+        name: dict(zip(names, (*row, *_finite(allowed.min_, allowed.max_)), strict=True))
+        for (name, row), allowed in zip(rows.items(), TORQUE_POINT, strict=True)
     }
+
+
+def _finite(*numbers: float) -> tuple[float | None, ...]:
+    """None instead of the infinite ones, which JSON has not."""
+    return tuple(x if math.isfinite(x) else None for x in numbers)
+
+
+def _cautions(parameters: Parameters) -> list[tuple[str, str, float, float | None, str]]:
+    """Results with a caution: name, label, least and largest value without it, words of the command torque."""
+    thickest = THICKEST_FILM * 0.5 * parameters.screw.ball_diameter
+    thin = trend.too_thin(0.5 * MIN_FILM)
+    thick = trend.too_thick(2.0 * thickest, 0.5 * parameters.screw.ball_diameter)
+    return [
+        (f"film_thickness_{place}", label, least, most, text.split(", ", 1)[1])
+        for place, label, least, most, text in (
+            ("min", "least film", MIN_FILM, None, thin),
+            ("central_screw", "central film, screw", 0.0, thickest, thick),
+            ("central_nut", "central film, nut", 0.0, thickest, thick),
+        )
+    ]
 
 
 def _start(header: Mapping[str, Any]) -> dict[str, float]:

@@ -5,6 +5,7 @@ In a browser: pip install --editable ".[test,browser]", and a Chromium of the sy
 
 import importlib.util
 import json
+import re
 import shutil
 import zipfile
 
@@ -151,6 +152,41 @@ def test_page_by_keyboard_and_address(opened, pages, width):
         assert other.evaluate(shown) == page.evaluate(shown)
 
 
+def test_fields_take_commas_and_refuse_other_texts(opened, pages):
+    page = drawn(opened(pages["mechanistic"], "#preload=-5&speed=1e999&points=0_1_1_1_1~1_-1_1_1_1"))
+    assert page.evaluate(
+        "INPUTS.every((key) => live.state[key] === about.start[key]) && !live.state.points.length"
+    )
+    for text in ("1600,5", " 1600.5", "1600,50 "):
+        page.fill("#preload", text)
+        assert drawn(page).evaluate("live.state.preload") == 1600.5
+        assert page.get_attribute("#preload", "aria-invalid") == "false"
+    torque = page.inner_text("#headline")
+    for text in ("-5", "", "abc", "1e999", "1.600,5", "1,600", "1.600", "1 600", "0x10"):
+        page.fill("#preload", text)
+        page.fill("#speed", "500,5" if text == "-5" else "500")
+        assert drawn(page).evaluate("live.state.preload") == 1600.5
+        assert (page.input_value("#preload"), page.inner_text("#headline")) == (text, "-")
+        assert page.get_attribute("#preload", "aria-invalid") == "true"
+        assert "preload 1600.5 N" in page.inner_text("#headline-interval")
+    page.press("#preload", "ArrowUp")
+    assert 1600.5 < drawn(page).evaluate("live.state.preload") < 1700.0
+    assert page.inner_text("#headline") not in ("-", torque)
+    page.fill("#temperature", "30,125")  # 30125 degC is none
+    assert drawn(page).evaluate("live.state.temperature") == 30.125
+    for address, caution in (
+        ("#preload=130&speed=10&temperature=75", "no continuum"),
+        (
+            "#preload=162&speed=1573&temperature=10.7&axial_load=-171",
+            "rises with temperature in a thick film",
+        ),
+    ):  # as the command torque
+        other = drawn(opened(pages["three_parameter"], address))
+        assert caution in other.inner_text("#outside")
+    page.fill("#preload", "0")
+    assert "no torque and no interval" in drawn(page).inner_text("#headline-interval")
+
+
 def test_range_files_dark_and_paper(opened, pages, tmp_path):
     colours, file = [], tmp_path / "points.csv"
     for scheme in ("light", "dark"):
@@ -160,7 +196,7 @@ def test_range_files_dark_and_paper(opened, pages, tmp_path):
     assert page.is_hidden("#outside")
     page.fill("#speed", "9000")
     assert "speed 9000 r/min (the map ends at 6000 r/min)" in drawn(page).inner_text("#outside")
-    file.write_text(GOOD)
+    file.write_text(GOOD.replace("[K]", "[\u00b0C]").replace("303,15", "30"), encoding="cp1252")
     page.set_input_files("#file", file)
     page.locator("#deviation", has_text="2 points: mean deviation").wait_for()
     assert page.evaluate("live.state.points[0].torque") == pytest.approx(0.6196)
@@ -172,8 +208,19 @@ def test_range_files_dark_and_paper(opened, pages, tmp_path):
         file.write_text(bad)
         page.set_input_files("#file", file)
         page.locator("#bad-file", has_text=line).wait_for()
+        assert "the earlier ones, of points.csv" in page.inner_text("#bad-file")
         assert page.evaluate("live.state.points.length") == 2
-    assert page.pdf()[:4] == b"%PDF"
+    page.click("#published")
+    legend = "getComputedStyle(document.querySelectorAll('#torque .u-marker')[8]).borderTopColor"
+    for scheme, media in (("dark", "screen"), ("light", "screen"), ("dark", "print")):
+        page.emulate_media(color_scheme=scheme, media=media)
+        assert drawn(page).evaluate(legend) == page.evaluate("getComputedStyle(document.body).color")
+    page.emulate_media(media="null", color_scheme="dark")
+    for points in (11, 0):
+        assert page.evaluate("live.state.points.length") == points
+        assert len(re.findall(rb"/Type\s*/Page\b", page.pdf(format="A4"))) == 2
+        if points:
+            page.click("#forget")
 
 
 def test_fmus_and_other_pages_have_it(opened, tmp_path):
@@ -189,5 +236,5 @@ def test_fmus_and_other_pages_have_it(opened, tmp_path):
     report = tmp_path / "report.html"
     report.write_text(page_around("report", [live_frame(live)], [], ""), encoding="utf-8")
     for file in (tmp_path / "documentation" / "index.html", report):
-        frame = opened(file).query_selector("iframe.live").content_frame()
+        frame = opened(file, width=390).query_selector("iframe.live").content_frame()
         frame.locator("#headline", has_text="N m").wait_for()

@@ -57,7 +57,9 @@ async function openModel() {
 
 // --- state and address ---
 
-const state = { ...about.start, log: true, points: [] };
+const state = { ...about.start, log: true, points: [], source: "" }; // source: name of the points
+const wrong = {}; // why the text of a field is no value, by input; the state has the last value then
+const allowed = (key, x) => x >= (about.inputs[key].least ?? -Infinity) && x <= (about.inputs[key].most ?? Infinity);
 
 function toAddress() {
   const given = new URLSearchParams(INPUTS.map((key) => [key, state[key]]));
@@ -74,9 +76,10 @@ function ofAddress(address) {
   const row = (texts) => Object.fromEntries([...INPUTS, "torque"].map((key, n) => [key, number(texts[n])]));
   const points = (given.get("points") ?? "").split("~").map((text) => row(text.split("_")));
   return {
-    ...Object.fromEntries(INPUTS.map((key) => [key, number(given.get(key)) ?? about.start[key]])),
+    ...Object.fromEntries(INPUTS.map((key) => [key, number(given.get(key))]).map(([key, x]) => [key, x !== null && allowed(key, x) ? x : about.start[key]])),
     log: given.get("log") !== "0",
-    points: points.filter((point) => Object.values(point).every((x) => x !== null) && point.torque > 0),
+    points: points.filter((point) => INPUTS.every((key) => point[key] !== null && allowed(key, point[key])) && [point.preload, point.speed, point.torque].every((x) => x > 0)),
+    source: "address of this page",
   };
 }
 
@@ -92,8 +95,8 @@ const RESULTS = [
   ["central film, nut", (v) => 1e6 * v.film_thickness_central_nut, "\u00b5m"],
   ["lambda", (v) => v.lambda_ratio, ""],
   ["temperature rise in the film", (v) => v.film_temperature_rise, "K"],
-  ["contact pressure, highest", (v) => 1e-9 * v.contact_pressure_max, "GPa"],
-  ["ball load, highest", (v) => v.ball_load_max, "N"],
+  ["contact pressure, highest", (v) => 1e-9 * v.contact_pressure_max, "GPa", about.loaded],
+  ["ball load, highest", (v) => v.ball_load_max, "N", about.loaded],
   [`axial force of ${about.side} A`, (v) => v.force_nut_a, "N"],
   [`axial force of ${about.side} B`, (v) => v.force_nut_b, "N"],
   ["efficiency, driving", (v) => (state.axial_load && about.lead ? 100 * v.driving_efficiency : null), "%"],
@@ -115,6 +118,32 @@ function outside(clamped) {
   return `Out of range: ${found.join("; ")}. The numbers are ${light ? "extrapolated from the lowest preload" : "those at the edge"} of the map.`;
 }
 
+// Words on a trend of the torque that thick films do not have: nut_map.trend, by differences of the same steps.
+function trend(at) {
+  const [thick, kelvin, log, least, words] = about.trend, { temperature } = at, speed = Math.abs(at.speed);
+  const within = (key, x) => Math.min(Math.max(x, about.inputs[key].min), about.inputs[key].max);
+  if (!(model(at).lambda_ratio > thick) || within("speed", speed) !== speed || within("temperature", temperature) !== temperature) return "";
+  const change = (key, ...ends) => {
+    const [first, second] = ends.map((x) => model({ ...at, speed, [key]: within(key, x) }).friction_torque);
+    return Math.abs(second - first) > least * first ? second - first : 0;
+  };
+  const rises = change("temperature", temperature - kelvin / 2, temperature + kelvin / 2) > 0;
+  return words[rises + 2 * (change("speed", speed * Math.exp(-log / 2), speed * Math.exp(log / 2)) < 0)];
+}
+
+// What the command torque says of the results at a point with them.
+function cautions(at) {
+  const odd = trend(at), v = model(at); // the values are those of the last call
+  const found = about.cautions.filter(([name, , least, most]) => v[name] && (v[name] < least || v[name] > (most ?? Infinity)));
+  const [relieved, loaded] = [v.force_nut_a, v.force_nut_b].sort((a, b) => a - b);
+  const slip = v.preload > 0 && relieved > 0 && relieved < about.slip * loaded;
+  return [
+    ...(odd ? [`Caution: ${odd}.`] : []),
+    ...found.map(([name, label, , , words]) => `Caution: ${label} ${format(1e6 * v[name], 2)} \u00b5m, ${words}.`),
+    ...(slip ? ["Caution: oversize balls slip on one set of flanks, the torque of the map is within some 10 %."] : []),
+  ];
+}
+
 function table(id, head, rows) {
   const cells = (row, tag) => {
     const line = document.createElement("tr");
@@ -129,30 +158,40 @@ function table(id, head, rows) {
   element(id).tBodies[0].replaceChildren(...rows.map((row) => cells(row, "td")));
 }
 
+function headline(v) {
+  const bad = Object.keys(wrong);
+  if (bad.length) return ["-", `not computed: results and plots are still those of ${bad.map(named).join(", ")}, last valid`];
+  const torque = `${format(v.friction_torque)} N m`;
+  if (state.speed === 0) return [torque, `at rest; it takes ${format(v.breakaway_torque)} N m to start`];
+  if (!interval) return [torque, about.meaning];
+  if (!state.preload) return [torque, v.friction_torque ? "no interval at preload 0" : "no preload, so no torque and no interval"];
+  const ends = [v.torque_low, v.torque_high].sort((a, b) => a - b);
+  return [torque, `interval ${format(ends[0], 3)} to ${format(ends[1], 3)} N m, ${about.meaning}`];
+}
+
 // Fills the results. Returns a sentence about them.
 function results() {
-  const v = model(state);
-  element("headline").textContent = `${format(v.friction_torque)} N m`;
-  const ends = [v.torque_low, v.torque_high].sort((a, b) => a - b);
-  element("headline-interval").textContent = state.speed === 0
-    ? `at rest; it takes ${format(v.breakaway_torque)} N m to start`
-    : interval ? `interval ${format(ends[0], 3)} to ${format(ends[1], 3)} N m, ${about.meaning}` : about.meaning;
+  const cares = cautions(state), v = model(state), stale = Object.values(wrong).join(" "), [torque, words] = headline(v);
+  element("headline").textContent = torque;
+  element("headline-interval").textContent = words;
+  element("desk").classList.toggle("stale", stale !== "");
   const body = element("results").tBodies[0];
   if (!body.rows.length) {
-    for (const [label] of RESULTS) {
+    for (const _ of RESULTS) {
       const row = body.insertRow();
-      row.append(Object.assign(document.createElement("th"), { scope: "row", textContent: label }));
+      row.append(Object.assign(document.createElement("th"), { scope: "row" }));
       row.insertCell();
     }
   }
-  RESULTS.forEach(([, value, unit], n) => {
+  RESULTS.forEach(([label, value, unit, loaded], n) => {
     const text = format(value(v));
+    body.rows[n].cells[0].textContent = loaded && state.axial_load ? `${label} (${loaded})` : label;
     body.rows[n].cells[1].textContent = text === "-" ? text : `${text} ${unit}`;
   });
-  const text = outside(v.clamped);
+  const text = [outside(v.clamped), ...cares].join(" ").trim();
   if (element("outside").textContent !== text) element("outside").textContent = text;
   element("outside").hidden = !text;
-  return `${format(v.friction_torque, 3)} newton metres at ${INPUTS.map(named).join(", ")}. ${text}`;
+  return stale ? `${stale} ${words}.` : `${format(v.friction_torque, 3)} newton metres at ${INPUTS.map(named).join(", ")}. ${text}`;
 }
 
 // --- plots ---
@@ -199,7 +238,7 @@ function comparePoints() {
   const largest = Math.max(...rows.map((row) => Math.abs(row.share)));
   const beyond = rows.filter((row) => row.outside).length;
   element("deviation").textContent = !rows.length ? "" : [
-    `${rows.length} point${rows.length > 1 ? "s" : ""}: mean deviation ${(100 * mean((row) => Math.abs(row.share))).toFixed(2)} %, with its sign ${(100 * mean((row) => row.share)).toFixed(2)} %, largest ${(100 * largest).toFixed(1)} %`,
+    `${state.source}: ${rows.length} point${rows.length > 1 ? "s" : ""}: mean deviation ${(100 * mean((row) => Math.abs(row.share))).toFixed(2)} %, with its sign ${(100 * mean((row) => row.share)).toFixed(2)} %, largest ${(100 * largest).toFixed(1)} %`,
     interval ? `; ${rows.filter((row) => row.held).length} inside the interval` : "", beyond ? `; ${beyond} outside the map` : "",
     rows.length > 300 ? "; the address of this page does not have them (more than 300)" : "", ". In the plot above: filled at its preload (2 %), temperature (1 K) and axial load, hollow at others.",
   ].join("");
@@ -209,12 +248,13 @@ function comparePoints() {
 async function takeFile(file) {
   try {
     if (file.size > 2e6) throw new Error("more than 2 MB");
-    const points = readPoints(await file.text(), about.units, state.temperature + CELSIUS);
+    const points = readPoints(decoded(new Uint8Array(await file.arrayBuffer())), about.units, state.temperature + CELSIUS);
     element("bad-file").hidden = true;
-    change({ points: points.map((p) => ({ ...p, speed: p.speed / RPM, temperature: p.temperature - CELSIUS })) });
+    change({ points: points.map((p) => ({ ...p, speed: p.speed / RPM, temperature: p.temperature - CELSIUS })), source: file.name });
     if (points[0].assumed) element("deviation").textContent += ` No column temperature: ${format(state.temperature)} degC taken.`;
   } catch (error) {
-    element("bad-file").textContent = `${file.name}: ${error.message}`;
+    const kept = state.points.length ? ` The points shown are the earlier ones, of ${state.source}.` : "";
+    element("bad-file").textContent = `${file.name} not taken: ${error.message}.${kept}`;
     element("bad-file").hidden = false;
   }
 }
@@ -228,10 +268,24 @@ const valueAt = ({ min, max, log }, n) => {
   return Math.min(Math.max(value, min), max);
 };
 
+// Takes the text of a field. One comma or point before three digits may also part thousands: refused where both may be.
+function takeText(key, field) {
+  const { least, most, unit } = about.inputs[key], text = field.value.trim().replace("\u2212", "-"), value = decimal(text);
+  const thousands = /^[+-]?[1-9]\d{0,2}[.,]\d{3}$/.test(text) && allowed(key, Number(text.replace(/[.,]/, "")));
+  if (allowed(key, value) && !thousands) return change({ [key]: value }, field);
+  const range = most !== null ? `${least} to ${most} ${unit}` : least !== null ? `${least} ${unit} or more` : `in ${unit}`;
+  const short = text.replace(/[.,]?0+$/, ""), decimals = short === text ? `${text}0` : short;
+  wrong[key] = thousands ? `Write ${text.replace(/[.,]/, "")} or ${decimals} for ${text}.`
+    : Number.isNaN(value) ? `Needs a number, ${range}; no mark for thousands.` : `Allowed: ${range}.`;
+  change({}, field);
+}
+
 function fillFields(edited) {
   for (const key of INPUTS) {
-    const { unit } = about.inputs[key], field = element(key), slider = element(`${key}-slider`);
-    if (edited !== field) field.value = format(state[key], 7);
+    const { min, max, unit } = about.inputs[key], field = element(key), slider = element(`${key}-slider`);
+    if (edited !== field && !wrong[key]) field.value = format(state[key], 7);
+    field.setAttribute("aria-invalid", key in wrong);
+    element(`${key}-range`).textContent = wrong[key] ?? (key === "speed" ? `map up to ${format(max)} ${unit}` : `map ${format(min)} to ${format(max)} ${unit}`);
     if (edited !== slider) slider.value = place(about.inputs[key], state[key]);
     slider.setAttribute("aria-valuetext", `${format(state[key])} ${unit}`);
   }
@@ -251,6 +305,7 @@ function makePlots(over) {
 // New values of the state; edited: the field or slider that they come from.
 function change(values, edited) {
   const log = state.log;
+  for (const key of Object.keys(values)) delete wrong[key];
   Object.assign(state, values);
   fillFields(edited);
   if (log !== state.log) makePlots("speed");
@@ -265,16 +320,22 @@ function change(values, edited) {
 
 function listen() {
   for (const key of INPUTS) {
-    const field = element(key), slider = element(`${key}-slider`), { min, max, unit } = about.inputs[key];
-    element(`${key}-range`).textContent = key === "speed" ? `map up to ${format(max)} ${unit}` : `map ${format(min)} to ${format(max)} ${unit}`;
-    field.addEventListener("input", () => { if (field.checkValidity()) change({ [key]: Number(field.value) }, field); });
-    slider.addEventListener("input", () => change({ [key]: valueAt(about.inputs[key], Number(slider.value)) }, slider));
+    const field = element(key), slider = element(`${key}-slider`);
+    const slide = (n) => change({ [key]: valueAt(about.inputs[key], n) }, slider);
+    field.addEventListener("input", () => takeText(key, field));
+    field.addEventListener("keydown", (event) => { // by the steps of the slider
+      const step = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+      if (!step) return;
+      event.preventDefault();
+      slide((slider.value = Math.round(place(about.inputs[key], state[key])) + step));
+    });
+    slider.addEventListener("input", () => slide(Number(slider.value)));
   }
   element("inputs").addEventListener("submit", (event) => event.preventDefault());
   element("log").addEventListener("change", (event) => change({ log: event.target.checked }));
   element("curve").closest("details").addEventListener("toggle", draw);
   element("file").addEventListener("change", (event) => { takeFile(event.target.files[0]); event.target.value = ""; });
-  element("published")?.addEventListener("click", () => change({ points: about.published }));
+  element("published")?.addEventListener("click", () => change({ points: about.published, source: "published points" }));
   element("forget").addEventListener("click", () => change({ points: [] }));
   const zone = element("measured");
   addEventListener("dragover", (event) => { event.preventDefault(); zone.classList.add("over"); });

@@ -12,9 +12,10 @@ const DASHES = { "--viscous": [8, 4], "--hysteresis": [3, 3], "--sliding": [10, 
 const MICRO = 1e6, PER_CENT = 100;
 // label, colour, value of the results at a point; more: options of uPlot
 const line = (label, name, value, more) => ({ label, name, value, more });
+const held = (value) => (v) => (v.preload ? value(v) : null); // by preload: else no interval
 const ends = about.nodes === null ? [] : [
-  line("low", "--total", (v) => v.torque_low, { width: 1, dash: [2, 3] }),
-  line("high", "--total", (v) => v.torque_high, { width: 1, dash: [2, 3] }),
+  line("low", "--total", held((v) => v.torque_low), { width: 1, dash: [2, 3] }),
+  line("high", "--total", held((v) => v.torque_high), { width: 1, dash: [2, 3] }),
 ];
 const torque = line("torque", "--total", (v) => v.friction_torque, { width: 3 });
 const film = line("least film", "--total", (v) => MICRO * v.film_thickness_min, { width: 3 });
@@ -61,7 +62,8 @@ function makePlot({ id, over, y, right, range, measured, lines, marks }, state) 
   const place = document.getElementById(id), { label, unit, min, max } = about.inputs[over];
   const log = over === "speed" && state.log;
   const tall = place.classList.contains("tall");
-  const size = () => (printing() ? { width: tall ? 680 : 325, height: tall ? 340 : 200 } : { width: place.clientWidth, height: tall ? 340 : 240 });
+  const size = () => (printing() ? { width: tall ? 680 : 325, height: tall ? 340 : 165 } : { width: place.clientWidth, height: tall ? 340 : 240 });
+  const names = [null, ...lines.map((one) => one.name), ...marks.map(() => "--mark"), "--ink", "--soft"];
   const high = lines.findIndex((one) => one.label === "high") + 1;
   const made = new uPlot({
     ...size(),
@@ -80,6 +82,7 @@ function makePlot({ id, over, y, right, range, measured, lines, marks }, state) 
       y: range ? { range } : { distr: 3 }, ...(right ? { [right]: { distr: 3 } } : {}),
     },
     cursor: { drag: { x: false, y: false }, points: { size: 7 } },
+    legend: { markers: { stroke: (_, n) => (n ? `var(${names[n]})` : null) } }, // in CSS: the legend is made once, dark or light
   }, [[], ...lines.map(() => []), ...marks.map(() => []), ...(measured ? [[], []] : [])], place);
   new ResizeObserver(() => made.setSize(size())).observe(place);
   return { made, size };

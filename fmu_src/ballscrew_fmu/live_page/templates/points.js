@@ -1,8 +1,25 @@
+// A number with a decimal comma or point, NaN of other texts; no marks of thousands.
+function decimal(text) {
+  const plain = text.replace(",", ".");
+  const value = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : NaN;
+  return Number.isFinite(value) ? value : NaN;
+}
+
+// Text of a file: UTF-16 with a mark, UTF-8 or Windows-1252.
+function decoded(bytes) {
+  const wide = { "255,254": "utf-16le", "254,255": "utf-16be" }[bytes.subarray(0, 2).join()];
+  try {
+    return new TextDecoder(wide ?? "utf-8", { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder("windows-1252").decode(bytes);
+  }
+}
+
 // Measured points of a CSV file with headings as the command calibrate reads them. units: about.units.
 function readPoints(text, units, temperature) {
   const lines = text.replace(/^\ufeff/, "").split(/\r\n|\n|\r/);
-  const rows = lines.map((line, n) => ({ line: n + 1, text: line.trim() }))
-    .filter((row) => row.text && !row.text.startsWith("#"));
+  const rows = lines.map((text, n) => ({ line: n + 1, text }))
+    .filter(({ text }) => /[^\s;,]/.test(text) && !/^(\s*#|sep=)/.test(text));
   if (rows.length < 2) throw new Error("needs a line of headings and a line for each point");
   const separator = [";", "\t", ","].find((mark) => rows[0].text.includes(mark)) ?? ",";
   const cells = (row) => row.text.split(separator).map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
@@ -12,7 +29,12 @@ function readPoints(text, units, temperature) {
     if (found !== 1) throw new Error(`${found ? "several columns" : "no column"} ${key}; needs one, as in preload [N], speed [r/min], torque [N.m]`);
   }
   if (rows.length > 2001) throw new Error(`${rows.length - 1} points; at most 2000`);
-  return rows.slice(1).map((row) => pointOf(row, cells(row), columns, temperature));
+  const fields = rows.map(cells), numbers = fields.slice(1).flatMap((row) => row.filter((_, n) => columns[n]));
+  const short = fields.findIndex((row) => row.length !== columns.length);
+  if (short > 0) throw new Error(`line ${rows[short].line}: ${fields[short].length} fields; the headings are ${columns.length}; decimal commas need semicolons between the fields`);
+  const mixed = [",", "."].map((mark) => numbers.find((text) => text.includes(mark)));
+  if (mixed.every(Boolean)) throw new Error(`'${mixed[0]}' and '${mixed[1]}': decimal commas or points, not both, and no marks of thousands`);
+  return rows.slice(1).map((row, n) => pointOf(row, fields[n + 1], columns, temperature));
 }
 
 function columnOf(heading, units) {
@@ -37,9 +59,9 @@ function pointOf(row, cells, columns, temperature) {
   columns.forEach((column, n) => {
     if (!column) return;
     const text = cells[n] ?? "";
-    const plain = text.replace(",", ".");
-    if (!/^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain)) throw new Error(`line ${row.line}: ${column.key} = '${text}'; needs a number`);
-    point[column.key] = (Number(plain) + column.offset) * column.factor;
+    const value = decimal(text);
+    if (Number.isNaN(value)) throw new Error(`line ${row.line}: ${column.key} = '${text}'; needs a number`);
+    point[column.key] = (value + column.offset) * column.factor;
     if (column.key === "temperature") point.assumed = false;
   });
   if (!(point.preload > 0)) throw new Error(`line ${row.line}: preload is not above 0`);
