@@ -46,7 +46,9 @@ def main(
         return code
 
     try:
-        return int(resolve_name(args.run)(args))
+        code = int(resolve_name(args.run)(args))
+        print(end="", flush=True)
+        return code
     except ModuleNotFoundError as err:
         remedy = missing_extra(err)
         if remedy is None:
@@ -56,8 +58,8 @@ def main(
         return ended(INTERRUPTED, "; ".join(filter(None, ("interrupted", args.interrupted))))
     except BrokenPipeError:
         # the reader of a pipe (head, less) has exited: no error message, also not from the interpreter's own flush
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return 0
     except CommandError as err:
         return ended(1, f"error: {err}")
     except (ValueError, OSError) as err:

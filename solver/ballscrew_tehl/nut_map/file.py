@@ -196,6 +196,9 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
 
     if not path.exists():
         raise MapError(f"{path}: no such map file: build it with {BUILD_MAP}")
+    damaged = f"{path}: not a readable map file ({{}}): build one with {BUILD_MAP}"
+    if not is_map_file(path):
+        raise MapError(damaged.format("a folder" if path.is_dir() else "of another kind"))
     try:
         with netcdf_file(path, "r", mmap=False) as file:
             attributes = {name: getattr(file, name) for name in ("format_version", "content_hash", "header")}
@@ -206,9 +209,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
         text, digest = attributes["header"].decode(), attributes["content_hash"].decode()
         header = json.loads(text) if found == FILE_FORMAT else {}
     except Exception as error:  # damaged netCDF fails in many ways
-        raise MapError(
-            f"{path}: not a readable map file ({type(error).__name__}: {error}): build it with {BUILD_MAP}"
-        ) from error
+        raise MapError(damaged.format("cut short or damaged")) from error
     if found != FILE_FORMAT:
         raise MapError(f"{path}: map file format {found}; expected {FILE_FORMAT}: build it with {BUILD_MAP}")
     actual = _file_hash(text, variables)
