@@ -12,6 +12,7 @@ import ballscrew_tehl
 from ballscrew_fmu.command import BALLSCREW, FMUS, main
 from ballscrew_tehl.cli.parser import SOLVER, build_parser
 from ballscrew_tehl.nut_map.file import VG100, packaged_map
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import RPM
 
 POINT = ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")
@@ -74,6 +75,15 @@ def test_a_reader_that_has_left_is_no_error():
         )
         os.close(writer)
         assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_names_are_printed_where_their_letters_are_none(tmp_path):
+    screw, words = tmp_path / "screw.toml", (sys.executable, "-m", "ballscrew_tehl", "screw", "--screw")
+    text = (PACKAGED_DATA / "gd4008.toml").read_text(encoding="utf-8")
+    screw.write_text(text.replace('"GD4008-3"', '"Spindel \u00fc"'), encoding="utf-8")
+    environment = os.environ | {"PYTHONIOENCODING": "ascii"}
+    done = subprocess.run([*words, screw], env=environment, capture_output=True)
+    assert (done.returncode, done.stdout.count(rb"Spindel \xfc")) == (0, 1)
 
 
 def test_a_map_finds_its_screw(capsys):

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from io import TextIOWrapper
 from pkgutil import resolve_name
 
 from .parser import SOLVER, Command, build_parser
@@ -34,6 +35,9 @@ def main(
     """
     # the solver's matrices are small: BLAS threads would cost more than they save (read when numpy is imported)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if isinstance(sys.stdout, TextIOWrapper):
+        # names from a file in a terminal or pipe without their letters
+        sys.stdout.reconfigure(errors="backslashreplace")
     parser = build_parser(prog, command)
     if "_ARGCOMPLETE" in os.environ:
         import argcomplete

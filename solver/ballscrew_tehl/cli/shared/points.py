@@ -81,7 +81,7 @@ def _by_option(path: Path, row: Mapping[str, str], quantities: Sequence[Quantity
         if name not in known and (column := _with_unit(path, heading, known)) is not None:
             name, factor, offset = _OPTIONS[column.key]
             try:
-                value = repr(column.si(float(text)) / factor - offset)
+                value = f"{column.si(float(text)) / factor - offset:.12g}"
             except ValueError:
                 value = text
         if name in found:
