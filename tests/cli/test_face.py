@@ -93,6 +93,9 @@ def test_a_map_finds_its_screw(capsys):
         assert alone["kinematics"] == "rolling_frame"
         assert alone == answer(capsys, *words, "--screw", law.with_name("gd4008_vg100.toml"))[0]
     library = {name: getattr(ballscrew_tehl, name) for name in ballscrew_tehl.__all__}
+    for name in ("load_map", "calibrate"):
+        with pytest.raises(ValueError, match=r"parameters = .own.toml.; needs what load_screw"):
+            library[name](law, "own.toml")
     state = library["load_map"](law).evaluate(2000.0, 1000.0 * RPM, 303.15)
     assert float(state.friction_torque) == pytest.approx(alone["friction_torque_nm"], rel=1e-12)
 

@@ -288,6 +288,18 @@ def screw_of_map(path: Path | str) -> Parameters:
         raise MapError(f"{path}: {error}") from error
 
 
+def parameters_for(path: Path | str | None, parameters: Parameters | None) -> Parameters:
+    """The parameters given, else those of the map file, else the packaged ones.
+
+    Raises       ValueError: something else is given, such as the name of a screw file; as screw_of_map
+    """
+    if parameters is None:
+        return load_parameters() if path is None else screw_of_map(path)
+    if not isinstance(parameters, Parameters):
+        raise ValueError(f"parameters = {parameters!r}; needs what load_screw(FILE) returns")
+    return parameters
+
+
 def load_map(
     path: Path | str | None = None,
     parameters: Parameters | None = None,
@@ -306,8 +318,7 @@ def load_map(
         >>> f"{state.friction_torque:.2f} N m"
         '1.32 N m'
     """
-    if parameters is None:
-        parameters = load_parameters() if path is None else screw_of_map(path)
+    parameters = parameters_for(path, parameters)
     packaged, path = path is None, _path_for(path, parameters)
     header, variables = _read(path)
     _refuse_other_parameters(path, header, parameters, packaged)
