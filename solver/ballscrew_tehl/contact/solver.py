@@ -45,6 +45,9 @@ def solve(
                  about three cells; the nodes along rolling are doubled first, beyond that the film comes from the
                  asymptotic branch. Oil in a gap of more than options.warm_films films has the inlet temperature. Both
                  surfaces have one speed each: spin and differential slip are left to the closed forms of friction
+    Source       Zhao et al. 2023, Eqs. 5-13 with the deflection that Eq. 6 omits, the generalised Reynolds equation
+                 (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959) and the errata named in the
+                 modules of this package
     Example      a ball of 60 N on the screw at 1000 r/min (104.7 rad/s) and 30 C
         >>> from ballscrew_tehl import load_screw, solve
         >>> from ballscrew_tehl.contact import ball_conditions
@@ -53,9 +56,6 @@ def solve(
         >>> found = solve(conditions, screw.lubricant, screw.solid)
         >>> found.converged, f"{1e6 * found.h_c:.2f} um"
         (True, '0.16 um')
-    Source       Zhao et al. 2023, Eqs. 5-13 with the deflection that Eq. 6 omits, the generalised Reynolds equation
-                 (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959) and the errata named in the
-                 modules of this package
     """
     kinds = (conditions, ContactConditions), (oil, LubricantParameters), (solid, SolidParameters)
     for name, (value, kind) in zip(("conditions", "oil", "solid"), kinds, strict=True):
